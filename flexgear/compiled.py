@@ -43,7 +43,7 @@ SOURCES = (  # of what is compiled, and of the named tuples and constants that i
 )
 ROOM = 2**26  # bytes that the machine code of all loops takes at most
 MOST_FOLDERS = 4  # of earlier sources that are kept: of other versions, and of edits
-SAID = "FLEXGEAR_COMPILES_IN_MEMORY"  # environment variable: a program of the same tree warned
+WARNED = "FLEXGEAR_COMPILES_IN_MEMORY"  # environment variable: a program of the same tree warned
 
 # a division by zero is not looked for, as in NumPy: looking costs a branch each
 UNCOUNTED: dict[str, Any] = {"no_cfunc_wrapper": True, "error_model": "numpy"}
@@ -67,10 +67,10 @@ def njit(**options: Any) -> Callable[[Callable[..., Any]], Any]:
     """numba's decorator of that name, whose code is kept; or one that leaves functions alone."""
     if UNCOMPILED:
         return lambda function: function
-    return kept(numba.njit, **options)
+    return cached(numba.njit, **options)
 
 
-def kept(decorator: Callable[..., Any], *signature: Any, **options: Any) -> Callable[..., Any]:
+def cached(decorator: Callable[..., Any], *signature: Any, **options: Any) -> Callable[..., Any]:
     """A decorator of numba's whose code is kept in ``code_folder``."""
 
     def decorate(function: Callable[..., Any]) -> Any:
@@ -118,8 +118,8 @@ def _reserve(file: int, size: int) -> None:
         os.truncate(file, size)
 
 
-def _remove_old(folders: Path, own: Path) -> None:
-    others = [f for f in folders.iterdir() if len(f.name) == len(own.name) and f != own]
+def _remove_old(folders: Path, current: Path) -> None:
+    others = [f for f in folders.iterdir() if len(f.name) == len(current.name) and f != current]
     for folder in sorted(others, key=lambda f: f.stat().st_mtime)[:-MOST_FOLDERS]:
         shutil.rmtree(folder, ignore_errors=True)
 
@@ -136,8 +136,8 @@ def _numba_keeps_in(folder: Path | None) -> Iterator[None]:
 
 
 def _warn_once() -> None:
-    if SAID not in os.environ:
-        os.environ[SAID] = "1"  # worker processes of this one do not say it again
+    if WARNED not in os.environ:
+        os.environ[WARNED] = "1"  # worker processes of this one do not say it again
         warnings.warn(
             "compiled loops can be kept nowhere and are compiled for this run alone, which takes "
             "half a minute; let FLEXGEAR_CACHE name a folder that can be written",

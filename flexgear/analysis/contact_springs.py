@@ -88,9 +88,11 @@ def springs_at(system: System, input_angles: Array | float = 0.0) -> ContactSpri
     rows, n = rows_at(system, input_angles)
     vectors, stiffness = row_vectors(system, rows, n), row_stiffness(rows, n)
     kinds, owner = rows.kind[:n], rows.owner[:n]
-    own = [np.flatnonzero((kinds >= 0) & (owner == m)) for m in range(len(system.pairs.s0))]
+    rows_of_mesh = [
+        np.flatnonzero((kinds >= 0) & (owner == m)) for m in range(len(system.pairs.s0))
+    ]
     return ContactSprings(
-        tuple(Springs(vectors[at], stiffness[np.ix_(at, at)]) for at in own),
+        tuple(Springs(vectors[at], stiffness[np.ix_(at, at)]) for at in rows_of_mesh),
         other_springs(system, rows, n),
     )
 

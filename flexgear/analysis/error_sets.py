@@ -27,19 +27,19 @@ class GapSets:
 
     def pairs(self, base: PairData, j: int) -> PairData:
         """Pair data with a table for every gear mesh, as planets differ."""
-        own, slices = base.table, base.slice_table[base.table]
+        table, slices = base.table, base.slice_table[base.table]
         for m, count in enumerate(base.slices):
             for power, factor in enumerate(self.factors, 1):
                 slices[m, :, gap_columns(count)] += np.tensordot(
-                    self.amounts[j, m] ** power, factor[:, own[m], :, :count], axes=1
+                    self.amounts[j, m] ** power, factor[:, table[m], :, :count], axes=1
                 )
         return base._replace(
-            table=np.arange(len(own), dtype=own.dtype),
-            table_start=base.table_start[own],
-            table_step=base.table_step[own],
-            k_table=base.k_table[own],
-            z_table=base.z_table[own],
-            gap_table=base.gap_table[own],
+            table=np.arange(len(table), dtype=table.dtype),
+            table_start=base.table_start[table],
+            table_step=base.table_step[table],
+            k_table=base.k_table[table],
+            z_table=base.z_table[table],
+            gap_table=base.gap_table[table],
             slice_table=slices,
         )
 

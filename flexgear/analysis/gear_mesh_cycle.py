@@ -84,22 +84,22 @@ def mean_springs(system: System, modal: ModalSystem | None) -> ContactSprings:
     """
     samples: dict[int, _Samples] = {}
     for stage in sorted({label.stage for label in system.gear_meshes}):
-        own = np.array([label.stage == stage for label in system.gear_meshes])
-        theta = _cycle(system, own)
+        of_stage = np.array([label.stage == stage for label in system.gear_meshes])
+        theta = _cycle(system, of_stage)
         result = None
         if modal is not None:
             at_zero = np.zeros((len(theta), len(system.input_rows)))
             result = revolution(modal, at_zero, system.rated_torque, theta=theta)
-        samples |= _samples(system, theta, own, result)
+        samples |= _samples(system, theta, of_stage, result)
     return _springs(system, samples, np.zeros(len(system.angles)), cycles=True)
 
 
-def _cycle(system: System, own: NDArray[np.bool_]) -> Array:
+def _cycle(system: System, of_stage: NDArray[np.bool_]) -> Array:
     """Angles (P, A) over a gear-mesh cycle of the flanks ``own`` (M,) of a stage, all others 0."""
     pairs = system.pairs
-    m = int(np.flatnonzero(own)[0])
+    m = int(np.flatnonzero(of_stage)[0])
     planets = len(
-        {label.planet for label, here in zip(system.gear_meshes, own, strict=True) if here}
+        {label.planet for label, here in zip(system.gear_meshes, of_stage, strict=True) if here}
     )
     count = planets * math.ceil(POSITIONS / planets)
     theta = np.zeros((count, len(system.angles)))
@@ -108,7 +108,7 @@ def _cycle(system: System, own: NDArray[np.bool_]) -> Array:
 
 
 def _samples(
-    system: System, theta: Array, own: NDArray[np.bool_], result: Equilibrium | None
+    system: System, theta: Array, samples: NDArray[np.bool_], result: Equilibrium | None
 ) -> dict[int, _Samples]:
     """Spring factors of the flanks ``own`` (M,) over positions (P, A); of the pairs that touch in
     an equilibrium, where there is one."""
@@ -120,7 +120,7 @@ def _samples(
     parts: dict[int, list[_Part]] = {}
     for p, angles in enumerate(np.ascontiguousarray(theta)):
         flanks = carrying if result is None else result.active_flanks[p] | carrying
-        flanks = np.where(own, flanks, 0)
+        flanks = np.where(samples, flanks, 0)
         n, _, count = fill_rows(elements, angles, flanks, work)
         tangents = _tangents(work, n, count, p, result, lines, unloaded)
         for m, at in _of_flanks(work, n):
@@ -138,7 +138,7 @@ def _samples(
                     force=matrix.sum(axis=0) @ coefficients,
                 )
             )
-    return {m: _gathered(ends[m].columns, own, len(theta)) for m, own in parts.items()}
+    return {m: _gathered(ends[m].columns, samples, len(theta)) for m, samples in parts.items()}
 
 
 class _Part(NamedTuple):
@@ -189,8 +189,8 @@ def _tangents(
     for pair in rows.pair[:count]:
         i, m, slot = int(pair["row"]), int(pair["mesh"]), int(pair["slot"])
         if unloaded[m] or result is None or (rows.sided[i] == 0 and pair["rows"] == 1):
-            own = slice(i, i + int(pair["rows"]))
-            tangent[own, own] = np.diag(rows.stiffness[own])
+            rows_of_pair = slice(i, i + int(pair["rows"]))
+            tangent[rows_of_pair, rows_of_pair] = np.diag(rows.stiffness[rows_of_pair])
         elif pair["rows"] == 2:
             assert lines is not None  # pairs with two rows have slices
             tangent[i : i + 2, i : i + 2] = np.nan_to_num(lines.tangent[p, m, slot])
@@ -278,11 +278,11 @@ def _springs(
 ) -> ContactSprings:
     """Means over the positions of ``samples``; other springs at angles (A,)."""
     d, springs, over = system.size, {}, {}
-    for m, own in samples.items():
-        blocks, count = system.blocks[own.columns], len(own.stiffness)
-        springs[m] = Springs(own.rows @ blocks, np.eye(len(own.rows)) / count)
+    for m, sample in samples.items():
+        blocks, count = system.blocks[sample.columns], len(sample.stiffness)
+        springs[m] = Springs(sample.rows @ blocks, np.eye(len(sample.rows)) / count)
         if cycles:
-            over[m] = FlankCycle(own.stiffness, own.damping, own.force, blocks)
+            over[m] = FlankCycle(sample.stiffness, sample.damping, sample.force, blocks)
     nothing = Springs(np.zeros((0, d)), np.zeros((0, 0)))
     rows = pair_rows(system.pairs)
     n, _ = build_rows(system.pairs, rows, theta, carrying_flanks(system.pairs))

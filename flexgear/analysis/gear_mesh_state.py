@@ -85,9 +85,9 @@ def _together(pairs: PairData, m: int, s: Array, tangent: Array) -> float:
     between = interpolated(pairs, m, s)[:, BESIDE:OF_LINE].reshape(n, 2, FOLLOWING)
     whole, yields = np.zeros((2 * n, 2 * n)), np.zeros((2 * n, 2 * n))
     for k in range(n):
-        own, after = slice(2 * k, 2 * k + 2), slice(2 * k + 2, 2 * k + 2 + FOLLOWING)
-        whole[own, own] = tangent[k]
-        yields[own, after] = between[k][:, : 2 * (n - k - 1)]
-        yields[after, own] = yields[own, after].T
+        pair_rows, after = slice(2 * k, 2 * k + 2), slice(2 * k + 2, 2 * k + 2 + FOLLOWING)
+        whole[pair_rows, pair_rows] = tangent[k]
+        yields[pair_rows, after] = between[k][:, : 2 * (n - k - 1)]
+        yields[after, pair_rows] = yields[pair_rows, after].T
     ones = np.ones(2 * n)
     return float(ones @ np.linalg.solve(np.eye(2 * n) + whole @ yields, whole @ ones))

@@ -198,12 +198,12 @@ def planar_rows(mass: Array, members: Sequence[Member]) -> tuple[Array, Array]:
     """Mean in-plane motion of the central members that translate: rows (n, 2, d), masses (n,)."""
     rows, masses = [], []
     for m in members:
-        plane, own = m.motions[:, :2], mass[m.at, m.at]
+        plane, body_mass = m.motions[:, :2], mass[m.at, m.at]
         if m.name.part == "planet" or not np.all(np.abs(plane).max(axis=0) > 0):
             continue
-        inertia = plane.T @ own @ plane
+        inertia = plane.T @ body_mass @ plane
         row = np.zeros((2, len(mass)))
-        row[:, m.at] = np.linalg.solve(inertia, plane.T @ own)
+        row[:, m.at] = np.linalg.solve(inertia, plane.T @ body_mass)
         rows.append(row)
         masses.append(0.5 * np.trace(inertia))
     return np.array(rows).reshape(-1, 2, len(mass)), np.array(masses)

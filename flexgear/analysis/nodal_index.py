@@ -65,8 +65,8 @@ def nodal_indices(system: System, shapes: Array, stage: str, angles: Sequence[fl
     planets = [name for name in bodies if name.planet >= 0]
     for name, body in bodies.items():
         if body.size and (name not in planets or count == 1):
-            own = system.slice_of(name)
-            energy += _central(body, system.mass[own, own], shapes[own], count)
+            dofs = system.slice_of(name)
+            energy += _central(body, system.mass[dofs, dofs], shapes[dofs], count)
     if count > 1:
         order = np.argsort(np.mod(angles, 2 * np.pi))
         energy += _of_planets(system, [planets[i] for i in order], shapes)
@@ -79,9 +79,9 @@ def nodal_indices(system: System, shapes: Array, stage: str, angles: Sequence[fl
 
 def _of_planets(system: System, names: list[str], shapes: Array) -> Array:
     """Energy (N // 2 + 1, m) of planets, in their axes, by wave from planet to planet."""
-    own = [system.slice_of(name) for name in names]
-    motion = np.stack([shapes[at] for at in own])
-    mass = system.mass[own[0], own[0]]
+    dofs = [system.slice_of(name) for name in names]
+    motion = np.stack([shapes[at] for at in dofs])
+    mass = system.mass[dofs[0], dofs[0]]
     waves = np.fft.fft(motion, axis=0) / np.sqrt(len(names))
     energy = np.einsum("kim,ij,kjm->km", waves.conj(), mass, waves).real
     return _fold(energy, len(names))
@@ -137,15 +137,15 @@ def _largest_circle(body: Body) -> IntArray | None:
         kinds.setdefault((node.kind, node.side), []).append(i)
     best: IntArray | None = None
     size = float(np.abs(body.positions).max(initial=0.0))
-    for own in kinds.values():
-        place = body.positions[own]
+    for names in kinds.values():
+        place = body.positions[names]
         radius = np.hypot(place[:, 0], place[:, 1])
-        if len(own) < 2 or radius.min() <= ON_AXIS * size:
+        if len(names) < 2 or radius.min() <= ON_AXIS * size:
             continue
         angle = np.mod(np.arctan2(place[:, 1], place[:, 0]), 2 * np.pi)
         order = np.argsort(angle)
-        if evenly_placed(angle) and (best is None or len(own) > len(best)):
-            best = np.asarray(own, dtype=np.int64)[order]
+        if evenly_placed(angle) and (best is None or len(names) > len(best)):
+            best = np.asarray(names, dtype=np.int64)[order]
     return best
 
 

@@ -72,9 +72,9 @@ def resonant_force(
             if alone in (None, one.planet)
         )
         work = modes.shapes.T @ pushed
-        for g, own in enumerate(groups):
+        for g, group in enumerate(groups):
             with np.errstate(divide="ignore", invalid="ignore"):
-                answer = closing[:, own] @ (work[own] / (omega[own] * rates[own]))
+                answer = closing[:, group] @ (work[group] / (omega[group] * rates[group]))
             row[g] = np.nan_to_num(stiffness * np.abs(answer) / mean, nan=np.inf).max()
     return out
 

@@ -202,6 +202,6 @@ class Recovery:
         """Elastic coordinates (t, n) of one body, for its full displacement field; of an FE ring
         that turns against its hub."""
         system = self.modal.system
-        own = np.zeros((system.body(body).size, system.size))
-        own[:, system.slice_of(body)] = np.eye(len(own))
-        return self.motion(own - np.outer(system.body(body).spin, system.ring_turn(body)))
+        motion = np.zeros((system.body(body).size, system.size))
+        motion[:, system.slice_of(body)] = np.eye(len(motion))
+        return self.motion(motion - np.outer(system.body(body).spin, system.ring_turn(body)))

@@ -85,10 +85,10 @@ def _follow_speed(system: System) -> list[int]:
 def _balanced(system: System) -> System:
     """The system with those ports as reactions whose torque is free at the start: first those with
     a speed, then brakes, then those that are reactions at rated load."""
-    own, turns = _follow_speed(system), _port_rolling(system)
+    follows_speed, turns = _follow_speed(system), _port_rolling(system)
     brakes = [p for p, one in enumerate(system.machines) if isinstance(one, Brake)]
     chosen: list[int] = []
-    for p in dict.fromkeys([*own, *reversed(brakes), *system.reactions]):
+    for p in dict.fromkeys([*follows_speed, *reversed(brakes), *system.reactions]):
         if np.linalg.matrix_rank(turns[[*chosen, p]]) > len(chosen):
             chosen.append(p)
     ports = tuple(replace(x, reaction=p in chosen) for p, x in enumerate(system.ports))
@@ -97,11 +97,11 @@ def _balanced(system: System) -> System:
 
 def _given_speeds(system: System, prescribed: Array, share: float) -> Array:
     """Speeds (F,) with ports that follow a speed at theirs, else ``share`` of the rated ones."""
-    own, rated = _follow_speed(system), share * system.rated_input_speeds
-    if not own:
+    follows_speed, rated = _follow_speed(system), share * system.rated_input_speeds
+    if not follows_speed:
         return np.asarray(rated)
-    turns = _port_rolling(system)[own]
-    return np.asarray(rated + np.linalg.pinv(turns) @ (prescribed[own] - turns @ rated))
+    turns = _port_rolling(system)[follows_speed]
+    return np.asarray(rated + np.linalg.pinv(turns) @ (prescribed[follows_speed] - turns @ rated))
 
 
 def _speeds(system: System, prescribed: Array, torques: Array) -> Array:

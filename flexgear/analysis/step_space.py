@@ -119,18 +119,22 @@ def empty_samples(modal: ModalSystem, count: int) -> Samples:
 def channels(modal: ModalSystem, h: Array, inverse: Array, beta: float) -> Channels:
     """Channels of a system for steps of the sizes h (L,) s with D = ``inverse`` (L, n)."""
     ports, count = len(modal.system.ports), len(modal.system.pairs.s0)
-    own = len(modal.channels) - ports
-    lines = action_lines(modal.system.pairs, own // 6)
-    p = np.vstack([modal.channel_modes, lines @ modal.channel_modes[:own]])
-    across = lines @ modal.residual[:own]
-    residual = np.block([[modal.residual, across.T], [across, across[:, :own] @ lines.T]])
+    block_channels = len(modal.channels) - ports
+    lines = action_lines(modal.system.pairs, block_channels // 6)
+    p = np.vstack([modal.channel_modes, lines @ modal.channel_modes[:block_channels]])
+    across = lines @ modal.residual[:block_channels]
+    residual = np.block(
+        [[modal.residual, across.T], [across, across[:, :block_channels] @ lines.T]]
+    )
     displacement = np.empty((len(h), *residual.shape))
     for level, size in enumerate(h):
         np.matmul(p * (beta * size**2 * inverse[level]), p.T, out=displacement[level])
         displacement[level] += residual
     modes = np.zeros((len(p), rounded_up(p.shape[1])))
     modes[:, : p.shape[1]] = p
-    first = np.concatenate([np.arange(0, own, 6), own + ports + 2 * np.arange(count)])
+    first = np.concatenate(
+        [np.arange(0, block_channels, 6), block_channels + ports + 2 * np.arange(count)]
+    )
     return Channels(modes, _spans(p), displacement, np.ascontiguousarray(residual), first)
 
 

@@ -22,7 +22,7 @@ from flexgear.cli.analysis_views import (
     transient_figures,
 )
 from flexgear.cli.display import Report, present, progress, warn
-from flexgear.cli.long_runs import Save, kept, saved_names
+from flexgear.cli.long_runs import Save, run_sinks, saved_names
 from flexgear.cli.options import AsJson, CaseName, Quiet, Rigid, Settings, read_case, rigid_parts
 from flexgear.cli.outputs import Force, OutFile, claim_file
 from flexgear.coupling.pace import too_coarse
@@ -189,7 +189,7 @@ def simulate(
     whole, account = ranges(train_histories), Ranges(energy_account)
     motions = Ranges(motion_histories)
     rings = {stage: ranges(partial(ring_histories, stage)) for stage in source.fe_ring_stages}
-    with kept(out, names, quiet) as sinks, progress(quiet) as report:
+    with run_sinks(out, names, quiet) as sinks, progress(quiet) as report:
         model = put_together(source, parts, report)
         short = [] if duration_s is not None else cut_short(source, model.flow)
         warn([*too_coarse(model.pace, source.solver), *short])

@@ -21,7 +21,7 @@ from flexgear.results.dataset import save
 from flexgear.results.flanks import GEARS, flank_names
 from flexgear.results.harmonics import radial_harmonics, star_angle
 from flexgear.results.report.sharing import DEFINITION
-from flexgear.results.report.wording import said, titled_by_stage, window_words, words
+from flexgear.results.report.wording import titled_by_stage, window_words, with_unit, words
 from flexgear.results.sinks import Ranges
 from flexgear.results.stage_part import stage_part, with_spread
 from flexgear.results.summary import displacement_summary, stage_histories
@@ -219,7 +219,7 @@ def _excitation_lines(data: xr.Dataset) -> Iterator[str]:
     hz, share = (data[f"excitation_{n}"].to_numpy() for n in ("slope", "share"))
     orders = gear_mesh_orders(data)
     yield "excitations at rated speed"
-    for name, own in orders.items():
+    for name, of_name in orders.items():
         at = (kind == GEAR_MESH) & (stage == name)
         part = np.nan_to_num(share[at])
         varies = (
@@ -228,7 +228,7 @@ def _excitation_lines(data: xr.Dataset) -> Iterator[str]:
             else "its stiffness is constant, or as good as that"
         )
         reach = f"{hz[at].min():.5g} to {hz[at].max():.5g} Hz"
-        yield f"  gear mesh of {name}: orders {span(own)}, {reach}; {varies}"
+        yield f"  gear mesh of {name}: orders {span(of_name)}, {reach}; {varies}"
     for other in (SHAFT, PLANET_PASS):
         at = kind == other
         if at.any():
@@ -288,13 +288,13 @@ def show_transient(title: str, figures: dict[str, Any], beside: list[str]) -> No
     """Figures of a transient, with the window that they are of; sections by figure."""
     core = 1.0 / figures["realtime_factor"] if figures["realtime_factor"] else math.nan
     rows = {
-        "simulated": said(figures["time_s"], "s"),
+        "simulated": with_unit(figures["time_s"], "s"),
         "figures are of the part": window_words(figures),
         "how that is known": figures["settling"],
-        "time stepping": f"{figures['steps']} steps, {said(core, 's')} of one core for 1 s",
+        "time stepping": f"{figures['steps']} steps, {with_unit(core, 's')} of one core for 1 s",
     }
     if "energy_residual" in figures:
-        rows["energy not accounted for"] = said(figures["energy_residual"], "share")
+        rows["energy not accounted for"] = with_unit(figures["energy_residual"], "share")
     table(title, rows)
     for name, value in figures.items():
         if isinstance(value, dict) and value and name != "second_reduction":

@@ -19,7 +19,7 @@ from flexgear.gears.stage_flow import StageFlow
 from flexgear.model.case import Case
 from flexgear.model.units import RPM
 from flexgear.results.report.key_words import row_of
-from flexgear.results.report.wording import said
+from flexgear.results.report.wording import with_unit
 from flexgear.solve.angles import StageMotion, stage_motions
 
 ROUNDING = 1e-9
@@ -163,6 +163,6 @@ def with_reasons(sections: Sections) -> Sections:
     for key, value in sections.get("solver", {}).items():
         row = row_of(key, value)
         reason = next((why for name, why in reasons.items() if key.startswith(name)), "")
-        rows[key] = said(row.value, row.unit) + (f"   ({reason})" if reason else "")
+        rows[key] = with_unit(row.value, row.unit) + (f"   ({reason})" if reason else "")
     shown = {name: rows if name == "solver" else one for name, one in sections.items()}
     return {name: one for name, one in shown.items() if name != "solver_reasons"}

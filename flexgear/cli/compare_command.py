@@ -134,8 +134,8 @@ def _sharing(case: Case, cycles: int | None, as_json: bool, quiet: bool) -> None
     """Load sharing by analysis and variant, with and without errors."""
     with progress(quiet) as report:
         models = models_of(case, report)
-        own = next(iter(models.values()))
-        warn(reduction_warnings(case, own.bodies, own.system.variants))
+        first_model = next(iter(models.values()))
+        warn(reduction_warnings(case, first_model.bodies, first_model.system.variants))
         figures = compare_sharing(models, cycles=cycles, progress=report)
     if as_json:
         present("", figures, True)

@@ -36,7 +36,7 @@ def saved_names(save: Sequence[str] | None, out: Path | None) -> list[str]:
 
 
 @contextlib.contextmanager
-def kept(out: Path | None, names: Sequence[str], quiet: bool) -> Iterator[list[DatasetSink]]:
+def run_sinks(out: Path | None, names: Sequence[str], quiet: bool) -> Iterator[list[DatasetSink]]:
     """Sinks that say what is coming and write it to ``out``, which is there when the block ends."""
     watchers: list[DatasetSink] = [] if quiet else [Forecast(out, names)]
     if out is None:
@@ -65,6 +65,6 @@ class Forecast:
     def _size_text(self, coming: Coming) -> str:
         parts = [f"{coming.samples} samples"]
         if self._out is not None:
-            own = Coming(chosen(coming.pattern, self._names), coming.samples)
-            parts.append(f"{size_text(own.size)} in {self._out} before compression")
+            written = Coming(chosen(coming.pattern, self._names), coming.samples)
+            parts.append(f"{size_text(written.size)} in {self._out} before compression")
         return ", ".join(parts)

@@ -19,7 +19,7 @@ from flexgear.cli.run_folder import Folder, RingFolder, prefix_of, read_folder
 from flexgear.gears.geometry import stage_geometry
 from flexgear.model.errors import FlexgearError
 from flexgear.model.names import BodyName
-from flexgear.results.report.wording import of_stage, said, window_words
+from flexgear.results.report.wording import of_stage, window_words, with_unit
 from flexgear.results.settling import settled, window_of
 from flexgear.results.stage_part import with_spread
 from flexgear.studies.early_workers import EarlyWorkers
@@ -73,17 +73,17 @@ def drawn_side(
     """Draw the pictures: their side of the report, and what was left out and why."""
     report("pictures", 0.0)
     made: dict[str, Picture] = {}
-    _known[sheet] = own = Pictures(content, sheet.folder)
+    _known[sheet] = drawn = Pictures(content, sheet.folder)
     try:
-        for k, outcome in workers.completed(_picture, sheet, own.names):
+        for k, outcome in workers.completed(_picture, sheet, drawn.names):
             # what another process could not draw fails here again, with its own error
-            made[own.names[k]] = outcome.value or own.picture(own.names[k])
-            report("pictures", len(made) / (len(own.names) + 1))
+            made[drawn.names[k]] = outcome.value or drawn.picture(drawn.names[k])
+            report("pictures", len(made) / (len(drawn.names) + 1))
     finally:
         del _known[sheet]
-    ordered = [(name, made[name]) for name in (*own.plan, *own.bodies)]
+    ordered = [(name, made[name]) for name in (*drawn.plan, *drawn.bodies)]
     notes = [p.caption for _, p in ordered if p.path is None][:1]
-    if content.rings and not own.renders:
+    if content.rings and not drawn.renders:
         notes = ["no 3D renders: ring and carrier are rigid"]
     shown = [_shown(name, one) for name, one in ordered if one.path is not None]
     return side_of(content.case, content.flow, content.summary, shown, notes), notes
@@ -244,17 +244,17 @@ def _ring_plan(content: RingFolder) -> dict[str, tuple[str, Draw]]:
         runs = content.runs(f"torque_step_{depth}")
         drop = _spread({n: thinned(d, MOST_SHOWN) for n, d in runs.items()})
         plan[f"torque_step_{depth}"] = (
-            f"Torque drop to {said(float(depth), 'N m')}",
+            f"Torque drop to {with_unit(float(depth), 'N m')}",
             partial(histories.torque_drop, drop),
         )
         plan[f"torque_step_{depth}_speed"] = (
-            f"Carrier speed, torque drop to {said(float(depth), 'N m')}",
+            f"Carrier speed, torque drop to {with_unit(float(depth), 'N m')}",
             partial(histories.carrier_speed, drop),
         )
         account = next(iter(drop.values()))
         if "energy_kinetic" in account:
             plan[f"torque_step_{depth}_energy"] = (
-                f"Energy balance, torque drop to {said(float(depth), 'N m')}",
+                f"Energy balance, torque drop to {with_unit(float(depth), 'N m')}",
                 partial(charts.energy_balance, account),
             )
     return plan
@@ -347,7 +347,7 @@ def _swing(content: Folder, folder: Path, name: str) -> Picture:
     field = content.fields[body]
     points, cells, shapes = (field[n].to_numpy() for n in ("point", "cell", "mode_displacement"))
     labels = [
-        f"mode {int(mode)}, {said(float(hz), 'Hz')}"
+        f"mode {int(mode)}, {with_unit(float(hz), 'Hz')}"
         for mode, hz in zip(field["mode"], field["frequency"], strict=True)
     ]
     title = f"{_body(body)} in {labels[0]}"

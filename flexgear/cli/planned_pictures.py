@@ -199,8 +199,8 @@ def _spectrum(data: xr.Dataset, stage: StageFlow) -> Any:
 
 def _sharing(data: xr.Dataset, stage: str) -> Any:
     """Chart of a stage's load sharing in the settled window."""
-    own = _of_stage(settled(data, MOST_READ), stage)
-    return sharing_charts.sharing_chart(own[["planet_load_factor"]].load())
+    settled_part = _of_stage(settled(data, MOST_READ), stage)
+    return sharing_charts.sharing_chart(settled_part[["planet_load_factor"]].load())
 
 
 def _displacements(data: xr.Dataset) -> Any:

@@ -10,7 +10,7 @@ from flexgear.gears.power_flow import PowerFlow
 from flexgear.model.case import Case
 from flexgear.results.report.case_rows import case_tables
 from flexgear.results.report.tables import tables
-from flexgear.results.report.wording import said, words
+from flexgear.results.report.wording import with_unit, words
 from flexgear.solve.headlines import verdicts
 from flexgear.views.report import Picture, Side
 
@@ -98,16 +98,17 @@ def lead(case: Case, flow: PowerFlow, summary: Mapping[str, Any]) -> str:
     """What was computed, on which machine."""
     stages = "; ".join(_stage(case, name) for name in (s.name for s in case.stages))
     ports = ", ".join(
-        f"{words(name)} {said(abs(flow.speed[name]), 'rad/s')}, {said(abs(torque), 'N m')}"
+        f"{words(name)} {with_unit(abs(flow.speed[name]), 'rad/s')}, "
+        f"{with_unit(abs(torque), 'N m')}"
         for name, torque in flow.torque.items()
         if abs(flow.speed[name]) > 0
     )
     did = ["natural modes", "equilibria", "load sharing", "steady running in time"]
-    drops = [said(float(depth), "N m") for depth in summary["torque_steps"]]
+    drops = [with_unit(float(depth), "N m") for depth in summary["torque_steps"]]
     if drops:
         did.append("torque drops to " + ", ".join(drops))
     return (
-        f"{stages}. {said(flow.input_power, 'W')} in; {ports}. Bodies: {summary['variant']}. "
+        f"{stages}. {with_unit(flow.input_power, 'W')} in; {ports}. Bodies: {summary['variant']}. "
         f"Computed: {', '.join(did)}."
     )
 
@@ -120,5 +121,5 @@ def _stage(case: Case, name: str) -> str:
     planets = f", {stage.planets} planets" if stage.kind == "planetary" else ""
     return (
         f"{words(name).capitalize()}: {stage.kind}{planets}, {teeth} teeth, normal module "
-        f"{said(stage.normal_module, 'm')}"
+        f"{with_unit(stage.normal_module, 'm')}"
     )

@@ -29,7 +29,7 @@ from flexgear.model.case import Case
 from flexgear.results.dataset import save
 from flexgear.results.origin import origin_of_case
 from flexgear.results.report.parts import MARKS, Verdict
-from flexgear.results.report.wording import said
+from flexgear.results.report.wording import with_unit
 from flexgear.solve.bodies import reduced_bodies
 from flexgear.solve.headlines import WARNING, plain_warnings, verdicts
 from flexgear.solve.run import Run, Stopwatch
@@ -82,15 +82,17 @@ def _show(title: str, case: Case, flow: PowerFlow, summary: dict[str, Any]) -> N
     """What a run says at its end: the headlines of its report, a line for the figure and one for
     the sentence. Warnings stand apart."""
     typer.echo(title)
-    power = said(summary["power_flow"]["input_power_w"], "W")
+    power = with_unit(summary["power_flow"]["input_power_w"], "W")
     lowest = [m for m in summary["modes"]["lowest"] if m["frequency_hz"] > 0][:3]
-    modes = ", ".join(f"{said(m['frequency_hz'], 'Hz')} {m['type']}" for m in lowest)
+    modes = ", ".join(f"{with_unit(m['frequency_hz'], 'Hz')} {m['type']}" for m in lowest)
     core = 1.0 / summary["realtime_factor"] if summary["realtime_factor"] else math.nan
     lines = [
         Verdict("note", "Power", f"{power} in", ""),
         *(v for v in verdicts(case, flow, summary) if v.subject != WARNING),
         Verdict("note", "Lowest natural modes", modes, ""),
-        Verdict("note", "Time stepping", f"{said(core, 's')} of one core for 1 s of running", ""),
+        Verdict(
+            "note", "Time stepping", f"{with_unit(core, 's')} of one core for 1 s of running", ""
+        ),
     ]
     width = max(len(v.subject) for v in lines)
     for one in lines:

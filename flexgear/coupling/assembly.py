@@ -247,9 +247,9 @@ class Assembly:
         A row that is the mean of n bodies' rotations (halves of a ring) puts 1/n on each, so that
         mass never couples bodies.
         """
-        own = [s for s in map(self.slice_of, (b.name for b in self.bodies)) if row[s].any()]
-        for at in own:
-            self.mass[at, at] += inertia * len(own) * np.outer(row[at], row[at])
+        dofs = [s for s in map(self.slice_of, (b.name for b in self.bodies)) if row[s].any()]
+        for at in dofs:
+            self.mass[at, at] += inertia * len(dofs) * np.outer(row[at], row[at])
 
     def loose_motions(self) -> Array:
         """Motions (d, r) of rigid bodies that no constant spring resists.

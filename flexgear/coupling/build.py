@@ -96,7 +96,7 @@ def _bodies(
         flexible_bodies = zip(("ring", "carrier"), flexible.get(stage.name, ()), strict=False)
         reduced = {part: body for part, body in flexible_bodies if body is not None}
         members.append(stage_members(case, stage, reduced, variants.get(stage.name), stiffening))
-    bodies = [m.body for own in members for m in own]
+    bodies = [m.body for of_stage in members for m in of_stage]
     housing = case.housing
     if housing.kind == "lumped":
         bodies.append(lumped_body(BodyName.of("", "housing"), housing.mass, housing.inertia))
@@ -183,8 +183,8 @@ def _gear_blocks(b: UnderWay, number: int) -> GearBlocks:
         if m.teeth:
             places = np.array([m.body.position(node) for node in nodes])
             for k, side in enumerate(sides := b.case.stages[number].sides):
-                own = slice(k * len(nodes) // len(sides), (k + 1) * len(nodes) // len(sides))
-                gears[m.part, side], teeth[side] = first + own.start, places[own]
+                of_half = slice(k * len(nodes) // len(sides), (k + 1) * len(nodes) // len(sides))
+                gears[m.part, side], teeth[side] = first + of_half.start, places[of_half]
     return GearBlocks(planets, gears, teeth)
 
 

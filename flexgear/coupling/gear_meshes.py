@@ -334,13 +334,13 @@ def _tables(sets: Sequence[GearMeshSet]) -> tuple[Array, Array, Array, Array, Ar
             z.append(np.zeros(size))
             gap.append(np.zeros(size))
             continue
-        own = p.s_grid if p.slices is None else p.slices.s
-        grid = np.linspace(own[0], own[-1], size)
+        path_grid = p.s_grid if p.slices is None else p.slices.s
+        grid = np.linspace(path_grid[0], path_grid[-1], size)
         start.append(grid[0])
         step.append(grid[1] - grid[0])
         if p.slices is not None:
-            k.append(np.interp(grid, own, p.slices.on_path))
-            z.append(np.interp(grid, own, p.slices.centre))
+            k.append(np.interp(grid, path_grid, p.slices.on_path))
+            z.append(np.interp(grid, path_grid, p.slices.centre))
             gap.append(np.zeros(size))
             continue
         k.append(np.interp(grid, p.s_grid, p.k_grid))
@@ -358,10 +358,10 @@ def _slice_tables(sets: Sequence[GearMeshSet], size: int) -> Array:
     for table, s in zip(out, sets, strict=True):
         if s.path.slices is None:
             continue
-        own = s.path.slices.s
-        grid = np.linspace(own[0], own[-1], size)
+        path_grid = s.path.slices.s
+        grid = np.linspace(path_grid[0], path_grid[-1], size)
         for j, column in enumerate(_of_slices(s.path.slices).T):
-            table[:, j] = np.interp(grid, own, column)
+            table[:, j] = np.interp(grid, path_grid, column)
     return out
 
 

@@ -45,10 +45,10 @@ def behind_spline(joint: Array, spline: Array, end: int) -> Array:
     """
     full = np.zeros((18, 18))  # both ends of the whole, then the node between
     inner = [12, 13, 14, 15, 16, 17]
-    own = list(range(6 * end, 6 * end + 6))
+    dofs = list(range(6 * end, 6 * end + 6))
     ends = [*inner, *range(6, 12)] if end == 0 else [*range(6), *inner]
     full[np.ix_(ends, ends)] += joint
-    both = [*own, *inner]
+    both = [*dofs, *inner]
     full[np.ix_(both, both)] += np.kron([[1.0, -1.0], [-1.0, 1.0]], spline)
     middle, across = full[12:, 12:], full[:12, 12:]
     resisted = np.diag(middle)  # N/m and N·m/rad: one scale for both

@@ -123,11 +123,11 @@ def elastic_modes(system: System) -> tuple[Array, Array]:
 
 
 def _modes_of_part(system: System, part: NDArray[np.int64]) -> tuple[Array, Array]:
-    own = np.ix_(part, part)
-    mass, rigid = system.mass[own], system.rigid[part]
+    block = np.ix_(part, part)
+    mass, rigid = system.mass[block], system.rigid[part]
     # complement of the rigid motions, M-orthogonal: exact zero modes need no search
     null = linalg.null_space((mass @ rigid).T) if rigid.any() else np.eye(len(part))
-    k, m = null.T @ system.stiffness[own] @ null, null.T @ mass @ null
+    k, m = null.T @ system.stiffness[block] @ null, null.T @ mass @ null
     if not len(k):
         return np.zeros(0), np.zeros((len(part), 0))
     values, vectors = linalg.eigh(0.5 * (k + k.T), 0.5 * (m + m.T))
@@ -165,7 +165,7 @@ def modal_system(
         estimates = mode_estimates(system, omega, phi, band_hz)
         choice = choose_modes(omega, estimates, band_hz, accuracy=accuracy, limit_hz=limit_hz)
     limit = np.inf if limit_hz is None else 2 * np.pi * limit_hz
-    keep = int(np.sum(omega <= limit)) if choice is None else choice.kept
+    keep = int(np.sum(omega <= limit)) if choice is None else choice.count
     channels = np.vstack([system.blocks, system.port_rows])
     order = _by_parts(system, phi[:, :keep])
     modes = np.hstack([system.rigid, phi[:, order]])

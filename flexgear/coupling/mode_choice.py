@@ -44,13 +44,13 @@ CHUNK = 64  # cuts judged at a time
 class ModeChoice:
     """Which elastic modes are kept, and what that costs.
 
-    kept: their number; limit_hz: the highest kept frequency, 0 without any; band_hz: excitation up
+    count: their number; limit_hz: the highest kept frequency, 0 without any; band_hz: excitation up
     to which ``estimates`` hold; accuracy: asked for, or None where a limit was given; estimates:
     (m + 1,) relative error of the contact's flexibility with 0 … m modes kept, falling, infinite
     where a dropped mode lies in the band.
     """
 
-    kept: int
+    count: int
     limit_hz: float
     band_hz: float
     accuracy: float | None
@@ -59,7 +59,7 @@ class ModeChoice:
     @property
     def estimate(self) -> float:
         """Relative error of the contact's flexibility up to the band."""
-        return float(self.estimates[self.kept])
+        return float(self.estimates[self.count])
 
 
 def cuts(omega: Array) -> NDArray[np.int64]:

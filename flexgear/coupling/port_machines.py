@@ -51,12 +51,12 @@ def require_free_speeds(case: Case, turns: Array) -> None:
     """InputError where ports that follow a speed say the same motion twice. turns (P, F): rotation
     of the ports per radian of each independent rotation of the train."""
     machines = machines_of(case)
-    own = [p for p, one in enumerate(machines) if one is not None and one.follows_speed]
-    for count in range(1, len(own) + 1):
-        if np.linalg.matrix_rank(turns[own[:count]]) < count:
-            last = own[count - 1]
+    speed_ports = [p for p, one in enumerate(machines) if one is not None and one.follows_speed]
+    for count in range(1, len(speed_ports) + 1):
+        if np.linalg.matrix_rank(turns[speed_ports[:count]]) < count:
+            last = speed_ports[count - 1]
             key = f"inputs[{last}]" if last < len(case.inputs) else "output"
-            others = " and ".join(case.ports[p].member for p in own[: count - 1])
+            others = " and ".join(case.ports[p].member for p in speed_ports[: count - 1])
             raise InputError(
                 case.source,
                 f"{key}.machine.law",

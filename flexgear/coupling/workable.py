@@ -51,7 +51,7 @@ def rigid_system(case: Case) -> System:
         if stage.is_flexible:
             with inside(case, stage):
                 view = case.view(stage.name)
-                sized = {part: rigid_part(view, part, own=False) for part in view.fe_parts}
+                sized = {part: rigid_part(view, part, from_files=False) for part in view.fe_parts}
                 bodies[stage.name] = sized.get("ring"), sized.get("carrier")
     return build_system(case, bodies, dict.fromkeys(bodies, RIGID), bending=False)
 

@@ -32,14 +32,14 @@ def with_ends(line_load: Array, held: Array | float = 0.0) -> Array:
     w, held = np.asarray(line_load, dtype=float), np.asarray(held, dtype=float)
     reach = np.maximum(0.5 - held, 0.0)
     ends = []
-    for own in (w, w[..., ::-1]):
-        end = own[..., 0].copy()
+    for side in (w, w[..., ::-1]):
+        end = side[..., 0].copy()
         if w.shape[-1] > 1:
-            touches = (own[..., 0] > 0) & (own[..., 1] > 0)
-            end += np.where(touches, reach * (own[..., 0] - own[..., 1]), 0.0)
+            touches = (side[..., 0] > 0) & (side[..., 1] > 0)
+            end += np.where(touches, reach * (side[..., 0] - side[..., 1]), 0.0)
         if w.shape[-1] > 2:
-            bend = own[..., 0] - 2 * own[..., 1] + own[..., 2]
-            end += np.where(touches & (own[..., 2] > 0) & (held == 0.0), 0.375 * bend, 0.0)
+            bend = side[..., 0] - 2 * side[..., 1] + side[..., 2]
+            end += np.where(touches & (side[..., 2] > 0) & (held == 0.0), 0.375 * bend, 0.0)
         ends.append(np.maximum(end, 0.0)[..., None])
     return np.concatenate([ends[0], w, ends[1]], axis=-1)
 

@@ -116,8 +116,10 @@ class TipEdge:
         """Roll lengths on the flank of the tip and on its mate's, also before the end of the path
         (distance < 0), m."""
         d = np.asarray(distance, dtype=float)
-        own = self.tip_roll + self.tooth.outward * np.minimum(d, 0.0)
-        return own, np.where(d > 0, self.roll_on_mate(d), self.mate_roll - self.mate.outward * d)
+        tip_roll = self.tip_roll + self.tooth.outward * np.minimum(d, 0.0)
+        return tip_roll, np.where(
+            d > 0, self.roll_on_mate(d), self.mate_roll - self.mate.outward * d
+        )
 
     def apex(self, distance: Array) -> Array:
         """Along the flank from the tip edge to where the involutes touch, m: the arc of the roll

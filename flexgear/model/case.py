@@ -132,8 +132,8 @@ class Case(Section):
     def kinematics_of(self, name: str) -> Kinematics:
         """Coordinates of a member or of "<stage>.planet"; "spatial" unless said in a stage with FE
         bodies or a shaft."""
-        own = self.member(name).kinematics
-        return own or ("spatial" if self.stage(name).is_flexible else self.kinematics)
+        kinematics = self.member(name).kinematics
+        return kinematics or ("spatial" if self.stage(name).is_flexible else self.kinematics)
 
     def held_members(self) -> tuple[MemberName, ...]:
         """Members that do not turn: ``held``, those with kinematics "fixed", default rings."""

@@ -91,10 +91,13 @@ def sections(root: type[Section] = Case) -> list[type[Section]]:
 def _writable(schema: dict[str, Any]) -> dict[str, Any]:
     """A field's schema without what TOML cannot write (null) and what is said elsewhere."""
     choices = [one for one in schema.get("anyOf", ()) if one != {"type": "null"}]
-    own = {k: v for k, v in schema.items() if k not in ("title", "description", "anyOf")}
-    if own.get("default", 0) in (None, "", []):
-        own.pop("default")
-    return {**own, **(choices[0] if len(choices) == 1 else {"anyOf": choices} if choices else {})}
+    content = {k: v for k, v in schema.items() if k not in ("title", "description", "anyOf")}
+    if content.get("default", 0) in (None, "", []):
+        content.pop("default")
+    return {
+        **content,
+        **(choices[0] if len(choices) == 1 else {"anyOf": choices} if choices else {}),
+    }
 
 
 _LIMITS = ("minimum", "maximum", "exclusiveMinimum", "exclusiveMaximum", "default")

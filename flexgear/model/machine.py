@@ -128,10 +128,10 @@ def check_machines(case: Case) -> None:
     if not case.inputs:
         return
     first = case.inputs[0].machine
-    own = case.drive
+    drive = case.drive
     keys = [key for key, field in TimeHistory.model_fields.items()
-            if getattr(own, key) != field.default
-            and not (key == "torque" and own.torque == case.inputs[0].given_torque)]  # fmt: skip
+            if getattr(drive, key) != field.default
+            and not (key == "torque" and drive.torque == case.inputs[0].given_torque)]  # fmt: skip
     if first is not None and keys:
         raise Refusal(f"drive.{keys[0]}", "is given beside inputs.0.machine", "keep one of them")
     if first is not None and first.law != "torque" and case.drive.steps.torques:

@@ -44,8 +44,8 @@ def words(section: type[Section], name: str) -> dict[str, str]:
 
 def _sources(section: type[Section]) -> tuple[type[Section], ...]:
     """The section, those it inherits from, and those whose fields it repeats (``same_as``)."""
-    own = [c for c in section.__mro__ if issubclass(c, Section) and c is not Section]
-    return (*own, *(other for cls in own for other in getattr(cls, "same_as", ())))
+    classes = [c for c in section.__mro__ if issubclass(c, Section) and c is not Section]
+    return (*classes, *(other for cls in classes for other in getattr(cls, "same_as", ())))
 
 
 def _paragraphs(section: type[Section]) -> list[str]:

@@ -78,18 +78,22 @@ class FlankModifications(Section):
 
     def of(self, flank: str) -> FlankModifications:
         """Those of one of its flanks: its own keys, and of the others those of both."""
-        own = getattr(self, flank) or FlankModifications()
+        modifications = getattr(self, flank) or FlankModifications()
         names = FlankModifications.model_fields
-        given = {name: getattr(own, name) for name in names}
+        given = {name: getattr(modifications, name) for name in names}
         return FlankModifications(
             **{n: getattr(self, n) if x is None else x for n, x in given.items()}
         )
 
     def key(self, flank: str, name: str) -> str:
         """Where the key ``name`` of one of its flanks stands: in its own section, or for both."""
-        own = getattr(self, flank)
+        modifications = getattr(self, flank)
         field = name.partition(".")[0]
-        return f"{flank}.{name}" if own and getattr(own, field) is not None else name
+        return (
+            f"{flank}.{name}"
+            if modifications and getattr(modifications, field) is not None
+            else name
+        )
 
 
 class GearModifications(FlankModifications):

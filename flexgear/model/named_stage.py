@@ -33,9 +33,9 @@ def take_stages(data: dict[str, Any], where: str, folder: Path, load_case: LoadC
         if len(taken.stages) != 1:
             problem = f"{word} has {len(taken.stages)} stages"
             raise InputError(where, f"stages[{k}].case", problem, "name a case with one stage")
-        own = taken.stages[0].model_dump(mode="python", exclude_unset=True)
+        values = taken.stages[0].model_dump(mode="python", exclude_unset=True)
         name = stage.get("name") or f"stage_{k + 1}"
-        base = {"material": taken.material.model_dump(mode="python"), **own, "name": name}
+        base = {"material": taken.material.model_dump(mode="python"), **values, "name": name}
         merged = _merged(base, stage)
         stage.clear()
         stage.update(merged)

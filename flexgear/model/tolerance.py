@@ -351,14 +351,14 @@ def _check_ground(case: Case) -> None:
         asked[f"tolerance.by_stage.{k}.modifications"] = one.modifications.given
     for at, given in asked.items():
         for key in given:
-            if not any(key in own for own in drawn):
+            if not any(key in section for section in drawn):
                 raise Refusal(
                     f"{at}.{key[0]}.{key[1]}",
                     "needs a stage that has this flank, and slices along the face",
                     'set gear_mesh.model = "face_load", or take it out',
                 )
-    for stage, own in zip(case.stages, drawn, strict=True):
-        for flank, name in own:
+    for stage, section in zip(case.stages, drawn, strict=True):
+        for flank, name in section:
             part, side = ground_flank(stage, flank)
             relief = getattr(stage, part).modifications.of(side).tip_relief
             if name == "tip_relief" and relief is None:

@@ -41,21 +41,21 @@ def face_figures(data: xr.Dataset) -> dict[str, dict[str, Any]]:
         return {}
     figures = {}
     for name in map(str, data["flank"].to_numpy()):
-        own = data.sel(flank=name)
-        load = own["face_line_load"].mean("position").to_numpy()
+        of_flank = data.sel(flank=name)
+        load = of_flank["face_line_load"].mean("position").to_numpy()
         if not load.max() > 0:
             continue
         figures[name] = {
-            "k_h_beta": factor_along(load, float(own["face_section"].max())),
-            "k_h_alpha": _sharing_factor(own),
-            "instantaneous_peak_factor": float(own["instantaneous_peak_factor"].max()),
-            **_edges(own),
-            "largest_contact_pressure_mpa": 1e-6 * float(own["largest_contact_pressure"].max()),
-            "largest_line_load_n_per_mm": 1e-3 * float(own["largest_line_load"].max()),
-            "misalignment_um": 1e6 * float(own["gear_mesh_misalignment"].mean()),
-            "misalignment_by_cause_um": _causes(own),
-            **_mean_and_swing(own, "transmission_error"),
-            **_mean_and_swing(own, "unloaded_transmission_error"),
+            "k_h_beta": factor_along(load, float(of_flank["face_section"].max())),
+            "k_h_alpha": _sharing_factor(of_flank),
+            "instantaneous_peak_factor": float(of_flank["instantaneous_peak_factor"].max()),
+            **_edges(of_flank),
+            "largest_contact_pressure_mpa": 1e-6 * float(of_flank["largest_contact_pressure"].max()),
+            "largest_line_load_n_per_mm": 1e-3 * float(of_flank["largest_line_load"].max()),
+            "misalignment_um": 1e6 * float(of_flank["gear_mesh_misalignment"].mean()),
+            "misalignment_by_cause_um": _causes(of_flank),
+            **_mean_and_swing(of_flank, "transmission_error"),
+            **_mean_and_swing(of_flank, "unloaded_transmission_error"),
         }
     return figures
 
@@ -65,30 +65,30 @@ def misalignment_of_groups(figures: Mapping[str, Mapping[str, Any]]) -> dict[str
     causes together are the largest, since those of a leaning sun cancel in a mean."""
     worst: dict[str, dict[str, float]] = {}
     for flank, one in figures.items():
-        group, own = FlankName.parse(flank).group, one["misalignment_by_cause_um"]
-        if abs(sum(own.values())) > abs(sum(worst.get(group, {}).values())):
-            worst[group] = own
+        group, group_of_flank = FlankName.parse(flank).group, one["misalignment_by_cause_um"]
+        if abs(sum(group_of_flank.values())) > abs(sum(worst.get(group, {}).values())):
+            worst[group] = group_of_flank
     return worst
 
 
-def _sharing_factor(own: xr.Dataset) -> float:
+def _sharing_factor(of_flank: xr.Dataset) -> float:
     """K_Hα of one flank: largest load of a pair over that which pairs sharing by their nominal
     stiffness on the path of contact would have, the force of the gear mesh being the same."""
-    load, stiffness = own["pair_load"], own["pair_stiffness"]
+    load, stiffness = of_flank["pair_load"], of_flank["pair_stiffness"]
     even = load.sum("slot") * stiffness / stiffness.sum("slot")
     return float(load.max() / even.max())
 
 
-def _edges(own: xr.Dataset) -> dict[str, float]:
+def _edges(of_flank: xr.Dataset) -> dict[str, float]:
     """How much edges of one flank carry, and at what share of the positions they are in contact:
     tips that carry more than the mean line load, ends of the face more than ``END`` times it."""
-    mean = own["mean_line_load"]
+    mean = of_flank["mean_line_load"]
     return {
-        "tip_load_share_max": float(own["tip_load_share"].max()),
-        "tip_line_load_n_per_mm": 1e-3 * float(own["tip_line_load"].max()),
-        "tip_contact_positions": float((own["tip_line_load"] > mean).mean()),
-        "face_end_line_load_n_per_mm": 1e-3 * float(own["face_end_line_load"].max()),
-        "face_end_contact_positions": float((own["face_end_line_load"] > END * mean).mean()),
+        "tip_load_share_max": float(of_flank["tip_load_share"].max()),
+        "tip_line_load_n_per_mm": 1e-3 * float(of_flank["tip_line_load"].max()),
+        "tip_contact_positions": float((of_flank["tip_line_load"] > mean).mean()),
+        "face_end_line_load_n_per_mm": 1e-3 * float(of_flank["face_end_line_load"].max()),
+        "face_end_contact_positions": float((of_flank["face_end_line_load"] > END * mean).mean()),
         "mean_line_load_n_per_mm": 1e-3 * float(mean.mean()),
     }
 
@@ -113,17 +113,17 @@ def edge_warnings(figures: Mapping[str, Mapping[str, Any]]) -> list[str]:
     return texts
 
 
-def _mean_and_swing(own: xr.Dataset, error: str) -> dict[str, float]:
+def _mean_and_swing(of_flank: xr.Dataset, error: str) -> dict[str, float]:
     """Mean and peak to peak, µm, of one flank."""
-    values = own[error].to_numpy()[np.isfinite(own["transmission_error"].to_numpy())]
+    values = of_flank[error].to_numpy()[np.isfinite(of_flank["transmission_error"].to_numpy())]
     return {
         f"{error}_um": 1e6 * float(values.mean()),
         f"{error}_peak_to_peak_um": 1e6 * float(np.ptp(values)),
     }
 
 
-def _causes(own: xr.Dataset) -> dict[str, float]:
+def _causes(of_flank: xr.Dataset) -> dict[str, float]:
     """Mean misalignment by cause, µm, of one flank; without what its gear mesh does not have."""
-    shares = own["gear_mesh_misalignment_by_cause"]
+    shares = of_flank["gear_mesh_misalignment_by_cause"]
     every = {str(c): shares.sel(cause=c).to_numpy() for c in shares["cause"].to_numpy()}
     return {c: 1e6 * float(np.nanmean(v)) for c, v in every.items() if np.nan_to_num(v).any()}

@@ -37,8 +37,8 @@ def force_spectra(data: xr.Dataset, stage: str, frequency: float) -> xr.Dataset:
     Orders go as far as the samples tell, 10 at most.
     """
     last = data.isel(time=slice(-MOST, None))
-    own = np.flatnonzero((last["stage"] == stage) & (last["planet"] == 1))
-    forces = last["gear_mesh_force"].isel(gear_mesh=own).transpose("gear_mesh", "time")
+    first_planet = np.flatnonzero((last["stage"] == stage) & (last["planet"] == 1))
+    forces = last["gear_mesh_force"].isel(gear_mesh=first_planet).transpose("gear_mesh", "time")
     force = forces.to_numpy()
     time = last["time"].to_numpy()
     hz, amplitude = amplitudes(force, float(time[-1] - time[0]) / (len(time) - 1))

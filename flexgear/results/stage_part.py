@@ -45,8 +45,8 @@ def stage_part(data: xr.Dataset, stage: str, half: str = "left") -> xr.Dataset:
             units, meaning = RESULT_COORDINATES[d]
             coords[d] = xr.Variable((d,), ticks, {"units": units, "long_name": meaning})
     if "tooth" in sizes:
-        own = _teeth(data, stage, half)
-        coords["tooth_angle"] = ("tooth", data["tooth_angle"].to_numpy()[own])
+        teeth = _teeth(data, stage, half)
+        coords["tooth_angle"] = ("tooth", data["tooth_angle"].to_numpy()[teeth])
     attrs = dict(data.attrs)
     if "rated_gear_mesh_force" in data:
         rated = data["rated_gear_mesh_force"].to_numpy()[_gear_meshes(data, stage, "ring", half)]
@@ -70,27 +70,27 @@ def halves(data: xr.Dataset, stage: str) -> list[str]:
 
 
 def _gear_meshes(data: xr.Dataset, stage: str, kind: str, half: str) -> np.ndarray[Any, Any]:
-    own = (data["stage"] == stage) & (data["kind"] == kind) & (data["side"] != OTHER[half])
-    return np.flatnonzero(own.to_numpy())
+    in_half = (data["stage"] == stage) & (data["kind"] == kind) & (data["side"] != OTHER[half])
+    return np.flatnonzero(in_half.to_numpy())
 
 
 def ring_forces(data: xr.Dataset, stage: str) -> xr.DataArray:
     """Forces of all ring gear meshes of a stage, of both halves of a double-helical one, N."""
-    own = (data["stage"] == stage) & (data["kind"] == "ring")
-    return _named(data["gear_mesh_force"].isel(gear_mesh=np.flatnonzero(own.to_numpy())))
+    of_ring = (data["stage"] == stage) & (data["kind"] == "ring")
+    return _named(data["gear_mesh_force"].isel(gear_mesh=np.flatnonzero(of_ring.to_numpy())))
 
 
 def _teeth(data: xr.Dataset, stage: str, half: str) -> np.ndarray[Any, Any]:
-    own = data["tooth_stage"] == stage
+    of_stage = data["tooth_stage"] == stage
     if "tooth_side" in data.coords:  # earlier files have none, and no ring in halves
-        own &= data["tooth_side"] != OTHER[half]
-    return np.flatnonzero(own.to_numpy())
+        of_stage &= data["tooth_side"] != OTHER[half]
+    return np.flatnonzero(of_stage.to_numpy())
 
 
 def ring_groups(data: xr.Dataset, stage: str) -> list[str]:
     """Names of a ring's gear meshes in load sharing, of both halves of a double-helical stage."""
-    own = (data["group_stage"] == stage) & (data["group_kind"] == "ring")
-    return [str(g) for g in data["group"].to_numpy()[own.to_numpy()]]
+    of_ring = (data["group_stage"] == stage) & (data["group_kind"] == "ring")
+    return [str(g) for g in data["group"].to_numpy()[of_ring.to_numpy()]]
 
 
 def _variables(data: xr.Dataset, stage: str, half: str) -> Iterator[tuple[str, xr.DataArray]]:
@@ -110,8 +110,8 @@ def _variables(data: xr.Dataset, stage: str, half: str) -> Iterator[tuple[str, x
                 yield "load_sharing", data["load_sharing"].sel(group=group)
     if "gear_mesh_force" in data:
         for kind in KINDS:
-            own = data["gear_mesh_force"].isel(gear_mesh=_gear_meshes(data, stage, kind, half))
-            yield f"{kind}_gear_mesh_force", _named(own, gear_mesh="planet")
+            force = data["gear_mesh_force"].isel(gear_mesh=_gear_meshes(data, stage, kind, half))
+            yield f"{kind}_gear_mesh_force", _named(force, gear_mesh="planet")
     yield from _pairs(data, stage, half)
     yield from _motions(data, stage, half)
     for name, dim, other in (
@@ -141,7 +141,7 @@ def _pairs(data: xr.Dataset, stage: str, half: str) -> Iterator[tuple[str, xr.Da
         return
     for kind in KINDS:
         for sense, words in FLANKS:
-            own = np.flatnonzero(
+            numbers = np.flatnonzero(
                 (
                     (data["flank_stage"] == stage)
                     & (data["flank_kind"] == kind)
@@ -150,8 +150,8 @@ def _pairs(data: xr.Dataset, stage: str, half: str) -> Iterator[tuple[str, xr.Da
                 ).to_numpy()
             )
             for part in PARTS:
-                if f"pair_{part}" in data and len(own):
-                    pairs = data[f"pair_{part}"].isel(flank=own)
+                if f"pair_{part}" in data and len(numbers):
+                    pairs = data[f"pair_{part}"].isel(flank=numbers)
                     yield f"{kind}_{words}_{part}", _named(pairs, flank="planet")
 
 

@@ -70,11 +70,11 @@ def rim_stress_summary(equilibria: xr.Dataset, stage: str) -> dict[str, dict[str
     place where it ranges farthest, and on average over the places. Empty without FE mesh."""
     if "rim_stress" not in equilibria:
         return {}
-    own = equilibria["rim_stress"].to_numpy()[:, equilibria["tooth_stage"].to_numpy() == stage]
-    if not np.isfinite(own).all():
+    stress = equilibria["rim_stress"].to_numpy()[:, equilibria["tooth_stage"].to_numpy() == stage]
+    if not np.isfinite(stress).all():
         return {}
-    ranges = own.max(axis=0) - own.min(axis=0)
-    figures = {"min": own.min(), "max": own.max(), "range_max": ranges.max()}
+    ranges = stress.max(axis=0) - stress.min(axis=0)
+    figures = {"min": stress.min(), "max": stress.max(), "range_max": ranges.max()}
     figures["range_mean"] = ranges.mean()
     return {"rim_stress_mpa": {name: float(value) / 1e6 for name, value in figures.items()}}
 
@@ -113,8 +113,8 @@ def sharing_summary(data: xr.Dataset, groups: Sequence[str]) -> dict[str, float 
         ranges = ranges_of(data, lambda piece: piece[["load_sharing"]].sel(group=groups))
         mean, largest = ranges.mean["load_sharing"].max(), ranges.largest["load_sharing"].max()
     else:
-        own = data["load_sharing"].sel(group=groups)
-        mean, largest = own.mean("position").max(), own.max()
+        sharing = data["load_sharing"].sel(group=groups)
+        mean, largest = sharing.mean("position").max(), sharing.max()
     return {"mean": _number(mean), "max": _number(largest)}
 
 

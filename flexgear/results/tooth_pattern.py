@@ -31,9 +31,9 @@ class ToothPattern(NamedTuple):
 
 def carrying_sets(data: xr.Dataset, stage: str) -> list[tuple[str, str]]:
     """Kind and side of the gear meshes of a stage that carry."""
-    own = data.isel(flank=data["flank_stage"].to_numpy() == stage)
-    carries = own["face_line_load"].max(["position", "face"]).to_numpy() > 0
-    both = zip(own["flank_kind"].to_numpy(), own["flank_side"].to_numpy(), strict=True)
+    of_stage = data.isel(flank=data["flank_stage"].to_numpy() == stage)
+    carries = of_stage["face_line_load"].max(["position", "face"]).to_numpy() > 0
+    both = zip(of_stage["flank_kind"].to_numpy(), of_stage["flank_side"].to_numpy(), strict=True)
     return list(dict.fromkeys((str(k), str(s)) for (k, s), c in zip(both, carries, strict=True) if c))
 
 
@@ -53,8 +53,8 @@ def planet_pattern(data: xr.Dataset, stage: str, kind: str, side: str) -> ToothP
 def _flanks(data: xr.Dataset, stage: str, kind: str, side: str) -> list[xr.Dataset]:
     """Flanks of one kind and side that carry, planet by planet."""
     labels = {"flank_stage": stage, "flank_kind": kind, "flank_side": side}
-    own = np.all([data[name].to_numpy() == label for name, label in labels.items()], axis=0)
-    every = [data.isel(flank=int(m)) for m in np.flatnonzero(own)]
+    matches = np.all([data[name].to_numpy() == label for name, label in labels.items()], axis=0)
+    every = [data.isel(flank=int(m)) for m in np.flatnonzero(matches)]
     return [one for one in every if float(one["face_line_load"].max()) > 0]
 
 

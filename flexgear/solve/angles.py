@@ -159,9 +159,9 @@ def one_turn(motion: StageMotion, lead: float, per_gear_mesh: int, most: int) ->
 
 def cycles_of_train(motions: tuple[StageMotion, ...], stage: int) -> int | None:
     """Gear-mesh cycles of a stage until the errors of all stages come back; None: endless."""
-    own = motions[stage]
-    if own.theta == 0:
+    motion = motions[stage]
+    if motion.theta == 0:
         return None
-    turns = train_cycle([m.turn for m in motions]) * abs(own.turn.rate)
-    count = int(turns * own.cycle.per_turn)
+    turns = train_cycle([m.turn for m in motions]) * abs(motion.turn.rate)
+    count = int(turns * motion.cycle.per_turn)
     return count if count < LONGEST else None

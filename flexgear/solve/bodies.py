@@ -107,8 +107,8 @@ def reduced_bodies(
     """Rings and carriers that bend of every flexible stage by its name; influences of teeth go to
     the cache. bends: what does by stage; by default what the case says."""
     bodies, bends = {}, variants_of(case) if bends is None else bends
-    for own in case.stages:
-        _make_influences(case.view(own.name), named(own.name, progress))
+    for stage_case in case.stages:
+        _make_influences(case.view(stage_case.name), named(stage_case.name, progress))
     for name, stage in case.flexible_stages.items():
         report = progress if name == "stage" else named(name, progress)
         bodies[name] = stage_bodies(stage, report, reduction_limit(case, name), bends[name])
@@ -151,8 +151,12 @@ def variants_of(case: Case, rigid: Sequence[str] = ()) -> dict[str, Variant]:
     """
     stages = case.flexible_stages
     bending = {name: stage.bending_parts for name, stage in stages.items()}
-    parts = dict.fromkeys(part for own in bending.values() for part in own)
-    known = [*parts, *(f"{name}.{part}" for name, own in bending.items() for part in own), "all"]
+    parts = dict.fromkeys(part for parts_of_stage in bending.values() for part in parts_of_stage)
+    known = [
+        *parts,
+        *(f"{name}.{part}" for name, parts_of_stage in bending.items() for part in parts_of_stage),
+        "all",
+    ]
     for name in rigid:
         if not stages:
             raise InputError(

@@ -157,12 +157,12 @@ def _meetings(
     rates = decay(model.system, rest, model.mean_springs.cycles)
     stages = [stage.name for stage in model.case.stages]
     for number, stage in enumerate(model.case.stages):
-        own = [one for one in lines if one.stage == stage.name]
+        lines_of_stage = [one for one in lines if one.stage == stage.name]
         groups = _groups(rest.frequencies, index[:, number])
-        force, alone = _forces(model, stage.name, rest, rates, own, groups)
+        force, alone = _forces(model, stage.name, rest, rates, lines_of_stage, groups)
         for factor in operating:
             at_speed = [np.interp(factor, modes_met.factors, f) for f in modes_met.frequencies.T]
-            for i, one in enumerate(own):
+            for i, one in enumerate(lines_of_stage):
                 for g, group in enumerate(groups):
                     natural = float(np.mean([at_speed[j] for j in group]))
                     excited = factor * one.line.slope

@@ -160,8 +160,8 @@ def _reduction_errors(model: Model) -> dict[str, float]:
     """Relative static and frequency error of every reduced body that bends: "stage.ring_…"."""
     return {
         f"{stage}.{part}_{kind}": float(body.report[kind])
-        for stage, own in model.bodies.items()
-        for part, body in own.by_part.items()
+        for stage, bodies in model.bodies.items()
+        for part, body in bodies.by_part.items()
         for kind in ("static_error", "frequency_error")
         if body.report.get(kind) is not None and not model.system.body(f"{stage}.{part}").rigid
     }

@@ -27,8 +27,8 @@ def bending_bodies(model: Model) -> list[BodyName]:
     """Finite-element bodies that bend: "stage.ring", "stage.carrier"; those with an FE mesh."""
     names = [
         BodyName.of(stage, part)
-        for stage, own in model.bodies.items()
-        for part, body in own.by_part.items()
+        for stage, bodies in model.bodies.items()
+        for part, body in bodies.by_part.items()
         if len(body.points)  # a body that was given reduced has none
     ]
     return [name for name in names if not model.system.body(name).rigid]
@@ -130,5 +130,5 @@ def _at(run: xr.Dataset, body: str, time: float) -> tuple[NDArray[np.float64], d
         )
         raise InputError("deformed", body, problem, f'run it with fields=["{body}"]')
     sample = run.sel(time=time, method="nearest")
-    own = sample["fe_coordinate"].to_numpy()[np.array(bodies) == body]
-    return own.astype(float), {"time": float(sample["time"])}
+    coordinates = sample["fe_coordinate"].to_numpy()[np.array(bodies) == body]
+    return coordinates.astype(float), {"time": float(sample["time"])}

@@ -107,8 +107,10 @@ def _turning(model: Model) -> Iterator[Excitation]:
             for order in TURNS:
                 line = ExcitationLine(f"{stage.name}.{part}", float(order), base)
                 yield Excitation(line, stage.name, SHAFT)
-        own = flow.stage(stage.name)
-        passes = stage.planets * abs(own.carrier_speed - own.ring_speed) / (2 * math.pi)
+        stage_flow = flow.stage(stage.name)
+        passes = (
+            stage.planets * abs(stage_flow.carrier_speed - stage_flow.ring_speed) / (2 * math.pi)
+        )
         if stage.kind == "planetary" and passes > 0.0:
             line = ExcitationLine(f"{stage.name} planet pass", 1.0, passes)
             yield Excitation(line, stage.name, PLANET_PASS)

@@ -138,8 +138,8 @@ def _of_stage(
         "load_sharing_coefficient": np.array([g.stage == stage for g in groups_of(names)]),
     }
     out = {**values, **known}
-    for name, own in columns.items():
-        both = np.where(own, values[name], known.get(name, np.full_like(values[name], np.nan)))
+    for name, column in columns.items():
+        both = np.where(column, values[name], known.get(name, np.full_like(values[name], np.nan)))
         out[name] = both
     return out
 

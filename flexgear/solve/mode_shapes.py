@@ -41,11 +41,11 @@ def mode_shapes(model: Model, body: str, modes: Modes) -> xr.Dataset:
     require_bending(model, body)
     name = BodyName.parse(body)
     reduced = model.bodies[name.stage].by_part[name.part]
-    own = model.system.slice_of(body)
+    dofs = model.system.slice_of(body)
     numbers = moving_modes(modes, body)
     shapes = np.zeros((len(numbers), len(reduced.points), 3))
     for shape, k in zip(shapes, numbers, strict=True):
-        field = reduced.recover(modes.shapes[own, k])
+        field = reduced.recover(modes.shapes[dofs, k])
         shape[:] = field / np.linalg.norm(field, axis=-1).max()
     attributes = {"units": "1", "long_name": "displacement in a mode over the largest of the body"}
     return xr.Dataset(

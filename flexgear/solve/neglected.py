@@ -24,9 +24,9 @@ from flexgear.results.report.sharing import Sharing, own_variant, sharing_title,
 from flexgear.results.report.wording import (
     factor,
     number,
-    said,
     titled_by_stage,
     window_words,
+    with_unit,
     words,
 )
 
@@ -120,7 +120,8 @@ def beside_lengths(
                 "stage": one.stage,
                 "value_um": 1e6 * one.value,
                 "effects_um": {name: 1e6 * size for name, size in effects.items()},
-                "sentence": f"{one.subject}, {said(one.value, 'm')}: the model neglects {left}.",
+                "sentence": f"{one.subject}, {with_unit(one.value, 'm')}: "
+                f"the model neglects {left}.",
             }
 
 

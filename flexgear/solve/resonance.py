@@ -12,7 +12,7 @@ import xarray as xr
 from flexgear.analysis.nodal_index import folded
 from flexgear.model.case import Case
 from flexgear.results.report.parts import Level
-from flexgear.results.report.wording import excitation_words, said, words
+from flexgear.results.report.wording import excitation_words, with_unit, words
 from flexgear.solve.campbell import ERRORS, IDEAL
 from flexgear.solve.excitation import GEAR_MESH, LEAST
 from flexgear.solve.modes import index_word
@@ -65,7 +65,7 @@ def _constant(campbell: xr.Dataset) -> list[str]:
     ):
         if kind == GEAR_MESH:
             varies[str(stage)] = varies.get(str(stage), False) or bool(share >= LEAST)
-    return [stage for stage, own in varies.items() if not own]
+    return [stage for stage, orders_of_stage in varies.items() if not orders_of_stage]
 
 
 def _rows(case: Case, campbell: xr.Dataset, modes: xr.Dataset) -> Iterator[dict[str, Any]]:
@@ -121,7 +121,7 @@ def resonance_verdict(figures: Mapping[str, Any]) -> tuple[Level, str, str]:
     force by a twentieth or more, or where nothing is known of that.
     """
     rows: Sequence[Mapping[str, Any]] = figures["met"]
-    margin, speeds = said(figures["margin"], "share"), _speeds(figures["speed_factors"])
+    margin, speeds = with_unit(figures["margin"], "share"), _speeds(figures["speed_factors"])
     unknown = _unknown(figures)
     if not rows:
         looked = orders_words(figures["orders"])
@@ -140,7 +140,7 @@ def resonance_verdict(figures: Mapping[str, Any]) -> tuple[Level, str, str]:
         sentences.append(f"{_met(other)}, which only unequal planets or run-out excite{raised}.")
     counts = f"{figures['ideal']} excited by equal planets, {figures['errors']} only with errors"
     text = f"Orders within {margin} of a mode {speeds}: {counts}. {' '.join(sentences)}{unknown}"
-    shown = said(rows[0]["frequency_hz"], "Hz")
+    shown = with_unit(rows[0]["frequency_hz"], "Hz")
     return ("watch" if level == "watch" else "note"), shown, text
 
 
@@ -153,9 +153,9 @@ def _met(row: Mapping[str, Any]) -> str:
     numbers = " and ".join(map(str, row["modes"][:2]))
     modes = f"mode{'s' if len(row['modes']) > 1 else ''} {numbers}"
     side = "above" if row["away"] > 0 else "below"
-    kind, natural = row["type"], said(row["mode_frequency_hz"], "Hz")
+    kind, natural = row["type"], with_unit(row["mode_frequency_hz"], "Hz")
     return (
-        f"{excitation_words(row['excitation'])}, {said(row['frequency_hz'], 'Hz')}, lies "
+        f"{excitation_words(row['excitation'])}, {with_unit(row['frequency_hz'], 'Hz')}, lies "
         f"{100 * abs(row['away']):.1f} % {side} {modes} ({kind}{', ' * bool(kind)}{natural})"
     )
 
@@ -181,8 +181,8 @@ def _speeds(factors: Sequence[float]) -> str:
 def orders_words(orders: Mapping[str, Sequence[float]]) -> str:
     """Which orders were looked at."""
     named = [
-        f"{span(list(own))}{'' if stage == 'stage' else f' of {words(stage)}'}"
-        for stage, own in orders.items()
+        f"{span(list(numbers))}{'' if stage == 'stage' else f' of {words(stage)}'}"
+        for stage, numbers in orders.items()
     ]
     return f"Orders {', '.join(named)} and turns of shafts" if named else "Turns of shafts"
 

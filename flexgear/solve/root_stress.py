@@ -179,9 +179,9 @@ def _loaded(force: Array) -> NDArray[np.bool_]:
 
 def _of_teeth(ring: Array, tooth: NDArray[np.int16], there: NDArray[np.bool_], sense: int) -> Roots:
     """Those of a ring's stress (t, z, 2, rows, q) that belong to pairs on teeth (t, slots)."""
-    own = ring[np.arange(len(ring))[:, None], np.maximum(tooth, 0)].astype(float)[:, :, ::sense]
-    own[~there] = np.nan
-    return Roots(own[:, :, 0], own[:, :, 1])
+    stress = ring[np.arange(len(ring))[:, None], np.maximum(tooth, 0)].astype(float)[:, :, ::sense]
+    stress[~there] = np.nan
+    return Roots(stress[:, :, 0], stress[:, :, 1])
 
 
 def _by_tooth(

@@ -105,24 +105,24 @@ def models_of(
     case: Case, progress: Progress = silent, bodies: Bodies | None = None
 ) -> dict[str, Model]:
     """The case as it is, with rigid bodies in place of those that bend, and without errors."""
-    own = assemble(case, progress=progress, bodies=bodies)
-    models = {own.variant: own}
-    if case.flexible_stages and own.variant != "rigid":
-        models["rigid"] = assemble(case, bodies=own.bodies, variants=all_rigid(case))
+    model = assemble(case, progress=progress, bodies=bodies)
+    models = {model.variant: model}
+    if case.flexible_stages and model.variant != "rigid":
+        models["rigid"] = assemble(case, bodies=model.bodies, variants=all_rigid(case))
     with single_threaded_blas(), ThreadPoolExecutor(WORKERS) as pool:
         list(pool.map(attrgetter("modal"), models.values()))  # made once, before threads share it
-    if own.has_errors:
-        clean = own.without_errors()
+    if model.has_errors:
+        clean = model.without_errors()
         models[clean.variant] = clean
     return models
 
 
-def _fields(own: Model, ideal: Model) -> dict[BodyName, xr.Dataset]:
+def _fields(model: Model, ideal: Model) -> dict[BodyName, xr.Dataset]:
     """Of every body that bends: deformed without errors, and its shapes in the natural modes."""
-    names = bending_bodies(own)
-    modes = lowest_modes(own) if names else None
+    names = bending_bodies(model)
+    modes = lowest_modes(model) if names else None
     return {
-        name: deformed(ideal, name).merge(mode_shapes(own, name, modes), combine_attrs="override")
+        name: deformed(ideal, name).merge(mode_shapes(model, name, modes), combine_attrs="override")
         for name in names
         if modes is not None
     }
@@ -167,13 +167,13 @@ def run(
             runs, drops = ended()
     datasets |= {dataset_name("transient", models[n]): one.data for n, one in runs.items()}
     datasets |= {drop_name(torque, models[n]): one.data for (torque, n), one in drops.items()}
-    own = next(iter(runs.values()))
+    first_run = next(iter(runs.values()))
     harmonic: dict[str, Any] = {"reason": why_not_linear(first.system)}
     if harmonic["reason"] is None:
         with watch.stage("harmonic"):
-            datasets["harmonic"], harmonic = _harmonic(first, own.data)
+            datasets["harmonic"], harmonic = _harmonic(first, first_run.data)
     watch.seconds |= {f"transient_{label}": one.wall for label, one in runs.items()}
-    motions = _motions(datasets["equilibrium"], own.data)
+    motions = _motions(datasets["equilibrium"], first_run.data)
     summary = build_summary(
         case=case.name,
         result="run",
@@ -191,7 +191,7 @@ def run(
             "quasi_static": {n: _shared(sharing, n) for n in models},
             "transient": {n: _in_time(one.data) for n, one in runs.items()},
         },
-        transient=transient_summary(own),
+        transient=transient_summary(first_run),
         motion_um_max={name: 1e6 * size for name, size in motions.items()},
         harmonic=harmonic,
         torque_steps=drops_summary(case, drops),
@@ -205,7 +205,7 @@ def run(
         ],
         timing_s=watch.seconds,
         # of one core, as several runs go side by side
-        realtime_factor=own.realtime_factor,
+        realtime_factor=first_run.realtime_factor,
         **({"face_load": face_load} if face_load else {}),
         **bodies_summary(models, datasets, runs),
     )

@@ -76,27 +76,27 @@ def stages_summary(model: Model, equilibria: xr.Dataset) -> dict[str, dict[str, 
     motions, lives = stage_motions(train, flow), planet_bearing_life_hours(train, flow)
     out: dict[str, dict[str, Any]] = {}
     for stage, motion in zip(train.stages, motions, strict=True):
-        own = flow.stage(stage.name)
+        stage_flow = flow.stage(stage.name)
         out[stage.name] = {
             "kind": stage.kind,
-            "gear_mesh_frequency_hz": own.gear_mesh_frequency,
-            "rolling_power_w": own.stage_power,
-            "sun_gear_mesh_force_n": abs(own.sun_gear_mesh_force),
+            "gear_mesh_frequency_hz": stage_flow.gear_mesh_frequency,
+            "rolling_power_w": stage_flow.stage_power,
+            "sun_gear_mesh_force_n": abs(stage_flow.sun_gear_mesh_force),
             "error_cycle_gear_meshes": motion.cycle.gear_meshes,
         }
         view = train.view(stage.name)
         out[stage.name]["nominal_root_stress_mpa"] = {
             view.part(role): value / 1e6
-            for role, value in largest_root_stress(view, own.gear_mesh_forces).items()
+            for role, value in largest_root_stress(view, stage_flow.gear_mesh_forces).items()
         }
         roots = root_figures(equilibria, stage.name)
         if roots:
             out[stage.name]["root_stress_mpa"] = {view.part(s): one for s, one in roots.items()}
         if stage.kind == "planetary":
             out[stage.name] |= {
-                "ring_gear_mesh_force_n": abs(own.ring_gear_mesh_force),
-                "planet_bearing_force_n": own.planet_bearing_force,
-                "planet_speed_in_carrier_rpm": own.planet_relative_speed * RPM,
+                "ring_gear_mesh_force_n": abs(stage_flow.ring_gear_mesh_force),
+                "planet_bearing_force_n": stage_flow.planet_bearing_force,
+                "planet_speed_in_carrier_rpm": stage_flow.planet_relative_speed * RPM,
             }
         if math.isfinite(lives.get(stage.name, math.inf)):
             out[stage.name]["nominal_planet_bearing_life_h"] = lives[stage.name]
@@ -105,7 +105,7 @@ def stages_summary(model: Model, equilibria: xr.Dataset) -> dict[str, dict[str, 
         if seats:
             largest = {side: float(load.max()) for side, load in seats.items()}
             out[stage.name]["carrier_bearing_force_n"] = largest
-        over_positions = _lives(view, own, seats, equilibria, least)
+        over_positions = _lives(view, stage_flow, seats, equilibria, least)
         if over_positions:
             out[stage.name]["bearing_life_h"] = over_positions
     return out
@@ -220,16 +220,16 @@ def bodies_summary(
 def kinematics(model: Model, stage: str) -> dict[str, float]:
     """Speeds, frequency, contact ratios and expected force of a flexible stage."""
     flow, geometry = model.flow, stage_geometry(model.case.view(stage))
-    own = flow.stage(stage)
+    stage_flow = flow.stage(stage)
     return {
         "carrier_speed_rpm": flow.speed[f"{stage}.carrier"] * RPM,
-        "pin_speed_rpm": (own.carrier_speed - own.ring_speed) * RPM,
+        "pin_speed_rpm": (stage_flow.carrier_speed - stage_flow.ring_speed) * RPM,
         "sun_speed_rpm": flow.speed[f"{stage}.sun"] * RPM,
-        "gear_mesh_frequency_hz": own.gear_mesh_frequency,
+        "gear_mesh_frequency_hz": stage_flow.gear_mesh_frequency,
         "contact_ratio_ring": geometry.ring_mesh.total_contact_ratio,
         "contact_ratio_sun": geometry.sun_mesh.total_contact_ratio,
-        "expected_ring_mesh_force_n": abs(own.ring_gear_mesh_force),
-        "planet_bearing_force_n": own.planet_bearing_force,
+        "expected_ring_mesh_force_n": abs(stage_flow.ring_gear_mesh_force),
+        "planet_bearing_force_n": stage_flow.planet_bearing_force,
     }
 
 
@@ -266,7 +266,7 @@ def residual_of_run(
     balanced = [
         between(one.data, start, end) for (_, label), one in drops.items() if label == first.variant
     ]
-    own = runs[first.variant].data
-    balanced = balanced or ([own] if "energy_kinetic" in own else [])
+    dataset = runs[first.variant].data
+    balanced = balanced or ([dataset] if "energy_kinetic" in dataset else [])
     residuals = [largest_residual(ranges_of(data, energy_account)) for data in balanced]
     return max(residuals, default=None)

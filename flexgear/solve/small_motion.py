@@ -23,7 +23,7 @@ from flexgear.gears.geometry import bottom_clearance, stage_geometry
 from flexgear.model.case import Case
 from flexgear.model.names import BodyName
 from flexgear.model.stage_view import StageView
-from flexgear.results.report.wording import said, words
+from flexgear.results.report.wording import with_unit, words
 from flexgear.results.summary import axis_distance
 
 SMALL = 0.1  # of the module: paths of contact are then a twentieth off
@@ -102,7 +102,7 @@ def large_motions(case: Case, motions: Mapping[str, float]) -> list[str]:
         if large:
             beside = " and ".join(dict.fromkeys(s.beside for s in large))
             bodies = ", ".join(
-                dict.fromkeys(f"{words(s.body)} by {said(s.size, 'm')}" for s in large)
+                dict.fromkeys(f"{words(s.body)} by {with_unit(s.size, 'm')}" for s in large)
             )
             lines.append(f"Motion that is not small beside {beside}: {bodies}. {CONSEQUENCE}")
     return lines
@@ -112,13 +112,13 @@ def small_against(view: StageView) -> dict[str, float]:
     """By what a motion is compared with, in words, the module first, the largest that is small, m;
     of all gear meshes the least."""
     g, module = stage_geometry(view), view.stage.normal_module
-    limits = {f"the module of {said(module, 'm')}": SMALL * module}
+    limits = {f"the module of {with_unit(module, 'm')}": SMALL * module}
     if not g.overridden:
         room = min(
             min(bottom_clearance(g.gears[role], g.planet, g.center_distance))
             for role in g.gear_meshes
         )
-        limits[f"the room of {said(room, 'm')} between tips and roots"] = room
+        limits[f"the room of {with_unit(room, 'm')} between tips and roots"] = room
     if view.gear_mesh.contact_law == "linear":
         closed = []
         for gear_mesh in g.gear_meshes.values():
@@ -126,5 +126,5 @@ def small_against(view: StageView) -> dict[str, float]:
             rate = 2.0 * math.sin(gear_mesh.working_angle) * math.cos(g.base_helix_angle)
             closed.append((play / rate, play))
         most, play = min(closed)
-        limits[f"the backlash of {said(play, 'm')}, which linear contact has not"] = most
+        limits[f"the backlash of {with_unit(play, 'm')}, which linear contact has not"] = most
     return limits

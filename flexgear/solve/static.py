@@ -63,9 +63,11 @@ def position_figures(model: Model, data: xr.Dataset) -> dict[str, Any]:
     at = groups_in(data)
     figures: dict[str, Any] = {
         "port_torque_nm": _by_label(data["port_torque"], "port"),
-        "gear_mesh_force_n": {g: force[own].tolist() for g, own in at.items()},
+        "gear_mesh_force_n": {g: force[positions].tolist() for g, positions in at.items()},
         "planet_load_factor": {
-            g: factor[own].tolist() for g, own in at.items() if np.all(np.isfinite(factor[own]))
+            g: factor[positions].tolist()
+            for g, positions in at.items()
+            if np.all(np.isfinite(factor[positions]))
         },
         "distance_from_axis_um": displacement_summary(data),
     }

@@ -110,18 +110,18 @@ class Condensation:
         if reactions is None:
             reactions = -self._load(self.mass_product(modes))
         psi = self.constraint_motion(np.eye(b)) if 8 * self.dofs * b <= _HELD_BYTES else None
-        own = np.zeros((b, b))
+        result = np.zeros((b, b))
         for block in _blocks(b):
             if psi is None:
                 some = self.constraint_motion(np.eye(b)[:, block])
-                own[:, block] = self._load(self.mass_product(some))
+                result[:, block] = self._load(self.mass_product(some))
             else:  # a product is less than half a solve, and half of it is enough
                 some = np.ascontiguousarray(psi[:, block])
                 upper = dot(psi[:, : block.stop], self.mass_product(some))
-                own[: block.stop, block] = upper
-                own[block, : block.stop] = upper.T
+                result[: block.stop, block] = upper
+                result[block, : block.stop] = upper.T
             recovery[:, block] = self.dofs_of(some, len(recovery))
-        return 0.5 * (own + own.T), -reactions.T
+        return 0.5 * (result + result.T), -reactions.T
 
     def fixed_solve(self, right: Array) -> Array:
         """x (d, k) with K x = right + B^T (reactions), B x = 0."""

@@ -97,8 +97,8 @@ def static_errors(body: ReducedBody, supports: NDArray[np.float64]) -> dict[str,
     at = rows + np.arange(3)[:, None], np.arange(count)
     error = np.linalg.norm(full[at] - reduced[at], axis=0) / np.linalg.norm(full[at], axis=0)
     worst: dict[str, float] = {}
-    for (_, case), own in zip(body.probe_cases, error, strict=True):
-        worst[case] = max(float(own), worst.get(case, 0.0))
+    for (_, case), error_of_case in zip(body.probe_cases, error, strict=True):
+        worst[case] = max(float(error_of_case), worst.get(case, 0.0))
     return worst
 
 

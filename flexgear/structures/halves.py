@@ -31,12 +31,12 @@ def whole_ring(view: StageView, half: ReducedBody) -> ReducedBody:
 def held_ring_springs(view: StageView) -> list[Spring]:
     """All that holds the whole ring, on nodes of ``whole_ring``; supports of the right half are
     the mirror image of those of the left."""
-    own = ring_springs(view)
+    springs = ring_springs(view)
     if not view.stage.double_helical:
-        return own
-    left = [Spring(s.node.of_half("left"), s.matrix, s.angle) for s in own]
+        return springs
+    left = [Spring(s.node.of_half("left"), s.matrix, s.angle) for s in springs]
     across = np.outer(MIRROR, MIRROR)
-    right = [Spring(s.node.of_half("right"), across * s.matrix, s.angle) for s in own]
+    right = [Spring(s.node.of_half("right"), across * s.matrix, s.angle) for s in springs]
     return left + right
 
 
@@ -49,9 +49,14 @@ def both_halves(half: ReducedBody, offset: float) -> ReducedBody:
     nodes, inner = half.interface_dofs, half.n_modes
     sign = np.concatenate([np.tile(MIRROR, len(half.node_names)), np.ones(inner)])
     # both halves one after the other -> nodes of both, then modes of both
-    own = np.arange(nodes + inner)
+    coordinates = np.arange(nodes + inner)
     order = np.concatenate(
-        [own[:nodes], nodes + inner + own[:nodes], own[nodes:], nodes + inner + own[nodes:]]
+        [
+            coordinates[:nodes],
+            nodes + inner + coordinates[:nodes],
+            coordinates[nodes:],
+            nodes + inner + coordinates[nodes:],
+        ]
     )
     across = np.outer(sign, sign)
     lift = np.array([0.0, 0.0, offset])

@@ -38,19 +38,19 @@ def elastic_part(reduced: ReducedBody) -> Body:
     )
 
 
-def rigid_part(view: StageView, part: str, own: bool = True) -> Body:
+def rigid_part(view: StageView, part: str, from_files: bool = True) -> Body:
     """The "ring" (both halves of a double-helical one) or "carrier" of a stage, rigid.
 
     Coordinates are the rigid motion of the frame's origin. A generated body is that of the case's
-    sizes, one with a file of FE mesh or matrices that of the file; own: False takes the case's
-    sizes for these, too, and reads no file.
+    sizes, one with a file of FE mesh or matrices that of the file; with from_files = False the
+    case's sizes are taken for these, too, and no file is read.
     """
     source = view.ring.fe_mesh if part == "ring" else view.carrier.fe_mesh
-    if own and source == "reduced":
+    if from_files and source == "reduced":
         given = whole_ring(view, given_ring(view)) if part == "ring" else given_carrier(view)
         return rigid_variant(elastic_part(given))
     fe_mesh: FeMesh | None = None
-    if own and source == "file":
+    if from_files and source == "file":
         fe_mesh = ring_of_case(view) if part == "ring" else carrier_of_case(view)
     if part == "ring":
         nodes = ring_nodes(view, fe_mesh)

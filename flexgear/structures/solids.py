@@ -71,8 +71,8 @@ def cylinder(
     """Solid cylinder between the heights low and high; m."""
     x, y = centre
     area = pi * radius**2
-    own = area * radius**2 / 4
-    plane = area * np.outer((x, y), (x, y)) + own * np.eye(2)
+    inertia = area * radius**2 / 4
+    plane = area * np.outer((x, y), (x, y)) + inertia * np.eye(2)
     return _prism(area, area * np.array([x, y]), plane, low, high)
 
 

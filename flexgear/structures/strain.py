@@ -49,9 +49,9 @@ def vertex_gradient(points: Array, cells: NDArray[np.integer]) -> sp.csr_matrix:
     lending.eliminate_zeros()
     alone = np.flatnonzero(used & (np.diff(lending.indptr) == 0))
     wider, _ = _fits(points, (around @ around).tocsr(), alone, determined_only=False)
-    own = np.concatenate([np.flatnonzero(determined), alone])
+    fitted = np.concatenate([np.flatnonzero(determined), alone])
     lent = np.flatnonzero(~determined & (np.diff(lending.indptr) > 0))
-    gradient = _values(own, len(points)) + _lent(points, lending, lent)
+    gradient = _values(fitted, len(points)) + _lent(points, lending, lent)
     return (gradient @ (fits + wider)).tocsr()
 
 
@@ -93,13 +93,16 @@ def _fits(
     """
     count = len(points)
     determined, parts = np.zeros(count, dtype=bool), []
-    own = around[vertices]
-    sizes = np.diff(own.indptr)
+    neighbours = around[vertices]
+    sizes = np.diff(neighbours.indptr)
     for size in np.unique(sizes):
         rows = np.flatnonzero(sizes == size)
         for start in range(0, len(rows), _CHUNK):
             some = rows[start : start + _CHUNK]
-            at, near = vertices[some], own.indices[own.indptr[some][:, None] + np.arange(size)]
+            at, near = (
+                vertices[some],
+                neighbours.indices[neighbours.indptr[some][:, None] + np.arange(size)],
+            )
             terms, back = _terms(points[near] - points[at][:, None])
             known = determined[at] = _determine(terms)
             if determined_only:
@@ -168,9 +171,9 @@ def _values(vertices: NDArray[np.integer], count: int) -> sp.csr_matrix:
 def _lent(points: Array, lending: sp.csr_matrix, vertices: NDArray[np.integer]) -> sp.csr_matrix:
     """(3p, 12p): gradients at vertices as the mean over neighbours of their fits, carried there
     with the second derivatives."""
-    count, own = len(points), lending[vertices]
-    share = np.diff(own.indptr)
-    to, of = np.repeat(vertices, share), own.indices
+    count, lenders = len(points), lending[vertices]
+    share = np.diff(lenders.indptr)
+    to, of = np.repeat(vertices, share), lenders.indices
     arm = points[to] - points[of]  # (k, 3)
     axis = np.arange(3)
     columns = 12 * of[:, None, None] + np.stack([axis, *(3 + 3 * axis + j for j in axis)], axis=1)

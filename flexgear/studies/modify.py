@@ -114,8 +114,8 @@ def propose_modifications(
     require_slices(case, stage)
     angles = _cycle(model, stage)
     number = [s.name for s in case.stages].index(stage)
-    own = np.array([label.stage == number for label in model.system.gear_meshes])
-    trial = _Trial(model, angles, tuple(shares), own)
+    of_stage = np.array([label.stage == number for label in model.system.gear_meshes])
+    trial = _Trial(model, angles, tuple(shares), of_stage)
     flat = trial.data(model.system.pairs, shares[0])
     amounts = _amounts(case, stage, flat, relief)
     tables = [_factors(model, stage, a) for a in amounts]
@@ -186,19 +186,19 @@ class _Trial:
 def _cycle(model: Model, stage: str) -> Array:
     """Rotations (p, F) rad over one gear-mesh cycle of a stage."""
     motions = stage_motions(model.case, model.flow)
-    own = next(m for m in motions if m.name == stage)
-    if not own.theta:
+    motion = next(m for m in motions if m.name == stage)
+    if not motion.theta:
         lead = np.zeros(1)
     else:
-        lead = one_turn(own, lead_speed(model.case, model.flow), POSITIONS, 1)
+        lead = one_turn(motion, lead_speed(model.case, model.flow), POSITIONS, 1)
     return np.asarray(rated_rotations(model.system, lead))
 
 
 def _amounts(case: Case, stage: str, flat: xr.Dataset, relief: bool) -> list[Amount]:
     """What is sought, from where misalignment and a little crowning would put it."""
-    own = case.stage(stage)
-    gear = "gear" if own.kind == "parallel" else "planet"
-    ground = getattr(own, gear).modifications
+    stage_section = case.stage(stage)
+    gear = "gear" if stage_section.kind == "parallel" else "planet"
+    ground = getattr(stage_section, gear).modifications
     amounts = []
     for name, one in face_figures(flat).items():
         labels = flat.sel(flank=name)
@@ -220,9 +220,11 @@ def _amounts(case: Case, stage: str, flat: xr.Dataset, relief: bool) -> list[Amo
 
 def _relief(case: Case, stage: str, amount: Amount) -> Relief:
     """Tip relief of a flank: the case's, or over a module of the path where it has none."""
-    own = case.stage(stage)
-    has: Relief | None = getattr(own, amount.gear).modifications.of(amount.flank).tip_relief
-    return has or Relief(amount=UNIT, length=own.normal_module, form="parabolic")
+    stage_section = case.stage(stage)
+    has: Relief | None = (
+        getattr(stage_section, amount.gear).modifications.of(amount.flank).tip_relief
+    )
+    return has or Relief(amount=UNIT, length=stage_section.normal_module, form="parabolic")
 
 
 def _value(case: Case, stage: str, amount: Amount, added: float) -> object:

@@ -191,18 +191,18 @@ def collected(
     ticks = {dim: coordinate.to_numpy().tolist() for dim, coordinate in inner.items()}
     variables: dict[str, Any] = {}
     for name, pattern in patterns.items():
-        own = tuple(map(str, pattern.dims))
+        dimensions = tuple(map(str, pattern.dims))
         words = pattern.dtype.kind in "UO"
-        values = np.full(shape + tuple(len(ticks[d]) for d in own), "" if words else np.nan,
+        values = np.full(shape + tuple(len(ticks[d]) for d in dimensions), "" if words else np.nan,
                          dtype=object if words else float)  # fmt: skip
         for point, outcome in zip(grid, outcomes, strict=True):
             if outcome.value is None or name not in outcome.value:
                 continue
             array = outcome.value[name]
-            at = [[ticks[d].index(t) for t in array[d].to_numpy().tolist()] for d in own]
+            at = [[ticks[d].index(t) for t in array[d].to_numpy().tolist()] for d in dimensions]
             values[(*point, *np.ix_(*at))] = array.to_numpy()
         about = pattern.attrs if words else {**pattern.attrs, MISSING: GAPS}
-        variables[name] = (dims + own, values.astype(str) if words else values, about)
+        variables[name] = (dims + dimensions, values.astype(str) if words else values, about)
     messages = np.full(shape, "", dtype=object)
     for point, outcome in zip(grid, outcomes, strict=True):
         messages[point] = outcome.message

@@ -145,7 +145,10 @@ def as_stated(setup: ToleranceSetup) -> Batch:
 
 def sets_of(setup: ToleranceSetup, values: Values, seeds: Sequence[Sequence[int]]) -> ErrorSets:
     """Errors of samples and gaps of their flanks; seeds: of the pitch deviations, by sample."""
-    cases = [with_sample(setup.case, values, j, own) for j, own in enumerate(seeds)]
+    cases = [
+        with_sample(setup.case, values, j, seeds_of_sample)
+        for j, seeds_of_sample in enumerate(seeds)
+    ]
     sets = error_sets(cases, setup.paths, setup.labels, setup.pairs)
     if not setup.ground.size:
         return sets
@@ -165,9 +168,11 @@ def _solved(setup: ToleranceSetup, values: Values, seeds: Sequence[Sequence[int]
     along = along if sliced else along[:, :, :0]
     factor, share = [], []
     for g in setup.groups:
-        own = force[:, g.positions][:, :, g.places]
-        factor.append(load_sharing(own, g.rated))
-        share.append(np.ascontiguousarray(planet_load_factors(own, g.rated).swapaxes(1, 2)))
+        forces_of_planets = force[:, g.positions][:, :, g.places]
+        factor.append(load_sharing(forces_of_planets, g.rated))
+        share.append(
+            np.ascontiguousarray(planet_load_factors(forces_of_planets, g.rated).swapaxes(1, 2))
+        )
     # a sample without an equilibrium somewhere is no number, not the largest of the others
     return Batch(
         sizes=_columns(setup.drawn, values, len(sets), phases=False),
@@ -204,8 +209,8 @@ def _amounts(setup: ToleranceSetup, values: Values) -> Array:
         stage = setup.case.stage_index(error.stage)
         more = values[error.stage, error.key] - error.ground.base
         planet = [label.planet if error.planets else 0 for label in setup.labels]
-        own = np.array([label.stage == stage for label in setup.labels])
-        amounts.append(more[:, planet] * own)
+        of_stage = np.array([label.stage == stage for label in setup.labels])
+        amounts.append(more[:, planet] * of_stage)
     return np.stack(amounts, axis=2)
 
 
@@ -237,8 +242,8 @@ def _both_flanks(force: Array, sign: Array) -> Array:
 
 
 def _columns(drawn: Sequence[DrawnError], values: Values, count: int, phases: bool) -> Array:
-    own = [values[e.stage, e.key] for e in drawn if e.is_phase == phases]
-    return np.hstack(own) if own else np.zeros((count, 0))
+    columns = [values[e.stage, e.key] for e in drawn if e.is_phase == phases]
+    return np.hstack(columns) if columns else np.zeros((count, 0))
 
 
 def _turns(case: Case) -> dict[str, Array]:

@@ -68,8 +68,12 @@ def _panel(ax: Axes, data: xr.Dataset, stage: str, highest: float | None, whirls
     modes = variable(data, "campbell_frequency").transpose("speed_factor", "mode")
     factor = np.asarray(data["speed_factor"], dtype=float)
     values, index = np.asarray(modes, dtype=float), _index(data, stage)
-    own = _of_stage(data, stage)
-    slopes = np.asarray(data["excitation_slope"], dtype=float)[own] if own.size else np.zeros(0)
+    in_stage = _of_stage(data, stage)
+    slopes = (
+        np.asarray(data["excitation_slope"], dtype=float)[in_stage]
+        if in_stage.size
+        else np.zeros(0)
+    )
     top = highest or _top(values, float(slopes.max(initial=0.0)) * factor[-1])
     margin = float(data.attrs.get("margin", 0.1))
     for speed in np.atleast_1d(data.attrs.get("operating_factors", [1.0])):
@@ -81,7 +85,7 @@ def _panel(ax: Axes, data: xr.Dataset, stage: str, highest: float | None, whirls
         ax.plot(factor, values[:, m], color=_mode_colour(index[m], whirl[:, m], whirls), lw=0.8)
         if index[m] >= 0 and values[:, m].min() <= top:
             drawn.add(int(index[m]))
-    drawn |= _orders(ax, data, own, factor, top, whirls)
+    drawn |= _orders(ax, data, in_stage, factor, top, whirls)
     _number_modes(ax, values, index, top, factor[0])
     _meetings(ax, data, stage, top)
     ax.set(xlim=(factor[0], factor[-1]), ylim=(0, top))
@@ -126,13 +130,13 @@ def _mode_colour(index: int, whirl: FloatArray, whirls: bool) -> str:
 
 
 def _orders(
-    ax: Axes, data: xr.Dataset, own: np.ndarray, factor: FloatArray, top: float, whirls: bool
+    ax: Axes, data: xr.Dataset, modes: np.ndarray, factor: FloatArray, top: float, whirls: bool
 ) -> set[int]:
     """Rays with their order at the end; the nodal indices that they drive."""
     drawn, labelled = set[int](), list[float]()
-    slopes = np.asarray(data["excitation_slope"], dtype=float) if own.size else np.zeros(0)
+    slopes = np.asarray(data["excitation_slope"], dtype=float) if modes.size else np.zeros(0)
     kinds = data["excitation_kind"].to_numpy() if "excitation_kind" in data.coords else None
-    for k in own[np.argsort(-slopes[own])] if own.size else ():
+    for k in modes[np.argsort(-slopes[modes])] if modes.size else ():
         slope, gear_mesh = float(slopes[k]), kinds is None or kinds[k] == "gear mesh"
         index = _order_index(data, int(k))
         colour = NEUTRAL if whirls or not gear_mesh else index_colour(index)
@@ -200,11 +204,11 @@ def _meetings(ax: Axes, data: xr.Dataset, stage: str, top: float) -> None:
             factor, away = (float(data[f"meeting_{n}"][i]) for n in ("factor", "away"))
             groups.setdefault((label, factor, away), []).append(i)
     labelled = list[tuple[float, float]]()
-    for (label, factor, away), own in sorted(
+    for (label, factor, away), meetings in sorted(
         groups.items(), key=lambda item: (not _is_ideal(data, item[1][0]), abs(item[0][2]))
     ):
-        natural = float(data["meeting_frequency"][own[0]]) / (1.0 + away)
-        x, ideal = factor / (1.0 + away), _is_ideal(data, own[0])
+        natural = float(data["meeting_frequency"][meetings[0]]) / (1.0 + away)
+        x, ideal = factor / (1.0 + away), _is_ideal(data, meetings[0])
         ax.plot(
             x, natural, "o", ms=3.6, zorder=5, color="black" if ideal else "white",
             markeredgecolor="black", markeredgewidth=0.7,
@@ -212,7 +216,7 @@ def _meetings(ax: Axes, data: xr.Dataset, stage: str, top: float) -> None:
         room = all(abs(natural - y) >= LABEL_ROOM * top for _, y in labelled)
         if natural < top and room and len(labelled) < MOST_LABELS:
             labelled.append((x, natural))
-            numbers = [int(data["meeting_mode"][i]) for i in own]
+            numbers = [int(data["meeting_mode"][i]) for i in meetings]
             modes = f"{numbers[0]}" + (f"–{numbers[-1]}" if len(numbers) > 1 else "")
             order = float(data["excitation_order"][known[label]])
             ax.annotate(

@@ -40,11 +40,11 @@ def along_face_chart(data: xr.Dataset) -> Figure:
     for ax, (title, flanks) in zip(axes[:, 0], groups.items(), strict=True):
         factors = []
         for name in flanks:
-            own = data.sel(flank=name)
-            load = own["face_line_load"].mean("position").to_numpy() * N_PER_MM
+            of_flank = data.sel(flank=name)
+            load = of_flank["face_line_load"].mean("position").to_numpy() * N_PER_MM
             mean = mean_along(load)
-            factors.append(factor_along(load, float(own["face_section"])))
-            planet = int(own["flank_planet"])
+            factors.append(factor_along(load, float(of_flank["face_section"])))
+            planet = int(of_flank["flank_planet"])
             ax.plot(at, load, color=planet_colour(planet), label=f"planet {planet}")
             ax.axhline(mean, color=NEUTRAL, lw=0.5, zorder=1)
         least, most = min(factors), max(factors)
@@ -82,9 +82,9 @@ def contact_pattern(data: xr.Dataset) -> Figure:
     groups = {title: flanks[0] for title, flanks in carrying(data)}
     figure, axes = panels(len(groups), 1, height_mm=12 + 62 * len(groups))
     for ax, (title, name) in zip(axes[:, 0], groups.items(), strict=True):
-        own = data.sel(flank=name)
+        of_flank = data.sel(flank=name)
         x, z, w = (
-            own[n].to_numpy().ravel() * scale
+            of_flank[n].to_numpy().ravel() * scale
             for n, scale in (
                 ("slice_path", MILLI),
                 ("slice_position", MILLI),
@@ -95,7 +95,8 @@ def contact_pattern(data: xr.Dataset) -> Figure:
         across, along, largest = _binned(x[touches], z[touches], w[touches])
         shown = ax.pcolormesh(across, along, largest, cmap=SEQUENTIAL_MAP, shading="flat")
         ax.set_title(
-            f"{title}, planet {int(own['flank_planet'])}: largest {np.nanmax(largest):.4g} N/mm"
+            f"{title}, planet {int(of_flank['flank_planet'])}: "
+            f"largest {np.nanmax(largest):.4g} N/mm"
         )
         ax.set_xlabel("path coordinate, planet's root to its tip (mm)")
         ax.set_ylabel("along the face (mm)")
@@ -111,9 +112,9 @@ def misalignment_chart(data: xr.Dataset) -> Figure:
     groups = dict(carrying(data))
     figure, axes = panels(len(groups), 1, height_mm=14 + 52 * len(groups))
     for ax, (title, flanks) in zip(axes[:, 0], groups.items(), strict=True):
-        own = data["gear_mesh_misalignment_by_cause"].sel(flank=flanks) * MICRO
-        whole = own.sum("cause", skipna=False).assign_coords(cause="all together")
-        causes = own.sel(cause=(own != 0.0).any(["position", "flank"]))
+        misalignment = data["gear_mesh_misalignment_by_cause"].sel(flank=flanks) * MICRO
+        whole = misalignment.sum("cause", skipna=False).assign_coords(cause="all together")
+        causes = misalignment.sel(cause=(misalignment != 0.0).any(["position", "flank"]))
         every = xr.concat([causes, whole], "cause")
         width = 0.8 / len(flanks)
         for k, name in enumerate(flanks):

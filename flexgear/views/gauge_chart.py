@@ -22,9 +22,9 @@ def gauges_chart(data: xr.Dataset) -> Figure:
     names = [str(name) for name in data["gauge"].to_numpy()]
     figure, axes = panels(len(names), 1, height_mm=16 + 34 * len(names), sharex=True)
     for ax, name in zip(axes[:, 0], names, strict=True):
-        own = strain.sel(gauge=name).to_numpy()
-        ax.plot(at, own, lw=0.9)
-        ax.set_title(f"{name}: {own.min():.1f} … {own.max():.1f} µm/m")
+        values = strain.sel(gauge=name).to_numpy()
+        ax.plot(at, values, lw=0.9)
+        ax.set_title(f"{name}: {values.min():.1f} … {values.max():.1f} µm/m")
         ax.set_ylabel("strain (µm/m)")
     axes[-1, 0].set_xlabel(label)
     figure.align_ylabels(axes[:, 0])

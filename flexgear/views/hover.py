@@ -23,8 +23,8 @@ def with_hover(data: list[Trace], layout: dict[str, Any]) -> None:
     for trace in data:
         if trace.get("hoverinfo") == "skip" or trace["type"] not in _KINDS:
             continue
-        own = {trace["name"]} if trace.get("name") else names.get(_look(trace), set())
-        title = f"<b>{next(iter(own))}</b><br>" if len(own) == 1 else ""
+        names_of_trace = {trace["name"]} if trace.get("name") else names.get(_look(trace), set())
+        title = f"<b>{next(iter(names_of_trace))}</b><br>" if len(names_of_trace) == 1 else ""
         axes = (
             layout.get("xaxis", {}),
             layout.get(trace.get("yaxis", "y").replace("y", "yaxis"), {}),

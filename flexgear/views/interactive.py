@@ -38,11 +38,11 @@ def panels_of(figure: Figure) -> list[Panel]:
     panels = [_panel(group) for group in groups]
     for legend in figure.legends:
         drawn = [_colours(panel["data"]) for panel in panels]
-        for panel, own in zip(panels, drawn, strict=True):
+        for panel, traces in zip(panels, drawn, strict=True):
             panel["data"] += [
                 entry
                 for entry in _legend_entries(legend, panel["data"])
-                if _colours([entry]) & own or not any(_colours([entry]) & c for c in drawn)
+                if _colours([entry]) & traces or not any(_colours([entry]) & c for c in drawn)
             ]
     for panel in panels:
         _name_once(panel["data"])
@@ -133,8 +133,8 @@ def _marks(axes: Axes, scale: str) -> Iterator[dict[str, Any]]:
 
 def _texts(axes: Axes) -> Iterator[dict[str, Any]]:
     for text in axes.texts[:TEXTS]:
-        own = isinstance(text, Annotation) and text.xycoords == "data"
-        if not (own or text.get_transform() == axes.transData) or not text.get_text().strip():
+        in_data = isinstance(text, Annotation) and text.xycoords == "data"
+        if not (in_data or text.get_transform() == axes.transData) or not text.get_text().strip():
             continue
         x, y = text.xy if isinstance(text, Annotation) else text.get_position()
         log = [s == "log" for s in (axes.get_xscale(), axes.get_yscale())]
@@ -146,14 +146,14 @@ def _texts(axes: Axes) -> Iterator[dict[str, Any]]:
             "y": place[1],
             "text": plain_math(text.get_text()),
             "showarrow": False,
-            **_anchor(text, own),
+            **_anchor(text, in_data),
             "font": {"size": 10, "color": colour_of(text.get_color())},
         }
 
 
-def _anchor(text: Text, own: bool) -> dict[str, Any]:
+def _anchor(text: Text, in_data: bool) -> dict[str, Any]:
     """Where a text stands by its place; annotations above it, or beside it at the end of a bar."""
-    if own:
+    if in_data:
         beside = isinstance(text, Annotation) and text.anncoords == "offset points" and text.xyann
         if beside and beside[0] and not beside[1]:
             side = "left" if beside[0] > 0 else "right"
@@ -167,25 +167,25 @@ def _anchor(text: Text, own: bool) -> dict[str, Any]:
 
 
 def _axis(axes: Axes, which: str) -> dict[str, Any]:
-    own = axes.xaxis if which == "x" else axes.yaxis
+    axis_of = axes.xaxis if which == "x" else axes.yaxis
     low, high = (float(v) for v in (axes.get_xlim() if which == "x" else axes.get_ylim()))
     axis: dict[str, Any] = {"title": {"text": plain_math(_label(axes, which))}}
-    log = own.get_scale() == "log"
+    log = axis_of.get_scale() == "log"
     if log:
         axis["type"] = "log"
     ends = [low, high]
     axis["range"] = [float(np.log10(v)) for v in ends] if log and min(ends) > 0 else ends
-    formatter = own.get_major_formatter()
+    formatter = axis_of.get_major_formatter()
     if (
         isinstance(formatter, FixedFormatter | FuncFormatter)
         or "Categor" in type(formatter).__name__
     ):
-        at = own.get_majorticklocs()
+        at = axis_of.get_majorticklocs()
         texts = formatter.format_ticks(list(at))
         ticks = [(float(t), plain_math(x)) for t, x in zip(at, texts, strict=False) if x]
         if ticks:
             axis |= {"tickvals": [t for t, _ in ticks], "ticktext": [s for _, s in ticks]}
-    if not own.get_visible() or not axes.axison:
+    if not axis_of.get_visible() or not axes.axison:
         axis |= {"visible": False}
     return axis
 
@@ -205,8 +205,8 @@ def _legend_entries(legend: Any, traces: list[dict[str, Any]]) -> Iterator[dict[
         name = plain_math(text.get_text())
         if name in known:
             continue
-        own = "get_color" if hasattr(handle, "get_color") else "get_facecolor"
-        colour = getattr(handle, own)()
+        getter = "get_color" if hasattr(handle, "get_color") else "get_facecolor"
+        colour = getattr(handle, getter)()
         if isinstance(colour, np.ndarray) and colour.ndim == 2:
             colour = colour[0] if len(colour) else "#666"
         dash = DASHES.get(str(getattr(handle, "get_linestyle", lambda: "-")()), "solid")

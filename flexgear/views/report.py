@@ -27,7 +27,7 @@ from PIL import Image
 from flexgear.files.atomic import atomic_file
 from flexgear.model.errors import FlexgearError
 from flexgear.results.report.parts import MARKS, SECTIONS, Row, Table, Verdict
-from flexgear.results.report.wording import number, said, scale
+from flexgear.results.report.wording import number, scale, with_unit
 
 MEDIA = {".png": "image/webp", ".svg": "image/svg+xml", ".gif": "image/gif", ".mp4": "video/mp4"}
 
@@ -234,7 +234,7 @@ def _cells(rows: Sequence[Row | None]) -> tuple[list[str], str]:
     unit = next((row.unit for row in rows if row), "")
     numbers = [float(v) for v in values if isinstance(v, int | float) and not isinstance(v, bool)]
     if len(numbers) < 2 or len(numbers) < len(values):
-        return [said(v, unit) for v in values], ""
+        return [with_unit(v, unit) for v in values], ""
     printed, by = scale(numbers, unit)
     shown = [f"{number(v * by)} {printed}".rstrip() for v in numbers]
     first, second = numbers
@@ -250,8 +250,8 @@ def _section(
     """A section with what there is of it; None where there is nothing. plots: gets those of its
     pictures, by the names that they are given."""
     tables = side_by_side(sides, key)
-    own = plots if interactive else None
-    pictures = [_places(side, own) for side in _by_name(sides, key)]
+    plots_of_section = plots if interactive else None
+    pictures = [_places(side, plots_of_section) for side in _by_name(sides, key)]
     if not tables and not pictures:
         return None
     heading, about = SECTIONS[key]
@@ -260,9 +260,9 @@ def _section(
 
 def _by_name(sides: Sequence[Side], section: str) -> Iterator[list[Picture | None]]:
     """Pictures of a section that both sides call alike."""
-    own = [{p.name: p for p in side.pictures if p.section == section} for side in sides]
-    for name in dict.fromkeys(name for pictures in own for name in pictures):
-        yield [pictures.get(name) for pictures in own]
+    by_side = [{p.name: p for p in side.pictures if p.section == section} for side in sides]
+    for name in dict.fromkeys(name for pictures in by_side for name in pictures):
+        yield [pictures.get(name) for pictures in by_side]
 
 
 def _places(pictures: Sequence[Picture | None], plots: dict[str, Any] | None) -> dict[str, Any]:

@@ -27,9 +27,9 @@ def root_stress_chart(data: xr.Dataset, stage: str) -> Figure:
     gears = dict(gears_of(data, stage))
     figure, axes = panels(len(gears), 2, height_mm=26 + 46 * len(gears), sharex="col", sharey="row")
     turn = np.degrees(data["input_angle"].to_numpy()[:, 0])
-    for (left, right), (gear, own) in zip(axes, gears.items(), strict=True):
-        for k in range(own.sizes["flank"]):
-            one = own.isel(flank=k)
+    for (left, right), (gear, of_gear) in zip(axes, gears.items(), strict=True):
+        for k in range(of_gear.sizes["flank"]):
+            one = of_gear.isel(flank=k)
             planet, kind = int(one["flank_planet"]), str(one["flank_kind"].item())
             dashed = gear == "planet" and kind == "sun"
             look = {"color": planet_colour(planet), "ls": "--" if dashed else "-"}
@@ -39,9 +39,9 @@ def root_stress_chart(data: xr.Dataset, stage: str) -> Figure:
                 pressed = one["face_root_compression"].min("face") * MEGA
                 left.plot(turn, pressed, lw=0.4, **look)
             _along(right, one, look, f"planet {planet}" if kind == gear or kind == "ring" else "")
-        if gear == "ring" and "tooth_root_stress" in own:
-            _first_tooth(left, turn, own, stage)
-        left.set_title(f"{gear}: largest {float(own['root_stress'].max()) * MEGA:.0f} MPa")
+        if gear == "ring" and "tooth_root_stress" in of_gear:
+            _first_tooth(left, turn, of_gear, stage)
+        left.set_title(f"{gear}: largest {float(of_gear['root_stress'].max()) * MEGA:.0f} MPa")
         left.set_ylabel("root stress (MPa)")
         for ax in (left, right):
             ax.axhline(0.0, color=NEUTRAL, lw=0.5, zorder=1)
@@ -62,10 +62,10 @@ def _along(ax: Axes, one: xr.Dataset, look: dict[str, Any], label: str) -> None:
     ax.plot(one["face"], at["face_root_compression"] * MEGA, lw=0.4, **look)
 
 
-def _first_tooth(ax: Axes, turn: Any, own: xr.Dataset, stage: str) -> None:
-    first = int(np.argmax(own["tooth_stage"].to_numpy() == stage))
-    for fillet, style in zip(own["fillet"].to_numpy(), ("-", ":"), strict=True):
-        stress = own["tooth_root_stress"].isel(tooth=first).sel(fillet=fillet) * MEGA
+def _first_tooth(ax: Axes, turn: Any, of_gear: xr.Dataset, stage: str) -> None:
+    first = int(np.argmax(of_gear["tooth_stage"].to_numpy() == stage))
+    for fillet, style in zip(of_gear["fillet"].to_numpy(), ("-", ":"), strict=True):
+        stress = of_gear["tooth_root_stress"].isel(tooth=first).sel(fillet=fillet) * MEGA
         ax.plot(
             turn,
             stress,

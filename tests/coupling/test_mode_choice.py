@@ -91,7 +91,7 @@ def test_the_estimate_bounds_the_true_error_and_is_near_it(system, solved, estim
     for w in 2 * np.pi * BAND * np.array(SHARES):
         difference = true_flexibility(system, w) - kept_flexibility(modal, w)
         errors.append(np.linalg.norm(scale @ difference @ scale, 2))
-    assert modal.choice.estimate == estimates[modal.choice.kept] <= accuracy
+    assert modal.choice.estimate == estimates[modal.choice.count] <= accuracy
     assert np.all(np.diff(errors) > 0)
     assert max(errors) < 1.02 * modal.choice.estimate  # rows elsewhere differ by a per cent or so
     assert modal.choice.estimate < 1.5 * max(errors)
@@ -132,7 +132,7 @@ def test_coupled_frequencies_in_the_band_rise_by_no_more_than_the_estimate(seed,
     v, k = contact(system)
     stiffness = system.stiffness + (v.T * k) @ v
     _, phi = elastic_modes(system)
-    lost = system.mass @ phi[:, modal.choice.kept :]
+    lost = system.mass @ phi[:, modal.choice.count :]
     inverse = np.linalg.inv(linalg.cholesky(stiffness + _rolling(system), lower=True))
 
     def frequencies(mass):
@@ -156,13 +156,13 @@ def _rolling(system):
 def test_more_accuracy_keeps_more_modes_and_none_of_it_all(system, solved, estimates):
     omega, _ = solved
     kept = [
-        choose_modes(omega, estimates, BAND, accuracy=a).kept
+        choose_modes(omega, estimates, BAND, accuracy=a).count
         for a in (0.1, 0.05, 0.02, 0.005, 1e-3, 1e-5)
     ]
     assert np.all(np.diff(kept) >= 0) and kept[-1] > 2 * kept[0]
     assert np.all(np.diff(estimates[np.isfinite(estimates)]) <= 0)
     every = choose_modes(omega, estimates, BAND, accuracy=1e-14)
-    assert every.kept == len(omega) and every.estimate == 0.0
+    assert every.count == len(omega) and every.estimate == 0.0
     assert every.limit_hz == pytest.approx(omega[-1] / (2 * np.pi))
 
 
@@ -172,7 +172,7 @@ def test_a_wider_band_needs_more_modes_and_one_above_all_frequencies_all_of_them
     for band in (100.0, 300.0, 1000.0, 1e5):
         found = mode_estimates(system, omega, phi, band)
         assert np.all(np.isinf(found[: np.sum(omega < 2 * np.pi * band)]))
-        kept.append(choose_modes(omega, found, band, accuracy=0.05).kept)
+        kept.append(choose_modes(omega, found, band, accuracy=0.05).count)
     assert np.all(np.diff(kept) > 0)
     assert kept[-1] == len(omega)
 
@@ -181,14 +181,14 @@ def test_no_cut_splits_equal_frequencies(solved, estimates):
     assert cuts(np.array([1.0, 2.0, 2.0 * (1 + 5e-7), 3.0])).tolist() == [0, 1, 3, 4]
     assert cuts(np.zeros(0)).tolist() == [0]
     omega, made_up = np.array([1.0, 2.0, 2.0, 2.0, 3.0]), np.array([0.5, 0.4, 0.3, 0.2, 0.1, 0.0])
-    assert [choose_modes(omega, made_up, 0.1, accuracy=a).kept for a in (0.4, 0.3, 0.15)] == [
+    assert [choose_modes(omega, made_up, 0.1, accuracy=a).count for a in (0.4, 0.3, 0.15)] == [
         1, 4, 4,
     ]  # fmt: skip
     # the five planets of the stage give groups of equal frequencies
     hz = solved[0] / (2 * np.pi)
     groups = 0
     for accuracy in np.geomspace(0.3, 1e-6, 60):
-        n = choose_modes(solved[0], estimates, BAND, accuracy=accuracy).kept
+        n = choose_modes(solved[0], estimates, BAND, accuracy=accuracy).count
         if 0 < n < len(hz):
             assert hz[n] / hz[n - 1] - 1 > 1e-6
             groups += hz[n - 1] / hz[n - 2] - 1 < 1e-6
@@ -198,7 +198,7 @@ def test_no_cut_splits_equal_frequencies(solved, estimates):
 def test_a_limit_is_an_upper_bound_of_an_accuracy(system, solved, estimates):
     free = choose_modes(solved[0], estimates, BAND, accuracy=0.01)
     same = choose_modes(solved[0], estimates, BAND, accuracy=0.01, limit_hz=3000.0)
-    assert same.kept == free.kept and same.limit_hz < 3000.0
+    assert same.count == free.count and same.limit_hz < 3000.0
     limit = 0.9 * free.limit_hz
     with pytest.raises(FlexgearError, match=f"needs modes to {free.limit_hz:.0f} Hz, but") as said:
         choose_modes(solved[0], estimates, BAND, accuracy=0.01, limit_hz=limit)
@@ -211,9 +211,9 @@ def test_a_given_limit_is_judged_too(system, estimates):
     judged, plain = modal_system(system, 1500.0, band_hz=BAND), modal_system(system, 1500.0)
     assert plain.choice is None and plain.dropped == judged.dropped
     assert judged.choice.accuracy is None
-    assert judged.choice.estimate == estimates[judged.choice.kept]
+    assert judged.choice.estimate == estimates[judged.choice.count]
     assert judged.figures["modes_estimate"] == judged.choice.estimate
-    assert judged.figures["kept_modes"] == judged.rigid_count + judged.choice.kept
+    assert judged.figures["kept_modes"] == judged.rigid_count + judged.choice.count
     assert judged.figures["modes_limit_hz"] == pytest.approx(judged.choice.limit_hz)
     assert "modes_estimate" not in plain.figures
     assert modal_system(system, 0.5 * BAND, band_hz=BAND).choice.estimate == np.inf
@@ -232,7 +232,7 @@ def test_a_floating_sun_hides_no_error(system, solved, estimates):
     assert others[0] > 5 * omega[0]
     floating = choose_modes(omega, estimates, BAND, accuracy=0.01)
     found = choose_modes(others, mode_estimates(held, others, shapes, BAND), BAND, accuracy=0.01)
-    assert found.kept == floating.kept
+    assert found.count == floating.count
     assert found.estimate == pytest.approx(floating.estimate, rel=0.05)
 
 

@@ -9,7 +9,7 @@ from flexgear.model.load import load_case
 from flexgear.results.report.case_rows import case_tables
 from flexgear.results.report.parts import SECTIONS
 from flexgear.results.report.stage_rows import stage_tables
-from flexgear.results.report.wording import said, split_unit, words
+from flexgear.results.report.wording import with_unit, split_unit, words
 
 
 @pytest.mark.parametrize(
@@ -34,7 +34,7 @@ from flexgear.results.report.wording import said, split_unit, words
     ],
 )
 def test_numbers_have_units_a_person_uses(value, unit, text):
-    assert said(value, unit) == text
+    assert with_unit(value, unit) == text
 
 
 def test_names_become_words():
@@ -53,7 +53,7 @@ def test_every_case_is_told_in_words_with_units(name):
     rows = [(t.title, r.label, r.value) for t in found for r in t.rows]
     assert all("_" not in label and "None" not in str(value) for _, label, value in rows)
     width = [value for _, label, value in rows if label == "face width"]
-    assert width[0] == said(case.stages[0].face_width, "m")
+    assert width[0] == with_unit(case.stages[0].face_width, "m")
     angle = next(value for _, label, value in rows if label == "pressure angle")
     assert str(angle).endswith("°")
 
@@ -68,7 +68,7 @@ def test_stages_are_told_in_sentences(name):
         assert not any("_" in text or "{" in text for text in (table.title, *labels))
     left_out = [t for t in found if "not modelled" in t.title]
     assert len(left_out) == len(load_case(name).stages)
-    rows = {row.label: said(row.value, row.unit) for row in left_out[0].rows}
+    rows = {row.label: with_unit(row.value, row.unit) for row in left_out[0].rows}
     assert rows["power lost in friction, of that passing the sun gear mesh"].endswith(" %")
     assert rows["bending of a pin inside its planet"].endswith(" µm")
     assert rows["friction force, across the line of action, ring gear mesh"].endswith(" kN")

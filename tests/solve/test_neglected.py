@@ -6,7 +6,7 @@ import pytest
 
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.load import load_case
-from flexgear.results.report.wording import said
+from flexgear.results.report.wording import with_unit
 from flexgear.solve.neglected import Length, beside_lengths, neglected
 
 CASE = load_case("wind-5mw")
@@ -33,7 +33,7 @@ def test_a_tenth_of_a_figure_is_worth_a_sentence(value, effects):
     found = sentences(value)
     assert [list(one["effects_um"]) for one in found] == ([effects] if effects else [])
     for one in found:
-        beside = f"{said(value, 'm')}: the model neglects ovalising planet rims (up to 126 µm)"
+        beside = f"{with_unit(value, 'm')}: the model neglects ovalising planet rims (up to 126 µm)"
         assert beside in one["sentence"]
 
 

@@ -63,7 +63,7 @@ def test_a_file_s_mass_is_its_own(tmp_path):
     )  # fmt: skip
     expected = mesh_solid(ring_of_case(narrow)).rigid_mass(view.material.density)
     assert apart(rigid_part(view, "ring").mass, expected) < 1e-6
-    assert apart(rigid_part(view, "ring", own=False).mass, expected) > 1e-5
+    assert apart(rigid_part(view, "ring", from_files=False).mass, expected) > 1e-5
 
 
 def test_halves_of_a_ring_are_images_of_each_other():

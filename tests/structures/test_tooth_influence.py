@@ -15,7 +15,7 @@ from flexgear.model.load import load_case
 from flexgear.structures.fe_mesh import SegmentDivisions, SegmentParameters, tooth_segment
 from flexgear.structures.tooth_influence import ToothInfluence, of_case
 from flexgear.structures.tooth_influence.flank import flank_compliance, flank_normals
-from flexgear.structures.tooth_influence.kept import TOOTH, kept
+from flexgear.structures.tooth_influence.influence_cache import TOOTH, cached
 from flexgear.structures.tooth_influence.of_case import influence_of
 
 STEEL = (2.1e11, 0.3)
@@ -242,16 +242,16 @@ def test_kept_by_content_and_made_again_where_damaged(influence, tmp_path, monke
         return influence
 
     for _ in range(2):
-        found = kept({"of": "a"}, compute, TOOTH)
+        found = cached({"of": "a"}, compute, TOOTH)
         assert np.array_equal(found.own, influence.own)
         assert np.array_equal(found.neighbour, influence.neighbour)
         assert (found.young, found.poisson) == STEEL
     assert len(made) == 1
     (file,) = tmp_path.rglob("tooth.npz")
     file.write_bytes(file.read_bytes()[:-1] + b"x")
-    kept({"of": "a"}, compute, TOOTH)
+    cached({"of": "a"}, compute, TOOTH)
     assert len(made) == 2
     (tmp_path / "influence").rename(tmp_path / "away")
     (tmp_path / "influence").write_text("in the way")
     with pytest.warns(FlexgearWarning, match="cannot keep"):
-        kept({"of": "a"}, compute, TOOTH)
+        cached({"of": "a"}, compute, TOOTH)

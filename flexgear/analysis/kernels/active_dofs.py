@@ -218,12 +218,12 @@ def add_residual(active, level, force, image, out):
     fill(image[: padded(2 * dofs)], 0.0)
     fill(force[dofs : dofs + AT_ONCE], 0.0)
     for d in range(0, dofs, AT_ONCE):
-        own, total = force[d : d + 6], 0.0
+        six, total = force[d : d + 6], 0.0
         for p in range(6):
-            total += abs(own[p])
+            total += abs(six[p])
         if total != 0.0:
             low, high = reach_of(active.reach, d, 6, head, 0)
-            add_six(image[low : padded(high)], own, table[d : d + 6], low)
+            add_six(image[low : padded(high)], six, table[d : d + 6], low)
     for d in range(dofs):
         out[d] += image[2 * d + 1]
 

@@ -101,8 +101,8 @@ def first_memory(data: PairData) -> Array:
     their slices, and all else is where it was made."""
     memory = np.zeros((places(data), 2, widest(data)))
     touch = TOUCHING + 2.0 * deepest_gap(data)
-    own = places_of_gear_mesh(data)
-    memory[: own * len(data.s0), 0] = np.repeat(touch, own)[:, None]
+    pair_places = places_of_gear_mesh(data)
+    memory[: pair_places * len(data.s0), 0] = np.repeat(touch, pair_places)[:, None]
     return memory
 
 
@@ -120,11 +120,11 @@ def linearise(laws, rows, e, motion, space):
     """Evaluate the law of element e at the motion (2, R) of all rows: its force and tangent go to
     place e of ``space``, its potential (J) is returned."""
     element = rows.element[e]
-    own = space.motion[e]
+    at_element = space.motion[e]
     for a in range(element.rows):
-        own[0, a] = motion[0, element.first + a]
-        own[1, a] = motion[1, element.first + a]
-    return _evaluate(laws, rows, e, own, space.force[e], space.tangent[e])
+        at_element[0, a] = motion[0, element.first + a]
+        at_element[1, a] = motion[1, element.first + a]
+    return _evaluate(laws, rows, e, at_element, space.force[e], space.tangent[e])
 
 
 @njit(**INNER)
@@ -132,10 +132,13 @@ def start_guess(laws, rows, count, memory, space):
     """Evaluate the laws of all elements at their motion of the last step, memory (places, 2, r). An
     element that has no place in the memory is taken at the motion that ``space`` holds already."""
     for e in range(count):
-        element, own = rows.element[e], space.motion[e]
+        element, at_element = rows.element[e], space.motion[e]
         for a in range(element.rows if element.place >= 0 else 0):
-            own[0, a], own[1, a] = memory[element.place, 0, a], memory[element.place, 1, a]
-        _evaluate(laws, rows, e, own, space.force[e], space.tangent[e])
+            at_element[0, a], at_element[1, a] = (
+                memory[element.place, 0, a],
+                memory[element.place, 1, a],
+            )
+        _evaluate(laws, rows, e, at_element, space.force[e], space.tangent[e])
 
 
 @njit(**INNER)
@@ -184,7 +187,7 @@ def _reach(laws, work, element, parameters, x):
     place of the law space is overwritten.
     """
     spare, known = work.space.motion.shape[0] - 1, work.memory[element.place, 0]
-    own, force, tangent = work.space.motion[spare], work.space.force[spare], work.space.tangent
+    trial, force, tangent = work.space.motion[spare], work.space.force[spare], work.space.tangent
     low, high, reach, asked = 0.0, 1.0, 1.0, 0.0
     for a in range(element.rows):
         i = element.first + a
@@ -192,9 +195,9 @@ def _reach(laws, work, element, parameters, x):
     for halving in range(HALVINGS):
         done = 0.0
         for a in range(element.rows):
-            own[0, a] = known[a] + reach * (work.delta[0, element.first + a] - known[a])
-            own[1, a] = 0.0
-        laws[element.law](parameters, own, force, tangent[spare])
+            trial[0, a] = known[a] + reach * (work.delta[0, element.first + a] - known[a])
+            trial[1, a] = 0.0
+        laws[element.law](parameters, trial, force, tangent[spare])
         for a in range(element.rows):
             done += force[0, a] * (work.delta[0, element.first + a] - known[a])
         if halving == 0 and done <= STIFFER * max(asked, 0.0):
@@ -226,10 +229,10 @@ def disagree(laws, work, count, x, least, share):
         element = rows.element[e]
         if element.law < BASIC_LAWS:
             continue
-        own, force, wrong = space.motion[spare], space.force[spare], False
+        trial, force, wrong = space.motion[spare], space.force[spare], False
         for a in range(element.rows):
-            own[0, a], own[1, a] = work.delta[0, element.first + a], 0.0
-        laws[element.law](rows.parameters[e], own, force, space.tangent[spare])
+            trial[0, a], trial[1, a] = work.delta[0, element.first + a], 0.0
+        laws[element.law](rows.parameters[e], trial, force, space.tangent[spare])
         for a in range(element.rows):
             wrong = wrong or abs(force[0, a] - x[element.first + a]) > least * largest
         known = work.memory[element.place, 0]
@@ -251,13 +254,13 @@ def _disagrees(laws, rows, e, problem, space, least):
     element = rows.element[e]
     if element.law == HELD_RATE_LAW:
         return False
-    own, force = space.motion[spare], space.force[spare]
+    trial, force = space.motion[spare], space.force[spare]
     for a in range(element.rows):
-        own[0, a] = problem.motion[0, element.first + a]
-        own[1, a] = problem.motion[1, element.first + a]
-    _evaluate(laws, rows, e, own, force, space.tangent[spare])
+        trial[0, a] = problem.motion[0, element.first + a]
+        trial[1, a] = problem.motion[1, element.first + a]
+    _evaluate(laws, rows, e, trial, force, space.tangent[spare])
     for a in range(element.rows):
-        steep = ROUNDING * abs(space.tangent[spare, 1, a, a] * own[1, a])
+        steep = ROUNDING * abs(space.tangent[spare, 1, a, a] * trial[1, a])
         if abs(force[0, a] - problem.force[element.first + a]) > least + steep:
             return True
     return False

@@ -49,20 +49,20 @@ def add_row(rows, i, factor, vector):
 
 
 @njit(**PART)
-def _image_of_blocks(active, level, own, coef, place, image):
+def _image_of_blocks(active, level, row, coef, place, image):
     """G V and R V of the blocks of one row beyond its line, at the dofs of the rows from it on;
     whether they move lines of action, too."""
     table, head, width = active.receptance[level], active.counts[0].head, 2 * active.counts[0].dofs
-    linked, start = False, 2 * own.since - 2 * own.since % SIMD
-    for a in range(own.beyond, own.width):
+    linked, start = False, 2 * row.since - 2 * row.since % SIMD
+    for a in range(row.beyond, row.width):
         for p in range(SIX):
             linked = linked or active.reach[place[a] + p, 0] < 2 * head
     if linked:
         start = 0
-    for a in range(own.beyond, own.width):
+    for a in range(row.beyond, row.width):
         d = np.int64(place[a])
-        low, high = reach_of(active.reach, d, 6, head, own.since)
-        if a == own.beyond:
+        low, high = reach_of(active.reach, d, 6, head, row.since)
+        if a == row.beyond:
             put_six(image[start : padded(high)], coef[a], table[d : d + 6], start)
             fill(image[padded(high) : padded(width)], 0.0)
         else:

@@ -11,8 +11,8 @@ def all_forces(elements, rows, angles, active_flanks, loads, out):
     """Forces of contact rows on the blocks; ``out`` (t, n_c) starts with them."""
     pair_load, far_load, other_load = loads
     for t in range(angles.shape[0]):
-        own = (pair_load[t], far_load[t], other_load[t])
-        contact_forces(elements, rows, angles[t], active_flanks[t], own, out[t])
+        loads_now = (pair_load[t], far_load[t], other_load[t])
+        contact_forces(elements, rows, angles[t], active_flanks[t], loads_now, out[t])
 
 
 @njit(**UNCOUNTED)

@@ -65,11 +65,11 @@ def solve_dense(a, b, n):
             b[i], b[pivot] = b[pivot], b[i]
         inverse, start = 1.0 / top[i], i - i % WHOLE
         for r in range(i + ONE, rows):
-            own = a[r]
-            factor = own[i] * inverse
+            lower = a[r]
+            factor = lower[i] * inverse
             b[r] -= factor * b[i]
             for c in range(start, stop):
-                own[c] -= factor * top[c]
+                lower[c] -= factor * top[c]
     for below in range(rows):
         k = rows - ONE - below
         top, total = a[k], b[k]
@@ -118,13 +118,13 @@ def _subtract_four(a, b, k, start, rows, stop):
     d0, d1, d2, d3 = p[k], q[k1], r[k2], s[k3]
     p1, p2, p3, q2, q3, r3 = p[k1], p[k2], p[k3], q[k2], q[k3], r[k3]
     for i in range(k + FOUR, rows):
-        own = a[i]
-        f0 = own[k] * d0
-        f1 = (own[k1] - f0 * p1) * d1
-        f2 = (own[k2] - f0 * p2 - f1 * q2) * d2
-        f3 = (own[k3] - f0 * p3 - f1 * q3 - f2 * r3) * d3
+        lower = a[i]
+        f0 = lower[k] * d0
+        f1 = (lower[k1] - f0 * p1) * d1
+        f2 = (lower[k2] - f0 * p2 - f1 * q2) * d2
+        f3 = (lower[k3] - f0 * p3 - f1 * q3 - f2 * r3) * d3
         for c in range(start, stop):
-            own[c] -= f0 * p[c] + f1 * q[c] + f2 * r[c] + f3 * s[c]
+            lower[c] -= f0 * p[c] + f1 * q[c] + f2 * r[c] + f3 * s[c]
         b[i] -= f0 * b[k] + f1 * b[k1] + f2 * b[k2] + f3 * b[k3]
 
 
@@ -176,15 +176,15 @@ def eliminate(a, b, n, x):
 def _laid_out(matrix, right, n, total, active, leak, work, x):
     """work ← A and x ← b; a row that is not active states x_i = leak (b − A x + x)_i."""
     for i in range(total):
-        given, own = matrix[i], work[i]
+        given, target = matrix[i], work[i]
         if i < n and active[i] == 0:
             for c in range(total):
-                own[c] = leak * given[c]
-            own[i] += 1.0 - leak
+                target[c] = leak * given[c]
+            target[i] += 1.0 - leak
             x[i] = leak * right[i]
         else:
             for c in range(total):
-                own[c] = given[c]
+                target[c] = given[c]
             x[i] = right[i]
 
 

@@ -132,8 +132,8 @@ def _find_pairs(gears, m, theta, pairs, p):
         pair.mesh, pair.slot, pair.index = m, k % mesh.slots, k
         pair.tooth, pair.planet_tooth = tooth, other
         pair.stiffness, pair.s, pair.z, pair.share = stiffness, s, z, 1.0
-        own = gears.gear_error[m, tooth] + gears.planet_error[m, other]
-        pair.error = common + own + mesh.error_slope * z - gap
+        tooth_error = gears.gear_error[m, tooth] + gears.planet_error[m, other]
+        pair.error = common + tooth_error + mesh.error_slope * z - gap
         p += 1
     return p
 
@@ -234,14 +234,14 @@ def _slices_of_pair(gears, m, turn, rows, n, e, q):
     mesh, pair, element = gears.mesh[m], rows.pair[q], rows.element[e]
     table, count = gears.slices[mesh.table], mesh.slices
     a, b, w = _between(table, mesh, pair.s)
-    v, own = 1.0 - w, rows.parameters[e]
+    v, parameters = 1.0 - w, rows.parameters[e]
     radius, whole = v * a[0] + w * b[0], v * a[1] + w * b[1]
     columns = 3 * count + mesh.bent * (2 * count + count * (count + 1) // 2)
     for j in range(columns):
-        own[FIRST + j] = v * a[OF_LINE + j] + w * b[OF_LINE + j]
+        parameters[FIRST + j] = v * a[OF_LINE + j] + w * b[OF_LINE + j]
     for j in range(count):
-        off = own[FIRST + j] - pair.z
-        own[FIRST + j] = 0.5 * (1.0 + off / radius) if radius > 0.0 else 0.5
+        off = parameters[FIRST + j] - pair.z
+        parameters[FIRST + j] = 0.5 * (1.0 + off / radius) if radius > 0.0 else 0.5
     for i in range(2):
         _fill_row(gears, m, turn, rows, n + i, (q, q + 1), radius if i == 1 else -radius)
         row = rows.row[n + i]
@@ -252,8 +252,8 @@ def _slices_of_pair(gears, m, turn, rows, n, e, q):
             at = BESIDE + FOLLOWING * i + k
             rows.yields[n + i, k] = v * a[at] + w * b[at]
     pair.row, pair.rows = n, 2
-    own[COUNT] = count
-    own[RELAXATION] = mesh.damping / math.sqrt(whole)
+    parameters[COUNT] = count
+    parameters[RELAXATION] = mesh.damping / math.sqrt(whole)
     element.law = COUPLED_SLICES_LAW if mesh.bent == 1 else SLICES_LAW
     element.first, element.rows = n, 2
     element.place = mesh.places * m + pair.index % mesh.places

@@ -77,9 +77,9 @@ def _solved(matrix, sides, n):
         top, known = matrix[p], sides[p]
         inverse = 1.0 / top[p] if top[p] > 0.0 else np.nan
         for r in range(p + ONE, rows):
-            own, side, factor = matrix[r], sides[r], top[r] * inverse
+            entries, side, factor = matrix[r], sides[r], top[r] * inverse
             for c in range(r, rows):
-                own[c] -= factor * top[c]
+                entries[c] -= factor * top[c]
             for c in range(3):
                 side[c] -= factor * known[c]
     for below in range(rows):

@@ -44,10 +44,10 @@ def compiled_law(function: Callable[..., float]) -> Callable[[], Any]:
     def compiled() -> Any:
         from numba import cfunc, types
 
-        from flexgear.compiled import kept
+        from flexgear.compiled import cached
 
         real = types.float64
         signature = real(real[::1], real[:, ::1], real[:, ::1], real[:, :, ::1])
-        return kept(cfunc, signature, error_model="numpy")(function)
+        return cached(cfunc, signature, error_model="numpy")(function)
 
     return compiled

@@ -84,11 +84,11 @@ def check(body: ReducedMatrices, where: str, mass: float | None = None) -> dict[
             )  # fmt: skip
     residual = _rigid_residual(body, where)
     inertia = body.rigid_motion().T @ body.mass @ body.rigid_motion()
-    own = float(np.trace(inertia[:3, :3]) / 3)
-    _require_mass(inertia, own, mass, where)
+    mass_of_matrix = float(np.trace(inertia[:3, :3]) / 3)
+    _require_mass(inertia, mass_of_matrix, mass, where)
     flexible = _flexible_modes(body, where)
     return {
-        "mass_kg": own,
+        "mass_kg": mass_of_matrix,
         "asymmetry_stiffness": worst["stiffness"],
         "asymmetry_mass": worst["mass"],
         "rigid_residual": residual,
@@ -157,20 +157,20 @@ def _lever(body: ReducedMatrices) -> float:
     return float(-(levers * turns).sum() / max((levers * levers).sum(), np.finfo(float).tiny))
 
 
-def _require_mass(inertia: Array, own: float, mass: float | None, where: str) -> None:
+def _require_mass(inertia: Array, mass_of_matrix: float, mass: float | None, where: str) -> None:
     if not np.all(np.linalg.eigvalsh(inertia) > 0):
         raise InputError(
             where, "mass", "is not positive in rigid motion",
             "export the mass on the same coordinates as the stiffness",
         )  # fmt: skip
-    spread = np.ptp(np.diag(inertia)[:3]) / own
+    spread = np.ptp(np.diag(inertia)[:3]) / mass_of_matrix
     if spread > SPREAD:
         raise InputError(
             where, "mass", f"differs by {spread:.1e} between directions", "export the free body"
         )
-    if mass is not None and abs(own / mass - 1) > 0.1:
+    if mass is not None and abs(mass_of_matrix / mass - 1) > 0.1:
         raise InputError(
-            where, "mass", f"is {own:.4g} kg, not {mass:.4g} kg",
+            where, "mass", f"is {mass_of_matrix:.4g} kg, not {mass:.4g} kg",
             "check the units: N, mm, t, s (units mm) or SI (units m)",
         )  # fmt: skip
 

@@ -47,8 +47,8 @@ class Frames:
 
     def sense(self, component: Component) -> float:
         """+1 or −1: direction of the u axis of a component's shaft against the gear unit's."""
-        own = component if component.kind == "shaft" else self.shaft(component)
-        frame = self.of(own) if own is not None else None
+        shaft = component if component.kind == "shaft" else self.shaft(component)
+        frame = self.of(shaft) if shaft is not None else None
         return -1.0 if frame is not None and frame.axes[0, 0] < 0 else 1.0
 
     def is_parallel(self, component: Component) -> bool:

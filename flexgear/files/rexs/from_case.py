@@ -248,17 +248,21 @@ class _StageOut:
     ) -> None:
         name, arm = f"{self.stage.name}.planet_{k + 1}", MM * self.geometry.center_distance
         u, v, w = place
-        own = (u, v + arm * math.cos(angle), w + arm * math.sin(angle))
-        shaft = self._shaft(name, own)
+        centre = (u, v + arm * math.cos(angle), w + arm * math.sin(angle))
+        shaft = self._shaft(name, centre)
         pin = self.model.part(
-            frame, "shaft", f"{name} pin", support_vector=(own[0] - self.reach, *own[1:]), **axes()
+            frame,
+            "shaft",
+            f"{name} pin",
+            support_vector=(centre[0] - self.reach, *centre[1:]),
+            **axes(),
         )
         self.model.relate("planet_shaft", planetary_stage=number, shaft=shaft)
         self.model.relate("planet_pin", planetary_stage=number, shaft=pin)
-        planet = self._gears("planet", shaft, name, own)
+        planet = self._gears("planet", shaft, name, centre)
         bearing = self.stage.planet_bearing
         for _ in range(bearing.count):
-            self._bearing(pin, shaft, f"{name} bearing", bearing, own, 1.0 / bearing.count)
+            self._bearing(pin, shaft, f"{name} bearing", bearing, centre, 1.0 / bearing.count)
         for role, gears in central.items():
             for mate, gear in zip(gears, planet, strict=True):
                 label = f"{self.stage.name}.{role} – {name}"
@@ -323,13 +327,13 @@ class _StageOut:
         clearance = "radial_clearance" if rating is None else "radial_bearing_clearance"
         if springs.clearance > 0:
             more[clearance] = 2e6 * springs.clearance  # of the diameter, µm
-        own = (place[0] + MM * springs.z, *place[1:])
+        centre = (place[0] + MM * springs.z, *place[1:])
         self.model.side(
             kind,
             inner,
             outer,
             name,
-            support_vector=own,
+            support_vector=centre,
             **axes(),
             **_springs(springs, share),
             **more,

@@ -102,7 +102,7 @@ def planet_bearings(
     bearings = []
     for planet in stage.halves["planet"][0]:
         mine = assembly.body(planet)
-        own = []
+        of_planet = []
         for relation in document.related("side"):
             joint = document.at(relation, "assembly")
             ends = [document.at(relation, role) for role in ("inner_part", "outer_part")]
@@ -110,8 +110,8 @@ def planet_bearings(
                 continue
             if mine in [assembly.body(end) for end in ends if end is not None]:
                 relation.used, joint.role = True, "a planet bearing"
-                own.append(joint)
-        bearings.append(own)
+                of_planet.append(joint)
+        bearings.append(of_planet)
     return bearings
 
 

@@ -90,34 +90,37 @@ class FlankReader:
             for gear in gears:
                 datum, assumed = self._datum(gear)
                 flanks = self._flanks(gear, ground, outward(datum, left_half))
-                own = GearFlanks(
+                gear_flanks = GearFlanks(
                     self.case.stage, stage.kind, role, section, gear, datum, assumed, flanks
                 )
-                first = first or own
-                self._compare(first, own)
-                self._remember(stage, own)
+                first = first or gear_flanks
+                self._compare(first, gear_flanks)
+                self._remember(stage, gear_flanks)
         if first is not None and any(first.entries.values()):
             self.gears_read.append(first)
 
     def has(self, stage: str) -> bool:
         """Whether a stage that was read has modified flanks."""
-        return any(own.stage == stage for own in self.gears_read)
+        return any(of_gear.stage == stage for of_gear in self.gears_read)
 
     def write(self, carries: Mapping[str, bool]) -> None:
         """All flanks. carries: by stage whether its forces are those of ``forward``
         (``gears.flanks.tooth_sides``), where the case has a torque."""
         senses = {stage: self._sense(stage, carries.get(stage)) for stage in self._stages()}
         kinds = {
-            kind for own in self.gears_read for flank in own.entries.values() for kind in flank
+            kind
+            for of_gear in self.gears_read
+            for flank in of_gear.entries.values()
+            for kind in flank
         }
         for kind in SLOPES:
             if kind in kinds:
                 self.case.warn(f"{kind}: taken as {_SIGNS[kind]}, over the whole flank")
-        for own in self.gears_read:
-            self._write(own, senses[own.stage])
+        for of_gear in self.gears_read:
+            self._write(of_gear, senses[of_gear.stage])
 
     def _stages(self) -> list[str]:
-        return list(dict.fromkeys(own.stage for own in self.gears_read))
+        return list(dict.fromkeys(of_gear.stage for of_gear in self.gears_read))
 
     def _datum(self, gear: Component) -> tuple[int, bool]:
         """Side of the datum face, +1 at the +z end, and whether that is assumed."""
@@ -137,32 +140,32 @@ class FlankReader:
                         flanks[word] = ground.of(flank, datum)
         return flanks
 
-    def _compare(self, first: GearFlanks, own: GearFlanks) -> None:
+    def _compare(self, first: GearFlanks, other: GearFlanks) -> None:
         """Say where gears of one role differ; their datum faces may be on different sides."""
         for word in WORDS:
-            side = tooth_side(word, is_internal(own.gear), own.datum)
+            side = tooth_side(word, is_internal(other.gear), other.datum)
             mine = first.entries[word_of(side, is_internal(first.gear), first.datum)]
-            its = own.entries[word]
+            its = other.entries[word]
             if mine.keys() != its.keys() or not all(mine[k].says(its[k]) for k in mine):
                 self.case.warn(
-                    f"{own.gear.label}: its modified flanks are not those of {first.gear.label},"
+                    f"{other.gear.label}: its modified flanks are not those of {first.gear.label},"
                     " which all have here"
                 )
                 return
 
-    def _remember(self, stage: RexsStage, own: GearFlanks) -> None:
+    def _remember(self, stage: RexsStage, of_gear: GearFlanks) -> None:
         """What the file says of the loaded flank of a gear in its gear meshes."""
         meshes = {mesh.stage.id: role for role, every in stage.meshes.items() for mesh in every}
         for relation in self.document.related("stage_gear_data"):
             data = self.document.at(relation, "stage_gear_data")
             role = meshes.get(relation.of("stage") or -1)
-            if data is None or role is None or relation.of("gear") != own.gear.id:
+            if data is None or role is None or relation.of("gear") != of_gear.gear.id:
                 continue
             loaded_flank = text([data], LOADED)
             if loaded_flank in WORDS:
-                name = role if own.role == "planet" else "drive"
-                sense = own.word(name, True) == loaded_flank
-                self._loaded.setdefault(own.stage, {}).setdefault(sense, data.label)
+                name = role if of_gear.role == "planet" else "drive"
+                sense = of_gear.word(name, True) == loaded_flank
+                self._loaded.setdefault(of_gear.stage, {}).setdefault(sense, data.label)
 
     def _sense(self, stage: str, torque: bool | None) -> bool:
         """Which flanks of a stage carry: by its torque, else as the file says, else assumed."""
@@ -176,43 +179,43 @@ class FlankReader:
             return torque
         if len(loaded_flanks) == 1:
             return next(iter(loaded_flanks))
-        if any(own.differ for own in self.gears_read if own.stage == stage):
+        if any(of_gear.differ for of_gear in self.gears_read if of_gear.stage == stage):
             self.case.warn(
                 f"{stage}: no torque says which flanks carry; those are taken that do where its"
                 " carrier (of a parallel stage its gear) drives about +u"
             )
         return True
 
-    def _write(self, own: GearFlanks, forward: bool) -> None:
-        self.case.stage = own.stage
-        entries = [e for flank in own.entries.values() for e in flank.values()]
-        if own.assumed and (own.differ or any(e.by_face for e in entries)):
+    def _write(self, of_gear: GearFlanks, forward: bool) -> None:
+        self.case.stage = of_gear.stage
+        entries = [e for flank in of_gear.entries.values() for e in flank.values()]
+        if of_gear.assumed and (of_gear.differ or any(e.by_face for e in entries)):
             self.case.warn(
-                f"{own.gear.label}: no {DATUM}; its datum face is taken as the one against its u"
-                " axis (negative)"
+                f"{of_gear.gear.label}: no {DATUM}; its datum face is taken as the one against its"
+                " u axis (negative)"
             )
-        names = ("sun", "ring") if own.role == "planet" else ("drive", "coast")
-        words: dict[str, Word] = {name: own.word(name, forward) for name in names}
-        whole = self._section(own, "")
-        for kind, entry in own.entries["left"].items():
-            if entry.says(own.entries["right"].get(kind)):
-                self._put(own, whole, "", entry)
+        names = ("sun", "ring") if of_gear.role == "planet" else ("drive", "coast")
+        words: dict[str, Word] = {name: of_gear.word(name, forward) for name in names}
+        whole = self._section(of_gear, "")
+        for kind, entry in of_gear.entries["left"].items():
+            if entry.says(of_gear.entries["right"].get(kind)):
+                self._put(of_gear, whole, "", entry)
         for name, word in words.items():
-            other = own.entries["left" if word == "right" else "right"]
-            single = {k: e for k, e in own.entries[word].items() if not e.says(other.get(k))}
-            section = self._section(own, f".{name}")
+            other = of_gear.entries["left" if word == "right" else "right"]
+            single = {k: e for k, e in of_gear.entries[word].items() if not e.says(other.get(k))}
+            section = self._section(of_gear, f".{name}")
             for entry in single.values():
-                self._put(own, section, f".{name}", entry, f"; {word} flank")
+                self._put(of_gear, section, f".{name}", entry, f"; {word} flank")
 
-    def _section(self, own: GearFlanks, name: str) -> Section:
-        header = f"{own.section.header[:-1]}.modifications{name}]"
-        return self.case.section(header, own.section)
+    def _section(self, of_gear: GearFlanks, name: str) -> Section:
+        header = f"{of_gear.section.header[:-1]}.modifications{name}]"
+        return self.case.section(header, of_gear.section)
 
     def _put(
-        self, own: GearFlanks, section: Section, flank: str, entry: Entry, which: str = ""
+        self, of_gear: GearFlanks, section: Section, flank: str, entry: Entry, which: str = ""
     ) -> None:
         if entry.name:
-            section = self._section(own, f"{flank}.{entry.name}")
+            section = self._section(of_gear, f"{flank}.{entry.name}")
         for row in entry.rows:
             if row.assumed:
                 self.case.assume(section, row.key, row.value, row.why)

@@ -25,8 +25,8 @@ def not_written(case: Case) -> list[str]:
     lost += [f"loads on {load.member}" for load in case.loads if not is_written(load)]
     for stage in case.stages:
         keys = ("errors", "gear_mesh")
-        own = {k: type(stage).model_fields[k].default for k in keys}
-        lost += [f"stages.{stage.name}.{k}" for k in keys if getattr(stage, k) != own[k]]
+        defaults = {k: type(stage).model_fields[k].default for k in keys}
+        lost += [f"stages.{stage.name}.{k}" for k in keys if getattr(stage, k) != defaults[k]]
         for name in (*stage.members, "planet"):
             member = getattr(stage, name, None)
             if getattr(member, "inertia", None) or getattr(member, "equivalent_mass", None):
@@ -44,7 +44,7 @@ def not_written(case: Case) -> list[str]:
 def _tables(given: FlankModifications) -> list[str]:
     """Flanks given point by point."""
     owners = {"": given, **{f"{name}.": getattr(given, name, None) for name in FLANKS}}
-    return [f"{name}table" for name, own in owners.items() if own is not None and own.table]
+    return [f"{name}table" for name, owner in owners.items() if owner is not None and owner.table]
 
 
 def _set(section: Section, before: str, written: set[str]) -> list[str]:

@@ -111,10 +111,10 @@ class StageWriter:
         meshes = [mesh.stage for every in stage.meshes.values() for mesh in every]
         gears = [gear for role in stage.roles for gear in stage.gears(role)]
         width = number(meshes, "common_face_width", "mm")
-        own = [w for gear in gears if (w := number([gear], "face_width", "mm")) is not None]
-        if width is None and own:
-            width = min(own, key=lambda w: w.value)
-            if any(w.value != width.value for w in own):
+        widths = [w for gear in gears if (w := number([gear], "face_width", "mm")) is not None]
+        if width is None and widths:
+            width = min(widths, key=lambda w: w.value)
+            if any(w.value != width.value for w in widths):
                 width = Datum(width.value, f"{width.source}; the narrowest of the stage's gears")
         if width is None or width.value <= 0:
             raise self._missing(gears[0], "face_width")

@@ -67,9 +67,9 @@ def stages_of(document: Document, assembly: Assembly) -> tuple[list[RexsStage], 
     meshes, refused = _meshes(document), []
     stages, inside = [], set()
     for planetary in document.kind("planetary_stage"):
-        own = {s.id for s in document.parts(planetary, "cylindrical_stage")}
-        mine = [mesh for mesh in meshes if mesh.stage.id in own]
-        inside |= own
+        inner = {s.id for s in document.parts(planetary, "cylindrical_stage")}
+        mine = [mesh for mesh in meshes if mesh.stage.id in inner]
+        inside |= inner
         try:
             stages.append(_planetary(document, assembly, planetary, mine))
         except Unfit as why:

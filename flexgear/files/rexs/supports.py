@@ -80,10 +80,10 @@ class SupportWriter:
         if not first:
             self.case.warn("[stages.planet_bearing]: no bearing of a planet in the file")
         for others in bearings[1:]:
-            for twin, own in zip(others, first, strict=False):
+            for twin, bearing in zip(others, first, strict=False):
                 for name in _NAMES.values():
-                    number([own, twin], name, "N / m")  # alike ones are used, others get listed
-                    number([own, twin], name, "N m / rad")
+                    number([bearing, twin], name, "N / m")  # alike ones are used, others get listed
+                    number([bearing, twin], name, "N m / rad")
         self._springs(section, first, scale, ("radial", "axial", "tilt"), needs, z)
         self._clearance(section, first)
         self._rating(section, first)
@@ -222,8 +222,8 @@ class SupportWriter:
                 continue
             plate.role = "the carrier"
             a, b = outer.value / 2, 0.0 if inner is None else inner.value / 2
-            own = density * pi * (a**2 - b**2) * length.value
-            mass, inertia = mass + own, inertia + own * (a**2 + b**2) / 2
+            mass_of_blank = density * pi * (a**2 - b**2) * length.value
+            mass, inertia = mass + mass_of_blank, inertia + mass_of_blank * (a**2 + b**2) / 2
         for relation in self.document.related("planet_pin"):
             pin = self.document.at(relation, "shaft")
             if relation.of("planetary_stage") != member.stage.component.id or pin is None:
@@ -232,9 +232,9 @@ class SupportWriter:
                 if (piece := section_of(part)) is None:
                     continue
                 outer_d, inner_d = piece.diameters(piece.start + piece.length / 2)
-                own = density * pi / 4 * (outer_d**2 - inner_d**2) * piece.length * 1e-9
+                mass_of_blank = density * pi / 4 * (outer_d**2 - inner_d**2) * piece.length * 1e-9
                 lever = arm**2 + (outer_d**2 + inner_d**2) * 1e-6 / 8
-                mass, inertia = mass + own, inertia + own * lever
+                mass, inertia = mass + mass_of_blank, inertia + mass_of_blank * lever
         if given is not None:
             section.put("mass_kg", given.value, given.source)
         if plates and mass > 0:

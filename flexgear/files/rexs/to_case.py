@@ -152,15 +152,15 @@ class _Conversion:
         for name, stage in named.items():
             racks[name] = writer.write(stage, name)
             scale = self._scale(stage, racks[name])
-            own = [m for m in members if m.stage is stage]
+            of_stage = [m for m in members if m.stage is stage]
             if stage.kind == "planetary":
-                carrier = next(m for m in own if m.role == "carrier")
+                carrier = next(m for m in of_stage if m.role == "carrier")
                 supports.carrier_blank(carrier, self.material["density_kg_per_m3"], scale.radius)
-            for member in own:
+            for member in of_stage:
                 needs = self._needs(member, held, joined, axial)
                 supports.support(member, scale, needs)
             if stage.kind == "planetary":
-                carrier = next(m for m in own if m.role == "carrier")
+                carrier = next(m for m in of_stage if m.role == "carrier")
                 needs = ("radial", "axial") if axial else ("radial",)
                 bearings = planet_bearings(self.document, self.assembly, stage)
                 supports.planet(bearings, scale, carrier.z, needs)
@@ -320,8 +320,8 @@ class _Conversion:
 
 def _names(stages: list[RexsStage]) -> list[str]:
     """Names of stages: the file's where they are plain words of their own, else stage_1, …"""
-    own = [stage.component.name.strip() for stage in stages]
-    plain = all(re.fullmatch(r"[A-Za-z][A-Za-z0-9_-]{0,31}", name) for name in own)
-    if plain and len({*own}) == len(own):
-        return own
+    names = [stage.component.name.strip() for stage in stages]
+    plain = all(re.fullmatch(r"[A-Za-z][A-Za-z0-9_-]{0,31}", name) for name in names)
+    if plain and len({*names}) == len(names):
+        return names
     return [f"stage_{k}" for k in range(1, len(stages) + 1)]

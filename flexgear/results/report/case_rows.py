@@ -10,7 +10,7 @@ from pydantic import BaseModel
 from flexgear.model.case import Case
 from flexgear.model.units import Quantity
 from flexgear.results.report.parts import Row, Table
-from flexgear.results.report.wording import said, words
+from flexgear.results.report.wording import with_unit, words
 
 UNITS = {
     "length": "m", "angle": "angle", "time": "s", "frequency": "Hz", "rate": "1/s", "speed": "rad/s",
@@ -74,5 +74,5 @@ def _text(value: Any, unit: str) -> str:
         shown = ", ".join(_text(v, unit) for v in value[:MOST])
         return shown if len(value) <= MOST else f"{shown}, … ({len(value)} values)"
     if isinstance(value, bool | str | int | float):
-        return said(float(value) if unit else value, unit)
+        return with_unit(float(value) if unit else value, unit)
     return str(value)

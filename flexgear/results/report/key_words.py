@@ -16,7 +16,7 @@ from flexgear.results.report.wording import (
     FACTOR,
     digits_of,
     number,
-    said,
+    with_unit,
     scale,
     split_unit,
     words,
@@ -152,11 +152,11 @@ def row_of(key: str, value: Any, unit: str = "") -> Row:
     label, known = label_and_unit(key)
     unit = known or unit
     if isinstance(value, Mapping):
-        return Row(label, ", ".join(f"{r.label} {said(r.value, r.unit)}" for r in rows_of(value, unit)))
+        return Row(label, ", ".join(f"{r.label} {with_unit(r.value, r.unit)}" for r in rows_of(value, unit)))
     if isinstance(value, Sequence) and not isinstance(value, str):
         return Row(label, listed(value, unit))
     if isinstance(value, bool):
-        return Row(label, said(value))
+        return Row(label, with_unit(value))
     if isinstance(value, str):
         return Row(label, _VALUES.get(value, value) if key == "stiffness" else value)
     return Row(label, value, unit)
@@ -174,7 +174,7 @@ def titled(key: str, figures: Mapping[str, Any]) -> tuple[str, dict[str, str]]:
     lists = [v if isinstance(v, Sequence) else [v] for v in figures.values()]
     if not unit or unit == FACTOR or not all(_are_numbers(values) for values in lists):
         rows = rows_of(figures, unit)
-        return title, {row.label: said(row.value, row.unit) for row in rows}
+        return title, {row.label: with_unit(row.value, row.unit) for row in rows}
     every = [v for values in lists for v in values]
     least = ROUNDING * max((abs(v) for v in every if math.isfinite(v)), default=0.0)
     lists = [[v if abs(v) >= least else 0.0 for v in values] for values in lists]
@@ -187,7 +187,7 @@ def titled(key: str, figures: Mapping[str, Any]) -> tuple[str, dict[str, str]]:
 def listed(values: Sequence[Any], unit: str) -> str:
     """Values side by side, in the unit that suits the largest, said once."""
     if not _are_numbers(values) or unit == FACTOR:
-        return ", ".join(said(v, unit) for v in values)
+        return ", ".join(with_unit(v, unit) for v in values)
     printed, by = scale(values, unit)
     return f"{_side_by_side(values, by, unit)} {printed}".rstrip()
 

@@ -35,7 +35,7 @@ SECTIONS = {  # in the order of the page: heading and what the section answers
 
 @dataclass(frozen=True)
 class Row:
-    """A figure with its name. unit: SI, or one of those ``wording.said`` knows."""
+    """A figure with its name. unit: SI, or one of those ``wording.with_unit`` knows."""
 
     label: str
     value: Value

@@ -16,7 +16,7 @@ from flexgear.results.report.wording import (
     FACTOR,
     excitation_words,
     of_stage,
-    said,
+    with_unit,
     window_words,
     words,
 )
@@ -133,24 +133,24 @@ def _coefficients(figures: Mapping[str, Any]) -> Iterator[Row]:
 
 
 def _bearings(case: Case, flow: PowerFlow, summary: Summary) -> Iterator[Table]:
-    for own in flow.stages:
-        one = summary["stages"].get(own.name, {})
-        if own.kind != "planetary" or "planet_bearing_force_n" not in one:
+    for stage_flow in flow.stages:
+        one = summary["stages"].get(stage_flow.name, {})
+        if stage_flow.kind != "planetary" or "planet_bearing_force_n" not in one:
             continue
         rows = [
             Row("load of a planet's bearings", one["planet_bearing_force_n"], "N"),
-            Row("of it tangential, against the rotation", own.planet_bearing_tangential, "N"),
-            Row("of it radial, outward", _beside(own.planet_bearing_radial, own), "N"),
+            Row("of it tangential, against the rotation", stage_flow.planet_bearing_tangential, "N"),
+            Row("of it radial, outward", _beside(stage_flow.planet_bearing_radial, stage_flow), "N"),
             Row("speed of a planet relative to the carrier", one["planet_speed_in_carrier_rpm"], "r/min"),
-            Row("bearings side by side", case.stage(own.name).planet_bearing.count),
+            Row("bearings side by side", case.stage(stage_flow.name).planet_bearing.count),
             Row("basic rating life (ISO 281), nominal", _nominal_life(one), "h"),
         ]
-        yield Table("bearings", _of(own.name, "planet bearings"), rows)
-        yield from _seats(own.name, one)
+        yield Table("bearings", _of(stage_flow.name, "planet bearings"), rows)
+        yield from _seats(stage_flow.name, one)
         over = summary.get("equilibrium_window", "the positions of equilibria")
         lives = one.get("bearing_life_h", {}).items()
         title = f"basic rating life (ISO 281), load of the same damage over {over}"
-        yield Table("bearings", _of(own.name, title), [Row(words(n), life, "h") for n, life in lives])
+        yield Table("bearings", _of(stage_flow.name, title), [Row(words(n), life, "h") for n, life in lives])
 
 
 def _beside(force: float, flow: StageFlow) -> float:
@@ -208,7 +208,7 @@ def _drops(summary: Summary) -> Iterator[Table]:
                 Row(f"largest force, {words(group)}", force["max_n"], "N")
                 for group, force in one["gear_mesh_force"].items()
             ]
-            title = f"torque drop to {said(float(depth), 'N m')}, {variant}"
+            title = f"torque drop to {with_unit(float(depth), 'N m')}, {variant}"
             yield Table("dynamics", title, rows)
 
 
@@ -235,7 +235,7 @@ def _meetings(resonance: Mapping[str, Any] | None) -> Iterator[Table]:
     ):
         rows = [row for row in resonance["met"] if row["cause"] == cause]
         if rows:
-            within = said(resonance["margin"], "share")
+            within = with_unit(resonance["margin"], "share")
             yield Table("modes", f"{title}, within {within}", [_meeting(row) for row in rows])
 
 
@@ -248,8 +248,8 @@ def _meeting(row: Mapping[str, Any]) -> Row:
     raised = "" if force is None else f"; force if met {100 * force:.2g} %"
     return Row(
         f"{excitation_words(row['excitation'])}{speed} at {modes}",
-        f"{said(row['frequency_hz'], 'Hz')}, {100 * row['away']:+.1f} % from "
-        f"{said(row['mode_frequency_hz'], 'Hz')}, {row['type']}; k of the mode "
+        f"{with_unit(row['frequency_hz'], 'Hz')}, {100 * row['away']:+.1f} % from "
+        f"{with_unit(row['mode_frequency_hz'], 'Hz')}, {row['type']}; k of the mode "
         f"{row['nodal_index']}{order}{raised}",
     )
 

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from flexgear.results.report.parts import Level, Row, Table, Verdict
-from flexgear.results.report.wording import number, said, words
+from flexgear.results.report.wording import number, with_unit, words
 
 SECTION = "tolerance"
 _SPREADS = (  # key of the summary, what it is, unit
@@ -39,7 +39,7 @@ def _spread(figures: Mapping[str, Any], unit: str, confidence: float) -> Iterato
     for percent, one in figures["quantiles"].items():
         yield Row(f"{percent} % of sets stay below", (one or {}).get("value"), unit)
         if one is not None:
-            ends = " … ".join(said(one[end]) for end in ("low", "high"))
+            ends = " … ".join(with_unit(one[end]) for end in ("low", "high"))
             yield Row(f"{percent} % of sets, {100 * confidence:g} % interval", f"{ends} {unit}".rstrip())
     if figures.get("iec_61400_4") is not None:
         yield Row("assumed by IEC 61400-4", figures["iec_61400_4"])
@@ -67,6 +67,6 @@ def _verdict(group: str, figures: Mapping[str, Any]) -> Verdict:
     limit = number(figures["iec_61400_4"])
     level: Level = "good" if above["high"] is not None and above["high"] <= _RARE else "watch"
     return Verdict(
-        level, subject, f"{said(above['value'], 'share')} of sets",
+        level, subject, f"{with_unit(above['value'], 'share')} of sets",
         f"So many have a larger K than the {limit} that IEC 61400-4 assumes.",
     )  # fmt: skip

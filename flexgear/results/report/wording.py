@@ -64,7 +64,7 @@ def factor(value: float) -> str:
     return f"{value:.{4 if abs(value - 1.0) < _EVEN else 3}f}" if math.isfinite(value) else "–"
 
 
-def said(value: float | str | bool | None, unit: str = "") -> str:
+def with_unit(value: float | str | bool | None, unit: str = "") -> str:
     """A figure with its unit: 788275 N -> "788.3 kN"; "–" where there is none."""
     if value is None:
         return "–"
@@ -92,7 +92,7 @@ def window_words(figures: Mapping[str, Any]) -> str:
     start, end = figures["window_s"]
     printed, by = scale([end], "s")
     if figures.get("settled") is False:
-        return f"over all {said(end, 's')}, not settled"
+        return f"over all {with_unit(end, 's')}, not settled"
     settled = ", settled" if figures.get("settled") else ""
     return f"from {number(start * by, 3)} to {number(end * by, 3)} {printed}{settled}"
 

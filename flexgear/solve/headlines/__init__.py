@@ -68,7 +68,8 @@ def verdicts(case: Case, flow: PowerFlow, summary: Mapping[str, Any]) -> list[Ve
             row
         )
     lines = [
-        _verdict(declared[own[0]["name"]], own, len(case.stages) > 1) for own in by_name.values()
+        _verdict(declared[answers[0]["name"]], answers, len(case.stages) > 1)
+        for answers in by_name.values()
     ]
     warnings = (Verdict("watch", WARNING, "", text) for text in plain_warnings(case, summary))
     return [*lines, *warnings]

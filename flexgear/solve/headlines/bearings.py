@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from flexgear.model.names import NodeName
-from flexgear.results.report.wording import said, words
+from flexgear.results.report.wording import with_unit, words
 from flexgear.solve.headlines.declaration import Answer, Findings, Headline
 
 LOADS = {"planet_bearing_force_n": "planet bearing", "carrier_bearing_force_n": "carrier bearing"}
@@ -20,13 +20,15 @@ def _life(findings: Findings) -> Iterator[Answer]:
         if lives:
             name = min(lives, key=lambda n: lives[n])
             nominal = figures.get("nominal_planet_bearing_life_h")
-            beside = "" if nominal is None else f" Nominal, planet bearing: {said(nominal, 'h')}."
+            beside = (
+                "" if nominal is None else f" Nominal, planet bearing: {with_unit(nominal, 'h')}."
+            )
             sentence = (
                 f"{words(name).capitalize()}, under the constant load of the same damage over "
                 f"{over}. No required life given.{beside} {missing}"
             )
             life = lives[name]
-            yield Answer("note", stage, life, said(life, "h"), sentence.strip(), window=over)
+            yield Answer("note", stage, life, with_unit(life, "h"), sentence.strip(), window=over)
         elif missing:
             yield Answer("open", stage, None, "no rating given", f"Not assessed. {missing}")
 
@@ -40,7 +42,7 @@ def _unrated(figures: Mapping[str, Any], lives: Mapping[str, float]) -> str:
         for side, load in sides.items():
             if load and f"{name} {side}".strip().replace(" ", "_") not in rated:
                 at = f", {words(side)} side" if side else ""
-                loads.append(f"{name}{at} ({said(load, 'N')})")
+                loads.append(f"{name}{at} ({with_unit(load, 'N')})")
     return f"No dynamic rating given: {', '.join(loads)}." if loads else ""
 
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from flexgear.model.names import GroupName
 from flexgear.results.report.sharing import Sharing, groups_of, own_variant, sharings
-from flexgear.results.report.wording import factor, number, said, window_words, words
+from flexgear.results.report.wording import factor, number, window_words, with_unit, words
 from flexgear.solve.headlines.declaration import Answer, Findings, Headline, Level
 
 STANDARD = "IEC 61400-4:2012"
@@ -41,7 +41,7 @@ def _peak(findings: Findings, stage: str, figures: Mapping[str, Any], window: st
 def _torque_drops(findings: Findings) -> Iterator[tuple[str, Mapping[str, Any]]]:
     """Figures of the torque drops of the case as it is, each with the words for it."""
     for depth, variants in findings.summary["torque_steps"].items():
-        yield f"in the torque drop to {said(float(depth), 'N m')}", own_variant(variants)
+        yield f"in the torque drop to {with_unit(float(depth), 'N m')}", own_variant(variants)
 
 
 def _largest_force(findings: Findings) -> Iterator[Answer]:
@@ -54,7 +54,7 @@ def _largest_force(findings: Findings) -> Iterator[Answer]:
             continue
         peak, steady = max(peaks, key=lambda p: p.ratio), peaks[0]
         level: Level = "note"
-        sentence = f"{said(peak.force, 'N')} at {words(peak.group)}, {peak.window}"
+        sentence = f"{with_unit(peak.force, 'N')} at {words(peak.group)}, {peak.window}"
         if peak is not steady:
             sentence += f"; {factor(steady.ratio)} × in time {steady.window}"
         covered = assumed.get(stage)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from flexgear.results.report.wording import number, said, window_words, words
+from flexgear.results.report.wording import number, window_words, with_unit, words
 from flexgear.solve.headlines.declaration import Answer, Findings, Headline, Level
 from flexgear.solve.neglected import EFFECTS, Length, transmission_errors
 from flexgear.solve.small_motion import CONSEQUENCE, motion_shares, motions_of_summary
@@ -23,10 +23,10 @@ def _deflections(findings: Findings) -> Iterator[Answer]:
             f"for small displacements beside {worst.beside}; {window}."
         )
         if farthest.body != worst.body:
-            sentence += f" Largest: {words(farthest.body)}, {said(farthest.size, 'm')}."
+            sentence += f" Largest: {words(farthest.body)}, {with_unit(farthest.size, 'm')}."
         if worst.size > worst.limit:
             sentence += f" {CONSEQUENCE}"
-        shown = f"{said(worst.size, 'm')} of {said(worst.limit, 'm')}"
+        shown = f"{with_unit(worst.size, 'm')} of {with_unit(worst.limit, 'm')}"
         level: Level = "good" if worst.size <= worst.limit else "bad"
         size, limit = 1e6 * worst.size, 1e6 * worst.limit
         yield Answer(level, stage, size, shown, sentence, limit, window)
@@ -38,7 +38,7 @@ def _share(ratio: float) -> str:
 
 def _transmission_error(findings: Findings) -> Iterator[Answer]:
     for length in transmission_errors(findings.summary):
-        shown = said(length.value, "m")
+        shown = with_unit(length.value, "m")
         yield Answer("note", length.stage, 1e6 * length.value, shown, length.sentence)
 
 
@@ -48,17 +48,17 @@ def _neglected(findings: Findings) -> Iterator[Answer]:
     by_stage: dict[str, list[Mapping[str, Any]]] = {}
     for row in rows:
         by_stage.setdefault(str(row.get("stage", "")), []).append(row)
-    for stage, own in by_stage.items():
+    for stage, of_stage in by_stage.items():
         effects: dict[str, float] = {}
-        for row in own:
+        for row in of_stage:
             effects |= row["effects_um"]
-        lengths = [r for r in own if "value_um" in r]
+        lengths = [r for r in of_stage if "value_um" in r]
         beside = [Length(r["figure"], "", 1e-6 * r["value_um"], "") for r in lengths]
-        named = ", ".join(f"{x.subject.lower()} {said(x.value, 'm')}" for x in beside)
+        named = ", ".join(f"{x.subject.lower()} {with_unit(x.value, 'm')}" for x in beside)
         sizes = ", ".join(f"{EFFECTS[n]} up to {number(x, 3)} µm" for n, x in effects.items())
         sentences = [f"{sizes[0].upper()}{sizes[1:]}."]
         sentences += [f"They exceed a tenth of: {named}."] if named else []
-        sentences += [r["sentence"] for r in own if "load_sharing" in r]
+        sentences += [r["sentence"] for r in of_stage if "load_sharing" in r]
         shown = f"up to {number(max(effects.values()), 3)} µm"
         yield Answer("watch", stage, max(effects.values()), shown, " ".join(sentences))
     if not by_stage:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from flexgear.model.names import GroupName
-from flexgear.results.report.wording import number, said, titled_by_stage, window_words, words
+from flexgear.results.report.wording import number, titled_by_stage, window_words, with_unit, words
 from flexgear.solve.headlines.declaration import Answer, Findings, Headline, Level
 from flexgear.solve.reduction_warnings import PROMISED
 
@@ -118,9 +118,9 @@ def _speeds(summary: Summary) -> Iterator[Check]:
         yield Check(
             _level(away, AGREES, DIFFERS),
             titled_by_stage("Pins against ring", stage),
-            said(speed, "r/min"),
+            with_unit(speed, "r/min"),
             "speeds agree with the power flow",
-            f"The power flow gives {said(expected, 'r/min')}.",
+            f"The power flow gives {with_unit(expected, 'r/min')}.",
         )
 
 
@@ -129,12 +129,12 @@ def _modes(summary: Summary) -> Iterator[Check]:
     system = summary["system"]
     band, estimate = system.get("modes_band_hz"), system["modes_estimate"]
     if band is not None:
-        upto = said(band, "Hz")
+        upto = with_unit(band, "Hz")
         error = "–" if estimate is None else _percent(estimate)
         yield Check(
             "watch" if estimate is None else "good",
             "Modes kept",
-            f"{system['kept_modes']} up to {said(system['modes_limit_hz'], 'Hz')}",
+            f"{system['kept_modes']} up to {with_unit(system['modes_limit_hz'], 'Hz')}",
             f"error of the modal truncation at most {error} up to {upto}",
             f"They do not cover the band of {upto}.",
         )
@@ -155,7 +155,7 @@ def balance_sentence(closure: float) -> str:
     """Whether equilibria are in balance; closure: share of the load that is left over."""
     if closure <= CLOSED:
         return "All forces are in balance."
-    return f"Forces are not in balance: {said(closure, 'share')} of the load is left over."
+    return f"Forces are not in balance: {with_unit(closure, 'share')} of the load is left over."
 
 
 def _percent(share: float) -> str:

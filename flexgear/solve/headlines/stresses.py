@@ -8,7 +8,7 @@ from flexgear.gears.flank_pressure import pitch_point_pressure
 from flexgear.gears.geometry import stage_geometry
 from flexgear.model.names import FlankName
 from flexgear.results.report.sharing import own_variant
-from flexgear.results.report.wording import said, words
+from flexgear.results.report.wording import with_unit, words
 from flexgear.solve.headlines.declaration import Answer, Findings, Headline
 
 UNRATED = "Not assessed: no allowable stress given."
@@ -52,9 +52,9 @@ def _largest(stage: str, stresses_mpa: dict[str, float], basis: str) -> Iterator
     if not loaded:
         return
     (name, size), *rest = sorted(loaded.items(), key=lambda item: -item[1])
-    beside = "".join(f"; {other} {said(1e6 * s, 'Pa')}" for other, s in rest)
+    beside = "".join(f"; {other} {with_unit(1e6 * s, 'Pa')}" for other, s in rest)
     sentence = f"{name.capitalize()}, {basis}{beside}. {UNRATED}"
-    yield Answer("open", stage, size, said(1e6 * size, "Pa"), sentence)
+    yield Answer("open", stage, size, with_unit(1e6 * size, "Pa"), sentence)
 
 
 ROOT_STRESS = Headline(

@@ -164,12 +164,12 @@ class CyclicCondensation:
                 load = self.fe_mass.product(self._form(modes[:, block]))
                 coupling[block] = -self.solver.reactions(load).T
         if self.has_short_borders:
-            own = project_constraint_modes(self.solver, self.ties, self.motion, recovery)
-            return own, coupling
+            result = project_constraint_modes(self.solver, self.ties, self.motion, recovery)
+            return result, coupling
         psi = self.constraint_motion(np.eye(self.interface.size))
         recovery[:] = self.dofs_of(psi, len(recovery))
-        own = dot(psi, self.mass_product(psi))
-        return 0.5 * (own + own.T), coupling
+        result = dot(psi, self.mass_product(psi))
+        return 0.5 * (result + result.T), coupling
 
     def field_of(self, dofs: Array) -> Array:
         """A field (d, k) from dof vectors (3N, k)."""

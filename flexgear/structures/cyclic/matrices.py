@@ -80,15 +80,15 @@ def sector_matrices(model: FeModel, sectors: Sectors) -> tuple[Circulant, Circul
     A model that is assembled already is sliced, another assembled over one sector only.
     """
     n = len(sectors.nodes)
-    own = np.concatenate([sectors.nodes[:, 0], sectors.nodes[sectors.interior :, 1]])
+    sector_nodes = np.concatenate([sectors.nodes[:, 0], sectors.nodes[sectors.interior :, 1]])
     part = getattr(model, "part", None)
     if part is None:
-        stiffness, mass, at = model.stiffness, model.scalar_mass, own
+        stiffness, mass, at = model.stiffness, model.scalar_mass, sector_nodes
     else:
         small, numbers = part(sectors.cells)
         place = np.empty(len(model.nodes), dtype=np.int64)
         place[numbers] = np.arange(len(numbers))
-        stiffness, mass, at = small.stiffness, small.scalar_mass, place[own]
+        stiffness, mass, at = small.stiffness, small.scalar_mass, place[sector_nodes]
     dofs = (3 * at[:, None] + np.arange(3)).ravel()
     stiffness = stiffness[dofs][:, dofs].tocsr()
     mass = mass[at][:, at].tocsr()

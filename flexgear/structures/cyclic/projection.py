@@ -36,9 +36,9 @@ _COLUMNS = 32  # of Y worked on at once
 
 def condensed_stiffness(solver: CyclicSolver, ties: SectorTies) -> Array:
     """K_bb (b, b) = [K_t 0; 0 0] + [-H I]^T G^{-1} [-H I]."""
-    own = circulant(solver.stiffness)
+    stiffness = circulant(solver.stiffness)
     out = solver.other_motions().T @ solver.other_share()
-    out[: len(own), : len(own)] += own
+    out[: len(stiffness), : len(stiffness)] += stiffness
     return _in_body(out, ties)
 
 
@@ -77,13 +77,13 @@ def project_constraint_modes(
     """Psi^T M Psi (b, b); fills in Psi at the mesh's first dofs, recovery (r, b)."""
     t, z, m = ties.rows.shape[0], ties.sectors.count, ties.other_size
     periodic = motion.periodic
-    own = _correlated(periodic, _times(motion.inertia, periodic)).transpose(0, 2, 1)
+    products = _correlated(periodic, _times(motion.inertia, periodic)).transpose(0, 2, 1)
     others, across, other = _of_others(solver, motion, periodic)
 
     share = solver.other_share()
     cross = np.vstack([across, np.zeros((m, m))]) @ share
     out = cross + cross.T + share.T @ others @ share
-    out[: t * z, : t * z] += circulant(own)
+    out[: t * z, : t * z] += circulant(products)
     fields = _times(motion.shapes, periodic)
     _recover(ties, motion.rows, fields, other, ties.joined_rows(share), recovery)
     return _in_body(out, ties)
@@ -141,8 +141,8 @@ def _sector_mass(
     shared(fields.shape[1], of_fields, _COLUMNS)
     mixed = {}
     for s, first, last in zip(numbers, begin, begin[1:], strict=False):
-        own = uneven[s][1].T @ loads[:, first:last]
-        mixed[s] = beside[:, first:last], own
+        reduced = uneven[s][1].T @ loads[:, first:last]
+        mixed[s] = beside[:, first:last], reduced
     return inertia, mixed
 
 

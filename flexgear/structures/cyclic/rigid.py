@@ -25,10 +25,10 @@ Array = NDArray[np.float64]
 
 def rigid_fields(nodes: Array, sectors: Sectors) -> Array:
     """R (3n + 3b, 6) on own nodes and the next border, each in its axes; nodes (N, 3)."""
-    own, ahead = sectors.nodes[:, 0], sectors.nodes[sectors.interior :, 1]
-    points = nodes[np.concatenate([own, ahead])]
+    sector_nodes, ahead = sectors.nodes[:, 0], sectors.nodes[sectors.interior :, 1]
+    points = nodes[np.concatenate([sector_nodes, ahead])]
     fields = rigid_motion(points - points[sectors.interior :].mean(axis=0))
-    fields[len(own) :] = rotation(sectors.pitch).T @ fields[len(own) :]
+    fields[len(sector_nodes) :] = rotation(sectors.pitch).T @ fields[len(sector_nodes) :]
     flat = fields.reshape(-1, 6)
     _, triangle = np.linalg.qr(flat[3 * sectors.interior :])
     return np.linalg.solve(triangle.T, flat.T).T

@@ -151,17 +151,17 @@ def _sectors(element_dofs: Ints, count: int, image: Ints, cells: Ints) -> Sector
     of_cells[element_dofs] = True
     ahead = np.zeros_like(of_cells)
     ahead[image[of_cells]] = True
-    own = of_cells & ~ahead
+    in_sector = of_cells & ~ahead
     back = np.empty_like(image)
     back[image] = np.arange(len(image))
     border = np.zeros_like(of_cells)
     border[back[of_cells & ahead]] = True
-    if own.sum() * count != len(image) or (border & ~own).any():
+    if in_sector.sum() * count != len(image) or (border & ~in_sector).any():
         return None
-    local = np.concatenate([np.flatnonzero(own & ~border), np.flatnonzero(border)])
+    local = np.concatenate([np.flatnonzero(in_sector & ~border), np.flatnonzero(border)])
     nodes = _orbits(local, image, count)
     reached = np.zeros(len(image), dtype=bool)
     reached[nodes] = True
-    if not reached.all() or border.sum() in (0, own.sum()):
+    if not reached.all() or border.sum() in (0, in_sector.sum()):
         return None
     return Sectors(count, nodes, int(border.sum()), cells)

@@ -193,7 +193,7 @@ class CyclicSolver:
         ties, b, z = self._ties, self._b, self.count
         m, v = ties.other_size, self._v
         inside, _, tie, _ = self._rows
-        even, own = self._pulled(ties.even.T.toarray()), self._pulled(ties.rows.T.toarray())
+        even, pulled = self._pulled(ties.even.T.toarray()), self._pulled(ties.rows.T.toarray())
         turns = np.kron(np.eye(v // 3), np.ones((3, 3))) * np.tile(
             ties.sectors.turns(), (1, v // 3, v // 3)
         )  # (z, v, v), R_s of every even tie
@@ -210,7 +210,7 @@ class CyclicSolver:
             every = np.concatenate([np.arange(v), at])
             f = -both[tie].T
             e = f @ self._d_inverse
-            free = both[inside] - own[inside] @ e.T
+            free = both[inside] - pulled[inside] @ e.T
             flexibility[np.ix_(every, every)] += free.T @ free
             ends = both[self._rows[1]] - self._hat.T @ e.T
             hat[:, s, every] += ends[:b]

@@ -79,7 +79,7 @@ class SectorTies:
     def motion(self, x: Array) -> Array:
         """q = B x (6n, k) of fields (3n, z, k) in sector form."""
         z, k = x.shape[1:]
-        own = self.rows[:, : len(x)] @ x.reshape(len(x), -1)
+        motion = self.rows[:, : len(x)] @ x.reshape(len(x), -1)
         border = x[len(x) - 3 * self.sectors.border :]
         ahead = self.rows[:, len(x) :] @ np.roll(border, -1, axis=1).reshape(len(border), -1)
         other = np.zeros((self.other_size, k))
@@ -89,7 +89,7 @@ class SectorTies:
         for s, (at, rows) in enumerate(self.uneven):
             if len(at):
                 other[at] += rows @ np.ascontiguousarray(x[:, s])
-        return self.joined((own + ahead).reshape(-1, z, k), other)
+        return self.joined((motion + ahead).reshape(-1, z, k), other)
 
     def turned(self, q: Array, back: bool) -> Array:
         """Translations and rotations (6c, z, k) in the body's axes, or back in the sectors'."""
@@ -103,7 +103,7 @@ class SectorTies:
 def sector_ties(interface: Interface, sectors: Sectors) -> SectorTies | None:
     """Ties by sectors; None where no tie has the period or one reaches beyond its sector."""
     blocks = _LocalBlocks(interface.rows, sectors)
-    own: list[Ints] = []
+    facets: list[Ints] = []
     rows: list[sp.csr_matrix] = []
     for orbit in _orbits(interface.positions, sectors):
         if not blocks.alike(orbit):
@@ -111,11 +111,11 @@ def sector_ties(interface: Interface, sectors: Sectors) -> SectorTies | None:
         begin = blocks.home(orbit[0])
         if begin is None:
             return None
-        own.append(np.roll(orbit, begin))
+        facets.append(np.roll(orbit, begin))
         rows.append(blocks.rows(orbit[0], begin))
-    if not own:
+    if not facets:
         return None
-    periodic = np.stack(own, axis=1)
+    periodic = np.stack(facets, axis=1)
     rest = np.setdiff1d(np.arange(len(interface.node_names)), periodic)
     even = np.array([blocks.even(node) for node in rest], dtype=bool)
     other = np.concatenate([rest[even], rest[~even]])

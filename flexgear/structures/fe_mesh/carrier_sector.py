@@ -104,11 +104,11 @@ def _same_plane(gmsh: ModuleType, p: CarrierMeshParameters, halves: list[list[in
         on = np.abs(centre[:, 1]) < 1e-7 * p.plate_diameter
         faces.append(np.array(tags)[on])
         centres.append(centre[on])
-    for own, at in zip(faces[1:], centres[1:], strict=True):
+    for face, at in zip(faces[1:], centres[1:], strict=True):
         distance, first = cKDTree(centres[0]).query(at)
-        if len(own) != len(faces[0]) or distance.max() > 1e-7 * p.plate_diameter:
+        if len(face) != len(faces[0]) or distance.max() > 1e-7 * p.plate_diameter:
             raise FlexgearError("carrier: half sectors differ in the plane of a pin")
-        gmsh.model.mesh.setPeriodic(2, own, faces[0][first], np.eye(4).ravel())
+        gmsh.model.mesh.setPeriodic(2, face, faces[0][first], np.eye(4).ravel())
 
 
 def _generate(gmsh: ModuleType) -> bool:

@@ -45,10 +45,10 @@ def complete(
         ahead = planes[which[i]]
         _, same = cKDTree(ahead.points[ahead.pin]).query(half.points[half.pin])
         ids[half.pin] = plain[i][ahead.pin[same]]
-        own = np.flatnonzero(ids < 0)
-        ids[own] = total + np.arange(len(own))
-        total += len(own)
-        places.append((half.points[own] * [1.0, -1.0, 1.0]) @ rotation(p.angles[order[i]]).T)
+        new = np.flatnonzero(ids < 0)
+        ids[new] = total + np.arange(len(new))
+        total += len(new)
+        places.append((half.points[new] * [1.0, -1.0, 1.0]) @ rotation(p.angles[order[i]]).T)
         mirrored.append(ids)
     everything = np.concatenate(places)
 

@@ -113,10 +113,10 @@ def ring_groups(view: StageView) -> Groups:
     holes = [s for s in supports if s.end and s.group]
 
     def of_bands(kind: str, meaning: str) -> Family:
-        own = [s for s in supports if s.group and s.node.kind == kind]
-        places = np.array([s.place for s in own]).reshape(-1, 3)
+        of_kind = [s for s in supports if s.group and s.node.kind == kind]
+        places = np.array([s.place for s in of_kind]).reshape(-1, 3)
         return Family(
-            kind, meaning, tuple(s.group for s in own), places, True, f"stage.ring.fe.{kind}s"
+            kind, meaning, tuple(s.group for s in of_kind), places, True, f"stage.ring.fe.{kind}s"
         )
 
     families = [

@@ -17,13 +17,13 @@ def element_gradient(model: FeModel, vertices: NDArray[np.int64]) -> sp.csr_matr
     place[vertices] = np.arange(len(vertices))
     rows, columns, values = [], [], []
     for corner, at in enumerate(place[cells]):
-        own = np.flatnonzero(at >= 0)
+        inside = np.flatnonzero(at >= 0)
         local = basis.elem.refdom.p[:, [corner]]
-        inverse = basis.mapping.invDF(local, own)[..., 0]  # (reference, x, cell)
-        for a, nodes in enumerate(basis.element_dofs[:, own]):
+        inverse = basis.mapping.invDF(local, inside)[..., 0]  # (reference, x, cell)
+        for a, nodes in enumerate(basis.element_dofs[:, inside]):
             slope = np.asarray(basis.elem.lbasis(local, a)[1])[:, 0]
-            rows.append((3 * at[own] + np.arange(3)[:, None]).ravel())
-            columns.append(np.broadcast_to(nodes, (3, len(own))).ravel())
+            rows.append((3 * at[inside] + np.arange(3)[:, None]).ravel())
+            columns.append(np.broadcast_to(nodes, (3, len(inside))).ravel())
             values.append(np.einsum("ijc,i->jc", inverse, slope).ravel())
     table = (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns)))
     total = sp.csr_matrix(table, shape=(3 * len(vertices), len(model.nodes)))

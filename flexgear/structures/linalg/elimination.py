@@ -51,13 +51,13 @@ class Elimination:
         outer = stiffness.shape[0] - size
         lifted = stiffness + sp.block_diag([sp.csr_matrix((size, size)), sp.csr_matrix(shift)])
         factor = factor_in_order(lifted)
-        own = factor[size:, size:].toarray()
+        remainder = factor[size:, size:].toarray()
         self._set_sweeps(factor[:, :size])
         given = constraints.T.toarray()
         forward(*self._sweeps, given)
         self._constraints = given[:size]  # L^{-1} C_i^T (i, c)
         self.rest = np.zeros((outer + given.shape[1],) * 2)
-        self.rest[:outer, :outer] = own @ own.T - shift
+        self.rest[:outer, :outer] = remainder @ remainder.T - shift
         self.rest[:outer, outer:] = given[size:]
         self.rest[outer:, :outer] = given[size:].T
         self.rest[outer:, outer:] = -self._constraints.T @ self._constraints

@@ -113,12 +113,12 @@ def lowest_modes(
         w, beside = solve(p)
         basis.note(beside)
         applied += block
-        own = dot(p, w)
-        subtract(w, q, own)
+        projection = dot(p, w)
+        subtract(w, q, projection)
         if before is not None:
             subtract(w, before[0], before[1].T)
             square[at.start - block : at.start, at] = before[1].T
-        square[at, at] = own
+        square[at, at] = projection
         if before is None and at.start:  # just cut: all Ritz vectors that were kept are neighbours
             new_vectors, p = basis.freed(w)
             square[: at.start, at] = new_vectors[: at.start]

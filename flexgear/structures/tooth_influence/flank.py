@@ -103,17 +103,17 @@ def flank_compliance(
     surface, inner = segment.surface_nodes[j, rows], segment.inner_nodes[j, rows]
     layer[nodes_between(model, surface.ravel(), inner.ravel())] = True
     n = len(flank)
-    own = whole[:n, :n] - held_flexibility(model, layer & free, unit)
+    compliance = whole[:n, :n] - held_flexibility(model, layer & free, unit)
     if tied:
         motion = carried_by_tie(segment, model.nodes[flank])
-        own -= motion @ whole[n:, n:] @ motion.T
-        own = 0.5 * (own + own.T)
+        compliance -= motion @ whole[n:, n:] @ motion.T
+        compliance = 0.5 * (compliance + compliance.T)
     order = np.argsort(flank)
     at = order[np.searchsorted(flank[order], coarse_nodes(segment, j))]
     if not has_next:
-        return FlankCompliance(own, None)
+        return FlankCompliance(compliance, None)
     after, before = slice(n, n + len(at)), slice(n + len(at), None)
-    return FlankCompliance(own, np.stack([whole[at, after], whole[before, after]]))
+    return FlankCompliance(compliance, np.stack([whole[at, after], whole[before, after]]))
 
 
 def flank_nodes(segment: ToothSegment, model: FeModel, tooth: int) -> Ints:

@@ -12,7 +12,7 @@ from flexgear.model.stage_view import StageView
 from flexgear.structures.fe_mesh import SegmentDivisions, SegmentParameters, tooth_segment
 from flexgear.structures.tooth_influence.flank import flank_compliance
 from flexgear.structures.tooth_influence.influence import ToothInfluence
-from flexgear.structures.tooth_influence.kept import ROOT, TOOTH, kept
+from flexgear.structures.tooth_influence.influence_cache import ROOT, TOOTH, cached
 from flexgear.structures.tooth_influence.root_stress import (
     DEPTH,
     RootInfluence,
@@ -40,7 +40,7 @@ def tooth_influence(view: StageView, role: str) -> ToothInfluence | None:
         return None
     m = view.material
     material = {"young": m.young_modulus, "poisson": m.poisson_ratio}
-    return kept(
+    return cached(
         {"segment": parameters, "tied": tied, **material},
         lambda: influence_of(parameters, m.young_modulus, m.poisson_ratio, tied=tied),
         TOOTH,
@@ -51,7 +51,7 @@ def root_of_case(view: StageView, role: str) -> RootInfluence:
     """Root stress of a tooth of a gear named as in ``tooth_influence``, from the cache or made
     (about a minute)."""
     parameters, m = root_segment(view, role), view.material
-    return kept(
+    return cached(
         {"root": parameters, "young": m.young_modulus, "poisson": m.poisson_ratio},
         lambda: root_influence(parameters, m.young_modulus, m.poisson_ratio),
         ROOT,
@@ -121,8 +121,8 @@ def influence_parameters(view: StageView, role: str) -> SegmentParameters | None
     _require_teeth(view, role, tooth)
     if alone:
         return _segment(view, role, tooth)
-    held, own = _held_radius(view, role, tooth, DEEPEST), _segment(view, role, tooth)
-    return replace(own, held_radius=held, teeth=3, margin=MARGIN)
+    held, segment = _held_radius(view, role, tooth, DEEPEST), _segment(view, role, tooth)
+    return replace(segment, held_radius=held, teeth=3, margin=MARGIN)
 
 
 def _segment(view: StageView, role: str, tooth: ToothGeometry) -> SegmentParameters:

@@ -20,7 +20,7 @@ from flexgear.structures.probe_loads import END_SHARE
 from flexgear.structures.reduced import ReducedBody
 from flexgear.structures.tooth_influence.flank import involute_normals
 from flexgear.structures.tooth_influence.influence import ToothInfluence
-from flexgear.structures.tooth_influence.kept import Form, kept
+from flexgear.structures.tooth_influence.influence_cache import Form, cached
 from flexgear.structures.tooth_influence.of_case import (
     influence_parameters,
     is_tied,
@@ -66,7 +66,7 @@ def kept_shapes(view: StageView) -> RingShapes:
             return ring_shapes(model, condensation, line, teeth, cut)
 
     content = {"shapes_of": ring_key(view), "orders": ORDERS, "line": line, "cut": cut}
-    return kept(content, made, SHAPES)
+    return cached(content, made, SHAPES)
 
 
 def with_rim(view: StageView, body: ReducedBody) -> ReducedBody:
@@ -110,15 +110,15 @@ def rim_bending(rim: RimFlexibility, path: GearMeshPath, slices: Slices) -> tupl
     """ΔC (S, K, K) and what it does to the slices of the next two lines, (S, BEYOND, K, K) m/N: as
     ``PairBending`` has them of both teeth. The right half of a ring is the mirror image of the
     left, z -> −z."""
-    own = mating_flanks(path, slices)[1]
-    some, z = some_places(slices, _PLACES), -slices.z if own.other_hand else slices.z
-    here = flank_motion(rim, own.tooth, -own.sense, (own.roll[some], z[some]))
+    flank = mating_flanks(path, slices)[1]
+    some, z = some_places(slices, _PLACES), -slices.z if flank.other_hand else slices.z
+    here = flank_motion(rim, flank.tooth, -flank.sense, (flank.roll[some], z[some]))
     beside = []
     for apart, flexibility in enumerate(rim.beside, start=1):
         further = np.clip(slices.s[some] + apart * path.base_pitch, None, slices.s[-1])
-        places = _at(slices.s, own.roll, further), _at(slices.s, z, further)
-        there = flank_motion(rim, own.tooth, -own.sense, places)
-        after = flexibility if own.step > 0 else flexibility.T
+        places = _at(slices.s, flank.roll, further), _at(slices.s, z, further)
+        there = flank_motion(rim, flank.tooth, -flank.sense, places)
+        after = flexibility if flank.step > 0 else flexibility.T
         beside.append(here @ after @ there.swapaxes(1, 2))
     both = here @ rim.own @ here.swapaxes(1, 2), np.stack(beside, axis=1)
     near, beyond = (_at(slices.s[some], c, slices.s) for c in both)
@@ -146,8 +146,8 @@ def rim_error(rim: RimFlexibility, influence: ToothInfluence, tooth: ToothGeomet
     at_end = np.arange(_SLICES) < END_SHARE * _SLICES
     loads = np.array([np.ones(_SLICES), at_end, at_end[::-1]], dtype=float)
     motion = flank_motion(rim, tooth, -1, (roll, z))
-    own = influence.matrix(roll, z, width)
-    return float(shape_errors(own, motion @ rim.own @ motion.T, loads).max())
+    compliance = influence.matrix(roll, z, width)
+    return float(shape_errors(compliance, motion @ rim.own @ motion.T, loads).max())
 
 
 def _parameters(view: StageView) -> SegmentParameters:

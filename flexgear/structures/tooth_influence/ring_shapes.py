@@ -86,22 +86,22 @@ def rim_flexibility(
     """On supports (b, b) at the ring's nodes, teeth first; stiffness: K_bb (b, b); line: of tooth
     0. LinAlgError where they leave the ring free."""
     held, teeth = _inverse(stiffness + supports), int(shapes.count)
-    own, beside = np.zeros((BOTH, BOTH)), np.zeros((BEYOND, BOTH, BOTH))
+    same, beside = np.zeros((BOTH, BOTH)), np.zeros((BEYOND, BOTH, BOTH))
     for n, j in enumerate(shapes.teeth.astype(int)):
         here, at = _axes(j, teeth), slice(6 * j, 6 * j + 6)
         motion = held @ shapes.loads[n]  # of all nodes, by shapes of the tooth and of the next ones
         one = shapes.loads[n, 0].T @ motion + shapes.fixed[n]
-        own[6:, 6:] += one[0] - shapes.piece[n, 6:, 6:]
-        own[:6, 6:] += here.T @ motion[0, at] - shapes.piece[n, :6, 6:]
+        same[6:, 6:] += one[0] - shapes.piece[n, 6:, 6:]
+        same[:6, 6:] += here.T @ motion[0, at] - shapes.piece[n, :6, 6:]
         beside[:, 6:, 6:] += one[1:]
         beside[:, :6, 6:] += here.T @ motion[1:, at]
         for k in range(BEYOND):
             further = (j + 1 + k) % teeth
             node = motion[0, 6 * further : 6 * further + 6]
             beside[k, 6:, :6] += (_axes(further, teeth).T @ node).T
-    own[6:, :6] = own[:6, 6:].T
+    same[6:, :6] = same[:6, 6:].T
     number = len(shapes.teeth)
-    return RimFlexibility(own / number, beside / number, shapes.less.mean(axis=0), line)
+    return RimFlexibility(same / number, beside / number, shapes.less.mean(axis=0), line)
 
 
 def _inverse(stiffness: Array) -> Array:
@@ -120,9 +120,9 @@ def shape_tie(line: ToothLine, sample: Sample) -> tuple[sp.csr_matrix, Array]:
     """B_s (COUNT, 3n) and N (6, COUNT) of a tooth by the sample of its base section."""
     rigid, shapes = rigid_motion(sample.points - line.place), line.shapes(sample.points)
     less = np.linalg.solve(_inner(sample, rigid, rigid), _inner(sample, rigid, shapes))
-    own = shapes - rigid @ less
-    weights = np.einsum("m,mci->mci", sample.weights, own)
-    weights = weights @ np.linalg.inv(_inner(sample, own, own))
+    elastic = shapes - rigid @ less
+    weights = np.einsum("m,mci->mci", sample.weights, elastic)
+    weights = weights @ np.linalg.inv(_inner(sample, elastic, elastic))
     rows = np.stack([sample.interpolation.T @ weights[:, c] for c in range(3)], axis=1)
     return sp.csr_matrix(rows.reshape(-1, COUNT).T), np.asarray(less, dtype=np.float64)
 

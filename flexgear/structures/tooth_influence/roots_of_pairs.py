@@ -55,9 +55,9 @@ def pair_roots(view: StageView, path: GearMeshPath, slices: Slices) -> list[Pair
     """Of the planet, then of its mate; the cut stands still."""
     width, some = widths(path, slices), some_places(slices, _PLACES)
     roots = []
-    for own in mating_flanks(path, slices):
-        root = own.of(root_of_case(view, own.name))
-        stress = root.per_force(own.roll[some], slices.z[some], width[some])
-        one = PairRoots(own.name, own.sense, own.step, slices.s[some], stress, root.flank.z)
+    for flank in mating_flanks(path, slices):
+        root = flank.of(root_of_case(view, flank.name))
+        stress = root.per_force(flank.roll[some], slices.z[some], width[some])
+        one = PairRoots(flank.name, flank.sense, flank.step, slices.s[some], stress, root.flank.z)
         roots.append(one)
     return roots

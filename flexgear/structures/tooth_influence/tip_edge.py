@@ -39,7 +39,7 @@ from flexgear.gears.slices import Slices
 from flexgear.gears.tooth import ToothGeometry
 from flexgear.structures.tooth_influence.edge_layer import EdgeLayer, edge_layer
 from flexgear.structures.tooth_influence.influence import ToothInfluence
-from flexgear.structures.tooth_influence.kept import EDGE, kept
+from flexgear.structures.tooth_influence.influence_cache import EDGE, cached
 
 Array = NDArray[np.float64]
 LESS = 1 / 8  # of the mean line load: the second load at which the contact is solved
@@ -102,7 +102,7 @@ def at_tip(
     share = np.linspace(0.0, 1.0, PLACES) ** 2
     d = np.concatenate([-inside * share[:0:-1], abs(end.last - end.s) * share])
     rolls = edge.rolls(d)
-    own, mate = (one.contact_body(roll) for one, roll in zip(influences, rolls, strict=True))
+    body, mate = (one.contact_body(roll) for one, roll in zip(influences, rolls, strict=True))
     gears = rolls if end.member == 0 else rolls[::-1]
     internal = edge.tooth.internal or edge.mate.internal
     radius = relative_radius(*gears, internal=internal) / cos_base_helix
@@ -112,10 +112,10 @@ def at_tip(
         place = profile.at(profile.place, s, np.zeros_like(s))
         apex -= place if end.member == 0 else -place
     apex = cos_base_helix * apex
-    hertz = line_contact(own, mate, radius)
+    hertz = line_contact(body, mate, radius)
     least = (NARROWEST * depth) ** 2 / float(np.min(hertz.spread))
     loads = max(line_load, least) * np.array([1.0, LESS])
-    edges = Edges(_kept_layer(edge.interior_angle, own.poisson), own, mate, radius, apex)
+    edges = Edges(_kept_layer(edge.interior_angle, body.poisson), body, mate, radius, apex)
     (more, rests), (more_of_less, _) = (edges.pressed(hertz, w) for w in loads)
     beta = np.maximum((more_of_less - more) / math.log(1 / LESS), -LEAST_SLOPE * hertz.beta)
     alpha = more + beta * math.log(loads[0])
@@ -191,4 +191,4 @@ def contact(compliance: Array, gap: Array, load: float) -> tuple[Array, float]:
 
 @lru_cache(maxsize=16)
 def _kept_layer(angle: float, poisson: float) -> EdgeLayer:
-    return kept({"tip": angle, "poisson": poisson}, lambda: edge_layer(angle, poisson), EDGE)
+    return cached({"tip": angle, "poisson": poisson}, lambda: edge_layer(angle, poisson), EDGE)

@@ -40,7 +40,7 @@ class Form(Generic[T]):
     made: Callable[[Arrays], T]
 
 
-def kept(content: Mapping[str, Any], compute: Callable[[], T], form: Form[T]) -> T:
+def cached(content: Mapping[str, Any], compute: Callable[[], T], form: Form[T]) -> T:
     """What was kept for this content, else computed and kept.
 
     FlexgearWarning where the disk refuses to keep it; it is used all the same.
@@ -81,8 +81,8 @@ def _tooth(arrays: Arrays) -> ToothInfluence:
 
 def _of_root(influence: RootInfluence) -> Arrays:
     flank = {name: getattr(influence.flank, name) for name in _OF_FLANK}
-    own = {name: getattr(influence, name) for name in _OF_ROOT}
-    return {"numbers": _numbers(influence.flank), **flank, **own}
+    arrays = {name: getattr(influence, name) for name in _OF_ROOT}
+    return {"numbers": _numbers(influence.flank), **flank, **arrays}
 
 
 def _root(arrays: Arrays) -> RootInfluence:
