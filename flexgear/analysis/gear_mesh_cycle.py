@@ -95,7 +95,7 @@ def mean_springs(system: System, modal: ModalSystem | None) -> ContactSprings:
 
 
 def _cycle(system: System, of_stage: NDArray[np.bool_]) -> Array:
-    """Angles (P, A) over a gear-mesh cycle of the flanks ``own`` (M,) of a stage, all others 0."""
+    """Angles (P, A) over a gear-mesh cycle of the flanks ``of_stage`` (M,), all others 0."""
     pairs = system.pairs
     m = int(np.flatnonzero(of_stage)[0])
     planets = len(
@@ -108,10 +108,10 @@ def _cycle(system: System, of_stage: NDArray[np.bool_]) -> Array:
 
 
 def _samples(
-    system: System, theta: Array, samples: NDArray[np.bool_], result: Equilibrium | None
+    system: System, theta: Array, of_stage: NDArray[np.bool_], result: Equilibrium | None
 ) -> dict[int, _Samples]:
-    """Spring factors of the flanks ``own`` (M,) over positions (P, A); of the pairs that touch in
-    an equilibrium, where there is one."""
+    """Spring factors of the flanks ``of_stage`` (M,) over positions (P, A); of the pairs that
+    touch in an equilibrium, where there is one."""
     pairs, work = system.pairs, pair_rows(system.pairs)
     elements, carrying = packed(pairs), carrying_flanks(pairs)
     lines = None if result is None else line_loads(result)
@@ -120,7 +120,7 @@ def _samples(
     parts: dict[int, list[_Part]] = {}
     for p, angles in enumerate(np.ascontiguousarray(theta)):
         flanks = carrying if result is None else result.active_flanks[p] | carrying
-        flanks = np.where(samples, flanks, 0)
+        flanks = np.where(of_stage, flanks, 0)
         n, _, count = fill_rows(elements, angles, flanks, work)
         tangents = _tangents(work, n, count, p, result, lines, unloaded)
         for m, at in _of_flanks(work, n):
@@ -138,7 +138,7 @@ def _samples(
                     force=matrix.sum(axis=0) @ coefficients,
                 )
             )
-    return {m: _gathered(ends[m].columns, samples, len(theta)) for m, samples in parts.items()}
+    return {m: _gathered(ends[m].columns, of_flank, len(theta)) for m, of_flank in parts.items()}
 
 
 class _Part(NamedTuple):

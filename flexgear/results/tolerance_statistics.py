@@ -73,7 +73,7 @@ def distribution_band(count: int, confidence: float = 0.95) -> tuple[Array, Arra
 
 def share_interval(successes: Array | NDArray[np.int64], count: int, confidence: float
                    ) -> tuple[Array, Array]:  # fmt: skip
-    """Interval of a share of which ``found`` out of ``count`` samples were seen."""
+    """Interval of a share of which ``successes`` out of ``count`` samples were seen."""
     risk, k = 0.5 * (1 - confidence), np.asarray(successes, dtype=float)
     low = np.where(k > 0, betaincinv(np.maximum(k, 1), count - k + 1, risk), 0.0)
     high = np.where(k < count, betaincinv(k + 1, np.maximum(count - k, 1), 1 - risk), 1.0)

@@ -131,7 +131,7 @@ def _coefficients(model: Model, state: SteadyState) -> dict[str, Array]:
 def _of_stage(
     known: dict[str, Array], values: dict[str, Array], model: Model, stage: str
 ) -> dict[str, Array]:
-    """``known`` with what ``found`` says about one stage put in."""
+    """``known`` with what ``values`` says about one stage put in."""
     names = model.gear_meshes.names
     columns = {
         "planet_coefficient": np.array([n.stage == stage for n in names]),

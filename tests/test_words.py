@@ -1,0 +1,61 @@
+"""Words of the code and the manual are those of the field: names say what a value holds."""
+
+import ast
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+NAMES = {"found", "told", "said", "kept"}  # of anything; what holds them says nothing
+LOCAL_NAMES = NAMES | {"own"}  # of variables and arguments
+PHRASES = re.compile(
+    r"as it should be|\bstray\b|\bladder\b|lost its mates|way off the axis|under way"
+    r"|hu-2023|ren-2021|at hand\b",
+    re.IGNORECASE,
+)
+KEPT = {("doctor_command.py", "found")}  # a key of ``doctor --json``
+
+
+def sources() -> list[Path]:
+    return sorted((ROOT / "flexgear").rglob("*.py"))
+
+
+def manual() -> list[Path]:
+    pages = [p for p in (ROOT / "docs").rglob("*.md") if not {"_build", "_generated"} & {*p.parts}]
+    return sorted([*pages, ROOT / "README.md"])
+
+
+def names_of(path: Path) -> Iterator[tuple[str, bool, int]]:
+    """Names that a file gives, whether to a variable or an argument, and their lines."""
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.FunctionDef | ast.ClassDef):
+            yield node.name.strip("_").lower(), False, node.lineno
+        elif isinstance(node, ast.arg):
+            yield node.arg, True, node.lineno
+        elif isinstance(node, ast.AnnAssign) and isinstance(node.target, ast.Name):
+            yield node.target.id, False, node.lineno
+        elif isinstance(node, ast.Assign | ast.For | ast.NamedExpr | ast.comprehension):
+            targets = node.targets if isinstance(node, ast.Assign) else [node.target]
+            for name in (n for target in targets for n in ast.walk(target)):
+                if isinstance(name, ast.Name) and isinstance(name.ctx, ast.Store):
+                    yield name.id, True, name.lineno
+
+
+def test_no_name_is_a_participle_that_says_nothing():
+    wrong = [
+        f"{path.relative_to(ROOT)}:{line}: {name}"
+        for path in sources()
+        for name, local, line in names_of(path)
+        if name in (LOCAL_NAMES if local else NAMES) and (path.name, name) not in KEPT
+    ]
+    assert not wrong, "\n".join(wrong)
+
+
+def test_texts_have_no_private_words():
+    wrong = [
+        f"{path.relative_to(ROOT)}:{number}: {line.strip()}"
+        for path in [*sources(), *manual()]
+        for number, line in enumerate(path.read_text().splitlines(), 1)
+        if PHRASES.search(line)
+    ]
+    assert not wrong, "\n".join(wrong)
