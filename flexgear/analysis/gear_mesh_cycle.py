@@ -142,7 +142,7 @@ def _samples(
 
 
 class _Part(NamedTuple):
-    """What ``_Samples`` holds, of one position."""
+    """The part of ``_Samples`` that belongs to one position."""
 
     position: int
     rows: Array

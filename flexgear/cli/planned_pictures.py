@@ -97,7 +97,7 @@ def stages_plan(flow: PowerFlow, data: Mapping[str, xr.Dataset]) -> Plan:
 
 
 def _face_plan(flow: PowerFlow, data: Mapping[str, xr.Dataset]) -> Plan:
-    """What pairs in slices carry along the face, root stress, and gear-mesh cycles."""
+    """Pictures of load along the face, root stress and gear-mesh cycles, of pairs in slices."""
     plan: Plan = {}
     even = data["equilibrium"]
     if "face_line_load" in even:

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class GivenTorque:
-    """Torque of its own, whatever the speed."""
+    """A machine whose torque does not depend on its speed."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""How long the errors of a stage take to come back, and where to sample them.
+"""Error cycle of a stage, after which all errors repeat, and its sampling.
 
 The unit is the gear-mesh cycle: the carrier turning by one ring tooth, relative to the ring; sun,
 planets and ring then all turn relative to the carrier by one tooth of their own. So an error of

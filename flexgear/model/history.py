@@ -72,7 +72,7 @@ class TimeHistory(Section):
 
     @property
     def is_series(self) -> bool:
-        """Whether it may change fast anywhere."""
+        """Whether the history may change fast anywhere: a ramp or a file of points."""
         return self.kind in ("ramp", "csv")
 
     @property

@@ -155,7 +155,7 @@ class CarrierMember(LumpedInertia):
 
 
 def _refuse_lumped(member: LumpedInertia, has: bool, body: str, instead: str) -> None:
-    """A member with a body of its own takes nothing that describes a lumped one."""
+    """InputError where a member that is an FE or given body has keys of a lumped one."""
     if not has:
         return
     for name in (

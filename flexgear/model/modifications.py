@@ -77,7 +77,7 @@ class FlankModifications(Section):
     table: FlankTable | None = None
 
     def of(self, flank: str) -> FlankModifications:
-        """Those of one of its flanks: its own keys, and of the others those of both."""
+        """Modifications of one flank: keys of that flank first, then keys that hold for both."""
         modifications = getattr(self, flank) or FlankModifications()
         names = FlankModifications.model_fields
         given = {name: getattr(modifications, name) for name in names}

@@ -1,4 +1,4 @@
-"""Gears of the planetary stage and how they stand to each other."""
+"""Gears of a planetary stage and their relative positions."""
 
 from __future__ import annotations
 

@@ -150,7 +150,7 @@ def _stored(
     encoding: Encoding,
     long: Mapping[str, int],
 ) -> h5py.Dataset:
-    """A variable with its attributes, and its values where its axes are not long."""
+    """Write a variable with its attributes; its values only where none of its axes grows with time."""
     values, options = variable.to_numpy(), dict(encoding.get(name, {}))
     text, truth = values.dtype.kind in "UO", values.dtype.kind == "b"
     dtype = h5py.string_dtype() if text else options.pop("dtype", "i1" if truth else values.dtype)

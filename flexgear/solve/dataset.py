@@ -187,7 +187,7 @@ def result_name(body: BodyName) -> BodyName:
 
 
 def body_rows(system: System) -> tuple[list[str], Array]:
-    """Names (n) and rows (6 n, d) of lumped bodies and of nodes that stand for those that bend."""
+    """Names (n) and rows (6 n, d) of lumped bodies and nodes that stand for flexible ones."""
     shown = list(shown_bodies(system))
     return [name for name, _, _ in shown], np.vstack([system.node_rows(b, n) for _, b, n in shown])
 

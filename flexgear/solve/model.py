@@ -90,7 +90,8 @@ class Model:
         return mean_springs(self._torques_alone, self._statics)
 
     def contact_springs(self, angle: float | None = None) -> ContactSprings:
-        """The same, or of the gear meshes as they are at a rotation of the lead, rad."""
+        """Mean springs of the gear meshes over a cycle, or those at a rotation of the reference
+        member, rad."""
         if angle is None:
             return self.mean_springs
         at = rated_rotations(self.system, np.array([angle]))[0]

@@ -30,7 +30,7 @@ from flexgear.results.report.wording import (
     words,
 )
 
-SMALL = 0.1  # of a figure: effects up to there may be neglected without a word
+SMALL = 0.1  # of a figure: neglected effects up to this share are not mentioned
 UNEVEN = 1e-3  # K above one that errors make
 ROUNDING = 1e-6  # of the largest length
 LEAST_ORDER = 2  # of a ring's shape: 0 is its size, 1 its place

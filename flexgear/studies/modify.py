@@ -169,7 +169,7 @@ class _Trial:
         return equilibrium_data(replace(self.model, system=system, made=dataset.modal), dataset)
 
     def worst(self, pairs: PairData, aim: Aim) -> float:
-        """What is to be least, in N/m or m: the largest of all torques and planets, added up over
+        """The objective, N/m or m: the largest value over torques and planets, summed over
         the kinds of gear meshes, so that each of them is made better."""
         at = ("line-load", "transmission-error").index(aim)
         figures = [worst_figures(self._solved(pairs, share))[at] for share in self.shares]

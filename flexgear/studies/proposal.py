@@ -73,7 +73,7 @@ def _sound(wanted: Wanted) -> Proposal:
 
 
 def _fault(text: str) -> InputError | None:
-    """Why the case cannot be computed, or what of it can hardly be meant."""
+    """Why the case cannot be computed, or which of its figures is implausible."""
     try:
         case = case_of_toml(tomllib.loads(text), "new", "new")
         require_workable(case)

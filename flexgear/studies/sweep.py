@@ -247,10 +247,10 @@ def _case(
 
 
 def _require_one_workable(cases: Sequence[Case | InputError]) -> None:
-    """InputError of the first point if no point can work; mostly the first point can.
+    """InputError of the first point if no point of the grid can be computed.
 
-    Points of lumped trains say so themselves, and some measures ask nothing of supports; what
-    bends would be meshed in vain.
+    Lumped trains are checked when they are solved, and some measures need no supports; this
+    check comes before flexible bodies are meshed.
     """
     faults = []
     for case in cases:
@@ -300,7 +300,7 @@ def _outcomes(
     scheduler: str | None,
     progress: Progress,
 ) -> list[Outcome[MeasuredValues]]:
-    """What was found at every point, before this or now, or why nothing."""
+    """Outcome of every point, stored or computed now: measured values, or why there are none."""
     store = plan.store
     known: dict[int, Outcome[MeasuredValues]] = {}
     left: dict[int, Case] = {}

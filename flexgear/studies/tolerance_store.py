@@ -40,8 +40,8 @@ class BatchStore:
 
 
 def batch_store(case: Case) -> BatchStore:
-    """Where the batches of the study of a case are kept: by all that samples depend on, which is
-    not how many there are."""
+    """Store of the batches of a case's study, under a key of all that a sample depends on. The
+    number of samples is no part of it: a larger study takes over earlier batches."""
     drawn = case.tolerance.model_dump(exclude={"samples", "confidence"})
     content = {"format": FORMAT, "model": case.content_hash(), "tolerance": drawn}
     return BatchStore(study_store("tolerance", content))

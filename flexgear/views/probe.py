@@ -79,7 +79,8 @@ def probe(window: str | None, timeout: float) -> str:
 
 @lru_cache(maxsize=1)
 def working_window(timeout: float = 60.0) -> tuple[bool, str | None, str]:
-    """(it works, render window to use, reason of the first failure); asked once a process."""
+    """Whether offscreen rendering works, the render window to use, and why the first one failed;
+    tried once a process."""
     first = ""
     for window in candidates():
         reason = probe(window, timeout)

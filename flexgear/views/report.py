@@ -44,8 +44,8 @@ NO_ROOM = "It would make this page too large: see it among the run's pictures."
 
 @dataclass(frozen=True)
 class Picture:
-    """A picture of the report. name: the same of both sides; sentence: what it shows; plots: plotly
-    panels of the same, which take its place on a screen."""
+    """A picture of the report. name: pictures of two runs with one name are shown side by side;
+    sentence: what it shows; plots: plotly panels that replace it on a screen."""
 
     name: str
     section: str

@@ -52,7 +52,7 @@ class Frames:
         return -1.0 if frame is not None and frame.axes[0, 0] < 0 else 1.0
 
     def is_parallel(self, component: Component) -> bool:
-        """Whether its axis is parallel to the gear unit's; so it is where nothing is said."""
+        """Whether its axis is parallel to the gear unit's; true where the file gives no axis."""
         frame = self.of(component)
         return frame is None or abs(float(frame.axes[0, 0])) > 1.0 - _ALIGNED
 

@@ -119,7 +119,7 @@ class PortWriter:
         return best
 
     def _free(self, chosen: list[Port], speeds: dict[str, float]) -> None:
-        """A case about its steady speeds, without loads."""
+        """Ports of a case without loads: it is one of free vibration about steady speeds."""
         self.case.warn(
             "the torques of the file do not suffice: a case of free vibration, modes only"
         )

@@ -168,8 +168,8 @@ def rows_of(figures: Mapping[str, Any], unit: str = "") -> list[Row]:
 
 
 def titled(key: str, figures: Mapping[str, Any]) -> tuple[str, dict[str, str]]:
-    """Title and texts of a section by label; a key that ends in a unit gives it to all numbers, in
-    one scale that stands in the title."""
+    """Title of a section and its texts by label. If its key ends in a unit, all numbers are in that
+    unit, at one scale, which the title states."""
     title, unit = label_and_unit(key)
     lists = [v if isinstance(v, Sequence) else [v] for v in figures.values()]
     if not unit or unit == FACTOR or not all(_are_numbers(values) for values in lists):

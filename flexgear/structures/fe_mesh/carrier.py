@@ -202,7 +202,7 @@ class CarrierMeshParameters:
     def web(self, half_gap: float) -> Web:
         """The web between planets that stand twice half_gap (rad) apart.
 
-        In a wider gap than that of equal spacing it has the shape that it has there.
+        In a gap wider than at equal spacing the web keeps the shape that equal spacing gives it.
         """
         return Web(
             phi=min(half_gap, pi / self.planets),
@@ -319,7 +319,7 @@ def carrier_fe_mesh(p: CarrierMeshParameters) -> FeMesh:
 
 
 def _in_gmsh(p: CarrierMeshParameters) -> FeMesh:
-    """The carrier in the lengths' own unit."""
+    """FE mesh of the carrier in the unit of its lengths, made by gmsh."""
     with gmsh_session("carrier") as gmsh:
         for meshes in half_sectors(gmsh, p):
             halves = [FeMesh(points, cells, "tet", {}) for points, cells in meshes]
