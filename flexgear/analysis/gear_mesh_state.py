@@ -1,4 +1,4 @@
-r"""What gear meshes in slices do at given positions beside their loads: first touch and stiffness.
+r"""First touch and stiffness of gear meshes in slices at given positions.
 
 Rigid bodies without tilt that close along N touch at w = min (g_j − e_j) over the slices j of all
 pairs, g_j being the gap of both flanks and e_j the errors of the pair: the unloaded transmission

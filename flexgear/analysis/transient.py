@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexgear.analysis.consistent_acceleration import consistent_acceleration
+from flexgear.analysis.energy_gain import EnergyGain, undamped_contact
 from flexgear.analysis.equilibrium import revolution
-from flexgear.analysis.gained import Gained, undamped_contact
 from flexgear.analysis.kernels.energy import ENERGIES
 from flexgear.analysis.kernels.step import RUNAWAY, advance
 from flexgear.analysis.kernels.step_arrays import Samples, State, StepData
@@ -250,10 +250,10 @@ class _Run:
         self, modal: ModalSystem, drive: Drive, state: State, energy: bool, sizes: int, sink: Sink
     ) -> None:
         self.modal, self.drive, self.state, self.sink = modal, drive, state, sink
-        self.energy, self.gained = energy, Gained() if undamped_contact(modal) else None
+        self.energy, self.energy_gain = energy, EnergyGain() if undamped_contact(modal) else None
         machines = enumerate(modal.system.machines)
         self.held = [p for p, one in machines if isinstance(one, GivenSpeed)]
-        self.space = work_space(modal, energy or self.gained is not None, sizes)
+        self.space = work_space(modal, energy or self.energy_gain is not None, sizes)
         self.known: dict[tuple[float, ...], StepData] = {}
 
     def through(self, plan: Plan) -> Iterator[int]:
@@ -320,9 +320,9 @@ class _Run:
 
     def _refuse_gain(self, times: Array, energy: Array, step: float) -> None:
         """FlexgearError where steps make energy from nothing; no account where none is wanted."""
-        if self.gained is None:
+        if self.energy_gain is None:
             return
-        over = self.gained.too_much(energy)
+        over = self.energy_gain.too_much(energy)
         if over is not None:
             raise _ran_away(self.modal, times[over], step)
         if not self.energy:

@@ -182,7 +182,7 @@ def _tables(data: xr.Dataset) -> None:
 
 
 def _parts(field: xr.DataArray) -> Iterator[tuple[str, xr.DataArray]]:
-    """Parts with at most one dimension beside the keys, and how they are called."""
+    """Parts of a field with at most one dimension beside the swept keys, and their titles."""
     inner = [d for d in field.dims if d not in keys_of(field)][:-1]
     for at in np.ndindex(*(field.sizes[d] for d in inner)):
         part = field.isel(dict(zip(inner, at, strict=True)))

@@ -35,7 +35,7 @@ from flexgear.coupling.system import (
     orthonormal_rigid,
     without_rigid_forces,
 )
-from flexgear.coupling.under_way import UnderWay, end_rows, ends_of, rotation, speed_row
+from flexgear.coupling.train_assembly import TrainAssembly, end_rows, ends_of, rotation, speed_row
 from flexgear.gears.power_flow import power_flow
 from flexgear.gears.radii import stage_radii
 from flexgear.model.case import Case
@@ -69,7 +69,7 @@ def build_system(
     flexible, variants = flexible or {}, variants or {}
     flow = power_flow(case)
     bodies, members = _bodies(case, flexible, variants, stiffening)
-    b = UnderWay(case, flow, Assembly(bodies, case.source), members, bending)
+    b = TrainAssembly(case, flow, Assembly(bodies, case.source), members, bending)
     for number in range(len(case.stages)):
         b.frames.append(_frame(b, number))
     rims = _rims(flexible, variants, stiffening)
@@ -107,7 +107,7 @@ def _bodies(
     return bodies, members
 
 
-def _mount_housing(b: UnderWay) -> None:
+def _mount_housing(b: TrainAssembly) -> None:
     """Springs between the housing and the ground, at each node of an FE housing that has some."""
     matrix, body = b.case.housing.mount.matrix, b.a.body("housing")
     nodes = [name for name in body.node_names if name.startswith("mount")]
@@ -115,7 +115,7 @@ def _mount_housing(b: UnderWay) -> None:
         b.a.link(f"housing_{node if nodes else 'mount'}", b.a.rows("housing", node), matrix)
 
 
-def _frame(b: UnderWay, number: int) -> StageFrame:
+def _frame(b: TrainAssembly, number: int) -> StageFrame:
     """Angles of a stage, see ``StageFrame``.
 
     A carrier's is that of an FE carrier's pins, where its planets are; a ring's that of the hub
@@ -135,7 +135,7 @@ def _frame(b: UnderWay, number: int) -> StageFrame:
     return StageFrame(theta, *(b.angle(row) if row.any() else -1 for row in (turns, ring_turns)))
 
 
-def _pin_rotation(b: UnderWay, number: int) -> Array:
+def _pin_rotation(b: TrainAssembly, number: int) -> Array:
     """Row (d,) of the mean rotation of the pins about the axis, rad."""
     view = b.case.view(b.case.stages[number].name)
     tangential = [pin_rows(b.a, view, i)[1] for i in range(view.stage.planets)]
@@ -157,7 +157,7 @@ def _rims(
     }
 
 
-def _tie_and_mesh(b: UnderWay, number: int, rims: Mapping[str, RimFlexibility]) -> None:
+def _tie_and_mesh(b: TrainAssembly, number: int, rims: Mapping[str, RimFlexibility]) -> None:
     stage, frame = b.case.stages[number], b.frames[number]
     with inside(b.case, stage):
         tie_stage(b.a, b.case.view(stage.name), b.members[number], frame)
@@ -167,7 +167,7 @@ def _tie_and_mesh(b: UnderWay, number: int, rims: Mapping[str, RimFlexibility]) 
     b.sets += stage_sets(b.case, number, flow, frame, blocks, b.bending, rim, rigid)
 
 
-def _gear_blocks(b: UnderWay, number: int) -> GearBlocks:
+def _gear_blocks(b: TrainAssembly, number: int) -> GearBlocks:
     """Enter the nodes of a stage's lumped members and gears as blocks."""
     planets, gears, teeth = [], {}, {}
     for m in b.members[number]:
@@ -188,7 +188,7 @@ def _gear_blocks(b: UnderWay, number: int) -> GearBlocks:
     return GearBlocks(planets, gears, teeth)
 
 
-def _join(b: UnderWay, joint: Joint) -> None:
+def _join(b: TrainAssembly, joint: Joint) -> None:
     """A spline or shaft between two members."""
     if joint.length is not None and joint.outer_diameter is not None:
         section = BeamSection(joint.length, joint.outer_diameter, joint.inner_diameter)
@@ -211,14 +211,14 @@ def _join(b: UnderWay, joint: Joint) -> None:
     b.a.joint(name, ends[0], ends[1], matrix, (angles[0], angles[1]))
 
 
-def _radius(b: UnderWay, member: str) -> float:
+def _radius(b: TrainAssembly, member: str) -> float:
     """Centre distance of a carrier, base radius of a gear, m."""
     at = MemberName.parse(member)
     view = b.case.view(at.stage)
     return reference_radius(view.stage, at.part, stage_radii(view))
 
 
-def _system(b: UnderWay, variants: Mapping[str, Variant]) -> System:
+def _system(b: TrainAssembly, variants: Mapping[str, Variant]) -> System:
     a, case, flow = b.a, b.case, b.flow
     require_masses(a.bodies, case.source, a.mass)
     loads = given_loads(b)
@@ -277,7 +277,7 @@ def _system(b: UnderWay, variants: Mapping[str, Variant]) -> System:
     )
 
 
-def _loose_motions(b: UnderWay) -> Array:
+def _loose_motions(b: TrainAssembly) -> Array:
     """Motions (d, r) that no constant spring resists.
 
     Those of a single stage with bodies that bend are known in closed form and have no round-off:
@@ -303,7 +303,9 @@ def _loose_motions(b: UnderWay) -> Array:
     return candidates if loose.shape == candidates.shape else loose
 
 
-def _rolling(b: UnderWay, rigid: Array, contact: Array) -> tuple[Array, Array, tuple[float, ...]]:
+def _rolling(
+    b: TrainAssembly, rigid: Array, contact: Array
+) -> tuple[Array, Array, tuple[float, ...]]:
     """Rolling (d, F) of the train, rows (F, d) of its independent rotations, their rated speeds.
 
     In free vibration supports may resist rotations, or members float: what is left free has no

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from flexgear.coupling.gear_meshes import GivenLoad
 from flexgear.coupling.members import Member
 from flexgear.coupling.rotor_terms import frame_matrices, orbit_force, planet_axes
-from flexgear.coupling.under_way import UnderWay, ends_of
+from flexgear.coupling.train_assembly import TrainAssembly, ends_of
 from flexgear.gears.radii import stage_radii
 from flexgear.model.errors import InputError
 from flexgear.model.member_load import varying
@@ -18,7 +18,7 @@ from flexgear.structures.kinematics import turn
 Array = NDArray[np.float64]
 
 
-def given_loads(b: UnderWay) -> list[GivenLoad]:
+def given_loads(b: TrainAssembly) -> list[GivenLoad]:
     """Forces given from outside."""
     out: list[GivenLoad] = []
     for number, stage in enumerate(b.case.stages):
@@ -39,7 +39,7 @@ def given_loads(b: UnderWay) -> list[GivenLoad]:
     return out
 
 
-def _weight(b: UnderWay, number: int, m: Member) -> GivenLoad:
+def _weight(b: TrainAssembly, number: int, m: Member) -> GivenLoad:
     """Weight of a body through all its mass: of a reduced body Rᵀ M g on every coordinate. In
     bodies whose frame turns gravity turns backwards."""
     size, block = 1.0, b.block_of.get(m.body.name, -1)
@@ -51,7 +51,7 @@ def _weight(b: UnderWay, number: int, m: Member) -> GivenLoad:
     return GivenLoad(block, size * vector, b.body_angle(number, m))
 
 
-def _given_load(b: UnderWay, k: int) -> list[GivenLoad]:
+def _given_load(b: TrainAssembly, k: int) -> list[GivenLoad]:
     """The load that the case lists as number k, on a member where it meets the rest of the train or
     on any lumped body; a history component by component."""
     load, places = b.case.loads[k], _places(b)
@@ -81,7 +81,7 @@ def _given_load(b: UnderWay, k: int) -> list[GivenLoad]:
     ]
 
 
-def _places(b: UnderWay) -> dict[str, tuple[int, Member]]:
+def _places(b: TrainAssembly) -> dict[str, tuple[int, Member]]:
     """What can be loaded: by name its stage and its body, one of the halves of a ring."""
     out: dict[str, tuple[int, Member]] = {}
     for number, members in enumerate(b.members):
@@ -94,19 +94,19 @@ def _places(b: UnderWay) -> dict[str, tuple[int, Member]]:
     return out
 
 
-def _loaded_rows(b: UnderWay, member: str) -> Array:
+def _loaded_rows(b: TrainAssembly, member: str) -> Array:
     """Mean motion (6, d) of the nodes at which a member meets the rest of the train."""
     ends = ends_of(b, member)
     return np.asarray(sum(b.a.rows(*end) for end in ends) / len(ends))
 
 
-def _new_block(b: UnderWay, rows: Array) -> int:
+def _new_block(b: TrainAssembly, rows: Array) -> int:
     """Block of rows (6, d), made for a force there."""
     return len(b.blocks) + b.a.contact_node(rows, -1)
 
 
 def frame_forces(
-    b: UnderWay, rolling: Array, input_rows: Array
+    b: TrainAssembly, rolling: Array, input_rows: Array
 ) -> tuple[Array | None, Array | None]:
     """Gyroscopic and centripetal matrices (d, d) of the lumped bodies at rated speed.
 

@@ -20,7 +20,7 @@ from flexgear.gears.flanks import GearFlank, modified_flanks
 from flexgear.gears.gear_mesh_kind import GearMeshKind
 from flexgear.gears.geometry import PER_PAIR_MODELS, StageGeometry, stage_geometry
 from flexgear.gears.laws import iso_peak
-from flexgear.gears.left_out import left_out
+from flexgear.gears.neglected_effects import neglected_effects
 from flexgear.gears.paths import assembly_misfit, stage_paths
 from flexgear.gears.power_flow import power_flow
 from flexgear.gears.root_stress import RootStress, stage_root_stress
@@ -75,7 +75,7 @@ def stage_report(view: StageView, forces: Mapping[str, float]) -> Report:
                 report[name] |= _root(view.part(part), stress)
     missing = {f"{f.part}_{f.name}_um": _missing(f) for f in modified_flanks(view, paths)}
     report |= {"missing_on_flanks": missing} if missing else {}
-    return report | {"not_modelled": left_out(view, forces)}
+    return report | {"not_modelled": neglected_effects(view, forces)}
 
 
 def _missing(flank: GearFlank) -> list[float]:

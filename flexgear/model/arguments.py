@@ -56,7 +56,7 @@ def checked(function: F, name: str) -> F:
 def _adapters(
     function: Callable[..., Any], signature: inspect.Signature
 ) -> dict[str, Callable[[Any], object]]:
-    """What accepts a value of every argument, or raises."""
+    """Validators by argument: each returns the value or raises."""
     several = (inspect.Parameter.VAR_POSITIONAL, inspect.Parameter.VAR_KEYWORD)
     return {
         name: _anything if one.kind in several else _adapter(one, function.__globals__)

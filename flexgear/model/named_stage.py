@@ -12,7 +12,7 @@ from flexgear.model.case import Case
 from flexgear.model.errors import InputError, echo
 from flexgear.model.names import MemberName
 
-_under_way: ContextVar[tuple[str, ...]] = ContextVar("cases that stages name", default=())
+_open_files: ContextVar[tuple[str, ...]] = ContextVar("cases that stages name", default=())
 LoadCase = Callable[[str | Path], Case]
 _OF_PORTS = ("inertia", "mass", "tilt_inertia", "bearing", "brake_exponent")
 
@@ -45,14 +45,14 @@ def take_stages(data: dict[str, Any], where: str, folder: Path, load_case: LoadC
 def _taken(named: Path | str, load_case: LoadCase, key: tuple[str, str]) -> Case:
     """The case that a stage names; InputError for one whose stages lead back to it."""
     file = os.path.realpath(named) if isinstance(named, Path) else named
-    if file in _under_way.get():
+    if file in _open_files.get():
         problem = f"{named} takes its stage from itself in the end"
         raise InputError(*key, problem, "name a case that has its stages in it")
-    token = _under_way.set((*_under_way.get(), file))
+    token = _open_files.set((*_open_files.get(), file))
     try:
         return load_case(named)
     finally:
-        _under_way.reset(token)
+        _open_files.reset(token)
 
 
 def _take_ports(data: dict[str, Any], taken: Case, name: str) -> None:

@@ -1,9 +1,9 @@
 """Neglected effects beside the figures that they are not small against.
 
-``gears.left_out`` sizes what the models of gear meshes leave out. Where that is more than a tenth
-of a headline figure of the same stage, a sentence names both. Load sharing has no length: what
-errors do to it goes with the stiffness of the planets' paths, so there the lengths are compared by
-which the teeth of a planet give way.
+``gears.neglected_effects`` sizes what the models of gear meshes leave out. Where that is more than
+a tenth of a headline figure of the same stage, a sentence names both. Load sharing has no length:
+what errors do to it goes with the stiffness of the planets' paths, so there the lengths are
+compared by which the teeth of a planet give way.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from typing import Any
 
 from flexgear.gears.gear_mesh_kind import GearMeshKind
 from flexgear.gears.geometry import stage_geometry
-from flexgear.gears.left_out import RIM_KEYS, left_out
+from flexgear.gears.neglected_effects import RIM_KEYS, neglected_effects
 from flexgear.gears.paths import stage_paths
 from flexgear.gears.power_flow import PowerFlow
 from flexgear.model.case import Case
@@ -156,7 +156,7 @@ def _effects(
     if all(s.name != stage for s in case.stages):
         return {}
     view = case.view(stage)
-    sizes = left_out(view, flow.stage(stage).gear_mesh_forces)
+    sizes = neglected_effects(view, flow.stage(stage).gear_mesh_forces)
     rims = [sizes[key] for key in RIM_KEYS.values() if key in sizes]
     effects = {"rim": (max(rims), sum(rims))} if rims else {}
     if "pin_bends_in_planet_um" in sizes:

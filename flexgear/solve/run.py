@@ -1,6 +1,6 @@
 """The whole job over one case: modes, equilibria, load sharing, transients, torque drops.
 
-Transients go on in threads, while all else is worked out.
+Transients run in threads beside all other analyses.
 """
 
 from __future__ import annotations

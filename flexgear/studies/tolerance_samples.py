@@ -105,7 +105,7 @@ def _drawn(
 
 
 def _ground(case: Case, stage: Stage) -> list[DrawnError]:
-    """Amounts of modifications; of planets for each on its own."""
+    """Drawn amounts of modifications, for every planet separately."""
     errors = []
     for (flank, name), distribution in case.tolerance.ground(stage).items():
         part, side = ground_flank(stage, flank)

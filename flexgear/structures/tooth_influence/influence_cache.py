@@ -31,8 +31,9 @@ _OF_FLANK = ("roll", "z", "depth")
 
 @dataclass(frozen=True)
 class Form(Generic[T]):
-    """How something is kept: its file, a version that is raised when the numerics change (part of
-    every key), and the way to its arrays and back (ValueError or KeyError where they lack)."""
+    """How a kind of result is cached: its file, a version that is raised when the numerics change
+    (part of every key), and functions to its arrays and back (ValueError or KeyError where arrays
+    are missing)."""
 
     file: str
     version: int

@@ -79,7 +79,7 @@ class RootInfluence:
 
     def per_force(self, roll: Array, z: Array, width: Array) -> Array:
         """σ (…, K, 3, 2, rows, layers + 1) Pa/N per force of each slice (…, K) on the tooth before,
-        itself and the next; the cut stands still."""
+        itself and the next, while the cut surfaces are held."""
         shape = np.shape(roll)
         means = self.flank.averages(roll.ravel(), z.ravel(), width.ravel())
         of_nodes = self.stress.reshape(-1, self.stress.shape[-1]).T

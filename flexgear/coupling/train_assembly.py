@@ -1,4 +1,4 @@
-"""What grows while a train is put together, and the rows of its members' rotations."""
+"""Parts of a train while it is assembled, and rows of its members' rotations."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 
 
 @dataclass
-class UnderWay:
+class TrainAssembly:
     """What grows while a train is put together.
 
     members: stage by stage; bending: see ``stage_sets``; blocks: nodes (6, d) of gear meshes;
@@ -54,7 +54,7 @@ class UnderWay:
         return frame.ring if m.part == "hub" or m.teeth else frame.carrier
 
 
-def ends_of(b: UnderWay, member: str) -> list[tuple[BodyName, str]]:
+def ends_of(b: TrainAssembly, member: str) -> list[tuple[BodyName, str]]:
     """Bodies and nodes at which a member meets the rest of the train, with equal shares: the hub
     of an FE ring that turns, both halves of a double-helical ring; none of an FE ring that is held.
     """
@@ -75,7 +75,7 @@ def ends_of(b: UnderWay, member: str) -> list[tuple[BodyName, str]]:
     return [(body, body)]
 
 
-def end_rows(b: UnderWay, member: str) -> Array:
+def end_rows(b: TrainAssembly, member: str) -> Array:
     """Motion (6, d) of a member where it meets the rest of the train, in its stage's axes; zero of
     a held FE ring."""
     at = MemberName.parse(member)
@@ -86,12 +86,12 @@ def end_rows(b: UnderWay, member: str) -> Array:
     return turn(gear_axes(stage)) @ rows if at.part == "gear" else rows
 
 
-def rotation(b: UnderWay, member: str) -> Array:
+def rotation(b: TrainAssembly, member: str) -> Array:
     """Row (d,) of the rotation of a member; zero where it is held fast."""
     return np.asarray(end_rows(b, member)[5])
 
 
-def speed_row(b: UnderWay, member: str) -> Array:
+def speed_row(b: TrainAssembly, member: str) -> Array:
     """Row (d,) of the rotation that stands for a member's speed: pins of an FE carrier."""
     at = MemberName.parse(member)
     frame, fe = b.frames[b.case.stage_index(member)], b.case.stage(at.stage).form(at.part) == "fe"

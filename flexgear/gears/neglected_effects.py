@@ -47,7 +47,7 @@ ORDERS = np.arange(2, 2001)
 Array = NDArray[np.float64]
 
 
-def left_out(view: StageView, forces: Mapping[str, float]) -> dict[str, float]:
+def neglected_effects(view: StageView, forces: Mapping[str, float]) -> dict[str, float]:
     """Sizes under the normal forces of one gear mesh of "sun" and "ring", N, with their units in
     the keys; rims of planets with a bore and pins of an FE carrier only."""
     g, stage = stage_geometry(view), view.stage

@@ -7,9 +7,9 @@ import pytest
 from gears.stages import planetary, seen
 
 from flexgear.gears.geometry import stage_geometry
-from flexgear.gears.left_out import (
+from flexgear.gears.neglected_effects import (
     friction_share,
-    left_out,
+    neglected_effects,
     pin_sag,
     rim_compliance,
     rim_rows,
@@ -63,12 +63,14 @@ def test_friction_takes_what_summing_over_the_path_gives():
 def test_sizes_follow_what_the_case_has(name):
     case = load_case(name)
     flow = power_flow(case).stages[0]
-    found = left_out(case.view(flow.name), flow.gear_mesh_forces)
+    found = neglected_effects(case.view(flow.name), flow.gear_mesh_forces)
     rim = case.stages[0].planet.bore_diameter > 0
     assert any(key.startswith("free_planet_rim") for key in found) == rim
     assert ("pin_bends_in_planet_um" in found) == (case.stages[0].form("carrier") == "fe")
     assert all(math.isfinite(size) and size > 0 for size in found.values())
-    twice = left_out(case.view(flow.name), {k: 2 * f for k, f in flow.gear_mesh_forces.items()})
+    twice = neglected_effects(
+        case.view(flow.name), {k: 2 * f for k, f in flow.gear_mesh_forces.items()}
+    )
     for key, size in found.items():
         linear = key.endswith(("_um", "_n"))
         assert twice[key] == pytest.approx((2 if linear else 1) * size)

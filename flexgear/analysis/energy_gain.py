@@ -29,7 +29,7 @@ def undamped_contact(modal: ModalSystem) -> bool:
     return bool(pairs.one_sided and not pairs.damping.any())
 
 
-class Gained:
+class EnergyGain:
     """Follows what the account of a run leaves over, from its samples."""
 
     def __init__(self) -> None:
