@@ -61,15 +61,15 @@ def resonant_force(
     whose gear meshes push.
     """
     omega = 2 * np.pi * modes.frequencies
-    closing = np.stack([_mean_row(one.cycle) @ modes.shapes for one in gear_meshes])
-    stiffness = np.array([one.cycle.stiffness.mean() for one in gear_meshes])
-    mean = np.array([one.force for one in gear_meshes])
+    closing = np.stack([_mean_row(gear_mesh.cycle) @ modes.shapes for gear_mesh in gear_meshes])
+    stiffness = np.array([gear_mesh.cycle.stiffness.mean() for gear_mesh in gear_meshes])
+    mean = np.array([gear_mesh.force for gear_mesh in gear_meshes])
     out = np.zeros((len(orders), len(groups)))
     for row, order in zip(out, orders, strict=True):
         pushed = sum(
-            one.force / k * one.cycle.harmonic_force(order)
-            for one, k in zip(gear_meshes, stiffness, strict=True)
-            if alone in (None, one.planet)
+            gear_mesh.force / k * gear_mesh.cycle.harmonic_force(order)
+            for gear_mesh, k in zip(gear_meshes, stiffness, strict=True)
+            if alone in (None, gear_mesh.planet)
         )
         work = modes.shapes.T @ pushed
         for g, group in enumerate(groups):

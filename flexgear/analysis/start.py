@@ -79,14 +79,14 @@ def _port_rolling(system: System) -> Array:
 def _follow_speed(system: System) -> list[int]:
     """Ports with a given or controlled speed."""
     kinds = (GivenSpeed, Controller)
-    return [p for p, one in enumerate(system.machines) if isinstance(one, kinds)]
+    return [p for p, machine in enumerate(system.machines) if isinstance(machine, kinds)]
 
 
 def _balanced(system: System) -> System:
     """The system with those ports as reactions whose torque is free at the start: first those with
     a speed, then brakes, then those that are reactions at rated load."""
     follows_speed, turns = _follow_speed(system), _port_rolling(system)
-    brakes = [p for p, one in enumerate(system.machines) if isinstance(one, Brake)]
+    brakes = [p for p, machine in enumerate(system.machines) if isinstance(machine, Brake)]
     chosen: list[int] = []
     for p in dict.fromkeys([*follows_speed, *reversed(brakes), *system.reactions]):
         if np.linalg.matrix_rank(turns[[*chosen, p]]) > len(chosen):

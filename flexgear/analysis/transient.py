@@ -252,7 +252,7 @@ class _Run:
         self.modal, self.drive, self.state, self.sink = modal, drive, state, sink
         self.energy, self.energy_gain = energy, EnergyGain() if undamped_contact(modal) else None
         machines = enumerate(modal.system.machines)
-        self.held = [p for p, one in machines if isinstance(one, GivenSpeed)]
+        self.held = [p for p, machine in machines if isinstance(machine, GivenSpeed)]
         self.space = work_space(modal, energy or self.energy_gain is not None, sizes)
         self.known: dict[tuple[float, ...], StepData] = {}
 

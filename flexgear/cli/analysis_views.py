@@ -130,7 +130,7 @@ def farthest(distances_um: Mapping[str, float]) -> Iterator[Length]:
 def neglected_lines(model: Model, lengths: Iterator[Length], torque_share: float) -> list[str]:
     """Sentences about effects that are left out and not small against these figures."""
     effects = beside_lengths(model.case, model.flow, lengths, torque_share)
-    return [str(one["sentence"]) for one in effects]
+    return [str(effect["sentence"]) for effect in effects]
 
 
 def show_modes(model: Model, data: xr.Dataset, limit_hz: float | None, way: Shown) -> None:

@@ -193,7 +193,11 @@ def reduce(
         name: {k: v for k, v in body.report.items() if not isinstance(v, list)}
         for name, body in bodies.items()
     }
-    rows = figures if as_json else {name: _rows_of(one) for name, one in figures.items()}
+    rows = (
+        figures
+        if as_json
+        else {name: _rows_of(body_report) for name, body_report in figures.items()}
+    )
     present(f"{source.name}: reductions, {_fidelity(source)}", rows, as_json)
     if not as_json:
         typer.echo(f"\nkept in {cache_directory()}")

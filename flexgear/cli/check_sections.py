@@ -164,5 +164,7 @@ def with_reasons(sections: Sections) -> Sections:
         row = row_of(key, value)
         reason = next((why for name, why in reasons.items() if key.startswith(name)), "")
         rows[key] = with_unit(row.value, row.unit) + (f"   ({reason})" if reason else "")
-    shown = {name: rows if name == "solver" else one for name, one in sections.items()}
-    return {name: one for name, one in shown.items() if name != "solver_reasons"}
+    shown = {
+        name: rows if name == "solver" else section_rows for name, section_rows in sections.items()
+    }
+    return {name: section_rows for name, section_rows in shown.items() if name != "solver_reasons"}

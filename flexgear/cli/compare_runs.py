@@ -28,15 +28,15 @@ def compare_runs(
     target = PAGE if out is None else out
     if target.suffix != ".html":
         raise InputError("--out", str(target), "is no page", "name a file that ends in .html")
-    names = " against ".join(one.case.name for one in runs)
+    names = " against ".join(run.case.name for run in runs)
     claim_file(target, Origin(names), force)
     with (
         EarlyWorkers(True, imported) as workers,
         tempfile.TemporaryDirectory(prefix="flexgear-") as place,
     ):
         sides = [
-            _side(one, Sheet(folder, Path(place) / str(k)), workers, quiet)
-            for k, (one, folder) in enumerate(zip(runs, folders, strict=True))
+            _side(run, Sheet(folder, Path(place) / str(k)), workers, quiet)
+            for k, (run, folder) in enumerate(zip(runs, folders, strict=True))
         ]
         write_report(target, names, names, sides, interactive)
     typer.echo(f"compared {first} (A) with {second} (B) in {target}")

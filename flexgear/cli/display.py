@@ -171,11 +171,11 @@ def present(title: str, sections: Mapping[str, Mapping[str, Any]], as_json: bool
 def by_figure(rows: Mapping[str, Any]) -> Mapping[str, Any]:
     """Rows that hold so many figures each that no line has room for them, turned: a row a figure,
     with its values in the order of the names, which stand first; other rows as they are."""
-    flat = {name: flattened(one) for name, one in rows.items() if isinstance(one, Mapping)}
+    flat = {name: flattened(row) for name, row in rows.items() if isinstance(row, Mapping)}
     if not flat or len(flat) < len(rows) or min(map(len, flat.values())) <= MOST_BESIDE:
         return rows
-    figures = dict.fromkeys(key for one in flat.values() for key in one)
-    return {"of": list(rows), **{key: [one.get(key) for one in flat.values()] for key in figures}}
+    figures = dict.fromkeys(key for row in flat.values() for key in row)
+    return {"of": list(rows), **{key: [row.get(key) for row in flat.values()] for key in figures}}
 
 
 def flattened(figures: Mapping[str, Any]) -> dict[str, Any]:
@@ -183,7 +183,7 @@ def flattened(figures: Mapping[str, Any]) -> dict[str, Any]:
     out: dict[str, Any] = {}
     for key, value in figures.items():
         if isinstance(value, Mapping):
-            out |= {f"{key}, {inner}": one for inner, one in value.items()}
+            out |= {f"{key}, {inner}": inner_value for inner, inner_value in value.items()}
         else:
             out[key] = value
     return out

@@ -46,16 +46,16 @@ def doctor(as_json: AsJson = False) -> None:
     Exit code 1 where something is missing.
     """
     findings = list(look())
-    wrong = [one for one in findings if one.mend]
+    wrong = [finding for finding in findings if finding.mend]
     if as_json:
-        content = {"healthy": not wrong, "findings": [asdict(one) for one in findings]}
+        content = {"healthy": not wrong, "findings": [asdict(finding) for finding in findings]}
         typer.echo(as_json_text(content))
     else:
-        width = max(len(one.what) for one in findings)
-        for one in findings:
-            typer.echo(f"{'!!' if one.mend else 'ok'}  {one.what:{width}}  {one.found}")
-        for one in wrong:
-            typer.echo(f"\n{one.what}: {one.mend}")
+        width = max(len(finding.what) for finding in findings)
+        for finding in findings:
+            typer.echo(f"{'!!' if finding.mend else 'ok'}  {finding.what:{width}}  {finding.found}")
+        for finding in wrong:
+            typer.echo(f"\n{finding.what}: {finding.mend}")
     if wrong:
         raise typer.Exit(1)
 

@@ -117,8 +117,8 @@ def keys_to_copy(case: Case, stage: str, proposal: Proposal) -> str:
 def _figures(proposal: Proposal) -> dict[str, Any]:
     return {
         "amounts_um": {key: 1e6 * amount for key, amount in proposal.amounts.items()},
-        "before": {f"{share:g}": one for share, one in proposal.before.items()},
-        "after": {f"{share:g}": one for share, one in proposal.after.items()},
+        "before": {f"{share:g}": figure for share, figure in proposal.before.items()},
+        "after": {f"{share:g}": figure for share, figure in proposal.after.items()},
         "trials": proposal.trials,
     }
 

@@ -80,8 +80,8 @@ def new(
     modules = [None] if module is None else [1e-3 * m for m in _list("--module-mm", module)]
     helices = [math.radians(angle) for angle in _list("--helix-deg", helix, least=0.0)]
     wanted = [
-        Wanted(one, round(n), math.nan, math.nan, angle, size, double, kind)
-        for one, n, angle, size, kind in zip(
+        Wanted(file, round(n), math.nan, math.nan, angle, size, double, kind)
+        for file, n, angle, size, kind in zip(
             ratios,
             _each("--planets", numbers, len(ratios)),
             _each("--helix-deg", helices, len(ratios)),

@@ -85,7 +85,7 @@ def drawn_side(
     notes = [p.caption for _, p in ordered if p.path is None][:1]
     if content.rings and not drawn.renders:
         notes = ["no 3D renders: ring and carrier are rigid"]
-    shown = [_shown(name, one) for name, one in ordered if one.path is not None]
+    shown = [_shown(name, picture) for name, picture in ordered if picture.path is not None]
     return side_of(content.case, content.flow, content.summary, shown, notes), notes
 
 

@@ -95,10 +95,10 @@ def _show(title: str, case: Case, flow: PowerFlow, summary: dict[str, Any]) -> N
         ),
     ]
     width = max(len(v.subject) for v in lines)
-    for one in lines:
-        first, *rest = [text for text in (one.figure, one.sentence) if text]
-        mark = f"  [{MARKS[one.level]}]" if one.level != "note" else ""
-        typer.echo(f"  {one.subject:<{width}}  {first}{mark}")
+    for verdict in lines:
+        first, *rest = [text for text in (verdict.figure, verdict.sentence) if text]
+        mark = f"  [{MARKS[verdict.level]}]" if verdict.level != "note" else ""
+        typer.echo(f"  {verdict.subject:<{width}}  {first}{mark}")
         for text in rest:
             typer.echo(f"  {'':<{width}}    {text}")
 

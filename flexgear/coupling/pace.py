@@ -145,9 +145,9 @@ def speed_time_constant(case: Case) -> float:
     P that the brakes take; inf without brakes, for n = 0 and at rest."""
     flow = power_flow(case)
     taken = sum(
-        one.brake_exponent * abs(flow.power[port.member])
-        for port, one in zip(case.ports, machines_of(case), strict=True)
-        if one is not None and one.law == "brake"
+        machine.brake_exponent * abs(flow.power[port.member])
+        for port, machine in zip(case.ports, machines_of(case), strict=True)
+        if machine is not None and machine.law == "brake"
     )
     if taken == 0:
         return math.inf

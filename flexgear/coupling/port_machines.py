@@ -21,16 +21,16 @@ def port_machines(case: Case, flow: PowerFlow) -> tuple[Law, ...]:
     """The law of each port, brakes at their rated torque N m and speed rad/s."""
     ports = [port.member for port in case.ports]
     pairs = zip(machines_of(case), ports, strict=True)
-    return tuple(_law(one, flow.torque[at], flow.speed[at]) for one, at in pairs)
+    return tuple(_law(machine, flow.torque[at], flow.speed[at]) for machine, at in pairs)
 
 
 def machine_words(case: Case) -> dict[str, float | str]:
     """What the header of results says of them: the law at each port, exponents of brakes."""
     out: dict[str, float | str] = {}
-    for port, one in zip(case.ports, machines_of(case), strict=True):
-        out[f"{port.member}_machine"] = "torque" if one is None else one.law
-        if one is not None and one.law == "brake":
-            out[f"{port.member}_brake_exponent"] = one.brake_exponent
+    for port, machine in zip(case.ports, machines_of(case), strict=True):
+        out[f"{port.member}_machine"] = "torque" if machine is None else machine.law
+        if machine is not None and machine.law == "brake":
+            out[f"{port.member}_brake_exponent"] = machine.brake_exponent
     return out
 
 
@@ -51,7 +51,9 @@ def require_free_speeds(case: Case, turns: Array) -> None:
     """InputError where ports that follow a speed say the same motion twice. turns (P, F): rotation
     of the ports per radian of each independent rotation of the train."""
     machines = machines_of(case)
-    speed_ports = [p for p, one in enumerate(machines) if one is not None and one.follows_speed]
+    speed_ports = [
+        p for p, machine in enumerate(machines) if machine is not None and machine.follows_speed
+    ]
     for count in range(1, len(speed_ports) + 1):
         if np.linalg.matrix_rank(turns[speed_ports[:count]]) < count:
             last = speed_ports[count - 1]

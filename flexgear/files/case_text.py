@@ -75,7 +75,7 @@ class CaseText:
         belongs to, if the last stage has such."""
         made, place = Section(header), len(self.sections)
         if behind is not None:
-            place = next(k for k, one in enumerate(self.sections) if one is behind) + 1
+            place = next(k for k, earlier in enumerate(self.sections) if earlier is behind) + 1
             while place < len(self.sections) and self.sections[place].is_below(behind):
                 place += 1
             self.sections.insert(place, made)

@@ -56,8 +56,8 @@ class GearFlank:
     def gap(self, rho: Array, z: Array) -> Array:
         """What it lacks at ρ and z (any shapes that broadcast), m, in the transverse section."""
         total = np.zeros(np.broadcast_shapes(np.shape(rho), np.shape(z)))
-        for one in self.gaps:
-            total += one(rho, z)
+        for part in self.gaps:
+            total += part(rho, z)
         return total
 
 
@@ -114,7 +114,7 @@ def flank_pairs(
     mirrored: whether the half is the mirror image of what the case
     says. Raises InputError where the model of the gear mesh follows no pair along its path.
     """
-    flanks = {(one.part, one.name): one for one in gear_flanks(view, paths)}
+    flanks = {(flank.part, flank.name): flank for flank in gear_flanks(view, paths)}
     out: dict[GearMeshKind, FlankPair | None] = {}
     for kind, path in paths.items():
         planet, gear = (

@@ -166,6 +166,6 @@ def largest_root_stress(view: StageView, forces: Mapping[str, float]) -> dict[st
     """Nominal root stress of each gear by its role, Pa: of a planet the larger of both its gear
     meshes."""
     largest: dict[str, float] = {}
-    for (_, part), one in stage_root_stress(view, stage_geometry(view), forces).items():
-        largest[part] = max(largest.get(part, 0.0), one.stress)
+    for (_, part), stress in stage_root_stress(view, stage_geometry(view), forces).items():
+        largest[part] = max(largest.get(part, 0.0), stress.stress)
     return largest

@@ -59,8 +59,8 @@ def _adapters(
     """Validators by argument: each returns the value or raises."""
     several = (inspect.Parameter.VAR_POSITIONAL, inspect.Parameter.VAR_KEYWORD)
     return {
-        name: _anything if one.kind in several else _adapter(one, function.__globals__)
-        for name, one in signature.parameters.items()
+        name: _anything if parameter.kind in several else _adapter(parameter, function.__globals__)
+        for name, parameter in signature.parameters.items()
     }
 
 

@@ -35,8 +35,8 @@ def digest_files(data: dict[str, Any]) -> None:
 
 def _files(data: dict[str, Any]) -> Iterator[tuple[dict[str, Any], str]]:
     """Sections that name a file, and the key."""
-    sections: list[tuple[Any, str]] = [(one, "file") for one in history_sections(data)]
-    sections += [(one, "file") for one in (*load_sections(data), *flank_tables(data))]
+    sections: list[tuple[Any, str]] = [(section, "file") for section in history_sections(data)]
+    sections += [(section, "file") for section in (*load_sections(data), *flank_tables(data))]
     sections += [(data.get("housing"), key) for key in _OF_BODIES]
     for stage in data.get("stages", ()):
         for name in ("ring", "carrier"):

@@ -76,8 +76,8 @@ def flank_tables(data: dict[str, Any]) -> Iterator[dict[str, Any]]:
             if not isinstance(given, dict):
                 continue
             sections = (given, *(given.get(flank) for flank in FLANKS))
-            tables = (one.get("table") for one in sections if isinstance(one, dict))
-            yield from (one for one in tables if isinstance(one, dict))
+            tables = (section.get("table") for section in sections if isinstance(section, dict))
+            yield from (section for section in tables if isinstance(section, dict))
 
 
 def read_flank_table(path: Path) -> dict[str, Any]:
@@ -85,7 +85,7 @@ def read_flank_table(path: Path) -> dict[str, Any]:
     where, what = str(path), "flank table"
     profile = {"roll_angle": "angle", "diameter": "length"}
     titles, rows = read_table(path, what, [profile, {"z": "length"}, {"gap": "length"}])
-    name = next(one for one in profile if one in titles)
+    name = next(title for title in profile if title in titles)
     gap_at: dict[tuple[float, float], float] = {}
     for number, values in rows:
         point = values[name], values["z"]

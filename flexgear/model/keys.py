@@ -80,17 +80,19 @@ def sections(root: type[Section] = Case) -> list[type[Section]]:
     classes: list[type[Section]] = []
     rest = [root]
     while rest:
-        one = rest.pop(0)
-        if one in classes:
+        annotation = rest.pop(0)
+        if annotation in classes:
             continue
-        classes.append(one)
-        rest = [inner for name in one.model_fields if (inner := section_of(one, name))] + rest
+        classes.append(annotation)
+        rest = [
+            inner for name in annotation.model_fields if (inner := section_of(annotation, name))
+        ] + rest
     return classes
 
 
 def _writable(schema: dict[str, Any]) -> dict[str, Any]:
     """A field's schema without what TOML cannot write (null) and what is said elsewhere."""
-    choices = [one for one in schema.get("anyOf", ()) if one != {"type": "null"}]
+    choices = [choice for choice in schema.get("anyOf", ()) if choice != {"type": "null"}]
     content = {k: v for k, v in schema.items() if k not in ("title", "description", "anyOf")}
     if content.get("default", 0) in (None, "", []):
         content.pop("default")

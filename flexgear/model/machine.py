@@ -148,7 +148,7 @@ def check_machines(case: Case) -> None:
             if key in output.model_fields_set and _differs_from_default(output, key):
                 raise Refusal(f"output.{key}", "is given beside output.machine", "give it there")
     machines = machines_of(case)
-    if all(one is not None and one.follows_speed for one in machines):
+    if all(machine is not None and machine.follows_speed for machine in machines):
         raise Refusal(
             "output.machine.law",
             "all ports follow a speed, so nothing says how much torque goes through the train",

@@ -130,8 +130,8 @@ def to_si(
             raise InputError(where, full, f"is given twice, also as {earlier}", "keep one of them")
         written.fields[at + name] = (where, full, suffix, value)
         inner, quantity = section_of(section, name), quantity_of(section, name)
-        one = isinstance(value, Mapping) and takes_one(section, name)
-        if inner is not None and is_list(section, name) and not one:
+        single = isinstance(value, Mapping) and takes_one(section, name)
+        if inner is not None and is_list(section, name) and not single:
             if not isinstance(value, list):
                 raise InputError(where, full, "is not a list", f"write [[{full}]] for each")
             out[name] = tuple(

@@ -75,11 +75,11 @@ def _spelled(key: Key, of: str) -> Schema:
             written: {**key.in_unit(unit), "description": _described(key, unit)}
             for written, unit in key.spellings.items()
         }
-    one: Schema = {"$ref": f"#/definitions/{key.inner.__name__}{of}"}
+    definition: Schema = {"$ref": f"#/definitions/{key.inner.__name__}{of}"}
     if key.several:
-        many = {"type": "array", "items": one, "description": key.meaning}
-        one = {"anyOf": [one, many]} if key.one_too else many
-    return {key.name: one}
+        many = {"type": "array", "items": definition, "description": key.meaning}
+        definition = {"anyOf": [definition, many]} if key.one_too else many
+    return {key.name: definition}
 
 
 def _described(key: Key, suffix: str) -> str:

@@ -39,8 +39,8 @@ class Section(BaseModel):
         if not lacks:
             return handler(data)
         lines: list[InitErrorDetails] = [
-            {"type": "value_error", "loc": (), "input": data, "ctx": {"error": one}}
-            for one in lacks
+            {"type": "value_error", "loc": (), "input": data, "ctx": {"error": key}}
+            for key in lacks
         ]
         try:
             handler(data)

@@ -300,9 +300,9 @@ class Tolerance(Section):
         """Distributions of modifications of a stage by flank and name; of its parts alone, and none
         where its pairs have no slices."""
         distributions = self.modifications.given
-        for one in self.by_stage:
-            if one.stage == stage.name:
-                distributions |= one.modifications.given
+        for of_stage in self.by_stage:
+            if of_stage.stage == stage.name:
+                distributions |= of_stage.modifications.given
         if stage.gear_mesh.model != "face_load":
             return {}
         parallel = stage.kind == "parallel"
@@ -315,26 +315,26 @@ class Tolerance(Section):
     def of(self, stage: str) -> dict[str, SizeDistribution | PhaseDistribution]:
         """Distributions of one stage."""
         distributions = self.errors.given
-        for one in self.by_stage:
-            if one.stage == stage:
-                distributions |= one.errors.given
+        for of_stage in self.by_stage:
+            if of_stage.stage == stage:
+                distributions |= of_stage.errors.given
         return distributions
 
 
 def check_tolerance(case: Case) -> None:
     """Stages that are named exist and have the parts; Refusal otherwise."""
     seen: set[str] = set()
-    for k, one in enumerate(case.tolerance.by_stage):
+    for k, stage in enumerate(case.tolerance.by_stage):
         at, names = f"tolerance.by_stage.{k}", [s.name for s in case.stages]
-        if one.stage not in names:
+        if stage.stage not in names:
             raise Refusal(
-                f"{at}.stage", f"no stage is {echo(one.stage)}", nearest(one.stage, names)
+                f"{at}.stage", f"no stage is {echo(stage.stage)}", nearest(stage.stage, names)
             )
-        if one.stage in seen:
-            raise Refusal(f"{at}.stage", f"{one.stage} is named twice", "put them together")
-        seen.add(one.stage)
-        foreign = [key for key in one.errors.given if key in NOT_PARALLEL]
-        if case.stage(one.stage).kind == "parallel" and foreign:
+        if stage.stage in seen:
+            raise Refusal(f"{at}.stage", f"{stage.stage} is named twice", "put them together")
+        seen.add(stage.stage)
+        foreign = [key for key in stage.errors.given if key in NOT_PARALLEL]
+        if case.stage(stage.stage).kind == "parallel" and foreign:
             raise Refusal(
                 f"{at}.errors.{foreign[0]}",
                 "is an error of a part that a parallel stage does not have",
@@ -347,8 +347,8 @@ def _check_ground(case: Case) -> None:
     """Modifications are drawn of pairs with slices, tip relief of flanks that have one."""
     drawn = [case.tolerance.ground(stage) for stage in case.stages]
     asked = {"tolerance.modifications": case.tolerance.modifications.given}
-    for k, one in enumerate(case.tolerance.by_stage):
-        asked[f"tolerance.by_stage.{k}.modifications"] = one.modifications.given
+    for k, of_stage in enumerate(case.tolerance.by_stage):
+        asked[f"tolerance.by_stage.{k}.modifications"] = of_stage.modifications.given
     for at, given in asked.items():
         for key in given:
             if not any(key in section for section in drawn):

@@ -64,8 +64,8 @@ def misalignment_of_groups(figures: Mapping[str, Mapping[str, Any]]) -> dict[str
     """Misalignment by cause, µm, of ``face_figures``, by group of gear meshes: of the planet whose
     causes together are the largest, since those of a leaning sun cancel in a mean."""
     worst: dict[str, dict[str, float]] = {}
-    for flank, one in figures.items():
-        group, group_of_flank = FlankName.parse(flank).group, one["misalignment_by_cause_um"]
+    for flank, values in figures.items():
+        group, group_of_flank = FlankName.parse(flank).group, values["misalignment_by_cause_um"]
         if abs(sum(group_of_flank.values())) > abs(sum(worst.get(group, {}).values())):
             worst[group] = group_of_flank
     return worst
@@ -100,14 +100,14 @@ def edge_warnings(figures: Mapping[str, Mapping[str, Any]]) -> list[str]:
     for edge, (edge_text, limit, remedy) in EDGES.items():
         size, often = f"{edge}_line_load_n_per_mm", f"{edge}_contact_positions"
         groups: dict[str, list[Mapping[str, Any]]] = {}
-        for flank, one in figures.items():
-            if one[often] > 0:
-                groups.setdefault(FlankName.parse(flank).group, []).append(one)
+        for flank, values in figures.items():
+            if values[often] > 0:
+                groups.setdefault(FlankName.parse(flank).group, []).append(values)
         for group, every in groups.items():
-            one = max(every, key=lambda x: float(x[size]))
+            values = max(every, key=lambda x: float(x[size]))
             texts.append(
-                f"{group}: {edge_text} up to {one[size]:.4g} N/mm, and more than {limit} mean line load "
-                f"of {one['mean_line_load_n_per_mm']:.4g} N/mm at {100 * one[often]:.3g} % of the "
+                f"{group}: {edge_text} up to {values[size]:.4g} N/mm, and more than {limit} mean line load "
+                f"of {values['mean_line_load_n_per_mm']:.4g} N/mm at {100 * values[often]:.3g} % of the "
                 f"positions; {remedy}"
             )
     return texts

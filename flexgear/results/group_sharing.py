@@ -101,12 +101,12 @@ def sharing_coefficients(
 
 def sharing_figures(data: xr.Dataset, group: str) -> dict[str, Any]:
     """Figures of one group of a dataset, for summaries: None where there is no number."""
-    one = data.sel(group=group)
+    of_group = data.sel(group=group)
     figures: dict[str, Any] = {
-        str(d): _number(one["load_sharing_coefficient"].sel(definition=d))
+        str(d): _number(of_group["load_sharing_coefficient"].sel(definition=d))
         for d in data["definition"].to_numpy()
     }
-    figures["iec_61400_4"] = _number(one["mesh_load_factor"])
+    figures["iec_61400_4"] = _number(of_group["mesh_load_factor"])
     return figures
 
 

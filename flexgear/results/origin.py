@@ -39,7 +39,7 @@ class Origin:
             return False
         if self.name == other.name:
             return True
-        files = [os.path.realpath(one.source) for one in (self, other) if one.source]
+        files = [os.path.realpath(origin.source) for origin in (self, other) if origin.source]
         return len(files) == 2 and files[0] == files[1]
 
 

@@ -55,11 +55,11 @@ class RunningSharing:
     def planets(self, definition: Definition, first: int = 0) -> Array:
         """Coefficients (N,) of the planets from the window ``first`` on; NaN where there are none."""
         windows = self._senses[0 if self._sum >= 0 else 1].windows[first:]
-        largest = np.max([one.figures[definition] for one in windows], axis=0)
+        largest = np.max([window.figures[definition] for window in windows], axis=0)
         enough = definition == "instantaneous" or (
             self._per_cycle >= FEWEST and self._samples >= self._per_cycle
         )
-        if not (enough and all(one.loaded for one in windows) and np.isfinite(largest).all()):
+        if not (enough and all(window.loaded for window in windows) and np.isfinite(largest).all()):
             return np.full_like(largest, math.nan)
         return np.asarray(largest)
 

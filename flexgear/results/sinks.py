@@ -123,11 +123,11 @@ class Ranges:
         values = self._watched(data)
         if not values.sizes[TIME]:
             return
-        one = Ranges(self._watched)
-        one.first = values.isel({TIME: 0}, drop=True)
-        one.least, one.largest = values.min(TIME), values.max(TIME)
-        one._sum, one._count = values.sum(TIME, dtype=float), values.count(TIME)
-        self.join(one)
+        ranges = Ranges(self._watched)
+        ranges.first = values.isel({TIME: 0}, drop=True)
+        ranges.least, ranges.largest = values.min(TIME), values.max(TIME)
+        ranges._sum, ranges._count = values.sum(TIME, dtype=float), values.count(TIME)
+        self.join(ranges)
 
     def finish(self, last: xr.Dataset) -> None:
         """Nothing is left to do."""

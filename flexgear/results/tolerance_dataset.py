@@ -189,9 +189,9 @@ def _face_summary(data: xr.Dataset) -> dict[str, Any]:
         return {}
     groups = [(str(g), data.sel(group=g)) for g in data["group"].to_numpy()]
     return {
-        "k_h_beta": {g: _spread_figures(one, "k_h_beta") for g, one in groups},
+        "k_h_beta": {g: _spread_figures(of_group, "k_h_beta") for g, of_group in groups},
         "largest_line_load_n_per_mm": {
-            g: _spread_figures(one, "largest_line_load", 1e-3) for g, one in groups
+            g: _spread_figures(of_group, "largest_line_load", 1e-3) for g, of_group in groups
         },
     }
 
@@ -201,29 +201,29 @@ def failed(data: xr.Dataset) -> int:
     return int((~np.isfinite(data["load_sharing_max"].to_numpy())).any(axis=1).sum())
 
 
-def _figures(one: xr.Dataset) -> dict[str, Any]:
+def _figures(of_group: xr.Dataset) -> dict[str, Any]:
     return {
-        **_spread_figures(one, "load_sharing"),
-        "iec_61400_4": _number(one["mesh_load_factor"]),
-        "share_above_iec_61400_4": _interval(one, "share_above"),
+        **_spread_figures(of_group, "load_sharing"),
+        "iec_61400_4": _number(of_group["mesh_load_factor"]),
+        "share_above_iec_61400_4": _interval(of_group, "share_above"),
     }
 
 
-def _spread_figures(one: xr.Dataset, name: str, factor: float = 1.0) -> dict[str, Any]:
+def _spread_figures(of_group: xr.Dataset, name: str, factor: float = 1.0) -> dict[str, Any]:
     quantiles = {
-        f"{100 * p:g}": _interval(one.sel(quantile=p), f"{name}_quantile", factor)
-        for p in one["quantile"].to_numpy().tolist()
+        f"{100 * p:g}": _interval(of_group.sel(quantile=p), f"{name}_quantile", factor)
+        for p in of_group["quantile"].to_numpy().tolist()
     }
     return {
-        "as_stated": _number(factor * one[f"{name}_as_stated"]),
-        "mean": _interval(one, f"{name}_average", factor),
-        "standard_deviation": _number(factor * one[f"{name}_deviation"]),
+        "as_stated": _number(factor * of_group[f"{name}_as_stated"]),
+        "mean": _interval(of_group, f"{name}_average", factor),
+        "standard_deviation": _number(factor * of_group[f"{name}_deviation"]),
         "quantiles": quantiles,
     }
 
 
-def _interval(one: xr.Dataset, name: str, factor: float = 1.0) -> dict[str, float | None] | None:
-    interval = {part: _number(factor * one[f"{name}{end}"]) for end, part in PARTS}
+def _interval(of_group: xr.Dataset, name: str, factor: float = 1.0) -> dict[str, float | None] | None:
+    interval = {part: _number(factor * of_group[f"{name}{end}"]) for end, part in PARTS}
     return None if interval["value"] is None else interval
 
 

@@ -39,13 +39,13 @@ def carrying_sets(data: xr.Dataset, stage: str) -> list[tuple[str, str]]:
 
 def gear_pattern(data: xr.Dataset, stage: str, kind: str, side: str) -> ToothPattern:
     """Of ring, sun or pinion on all their teeth, with all planets."""
-    flanks = [_at_gear(one) for one in _flanks(data, stage, kind, side)]
+    flanks = [_at_gear(flank) for flank in _flanks(data, stage, kind, side)]
     return _pattern(f"{stage} {kind} {side}", "pair_tooth", flanks)
 
 
 def planet_pattern(data: xr.Dataset, stage: str, kind: str, side: str) -> ToothPattern:
     """Of planet 1, or the gear of a parallel stage, on its flanks towards ring, sun or pinion."""
-    flanks = [_at_planet(one) for one in _flanks(data, stage, kind, side)[:1]]
+    flanks = [_at_planet(flank) for flank in _flanks(data, stage, kind, side)[:1]]
     title = f"{stage} planet 1, flanks towards {kind} {side}"
     return _pattern(title, "pair_planet_tooth", flanks)
 
@@ -55,7 +55,7 @@ def _flanks(data: xr.Dataset, stage: str, kind: str, side: str) -> list[xr.Datas
     labels = {"flank_stage": stage, "flank_kind": kind, "flank_side": side}
     matches = np.all([data[name].to_numpy() == label for name, label in labels.items()], axis=0)
     every = [data.isel(flank=int(m)) for m in np.flatnonzero(matches)]
-    return [one for one in every if float(one["face_line_load"].max()) > 0]
+    return [flank for flank in every if float(flank["face_line_load"].max()) > 0]
 
 
 class _Places(NamedTuple):
@@ -69,38 +69,38 @@ class _Places(NamedTuple):
     teeth: dict[str, NDArray[np.int64]]
 
 
-def _at_planet(one: xr.Dataset) -> _Places:
-    return _places(one, _path(one), float(one["planet_base_diameter"]))
+def _at_planet(flank: xr.Dataset) -> _Places:
+    return _places(flank, _path(flank), float(flank["planet_base_diameter"]))
 
 
-def _at_gear(one: xr.Dataset) -> _Places:
-    sign = 1.0 if str(one["flank_kind"].item()) == "ring" else -1.0
-    roll = float(one["gear_roll_offset"]) + sign * _path(one)
-    return _places(one, roll, float(one["gear_base_diameter"]))
+def _at_gear(flank: xr.Dataset) -> _Places:
+    sign = 1.0 if str(flank["flank_kind"].item()) == "ring" else -1.0
+    roll = float(flank["gear_roll_offset"]) + sign * _path(flank)
+    return _places(flank, roll, float(flank["gear_base_diameter"]))
 
 
-def _path(one: xr.Dataset) -> Array:
+def _path(flank: xr.Dataset) -> Array:
     """Path coordinates of slices, m, those of tips at the ends of the path."""
-    start, end = float(one["path_start"]), float(one["path_end"])
-    return np.clip(one["slice_path"].to_numpy(), start, end)
+    start, end = float(flank["path_start"]), float(flank["path_end"])
+    return np.clip(flank["slice_path"].to_numpy(), start, end)
 
 
-def _places(one: xr.Dataset, roll: Array, base: float) -> _Places:
-    load, path = one["line_load"].to_numpy(), one["slice_path"].to_numpy()
-    on_path = (path >= float(one["path_start"])) & (path <= float(one["path_end"]))
+def _places(flank: xr.Dataset, roll: Array, base: float) -> _Places:
+    load, path = flank["line_load"].to_numpy(), flank["slice_path"].to_numpy()
+    on_path = (path >= float(flank["path_start"])) & (path <= float(flank["path_end"]))
     at = np.isfinite(load) & (on_path | (load > 0))  # tips that touch nothing are nowhere
     teeth = {
-        name: np.broadcast_to(one[name].to_numpy()[..., None], load.shape)[at].astype(np.int64)
+        name: np.broadcast_to(flank[name].to_numpy()[..., None], load.shape)[at].astype(np.int64)
         for name in ("pair_tooth", "pair_planet_tooth")
     }
-    return _Places(roll[at], 0.5 * base, one["slice_position"].to_numpy()[at], load[at], teeth)
+    return _Places(roll[at], 0.5 * base, flank["slice_position"].to_numpy()[at], load[at], teeth)
 
 
 def _pattern(title: str, which: str, flanks: list[_Places]) -> ToothPattern:
     roll, face, load = (
-        np.concatenate([getattr(one, name) for one in flanks]) for name in ("roll", "face", "load")
+        np.concatenate([getattr(flank, name) for flank in flanks]) for name in ("roll", "face", "load")
     )
-    teeth = np.concatenate([one.teeth[which] for one in flanks])
+    teeth = np.concatenate([flank.teeth[which] for flank in flanks])
     diameter = 2.0 * np.hypot(flanks[0].base, roll)
     edges = [
         np.linspace(x.min(), x.max(), n + 1) for x, n in zip((diameter, face), CELLS, strict=True)

@@ -80,8 +80,8 @@ def campbell(
     dataset = _over_speed(model, np.asarray(factors, dtype=float), limit_hz)
     highest = limit_hz or float(dataset.frequencies.max(initial=0.0))
     lines = excitations(model, highest, None if orders is None else tuple(map(float, orders)))
-    label = {one.line: one.label for one in lines}
-    met = crossings(dataset, [one.line for one in lines])
+    label = {line.line: line.label for line in lines}
+    met = crossings(dataset, [line.line for line in lines])
     count = dataset.frequencies.shape[1]
     rest = Modes(rest.frequencies[:count], rest.shapes[:, :count], rest.energy)
     index = nodal_index(model, rest.shapes)
@@ -93,9 +93,9 @@ def campbell(
             "campbell_frequency": dataset.frequencies,
             "whirl": dataset.sense,
             "campbell_nodal_index": index,
-            "excitation_slope": [one.line.slope for one in lines],
-            "excitation_share": [one.share for one in lines],
-            "excitation_index": np.array([one.index for one in lines], dtype=np.int64),
+            "excitation_slope": [line.line.slope for line in lines],
+            "excitation_share": [line.share for line in lines],
+            "excitation_index": np.array([line.index for line in lines], dtype=np.int64),
             "crossing_factor": [c.factor for c in met],
             "crossing_frequency": [c.frequency for c in met],
             "crossing_mode": np.array([c.mode + 1 for c in met], dtype=np.int64),
@@ -109,12 +109,12 @@ def campbell(
             operating_factors=list(operating),
             planets=[stage.planets for stage in model.case.stages],
         ),
-        {**result_labels(model), "excitation": [one.label for one in lines]},
+        {**result_labels(model), "excitation": [line.label for line in lines]},
     )
     return data.assign_coords(
-        excitation_stage=("excitation", [one.stage for one in lines]),
-        excitation_kind=("excitation", [one.kind for one in lines]),
-        excitation_order=("excitation", [one.line.order for one in lines]),
+        excitation_stage=("excitation", [line.stage for line in lines]),
+        excitation_kind=("excitation", [line.kind for line in lines]),
+        excitation_order=("excitation", [line.line.order for line in lines]),
     )
 
 
@@ -157,23 +157,23 @@ def _meetings(
     rates = decay(model.system, rest, model.mean_springs.cycles)
     stages = [stage.name for stage in model.case.stages]
     for number, stage in enumerate(model.case.stages):
-        lines_of_stage = [one for one in lines if one.stage == stage.name]
+        lines_of_stage = [line for line in lines if line.stage == stage.name]
         groups = _groups(rest.frequencies, index[:, number])
         force, alone = _forces(model, stage.name, rest, rates, lines_of_stage, groups)
         for factor in operating:
             at_speed = [np.interp(factor, modes_met.factors, f) for f in modes_met.frequencies.T]
-            for i, one in enumerate(lines_of_stage):
+            for i, line in enumerate(lines_of_stage):
                 for g, group in enumerate(groups):
                     natural = float(np.mean([at_speed[j] for j in group]))
-                    excited = factor * one.line.slope
+                    excited = factor * line.line.slope
                     away = excited / natural - 1.0
                     k = int(index[group[0], stages.index(stage.name)])
                     if abs(away) <= margin and k != ABSENT:
-                        cause = _cause(one, k, stage.planets)
+                        cause = _cause(line, k, stage.planets)
                         raised = float((force if cause == IDEAL else alone)[i, g])
                         if raised < UNCOUPLED:  # no tooth moves in it
                             continue
-                        yield Meeting(factor, one, group, excited, away, k, cause, raised)
+                        yield Meeting(factor, line, group, excited, away, k, cause, raised)
 
 
 def _groups(frequencies: Array, index: IntArray) -> list[IntArray]:
@@ -189,12 +189,12 @@ def _groups(frequencies: Array, index: IntArray) -> list[IntArray]:
     return [np.array(group, dtype=np.int64) for group in groups]
 
 
-def _cause(one: Excitation, index: int, planets: int) -> str:
+def _cause(excitation: Excitation, index: int, planets: int) -> str:
     """Whether a stage whose planets are equal excites modes of that index."""
-    if one.kind != GEAR_MESH:
+    if excitation.kind != GEAR_MESH:
         return ERRORS
     free = index in (MIXED, UNEVEN)
-    return IDEAL if free or index == folded(one.index, planets) else ERRORS
+    return IDEAL if free or index == folded(excitation.index, planets) else ERRORS
 
 
 def _forces(
@@ -213,13 +213,13 @@ def _forces(
         m = int(model.gear_meshes.carrying[g])
         if name.stage == stage and m in cycles and model.rated[g] > 0.0:
             loaded.append(Loaded(cycles[m], float(model.rated[g]), name.planet))
-    known = [i for i, one in enumerate(lines) if one.share >= NOTHING]
+    known = [i for i, line in enumerate(lines) if line.share >= NOTHING]
     if loaded and known and groups:
         orders = [int(lines[i].line.order) for i in known]
         out[known] = resonant_force(rest, rates, loaded, orders, groups)
         single = [
             resonant_force(rest, rates, loaded, orders, groups, alone=planet)
-            for planet in sorted({one.planet for one in loaded})
+            for planet in sorted({line.planet for line in loaded})
         ]
         alone[known] = np.max(single, axis=0)
     return out, alone
@@ -227,16 +227,20 @@ def _forces(
 
 def _meeting_arrays(meetings: Sequence[Meeting]) -> dict[str, Any]:
     """One row for every mode of every meeting."""
-    rows = [(one, int(mode)) for one in meetings for mode in one.modes]
+    rows = [(meeting, int(mode)) for meeting in meetings for mode in meeting.modes]
     return {
-        "meeting_factor": [one.factor for one, _ in rows],
-        "meeting_excitation": np.array([one.excitation.label for one, _ in rows], dtype=str),
+        "meeting_factor": [meeting.factor for meeting, _ in rows],
+        "meeting_excitation": np.array(
+            [meeting.excitation.label for meeting, _ in rows], dtype=str
+        ),
         "meeting_mode": np.array([mode + 1 for _, mode in rows], dtype=np.int64),
-        "meeting_frequency": [one.frequency for one, _ in rows],
-        "meeting_away": [one.away for one, _ in rows],
-        "meeting_index": np.array([one.index for one, _ in rows], dtype=np.int64),
-        "meeting_cause": np.array([one.cause for one, _ in rows], dtype=str),
-        "meeting_force": [one.force if one.force < math.inf else math.nan for one, _ in rows],
+        "meeting_frequency": [meeting.frequency for meeting, _ in rows],
+        "meeting_away": [meeting.away for meeting, _ in rows],
+        "meeting_index": np.array([meeting.index for meeting, _ in rows], dtype=np.int64),
+        "meeting_cause": np.array([meeting.cause for meeting, _ in rows], dtype=str),
+        "meeting_force": [
+            meeting.force if meeting.force < math.inf else math.nan for meeting, _ in rows
+        ],
     }
 
 

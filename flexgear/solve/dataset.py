@@ -215,7 +215,7 @@ def _motions(model: Model, recovery: Recovery) -> tuple[dict[str, Array], dict[s
         labels["bearing"] = list(bearings)
     for name, rows in (("bolt", _bolts(model)), ("support", _supports(model))):
         if rows:
-            forces = np.stack([recovery.link_force(one) for one in rows], axis=1)
+            forces = np.stack([recovery.link_force(link) for link in rows], axis=1)
             arrays["bolt_force" if name == "bolt" else "bearing_force"] = (
                 forces[:, :, :3] if name == "bolt" else forces
             )

@@ -101,7 +101,7 @@ def _turning(model: Model) -> Iterator[Excitation]:
     for stage in model.case.stages:
         for part in stage.members:
             base = abs(flow.speed[f"{stage.name}.{part}"]) / (2 * math.pi)
-            if base == 0.0 or any(abs(base - one) <= SAME * base for one in known):
+            if base == 0.0 or any(abs(base - frequency) <= SAME * base for frequency in known):
                 continue
             known.append(base)
             for order in TURNS:

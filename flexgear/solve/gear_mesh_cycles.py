@@ -63,10 +63,10 @@ def cycle_figures(data: xr.Dataset) -> dict[str, dict[str, Any]]:
     """Figures over gear-mesh cycles of the flanks of a stage that carry, by name."""
     figures: dict[str, dict[str, Any]] = {}
     for name in map(str, data["flank"].to_numpy()):
-        one = data.sel(flank=name)
-        if not np.isfinite(one["transmission_error_order"]).all():
+        of_flank = data.sel(flank=name)
+        if not np.isfinite(of_flank["transmission_error_order"]).all():
             continue
-        stiffness = 1e-6 * one["gear_mesh_stiffness"].to_numpy()
+        stiffness = 1e-6 * of_flank["gear_mesh_stiffness"].to_numpy()
         figures[name] = {
             "gear_mesh_stiffness_n_per_um": {
                 "min": float(stiffness.min()),
@@ -75,16 +75,16 @@ def cycle_figures(data: xr.Dataset) -> dict[str, dict[str, Any]]:
             },
         }
         for error in ERRORS:
-            amplitudes = one[f"{error}_order"].to_numpy()
+            amplitudes = of_flank[f"{error}_order"].to_numpy()
             figures[name] |= {
-                f"{error}_cycle_peak_to_peak_um": 1e6 * _widest(one, error),
+                f"{error}_cycle_peak_to_peak_um": 1e6 * _widest(of_flank, error),
                 f"{error}_orders_um": [1e6 * float(a) for a in amplitudes],
             }
     return figures
 
 
-def _widest(one: xr.Dataset, error: str) -> float:
+def _widest(of_flank: xr.Dataset, error: str) -> float:
     """Largest peak-to-peak value, m, within one cycle."""
-    cycle = np.floor(one["gear_mesh_phase"].to_numpy() + 1e-9)
-    values = one[error].to_numpy()
+    cycle = np.floor(of_flank["gear_mesh_phase"].to_numpy() + 1e-9)
+    values = of_flank[error].to_numpy()
     return max(float(np.ptp(values[cycle == c])) for c in np.unique(cycle))

@@ -41,7 +41,7 @@ def why_not_linear(system: System) -> str | None:
         return "supports or joints change direction as it turns"
     if len(pairs.bearing_law):
         return "bearings have clearance"
-    if any(isinstance(one, (GivenSpeed, Controller)) for one in system.machines):
+    if any(isinstance(machine, (GivenSpeed, Controller)) for machine in system.machines):
         return "a speed is given or controlled at a port"
     return None
 

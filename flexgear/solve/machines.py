@@ -41,15 +41,15 @@ class Ends:
     def jumps(self) -> tuple[float, ...]:
         """Times at which a torque or a set speed jumps, or a given speed has a kink, s."""
         times: set[float] = set()
-        for one in self.machines:
-            if one is not None and one.law != "brake":
-                times.update(one.kinks() if one.law == "speed" else one.change_times())
+        for machine in self.machines:
+            if machine is not None and machine.law != "brake":
+                times.update(machine.kinks() if machine.law == "speed" else machine.change_times())
         return tuple(sorted(times))
 
     @property
     def steep(self) -> bool:
         """Whether one of them may change fast anywhere."""
-        steep = any(one is not None and one.is_series for one in self.machines)
+        steep = any(machine is not None and machine.is_series for machine in self.machines)
         return steep or any(load.is_history for load in self.loads)
 
     def drive(self, jumps: tuple[float, ...]) -> Drive:
@@ -59,19 +59,19 @@ class Ends:
         )
 
     def _prescribed(self, time: Array) -> Array:
-        return self._columns(time, lambda one, rated: one.at(time, rated))
+        return self._columns(time, lambda machine, rated: machine.at(time, rated))
 
     def _rates(self, time: Array) -> Array:
-        return self._columns(time, lambda one, rated: one.rate_at(time))
+        return self._columns(time, lambda machine, rated: machine.rate_at(time))
 
     def _columns(self, time: Array, of: Callable[[Machine, float], Array]) -> Array:
         """(k, P) at times (k,)."""
         out = np.zeros((len(time), len(self.machines)))
-        for p, one in enumerate(self.machines):
-            if one is not None and one.law != "brake":
-                out[:, p] = self.scale[p] * of(one, float(self.rated[p]))
-        for p, one in enumerate(self.machines):
-            if one is None:
+        for p, machine in enumerate(self.machines):
+            if machine is not None and machine.law != "brake":
+                out[:, p] = self.scale[p] * of(machine, float(self.rated[p]))
+        for p, machine in enumerate(self.machines):
+            if machine is None:
                 out[:, p] = out[:, 0] * self.rated[p] / self.rated[0]
         return out
 
@@ -86,15 +86,17 @@ def ends_of(
     """
     machines = list(machines_of(case))
     if drive is not None:
-        machines = [None if one is None else one.model_copy(update=_STEADY) for one in machines]
+        machines = [
+            None if machine is None else machine.model_copy(update=_STEADY) for machine in machines
+        ]
         if machines[0] is not None and machines[0].law == "torque":
             machines[0] = machine_of(drive)
     members = [port.member for port in case.ports]
     rated = np.array([flow.torque[member] for member in members])
     first = machines[0]
     if first is None or first.law != "torque" or rated[0] == 0.0:
-        machines = [one or Machine() for one in machines]
-    speeds = [one is not None and one.follows_speed for one in machines]
+        machines = [machine or Machine() for machine in machines]
+    speeds = [machine is not None and machine.follows_speed for machine in machines]
     rated[speeds] = np.array([flow.speed[member] for member in members])[speeds]
     return Ends(tuple(machines), rated, np.where(speeds, 1.0, share), case.loads)
 
@@ -102,9 +104,9 @@ def ends_of(
 def require_brakes(model: Model) -> None:
     """InputError where a port that gives power at rated load is said to brake."""
     case = model.case
-    for p, one in enumerate(machines_of(case)):
+    for p, machine in enumerate(machines_of(case)):
         member = case.ports[p].member
-        if one is None or one.law != "brake" or model.flow.power[member] <= 0:
+        if machine is None or machine.law != "brake" or model.flow.power[member] <= 0:
             continue
         last = p == len(case.inputs)
         raise InputError(
@@ -119,7 +121,9 @@ def require_brakes(model: Model) -> None:
 def braked(modal: ModalSystem, share: float) -> ModalSystem:
     """The same train with the torque of its brakes scaled."""
     machines = tuple(
-        replace(one, rated_torque=abs(share) * one.rated_torque) if isinstance(one, Brake) else one
-        for one in modal.system.machines
+        replace(machine, rated_torque=abs(share) * machine.rated_torque)
+        if isinstance(machine, Brake)
+        else machine
+        for machine in modal.system.machines
     )
     return replace(modal, system=modal.system.with_(machines=machines))

@@ -50,8 +50,8 @@ class Length:
 def lengths(summary: Mapping[str, Any]) -> Iterator[Length]:
     """Of a run: deflections and transmission errors, but for those that are zero or rounding."""
     every = [*_distance(summary), *_rings(summary), *transmission_errors(summary)]
-    largest = max((one.value for one in every), default=0.0)
-    yield from (one for one in every if one.value > ROUNDING * largest)
+    largest = max((length.value for length in every), default=0.0)
+    yield from (length for length in every if length.value > ROUNDING * largest)
 
 
 def _distance(summary: Mapping[str, Any]) -> Iterator[Length]:
@@ -65,26 +65,26 @@ def _distance(summary: Mapping[str, Any]) -> Iterator[Length]:
 
 
 def _rings(summary: Mapping[str, Any]) -> Iterator[Length]:
-    for stage, one in summary.get("steady", {}).items():
-        orders = one["radial_harmonics_um"]
+    for stage, stage_figures in summary.get("steady", {}).items():
+        orders = stage_figures["radial_harmonics_um"]
         order = max(range(LEAST_ORDER, len(orders)), key=lambda n: orders[n])
         yield Length(
             titled_by_stage("Ring shape", stage), stage, 1e-6 * orders[order],
             f"Radial amplitude of its largest wave, {order} round the ring, in equilibrium.",
         )  # fmt: skip
-        peaks = one["tooth_displacement_peak_um"]
+        peaks = stage_figures["tooth_displacement_peak_um"]
         axis = max(peaks, key=lambda n: peaks[n])
         yield Length(
             titled_by_stage("Ring tooth", stage), stage, 1e-6 * peaks[axis],
-            f"Largest displacement of tooth node 1 along {axis}, {window_words(one)}.",
+            f"Largest displacement of tooth node 1 along {axis}, {window_words(stage_figures)}.",
         )  # fmt: skip
 
 
 def transmission_errors(summary: Mapping[str, Any]) -> Iterator[Length]:
     """Of every stage with load along the face, the largest of its gear meshes."""
     largest: dict[str, tuple[float, str]] = {}
-    for flank, one in own_variant(summary.get("face_load", {})).items():
-        size = one.get("transmission_error_peak_to_peak_um")
+    for flank, flank_figures in own_variant(summary.get("face_load", {})).items():
+        size = flank_figures.get("transmission_error_peak_to_peak_um")
         stage = FlankName.parse(flank).group.stage
         if size is not None and size > largest.get(stage, (0.0, ""))[0]:
             largest[stage] = size, flank
@@ -107,20 +107,20 @@ def beside_lengths(
     case: Case, flow: PowerFlow, figures: Iterable[Length], torque_share: float = 1.0
 ) -> Iterator[dict[str, Any]]:
     """The same of lengths; torque_share: of the rated torque, at which they are."""
-    for one in figures:
+    for figure in figures:
         effects = {
             name: size
-            for name, (size, _) in _effects(case, flow, one.stage, torque_share).items()
-            if size > SMALL * one.value
+            for name, (size, _) in _effects(case, flow, figure.stage, torque_share).items()
+            if size > SMALL * figure.value
         }
         if effects:
             left = " and ".join(f"{EFFECTS[n]} (up to {_about(x)})" for n, x in effects.items())
             yield {
-                "figure": one.subject,
-                "stage": one.stage,
-                "value_um": 1e6 * one.value,
+                "figure": figure.subject,
+                "stage": figure.stage,
+                "value_um": 1e6 * figure.value,
                 "effects_um": {name: 1e6 * size for name, size in effects.items()},
-                "sentence": f"{one.subject}, {with_unit(one.value, 'm')}: "
+                "sentence": f"{figure.subject}, {with_unit(figure.value, 'm')}: "
                 f"the model neglects {left}.",
             }
 

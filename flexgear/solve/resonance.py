@@ -74,9 +74,9 @@ def _rows(case: Case, campbell: xr.Dataset, modes: xr.Dataset) -> Iterator[dict[
     kinds, number = modes["type"].to_numpy(), campbell.sizes.get("meeting", 0)
     last: dict[str, Any] = {}
     for i in range(number):
-        one = campbell.isel(meeting=i)
-        label, mode = str(one["meeting_excitation"].item()), int(one["meeting_mode"])
-        factor, away = float(one["meeting_factor"]), float(one["meeting_away"])
+        meeting = campbell.isel(meeting=i)
+        label, mode = str(meeting["meeting_excitation"].item()), int(meeting["meeting_mode"])
+        factor, away = float(meeting["meeting_factor"]), float(meeting["meeting_away"])
         line = campbell.isel(excitation=lines[label])
         if last and (last["excitation"], last["speed_factor"], last["away"]) == (
             label,
@@ -87,19 +87,19 @@ def _rows(case: Case, campbell: xr.Dataset, modes: xr.Dataset) -> Iterator[dict[
             continue
         if last:
             yield last
-        stage, index = str(line["excitation_stage"].item()), int(one["meeting_index"])
-        force, excited = float(one["meeting_force"]), int(line["excitation_index"])
+        stage, index = str(line["excitation_stage"].item()), int(meeting["meeting_index"])
+        force, excited = float(meeting["meeting_force"]), int(line["excitation_index"])
         last = {
             "excitation": label,
             "speed_factor": factor,
-            "frequency_hz": float(one["meeting_frequency"]),
+            "frequency_hz": float(meeting["meeting_frequency"]),
             "modes": [mode],
-            "mode_frequency_hz": float(one["meeting_frequency"]) / (1.0 + away),
+            "mode_frequency_hz": float(meeting["meeting_frequency"]) / (1.0 + away),
             "type": str(kinds[mode - 1]) if mode <= len(kinds) else "",
             "away": away,
             "nodal_index": _mode_index(index, case.stage(stage).planets),
             "excited_index": excited if excited >= 0 else None,
-            "cause": str(one["meeting_cause"].item()),
+            "cause": str(meeting["meeting_cause"].item()),
             "force_share": force if math.isfinite(force) else None,
         }
     if last:

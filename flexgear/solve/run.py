@@ -165,14 +165,14 @@ def run(
         datasets |= sharing
         with watch.stage("transients"):  # what of them goes on after all else
             runs, drops = ended()
-    datasets |= {dataset_name("transient", models[n]): one.data for n, one in runs.items()}
-    datasets |= {drop_name(torque, models[n]): one.data for (torque, n), one in drops.items()}
+    datasets |= {dataset_name("transient", models[n]): timed.data for n, timed in runs.items()}
+    datasets |= {drop_name(torque, models[n]): timed.data for (torque, n), timed in drops.items()}
     first_run = next(iter(runs.values()))
     harmonic: dict[str, Any] = {"reason": why_not_linear(first.system)}
     if harmonic["reason"] is None:
         with watch.stage("harmonic"):
             datasets["harmonic"], harmonic = _harmonic(first, first_run.data)
-    watch.seconds |= {f"transient_{label}": one.wall for label, one in runs.items()}
+    watch.seconds |= {f"transient_{label}": timed.wall for label, timed in runs.items()}
     motions = _motions(datasets["equilibrium"], first_run.data)
     summary = build_summary(
         case=case.name,
@@ -189,7 +189,7 @@ def run(
         resonance=resonance_figures(case, datasets["campbell"], datasets["modes"]),
         load_sharing={
             "quasi_static": {n: _shared(sharing, n) for n in models},
-            "transient": {n: _in_time(one.data) for n, one in runs.items()},
+            "transient": {n: _in_time(timed.data) for n, timed in runs.items()},
         },
         transient=transient_summary(first_run),
         motion_um_max={name: 1e6 * size for name, size in motions.items()},
@@ -210,7 +210,7 @@ def run(
         **bodies_summary(models, datasets, runs),
     )
     beside = neglected(case, first.flow, summary)
-    warnings = [*summary["warnings"], *(one["sentence"] for one in beside)]
+    warnings = [*summary["warnings"], *(timed["sentence"] for timed in beside)]
     summary |= {"neglected": beside, "warnings": warnings}
     summary["headlines"] = plain(headlines(case, first.flow, summary))
     return Run(case, first.flow, datasets, fields, summary)
@@ -287,8 +287,8 @@ def _face_load(
         for stage in sliced_stages(model):
             data = gear_mesh_cycles(model, stage, progress)
             cycles[dataset_name(f"gear_mesh_cycles_{stage}", model)] = data
-            for flank, one in cycle_figures(data).items():
-                figures_of_variant.setdefault(flank, {}).update(one)
+            for flank, flank_figures in cycle_figures(data).items():
+                figures_of_variant.setdefault(flank, {}).update(flank_figures)
     return cycles, figures
 
 

@@ -91,7 +91,9 @@ def stages_summary(model: Model, equilibria: xr.Dataset) -> dict[str, dict[str, 
         }
         roots = root_figures(equilibria, stage.name)
         if roots:
-            out[stage.name]["root_stress_mpa"] = {view.part(s): one for s, one in roots.items()}
+            out[stage.name]["root_stress_mpa"] = {
+                view.part(s): stress for s, stress in roots.items()
+            }
         if stage.kind == "planetary":
             out[stage.name] |= {
                 "ring_gear_mesh_force_n": abs(stage_flow.ring_gear_mesh_force),
@@ -170,7 +172,7 @@ def transient_summary(run: TimedRun) -> dict[str, Any]:
 
 def unsettled_lines(runs: Mapping[str, TimedRun]) -> list[str]:
     """A line for transients that have not settled; their figures are of the whole run."""
-    windows = {name: window_of(one.data) for name, one in runs.items()}
+    windows = {name: window_of(timed.data) for name, timed in runs.items()}
     unsettled = {name: w for name, w in windows.items() if w.settled is False}
     if not unsettled:
         return []
@@ -243,8 +245,8 @@ def drops_summary(case: Case, drops: Mapping[tuple[float, str], TimedRun]) -> di
     """Figures of torque drops by depth and variant, from the drop on."""
     summaries: dict[str, dict[str, Any]] = {}
     start, duration, after = timed_drops(case).times
-    for (torque, label), one in drops.items():
-        data = between(one.data, start)  # what comes before lets the train settle
+    for (torque, label), timed in drops.items():
+        data = between(timed.data, start)  # what comes before lets the train settle
         figures: dict[str, Any] = {
             **drop_summary(data),
             "window_s": [start, start + duration + after],
@@ -264,7 +266,9 @@ def residual_of_run(
     start, duration, _ = timed_drops(first.case).times
     end = start + duration + first.pace.settling
     balanced = [
-        between(one.data, start, end) for (_, label), one in drops.items() if label == first.variant
+        between(timed.data, start, end)
+        for (_, label), timed in drops.items()
+        if label == first.variant
     ]
     dataset = runs[first.variant].data
     balanced = balanced or ([dataset] if "energy_kinetic" in dataset else [])

@@ -83,7 +83,9 @@ def _root_stress(model: Model, data: xr.Dataset) -> dict[str, Any]:
     """``root_stress_mpa`` by stage and gear, empty where no stage has it."""
     views = [model.case.view(stage.name) for stage in model.case.stages]
     stresses = {
-        view.name: {view.part(role): one for role, one in root_extremes(data, view.name).items()}
+        view.name: {
+            view.part(role): stress for role, stress in root_extremes(data, view.name).items()
+        }
         for view in views
     }
     stresses = {stage: gears for stage, gears in stresses.items() if gears}

@@ -28,7 +28,7 @@ class FieldAt:
         cells = np.asarray(body.cells)
         if cells.shape[1] != 4:
             vtk = cells[:, HEX_TO_VTK]
-            cells = np.concatenate([vtk[:, list(one)] for one in _TETRAHEDRA])
+            cells = np.concatenate([vtk[:, list(corners)] for corners in _TETRAHEDRA])
         self.cells: Ints = cells
 
     @cached_property

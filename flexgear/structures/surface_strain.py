@@ -129,8 +129,8 @@ class Surface:
         """At the points that the rays meet; not a number at those that meet none."""
         meetings = [self.meeting(ray) for ray in rays]
         rows = np.full((len(rays), 3, 3, len(self.body.mass)), np.nan)
-        there = [i for i, one in enumerate(meetings) if one is not None]
-        hits = [one for one in meetings if one is not None]
+        there = [i for i, meeting in enumerate(meetings) if meeting is not None]
+        hits = [meeting for meeting in meetings if meeting is not None]
         if hits:
             at, weights, base = (np.array(x) for x in zip(*hits, strict=True))
             gradient = self._gradient(at, weights)

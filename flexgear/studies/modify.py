@@ -200,13 +200,13 @@ def _amounts(case: Case, stage: str, flat: xr.Dataset, relief: bool) -> list[Amo
     gear = "gear" if stage_section.kind == "parallel" else "planet"
     ground = getattr(stage_section, gear).modifications
     amounts = []
-    for name, one in face_figures(flat).items():
+    for name, figures in face_figures(flat).items():
         labels = flat.sel(flank=name)
         if str(labels["flank_stage"].item()) != stage or int(labels["flank_planet"]) != 1:
             continue
         flank = "drive" if gear == "gear" else str(labels["flank_kind"].item())
         has = ground.of(flank)
-        tilt, give = one["misalignment_um"] * UNIT, one["transmission_error_um"] * UNIT
+        tilt, give = figures["misalignment_um"] * UNIT, figures["transmission_error_um"] * UNIT
         starts = {"helix_slope": tilt, "lead_crowning": 0.1 * abs(tilt) + UNIT}
         for what, start in starts.items():
             base = getattr(has, what) or 0.0

@@ -26,13 +26,19 @@ def proposed_case(wanted: Sequence[Wanted], rated: Rated) -> tuple[str, list[Pro
     """
     torque, speed = rated.torque, rated.speed
     stages: list[Proposal] = []
-    for one in reversed(wanted) if rated.at_sun else wanted:
+    for wanted_stage in reversed(wanted) if rated.at_sun else wanted:
         if rated.at_sun:
-            stage = _sound(replace(one, torque=torque * one.ratio, speed=speed / one.ratio))
+            stage = _sound(
+                replace(
+                    wanted_stage,
+                    torque=torque * wanted_stage.ratio,
+                    speed=speed / wanted_stage.ratio,
+                )
+            )
             torque, speed = torque * stage.ratio, speed / stage.ratio
             stages.insert(0, stage)
         else:
-            stage = _sound(replace(one, torque=torque, speed=speed))
+            stage = _sound(replace(wanted_stage, torque=torque, speed=speed))
             torque, speed = torque / stage.ratio, speed * stage.ratio
             stages.append(stage)
     text = new_case_text(stages, rated)

@@ -218,9 +218,9 @@ def failures(data: xr.Dataset, name: str = "message") -> list[tuple[str, str]]:
     if name not in data:
         return out
     for point in np.argwhere(data[name].to_numpy() != ""):
-        one = data[name][tuple(point)]
-        where = ", ".join(f"{d} = {_tick_text(one[d].item())}" for d in data[name].dims)
-        out.append((where, str(one.item())))
+        failure = data[name][tuple(point)]
+        where = ", ".join(f"{d} = {_tick_text(failure[d].item())}" for d in data[name].dims)
+        out.append((where, str(failure.item())))
     return out
 
 

@@ -226,7 +226,7 @@ def _along_face(setup: ToleranceSetup, equilibrium: Equilibrium) -> tuple[list[f
         flanks = np.flatnonzero(setup.sign[:, g.places].any(axis=1))
         loads.append(float(largest[g.positions][:, flanks].max()))
         means = zip(along[g.positions][:, flanks].mean(axis=0), share[flanks], strict=True)
-        factors.append(max(factor_along(mean, one) for mean, one in means if mean.max() > 0))
+        factors.append(max(factor_along(mean, load) for mean, load in means if mean.max() > 0))
     return factors, loads
 
 

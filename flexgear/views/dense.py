@@ -33,7 +33,7 @@ def oscillations(values: FloatArray) -> int:
 
 def is_dense(values: FloatArray) -> bool:
     """Whether histories (t,) or (t, n) have more oscillations than a picture shows."""
-    return any(oscillations(one) > MOST for one in values.reshape(len(values), -1).T)
+    return any(oscillations(series) > MOST for series in values.reshape(len(values), -1).T)
 
 
 def draw(
@@ -65,7 +65,7 @@ def say_envelope(axes: Axes, what: str = "bands") -> None:
 
 def close_up(values: FloatArray) -> slice:
     """Some oscillations of histories (t, n) about their largest value."""
-    count = max(oscillations(one) for one in values.T)
+    count = max(oscillations(series) for series in values.T)
     length = int(np.ceil(SHOWN * len(values) / max(count, SHOWN)))
     middle = int(np.nanargmax(np.nanmax(values, axis=1, initial=-np.inf)))
     first = min(max(middle - length // 2, 0), len(values) - length)
@@ -75,7 +75,7 @@ def close_up(values: FloatArray) -> slice:
 def orbit(way: FloatArray) -> FloatArray:
     """The path (n, 2) of a place (t, 2), of its last oscillations if there are many, with enough
     points between the samples that it looks as smooth as the motion is."""
-    count = float(max(oscillations(one) for one in way.T))
+    count = float(max(oscillations(series) for series in way.T))
     if count > MOST:
         way = way[-int(np.ceil(SHOWN * len(way) / count)) - 1 :]
         count = SHOWN

@@ -86,8 +86,8 @@ def tooth_node_displacement(
         field = variable(dataset, "tooth_displacement")
         if not 1 <= tooth <= field.sizes["tooth"]:
             raise FlexgearError(f"cannot draw tooth {tooth}: there are {field.sizes['tooth']}")
-        one = field.isel(tooth=tooth - 1).transpose(leading_dim(dataset), "axis")
-        return np.asarray(one, dtype=float)
+        of_tooth = field.isel(tooth=tooth - 1).transpose(leading_dim(dataset), "axis")
+        return np.asarray(of_tooth, dtype=float)
 
     title = f"Displacement of ring tooth node {tooth}"
     return three_directions(cut(runs, x, window), pick, title, ("X", "Y", "Z"), x, True)

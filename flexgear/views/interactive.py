@@ -71,10 +71,10 @@ def _scale_once(traces: list[dict[str, Any]]) -> None:
     """One colour bar for all maps of a scale, with the label that one of them has."""
     first: dict[tuple[float, float], dict[str, Any]] = {}
     for trace in (t for t in traces if t["type"] == "heatmap"):
-        one = first.setdefault((trace["zmin"], trace["zmax"]), trace)
-        trace["showscale"] = trace is one
-        one["colorbar"]["title"]["text"] = (
-            one["colorbar"]["title"]["text"] or (trace["colorbar"]["title"]["text"])
+        first_trace = first.setdefault((trace["zmin"], trace["zmax"]), trace)
+        trace["showscale"] = trace is first_trace
+        first_trace["colorbar"]["title"]["text"] = (
+            first_trace["colorbar"]["title"]["text"] or (trace["colorbar"]["title"]["text"])
         )
 
 

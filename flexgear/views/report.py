@@ -94,7 +94,7 @@ def write_report(
             if (chapter := _section(key, sides, plots, script is not None))
         ]
         data, left_out, thinned = within(plots, MOST_PLOTS)
-        whole = {file: one.result() for file, one in zip(pictures, packed, strict=True)}
+        whole = {file: picture.result() for file, picture in zip(pictures, packed, strict=True)}
     media, smaller = embedded(whole, MOST_PICTURES)
     _fill_places(sections, media, left_out)
     environment = Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True)

@@ -29,16 +29,18 @@ def root_stress_chart(data: xr.Dataset, stage: str) -> Figure:
     turn = np.degrees(data["input_angle"].to_numpy()[:, 0])
     for (left, right), (gear, of_gear) in zip(axes, gears.items(), strict=True):
         for k in range(of_gear.sizes["flank"]):
-            one = of_gear.isel(flank=k)
-            planet, kind = int(one["flank_planet"]), str(one["flank_kind"].item())
+            of_flank = of_gear.isel(flank=k)
+            planet, kind = int(of_flank["flank_planet"]), str(of_flank["flank_kind"].item())
             dashed = gear == "planet" and kind == "sun"
             look = {"color": planet_colour(planet), "ls": "--" if dashed else "-"}
             if planet == 1:
                 title = f"planet with the {kind}" if gear == "planet" else None
-                left.plot(turn, one["root_stress"] * MEGA, lw=0.9, label=title, **look)
-                pressed = one["face_root_compression"].min("face") * MEGA
+                left.plot(turn, of_flank["root_stress"] * MEGA, lw=0.9, label=title, **look)
+                pressed = of_flank["face_root_compression"].min("face") * MEGA
                 left.plot(turn, pressed, lw=0.4, **look)
-            _along(right, one, look, f"planet {planet}" if kind == gear or kind == "ring" else "")
+            _along(
+                right, of_flank, look, f"planet {planet}" if kind == gear or kind == "ring" else ""
+            )
         if gear == "ring" and "tooth_root_stress" in of_gear:
             _first_tooth(left, turn, of_gear, stage)
         left.set_title(f"{gear}: largest {float(of_gear['root_stress'].max()) * MEGA:.0f} MPa")
@@ -55,11 +57,11 @@ def root_stress_chart(data: xr.Dataset, stage: str) -> Figure:
     return figure
 
 
-def _along(ax: Axes, one: xr.Dataset, look: dict[str, Any], label: str) -> None:
-    worst = int(np.nanargmax(one["root_stress"].to_numpy()))
-    at = one.isel(position=worst)
-    ax.plot(one["face"], at["face_root_stress"] * MEGA, lw=0.9, label=label or None, **look)
-    ax.plot(one["face"], at["face_root_compression"] * MEGA, lw=0.4, **look)
+def _along(ax: Axes, of_flank: xr.Dataset, look: dict[str, Any], label: str) -> None:
+    worst = int(np.nanargmax(of_flank["root_stress"].to_numpy()))
+    at = of_flank.isel(position=worst)
+    ax.plot(of_flank["face"], at["face_root_stress"] * MEGA, lw=0.9, label=label or None, **look)
+    ax.plot(of_flank["face"], at["face_root_compression"] * MEGA, lw=0.4, **look)
 
 
 def _first_tooth(ax: Axes, turn: Any, of_gear: xr.Dataset, stage: str) -> None:

@@ -127,8 +127,8 @@ def _lines_by_key(field: xr.DataArray, keys: list[str], axis_label: str) -> Figu
         curves: list[Curve] = []
         for k, tick in enumerate(part[keys[1]].to_numpy().tolist()):
             label, colour = f"{_tick(tick)} {unit}".strip(), PLANET_COLOURS[k % len(PLANET_COLOURS)]
-            one = part.isel({keys[1]: k}).transpose(..., keys[0]).to_numpy()
-            lines = [v for v in one.reshape(-1, one.shape[-1]) if np.isfinite(v).any()]
+            line = part.isel({keys[1]: k}).transpose(..., keys[0]).to_numpy()
+            lines = [v for v in line.reshape(-1, line.shape[-1]) if np.isfinite(v).any()]
             curves += [Curve(label, values, colour) for values in lines]
         handles |= {c.label: _handle(c) for c in curves}
         _draw(ax, part[keys[0]], curves, _spreads(field))
@@ -188,20 +188,20 @@ def _curves(part: xr.DataArray, key: str) -> list[Curve]:
         return [Curve("", np.asarray(part, dtype=float), PLANET_COLOURS[0])]
     out, largest = [], float(np.nanmax(np.abs(part.to_numpy()), initial=0.0))
     for k, at in enumerate(np.ndindex(*(part.sizes[d] for d in inner))):
-        one = part.isel(dict(zip(inner, at, strict=True)))
-        values = np.asarray(one, dtype=float)
+        curve = part.isel(dict(zip(inner, at, strict=True)))
+        values = np.asarray(curve, dtype=float)
         size = float(np.nanmax(np.abs(values), initial=0.0))
         if not np.isfinite(values).any() or (largest > 0 and size <= NEGLIGIBLE * largest):
             continue
         if inner[-1] == "number":
-            kind = str(one[inner[0]].item())
+            kind = str(curve[inner[0]].item())
             out.append(Curve(kind, values, TYPE_COLOURS.get(kind, NEUTRAL)))
         elif inner[-1] == "mode":
             out.append(Curve("", values, NEUTRAL))
         else:
             colour = PLANET_COLOURS[k % len(PLANET_COLOURS)]
             style = STYLES[(k // len(PLANET_COLOURS)) % len(STYLES)]
-            label = ", ".join(_label(d, one[d].item()) for d in inner)
+            label = ", ".join(_label(d, curve[d].item()) for d in inner)
             out.append(Curve(label, values, colour, style))
     return out
 

@@ -44,7 +44,7 @@ def tolerance_chart(data: xr.Dataset, name: str = "load_sharing") -> Figure:
     """
     of, label, digits, factor = DRAWN[name]
     variable(data, of)
-    plain = {of: "values"} | {f"{name}_{one}": f"its_{one}" for one in STATISTICS}
+    plain = {of: "values"} | {f"{name}_{statistic}": f"its_{statistic}" for statistic in STATISTICS}
     chosen = factor * data[list(plain)].rename(plain)
     if name == "load_sharing":
         chosen = chosen.assign(mesh_load_factor=data["mesh_load_factor"])
@@ -53,10 +53,10 @@ def tolerance_chart(data: xr.Dataset, name: str = "load_sharing") -> Figure:
     equal = {title: x for title, (x, _) in groups.items() if _constant(x)}
     drawn = {title: group for title, group in groups.items() if title not in equal} or groups
     figure, axes = panels(len(drawn), 2, height_mm=22 + 58 * len(drawn))
-    for row, (title, (values, one)) in zip(axes, drawn.items(), strict=True):
+    for row, (title, (values, statistic)) in zip(axes, drawn.items(), strict=True):
         row[0].set_title(title)
-        _histogram(row[0], values, one)
-        _distribution(row[1], values, one)
+        _histogram(row[0], values, statistic)
+        _distribution(row[1], values, statistic)
         for ax in row:
             ax.set_xlabel(label)
             _span(ax, values)
@@ -75,8 +75,8 @@ def _groups(data: xr.Dataset) -> dict[str, tuple[FloatArray, xr.Dataset]]:
     """Rising samples and figures of groups by title; those with the same samples as one."""
     groups: list[tuple[list[str], FloatArray, xr.Dataset]] = []
     for group in data["group"].to_numpy():
-        one = data.sel(group=group)
-        values = one["values"].to_numpy()
+        of_group = data.sel(group=group)
+        values = of_group["values"].to_numpy()
         values = values[np.isfinite(values)]
         if not len(values):
             continue
@@ -85,10 +85,10 @@ def _groups(data: xr.Dataset) -> dict[str, tuple[FloatArray, xr.Dataset]]:
                 names.append(str(group))
                 break
         else:
-            groups.append(([str(group)], values, one))
+            groups.append(([str(group)], values, of_group))
     if not groups:
         raise FlexgearError("nothing to draw: no sample has an equilibrium everywhere")
-    return {_title(names): (np.sort(x), one) for names, x, one in groups}
+    return {_title(names): (np.sort(x), of_group) for names, x, of_group in groups}
 
 
 def _title(names: list[str]) -> str:
@@ -100,7 +100,7 @@ def _title(names: list[str]) -> str:
     return ", ".join(f"{stage} {' and '.join(kinds)}".strip() for stage, kinds in stages.items())
 
 
-def _histogram(ax: Axes, values: FloatArray, one: xr.Dataset) -> None:
+def _histogram(ax: Axes, values: FloatArray, of_group: xr.Dataset) -> None:
     if _constant(values):
         text = f"{values[0]:.6f} in all {len(values)} samples"
         ax.text(0.5, 0.5, text, ha="center", va="center", transform=ax.transAxes, color=NEUTRAL)
@@ -110,50 +110,50 @@ def _histogram(ax: Axes, values: FloatArray, one: xr.Dataset) -> None:
     bins = np.ptp(values) / width if width > 0 else MOST_BINS
     ax.hist(values, bins=int(np.clip(np.ceil(bins), 5, MOST_BINS)), color=BARS)
     ax.set_ylabel("samples")
-    mean, low, high = (float(one[f"its_average{e}"]) for e in ("", "_low", "_high"))
+    mean, low, high = (float(of_group[f"its_average{e}"]) for e in ("", "_low", "_high"))
     ax.axvspan(low, high, color=MEAN, alpha=0.25, lw=0)
-    ax.axvline(mean, color=MEAN, lw=1.2, label=f"mean, {_percent(one)} interval")
-    _marks(ax, one)
+    ax.axvline(mean, color=MEAN, lw=1.2, label=f"mean, {_percent(of_group)} interval")
+    _marks(ax, of_group)
 
 
-def _distribution(ax: Axes, values: FloatArray, one: xr.Dataset) -> None:
-    low, high = distribution_band(len(values), float(one.attrs["confidence"]))
+def _distribution(ax: Axes, values: FloatArray, of_group: xr.Dataset) -> None:
+    low, high = distribution_band(len(values), float(of_group.attrs["confidence"]))
     ax.fill_between(values, low, high, step="post", color=LINE, alpha=0.2, lw=0,
-                    label=f"distribution, {_percent(one)} band")  # fmt: skip
+                    label=f"distribution, {_percent(of_group)} band")  # fmt: skip
     share = np.arange(1, len(values) + 1) / len(values)
     ax.step(values, share, where="post", color=LINE, lw=1.2)
     notes = []
-    for style, p in zip(STYLES, one["quantile"].to_numpy(), strict=False):
-        at = one.sel(quantile=p)
+    for style, p in zip(STYLES, of_group["quantile"].to_numpy(), strict=False):
+        at = of_group.sel(quantile=p)
         q, start, end = (float(at[f"its_quantile{e}"]) for e in ("", "_low", "_high"))
         ax.plot([values[0], q, q], [p, p, 0], color="black", lw=0.7, ls=style)
         ends = [values[0] if math.isnan(start) else start, values[-1] if math.isnan(end) else end]
         ax.plot(ends, [p, p], color="black", lw=2.2, solid_capstyle="butt",
-                label=f"quantiles, {_percent(one)} intervals")  # fmt: skip
-        notes.append(f"{100 * p:g} %: {q:.{one.attrs['digits']}f}")
+                label=f"quantiles, {_percent(of_group)} intervals")  # fmt: skip
+        notes.append(f"{100 * p:g} %: {q:.{of_group.attrs['digits']}f}")
     box = {"facecolor": "white", "edgecolor": "none", "alpha": 0.85, "pad": 2.0}
     ax.text(0.98, 0.05, "\n".join(notes), ha="right", va="bottom", transform=ax.transAxes,
             fontsize=7.5, bbox=box)  # fmt: skip
     ax.set_ylim(0, 1.02)
     ax.set_ylabel("share of samples")
     ax.yaxis.set_major_formatter(FuncFormatter(lambda v, _: f"{100 * v:g} %"))
-    _marks(ax, one)
+    _marks(ax, of_group)
 
 
-def _marks(ax: Axes, one: xr.Dataset) -> None:
+def _marks(ax: Axes, of_group: xr.Dataset) -> None:
     """The case as it is stated, and the standard's assumption where it is in reach."""
-    stated = float(one["its_as_stated"])
+    stated = float(of_group["its_as_stated"])
     if math.isfinite(stated):
         ax.axvline(stated, color=STATED, lw=1.2, ls="--", label="errors of the case as stated")
-    if "mesh_load_factor" not in one:
+    if "mesh_load_factor" not in of_group:
         return
-    (low, high), assumed = ax.get_xlim(), float(one["mesh_load_factor"])
+    (low, high), assumed = ax.get_xlim(), float(of_group["mesh_load_factor"])
     if abs(assumed - 0.5 * (low + high)) < high - low:
         ax.axvline(assumed, color=STANDARD, lw=1.2, ls=":", label="IEC 61400-4")
 
 
-def _percent(one: xr.Dataset) -> str:
-    return f"{100 * float(one.attrs['confidence']):g} %"
+def _percent(of_group: xr.Dataset) -> str:
+    return f"{100 * float(of_group.attrs['confidence']):g} %"
 
 
 def _span(ax: Axes, values: FloatArray) -> None:

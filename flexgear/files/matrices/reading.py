@@ -74,7 +74,9 @@ def matrices_of(data: bytes, file: str | Path, table: NodeTable) -> dict[str, Ar
     whose header is no matrix of real numbers of the table's size."""
     where = str(file)
     read = _numpy if data.startswith((b"PK", b"\x93NUMPY")) else _text_or_binary
-    return {key: sound(one, where, key, table) for key, one in read(data, where, table).items()}
+    return {
+        key: sound(matrix, where, key, table) for key, matrix in read(data, where, table).items()
+    }
 
 
 def _text_or_binary(data: bytes, where: str, table: NodeTable) -> dict[str, Any]:
@@ -91,7 +93,7 @@ def _text_or_binary(data: bytes, where: str, table: NodeTable) -> dict[str, Any]
         entries = read_dmig(text, where)
     else:
         entries = read_abaqus(text, where)
-    return {key: one.matrix(table, where) for key, one in entries.items()}
+    return {key: matrix_entries.matrix(table, where) for key, matrix_entries in entries.items()}
 
 
 def _role(name: str) -> str | None:

@@ -183,8 +183,8 @@ class Document:
 
 def _by_kind(every: Iterable[Numbered]) -> dict[str, list[tuple[int, Numbered]]]:
     by_name: dict[str, list[tuple[int, Numbered]]] = {}
-    for place, one in enumerate(every):
-        by_name.setdefault(one.kind, []).append((place, one))
+    for place, item in enumerate(every):
+        by_name.setdefault(item.kind, []).append((place, item))
     return by_name
 
 
@@ -193,7 +193,7 @@ def _in_order(
 ) -> list[Numbered]:
     """All of these types, by their places in the file."""
     in_order = [by_kind.get(kind, []) for kind in dict.fromkeys(kinds)]
-    return [one for _, one in heapq.merge(*in_order, key=lambda pair: pair[0])]
+    return [item for _, item in heapq.merge(*in_order, key=lambda pair: pair[0])]
 
 
 @dataclass(frozen=True)

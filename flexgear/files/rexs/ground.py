@@ -105,53 +105,55 @@ class Ground:
         return components[0] if components else None
 
     def _crowning(self, flank: Component, kind: str) -> Entry | None:
-        one = self._one(flank, kind)
-        if one is None:
+        component = self._one(flank, kind)
+        if component is None:
             return None
         key, ends = CROWNINGS[kind]
-        amounts = [d for d in (number([one], end, "mm") for end in ends) if d is not None]
+        amounts = [d for d in (number([component], end, "mm") for end in ends) if d is not None]
         mean = sum(d.value for d in amounts) / max(len(amounts), 1)
-        if not self._usable(one, mean):
+        if not self._usable(component, mean):
             return None
         if max(abs(d.value - mean) for d in amounts) > 1e-6 * abs(mean):
-            self.warn(f"{one.label} differs between its ends; the mean here")
-        return self._entry(one, kind, "", [Row(key, 1e3 * mean, amounts[0].source)])
+            self.warn(f"{component.label} differs between its ends; the mean here")
+        return self._entry(component, kind, "", [Row(key, 1e3 * mean, amounts[0].source)])
 
     def _slope(self, flank: Component, kind: str, datum: int) -> Entry | None:
-        one = self._one(flank, kind)
-        amount = None if one is None else number([one], kind, "mm")
-        if one is None or not self._usable(one, None if amount is None else amount.value):
+        component = self._one(flank, kind)
+        amount = None if component is None else number([component], kind, "mm")
+        if component is None or not self._usable(
+            component, None if amount is None else amount.value
+        ):
             return None
         assert amount is not None
         key, by_face = SLOPES[kind]
         value, turn = 1e3 * amount.value, -datum if by_face else 1
         why = amount.source + ("; its datum face is at the +z end" if turn < 0 else "")
-        return self._entry(one, kind, "", [Row(key, turn * value, why)], by_face)
+        return self._entry(component, kind, "", [Row(key, turn * value, why)], by_face)
 
-    def _usable(self, one: Component, amount: float | None) -> bool:
+    def _usable(self, component: Component, amount: float | None) -> bool:
         """Whether there is an amount; none at all is no modification."""
         if amount is not None and 0 < abs(amount) <= LARGEST:
             return True
-        self.warn(f"{one.label} has no amount that can be used")
+        self.warn(f"{component.label} has no amount that can be used")
         return False
 
     def _relief(self, flank: Component, kind: str) -> Entry | None:
-        one = self._one(flank, kind)
-        if one is None:
+        component = self._one(flank, kind)
+        if component is None:
             return None
-        amount, begin = number([one], f"{kind}_depth", "mm"), self._begin(one, kind)
+        amount, begin = number([component], f"{kind}_depth", "mm"), self._begin(component, kind)
         if amount is None or begin is None or not 0 < amount.value <= LARGEST:
-            self.warn(f"{one.label} has no depth and length that can be used")
+            self.warn(f"{component.label} has no depth and length that can be used")
             return None
         depth = Row("amount_um", 1e3 * amount.value, amount.source)
-        return self._entry(one, kind, kind, [depth, begin, _form(one)])
+        return self._entry(component, kind, kind, [depth, begin, _form(component)])
 
-    def _begin(self, one: Component, kind: str) -> Row | None:
+    def _begin(self, component: Component, kind: str) -> Row | None:
         """Where a relief begins: its length on the path of contact, or its circle."""
-        length = number([one], f"{kind}_datum_length", "mm")
+        length = number([component], f"{kind}_datum_length", "mm")
         if length is not None:
             return Row("length_mm", length.value, length.source) if length.value > 0 else None
-        start = number([one], f"{kind}_datum_diameter", "mm")
+        start = number([component], f"{kind}_datum_diameter", "mm")
         if start is None or start.value <= self.base:
             return None
         if kind == "root_relief":
@@ -166,43 +168,43 @@ class Ground:
         """Of one end, or of both where they are alike: a case has one for a flank."""
         ends: dict[int, Entry] = {}
         ones = [self._one(flank, f"{END_RELIEF}_{face}") for face in FACES]
-        for one, face, side in zip(ones, FACES, (datum, -datum), strict=True):
-            rows = None if one is None else _end(one, face)
-            if one is not None and rows is None:
-                self.warn(f"{one.label} has no depth and length that can be used")
+        for component, face, side in zip(ones, FACES, (datum, -datum), strict=True):
+            rows = None if component is None else _end(component, face)
+            if component is not None and rows is None:
+                self.warn(f"{component.label} has no depth and length that can be used")
             elif rows is not None:
                 ends[side] = Entry(END_RELIEF, rows, by_face=True)
         if not ends:
             return None
         first, *others = ends.values()
-        there = [one for one in ones if one is not None]
+        there = [component for component in ones if component is not None]
         if others and not first.says(others[0]):
-            labels = " and ".join(one.label for one in there)
+            labels = " and ".join(component.label for component in there)
             self.warn(f"{labels} differ and are left out: a flank of a case has one end relief")
             return None
         end = "both" if others else "+z" if 1 in ends else "-z"
-        for one in there:
-            one.role = "end relief"
-        rows = (*first.rows, Row("end", end, "; ".join(one.label for one in there)))
+        for component in there:
+            component.role = "end relief"
+        rows = (*first.rows, Row("end", end, "; ".join(component.label for component in there)))
         return Entry(END_RELIEF, rows, by_face=not others)
 
     def _entry(
-        self, one: Component, kind: str, name: str, rows: list[Row], by_face: bool = False
+        self, component: Component, kind: str, name: str, rows: list[Row], by_face: bool = False
     ) -> Entry:
-        one.role = kind.replace("_", " ")
-        for attribute in one.attributes.values():
+        component.role = kind.replace("_", " ")
+        for attribute in component.attributes.values():
             attribute.used |= attribute.value in AS_HERE.get(attribute.id, ())
         return Entry(name, tuple(rows), by_face)
 
 
-def _end(one: Component, face: str) -> tuple[Row, ...] | None:
+def _end(component: Component, face: str) -> tuple[Row, ...] | None:
     """Depth, length and form of an end relief."""
-    depth = number([one], f"end_relief_depth_{face}", "mm")
-    length = number([one], f"end_relief_length_{face}", "mm")
+    depth = number([component], f"end_relief_depth_{face}", "mm")
+    length = number([component], f"end_relief_length_{face}", "mm")
     if depth is None or length is None or not (0 < depth.value <= LARGEST and length.value > 0):
         return None
     amount = Row("amount_um", 1e3 * depth.value, depth.source)
-    return amount, Row("length_mm", length.value, length.source), _form(one)
+    return amount, Row("length_mm", length.value, length.source), _form(component)
 
 
 def _same(a: Value, b: Value) -> bool:
@@ -211,9 +213,9 @@ def _same(a: Value, b: Value) -> bool:
     return a == b
 
 
-def _form(one: Component) -> Row:
-    shape = text([one], "shape_of_relief")
+def _form(component: Component) -> Row:
+    shape = text([component], "shape_of_relief")
     if shape in FORMS:
-        return Row("form", shape, f"{one.label}, shape_of_relief")
+        return Row("form", shape, f"{component.label}, shape_of_relief")
     form = "linear" if shape is None else "parabolic"
     return Row("form", form, f"the file says {shape or 'nothing'}", assumed=True)

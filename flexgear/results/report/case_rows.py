@@ -33,7 +33,7 @@ def case_tables(case: Case) -> list[Table]:
         if isinstance(value, BaseModel):
             tables.append(Table("case", words(name), list(_rows(value))))
         elif name != "stages" and isinstance(value, tuple) and value and _is_model(value[0]):
-            rows = [row for k, one in enumerate(value) for row in _rows(one, f"{k + 1} · ")]
+            rows = [row for k, item in enumerate(value) for row in _rows(item, f"{k + 1} · ")]
             tables.append(Table("case", words(name), rows))
     return [table for table in tables if table.rows]
 
@@ -50,8 +50,8 @@ def _rows(section: BaseModel, before: str = "") -> Iterator[Row]:
         if isinstance(value, BaseModel):
             yield from _rows(value, f"{label} · ")
         elif isinstance(value, tuple) and value and _is_model(value[0]):
-            for k, one in enumerate(value):
-                yield from _rows(one, f"{label} {k + 1} · ")
+            for k, item in enumerate(value):
+                yield from _rows(item, f"{label} {k + 1} · ")
         elif value is not None and value != ():
             unit = next((UNITS.get(m.dimension, "") for m in _marks(field)), "")
             yield Row(label, _text(value, unit))

@@ -42,11 +42,11 @@ def face_tables(summary: Mapping[str, Any]) -> Iterator[Table]:
     of its planets the largest. Of runs of earlier versions what they hold of it."""
     for variant, flanks in summary.get("face_load", {}).items():
         groups: dict[str, list[Mapping[str, Any]]] = {}
-        for flank, one in flanks.items():
-            groups.setdefault(words(FlankName.parse(flank).group), []).append(one)
+        for flank, values in flanks.items():
+            groups.setdefault(words(FlankName.parse(flank).group), []).append(values)
         rows = [row for name, every in groups.items() for row in _rows(name, every, OF_FLANK)]
         yield Table("face", f"{variant}, equilibria, largest of the planets", rows)
-        split = {n: one for n, one in flanks.items() if "misalignment_by_cause_um" in one}
+        split = {n: values for n, values in flanks.items() if "misalignment_by_cause_um" in values}
         causes = [
             Row(f"{words(group)}, {cause}", 1e-6 * size, "m")
             for group, shares in misalignment_of_groups(split).items()
@@ -73,20 +73,20 @@ def _rows(
     figures: Mapping[str, tuple[str, str, float]],
 ) -> Iterator[Row]:
     for key, (label, unit, by) in figures.items():
-        values = [one[key] for one in every if key in one]
+        values = [flank_figures[key] for flank_figures in every if key in flank_figures]
         if values:
             yield Row(f"{name}, {label}", by * max(values, key=abs), unit)
 
 
 def _of_cycles(name: str, every: Sequence[Mapping[str, Any]]) -> Iterator[Row]:
     """What ``solve.gear_mesh_cycles`` found; nothing of flanks that do not carry throughout."""
-    stiffness = [one[STIFFNESS] for one in every if STIFFNESS in one]
+    stiffness = [flank_figures[STIFFNESS] for flank_figures in every if STIFFNESS in flank_figures]
     for key, pick in (("min", min), ("mean", max), ("max", max)):
         if stiffness:
-            size = pick(one[key] for one in stiffness)
+            size = pick(flank_figures[key] for flank_figures in stiffness)
             yield Row(f"{name}, stiffness of the gear mesh, {key}", 1e6 * size, "N/m")
     yield from _rows(name, every, OF_CYCLES)
     for key, label in ORDERS.items():
-        amplitudes = zip(*(one[key][:SHOWN] for one in every if key in one), strict=True)
+        amplitudes = zip(*(flank_figures[key][:SHOWN] for flank_figures in every if key in flank_figures), strict=True)
         for order, sizes in enumerate(amplitudes, 1):
             yield Row(f"{name}, {label}, order {order}", 1e-6 * max(sizes), "m")

@@ -60,13 +60,13 @@ def sharings(load_sharing: Mapping[str, Any]) -> Iterator[Sharing]:
     stages: dict[str, tuple[list[float], list[float], float | None]] = {}
     halves: dict[str, dict[str, float]] = {}
     for groups, column in ((groups_of(in_time), 1), *((groups_of(g), 0) for g in static.values())):
-        for label, one in groups.items():
+        for label, group_figures in groups.items():
             group = GroupName.parse(label)
-            stage = stages.setdefault(group.stage, ([], [], one["iec_61400_4"]))
-            if one["instantaneous"] is not None:
-                stage[column].append(one["instantaneous"])  # type: ignore[union-attr]
+            stage = stages.setdefault(group.stage, ([], [], group_figures["iec_61400_4"]))
+            if group_figures["instantaneous"] is not None:
+                stage[column].append(group_figures["instantaneous"])  # type: ignore[union-attr]
                 of_sides = halves.setdefault(group.stage, {})
-                of_sides[group.side] = max(of_sides.get(group.side, 0.0), one["instantaneous"])
+                of_sides[group.side] = max(of_sides.get(group.side, 0.0), group_figures["instantaneous"])
     for name, (equilibria, times, assumed) in stages.items():
         if equilibria or times:
             static, dynamic = (max(factors, default=None) for factors in (equilibria, times))
@@ -86,4 +86,4 @@ def own_variant(by_variant: Mapping[str, Any]) -> Any:
 
 def groups_of(figures: Mapping[str, Any]) -> dict[str, Mapping[str, Any]]:
     """Figures of load sharing by group of gear meshes."""
-    return {name: one for name, one in figures.items() if isinstance(one, Mapping)}
+    return {name: group for name, group in figures.items() if isinstance(group, Mapping)}

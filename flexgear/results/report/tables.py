@@ -74,28 +74,28 @@ def _power(summary: Summary) -> Iterator[Table]:
             Row("circulating power", flow.get("circulating_power_w"), "W"),
         ],
     )
-    for name, one in flow["members"].items():
+    for name, member in flow["members"].items():
         rows = [
-            Row("speed", one["speed_rpm"], "r/min"),
-            Row("torque on its stage", one["torque_on_stage_nm"], "N m"),
-            Row("power into its stage", one["power_into_stage_w"], "W"),
+            Row("speed", member["speed_rpm"], "r/min"),
+            Row("torque on its stage", member["torque_on_stage_nm"], "N m"),
+            Row("power into its stage", member["power_into_stage_w"], "W"),
         ]
         yield Table("power", words(name), rows)
 
 
 def _forces(summary: Summary) -> Iterator[Table]:
-    for name, one in summary["stages"].items():
+    for name, stage_figures in summary["stages"].items():
         rows = [
-            Row("gear-mesh frequency", one["gear_mesh_frequency_hz"], "Hz"),
-            Row("rolling power, from sun to ring as the carrier sees it", one.get("rolling_power_w"), "W"),
-            Row("normal force of one gear mesh, sun", one["sun_gear_mesh_force_n"], "N"),
+            Row("gear-mesh frequency", stage_figures["gear_mesh_frequency_hz"], "Hz"),
+            Row("rolling power, from sun to ring as the carrier sees it", stage_figures.get("rolling_power_w"), "W"),
+            Row("normal force of one gear mesh, sun", stage_figures["sun_gear_mesh_force_n"], "N"),
         ]
-        if "ring_gear_mesh_force_n" in one:
-            rows.append(Row("normal force of one gear mesh, ring", one["ring_gear_mesh_force_n"], "N"))
+        if "ring_gear_mesh_force_n" in stage_figures:
+            rows.append(Row("normal force of one gear mesh, ring", stage_figures["ring_gear_mesh_force_n"], "N"))
         yield Table(MESH, _of(name, "from the power flow"), rows)
         rows = [
             Row(f"{gear}, {_ROOT[key]}", 1e6 * stress, "Pa")
-            for gear, figures in one.get("root_stress_mpa", {}).items()
+            for gear, figures in stage_figures.get("root_stress_mpa", {}).items()
             for key, stress in figures.items()
         ]
         yield Table("face", _of(name, "root stress by finite elements"), rows)
@@ -106,10 +106,10 @@ def _forces(summary: Summary) -> Iterator[Table]:
 
 def _ranges(section: str, title: str, forces: Mapping[str, Any]) -> Iterator[Table]:
     rows = []
-    for group, one in forces.items():
+    for group, force in forces.items():
         for key, what in (("min_n", "least"), ("mean_n", "mean"), ("max_n", "largest")):
-            if key in one:
-                rows.append(Row(f"{words(group)}, {what}", one[key], "N"))
+            if key in force:
+                rows.append(Row(f"{words(group)}, {what}", force[key], "N"))
     yield Table(section, title, rows)
 
 
@@ -124,31 +124,31 @@ def _sharing(summary: Summary) -> Iterator[Table]:
 
 
 def _coefficients(figures: Mapping[str, Any]) -> Iterator[Row]:
-    for group, one in groups_of(figures).items():
+    for group, group_figures in groups_of(figures).items():
         name = words(group)
-        yield Row(f"{name}, K at the worst instant", one["instantaneous"], FACTOR)
-        yield Row(f"{name}, mean-based factor (largest loads of gear-mesh cycles)", one.get("mean-based"), FACTOR)
-        yield Row(f"{name}, cycle-based factor (the same, lightly loaded planets too)", one.get("cycle-based"), FACTOR)
-        yield Row(f"{name}, assumed by IEC 61400-4", one["iec_61400_4"], FACTOR)
+        yield Row(f"{name}, K at the worst instant", group_figures["instantaneous"], FACTOR)
+        yield Row(f"{name}, mean-based factor (largest loads of gear-mesh cycles)", group_figures.get("mean-based"), FACTOR)
+        yield Row(f"{name}, cycle-based factor (the same, lightly loaded planets too)", group_figures.get("cycle-based"), FACTOR)
+        yield Row(f"{name}, assumed by IEC 61400-4", group_figures["iec_61400_4"], FACTOR)
 
 
 def _bearings(case: Case, flow: PowerFlow, summary: Summary) -> Iterator[Table]:
     for stage_flow in flow.stages:
-        one = summary["stages"].get(stage_flow.name, {})
-        if stage_flow.kind != "planetary" or "planet_bearing_force_n" not in one:
+        stage_figures = summary["stages"].get(stage_flow.name, {})
+        if stage_flow.kind != "planetary" or "planet_bearing_force_n" not in stage_figures:
             continue
         rows = [
-            Row("load of a planet's bearings", one["planet_bearing_force_n"], "N"),
+            Row("load of a planet's bearings", stage_figures["planet_bearing_force_n"], "N"),
             Row("of it tangential, against the rotation", stage_flow.planet_bearing_tangential, "N"),
             Row("of it radial, outward", _beside(stage_flow.planet_bearing_radial, stage_flow), "N"),
-            Row("speed of a planet relative to the carrier", one["planet_speed_in_carrier_rpm"], "r/min"),
+            Row("speed of a planet relative to the carrier", stage_figures["planet_speed_in_carrier_rpm"], "r/min"),
             Row("bearings side by side", case.stage(stage_flow.name).planet_bearing.count),
-            Row("basic rating life (ISO 281), nominal", _nominal_life(one), "h"),
+            Row("basic rating life (ISO 281), nominal", _nominal_life(stage_figures), "h"),
         ]
         yield Table("bearings", _of(stage_flow.name, "planet bearings"), rows)
-        yield from _seats(stage_flow.name, one)
+        yield from _seats(stage_flow.name, stage_figures)
         over = summary.get("equilibrium_window", "the positions of equilibria")
-        lives = one.get("bearing_life_h", {}).items()
+        lives = stage_figures.get("bearing_life_h", {}).items()
         title = f"basic rating life (ISO 281), load of the same damage over {over}"
         yield Table("bearings", _of(stage_flow.name, title), [Row(words(n), life, "h") for n, life in lives])
 
@@ -175,16 +175,16 @@ def _deflections(summary: Summary) -> Iterator[Table]:
     rows = [Row(words(name), 1e-6 * value, "m") for name, value in far.items()]
     window = window_words(summary["transient"])
     yield Table("deflections", f"largest displacement from the axis, {window}", rows)
-    for stage, one in summary.get("steady", {}).items():
+    for stage, stage_figures in summary.get("steady", {}).items():
         at = of_stage(stage)
-        peaks = one["tooth_displacement_peak_um"]
+        peaks = stage_figures["tooth_displacement_peak_um"]
         rows = [Row(f"along {axis}", 1e-6 * value, "m") for axis, value in peaks.items()]
-        yield Table("deflections", f"ring tooth node 1{at}, largest {window_words(one)}", rows)
-        rim = one.get("rim_stress_mpa", {})
+        yield Table("deflections", f"ring tooth node 1{at}, largest {window_words(stage_figures)}", rows)
+        rim = stage_figures.get("rim_stress_mpa", {})
         rows = [Row(_RIM[key], 1e6 * value, "Pa") for key, value in rim.items()]
         title = f"stress along the circumference outside on the ring{at}, equilibria at mid-face"
         yield Table("deflections", title, rows)
-        orders = enumerate(one["radial_harmonics_um"])
+        orders = enumerate(stage_figures["radial_harmonics_um"])
         rows = [Row(f"order {order}", 1e-6 * value, "m") for order, value in orders]
         largest = sorted(rows, key=lambda row: -float(row.value or 0))[:6]
         title = f"radial shape of the ring{at}, largest orders round the circle"
@@ -193,20 +193,20 @@ def _deflections(summary: Summary) -> Iterator[Table]:
 
 def _drops(summary: Summary) -> Iterator[Table]:
     for depth, variants in summary["torque_steps"].items():
-        for variant, one in variants.items():
+        for variant, drop in variants.items():
             rows = [
                 Row(f"slowest speed, {words(member)}", speed, "r/min")
-                for member, speed in one["speed_rpm_min"].items()
+                for member, speed in drop["speed_rpm_min"].items()
             ]
-            if "tooth_load_n_min" in one:
-                rows.append(Row("lowest load of a tooth pair", one["tooth_load_n_min"], "N"))
+            if "tooth_load_n_min" in drop:
+                rows.append(Row("lowest load of a tooth pair", drop["tooth_load_n_min"], "N"))
             rows += [
                 Row(f"largest load sharing factor, {words(group)}", value)
-                for group, value in one["load_sharing"].items()
+                for group, value in drop["load_sharing"].items()
             ]
             rows += [
                 Row(f"largest force, {words(group)}", force["max_n"], "N")
-                for group, force in one["gear_mesh_force"].items()
+                for group, force in drop["gear_mesh_force"].items()
             ]
             title = f"torque drop to {with_unit(float(depth), 'N m')}, {variant}"
             yield Table("dynamics", title, rows)
@@ -214,10 +214,10 @@ def _drops(summary: Summary) -> Iterator[Table]:
 
 def _modes(summary: Summary) -> Iterator[Table]:
     rows, count = [], 0
-    for one in summary["modes"]["lowest"]:
-        times = one["multiplicity"]
-        kind = one["type"] + (f", {times} alike" if times > 1 else "")
-        rows.append(Row(f"mode {count + 1}: {kind}", one["frequency_hz"], "Hz"))
+    for mode in summary["modes"]["lowest"]:
+        times = mode["multiplicity"]
+        kind = mode["type"] + (f", {times} alike" if times > 1 else "")
+        rows.append(Row(f"mode {count + 1}: {kind}", mode["frequency_hz"], "Hz"))
         count += times
     yield Table("modes", "lowest modes at rest or rated speed", rows)
     kinds = summary["modes"]["types"].items()
@@ -276,15 +276,15 @@ def _accuracy(summary: Summary) -> Iterator[Table]:
             _share("harmonic against transient", summary["harmonic"].get("largest_difference")),
         ],
     )  # fmt: skip
-    for name, one in summary.get("reduction", {}).items():
+    for name, reduction in summary.get("reduction", {}).items():
         rows = [
             Row("degrees of freedom of the FE mesh", summary["fe"][name]["dofs"]),
-            Row("degrees of freedom of its interface", one.get("interface_dofs")),
-            Row("fixed-interface modes", one.get("fixed_interface_modes")),
-            Row("static error", one.get("static_error"), "share"),
-            *rim_rows(one),
-            Row("frequency error", one.get("frequency_error"), "share"),
-            Row("frequencies looked at, up to", one.get("frequency_limit_hz"), "Hz"),
+            Row("degrees of freedom of its interface", reduction.get("interface_dofs")),
+            Row("fixed-interface modes", reduction.get("fixed_interface_modes")),
+            Row("static error", reduction.get("static_error"), "share"),
+            *rim_rows(reduction),
+            Row("frequency error", reduction.get("frequency_error"), "share"),
+            Row("frequencies looked at, up to", reduction.get("frequency_limit_hz"), "Hz"),
         ]
         yield Table("accuracy", f"reduction of {words(name)}", rows)
     side_by_side = {f"transient_{variant}" for variant in summary["load_sharing"]["transient"]}

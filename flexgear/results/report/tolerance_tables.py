@@ -36,10 +36,10 @@ def _spread(figures: Mapping[str, Any], unit: str, confidence: float) -> Iterato
     yield Row("errors as stated", figures["as_stated"], unit)
     yield Row("mean", (figures["mean"] or {}).get("value"), unit)
     yield Row("standard deviation", figures["standard_deviation"], unit)
-    for percent, one in figures["quantiles"].items():
-        yield Row(f"{percent} % of sets stay below", (one or {}).get("value"), unit)
-        if one is not None:
-            ends = " … ".join(with_unit(one[end]) for end in ("low", "high"))
+    for percent, quantile in figures["quantiles"].items():
+        yield Row(f"{percent} % of sets stay below", (quantile or {}).get("value"), unit)
+        if quantile is not None:
+            ends = " … ".join(with_unit(quantile[end]) for end in ("low", "high"))
             yield Row(f"{percent} % of sets, {100 * confidence:g} % interval", f"{ends} {unit}".rstrip())
     if figures.get("iec_61400_4") is not None:
         yield Row("assumed by IEC 61400-4", figures["iec_61400_4"])

@@ -110,6 +110,6 @@ def _severity(rows: list[Mapping[str, Any]]) -> Callable[[Mapping[str, Any]], fl
 
 def plain_warnings(case: Case, summary: Mapping[str, Any]) -> list[str]:
     """Warnings that no headline says."""
-    beside = {one["sentence"] for one in summary.get("neglected", ())}
+    beside = {effect["sentence"] for effect in summary.get("neglected", ())}
     beside |= {*large_motions(case, motions_of_summary(summary))}
     return [text for text in summary["warnings"] if text not in beside]

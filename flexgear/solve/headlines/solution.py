@@ -55,8 +55,8 @@ def _checks(summary: Summary) -> Iterator[Check]:
     if closure is not None:
         level: Level = "good" if closure <= CLOSED else "bad"
         yield Check(level, "Equilibria", "not closed", "forces balance", balance_sentence(closure))
-    for name, one in summary.get("reduction", {}).items():
-        error = one.get("static_error")
+    for name, reduction in summary.get("reduction", {}).items():
+        error = reduction.get("static_error")
         if error is not None:
             figure, promised = _percent(error), _percent(PROMISED)
             yield Check(
@@ -110,9 +110,9 @@ def _forces(summary: Summary) -> Iterator[Check]:
 def _speeds(summary: Summary) -> Iterator[Check]:
     """Of the pins against the ring; runs before 0.3 have it of rings that are stationary only."""
     nominal = summary.get("kinematics", {})
-    for stage, one in summary.get("steady", {}).items():
+    for stage, stage_figures in summary.get("steady", {}).items():
         rated = nominal[stage]
-        speed = one["carrier_speed_rpm_mean"]
+        speed = stage_figures["carrier_speed_rpm_mean"]
         expected = rated.get("pin_speed_rpm", rated["carrier_speed_rpm"])
         away = abs(speed - expected) / (abs(expected) or abs(rated["sun_speed_rpm"]))
         yield Check(

@@ -293,11 +293,11 @@ class _Basis:
         parts: dict[int, Array] = {}
 
         def part(at: slice) -> None:
-            side_by_side = np.hstack([one[at] for one in p])
+            side_by_side = np.hstack([block[at] for block in p])
             parts[at.start] = self._vectors[: self.filled, at] @ side_by_side
 
         shared(len(p[0]), part, _CHUNK)
-        total = np.zeros((self.filled, sum(one.shape[1] for one in p)))
+        total = np.zeros((self.filled, sum(block.shape[1] for block in p)))
         for start in sorted(parts):
             total += parts[start]
         return total
@@ -310,8 +310,8 @@ class _Basis:
         def part(at: slice) -> None:
             share = (rows @ self._vectors[: self.filled, at]).T
             begin = 0
-            for one in w:
-                one[at] -= share[:, begin : begin + one.shape[1]]
-                begin += one.shape[1]
+            for block in w:
+                block[at] -= share[:, begin : begin + block.shape[1]]
+                begin += block.shape[1]
 
         shared(len(w[0]), part, _CHUNK)

@@ -76,7 +76,7 @@ def ring_shapes(
     """Of a ring of so many teeth with averaging ties at their roots; line: of tooth 0."""
     asked = sorted({k * teeth // TEETH for k in range(TEETH)})
     shapes = [_of_tooth(model, condensation, line, (j, teeth), cut) for j in asked]
-    stacked = (np.stack(one) for one in zip(*shapes, strict=True))
+    stacked = (np.stack(arrays) for arrays in zip(*shapes, strict=True))
     return RingShapes(np.array(asked, dtype=float), np.array(float(teeth)), *stacked)
 
 
@@ -90,10 +90,10 @@ def rim_flexibility(
     for n, j in enumerate(shapes.teeth.astype(int)):
         here, at = _axes(j, teeth), slice(6 * j, 6 * j + 6)
         motion = held @ shapes.loads[n]  # of all nodes, by shapes of the tooth and of the next ones
-        one = shapes.loads[n, 0].T @ motion + shapes.fixed[n]
-        same[6:, 6:] += one[0] - shapes.piece[n, 6:, 6:]
+        displacement = shapes.loads[n, 0].T @ motion + shapes.fixed[n]
+        same[6:, 6:] += displacement[0] - shapes.piece[n, 6:, 6:]
         same[:6, 6:] += here.T @ motion[0, at] - shapes.piece[n, :6, 6:]
-        beside[:, 6:, 6:] += one[1:]
+        beside[:, 6:, 6:] += displacement[1:]
         beside[:, :6, 6:] += here.T @ motion[1:, at]
         for k in range(BEYOND):
             further = (j + 1 + k) % teeth
@@ -143,7 +143,7 @@ def _of_tooth(
         )
         rows.append(tie)
         lessened.append(_axes(i, teeth).T @ less)
-    loads = sp.hstack([one.T for one in rows]).toarray()
+    loads = sp.hstack([row.T for row in rows]).toarray()
     form = loads
     if isinstance(condensation, CyclicCondensation):
         form = condensation.field_of(loads)

@@ -58,6 +58,8 @@ def pair_roots(view: StageView, path: GearMeshPath, slices: Slices) -> list[Pair
     for flank in mating_flanks(path, slices):
         root = flank.of(root_of_case(view, flank.name))
         stress = root.per_force(flank.roll[some], slices.z[some], width[some])
-        one = PairRoots(flank.name, flank.sense, flank.step, slices.s[some], stress, root.flank.z)
-        roots.append(one)
+        pair_root = PairRoots(
+            flank.name, flank.sense, flank.step, slices.s[some], stress, root.flank.z
+        )
+        roots.append(pair_root)
     return roots

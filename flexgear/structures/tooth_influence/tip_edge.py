@@ -102,7 +102,9 @@ def at_tip(
     share = np.linspace(0.0, 1.0, PLACES) ** 2
     d = np.concatenate([-inside * share[:0:-1], abs(end.last - end.s) * share])
     rolls = edge.rolls(d)
-    body, mate = (one.contact_body(roll) for one, roll in zip(influences, rolls, strict=True))
+    body, mate = (
+        influence.contact_body(roll) for influence, roll in zip(influences, rolls, strict=True)
+    )
     gears = rolls if end.member == 0 else rolls[::-1]
     internal = edge.tooth.internal or edge.mate.internal
     radius = relative_radius(*gears, internal=internal) / cos_base_helix
