@@ -10,6 +10,7 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 import xarray as xr
+from numpy.typing import NDArray
 
 from flexgear.cli.display import Report, as_json_text, progress, shown
 from flexgear.cli.options import (
@@ -33,6 +34,8 @@ from flexgear.views import style
 from flexgear.views.sweep_charts import drawn_variables, keys_of, scale_of, sweep_chart
 
 MOST_COLUMNS = 8  # of a printed table
+MOST_ROWS = 24  # of a table on a terminal
+ROUNDING = 1e-9  # of its largest value, by which a measure that does not change may differ
 MOST_MESSAGES = 3  # of failed points that are printed
 KNOWN = ", ".join(m.name for m in MEASURES)
 Keys = Annotated[
@@ -177,8 +180,15 @@ def _tables(data: xr.Dataset) -> None:
         field = data[name]
         factor, unit = scale_of(field)
         for title, part in _parts(field):
-            typer.echo(f"\n{', '.join(filter(None, (name.replace('_', ' '), title)))} ({unit})")
-            _table(part, factor)
+            heading = f"{', '.join(filter(None, (name.replace('_', ' '), title)))} ({unit})"
+            columns, values = _columns(part, factor)
+            if len(values) > 1 and _is_constant(values):
+                same = zip(columns, values[0], strict=True)
+                shown_values = ", ".join(f"{column} {value:.6g}" for column, value in same)
+                typer.echo(f"\n{heading}: the same at every point, {shown_values}")
+            else:
+                typer.echo(f"\n{heading}")
+                _table(part, columns, values)
 
 
 def _parts(field: xr.DataArray) -> Iterator[tuple[str, xr.DataArray]]:
@@ -189,17 +199,30 @@ def _parts(field: xr.DataArray) -> Iterator[tuple[str, xr.DataArray]]:
         yield ", ".join(str(part[d].item()) for d in inner), part
 
 
-def _table(part: xr.DataArray, factor: float) -> None:
+def _columns(part: xr.DataArray, factor: float) -> tuple[list[str], NDArray[np.float64]]:
+    """Titles (c,) of the columns of a part, and its values (points, c) times ``factor``."""
     keys = keys_of(part)
     inner = [d for d in part.dims if d not in keys]
     labels = part[inner[0]].to_numpy().tolist() if inner else ["value"]
     columns = [f"{inner[0]} {t}" if isinstance(t, int) else str(t) for t in labels]
-    values = part.transpose(*keys, *inner).to_numpy().reshape(-1, len(columns)) * factor
-    points = np.ndindex(*(part.sizes[k] for k in keys))
+    return columns, part.transpose(*keys, *inner).to_numpy().reshape(-1, len(columns)) * factor
+
+
+def _is_constant(values: NDArray[np.float64]) -> bool:
+    """Whether no column of values (points, c) changes by more than rounding from point to point."""
+    spread = np.ptp(values, axis=0)
+    return bool(np.all(spread <= ROUNDING * np.abs(values).max(axis=0)))
+
+
+def _table(part: xr.DataArray, columns: list[str], values: NDArray[np.float64]) -> None:
+    """A line for each point; of many points so many lines, evenly spaced, with both ends."""
+    keys = keys_of(part)
+    points = list(np.ndindex(*(part.sizes[k] for k in keys)))
+    lines = np.unique(np.linspace(0, len(points) - 1, min(len(points), MOST_ROWS)).astype(int))
     rows = [
-        [*(shown(part[k][i].item()) for k, i in zip(keys, at, strict=True)),
-         *(f"{v:.6g}" if math.isfinite(v) else "–" for v in line[:MOST_COLUMNS])]
-        for at, line in zip(points, values, strict=True)
+        [*(shown(part[k][i].item()) for k, i in zip(keys, points[p], strict=True)),
+         *(f"{v:.6g}" if math.isfinite(v) else "–" for v in values[p, :MOST_COLUMNS])]
+        for p in lines
     ]  # fmt: skip
     head = [*(_headed(part[k]) for k in keys), *columns[:MOST_COLUMNS]]
     widths = [max(len(row[c]) for row in [head, *rows]) for c in range(len(head))]
@@ -207,6 +230,8 @@ def _table(part: xr.DataArray, factor: float) -> None:
     for row in [head, *rows]:
         line = "  ".join(f"{text:>{w}}" for text, w in zip(row, widths, strict=True))
         typer.echo(f"  {line}" + (f"  … {more} more" if more > 0 and row is head else ""))
+    if len(lines) < len(points):
+        typer.echo(f"  {len(lines)} of {len(points)} points; the dataset has all")
 
 
 def _headed(ticks: xr.DataArray) -> str:

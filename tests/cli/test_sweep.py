@@ -44,6 +44,23 @@ def test_one_key_table_dataset_and_pictures(flexgear, tmp_path):
     assert data[KEY].attrs["units"] == "N/m"
 
 
+def test_long_tables_are_thinned_and_what_does_not_change_is_one_line(flexgear, tmp_path):
+    command = ("sweep", "lin-parker", f"{KEY}=1e7:1e9:60:log", "--no-pictures", "-q")
+    code, text, _ = flexgear(*command, "--measure", "load_sharing", "--out", tmp_path / "even")
+    assert code == 0
+    sharing = [line for line in text.splitlines() if line.startswith("load sharing")]
+    assert sharing and all(
+        line.endswith("the same at every point, stage ring 1, stage sun 1") for line in sharing
+    )
+    code, text, _ = flexgear(*command, "--measure", "frequencies", "--out", tmp_path / "f")
+    rows = [line.split() for line in text.splitlines() if line.startswith("   ")]
+    ticks = [float(row[0]) for row in rows if row[0][0].isdigit()]
+    assert code == 0 and 10 < len(ticks) < 60
+    assert (ticks[0], ticks[-1]) == (1e7, 1e9) and ticks == sorted(ticks)
+    assert f"{len(ticks)} of 60 points; the dataset has all" in text
+    assert load(tmp_path / "f" / "sweep.nc").sizes[KEY] == 60
+
+
 def test_two_keys_to_a_file(flexgear, tmp_path):
     out = tmp_path / "a.nc"
     code, text, err = flexgear(
