@@ -150,6 +150,24 @@ def test_the_largest_force_is_that_of_all_transients():
     assert found(torque_steps=drops)["Load sharing"].level == "watch"
 
 
+def test_spur_teeth_without_relief_are_named_beside_the_peak():
+    def sentence(*relieved: str, **options: Any) -> str:
+        relief = {"amount": 2e-5, "length": 2e-3}
+        changes = {f"stages.stage.{part}.modifications.tip_relief": relief for part in relieved}
+        changes |= {f"stages.stage.{k.replace('__', '.')}": v for k, v in options.items()}
+        case = CASE.with_(**changes)
+        lines = verdicts(case, power_flow(case), copy.deepcopy(SUMMARY))
+        return next(v.sentence for v in lines if v.subject == "Largest gear-mesh force")
+
+    spur = {"helix_angle": 0.0}
+    assert "(planet, sun, ring) take up load at once" in sentence(**spur)
+    assert "(planet, ring) take up load at once" in sentence("sun", **spur)
+    assert 'stage.gear_mesh.model = "face_load"' in sentence(**spur)
+    assert "at once" not in sentence("sun", "planet", "ring", **spur)
+    assert "at once" not in sentence()  # helical
+    assert "at once" not in sentence(**spur, gear_mesh__model="face_load")
+
+
 def test_a_force_that_passes_zero_is_said():
     parts = {"stage ring": {"min_n": -1e3, "mean_n": 788e3, "max_n": 8e5}}
     said = found(transient={**SUMMARY["transient"], "gear_mesh_force": parts})

@@ -6,6 +6,11 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from flexgear.model.modifications import (
+    FlankModifications,
+    GearModifications,
+    PlanetModifications,
+)
 from flexgear.model.names import GroupName
 from flexgear.results.report.sharing import Sharing, groups_of, own_variant, sharings
 from flexgear.results.report.wording import factor, number, window_words, with_unit, words
@@ -73,8 +78,35 @@ def _largest_force(findings: Findings) -> Iterator[Answer]:
             sentence += (
                 " The force of a gear mesh passes zero: flanks part, or the other ones carry."
             )
+        sentence += _sudden_contact(findings, stage)
         shown = f"{factor(peak.ratio)} × nominal"
         yield Answer(level, stage, peak.ratio, shown, sentence, covered, peak.window)
+
+
+def _sudden_contact(findings: Findings, stage: str) -> str:
+    """Sentence for spur pairs without tip relief, which take up their stiffness within a step."""
+    view = findings.case.view(stage)
+    if view.gear_mesh.model != "per_pair" or view.stage.helix_angle != 0.0:
+        return ""
+    roles = ("planet", "sun") if view.stage.kind == "parallel" else ("planet", "sun", "ring")
+    parts = [view.part(role) for role in roles if getattr(view.stage, view.part(role), None)]
+    bare = [p for p in parts if not _is_relieved(getattr(view.stage, p).modifications)]
+    if not bare:
+        return ""
+    return (
+        f" Spur teeth without tip relief ({', '.join(bare)}) take up load at once in this model, "
+        "which raises the peak: give tip_relief, or compare with "
+        f'{view.key("gear_mesh.model")} = "face_load".'
+    )
+
+
+def _is_relieved(modifications: GearModifications | PlanetModifications) -> bool:
+    """Whether tips of a gear are relieved on any flank, by key or by table."""
+    flanks = [
+        modifications,
+        *(f for f in vars(modifications).values() if isinstance(f, FlankModifications)),
+    ]
+    return any(f.tip_relief is not None or f.table is not None for f in flanks)
 
 
 def _load_sharing(findings: Findings) -> Iterator[Answer]:
