@@ -137,15 +137,15 @@ def _largest_circle(body: Body) -> IntArray | None:
         kinds.setdefault((node.kind, node.side), []).append(i)
     best: IntArray | None = None
     size = float(np.abs(body.positions).max(initial=0.0))
-    for names in kinds.values():
-        place = body.positions[names]
+    for nodes in kinds.values():
+        place = body.positions[nodes]
         radius = np.hypot(place[:, 0], place[:, 1])
-        if len(names) < 2 or radius.min() <= ON_AXIS * size:
+        if len(nodes) < 2 or radius.min() <= ON_AXIS * size:
             continue
         angle = np.mod(np.arctan2(place[:, 1], place[:, 0]), 2 * np.pi)
         order = np.argsort(angle)
-        if evenly_placed(angle) and (best is None or len(names) > len(best)):
-            best = np.asarray(names, dtype=np.int64)[order]
+        if evenly_placed(angle) and (best is None or len(nodes) > len(best)):
+            best = np.asarray(nodes, dtype=np.int64)[order]
     return best
 
 

@@ -289,16 +289,16 @@ class _Run:
             yield end - begin
 
     def _prescribed_at(self, start: float, beside: float) -> Array:
-        """What is prescribed to machines and loads (P + L,) in a step of no duration at ``start``,
-        after a jump there: rates in the place of given speeds."""
+        """Values (P + L,) of machines and loads for the step of no duration at ``start``, after a
+        jump there; of given speeds their rates of change."""
         at, rates = np.array([start + beside]), self._rates(start + beside)
         prescribed: Array = prescribed_values(self.modal, self.drive, at)[0] - beside * rates
         prescribed[self.held] = rates[self.held]
         return np.r_[prescribed, self._loads(np.array([start]))[0]]
 
     def _prescribed_until(self, times: Array, beside: float) -> Array:
-        """What is prescribed to machines and loads (k, P + L) at the end of steps; at the last one
-        that before a jump, read ``beside`` s before it."""
+        """Values (k, P + L) of machines and loads at the ends of steps; the last one is read
+        ``beside`` s earlier, before a jump there."""
         before = times.copy()
         before[-1] -= beside
         prescribed = prescribed_values(self.modal, self.drive, before)

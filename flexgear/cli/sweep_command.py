@@ -183,16 +183,17 @@ def _tables(data: xr.Dataset) -> None:
             heading = f"{', '.join(filter(None, (name.replace('_', ' '), title)))} ({unit})"
             columns, values = _columns(part, factor)
             if len(values) > 1 and _is_constant(values):
-                same = zip(columns, values[0], strict=True)
-                shown_values = ", ".join(f"{column} {value:.6g}" for column, value in same)
-                typer.echo(f"\n{heading}: the same at every point, {shown_values}")
+                pairs = [f"{c} {v:.6g}" for c, v in zip(columns, values[0], strict=True)]
+                more = len(pairs) - MOST_COLUMNS
+                texts = ", ".join(pairs[:MOST_COLUMNS]) + (f" … {more} more" if more > 0 else "")
+                typer.echo(f"\n{heading}: the same at every point, {texts}")
             else:
                 typer.echo(f"\n{heading}")
                 _table(part, columns, values)
 
 
 def _parts(field: xr.DataArray) -> Iterator[tuple[str, xr.DataArray]]:
-    """Parts of a field with at most one dimension beside the swept keys, and their titles."""
+    """Split a field into titled tables with at most one dimension besides the swept keys."""
     inner = [d for d in field.dims if d not in keys_of(field)][:-1]
     for at in np.ndindex(*(field.sizes[d] for d in inner)):
         part = field.isel(dict(zip(inner, at, strict=True)))
@@ -209,7 +210,7 @@ def _columns(part: xr.DataArray, factor: float) -> tuple[list[str], NDArray[np.f
 
 
 def _is_constant(values: NDArray[np.float64]) -> bool:
-    """Whether no column of values (points, c) changes by more than rounding from point to point."""
+    """Whether values (points, c) are the same at all points, to rounding."""
     spread = np.ptp(values, axis=0)
     return bool(np.all(spread <= ROUNDING * np.abs(values).max(axis=0)))
 

@@ -115,8 +115,8 @@ def case_pace(case: Case) -> Pace:
     sets: list[GearMeshSet] = []
     for number, stage in enumerate(case.stages):
         blocks = blocks_anywhere(case, number)
-        flow_of_stage, frame = flow.stage(stage.name), StageFrame(0, -1)
-        sets += stage_sets(case, number, flow_of_stage, frame, blocks, bending=False)
+        stage_flow, frame = flow.stage(stage.name), StageFrame(0, -1)
+        sets += stage_sets(case, number, stage_flow, frame, blocks, bending=False)
     highest = max(stage.gear_mesh_frequency for stage in flow.stages)
     return _pace(highest, sets, case.solver, series_of(case))
 

@@ -78,12 +78,12 @@ def stage_sets(
             assert path.slices is not None
             force = flow.gear_mesh_forces[kind.gear]
             load = line_load(view, stage_geometry(view), kind.gear, force)
-            sets = pair_bending(view, path, path.slices, force)
+            compliance = pair_bending(view, path, path.slices, force)
             if rim is not None and kind.internal:
-                sets = sets.with_rim(*rim_bending(rim, path, path.slices))
+                compliance = compliance.with_rim(*rim_bending(rim, path, path.slices))
             nominal = Nominal(load / path.cos_base_helix, path.base_pitch)
-            contact = (sets.scale, sets.limit)
-            lines = bent(path.slices, sets.flexibility, sets.beside, contact, nominal)
+            contact = (compliance.scale, compliance.limit)
+            lines = bent(path.slices, compliance.flexibility, compliance.beside, contact, nominal)
             path = replace(path, slices=lines)
         positions = blocks.teeth.get(side) if part == "ring" else None
         out.append(

@@ -151,15 +151,13 @@ def sample_train_angles(
     window: the stage whose gear-mesh cycles are sampled whole, ``per_gear_mesh`` positions each,
     ``most`` of them at most, spread over the error cycle of all stages.
     """
-    turns_in_window = turns[window]
-    if turns_in_window.rate == 0:
+    sampled = turns[window]
+    if sampled.rate == 0:
         raise FlexgearError("the stage whose gear-mesh cycles are to be sampled does not turn")
-    step = 1 / (abs(turns_in_window.rate) * turns_in_window.cycle.per_turn)
+    step = 1 / (abs(sampled.rate) * sampled.cycle.per_turn)
     count = int(train_cycle(turns) / step)
     if count > HORIZON:
-        count = (
-            max(HORIZON // turns_in_window.cycle.gear_meshes, 1) * turns_in_window.cycle.gear_meshes
-        )
+        count = max(HORIZON // sampled.cycle.gear_meshes, 1) * sampled.cycle.gear_meshes
     return _sampled(count, step, per_gear_mesh, most)
 
 

@@ -236,12 +236,12 @@ def _gear_mesh_harmonic(e: GearErrors, role: str) -> tuple[float, float]:
     """Amplitude (m) and phase (rad) at gear-mesh frequency: ½ (f'_1 + f'_2) at the tooth errors'
     phase and the gear mesh's own error at its phase, added as phasors."""
     teeth = 0.5 * (getattr(e, f"{role}_tooth") + e.planet_tooth)
-    amplitude, own_phase = getattr(e, f"{role}_gear_mesh"), getattr(e, f"{role}_gear_mesh_phase")
+    amplitude, phase = getattr(e, f"{role}_gear_mesh"), getattr(e, f"{role}_gear_mesh_phase")
     if not amplitude:
         return teeth, getattr(e, f"{role}_phase")
     both = complex(
-        teeth * math.cos(getattr(e, f"{role}_phase")) + amplitude * math.cos(own_phase),
-        teeth * math.sin(getattr(e, f"{role}_phase")) + amplitude * math.sin(own_phase),
+        teeth * math.cos(getattr(e, f"{role}_phase")) + amplitude * math.cos(phase),
+        teeth * math.sin(getattr(e, f"{role}_phase")) + amplitude * math.sin(phase),
     )
     return abs(both), math.atan2(both.imag, both.real)
 

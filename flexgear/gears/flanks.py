@@ -56,8 +56,8 @@ class GearFlank:
     def gap(self, rho: Array, z: Array) -> Array:
         """What it lacks at ρ and z (any shapes that broadcast), m, in the transverse section."""
         total = np.zeros(np.broadcast_shapes(np.shape(rho), np.shape(z)))
-        for part in self.gaps:
-            total += part(rho, z)
+        for missing in self.gaps:
+            total += missing(rho, z)
         return total
 
 

@@ -189,7 +189,7 @@ def proposals(wanted: Wanted) -> Iterator[Proposal]:
 
 
 def _room_for(wanted: Wanted) -> str:
-    """Text of a remedy: the limit of the ratio, at which pitch circles of neighbours touch."""
+    """Advice for planets that do not fit: the ratio at which their pitch circles touch."""
     sine = math.sin(math.pi / wanted.planets)
     if wanted.planets == 2:
         return "take another ratio, or three planets"

@@ -65,14 +65,14 @@ class TimeHistory(Section):
             )
         if np.any(np.diff(self.times) <= 0):
             raise Refusal("times", "do not rise", "put them in order, each once")
-        most, default = _MOST[what]
+        most, limit = _MOST[what]
         if max(abs(x) for x in self.values) > most:
-            raise Refusal(f"{what}s", f"are beyond {default}", "check the unit")
+            raise Refusal(f"{what}s", f"are beyond {limit}", "check the unit")
         return self
 
     @property
     def is_series(self) -> bool:
-        """Whether the history may change fast anywhere: a ramp or a file of points."""
+        """Whether the history is a ramp or points of a file, which can be steep at any time."""
         return self.kind in ("ramp", "csv")
 
     @property

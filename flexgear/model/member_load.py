@@ -40,7 +40,7 @@ class MemberLoad(Section):
 
     @property
     def is_history(self) -> bool:
-        """Whether it is a history."""
+        """Whether the load is given as points over time, not constant."""
         return bool(self.times)
 
     @property

@@ -324,17 +324,17 @@ class Tolerance(Section):
 def check_tolerance(case: Case) -> None:
     """Stages that are named exist and have the parts; Refusal otherwise."""
     seen: set[str] = set()
-    for k, stage in enumerate(case.tolerance.by_stage):
+    for k, of_stage in enumerate(case.tolerance.by_stage):
         at, names = f"tolerance.by_stage.{k}", [s.name for s in case.stages]
-        if stage.stage not in names:
+        if of_stage.stage not in names:
             raise Refusal(
-                f"{at}.stage", f"no stage is {echo(stage.stage)}", nearest(stage.stage, names)
+                f"{at}.stage", f"no stage is {echo(of_stage.stage)}", nearest(of_stage.stage, names)
             )
-        if stage.stage in seen:
-            raise Refusal(f"{at}.stage", f"{stage.stage} is named twice", "put them together")
-        seen.add(stage.stage)
-        foreign = [key for key in stage.errors.given if key in NOT_PARALLEL]
-        if case.stage(stage.stage).kind == "parallel" and foreign:
+        if of_stage.stage in seen:
+            raise Refusal(f"{at}.stage", f"{of_stage.stage} is named twice", "put them together")
+        seen.add(of_stage.stage)
+        foreign = [key for key in of_stage.errors.given if key in NOT_PARALLEL]
+        if case.stage(of_stage.stage).kind == "parallel" and foreign:
             raise Refusal(
                 f"{at}.errors.{foreign[0]}",
                 "is an error of a part that a parallel stage does not have",

@@ -49,7 +49,7 @@ def save(data: xr.Dataset, path: PathLike) -> Path:
 
 
 def write_netcdf(data: xr.Dataset, path: PathLike, encoding: Encoding | None = None) -> Path:
-    """Write netCDF as ``save`` does, with the given storage of variables."""
+    """Write a dataset as netCDF like ``save``; ``encoding`` sets the storage of variables."""
     with atomic_file(path) as draft:
         NewFile(draft, data, encoding or {}, {}).close()
     return Path(path)

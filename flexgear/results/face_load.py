@@ -65,9 +65,9 @@ def misalignment_of_groups(figures: Mapping[str, Mapping[str, Any]]) -> dict[str
     causes together are the largest, since those of a leaning sun cancel in a mean."""
     worst: dict[str, dict[str, float]] = {}
     for flank, values in figures.items():
-        group, group_of_flank = FlankName.parse(flank).group, values["misalignment_by_cause_um"]
-        if abs(sum(group_of_flank.values())) > abs(sum(worst.get(group, {}).values())):
-            worst[group] = group_of_flank
+        group, by_cause = FlankName.parse(flank).group, values["misalignment_by_cause_um"]
+        if abs(sum(by_cause.values())) > abs(sum(worst.get(group, {}).values())):
+            worst[group] = by_cause
     return worst
 
 

@@ -77,21 +77,21 @@ def campbell(
     if factors is None:
         factors = np.linspace(0.0, HIGHEST * operating[-1], STEPS + 1)
     rest = model.natural_modes(limit_hz)
-    dataset = _over_speed(model, np.asarray(factors, dtype=float), limit_hz)
-    highest = limit_hz or float(dataset.frequencies.max(initial=0.0))
+    diagram = _over_speed(model, np.asarray(factors, dtype=float), limit_hz)
+    highest = limit_hz or float(diagram.frequencies.max(initial=0.0))
     lines = excitations(model, highest, None if orders is None else tuple(map(float, orders)))
     label = {line.line: line.label for line in lines}
-    met = crossings(dataset, [line.line for line in lines])
-    count = dataset.frequencies.shape[1]
+    met = crossings(diagram, [line.line for line in lines])
+    count = diagram.frequencies.shape[1]
     rest = Modes(rest.frequencies[:count], rest.shapes[:, :count], rest.energy)
     index = nodal_index(model, rest.shapes)
-    meetings = list(_meetings(model, rest, dataset, lines, index, operating, margin))
+    meetings = list(_meetings(model, rest, diagram, lines, index, operating, margin))
     data = labelled_dataset(
         "speed_factor",
-        dataset.factors,
+        diagram.factors,
         {
-            "campbell_frequency": dataset.frequencies,
-            "whirl": dataset.sense,
+            "campbell_frequency": diagram.frequencies,
+            "whirl": diagram.sense,
             "campbell_nodal_index": index,
             "excitation_slope": [line.line.slope for line in lines],
             "excitation_share": [line.share for line in lines],
@@ -147,7 +147,7 @@ def _over_speed(model: Model, factors: Array, limit_hz: float | None) -> Campbel
 def _meetings(
     model: Model,
     rest: Modes,
-    modes_met: Campbell,
+    diagram: Campbell,
     lines: Sequence[Excitation],
     index: IntArray,
     operating: Sequence[float],
@@ -161,7 +161,7 @@ def _meetings(
         groups = _groups(rest.frequencies, index[:, number])
         force, alone = _forces(model, stage.name, rest, rates, lines_of_stage, groups)
         for factor in operating:
-            at_speed = [np.interp(factor, modes_met.factors, f) for f in modes_met.frequencies.T]
+            at_speed = [np.interp(factor, diagram.factors, f) for f in diagram.frequencies.T]
             for i, line in enumerate(lines_of_stage):
                 for g, group in enumerate(groups):
                     natural = float(np.mean([at_speed[j] for j in group]))

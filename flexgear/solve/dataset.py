@@ -213,13 +213,13 @@ def _motions(model: Model, recovery: Recovery) -> tuple[dict[str, Array], dict[s
     if bearings:
         arrays["planet_bearing_force"] = np.stack(list(bearings.values()), axis=1)
         labels["bearing"] = list(bearings)
-    for name, rows in (("bolt", _bolts(model)), ("support", _supports(model))):
-        if rows:
-            forces = np.stack([recovery.link_force(link) for link in rows], axis=1)
+    for name, links in (("bolt", _bolts(model)), ("support", _supports(model))):
+        if links:
+            forces = np.stack([recovery.link_force(link) for link in links], axis=1)
             arrays["bolt_force" if name == "bolt" else "bearing_force"] = (
                 forces[:, :, :3] if name == "bolt" else forces
             )
-            labels[name] = rows
+            labels[name] = links
     arrays |= _row_loads(recovery, list(bearings), _supports(model))
     if model.gauges.names:
         arrays["gauge_strain"] = recovery.named("gauges", lambda: model.gauges.strain)

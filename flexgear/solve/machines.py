@@ -1,4 +1,4 @@
-"""What is prescribed to the machines at the ports of a case, and to its loads, over time."""
+"""Torques and speeds of a case's machines, and its loads, as functions of time."""
 
 from __future__ import annotations
 

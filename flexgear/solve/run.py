@@ -210,7 +210,7 @@ def run(
         **bodies_summary(models, datasets, runs),
     )
     beside = neglected(case, first.flow, summary)
-    warnings = [*summary["warnings"], *(timed["sentence"] for timed in beside)]
+    warnings = [*summary["warnings"], *(effect["sentence"] for effect in beside)]
     summary |= {"neglected": beside, "warnings": warnings}
     summary["headlines"] = plain(headlines(case, first.flow, summary))
     return Run(case, first.flow, datasets, fields, summary)

@@ -63,11 +63,11 @@ def position_figures(model: Model, data: xr.Dataset) -> dict[str, Any]:
     at = groups_in(data)
     figures: dict[str, Any] = {
         "port_torque_nm": _by_label(data["port_torque"], "port"),
-        "gear_mesh_force_n": {g: force[positions].tolist() for g, positions in at.items()},
+        "gear_mesh_force_n": {g: force[gear_meshes].tolist() for g, gear_meshes in at.items()},
         "planet_load_factor": {
-            g: factor[positions].tolist()
-            for g, positions in at.items()
-            if np.all(np.isfinite(factor[positions]))
+            g: factor[gear_meshes].tolist()
+            for g, gear_meshes in at.items()
+            if np.all(np.isfinite(factor[gear_meshes]))
         },
         "distance_from_axis_um": displacement_summary(data),
     }

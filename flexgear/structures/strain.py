@@ -115,7 +115,7 @@ def _fits(
     if not parts:
         return sp.csr_matrix((12 * count, count)), determined
     values, lines, columns = (
-        np.concatenate([x.ravel() for x in group]) for group in zip(*parts, strict=True)
+        np.concatenate([x.ravel() for x in pieces]) for pieces in zip(*parts, strict=True)
     )
     return sp.csr_matrix((values, (lines, columns)), shape=(12 * count, count)), determined
 

@@ -57,8 +57,8 @@ class SurfaceStrain:
     def hoop_stress(self, young_modulus: float, poisson_ratio: float) -> Array:
         """(n, d) stress along e_1, Pa, of a surface without load, where the stress along the normal
         is zero: E/(1 - nu^2) (eps_1 + nu eps_2)."""
-        axial = self.rows[:, 0, 0] + poisson_ratio * self.rows[:, 1, 1]
-        return young_modulus / (1.0 - poisson_ratio**2) * axial
+        strain = self.rows[:, 0, 0] + poisson_ratio * self.rows[:, 1, 1]
+        return young_modulus / (1.0 - poisson_ratio**2) * strain
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,8 +101,8 @@ class Surface:
             met = (v > -_EDGE) & (w > -_EDGE) & (v + w < 1 + _EDGE) & (far > 0)
         if not met.any():
             return None
-        elements = np.flatnonzero(met)
-        k = int(elements[np.argmin(far[elements]) if ray.first else np.argmax(far[elements])])
+        candidates = np.flatnonzero(met)
+        k = int(candidates[np.argmin(far[candidates]) if ray.first else np.argmax(far[candidates])])
         outward = normal[k] / math.sqrt(square[k])
         outward *= np.sign(across[k]) * (-1.0 if ray.first else 1.0)
         along = np.cross([0.0, 0.0, 1.0], outward)

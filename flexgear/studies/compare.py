@@ -29,7 +29,7 @@ Figures = dict[str, dict[str, Any]]
 
 
 def compare_sharing(
-    sharing: Mapping[str, Model],
+    models: Mapping[str, Model],
     *,
     cycles: int | None = None,
     transient: bool = True,
@@ -41,7 +41,7 @@ def compare_sharing(
     where anything moves beside the rolling.
     """
     out: dict[str, Figures] = {}
-    for label, model in sharing.items():
+    for label, model in models.items():
         quasi: Figures = {}
         for stage in shared_stages(model):
             data = stages_sharing(model, stage, cycles=cycles, progress=progress)

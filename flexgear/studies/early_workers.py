@@ -138,8 +138,8 @@ def silenced() -> None:
 def _serve(pipe: Connection, ready: Callable[[], object], known: Sequence[Connection]) -> None:
     """A worker: answers jobs until its pipe ends; known: copies of the parent's ends of pipes."""
     silenced()
-    for known_job in known:
-        known_job.close()
+    for connection in known:
+        connection.close()
     with contextlib.suppress(EOFError, OSError):
         ready()
         while True:

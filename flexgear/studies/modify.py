@@ -164,12 +164,14 @@ class _Trial:
 
     def data(self, pairs: PairData, share: float) -> xr.Dataset:
         """Equilibria over the cycle at a share of the rated torque."""
-        dataset = self._solved(pairs, share)
-        system = dataset.modal.system
-        return equilibrium_data(replace(self.model, system=system, made=dataset.modal), dataset)
+        equilibrium = self._solved(pairs, share)
+        system = equilibrium.modal.system
+        return equilibrium_data(
+            replace(self.model, system=system, made=equilibrium.modal), equilibrium
+        )
 
     def worst(self, pairs: PairData, aim: Aim) -> float:
-        """The objective, N/m or m: the largest value over torques and planets, summed over
+        """The objective, N/m or m: the largest value of all torques and planets, summed over
         the kinds of gear meshes, so that each of them is made better."""
         at = ("line-load", "transmission-error").index(aim)
         figures = [worst_figures(self._solved(pairs, share))[at] for share in self.shares]

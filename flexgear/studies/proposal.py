@@ -26,19 +26,19 @@ def proposed_case(wanted: Sequence[Wanted], rated: Rated) -> tuple[str, list[Pro
     """
     torque, speed = rated.torque, rated.speed
     stages: list[Proposal] = []
-    for wanted_stage in reversed(wanted) if rated.at_sun else wanted:
+    for request in reversed(wanted) if rated.at_sun else wanted:
         if rated.at_sun:
             stage = _sound(
                 replace(
-                    wanted_stage,
-                    torque=torque * wanted_stage.ratio,
-                    speed=speed / wanted_stage.ratio,
+                    request,
+                    torque=torque * request.ratio,
+                    speed=speed / request.ratio,
                 )
             )
             torque, speed = torque * stage.ratio, speed / stage.ratio
             stages.insert(0, stage)
         else:
-            stage = _sound(replace(wanted_stage, torque=torque, speed=speed))
+            stage = _sound(replace(request, torque=torque, speed=speed))
             torque, speed = torque / stage.ratio, speed * stage.ratio
             stages.append(stage)
     text = new_case_text(stages, rated)

@@ -31,7 +31,7 @@ def paths_of(case: Case) -> StagePaths:
 def errors_of(case: Case, paths: StagePaths) -> list[Mapping[PathKey, PairErrors]]:
     """Errors of every stage by kind and side."""
     stages = zip(case.stages, paths, strict=True)
-    return [stage_errors(case.view(stage.name), case_of_stage) for stage, case_of_stage in stages]
+    return [stage_errors(case.view(stage.name), paths_of_stage) for stage, paths_of_stage in stages]
 
 
 def error_sets(

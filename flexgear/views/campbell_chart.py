@@ -68,12 +68,8 @@ def _panel(ax: Axes, data: xr.Dataset, stage: str, highest: float | None, whirls
     modes = variable(data, "campbell_frequency").transpose("speed_factor", "mode")
     factor = np.asarray(data["speed_factor"], dtype=float)
     values, index = np.asarray(modes, dtype=float), _index(data, stage)
-    in_stage = _of_stage(data, stage)
-    slopes = (
-        np.asarray(data["excitation_slope"], dtype=float)[in_stage]
-        if in_stage.size
-        else np.zeros(0)
-    )
+    lines = _of_stage(data, stage)
+    slopes = np.asarray(data["excitation_slope"], dtype=float)[lines] if lines.size else np.zeros(0)
     top = highest or _top(values, float(slopes.max(initial=0.0)) * factor[-1])
     margin = float(data.attrs.get("margin", 0.1))
     for speed in np.atleast_1d(data.attrs.get("operating_factors", [1.0])):
@@ -85,7 +81,7 @@ def _panel(ax: Axes, data: xr.Dataset, stage: str, highest: float | None, whirls
         ax.plot(factor, values[:, m], color=_mode_colour(index[m], whirl[:, m], whirls), lw=0.8)
         if index[m] >= 0 and values[:, m].min() <= top:
             drawn.add(int(index[m]))
-    drawn |= _orders(ax, data, in_stage, factor, top, whirls)
+    drawn |= _orders(ax, data, lines, factor, top, whirls)
     _number_modes(ax, values, index, top, factor[0])
     _meetings(ax, data, stage, top)
     ax.set(xlim=(factor[0], factor[-1]), ylim=(0, top))
@@ -130,13 +126,13 @@ def _mode_colour(index: int, whirl: FloatArray, whirls: bool) -> str:
 
 
 def _orders(
-    ax: Axes, data: xr.Dataset, modes: np.ndarray, factor: FloatArray, top: float, whirls: bool
+    ax: Axes, data: xr.Dataset, lines: np.ndarray, factor: FloatArray, top: float, whirls: bool
 ) -> set[int]:
     """Rays with their order at the end; the nodal indices that they drive."""
     drawn, labelled = set[int](), list[float]()
-    slopes = np.asarray(data["excitation_slope"], dtype=float) if modes.size else np.zeros(0)
+    slopes = np.asarray(data["excitation_slope"], dtype=float) if lines.size else np.zeros(0)
     kinds = data["excitation_kind"].to_numpy() if "excitation_kind" in data.coords else None
-    for k in modes[np.argsort(-slopes[modes])] if modes.size else ():
+    for k in lines[np.argsort(-slopes[lines])] if lines.size else ():
         slope, gear_mesh = float(slopes[k]), kinds is None or kinds[k] == "gear mesh"
         index = _order_index(data, int(k))
         colour = NEUTRAL if whirls or not gear_mesh else index_colour(index)

@@ -167,25 +167,25 @@ def _anchor(text: Text, in_data: bool) -> dict[str, Any]:
 
 
 def _axis(axes: Axes, which: str) -> dict[str, Any]:
-    axis_of = axes.xaxis if which == "x" else axes.yaxis
+    drawn = axes.xaxis if which == "x" else axes.yaxis
     low, high = (float(v) for v in (axes.get_xlim() if which == "x" else axes.get_ylim()))
     axis: dict[str, Any] = {"title": {"text": plain_math(_label(axes, which))}}
-    log = axis_of.get_scale() == "log"
+    log = drawn.get_scale() == "log"
     if log:
         axis["type"] = "log"
     ends = [low, high]
     axis["range"] = [float(np.log10(v)) for v in ends] if log and min(ends) > 0 else ends
-    formatter = axis_of.get_major_formatter()
+    formatter = drawn.get_major_formatter()
     if (
         isinstance(formatter, FixedFormatter | FuncFormatter)
         or "Categor" in type(formatter).__name__
     ):
-        at = axis_of.get_majorticklocs()
+        at = drawn.get_majorticklocs()
         texts = formatter.format_ticks(list(at))
         ticks = [(float(t), plain_math(x)) for t, x in zip(at, texts, strict=False) if x]
         if ticks:
             axis |= {"tickvals": [t for t, _ in ticks], "ticktext": [s for _, s in ticks]}
-    if not axis_of.get_visible() or not axes.axison:
+    if not drawn.get_visible() or not axes.axison:
         axis |= {"visible": False}
     return axis
 

@@ -79,8 +79,8 @@ def probe(window: str | None, timeout: float) -> str:
 
 @lru_cache(maxsize=1)
 def working_window(timeout: float = 60.0) -> tuple[bool, str | None, str]:
-    """Whether offscreen rendering works, the render window to use, and why the first one failed;
-    tried once a process."""
+    """Try offscreen rendering, once a process: whether it works, the render window to use, and why
+    the default window failed."""
     first = ""
     for window in candidates():
         reason = probe(window, timeout)

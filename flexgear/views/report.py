@@ -44,8 +44,8 @@ NO_ROOM = "It would make this page too large: see it among the run's pictures."
 
 @dataclass(frozen=True)
 class Picture:
-    """A picture of the report. name: pictures of two runs with one name are shown side by side;
-    sentence: what it shows; plots: plotly panels that replace it on a screen."""
+    """A picture of the report. name: when two runs are compared, pictures of the same name stand
+    side by side; sentence: what it shows; plots: plotly panels that replace it on a screen."""
 
     name: str
     section: str
@@ -251,7 +251,7 @@ def _section(
     pictures, by the names that they are given."""
     tables = side_by_side(sides, key)
     plots_of_section = plots if interactive else None
-    pictures = [_places(side, plots_of_section) for side in _by_name(sides, key)]
+    pictures = [_places(row, plots_of_section) for row in _by_name(sides, key)]
     if not tables and not pictures:
         return None
     heading, about = SECTIONS[key]

@@ -53,10 +53,10 @@ def tolerance_chart(data: xr.Dataset, name: str = "load_sharing") -> Figure:
     equal = {title: x for title, (x, _) in groups.items() if _constant(x)}
     drawn = {title: group for title, group in groups.items() if title not in equal} or groups
     figure, axes = panels(len(drawn), 2, height_mm=22 + 58 * len(drawn))
-    for row, (title, (values, statistic)) in zip(axes, drawn.items(), strict=True):
+    for row, (title, (values, of_group)) in zip(axes, drawn.items(), strict=True):
         row[0].set_title(title)
-        _histogram(row[0], values, statistic)
-        _distribution(row[1], values, statistic)
+        _histogram(row[0], values, of_group)
+        _distribution(row[1], values, of_group)
         for ax in row:
             ax.set_xlabel(label)
             _span(ax, values)

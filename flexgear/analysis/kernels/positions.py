@@ -101,8 +101,8 @@ def _solve_one(laws, theta, known, forward, train, work, out, active_flanks):
 
 @njit(**UNCOUNTED, nogil=True)
 def solve_positions(laws, span, forward, train, modes, work, out, solutions, loads):
-    """Positions of a span into ``solutions`` and ``loads``; the position that failed, or the end,
-    and its closure."""
+    """Solve the positions of a span; results go to ``solutions`` and ``loads``. Returns the number
+    of the position that failed, or the end of the span, and that position's closure."""
     elastic, omega2 = modes
     rows, delta, channel_forces = work.rows, work.delta[0], work.channels[1]
     angles, known, torques = solutions.theta, solutions.known, solutions.torques

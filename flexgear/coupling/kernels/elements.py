@@ -84,10 +84,9 @@ class FixedRows(NamedTuple):
     row: Records  # (F,) FIXED_ROW
     end: Records  # (F, 2) FIXED_END: block, −1 none; angle by which its frame has turned, −1 none
     vector: Array  # (F, 2, 6) of an end, along the axes that its frame turns against
-    element: (
-        Records  # (E,) FIXED_ELEMENT; grows: 1 where it goes with the square of speed; history:
-    )
-    # place of its force among the load histories, −1 where it is constant
+    # (E,) FIXED_ELEMENT; grows: 1 where it goes with the square of speed; history: place of its
+    # force among the load histories, −1 where it is constant
+    element: Records
     parameters: Array  # (E, p) of their laws
 
 

@@ -69,8 +69,8 @@ class Relation:
 
     def of(self, role: str) -> int | None:
         """Id of the component in that role, None if there is none."""
-        for number_of_role, number in self.refs:
-            if number_of_role == role:
+        for name, number in self.refs:
+            if name == role:
                 return number
         return None
 
@@ -182,10 +182,10 @@ class Document:
 
 
 def _by_kind(every: Iterable[Numbered]) -> dict[str, list[tuple[int, Numbered]]]:
-    by_name: dict[str, list[tuple[int, Numbered]]] = {}
+    groups: dict[str, list[tuple[int, Numbered]]] = {}
     for place, item in enumerate(every):
-        by_name.setdefault(item.kind, []).append((place, item))
-    return by_name
+        groups.setdefault(item.kind, []).append((place, item))
+    return groups
 
 
 def _in_order(

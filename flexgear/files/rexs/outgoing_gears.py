@@ -88,17 +88,17 @@ class GearsOut:
     ) -> int:
         """A cylindrical_stage of two gears (of this role and the planet's); its id. loaded: whether
         the case has a torque."""
-        identifier = self.geometry.gear_meshes[role]
+        geometry = self.geometry.gear_meshes[role]
         number = self.model.add(
             "cylindrical_stage",
             name,
             center_distance=MM * self.geometry.center_distance,
             common_face_width=MM * self.stage.face_width,
-            minimum_normal_backlash=MM * identifier.backlash,
-            maximum_normal_backlash=MM * identifier.backlash,
-            radial_contact_ratio=identifier.transverse_contact_ratio,
-            overlap_contact_ratio=identifier.overlap_ratio,
-            total_contact_ratio=identifier.total_contact_ratio,
+            minimum_normal_backlash=MM * geometry.backlash,
+            maximum_normal_backlash=MM * geometry.backlash,
+            radial_contact_ratio=geometry.transverse_contact_ratio,
+            overlap_contact_ratio=geometry.overlap_ratio,
+            total_contact_ratio=geometry.total_contact_ratio,
         )
         self.meshes.append((role, number))
         self.model.relate("assembly", assembly=whole, part=number)
@@ -107,7 +107,7 @@ class GearsOut:
             data = self.model.add(
                 "cylindrical_stage_gear_data",
                 operating_pressure_angle_in_the_transverse_section=math.degrees(
-                    identifier.working_angle
+                    geometry.working_angle
                 ),
             )
             self.model.relate("stage_gear_data", stage=number, gear=gear, stage_gear_data=data)

@@ -321,20 +321,20 @@ class StageWriter:
     def _fill(
         self,
         stage: RexsStage,
-        datum: dict[str, Datum | None],
+        shifts: dict[str, Datum | None],
         pair: tuple[str, str],
         wanted: float | None,
         distance: Datum | None,
     ) -> None:
-        lacking = [role for role in pair if datum[role] is None]
+        lacking = [role for role in pair if shifts[role] is None]
         if not lacking or wanted is None or distance is None:
             return
-        given = sum(d.value for role in pair if (d := datum[role]) is not None)
+        given = sum(d.value for role in pair if (d := shifts[role]) is not None)
         for role in lacking:
             value = (wanted - given) / len(lacking)
             value = 0.0 if abs(value) < _NO_SHIFT else value
             why = f"not in the file; without backlash at {distance.source}"
-            datum[role] = Datum(value, f"assumed: {why}")
+            shifts[role] = Datum(value, f"assumed: {why}")
             self.case.warn(f"{stage.gears(role)[0].label}: profile_shift = {value:g}: {why}")
 
     def _gear(self, stage: RexsStage, role: str, rack: Rack, teeth: Datum, shift: Datum) -> None:

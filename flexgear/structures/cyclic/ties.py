@@ -103,7 +103,7 @@ class SectorTies:
 def sector_ties(interface: Interface, sectors: Sectors) -> SectorTies | None:
     """Ties by sectors; None where no tie has the period or one reaches beyond its sector."""
     blocks = _LocalBlocks(interface.rows, sectors)
-    facets: list[Ints] = []
+    orbits: list[Ints] = []
     rows: list[sp.csr_matrix] = []
     for orbit in _orbits(interface.positions, sectors):
         if not blocks.alike(orbit):
@@ -111,11 +111,11 @@ def sector_ties(interface: Interface, sectors: Sectors) -> SectorTies | None:
         begin = blocks.home(orbit[0])
         if begin is None:
             return None
-        facets.append(np.roll(orbit, begin))
+        orbits.append(np.roll(orbit, begin))
         rows.append(blocks.rows(orbit[0], begin))
-    if not facets:
+    if not orbits:
         return None
-    periodic = np.stack(facets, axis=1)
+    periodic = np.stack(orbits, axis=1)
     rest = np.setdiff1d(np.arange(len(interface.node_names)), periodic)
     even = np.array([blocks.even(node) for node in rest], dtype=bool)
     other = np.concatenate([rest[even], rest[~even]])

@@ -120,8 +120,8 @@ def lowest_modes(
             square[at.start - block : at.start, at] = before[1].T
         square[at, at] = projection
         if before is None and at.start:  # just cut: all Ritz vectors that were kept are neighbours
-            new_vectors, p = basis.freed(w)
-            square[: at.start, at] = new_vectors[: at.start]
+            overlap, p = basis.freed(w)
+            square[: at.start, at] = overlap[: at.start]
             _, p = basis.freed(w)
         elif passes.due():
             p = basis.freed_two(q, p, w, passes)

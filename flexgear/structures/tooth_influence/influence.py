@@ -101,14 +101,14 @@ class ToothInfluence:
         """The +θ flank: half a turn about the tooth's radial axis, z -> −z, +θ <-> −θ."""
         near = self.neighbour
         neighbour = None if near is None else self._flipped_coarse(near.swapaxes(1, 2))
-        matrix_turned = self._flipped(self.own)
-        return replace(self, own=matrix_turned, neighbour=neighbour, slope=-self.slope)
+        flipped = self._flipped(self.own)
+        return replace(self, own=flipped, neighbour=neighbour, slope=-self.slope)
 
     def mirrored(self) -> ToothInfluence:
         """The same flank with the other hand of helix: z -> −z."""
         neighbour = None if self.neighbour is None else self._flipped_coarse(self.neighbour)
-        matrix_mirrored = self._flipped(self.own)
-        return replace(self, own=matrix_mirrored, neighbour=neighbour, slope=-self.slope)
+        flipped = self._flipped(self.own)
+        return replace(self, own=flipped, neighbour=neighbour, slope=-self.slope)
 
     def averages(self, roll: Array, z: Array, width: Array) -> sp.csr_matrix:
         """Rows b_i (K, n): means over slices of the shape functions of the flank's nodes."""

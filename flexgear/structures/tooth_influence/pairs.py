@@ -70,27 +70,27 @@ def pair_bending(view: StageView, path: GearMeshPath, slices: Slices, force: flo
     flexibility, bodies = np.zeros((len(some), count, count)), []
     beside = np.zeros((len(some), 2, count, count))
     flanks = mating_flanks(path, slices)
-    made = [tooth_influence(view, own_flank.name) for own_flank in flanks]
+    made = [tooth_influence(view, mating.name) for mating in flanks]
     load = line_load(view, stage_geometry(view), path.kind.gear, force)
     at_tips = _at_tips(path, slices, made, load)
-    for member, (own_flank, influence) in enumerate(zip(flanks, made, strict=True)):
+    for member, (mating, influence) in enumerate(zip(flanks, made, strict=True)):
         if influence is None:
-            bodies.append(_to_middle(view, own_flank.tooth, own_flank.roll))
+            bodies.append(_to_middle(view, mating.tooth, mating.roll))
             continue
-        flank, roll = own_flank.of(influence), own_flank.roll
+        flank, roll = mating.of(influence), mating.roll
         if (profile := slices.profile) is not None:
             centre = profile.at(profile.centre, _touches(path, slices), slices.z)
-            roll = roll_along(own_flank.tooth, roll, centre if member else -centre)
+            roll = roll_along(mating.tooth, roll, centre if member else -centre)
         for tip in at_tips:
             inward = tip.inward if tip.member == member else -tip.inward
-            roll = roll_along(own_flank.tooth, roll, inward)
+            roll = roll_along(mating.tooth, roll, inward)
         flexibility += flank.matrix(roll[some], slices.z[some], width[some])
-        bodies.append(flank.contact_body(own_flank.roll))
+        bodies.append(flank.contact_body(mating.roll))
         if flank.neighbour is not None:
             lines = (roll, slices.z, width)
             for apart in (1, 2):
                 places = (slices.s, some, apart * path.base_pitch)
-                beside[:, apart - 1] += _further_line(flank, apart * own_flank.step, lines, places)
+                beside[:, apart - 1] += _further_line(flank, apart * mating.step, lines, places)
     cos, internal = path.cos_base_helix, path.off_path.gear.internal
     radius = relative_radius(flanks[0].roll, flanks[1].roll, internal=internal) / cos
     contact = line_contact(bodies[0], bodies[1], radius)
