@@ -75,7 +75,7 @@ class LinearTrain:
         force = self.k[:, None] * (self.rows @ motion)
         n = len(loads)
         force[:, n:] += np.diag(self.k)
-        return Influence(motion[:, :n], force[:, :n], motion[:, n:], force[:, n:])
+        return Influence(force[:, :n], force[:, n:])
 
     def forces(self, input_angles: Array) -> Array:
         """Gear-mesh forces (p, M) of equilibria at independent rotations (p, F), N."""
@@ -95,11 +95,9 @@ class LinearTrain:
 
 @dataclass(frozen=True)
 class Influence:
-    """Motion (d, ·) and gear-mesh forces (M, ·) of the loads, and of unit errors."""
+    """Gear-mesh forces (M, ·) of the loads, and of unit errors."""
 
-    motion_of_loads: Array
     force_of_loads: Array
-    motion: Array
     force: Array
 
 
