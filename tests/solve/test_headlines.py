@@ -162,7 +162,8 @@ def test_spur_teeth_without_relief_are_named_beside_the_peak():
     spur = {"helix_angle": 0.0}
     assert "(planet, sun, ring) take up load at once" in sentence(**spur)
     assert "(planet, ring) take up load at once" in sentence("sun", **spur)
-    assert 'stage.gear_mesh.model = "face_load"' in sentence(**spur)
+    assert "slices along the face" in sentence(**spur)
+    assert "_" not in sentence(**spur)  # words of the reader, no keys of the file
     assert "at once" not in sentence("sun", "planet", "ring", **spur)
     assert "at once" not in sentence()  # helical
     assert "at once" not in sentence(**spur, gear_mesh__model="face_load")

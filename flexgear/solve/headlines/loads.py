@@ -95,8 +95,8 @@ def _sudden_contact(findings: Findings, stage: str) -> str:
         return ""
     return (
         f" Spur teeth without tip relief ({', '.join(bare)}) take up load at once in this model, "
-        "which raises the peak: give tip_relief, or compare with "
-        f'{view.key("gear_mesh.model")} = "face_load".'
+        "which raises the peak: give them tip relief, or compare with the gear-mesh model of "
+        "slices along the face."
     )
 
 
