@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import gc
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -14,6 +11,7 @@ import numpy as np
 import typer
 
 from flexgear.cli.body_commands import BODIES, Component, components
+from flexgear.cli.commands import without_collection
 from flexgear.cli.display import as_json_text, progress
 from flexgear.cli.options import AsJson, CaseName, Quiet, Settings, read_case
 from flexgear.cli.outputs import file_option, folder_named, with_schema
@@ -44,7 +42,7 @@ def import_rexs(
     """Make a commented case of a REXS file; each key says where it comes from."""
     target = Path(f"{Path(file).stem}.toml") if out is None else out
     _require_new(target, "--out", force)
-    with _without_collection():
+    with without_collection():
         made = case_of_document(read_rexs(file), file, load_case)
     write_bytes(target, with_schema(made.text, target))
     if as_json:
@@ -52,19 +50,6 @@ def import_rexs(
         typer.echo(as_json_text(content))
         return
     typer.echo(_summary(made, target))
-
-
-@contextmanager
-def _without_collection() -> Iterator[None]:
-    """Python looks for no garbage meanwhile: in models of hundreds of thousands of components that
-    took half of the time, and nothing of them is garbage."""
-    collects = gc.isenabled()
-    gc.disable()
-    try:
-        yield
-    finally:
-        if collects:
-            gc.enable()
 
 
 def export(
