@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+from functools import cache
 from importlib.resources import files
 
 _FOLDER = "cases"
 
 
-def bundled_cases() -> list[str]:
+@cache
+def bundled_cases() -> tuple[str, ...]:
     """Names of the bundled cases."""
     folder = files("flexgear.model").joinpath(_FOLDER)
     names = (entry.name for entry in folder.iterdir())
-    return sorted(name[:-5] for name in names if name.endswith(".toml"))
+    return tuple(sorted(name[:-5] for name in names if name.endswith(".toml")))
 
 
 def bundled_text(name: str) -> str:
