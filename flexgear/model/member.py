@@ -15,7 +15,7 @@ from flexgear.model.ring import Ring
 from flexgear.model.section import Missing, Refusal, Section
 from flexgear.model.shaft import Shaft
 from flexgear.model.springs import Bearing, Rolling
-from flexgear.model.units import Inertia, Length, Mass, Stiffness
+from flexgear.model.units import Inertia, Length, Mass, Stiffness, Stress
 
 Kinematics = Literal["fixed", "torsional", "planar", "axial", "spatial"]
 
@@ -75,11 +75,15 @@ class GearMember(LumpedInertia, Gear):
     """A lumped gear.
 
     base_diameter: replaces the one from module and teeth. rim_thickness: of a ring, outside its
-    root circle; serves only to derive mass and inertia.
+    root circle; serves only to derive mass and inertia. allowable_root_stress: permissible stress
+    σ_FP of ISO 6336-3, which the computed root stress is held to. allowable_flank_pressure:
+    permissible contact stress σ_HP of ISO 6336-2, which the computed flank pressure is held to.
     """
 
     base_diameter: Length | None = Field(default=None, ge=1e-4, le=10.0)
     rim_thickness: Length | None = Field(default=None, ge=1e-4, le=3.0)
+    allowable_root_stress: Stress | None = Field(default=None, gt=0.0, le=1e10)
+    allowable_flank_pressure: Stress | None = Field(default=None, gt=0.0, le=1e10)
 
     @property
     def gear(self) -> Gear:

@@ -37,6 +37,8 @@ _SUFFIXES: dict[str, dict[str, tuple[float, float]]] = {
     "rotational damping": {"nm_s_per_rad": (1, 1), "knm_s_per_rad": (1e3, 1)},
     "stiffness per face width": {"n_per_mm_um": (1e9, 1), "n_per_m2": (1, 1), "gpa": (1e9, 1)},
     "modulus": {"gpa": (1e9, 1), "mpa": (1e6, 1), "pa": (1, 1)},
+    "stress": {"mpa": (1e6, 1), "pa": (1, 1)},
+    "life": {"h": (3600, 1)},
     "density": {"kg_per_m3": (1, 1), "g_per_cm3": (1e3, 1), "t_per_m3": (1e3, 1)},
     "mass": {"kg": (1, 1), "t": (1e3, 1)},
     "inertia": {"kg_m2": (1, 1), "t_m2": (1e3, 1)},
@@ -128,6 +130,8 @@ RotationalStiffness = Annotated[float, Quantity("rotational stiffness")]
 RotationalDamping = Annotated[float, Quantity("rotational damping")]
 StiffnessPerWidth = Annotated[float, Quantity("stiffness per face width")]
 Modulus = Annotated[float, Quantity("modulus")]
+Stress = Annotated[float, Quantity("stress")]
+Life = Annotated[float, Quantity("life")]
 Density = Annotated[float, Quantity("density")]
 Mass = Annotated[float, Quantity("mass")]
 Inertia = Annotated[float, Quantity("inertia")]

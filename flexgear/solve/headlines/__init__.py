@@ -32,7 +32,7 @@ def headlines(case: Case, flow: PowerFlow, summary: Mapping[str, Any]) -> list[d
     """Every answer of every headline, the worst first, as ``summary.json`` has them."""
     findings = Findings(case, flow, summary)
     every = [(h, answer) for h in HEADLINES for answer in h.answers(findings)]
-    every.sort(key=lambda pair: _rank(pair[1]))  # else in the order of HEADLINES
+    every.sort(key=lambda pair: _rank(*pair))  # else in the order of HEADLINES
     return [{"name": h.name, "unit": h.unit, **asdict(answer)} for h, answer in every]
 
 
@@ -49,9 +49,9 @@ def rows_schema() -> dict[str, Any]:
     return {"type": "array", "items": row | {"additionalProperties": False}}
 
 
-def _rank(answer: Answer) -> tuple[int, float]:
+def _rank(headline: Headline, answer: Answer) -> tuple[int, float]:
     if answer.level in _WORST:
-        return _WORST.index(answer.level), -answer.use
+        return _WORST.index(answer.level), -headline.use(answer.value, answer.allowable)
     return len(_WORST), 0.0
 
 
@@ -76,7 +76,7 @@ def verdicts(case: Case, flow: PowerFlow, summary: Mapping[str, Any]) -> list[Ve
 
 
 def _verdict(headline: Headline, rows: list[Mapping[str, Any]], several_stages: bool) -> Verdict:
-    worst, *others = sorted(rows, key=_severity(rows)) if _same_level(rows) else rows
+    worst, *others = sorted(rows, key=_severity(headline, rows)) if _same_level(rows) else rows
     at = words(worst["stage"]) if several_stages and worst["stage"] else ""
     beside = "".join(f" {words(r['stage']).capitalize()}: {r['figure']}." for r in others)
     return Verdict(
@@ -92,18 +92,20 @@ def _same_level(rows: list[Mapping[str, Any]]) -> bool:
     return len({row["level"] for row in rows}) == 1
 
 
-def _severity(rows: list[Mapping[str, Any]]) -> Callable[[Mapping[str, Any]], float]:
-    """Key that sorts answers of stages, the worst first: by value over allowable where all have
-    one, else by value; the shortest life comes first."""
+def _severity(
+    headline: Headline, rows: list[Mapping[str, Any]]
+) -> Callable[[Mapping[str, Any]], float]:
+    """Key that sorts answers of stages, the worst first: by how far they use their allowable where
+    all have one, else by value."""
     held = all(row["allowable"] for row in rows)
 
     def key(row: Mapping[str, Any]) -> float:
         value = row["value"]
         if value is None:
             return math.inf
-        if row["name"] == BEARING_LIFE.name:
-            return float(value)
-        return -float(value) / row["allowable"] if held else -float(value)
+        if held:
+            return -headline.use(value, row["allowable"])
+        return float(value) if headline.is_least else -float(value)
 
     return key
 

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 from flexgear.model.names import NodeName
+from flexgear.model.springs import Rolling
+from flexgear.model.stage_view import StageView
 from flexgear.results.report.wording import with_unit, words
-from flexgear.solve.headlines.declaration import Answer, Findings, Headline
+from flexgear.solve.headlines.declaration import Answer, Findings, Headline, Level
 
+HOUR = 3600.0  # s
 LOADS = {"planet_bearing_force_n": "planet bearing", "carrier_bearing_force_n": "carrier bearing"}
 
 
@@ -18,19 +21,35 @@ def _life(findings: Findings) -> Iterator[Answer]:
         lives: Mapping[str, float] = figures.get("bearing_life_h", {})
         missing = _unrated(figures, lives)
         if lives:
-            name = min(lives, key=lambda n: lives[n])
+            required = _required(findings.case.view(stage), lives)
+            shares = {n: lives[n] / hours for n, hours in required.items() if hours is not None}
+            name = min(shares or lives, key=lambda n: (shares or lives)[n])
             nominal = figures.get("nominal_planet_bearing_life_h")
             beside = (
                 "" if nominal is None else f" Nominal, planet bearing: {with_unit(nominal, 'h')}."
             )
+            without = ", ".join(words(n) for n, hours in required.items() if hours is None)
+            unasked = "No required life given" + (f": {without}." if shares else ".")
             sentence = (
                 f"{words(name).capitalize()}, under the constant load of the same damage over "
-                f"{over}. No required life given.{beside} {missing}"
+                f"{over}. {unasked if without else ''}{beside} {missing}"
             )
-            life = lives[name]
-            yield Answer("note", stage, life, with_unit(life, "h"), sentence.strip(), window=over)
+            life, limit = lives[name], required[name]
+            level: Level = "note" if limit is None else "good" if life >= limit else "bad"
+            shown = with_unit(life, "h")
+            if limit is not None:
+                shown += f" of {with_unit(limit, 'h')} required"
+            yield Answer(level, stage, life, shown, " ".join(sentence.split()), limit, over)
         elif missing:
             yield Answer("open", stage, None, "no rating given", f"Not assessed. {missing}")
+
+
+def _required(view: StageView, names: Iterable[str]) -> dict[str, float | None]:
+    """Required life of bearings by their names in a summary, h; None where the case has none."""
+    bearings: dict[str, Rolling] = {"planet_bearing": view.stage.planet_bearing}
+    bearings |= {f"carrier_bearing_{side}": seat for side, seat in view.seat_bearings.items()}
+    seconds = {name: bearings[NodeName.parse(name).kind].required_life for name in names}
+    return {name: None if s is None else s / HOUR for name, s in seconds.items()}
 
 
 def _unrated(figures: Mapping[str, Any], lives: Mapping[str, float]) -> str:
@@ -50,4 +69,5 @@ BEARING_LIFE = Headline(
     "bearing_life", "Bearing life", "h",
     "shortest basic rating life (ISO 281) of the bearings of planets and carriers, under the "
     "constant load of the same damage over the positions of equilibria", "bearings", _life,
+    "required_life of the bearing", is_least=True,
 )  # fmt: skip

@@ -46,16 +46,12 @@ class Answer:
     allowable: float | None = None
     window: str = ""
 
-    @property
-    def use(self) -> float:
-        """Value over allowable; 0 where either is missing."""
-        return self.value / self.allowable if self.value and self.allowable else 0.0
-
 
 @dataclass(frozen=True)
 class Headline:
     """name: in ``summary.json``; section: of the report, where its details are; answers: of every
-    stage; allowable: where the limit comes from, "" where the figure has none."""
+    stage; allowable: where the limit comes from, "" where the figure has none; is_least: whether
+    the value is bad below its limit, as a life is, not above it."""
 
     name: str
     title: str
@@ -64,3 +60,10 @@ class Headline:
     section: str
     answers: Callable[[Findings], Iterable[Answer]]
     allowable: str = ""
+    is_least: bool = False
+
+    def use(self, value: float | None, allowable: float | None) -> float:
+        """How far a value uses its allowable, 1 at the limit; 0 where either is missing."""
+        if not value or not allowable:
+            return 0.0
+        return allowable / value if self.is_least else value / allowable

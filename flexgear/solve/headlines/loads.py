@@ -20,7 +20,7 @@ STANDARD = "IEC 61400-4:2012"
 
 
 @dataclass(frozen=True)
-class _Peak:
+class Peak:
     """Largest force of a stage's gear meshes in one part of a run, over the nominal force."""
 
     ratio: float
@@ -30,7 +30,7 @@ class _Peak:
     reversed: bool  # whether a force passes zero
 
 
-def _peak(findings: Findings, stage: str, figures: Mapping[str, Any], window: str) -> _Peak | None:
+def _peak(findings: Findings, stage: str, figures: Mapping[str, Any], window: str) -> Peak | None:
     nominal = findings.summary["stages"][stage]
     peaks = []
     for label, force in figures["gear_mesh_force"].items():
@@ -39,7 +39,7 @@ def _peak(findings: Findings, stage: str, figures: Mapping[str, Any], window: st
         if group.stage == stage and rated:
             largest = max(abs(force["max_n"]), abs(force["min_n"]))
             passes_zero = force["min_n"] * force["max_n"] <= 0.0
-            peaks.append(_Peak(largest / rated, largest, group.part, window, passes_zero))
+            peaks.append(Peak(largest / rated, largest, group.part, window, passes_zero))
     return max(peaks, key=lambda p: p.ratio, default=None)
 
 
@@ -49,12 +49,17 @@ def _torque_drops(findings: Findings) -> Iterator[tuple[str, Mapping[str, Any]]]
         yield f"in the torque drop to {with_unit(float(depth), 'N m')}", own_variant(variants)
 
 
-def _largest_force(findings: Findings) -> Iterator[Answer]:
+def peaks_of_stage(findings: Findings, stage: str) -> list[Peak]:
+    """Largest force of every part of the run: steady running first, then torque drops."""
     transient = findings.summary["transient"]
     parts = [(window_words(transient), transient), *_torque_drops(findings)]
+    return [p for window, part in parts if (p := _peak(findings, stage, part, window))]
+
+
+def _largest_force(findings: Findings) -> Iterator[Answer]:
     assumed = {s.stage: s.assumed for s in sharings(findings.summary["load_sharing"])}
     for stage in findings.summary["stages"]:
-        peaks = [p for window, part in parts if (p := _peak(findings, stage, part, window))]
+        peaks = peaks_of_stage(findings, stage)
         if not peaks:
             continue
         peak, steady = max(peaks, key=lambda p: p.ratio), peaks[0]

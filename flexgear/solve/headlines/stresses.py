@@ -1,67 +1,156 @@
-"""Headlines of stresses in teeth: roots and flanks."""
+"""Headlines of stresses in teeth: roots and flanks, beside what the case allows."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 
 from flexgear.gears.flank_pressure import pitch_point_pressure
 from flexgear.gears.geometry import stage_geometry
 from flexgear.model.names import FlankName
-from flexgear.results.report.sharing import own_variant
-from flexgear.results.report.wording import with_unit, words
-from flexgear.solve.headlines.declaration import Answer, Findings, Headline
+from flexgear.results.report.sharing import own_variant, sharings
+from flexgear.results.report.wording import factor, number, words
+from flexgear.solve.headlines.declaration import Answer, Findings, Headline, Level
+from flexgear.solve.headlines.loads import peaks_of_stage
 
-UNRATED = "Not assessed: no allowable stress given."
+
+@dataclass(frozen=True)
+class _Kind:
+    """A kind of stress. key: of a gear, its allowable; exponent: of the force that it grows with;
+    computed, nominal: what it is, from the load along the face and by formula alone."""
+
+    key: str
+    exponent: float
+    computed: str
+    nominal: str
+
+
+@dataclass(frozen=True)
+class _Part:
+    """Stresses of one kind in a stage. gears: by the name of a stress, whose stress it is, a gear
+    or both of a gear mesh; computed: from the load along the face, not by formula alone."""
+
+    findings: Findings
+    stage: str
+    kind: _Kind
+    gears: Mapping[str, tuple[str, ...]]
+    computed: bool
+
+    def allowable(self, name: str) -> float | None:
+        """Pa; the lower one of a pair, None where the case gives none."""
+        stage = self.findings.case.view(self.stage).stage
+        limits = [getattr(getattr(stage, gear), self.kind.key) for gear in self.gears[name]]
+        return min((limit for limit in limits if limit is not None), default=None)
+
+
+_ROOT = _Kind(
+    "allowable_root_stress",
+    1.0,
+    "by finite elements, largest of the equilibria",
+    "nominal, of ISO 6336-3 without load factors",
+)
+_FLANK = _Kind(
+    "allowable_flank_pressure",
+    0.5,  # of Hertz
+    "along the face, largest of the equilibria",
+    "nominal at the pitch point, without load factors",
+)
 
 
 def _root_stress(findings: Findings) -> Iterator[Answer]:
     for stage, figures in findings.summary["stages"].items():
-        stresses = {gear: f["max"] for gear, f in figures.get("root_stress_mpa", {}).items()}
-        basis = "by finite elements, largest of the equilibria"
-        if not stresses:
-            stresses = figures.get("nominal_root_stress_mpa", {})
-            basis = "nominal, of ISO 6336-3 without load factors"
-        yield from _largest(stage, stresses, basis)
+        computed = {gear: f["max"] for gear, f in figures.get("root_stress_mpa", {}).items()}
+        stresses = computed or figures.get("nominal_root_stress_mpa", {})
+        gears = {gear: (gear,) for gear in stresses}
+        yield from _largest(_Part(findings, stage, _ROOT, gears, bool(computed)), stresses)
 
 
 def _flank_pressure(findings: Findings) -> Iterator[Answer]:
     flanks = own_variant(findings.summary.get("face_load", {}))
     for stage in findings.summary["stages"]:
-        pressures: dict[str, float] = {}
+        view = findings.case.view(stage)
+        stresses: dict[str, float] = {}
+        gears: dict[str, tuple[str, ...]] = {}
         for flank, figures in flanks.items():
             group = FlankName.parse(flank).group
             if group.stage == stage and "largest_contact_pressure_mpa" in figures:
                 largest = figures["largest_contact_pressure_mpa"]
-                pressures[group.part] = max(pressures.get(group.part, 0.0), largest)
-        basis = "along the face, largest of the equilibria"
-        if not pressures:
-            view = findings.case.view(stage)
+                stresses[group.part] = max(stresses.get(group.part, 0.0), largest)
+                gears[group.part] = (view.part(group.kind), view.part("planet"))
+        computed = bool(stresses)
+        if not computed:
             geometry, forces = stage_geometry(view), findings.flow.stage(stage).gear_mesh_forces
-            pressures = {
-                role: pitch_point_pressure(view, geometry, role, force) / 1e6
-                for role, force in forces.items()
-                if role in geometry.gear_meshes and force
-            }
-            basis = "nominal at the pitch point, without load factors"
-        yield from _largest(stage, pressures, basis)
+            for role, force in forces.items():
+                if role in geometry.gear_meshes and force:
+                    stresses[role] = pitch_point_pressure(view, geometry, role, force) / 1e6
+                    gears[role] = (view.part(role), view.part("planet"))
+        yield from _largest(_Part(findings, stage, _FLANK, gears, computed), stresses)
 
 
-def _largest(stage: str, stresses_mpa: dict[str, float], basis: str) -> Iterator[Answer]:
-    """The largest stress of a stage, and the others beside it; none of a stage without load."""
-    loaded = {words(name): size for name, size in stresses_mpa.items() if size > 0.0}
+def _largest(part: _Part, stresses_mpa: Mapping[str, float]) -> Iterator[Answer]:
+    """The stress of a stage that uses most of its allowable, and the others beside it; the largest
+    where none has an allowable, and nothing of a stage without load."""
+    stage, loaded = part.stage, {g: 1e6 * s for g, s in stresses_mpa.items() if s > 0.0}
     if not loaded:
         return
-    (name, size), *rest = sorted(loaded.items(), key=lambda item: -item[1])
-    beside = "".join(f"; {other} {with_unit(1e6 * s, 'Pa')}" for other, s in rest)
-    sentence = f"{name.capitalize()}, {basis}{beside}. {UNRATED}"
-    yield Answer("open", stage, size, with_unit(1e6 * size, "Pa"), sentence)
+    basis = part.kind.computed if part.computed else part.kind.nominal
+    allowed = {gear: part.allowable(gear) for gear in loaded}
+    gear, *others = sorted(
+        loaded, key=lambda g: (-loaded[g] / (allowed[g] or math.inf), -loaded[g])
+    )
+    beside = "".join(f"; {words(g)} {_of(loaded[g], allowed[g])}" for g in others)
+    sentence, limit = f"{words(gear).capitalize()}, {basis}{beside}.", allowed[gear]
+    shown = _of(loaded[gear], limit)
+    if limit is None:
+        open_sentence = f"{sentence} Not assessed: no allowable stress given."
+        yield Answer("open", stage, loaded[gear] / 1e6, shown, open_sentence)
+        return
+    level, reason = _held(part, loaded[gear], limit)
+    unheld = [words(g) for g in loaded if allowed[g] is None]
+    missing = f" No allowable stress given: {', '.join(unheld)}." if unheld else ""
+    sentence += f" {words(gear).capitalize()}: {reason}{missing}"
+    yield Answer(level, stage, loaded[gear] / 1e6, shown, sentence, limit / 1e6)
+
+
+def _held(part: _Part, stress: float, limit: float) -> tuple[Level, str]:
+    """Level and reason of a stress, Pa, held to its allowable, at rest and with the largest
+    gear-mesh force of the run; a stress by formula is never within limits, since it knows nothing
+    of the load along the face."""
+    ratio = max((p.ratio for p in peaks_of_stage(part.findings, part.stage)), default=1.0)
+    in_equilibria = 1.0
+    if part.computed:
+        every = sharings(part.findings.summary["load_sharing"])
+        in_equilibria = next((s.in_equilibria or 1.0 for s in every if s.stage == part.stage), 1.0)
+    peak = stress * max(1.0, ratio / in_equilibria) ** part.kind.exponent
+    reason = (
+        f"{_percent(stress / limit)} of the allowable; {number(peak / 1e6)} MPa, "
+        f"{_percent(peak / limit)}, with the largest gear-mesh force, {factor(ratio)} × nominal."
+    )
+    if stress > limit:
+        return "bad", reason
+    if peak > limit:
+        return "watch", reason
+    if part.computed:
+        return "good", reason
+    return "note", f"{reason} No verdict: the load along the face is not computed."
+
+
+def _of(stress: float, limit: float | None) -> str:
+    """ "246.6 of 400 MPa"."""
+    beside = "" if limit is None else f" of {number(limit / 1e6)}"
+    return f"{number(stress / 1e6)}{beside} MPa"
+
+
+def _percent(share: float) -> str:
+    return f"{number(100.0 * share, 3)} %"
 
 
 ROOT_STRESS = Headline(
     "root_stress", "Root stress", "MPa", "largest stress in the roots of the teeth", "face",
-    _root_stress,
+    _root_stress, "allowable_root_stress of the gear",
 )  # fmt: skip
 FLANK_PRESSURE = Headline(
     "flank_pressure", "Flank pressure", "MPa", "largest Hertz pressure between flanks", "face",
-    _flank_pressure,
+    _flank_pressure, "allowable_flank_pressure of the gears in contact",
 )  # fmt: skip
