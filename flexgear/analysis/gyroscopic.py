@@ -14,7 +14,7 @@ Frequencies are those seen in the frame in which a body's coordinates are descri
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -64,7 +64,6 @@ class Campbell:
 class ExcitationLine:
     """Excitation of frequency order · factor · base Hz, e.g. a gear-mesh frequency's harmonic."""
 
-    name: str
     order: float
     base: float
 
@@ -157,18 +156,6 @@ def _check_skew(gyroscopic: Array) -> None:
         raise FlexgearError("the gyroscopic matrix is not skew-symmetric: it would do work")
 
 
-def without_rolling(centripetal: Array, rolling: Array, input_rows: Array) -> Array:
-    """Pᵀ C P with P = I − rolling · input_rows: centrifugal stiffness of the motion beside rolling.
-
-    rolling: (d, F) motion per radian of each independent rotation; input_rows: (F, d) rows that
-    give the rotations. A planet that has rolled on has not left its place in the turning carrier,
-    and the centrifugal force, which passes through the axis wherever the planet is, has no moment.
-    C as it stands would push the absolute tangential displacement R θ outward for ever.
-    """
-    keep = np.eye(len(centripetal)) - rolling @ input_rows
-    return np.asarray(keep.T @ centripetal @ keep)
-
-
 def whirl_sense(shapes: Complex, planes: Array, weights: ArrayLike | None = None) -> Array:
     """Sense of whirl (m,) in [−1, 1]: −2 Σ w Im(X* Y) / Σ w (|X|² + |Y|²).
 
@@ -225,13 +212,6 @@ def campbell(
         if planes is not None:
             sense[i] = whirl_sense(before, planes, weights)
     return Campbell(s, frequencies, mac, sense)
-
-
-def excitation_lines(
-    bases: Mapping[str, float], orders: Sequence[float] = (1, 2, 3)
-) -> tuple[ExcitationLine, ...]:
-    """Lines order · base for every base frequency (name -> Hz at factor 1) and order."""
-    return tuple(ExcitationLine(n, float(o), float(b)) for n, b in bases.items() for o in orders)
 
 
 def crossings(campbell: Campbell, lines: Sequence[ExcitationLine]) -> tuple[Crossing, ...]:

@@ -52,14 +52,6 @@ class SteadyState:
     motion: Complex
     forces: Complex
 
-    def motion_at(self, time: ArrayLike) -> Array:
-        """q (t, d) at times (t,) in s."""
-        return in_time(self.motion, self.omega, time)
-
-    def velocity_at(self, time: ArrayLike) -> Array:
-        """q̇ (t, d) at times (t,) in s."""
-        return in_time(1j * self.omega * self.motion, self.omega, time)
-
     def forces_at(self, time: ArrayLike) -> Array:
         """Gear-mesh forces (t, n) in N at times (t,) in s."""
         return in_time(self.forces, self.omega, time)

@@ -15,7 +15,7 @@ import xarray as xr
 
 from flexgear.cli.display import as_json_text, key_table, shown, table
 from flexgear.cli.outputs import save_or_rescue
-from flexgear.model.names import BodyName
+from flexgear.model.names import GEAR_MESH, PLANET_PASS, SHAFT, BodyName
 from flexgear.model.units import RPM
 from flexgear.results.dataset import save
 from flexgear.results.flanks import GEARS, flank_names
@@ -26,7 +26,7 @@ from flexgear.results.sinks import Ranges
 from flexgear.results.stage_part import stage_part, with_spread
 from flexgear.results.summary import displacement_summary, stage_histories
 from flexgear.solve.campbell import IDEAL, crossing_rows
-from flexgear.solve.excitation import GEAR_MESH, LEAST, PLANET_PASS, SHAFT
+from flexgear.solve.excitation import LEAST
 from flexgear.solve.headlines.solution import balance_sentence
 from flexgear.solve.model import Model
 from flexgear.solve.modes import mode_rows, top_shares

@@ -40,7 +40,7 @@ from flexgear.gears.power_flow import power_flow
 from flexgear.gears.radii import stage_radii
 from flexgear.model.case import Case
 from flexgear.model.joint import Joint
-from flexgear.model.names import BodyName, MemberName
+from flexgear.model.names import MOUNT, BodyName, MemberName, NodeName
 from flexgear.model.stage_view import inside
 from flexgear.structures.bodies import Body, lumped_body
 from flexgear.structures.reduced import ReducedBody
@@ -110,7 +110,7 @@ def _bodies(
 def _mount_housing(b: TrainAssembly) -> None:
     """Springs between the housing and the ground, at each node of an FE housing that has some."""
     matrix, body = b.case.housing.mount.matrix, b.a.body("housing")
-    nodes = [name for name in body.node_names if name.startswith("mount")]
+    nodes = [name for name in body.node_names if NodeName.parse(name).kind == MOUNT]
     for node in nodes or ["housing"]:
         b.a.link(f"housing_{node if nodes else 'mount'}", b.a.rows("housing", node), matrix)
 

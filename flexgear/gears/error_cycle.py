@@ -126,23 +126,6 @@ def exact_rate(speed: float, lead: float, limit: int = 10**6) -> Fraction:
     return Fraction(speed / lead).limit_denominator(limit)
 
 
-def sample_angles(
-    stage: Stage,
-    per_gear_mesh: int,
-    *,
-    most: int | None = None,
-    sources: Iterable[str] = SOURCES,
-    carrier_turns: Fraction = Fraction(1),
-) -> AngleSamples:
-    """Stage angles θ over the error cycle, ``per_gear_mesh`` positions a gear-mesh cycle.
-
-    most: gear-mesh cycles at most; a longer error cycle is sampled by that many of them (None:
-    the whole, however long).
-    """
-    cycle = error_cycle(stage, sources, carrier_turns)
-    return _sampled(cycle.gear_meshes, Fraction(1, cycle.per_turn), per_gear_mesh, most)
-
-
 def sample_train_angles(
     turns: Sequence[TrainTurn], window: int, per_gear_mesh: int, most: int
 ) -> AngleSamples:

@@ -18,7 +18,7 @@ class Housing(Section):
 
     kind: rigid, the ground; lumped, a rigid body on a mount; or reduced, an FE body that another
     program reduced. mass: of the lumped one. inertia: about x, y, z. mount: springs between it and
-    the ground; of a reduced one at each of its nodes whose name begins with "mount". fe_mesh_file:
+    the ground; of a reduced one at each of its nodes mount_1, mount_2 …. fe_mesh_file:
     stiffness and mass of the reduced one. fe_mesh_mass_file: the mass, where it stands in a file of
     its own. fe_mesh_nodes: table of its nodes, CSV, each named as the support that stands on it.
     fe_mesh_unit: "mm" is N, mm, t, s and "m" SI.

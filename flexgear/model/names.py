@@ -8,6 +8,9 @@ from typing import Annotated, Any, Self
 from pydantic import AfterValidator
 
 SIDES = ("left", "right")  # halves of a double-helical stage
+GEAR_MESH, SHAFT, PLANET_PASS = "gear mesh", "shaft", "planet pass"  # kinds of excitation
+_PASS = f" {PLANET_PASS}"
+MOUNT = "mount"  # kind of the nodes of an FE housing that stand on the ground
 _NUMBERED = re.compile(rf"(.+?)(?:_({'|'.join(SIDES)}))?_(\d+)")
 
 
@@ -166,3 +169,38 @@ class FlankName(_Name):
         """A label of a result."""
         group, _, sense = str(text).rsplit(" ", 2)
         return cls(text, group=GroupName.parse(group), sense=sense)
+
+
+class ExcitationName(_Name):
+    """What excites a train, "<cause> x <order>": the gear meshes of a stage, by its name; the turn
+    of a member, "<stage>.<part>"; the planets of a stage that pass a place of its ring, "<stage>
+    planet pass".
+
+    kind: GEAR_MESH, SHAFT or PLANET_PASS; stage; part: of a shaft, else ""; order: of the cause's
+    frequency, as printed.
+    """
+
+    kind: str
+    stage: str
+    part: str
+    order: str
+
+    @classmethod
+    def of(cls, kind: str, stage: str, order: float, part: str = "") -> Self:
+        """An order of a cause."""
+        cause = f"{stage}.{part}" if part else stage
+        text = f"{cause}{_PASS if kind == PLANET_PASS else ''} x {order:g}"
+        return cls(text, kind=kind, stage=stage, part=part, order=f"{order:g}")
+
+    @classmethod
+    def parse(cls, text: str) -> Self:
+        """A label of a result."""
+        cause, _, order = str(text).rpartition(" x ")
+        member = MemberName.parse(cause)
+        kind = GEAR_MESH
+        if member.part:
+            kind = SHAFT
+        elif cause.endswith(_PASS):
+            kind = PLANET_PASS
+        stage = member.stage.removesuffix(_PASS)
+        return cls(text, kind=kind, stage=stage, part=member.part, order=order)

@@ -17,9 +17,10 @@ from flexgear.analysis.mode_types import members, planar_rows
 from flexgear.analysis.modes import Modes
 from flexgear.analysis.nodal_index import ABSENT, MIXED, UNEVEN, folded
 from flexgear.analysis.order_force import Loaded, decay, resonant_force
+from flexgear.model.names import GEAR_MESH
 from flexgear.results.labelled_dataset import labelled_dataset
 from flexgear.solve.dataset import result_attrs, result_labels
-from flexgear.solve.excitation import GEAR_MESH, Excitation, excitations, operating_factors
+from flexgear.solve.excitation import Excitation, excitations, operating_factors
 from flexgear.solve.model import Model
 from flexgear.solve.modes import nodal_index
 

@@ -11,6 +11,7 @@ import numpy as np
 from flexgear.analysis.gyroscopic import ExcitationLine
 from flexgear.analysis.nodal_index import excited_index
 from flexgear.model.machine import machines_of
+from flexgear.model.names import GEAR_MESH, PLANET_PASS, SHAFT, ExcitationName
 from flexgear.model.stage import Stage
 from flexgear.solve.model import Model
 
@@ -20,28 +21,31 @@ RESOLVED = 4  # positions of the cycle for a harmonic that counts
 USUAL = (1, 2, 3)  # orders of gear meshes whose stiffness tells none
 TURNS = (1, 2)  # orders of a shaft's turn: unbalance and eccentricity, misalignment
 SAME = 1e-9  # relative, of frequencies that are one
-GEAR_MESH, SHAFT, PLANET_PASS = "gear mesh", "shaft", "planet pass"
 
 
 @dataclass(frozen=True)
 class Excitation:
     """A line of the Campbell diagram.
 
-    stage: whose it is; kind: GEAR_MESH, SHAFT or PLANET_PASS; share: amplitude of the gear-mesh
+    label: its name; share: amplitude of the gear-mesh
     stiffness over its mean, NaN where nothing is known of it; index: k that it drives in a stage of
     equal planets, −1 where it drives none of equal parts.
     """
 
     line: ExcitationLine
-    stage: str
-    kind: str
+    label: ExcitationName
     share: float = math.nan
     index: int = -1
 
     @property
-    def label(self) -> str:
-        """ "stage_1 x 3", "stage_1.sun x 1", "stage_1 planet pass x 1"."""
-        return f"{self.line.name} x {self.line.order:g}"
+    def stage(self) -> str:
+        """Stage that it is of."""
+        return self.label.stage
+
+    @property
+    def kind(self) -> str:
+        """GEAR_MESH, SHAFT or PLANET_PASS."""
+        return self.label.kind
 
 
 def excitations(
@@ -64,8 +68,9 @@ def excitations(
         for order in usual:
             share = float(shares[int(order)]) if order in range(len(shares)) else math.nan
             index = excited_index(order, _driver_teeth(stage), stage.planets)
-            line = ExcitationLine(stage.name, float(order), base)
-            excited.append(Excitation(line, stage.name, GEAR_MESH, share, index))
+            line = ExcitationLine(float(order), base)
+            name = ExcitationName.of(GEAR_MESH, stage.name, order)
+            excited.append(Excitation(line, name, share, index))
     return (*excited, *_turning(model))
 
 
@@ -105,15 +110,16 @@ def _turning(model: Model) -> Iterator[Excitation]:
                 continue
             known.append(base)
             for order in TURNS:
-                line = ExcitationLine(f"{stage.name}.{part}", float(order), base)
-                yield Excitation(line, stage.name, SHAFT)
+                line = ExcitationLine(float(order), base)
+                yield Excitation(line, ExcitationName.of(SHAFT, stage.name, order, part))
         stage_flow = flow.stage(stage.name)
         passes = (
             stage.planets * abs(stage_flow.carrier_speed - stage_flow.ring_speed) / (2 * math.pi)
         )
         if stage.kind == "planetary" and passes > 0.0:
-            line = ExcitationLine(f"{stage.name} planet pass", 1.0, passes)
-            yield Excitation(line, stage.name, PLANET_PASS)
+            name = ExcitationName.of(PLANET_PASS, stage.name, 1)
+            line = ExcitationLine(1.0, passes)
+            yield Excitation(line, name)
 
 
 def operating_factors(model: Model) -> tuple[float, ...]:

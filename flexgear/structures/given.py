@@ -18,7 +18,7 @@ from flexgear.gears.geometry import stage_geometry
 from flexgear.model.carrier import Carrier
 from flexgear.model.errors import InputError
 from flexgear.model.housing import Housing
-from flexgear.model.names import BodyName
+from flexgear.model.names import MOUNT, BodyName, NodeName
 from flexgear.model.ring import Ring
 from flexgear.model.ring_supports import ring_supports
 from flexgear.model.stage_view import StageView
@@ -82,7 +82,7 @@ def given_housing(housing: Housing, source: str) -> Body:
     except InputError as fault:
         problem = f"{fault.where}: {fault.key}: {fault.problem}"
         raise InputError(source, "housing.fe_mesh_file", problem, fault.remedy) from None
-    if not any(name.startswith("mount") for name in read.node_names):
+    if not any(NodeName.parse(name).kind == MOUNT for name in read.node_names):
         raise InputError(
             source, "housing.fe_mesh_nodes", "has no node mount_1, so nothing holds the housing",
             "name the nodes that stand on the ground mount_1, mount_2 …",

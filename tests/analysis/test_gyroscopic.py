@@ -9,13 +9,12 @@ from hypothesis import strategies as st
 from lumped_stage import lin_parker
 
 from flexgear.analysis.gyroscopic import (
+    ExcitationLine,
     campbell,
     crossings,
     direction,
-    excitation_lines,
     whirl_modes,
     whirl_sense,
-    without_rolling,
 )
 from flexgear.model.errors import FlexgearError
 
@@ -115,6 +114,18 @@ def gyroscopic_terms(stage, speed, bodies=(0, 2)):
     return gyro, centripetal
 
 
+def without_rolling(centripetal, rolling, input_rows):
+    """Pᵀ C P with P = I − rolling · input_rows: centrifugal stiffness of the motion beside rolling.
+
+    rolling: (d, F) motion per radian of each independent rotation; input_rows: (F, d) rows that
+    give the rotations. A planet that has rolled on has not left its place in the turning carrier,
+    and the centrifugal force, which passes through the axis wherever the planet is, has no moment.
+    C as it stands would push the absolute tangential displacement R θ outward for ever.
+    """
+    keep = np.eye(len(centripetal)) - rolling @ input_rows
+    return np.asarray(keep.T @ centripetal @ keep)
+
+
 def test_rolling_is_neither_driven_nor_held_by_planets_that_orbit():
     """With C on absolute displacements the train would run away; beside rolling it does not."""
     stage = lin_parker(3)
@@ -183,7 +194,7 @@ def test_crossing_of_a_line_with_foucault():
     """Order n of base f_b meets ω₀ ± sΩ at s = f₀ / (n f_b ∓ Ω/2π)."""
     mass, k, gyro, centripetal = point()
     c = campbell(mass, k, gyro, centripetal, np.linspace(0, 2, 41))
-    lines = excitation_lines({"stage": 4.0}, orders=(1, 2))
+    lines = [ExcitationLine(order, 4.0) for order in (1.0, 2.0)]
     found = crossings(c, lines)
     base, spin = 20 / (2 * np.pi), 5 / (2 * np.pi)
     wanted = sorted(base / (line.slope - sign * spin) for line in lines for sign in (-1, 1))
@@ -197,7 +208,7 @@ def test_rigid_motion_has_no_crossing_and_a_grid_point_counts_once():
     stiffness = (2 * np.pi * 3.0) ** 2 * np.array([[1.0, -1.0], [-1.0, 1.0]]) / 2
     zero = np.zeros((2, 2))
     c = campbell(mass, stiffness, zero, zero, [0.0, 0.5, 1.0, 1.5])
-    found = crossings(c, excitation_lines({"a": 3.0}, orders=(1,)))
+    found = crossings(c, [ExcitationLine(1.0, 3.0)])
     assert [(x.mode, x.factor) for x in found] == [(1, 1.0)]
 
 

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 from coupled import TORQUE, make_system, shaped
+from reference_transient import reference_transient
 
 from flexgear.analysis.recovery import Recovery
-from flexgear.analysis.reference import reference_transient
 from flexgear.analysis.start import start_state
 from flexgear.analysis.step_plan import FineWindow, plan_segments
 from flexgear.analysis.transient import Collector, Drive, collected, transient

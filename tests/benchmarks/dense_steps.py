@@ -4,7 +4,7 @@ r"""Steps in all coordinates with dense matrices: the usual ways for a stiffness
 
 "refactor": the matrix is summed and factorised by Cholesky at every step and every set of loaded
 pairs; "woodbury": the inverse of the constant part is kept dense and updated by the few rows V.
-Same rule, rows and sets as flexgear's step (`analysis.reference`).
+Same rule, rows and sets as flexgear's step (`tests/reference_transient.py`).
 """
 
 from __future__ import annotations
@@ -14,9 +14,9 @@ from dataclasses import dataclass, field
 import numpy as np
 import scipy.linalg as sla
 from numba import njit
+from reference_transient import damping_matrix, law
 
 from flexgear.analysis.kernels.step import BETA, GAMMA
-from flexgear.analysis.reference import damping_matrix, law
 from flexgear.analysis.transient import State
 from flexgear.coupling.kernels.elements import pair_rows
 from flexgear.coupling.kernels.pairs import build_rows

@@ -7,11 +7,11 @@ import pytest
 from coupled import TORQUE, make_case, make_system
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from reference_transient import damping_matrix
 from scipy import linalg
 
 from flexgear.analysis.contact_springs import row_vectors, rows_at
 from flexgear.analysis.recovery import Recovery
-from flexgear.analysis.reference import damping_matrix
 from flexgear.analysis.transient import Collector, Drive, collected, transient
 from flexgear.coupling.build import build_system
 from flexgear.coupling.modal import chosen_modal, elastic_modes, modal_system

@@ -19,7 +19,6 @@ from flexgear.gears.error_cycle import (
     error_cycle,
     error_sources,
     exact_rate,
-    sample_angles,
     sample_train_angles,
     spread,
     train_cycle,
@@ -93,6 +92,11 @@ def test_sources_of_errors():
     assert error_sources(given_errors) == ("sun", "planet")
     assert error_sources(GearErrors(ring_pitch=1e-6, ring_offset=1e-6)) == ("ring", "housing")
     assert error_sources(GearErrors(ring_gear_mesh=1e-5), housing=True) == ("housing",)
+
+
+def sample_angles(stage, per_gear_mesh, most=HORIZON):
+    """Angles of a stage that is a train by itself."""
+    return sample_train_angles([TrainTurn(error_cycle(stage), Fraction(1))], 0, per_gear_mesh, most)
 
 
 def test_bundled_stage_is_sampled_in_whole_gear_mesh_cycles():

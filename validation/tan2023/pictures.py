@@ -15,6 +15,7 @@ from flexgear.views.positions import equilibrium_positions
 from flexgear.views.probe import require_rendering
 from flexgear.views.style import DEFORMED_COLOUR, ORIGINAL_COLOUR, panels, styled
 from tan2023.measures import RPM
+from tan2023.pair_pictures import numbered_pair_loads, pair_stiffness_and_error
 from tan2023.ring_statements import carrier_under_pin_forces, pair_curves
 from tan2023.runs import MAIN_DROP, Runs
 
@@ -56,7 +57,7 @@ def picture(
 @picture(7, "Pair stiffness and gear-mesh error", "Stiffness along the 3D line of action over the "
          "position of the contact line at mid-face.")  # fmt: skip
 def figure_7(runs: Runs) -> Figure:
-    return loads.pair_stiffness_and_error(pair_curves(runs))
+    return pair_stiffness_and_error(pair_curves(runs))
 
 
 @picture(
@@ -125,7 +126,7 @@ def figure_11(runs: Runs) -> Figure:
 
 @picture(12, "Tooth loads of ring and planet 1")
 def figure_12(runs: Runs) -> Figure:
-    return loads.numbered_pair_loads(runs.steady["flexible"], "ring", 1, window=NEAR)
+    return numbered_pair_loads(runs.steady["flexible"], "ring", 1, window=NEAR)
 
 
 @picture(13, "X displacement of all ring tooth nodes")

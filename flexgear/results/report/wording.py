@@ -7,6 +7,7 @@ import re
 from collections.abc import Iterable, Mapping
 from typing import Any
 
+from flexgear.model.names import PLANET_PASS, SHAFT, ExcitationName, MemberName
 from flexgear.model.units import ALL_SUFFIXES, unit_name
 
 # unit -> (at least so large, printed unit, multiply by), the largest first; the last one takes all
@@ -30,7 +31,6 @@ _DIGITS = {"mm": 6, "°": 5, "r/min": 5, "rad/s": 5, "Hz": 5, "share": 3}
 _EVEN = 0.01  # load factors nearer to one get a digit more
 _UNITS = {"deg": "°", "rpm": "r/min", "h": "h", "m3": "m³"}
 FACTOR = "factor"  # unit of load factors
-_PASS = " planet pass"
 _TIMES = {"1": "Once", "2": "Twice"}
 _ALWAYS = {"iso": "ISO", "hz": "Hz", "fe": "FE", "id": "name"}
 
@@ -116,12 +116,13 @@ def of_stage(stage: str) -> str:
 
 def excitation_words(label: str) -> str:
     """ "stage_1 x 3" -> "Order 3 of the gear mesh of stage 1"."""
-    name, _, order = label.rpartition(" x ")
-    if name.endswith(_PASS):
-        return f"The pass of planets of {words(name.removesuffix(_PASS))}"
-    if "." in name:
-        return f"{_TIMES.get(order, f'{order} times')} the turn of {words(name)}"
-    return f"Order {order} of the gear mesh{of_stage(name)}"
+    name = ExcitationName.parse(label)
+    if name.kind == PLANET_PASS:
+        return f"The pass of planets of {words(name.stage)}"
+    if name.kind == SHAFT:
+        member = words(MemberName.of(name.stage, name.part))
+        return f"{_TIMES.get(name.order, f'{name.order} times')} the turn of {member}"
+    return f"Order {name.order} of the gear mesh{of_stage(name.stage)}"
 
 
 def split_unit(key: str) -> tuple[str, str]:

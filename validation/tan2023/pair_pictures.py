@@ -1,0 +1,109 @@
+"""Loads of numbered tooth pairs, stiffness and error of a pair: the paper's Figures 7, 12."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+
+from flexgear.views.loads import LABELS, finish_x, flank_label, pair_arrays, pair_curves
+from flexgear.views.select import Window, abscissa, planet_count, windowed
+from flexgear.views.style import (
+    KILO,
+    MICRO,
+    N_PER_M_TO_N_PER_UM,
+    NEUTRAL,
+    PLANET_COLOURS,
+    FloatArray,
+    panels,
+    planet_colour,
+    styled,
+)
+
+
+@styled
+def numbered_pair_loads(
+    dataset: xr.Dataset,
+    gear_mesh: str = "ring",
+    planet: int = 1,
+    window: Window | None = None,
+) -> Figure:
+    """Load of each tooth pair with its tooth number, and pairs in contact below (Figure 12)."""
+    dataset = windowed(dataset, "carrier_angle", window)
+    at = abscissa(dataset, "carrier_angle")
+    load, tooth, _ = pair_arrays(dataset, gear_mesh, planet)
+    figure, axes = panels(2, 1, height_mm=98, sharex=True, height_ratios=[4, 1])
+    top, bottom = axes[:, 0]
+    low, high = sorted((float(at[0]), float(at[-1])))
+    edge = 0.01 * (high - low)
+    for number, (theta, value) in pair_curves(at, tooth, load).items():
+        colour = PLANET_COLOURS[number % 5]
+        top.plot(theta, value * KILO, color=colour)
+        start = 0
+        for stop in [*np.flatnonzero(np.isnan(theta)).tolist(), theta.size]:
+            piece = slice(start, stop)
+            start = stop + 1
+            if theta[piece].size == 0:
+                continue
+            peak = int(np.nanargmax(value[piece]))
+            place = theta[piece][peak]
+            if not low + edge < place < high - edge:
+                continue
+            top.annotate(
+                f"{number}",
+                (place, value[piece][peak] * KILO),
+                xytext=(0, 3),
+                textcoords="offset points",
+                ha="center",
+                color=colour,
+                fontsize=8,
+            )
+    top.margins(y=0.1)
+    top.axhline(0, color=NEUTRAL, lw=0.7)
+    top.set_ylabel("load of a tooth pair (kN)")
+    teeth = "ring" if gear_mesh == "ring" else "sun"
+    flank = flank_label([dataset], gear_mesh, planet)
+    top.set_title(f"Tooth-pair loads, {LABELS[gear_mesh]} {planet}{flank} (numbers: {teeth} teeth)")
+    bottom.step(at, (tooth > 0).sum(axis=1), where="mid", color=planet_colour(planet))
+    bottom.yaxis.set_major_locator(MaxNLocator(integer=True))
+    bottom.set_ylabel("pairs in\ncontact")
+    bottom.margins(y=0.25)
+    finish_x(bottom, "carrier_angle", planet_count(dataset), at[0], at[-1])
+    return figure
+
+
+@styled
+def pair_stiffness_and_error(
+    curves: Mapping[str, Mapping[str, FloatArray]],
+    x_label: str = "position on the line of action s (mm)",
+    x_factor: float = 1e3,
+) -> Figure:
+    """Single-pair stiffness and error over the path, sun and ring (Figure 7).
+
+    ``curves[gear_mesh]`` holds arrays "position" (m), "stiffness" (N/m) and, if there is one,
+    "error" (m), all (n,).
+    """
+    with_error = any("error" in c for c in curves.values())
+    figure, axes = panels(1, 2 if with_error else 1, height_mm=66)
+    colours = {"sun": "#D55E00", "ring": "#0072B2"}
+    for name, curve in curves.items():
+        colour, label = colours.get(name, NEUTRAL), LABELS.get(name, name)
+        at = np.asarray(curve["position"]) * x_factor
+        pair = np.asarray(curve["stiffness"]) * N_PER_M_TO_N_PER_UM
+        axes[0, 0].plot(at, pair, color=colour, label=label)
+        if "error" in curve:
+            axes[0, 1].plot(at, np.asarray(curve["error"]) * MICRO, color=colour, label=label)
+    axes[0, 0].set_title("(a) single-pair stiffness")
+    axes[0, 0].set_ylabel("pair stiffness (N/µm)")
+    axes[0, 0].set_ylim(bottom=0)
+    if with_error:
+        axes[0, 1].set_title("(b) gear-mesh error")
+        axes[0, 1].set_ylabel("error along the line of action (µm)")
+    for ax in axes[0]:
+        ax.set_xlabel(x_label)
+    handles, labels = axes[0, 0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=2)
+    return figure
