@@ -266,8 +266,11 @@ def pair_rows(data: PairData, machines: int = 0) -> Rows:
 
 
 def slice_parameters(data: PairData) -> int:
-    """Parameters of the law of pairs in slices; 0 where none is."""
-    return FIRST + data.slice_table.shape[2] - OF_LINE if data.slice_table.shape[2] else 0
+    """Parameters of the law of pairs in slices, with room for the forces of one solution; 0 where
+    none is."""
+    if not data.slice_table.shape[2]:
+        return 0
+    return FIRST + data.slice_table.shape[2] - OF_LINE + int(data.slices.max(initial=0))
 
 
 def places_of_gear_mesh(data: PairData) -> int:

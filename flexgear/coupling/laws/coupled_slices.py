@@ -11,7 +11,8 @@ which are changed until none pulls and none that does not touch overlaps. The fo
 of J = ½ fᵀ C f + Σ ∫ f dh, and their tangent is that of the slices that touch. Damping τ k_j ẋ_j
 takes nominal stiffnesses k_j and neither pulls nor exceeds the force, as in ``slices``. Parameters:
 number of slices, τ s, then t, nominal stiffness N/m and g m of all, a m/N, d N, and the lower
-triangle of C by rows, m/N.
+triangle of C by rows, m/N; behind them, where there is room, the forces of the last solution, from
+which the next one starts: they save corrections and do not change the answer.
 """
 
 from __future__ import annotations
@@ -27,24 +28,25 @@ from flexgear.coupling.laws.slices import COUNT, FIRST, LOOSE, RELAXATION
 TRIES = 60
 ONE = np.uint64(1)
 AGREES = 1e-12  # of the largest approach, by which the equations may differ
-SETTLES = 1e-6  # the same before the last correction, which squares it
+SETTLES = 1e-5  # the same before the last correction, which squares it
+NEAR = 10.0  # ratio to the nominal force up to which that of the last solution is a first guess
 TOUCHES = 1e-9  # of d: the force from which the line contact is looked at
 
 
 @njit(**INNER)
-def _flexible(bending, count, i, j):
-    """C_ij from the parameters behind t, k and g."""
-    row, column = max(i, j), min(i, j)
-    return bending[2 * count + row * (row + 1) // 2 + column]
-
-
-@njit(**INNER)
-def _overlap(bending, x, f, j):
-    """x_j − Σ C_ji f_i."""
-    left = x[j]
-    for i in range(x.shape[0]):
-        left -= _flexible(bending, x.shape[0], i, j) * f[i]
-    return left
+def _overlaps(bending, x, f, left):
+    """left (K,) = x − C f; every entry of the triangle of C is read once."""
+    count = x.shape[0]
+    at = 2 * count
+    for j in range(count):
+        left[j] = x[j]
+    for j in range(count):
+        row, total, force = bending[at : at + j + 1], 0.0, f[j]
+        for i in range(j):
+            total += row[i] * f[i]
+            left[i] -= row[i] * force
+        left[j] -= total + row[j] * force
+        at += j + 1
 
 
 @njit(**INNER)
@@ -67,39 +69,46 @@ def _line_contact(bending, count, j, f):
 @njit(**INNER)
 def _solved(matrix, sides, n):
     """Symmetric elimination of the leading n × n block of ``matrix``, in place, from its upper
-    triangle; sides (n, 3): solved. No numbers where it is not positive definite.
+    triangle; sides (3, n): solved. No numbers where it is not positive definite.
 
     Row after row, so that no sum waits for itself; over unsigned numbers, none is counted from the
     end.
     """
     rows = np.uint64(n)
+    first, second, third = sides[0], sides[1], sides[2]
     for p in range(rows):
-        top, known = matrix[p], sides[p]
+        top = matrix[p]
         inverse = 1.0 / top[p] if top[p] > 0.0 else np.nan
+        x, y, z = first[p], second[p], third[p]
         for r in range(p + ONE, rows):
-            entries, side, factor = matrix[r], sides[r], top[r] * inverse
+            entries, factor = matrix[r], top[r] * inverse
             for c in range(r, rows):
                 entries[c] -= factor * top[c]
-            for c in range(3):
-                side[c] -= factor * known[c]
+            first[r] -= factor * x
+            second[r] -= factor * y
+            third[r] -= factor * z
     for below in range(rows):
         k = rows - ONE - below
-        top, side = matrix[k], sides[k]
-        x, y, z = side[0], side[1], side[2]
+        top = matrix[k]
+        x, y, z = first[k], second[k], third[k]
         for r in range(k + ONE, rows):
-            x -= top[r] * sides[r, 0]
-            y -= top[r] * sides[r, 1]
-            z -= top[r] * sides[r, 2]
-        side[0], side[1], side[2] = x / top[k], y / top[k], z / top[k]
+            x -= top[r] * first[r]
+            y -= top[r] * second[r]
+            z -= top[r] * third[r]
+        first[k], second[k], third[k] = x / top[k], y / top[k], z / top[k]
 
 
 @njit(error_model="numpy")
-def _newton(share, bending, x, f, place, sides):
-    """Forces f (K,) under the overlaps x (K,), from a guess in f; the number of slices that touch,
-    which are in ``place``, with df/dδ of both rows in ``sides`` (K, 3) behind the last
-    correction."""
-    count = x.shape[0]
-    matrix, active, largest = np.empty((count, count)), np.zeros(count, np.int64), 0.0
+def _newton(share, bending, x, f, space, marks):
+    """Forces f (K,) under the overlaps x (K,), from a guess in f; the number n of slices that
+    touch.
+
+    marks (2, K): on return [0, :n] says which; space (K + 4, K): on return its last two rows are,
+    of those n, df/dδ of both rows, behind the last correction.
+    """
+    count, largest = x.shape[0], 0.0
+    place, active = marks[0], marks[1]
+    matrix, left, sides = space[:count], space[count], space[count + 1 :]
     for j in range(count):
         active[j] = 1 if x[j] > 0.0 else 0
         f[j] *= active[j]
@@ -112,26 +121,28 @@ def _newton(share, bending, x, f, place, sides):
                 n += 1
         if n == 0:
             return 0
+        _overlaps(bending, x, f, left)
         for p in range(n):
             j = place[p]
             approach, slope, _ = _line_contact(bending, count, j, f[j])
-            left = _overlap(bending, x, f, j) - approach
-            worst = max(worst, abs(left))
-            sides[p, 0], sides[p, 1], sides[p, 2] = left, 1.0 - share[j], share[j]
+            worst = max(worst, abs(left[j] - approach))
+            sides[0, p], sides[1, p], sides[2, p] = left[j] - approach, 1.0 - share[j], share[j]
+            at = 2 * count + j * (j + 1) // 2
             for q in range(p + 1):
-                matrix[q, p] = _flexible(bending, count, j, place[q])
+                matrix[q, p] = bending[at + place[q]]
             matrix[p, p] += slope
         _solved(matrix, sides, n)
         changed = False
         for p in range(n):
             j = place[p]
-            f[j] += sides[p, 0]
+            f[j] += sides[0, p]
             if f[j] < 0.0:
                 f[j], active[j], changed = 0.0, 0, True
         if changed or worst > SETTLES * largest:
             continue
+        _overlaps(bending, x, f, left)
         for j in range(count):
-            if active[j] == 0 and _overlap(bending, x, f, j) > AGREES * largest:
+            if active[j] == 0 and left[j] > AGREES * largest:
                 active[j], changed = 1, True
         if not changed:
             return n
@@ -139,13 +150,13 @@ def _newton(share, bending, x, f, place, sides):
 
 
 @njit(**INNER)
-def _guess(stiffness, a, d, x):
-    """A force below that of an overlap x, from where Newton's method does not overshoot: nominal
-    flexibility and line contact one after the other."""
-    most = stiffness * x
+def _guess(most, share, d):
+    """A force below that of an overlap, from where Newton's method does not overshoot: nominal
+    flexibility and line contact one after the other. most: N, without line contact; share: a of the
+    line contact over the nominal flexibility."""
     if not most > TOUCHES * d:
         return 0.0
-    return most / (1.0 + stiffness * a * max(math.log(d / most), 1.0))
+    return most / (1.0 + share * max(math.log(d / most), 1.0))
 
 
 @compiled_law
@@ -153,19 +164,27 @@ def _coupled_slices(parameters, motion, force, tangent):
     """Sums over the slices that touch; a pair in the air keeps a small tangent, and no force."""
     count, tau = int(parameters[COUNT]), parameters[RELAXATION]
     share, nominal = parameters[FIRST : FIRST + count], parameters[FIRST + count :]
-    bending = parameters[FIRST + 3 * count :]
-    x, f, place = np.empty(count), np.empty(count), np.empty(count, np.int64)
-    sides, stiffness = np.empty((count, 3)), 0.0
+    last = FIRST + 5 * count + count * (count + 1) // 2
+    bending, before = parameters[FIRST + 3 * count : last], parameters[last:]
+    remembers = before.shape[0] >= count
+    space, marks, stiffness = np.empty((count + 6, count)), np.empty((2, count), np.int64), 0.0
+    x, f, sides, place = space[0], space[1], space[count + 4 :], marks[0]
     for j in range(count):
         b = share[j]
         x[j] = (1.0 - b) * motion[0, 0] + b * motion[0, 1] - nominal[count + j]
-        f[j] = _guess(nominal[j], bending[j], bending[count + j], x[j])
+        most = nominal[j] * x[j]
+        if remembers and most / NEAR < before[j] < most * NEAR:
+            f[j] = before[j]
+        else:
+            f[j] = _guess(most, nominal[j] * bending[j], bending[count + j])
         stiffness += nominal[j]
     for i in range(2):
         force[0, i], force[1, i] = 0.0, 0.0
         for j in range(2):
             tangent[0, i, j], tangent[1, i, j] = 0.0, 0.0
-    n, energy = _newton(share, bending, x, f, place, sides), 0.0
+    n, energy = _newton(share, bending, x, f, space[2:], marks), 0.0
+    for j in range(count if remembers else 0):
+        before[j] = f[j]
     for p in range(n):
         j = place[p]
         elastic, b = f[j], share[j]
@@ -181,8 +200,8 @@ def _coupled_slices(parameters, motion, force, tangent):
         force[1, 0] += a * elastic
         force[1, 1] += b * elastic
         for c in range(2):
-            tangent[0, 0, c] += spring * a * sides[p, 1 + c]
-            tangent[0, 1, c] += spring * b * sides[p, 1 + c]
+            tangent[0, 0, c] += spring * a * sides[c, p]
+            tangent[0, 1, c] += spring * b * sides[c, p]
         tangent[1, 0, 0] += damper * a * a
         tangent[1, 0, 1] += damper * a * b
         tangent[1, 1, 0] += damper * a * b
@@ -199,14 +218,14 @@ def forces_of(overlap: Array, share: Array, bending: Array) -> tuple[Array, Arra
     and lower triangles of C."""
     out, tangent = np.zeros_like(overlap), np.zeros((overlap.shape[0], 2, 2))
     count = overlap.shape[1]
-    place, sides = np.empty(count, np.int64), np.empty((count, 3))
+    space, marks = np.empty((count + 4, count)), np.empty((2, count), np.int64)
     for i in range(overlap.shape[0]):
-        touching = _newton(share[i], bending[i], overlap[i], out[i], place, sides)
+        touching = _newton(share[i], bending[i], overlap[i], out[i], space, marks)
         for p in range(touching):
-            b = share[i, place[p]]
+            b = share[i, marks[0, p]]
             for c in range(2):
-                tangent[i, 0, c] += (1.0 - b) * sides[p, 1 + c]
-                tangent[i, 1, c] += b * sides[p, 1 + c]
+                tangent[i, 0, c] += (1.0 - b) * space[count + 2 + c, p]
+                tangent[i, 1, c] += b * space[count + 2 + c, p]
     return out, tangent
 
 
