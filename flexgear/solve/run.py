@@ -49,7 +49,6 @@ from flexgear.solve.reduction_warnings import reduction_warnings
 from flexgear.solve.resonance import resonance_figures
 from flexgear.solve.run_figures import (
     bodies_summary,
-    drops_summary,
     flow_summary,
     residual_of_run,
     stages_summary,
@@ -164,7 +163,7 @@ def run(
             sharing = _sharing(models, progress)
         datasets |= sharing
         with watch.stage("transients"):  # what of them goes on after all else
-            runs, drops = ended()
+            runs, drops, torque_steps = ended()
     datasets |= {dataset_name("transient", models[n]): timed.data for n, timed in runs.items()}
     datasets |= {drop_name(torque, models[n]): timed.data for (torque, n), timed in drops.items()}
     first_run = next(iter(runs.values()))
@@ -194,7 +193,7 @@ def run(
         transient=transient_summary(first_run),
         motion_um_max={name: 1e6 * size for name, size in motions.items()},
         harmonic=harmonic,
-        torque_steps=drops_summary(case, drops),
+        torque_steps=torque_steps,
         energy_residual=residual_of_run(first, runs, drops),
         solver=first.pace.summary,
         equilibrium_closure_max=datasets["equilibrium"].attrs["closure_max"],

@@ -241,19 +241,15 @@ def _reduction(report: Mapping[str, Any]) -> dict[str, Any]:
     return {k: v for k, v in report.items() if isinstance(v, plain) and k != "fe_dofs"}
 
 
-def drops_summary(case: Case, drops: Mapping[tuple[float, str], TimedRun]) -> dict[str, Any]:
-    """Figures of torque drops by depth and variant, from the drop on."""
-    summaries: dict[str, dict[str, Any]] = {}
+def drop_figures(case: Case, timed: TimedRun) -> dict[str, Any]:
+    """Figures of a torque drop, from the drop on."""
     start, duration, after = timed_drops(case).times
-    for (torque, label), timed in drops.items():
-        data = between(timed.data, start)  # what comes before lets the train settle
-        figures: dict[str, Any] = {
-            **drop_summary(data),
-            "window_s": [start, start + duration + after],
-        }
-        figures |= {stage: torque_step_summary(data, stage) for stage in case.fe_ring_stages}
-        summaries.setdefault(depth_name(torque), {})[label] = figures
-    return summaries
+    data = between(timed.data, start)  # what comes before lets the train settle
+    return {
+        **drop_summary(data),
+        "window_s": [start, start + duration + after],
+        **{stage: torque_step_summary(data, stage) for stage in case.fe_ring_stages},
+    }
 
 
 def residual_of_run(

@@ -12,30 +12,39 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from flexgear.model.case import Case
 from flexgear.model.errors import FlexgearError
 from flexgear.results.sinks import DatasetSink
 from flexgear.solve.bodies import Progress
 from flexgear.solve.linear import why_not_linear
 from flexgear.solve.long_run import TimedRun, shelved
 from flexgear.solve.model import Model
-from flexgear.solve.run_figures import depth_name
+from flexgear.solve.run_figures import depth_name, drop_figures
 from flexgear.solve.transient import compile_transient, constant_drive, simulate, torque_drop
 
 Runs = dict[str, TimedRun]
 Drops = dict[tuple[float, str], TimedRun]
 
 
+class Ended(NamedTuple):
+    """Runs by variant; torque drops by torque and variant, and their figures by the name of the
+    depth and variant."""
+
+    runs: Runs
+    drops: Drops
+    torque_steps: dict[str, dict[str, Any]]
+
+
 @contextmanager
 def transients(
     models: Mapping[str, Model], progress: Progress, workers: int, place: Path | None
-) -> Iterator[Callable[[], tuple[Runs, Drops]]]:
+) -> Iterator[Callable[[], Ended]]:
     """Begin a transient of each variant in which anything moves, and the torque drops of those with
-    errors, ``workers`` at a time; yields what waits for all of them: runs by variant, drops by
-    torque and variant.
+    errors, ``workers`` at a time; yields what waits for all of them.
 
     place: see ``shelved``. They end when the block fails, or they do.
     """
@@ -55,19 +64,24 @@ def transients(
                 key: pool.submit(_begun, compiled, place, name, job)
                 for key, (name, job) in jobs.items()
             }
-            yield partial(_done, waiting)
+            yield partial(_done, first.case, waiting)
         except BaseException:
             stop.set()
             pool.shutdown(wait=True, cancel_futures=True)
             raise
 
 
-def _done(waiting: Mapping[Any, Future[TimedRun]]) -> tuple[Runs, Drops]:
-    ended = {key: future.result() for key, future in waiting.items()}
-    return (
-        {key: run for key, run in ended.items() if isinstance(key, str)},
-        {key: run for key, run in ended.items() if not isinstance(key, str)},
-    )
+def _done(case: Case, waiting: Mapping[Any, Future[TimedRun]]) -> Ended:
+    """Figures of a torque drop are taken while later runs still go on."""
+    runs, drops, figures = Runs(), Drops(), dict[str, dict[str, Any]]()
+    for key, future in waiting.items():
+        if isinstance(key, str):
+            runs[key] = future.result()
+        else:
+            torque, label = key
+            drops[key] = future.result()
+            figures.setdefault(depth_name(torque), {})[label] = drop_figures(case, drops[key])
+    return Ended(runs, drops, figures)
 
 
 Job = Callable[[DatasetSink | None], TimedRun]
