@@ -7,7 +7,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
 NAMES = {"found", "told", "said", "kept"}  # of anything; what holds them says nothing
-LOCAL_NAMES = NAMES | {"own"}  # of variables and arguments
+LOCAL_NAMES = NAMES | {"own", "given"}  # of variables and arguments
 PHRASES = re.compile(
     r"as it should be|\bstray\b|\bladder\b|lost its mates|way off the axis|under way"
     r"|hu-2023|ren-2021|at hand\b",

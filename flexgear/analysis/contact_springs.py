@@ -111,8 +111,8 @@ def other_springs(system: System, rows: Rows, n: int) -> dict[int, Springs]:
 def rows_at(system: System, input_angles: float | Array = 0.0) -> tuple[Rows, int]:
     """Rows of the loaded flanks at independent rotations (F,) or the first of them, rad."""
     rows, angles = pair_rows(system.pairs), np.zeros(len(system.input_rows))
-    given = np.atleast_1d(np.asarray(input_angles, dtype=float))
-    angles[: len(given)] = given
+    rotations = np.atleast_1d(np.asarray(input_angles, dtype=float))
+    angles[: len(rotations)] = rotations
     n, _ = build_rows(system.pairs, rows, system.theta(angles), carrying_flanks(system.pairs))
     return rows, n
 

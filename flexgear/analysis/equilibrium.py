@@ -101,11 +101,11 @@ def port_torques(system: System, torque: Array | float, count: int) -> Array:
 
     torque: scalar or (count,) for the first port (others then as rated), or (count, P).
     """
-    given = np.asarray(torque, dtype=float)
-    if given.ndim == 2:
-        out = np.broadcast_to(given, (count, len(system.ports))).copy()
+    external = np.asarray(torque, dtype=float)
+    if external.ndim == 2:
+        out = np.broadcast_to(external, (count, len(system.ports))).copy()
     else:
-        out = system.proportional_torques(np.broadcast_to(given, (count,)))
+        out = system.proportional_torques(np.broadcast_to(external, (count,)))
     out[:, system.reactions] = 0.0
     return out
 

@@ -58,13 +58,13 @@ def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line and leave with its exit code."""
     on_stop(_Stop())
     sys.stdout, sys.stderr = _unbroken(sys.stdout), _unbroken(sys.stderr)
-    given = list(sys.argv[1:] if arguments is None else arguments)
-    if not is_compiled(given):
+    words = list(sys.argv[1:] if arguments is None else arguments)
+    if not is_compiled(words):
         os.environ.setdefault("NUMBA_DISABLE_JIT", "1")  # read by ``coupling.compiled``
-    if "--scheduler" not in given:
+    if "--scheduler" not in words:
         # xarray loads dask where it finds it, which takes a second and is of use on clusters alone
         sys.modules.setdefault("dask", None)  # type: ignore[arg-type]
-    code = run(given)
+    code = run(words)
     on_stop(signal.SIG_IGN)  # the interpreter's end takes a moment
     sys.exit(code)
 

@@ -26,7 +26,7 @@ Say = Callable[[str], None]
 
 def saved_names(save: Sequence[str] | None, out: Path | None) -> list[str]:
     """Names of ``--save``; InputError for one that no run has, and where nothing is written."""
-    names = [n.strip() for given in save or [] for n in given.split(",") if n.strip()]
+    names = [n.strip() for text in save or [] for n in text.split(",") if n.strip()]
     if names and out is None:
         raise InputError("--save", names[0], "has no file to go to", "add --out FILE")
     for name in names:

@@ -112,10 +112,13 @@ def _rated(
         remedy = "give torque and speed of the slow end"
         raise InputError("new", "--sun-torque-nm", "is of a sun that is held", remedy)
     member, flag = ("last sun", "sun-") if at_sun else (ARRANGEMENTS[kinds[0]].slow, "")
-    given = (sun_torque, sun_speed) if at_sun else (torque, speed)
+    operating_point = (sun_torque, sun_speed) if at_sun else (torque, speed)
     return Rated(
-        _asked(f"--{flag}torque-nm", f"rated torque of the {member}, N m", given[0], 1e4),
-        _asked(f"--{flag}speed-rpm", f"rated speed of the {member}, r/min", given[1], 100.0) * RPM,
+        _asked(f"--{flag}torque-nm", f"rated torque of the {member}, N m", operating_point[0], 1e4),
+        _asked(
+            f"--{flag}speed-rpm", f"rated speed of the {member}, r/min", operating_point[1], 100.0
+        )
+        * RPM,
         at_sun,
     )
 
@@ -157,7 +160,7 @@ def _list(option: str, text: str, least: float = math.nan) -> list[float]:
     return [value if value >= least else _positive(option, value) for value in values]
 
 
-def _asked_list(option: str, about: str, given: str | None, usual: str) -> list[float]:
+def _asked_list(option: str, about: str, written: str | None, usual: str) -> list[float]:
     """Numbers that were given, or the answer to a question, which is asked until it has some."""
 
     def read(text: str) -> list[float]:
@@ -166,18 +169,18 @@ def _asked_list(option: str, about: str, given: str | None, usual: str) -> list[
         except InputError as fault:
             raise typer.BadParameter(fault.problem) from None
 
-    if given is None and _on_terminal(option, about):
+    if written is None and _on_terminal(option, about):
         answer: list[float] = typer.prompt(about, usual, value_proc=read)
         return answer
-    return _list(option, str(given))
+    return _list(option, str(written))
 
 
-def _asked(option: str, about: str, given: float | None, usual: float) -> float:
+def _asked(option: str, about: str, value: float | None, usual: float) -> float:
     """What was given, or the answer to a question."""
-    if given is None and _on_terminal(option, about):
-        given = typer.prompt(about, usual, type=float)
-    assert given is not None
-    return _positive(option, given)
+    if value is None and _on_terminal(option, about):
+        value = typer.prompt(about, usual, type=float)
+    assert value is not None
+    return _positive(option, value)
 
 
 def _on_terminal(option: str, about: str) -> bool:

@@ -85,6 +85,6 @@ def rigid_parts(names: list[str] | None, case: Case) -> tuple[str, ...]:
     """Components named by ``--rigid``."""
     from flexgear.solve.bodies import variants_of
 
-    parts = tuple(n.strip() for given in names or [] for n in given.split(","))
+    parts = tuple(n.strip() for text in names or [] for n in text.split(","))
     variants_of(case, parts)
     return tuple(dict.fromkeys(parts))

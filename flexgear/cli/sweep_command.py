@@ -80,7 +80,7 @@ def sweep(
 ) -> None:
     """Parameter study over one key or a grid of two, in parallel; dataset and pictures."""
     swept = _keys(keys)
-    names = [n.strip() for given in measure or [] for n in given.split(",") if n.strip()]
+    names = [n.strip() for text in measure or [] for n in text.split(",") if n.strip()]
     target = Path("results") / f"sweep-{Path(case).stem}" if out is None else out
     plan = planned(case, swept, settings=settings_of(settings), measures=names, modes=modes)
     place, start = _place(target)

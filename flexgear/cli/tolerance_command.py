@@ -61,8 +61,8 @@ def tolerance(
     quiet: Quiet = False,
 ) -> None:
     """Monte Carlo study of manufacturing errors: distribution of K over one carrier turn."""
-    given = {"tolerance.samples": samples, "tolerance.seed": seed}
-    more = [f"{key}={value}" for key, value in given.items() if value is not None]
+    options = {"tolerance.samples": samples, "tolerance.seed": seed}
+    more = [f"{key}={value}" for key, value in options.items() if value is not None]
     model = read_case(case, [*(settings or []), *more])
     folder = Path("results") / f"tolerance-{model.name}" if out is None else out
     claim_folder(folder, TOLERANCE, origin_of_case(model, "tolerance"), force)

@@ -311,10 +311,10 @@ def _rolling(
     In free vibration supports may resist rotations, or members float: what is left free has no
     speed of its own, unless it is the rotations that the inputs give.
     """
-    given = [p.member for p in b.case.ports if p.speed is not None]
+    driven = [p.member for p in b.case.ports if p.speed is not None]
     free = free_motions(rigid, contact).shape[1]
-    if b.case.output is None and (not given or free != len(given)):
+    if b.case.output is None and (not driven or free != len(driven)):
         return *vibration_motions(b.a.mass, rigid, contact), ()
-    input_rows = np.array([speed_row(b, m) for m in given]).reshape(-1, b.a.size)
+    input_rows = np.array([speed_row(b, m) for m in driven]).reshape(-1, b.a.size)
     rolling = rolling_motions(b.a.bodies, b.a.source, rigid, contact, input_rows)
-    return rolling, input_rows, tuple(b.flow.speed[m] for m in given)
+    return rolling, input_rows, tuple(b.flow.speed[m] for m in driven)

@@ -81,17 +81,17 @@ def _first_loop(rows: Array) -> list[int]:
 
 def require_speeds(members: Members, mobility: int) -> None:
     """InputError unless exactly ``mobility`` independent speeds are given."""
-    given = [p for p in members.ports if p.speed is not None]
+    driven = [p for p in members.ports if p.speed is not None]
     ties = tie_matrix(members, members.ties)
-    listing = _listed(given, "speed")
+    listing = _listed(driven, "speed")
     head = f"mobility {mobility}, and {listing}"
-    known = np.vstack([ties, port_matrix(members, given)])
+    known = np.vstack([ties, port_matrix(members, driven)])
     rank_known = rank(known)
-    if len(given) > mobility:
+    if len(driven) > mobility:
         raise InputError(
-            members.source, given[-1].key,
-            f"overdetermined: {head}{_clash(members, ties, given)}",
-            f"remove {_count(len(given) - mobility, 'speed')} (give power or torque instead)",
+            members.source, driven[-1].key,
+            f"overdetermined: {head}{_clash(members, ties, driven)}",
+            f"remove {_count(len(driven) - mobility, 'speed')} (give power or torque instead)",
         )  # fmt: skip
     if rank_known == len(members.names):
         return
@@ -100,12 +100,12 @@ def require_speeds(members: Members, mobility: int) -> None:
     open_members = [m for m, s in zip(members.names, spread, strict=True) if s > 1e-6]
     ports = [p.member for p in members.ports if p.speed is None and p.member in open_members]
     missing = len(members.names) - rank_known
-    if len(given) == mobility:
+    if len(driven) == mobility:
         problem = f"{head}, but they depend on each other"
     else:
         problem = f"underdetermined: {head}"
     give = f"give {_count(missing, 'speed')} at {' or '.join(ports)}, or " if ports else ""
-    instead = "give them at other members, or " if len(given) == mobility and not ports else ""
+    instead = "give them at other members, or " if len(driven) == mobility and not ports else ""
     raise InputError(
         members.source, "inputs", problem,
         f"{give}{instead}hold, join or drive {' or '.join(open_members)}",
@@ -114,23 +114,23 @@ def require_speeds(members: Members, mobility: int) -> None:
 
 def require_torques(members: Members, mobility: int) -> None:
     """InputError unless exactly (ports − mobility) independent torques or powers are given."""
-    given = [p for p in members.ports if p.torque is not None]
+    torques = [p for p in members.ports if p.torque is not None]
     rest = [p for p in members.ports if p.torque is None]
     needed = len(members.ports) - mobility
-    listing = _listed(given, "torque")
+    listing = _listed(torques, "torque")
     head = (
         f"{len(members.ports)} ports and mobility {mobility} need {_count(needed, 'torque')}, "
         f"and {listing}"
     )
-    if len(given) > needed:
+    if len(torques) > needed:
         raise InputError(
-            members.source, given[-1].key, f"overdetermined: {head}",
-            f"remove {_count(len(given) - needed, 'torque or power value')}",
+            members.source, torques[-1].key, f"overdetermined: {head}",
+            f"remove {_count(len(torques) - needed, 'torque or power value')}",
         )  # fmt: skip
-    if len(given) < needed:
+    if len(torques) < needed:
         raise InputError(
             members.source, "inputs", f"underdetermined: {head}",
-            f"give {_count(needed - len(given), 'torque or power value')} at "
+            f"give {_count(needed - len(torques), 'torque or power value')} at "
             f"{' or '.join(p.member for p in rest)}",
         )  # fmt: skip
     ties = tie_matrix(members, members.ties)
@@ -154,16 +154,16 @@ def _listed(ports: list[Port], noun: str) -> str:
     return f"{_count(len(ports), noun)} {verb} given{names}"
 
 
-def _clash(members: Members, ties: Array, given: list[Port]) -> str:
+def _clash(members: Members, ties: Array, driven: list[Port]) -> str:
     """What the speeds given first make of the first one that is too many."""
     rows = ties
-    for k, port in enumerate(given):
+    for k, port in enumerate(driven):
         row = port_matrix(members, [port])
         if rank(np.vstack([rows, row])) > rank(rows):
             rows = np.vstack([rows, row])
             continue
-        values = [p.speed or 0.0 for p in given[:k]]
-        known = np.vstack([ties, port_matrix(members, given[:k])])
+        values = [p.speed or 0.0 for p in driven[:k]]
+        known = np.vstack([ties, port_matrix(members, driven[:k])])
         speeds = np.linalg.lstsq(known, np.array([0.0] * len(ties) + values), rcond=None)[0]
         implied = speeds[members.names.index(port.member)]
         return (

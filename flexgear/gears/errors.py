@@ -216,8 +216,8 @@ def _thickness(stage: Stage, e: GearErrors, path: GearMeshPath) -> Array:
 def _pins(stage: Stage, e: GearErrors, path: GearMeshPath) -> Array:
     """Pins displaced one by one, (N,) m."""
     pins = np.zeros((2, stage.planets))
-    for row, given in zip(pins, (e.pin_radial, e.pin_tangential), strict=True):
-        row[: len(given)] = given
+    for row, offsets in zip(pins, (e.pin_radial, e.pin_tangential), strict=True):
+        row[: len(offsets)] = offsets
     return -in_plane_normal(path) @ pins
 
 

@@ -152,9 +152,9 @@ def _active(path: GearMeshPath, role: str) -> tuple[Flank, Flank]:
 
 
 def _gaps(view: StageView, part: str, name: str, flank: Flank) -> tuple[Gap, ...]:
-    given = getattr(view.stage, part).modifications
+    modifications = getattr(view.stage, part).modifications
     try:
-        return tuple(gaps_of(given.of(name), flank))
+        return tuple(gaps_of(modifications.of(name), flank))
     except Refusal as r:
-        key = f"{part}.modifications.{given.key(name, r.key)}"
+        key = f"{part}.modifications.{modifications.key(name, r.key)}"
         raise view.refuse(key, r.problem, r.remedy) from None

@@ -100,15 +100,19 @@ def law_mean(law: Law, view: StageView, g: StageGeometry, role: str) -> float:
 
 def _whole_law(view: StageView, g: StageGeometry, role: str, force: float) -> Law:
     """k'(ξ) with all that both teeth and their foundations give."""
-    given = given_stiffness(view, role)
+    stiffness = given_stiffness(view, role)
     if view.gear_mesh.model not in PER_PAIR_MODELS:
         ratio, width = g.gear_meshes[role].transverse_contact_ratio, view.stage.face_width
-        mean = iso_mean_stiffness(iso_peak(view, role), ratio, width) if given is None else given
+        mean = (
+            iso_mean_stiffness(iso_peak(view, role), ratio, width)
+            if stiffness is None
+            else stiffness
+        )
         return lambda xi: np.full_like(xi, mean / (ratio * width))
     law = _shape(view, g, role, force)
-    if given is None:
+    if stiffness is None:
         return law
-    scale = given / law_mean(law, view, g, role)
+    scale = stiffness / law_mean(law, view, g, role)
     return lambda xi: scale * law(xi)
 
 

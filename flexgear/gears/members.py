@@ -71,8 +71,8 @@ def members_of(case: Case) -> Members:
         ties.append(Tie("joint", name, {joint.first: 1.0, joint.second: -1.0}))
     ties += [Tie("held", member, {member: 1.0}) for member in case.held_members()]
     ports = [
-        Port(given.member, f"inputs[{k}]", given.speed, given.given_torque)
-        for k, given in enumerate(case.inputs)
+        Port(port.member, f"inputs[{k}]", port.speed, port.given_torque)
+        for k, port in enumerate(case.inputs)
     ]
     if case.output is not None:
         ports.append(Port(case.output.member, "output", case.output.speed, case.output.torque))

@@ -121,10 +121,10 @@ def power_flow(case: Case) -> PowerFlow:
 
 
 def _speeds(members: Members, ties: Array) -> Array:
-    given = [p for p in members.ports if p.speed is not None]
-    matrix = np.vstack([ties, port_matrix(members, given)])
+    driven = [p for p in members.ports if p.speed is not None]
+    matrix = np.vstack([ties, port_matrix(members, driven)])
     right = np.zeros(len(matrix))
-    right[len(ties) :] = [p.speed for p in given]
+    right[len(ties) :] = [p.speed for p in driven]
     speeds = np.linalg.solve(matrix, right)
     return np.where(abs(speeds) > NOISE * abs(speeds).max(), speeds, 0.0)
 
@@ -132,16 +132,16 @@ def _speeds(members: Members, ties: Array) -> Array:
 def _torques(members: Members, ties: Array) -> tuple[dict[str, float], Array]:
     """Torques from outside by member, and λ of every tie."""
     unknown = [p for p in members.ports if p.torque is None]
-    given = {p.member: p.torque for p in members.ports if p.torque is not None}
+    stated = {p.member: p.torque for p in members.ports if p.torque is not None}
     right = np.zeros(len(members.names))
-    for torques in (given, members.loads):
+    for torques in (stated, members.loads):
         for member, value in torques.items():
             right[members.names.index(member)] -= value
     matrix = np.vstack([ties, port_matrix(members, unknown)]).T
     solution = np.asarray(np.linalg.solve(matrix, right), dtype=np.float64)
     ties_torque = solution[: len(ties)]
     outside = dict.fromkeys([p.member for p in members.ports], 0.0)
-    outside |= given
+    outside |= stated
     outside |= {p.member: float(t) for p, t in zip(unknown, solution[len(ties) :], strict=True)}
     for tie, value in zip(members.ties, ties_torque, strict=True):
         if tie.kind == "held":

@@ -79,8 +79,8 @@ def stage_radii(view: StageView) -> StageRadii:
     reference, base = dict.fromkeys(ROLES, 0.0), dict.fromkeys(ROLES, 0.0)
     cos = math.cos(transverse_angle(stage))
     for role, gear in gears_by_role(stage).items():
-        reference[role], given = reference_radius(gear.teeth, stage), gear.base_diameter
-        base[role] = reference[role] * cos if given is None else given / 2
+        reference[role], base_diameter = reference_radius(gear.teeth, stage), gear.base_diameter
+        base[role] = reference[role] * cos if base_diameter is None else base_diameter / 2
     arms = {"sun": base["sun"] + base["planet"]}
     if stage.kind == "planetary":
         arms["ring"] = base["ring"] - base["planet"]
@@ -109,9 +109,9 @@ def _given_angles(stage: Stage) -> dict[str, float | None]:
 
 def _working_angle(view: StageView, role: str, arm: float, distance: float) -> float:
     """Given, or cos α_w = (r_b1 ± r_b2)/R_c; rad."""
-    given = _given_angles(view.stage)[role]
-    if given is not None:
-        return given
+    angle = _given_angles(view.stage)[role]
+    if angle is not None:
+        return angle
     if not 0 < arm < distance:
         instead = "" if "ring" in view.fe_parts else f", or give {role}_pressure_angle_deg"
         raise view.refuse(

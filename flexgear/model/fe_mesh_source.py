@@ -57,10 +57,10 @@ class FeMeshSource(Section):
             )
         self._check_reduced()
         for key in ("fe_mesh_shift", "fe_mesh_turn"):
-            given = len(getattr(self, key))
-            if given != 3:
+            length = len(getattr(self, key))
+            if length != 3:
                 raise Refusal(
-                    key, f"has {given} numbers", "give three, for x, y and z, or one, for z"
+                    key, f"has {length} numbers", "give three, for x, y and z, or one, for z"
                 )
         return self
 

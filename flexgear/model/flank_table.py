@@ -72,10 +72,10 @@ def flank_tables(data: dict[str, Any]) -> Iterator[dict[str, Any]]:
     for stage in data.get("stages", ()):
         for gear in GEARS:
             member = stage.get(gear)
-            given = member.get("modifications") if isinstance(member, dict) else None
-            if not isinstance(given, dict):
+            of_member = member.get("modifications") if isinstance(member, dict) else None
+            if not isinstance(of_member, dict):
                 continue
-            sections = (given, *(given.get(flank) for flank in FLANKS))
+            sections = (of_member, *(of_member.get(flank) for flank in FLANKS))
             tables = (section.get("table") for section in sections if isinstance(section, dict))
             yield from (section for section in tables if isinstance(section, dict))
 

@@ -82,8 +82,8 @@ class TimeHistory(Section):
 
     def steady(self, rated: float) -> float:
         """Torque or speed of a constant history: as given, or the rated one."""
-        given = self.torque if self.followed == "torque" else self.speed
-        return rated if given is None else given
+        level = self.torque if self.followed == "torque" else self.speed
+        return rated if level is None else level
 
     def at(self, time: ArrayLike, rated: float) -> Array:
         """Torque, N m, or speed, rad/s, at the times given, s; same shape."""

@@ -29,11 +29,11 @@ class Hub(Section):
     @model_validator(mode="after")
     def _one_kind(self) -> Hub:
         for key in ("mass", "tilt_inertia", "bearing"):
-            given = getattr(self, key) is not None
-            if self.kinematics == "spatial" and not given:
+            present = getattr(self, key) is not None
+            if self.kinematics == "spatial" and not present:
                 problem = "is missing of a hub that moves in all directions"
                 raise Missing(key, problem, 'give it, or kinematics = "torsional"')
-            if self.kinematics == "torsional" and given:
+            if self.kinematics == "torsional" and present:
                 problem = 'is that of a hub that moves, but kinematics is "torsional"'
                 raise Refusal(key, problem, "take one of the two out")
         return self

@@ -19,10 +19,10 @@ _WORD = re.compile(r"^([a-z][a-z0-9_-]*) {2,}(\S.*)$", re.MULTILINE)
 
 def meaning(section: type[Section], name: str) -> str:
     """What a field means, "" where nobody says."""
-    given = section.model_fields[name].description
+    description = section.model_fields[name].description
     for cls in _sources(section):
-        given = given or _meanings(cls).get(name)
-    return given or ""
+        description = description or _meanings(cls).get(name)
+    return description or ""
 
 
 def prose(section: type[Section]) -> str:

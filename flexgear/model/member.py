@@ -150,10 +150,10 @@ class CarrierMember(LumpedInertia):
     def _one_body(self) -> CarrierMember:
         _refuse_lumped(self, self.fe is not None, "fe", "bearing_drive and bearing_far")
         for name in ("bearing_drive", "bearing_far"):
-            given = getattr(self, name) is not None
-            if self.fe is not None and not given:
+            present = getattr(self, name) is not None
+            if self.fe is not None and not present:
                 raise Missing(name, "is missing beside fe", f"add {name}")
-            if self.fe is None and given:
+            if self.fe is None and present:
                 raise Refusal(name, "is on a seat of an FE carrier", "use support, or give fe")
         return self
 

@@ -80,9 +80,9 @@ class FlankModifications(Section):
         """Modifications of one flank: keys of that flank first, then keys that hold for both."""
         modifications = getattr(self, flank) or FlankModifications()
         names = FlankModifications.model_fields
-        given = {name: getattr(modifications, name) for name in names}
+        fields = {name: getattr(modifications, name) for name in names}
         return FlankModifications(
-            **{n: getattr(self, n) if x is None else x for n, x in given.items()}
+            **{n: getattr(self, n) if x is None else x for n, x in fields.items()}
         )
 
     def key(self, flank: str, name: str) -> str:

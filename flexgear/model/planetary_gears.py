@@ -88,11 +88,11 @@ class PlanetaryGears(Section):
 
     @model_validator(mode="after")
     def _consistent(self) -> PlanetaryGears:
-        given = self.planet_positions
-        if given is not None and len(given) != self.planets:
+        angles = self.planet_positions
+        if angles is not None and len(angles) != self.planets:
             raise Refusal(
                 "planet_positions",
-                f"{len(given)} angles for {self.planets} planets",
+                f"{len(angles)} angles for {self.planets} planets",
                 "give one angle for each planet, or leave the key out for equal spacing",
             )
         if self.ring.teeth <= self.planet.teeth:

@@ -172,12 +172,12 @@ class Stage(Section):
         """Gear meshes of lumped members are constant springs where nothing else is said."""
         if not isinstance(data, dict) or _bends(data):
             return data
-        given = data.get("gear_mesh", {})
+        section = data.get("gear_mesh", {})
         plain = {"model": "constant", "contact_law": "linear"}
-        if isinstance(given, Mapping):
-            if given.get("model") == "face_load":
+        if isinstance(section, Mapping):
+            if section.get("model") == "face_load":
                 plain["contact_law"] = "one-sided"
-            return {**data, "gear_mesh": {**plain, **given}}
+            return {**data, "gear_mesh": {**plain, **section}}
         return data
 
     @model_validator(mode="before")

@@ -349,8 +349,8 @@ def _check_ground(case: Case) -> None:
     asked = {"tolerance.modifications": case.tolerance.modifications.given}
     for k, of_stage in enumerate(case.tolerance.by_stage):
         asked[f"tolerance.by_stage.{k}.modifications"] = of_stage.modifications.given
-    for at, given in asked.items():
-        for key in given:
+    for at, tolerances in asked.items():
+        for key in tolerances:
             if not any(key in section for section in drawn):
                 raise Refusal(
                     f"{at}.{key[0]}.{key[1]}",

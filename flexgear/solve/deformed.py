@@ -64,12 +64,12 @@ def deformed(
         coordinates, attrs = _at(run, body, time)
     else:
         system = model.system
-        given = system.rated_torque if torque is None else torque
+        torques = system.rated_torque if torque is None else torque
         equilibrium = revolution(
-            model.modal, rated_rotations(system, np.array([carrier_angle])), given
+            model.modal, rated_rotations(system, np.array([carrier_angle])), torques
         )
         coordinates = Recovery(equilibrium).coordinates(body)[0]
-        attrs = {"carrier_angle": carrier_angle, "input_torque": float(given)}
+        attrs = {"carrier_angle": carrier_angle, "input_torque": float(torques)}
     return _field(model, body, coordinates, attrs)
 
 

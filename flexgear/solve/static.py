@@ -43,11 +43,11 @@ def static(
     unless given.
     """
     system, lead = model.system, np.atleast_1d(np.asarray(carrier_angle, dtype=float))
-    given = system.rated_torque if torque is None else torque
+    torques = system.rated_torque if torque is None else torque
     equilibrium = revolution(
         model.modal,
         rated_rotations(system, lead),
-        given,
+        torques,
         lambda share: progress("equilibria", share),
     )
     data = equilibrium_data(

@@ -47,8 +47,8 @@ def rigid_part(view: StageView, part: str, from_files: bool = True) -> Body:
     """
     source = view.ring.fe_mesh if part == "ring" else view.carrier.fe_mesh
     if from_files and source == "reduced":
-        given = whole_ring(view, given_ring(view)) if part == "ring" else given_carrier(view)
-        return rigid_variant(elastic_part(given))
+        whole_body = whole_ring(view, given_ring(view)) if part == "ring" else given_carrier(view)
+        return rigid_variant(elastic_part(whole_body))
     fe_mesh: FeMesh | None = None
     if from_files and source == "file":
         fe_mesh = ring_of_case(view) if part == "ring" else carrier_of_case(view)

@@ -76,11 +76,11 @@ def parse_setting(text: str) -> tuple[str, Values]:
     return key.strip(), parse_values(key.strip(), values.strip())
 
 
-def values_of(key: str, given: Values | str | Iterable[object]) -> Values:
+def values_of(key: str, values: Values | str | Iterable[object]) -> Values:
     """Values as a command line writes them, or one by one."""
-    if isinstance(given, Values):
-        return given
-    return parse_values(key, given if isinstance(given, str) else ",".join(map(str, given)))
+    if isinstance(values, Values):
+        return values
+    return parse_values(key, values if isinstance(values, str) else ",".join(map(str, values)))
 
 
 def parse_values(key: str, text: str) -> Values:
@@ -108,19 +108,19 @@ def parse_values(key: str, text: str) -> Values:
 
 def swept_key(base: Case, key: str, values: Values) -> SweptKey:
     """The key as a field of the case; InputError for unknown keys and values of the wrong kind."""
-    given = key.split(".")
+    words = key.split(".")
     section: type[Section] | None = Case
     parts = numbered(key, base.model_dump(), WHERE)
-    extra = len(parts) - len(given)  # stage.planets is stages.0.planets
+    extra = len(parts) - len(words)  # stage.planets is stages.0.planets
     owner: type[Section] = Case
     path, suffix, name = list[str](), "", ""
     for k, part in enumerate(parts):
-        seen = ".".join(given[: max(k - extra, 0) + 1])
+        seen = ".".join(words[: max(k - extra, 0) + 1])
         if is_place(part) and path:
             path.append(part)
             continue
         if section is None:
-            raise InputError(WHERE, key, f"{'.'.join(given[:-1])} has no keys below it", "cut it")
+            raise InputError(WHERE, key, f"{'.'.join(words[:-1])} has no keys below it", "cut it")
         owner = section
         name, suffix = match_key(section, part, WHERE, seen)
         path.append(name)

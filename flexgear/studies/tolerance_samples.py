@@ -84,10 +84,10 @@ def drawn_errors(case: Case) -> tuple[DrawnError, ...]:
     drawn: list[DrawnError] = []
     errors = [s.errors for s in case.stages]
     for stage in case.stages:
-        given = case.tolerance.of(stage.name)
+        tolerances = case.tolerance.of(stage.name)
         if stage.kind == "parallel":
-            given = {key: d for key, d in given.items() if key not in NOT_PARALLEL}
-        drawn += _drawn(stage.name, given, stage.planets) + _ground(case, stage)
+            tolerances = {key: d for key, d in tolerances.items() if key not in NOT_PARALLEL}
+        drawn += _drawn(stage.name, tolerances, stage.planets) + _ground(case, stage)
     if not drawn and not any(getattr(e, pitch) for e in errors for pitch in PITCHES):
         raise InputError(
             case.source,
@@ -99,9 +99,11 @@ def drawn_errors(case: Case) -> tuple[DrawnError, ...]:
 
 
 def _drawn(
-    stage: str, given: Mapping[str, SizeDistribution | PhaseDistribution], planets: int
+    stage: str, tolerances: Mapping[str, SizeDistribution | PhaseDistribution], planets: int
 ) -> list[DrawnError]:
-    return [DrawnError(stage, k, planets if k in OF_PLANETS else 0, d) for k, d in given.items()]
+    return [
+        DrawnError(stage, k, planets if k in OF_PLANETS else 0, d) for k, d in tolerances.items()
+    ]
 
 
 def _ground(case: Case, stage: Stage) -> list[DrawnError]:
@@ -109,9 +111,9 @@ def _ground(case: Case, stage: Stage) -> list[DrawnError]:
     errors = []
     for (flank, name), distribution in case.tolerance.ground(stage).items():
         part, side = ground_flank(stage, flank)
-        given = getattr(getattr(stage, part).modifications.of(side), name)
-        relief = given if isinstance(given, Relief) else None
-        base = float(relief.amount if relief else given or 0.0)
+        modification = getattr(getattr(stage, part).modifications.of(side), name)
+        relief = modification if isinstance(modification, Relief) else None
+        base = float(relief.amount if relief else modification or 0.0)
         ground = Ground(f"{part}.modifications.{side}.{name}", base, relief)
         planets = stage.planets if part in ("planet", "gear") else 0
         errors.append(DrawnError(stage.name, f"{flank}_{name}", planets, distribution, ground))
@@ -188,9 +190,9 @@ def nominal(case: Case, drawn: Sequence[DrawnError]) -> Values:
     values = {}
     for error in drawn:
         of_case = error.ground
-        given = of_case.base if of_case else getattr(case.stage(error.stage).errors, error.key)
+        stated = of_case.base if of_case else getattr(case.stage(error.stage).errors, error.key)
         line = np.zeros((1, error.count))
-        line[:] = given if given != () else 0.0
+        line[:] = stated if stated != () else 0.0
         values[error.stage, error.key] = line if error.is_phase else np.where(line == 0, TINY, line)
     return values
 

@@ -56,20 +56,20 @@ def radial_harmonics(
     One list, or lists by variant. Multiples of the planet number are drawn in red: with equal
     planets and no errors only they may be there.
     """
-    given = dict(harmonics) if isinstance(harmonics, Mapping) else {"": harmonics}
+    by_label = dict(harmonics) if isinstance(harmonics, Mapping) else {"": harmonics}
     figure, axes = panels(1, 1, height_mm=66)
     ax = axes[0, 0]
-    names = variant_colours(given)
-    width = 0.8 / len(given)
+    names = variant_colours(by_label)
+    width = 0.8 / len(by_label)
     orders = 0
-    for i, (name, amplitudes) in enumerate(given.items()):
+    for i, (name, amplitudes) in enumerate(by_label.items()):
         micrometres = np.abs(np.asarray(amplitudes, dtype=float)) * 1e6
         order = np.arange(micrometres.size)
         orders = max(orders, micrometres.size)
-        at = order + (i - (len(given) - 1) / 2) * width
+        at = order + (i - (len(by_label) - 1) / 2) * width
         colours = np.where(order % planets == 0, DEFORMED_COLOUR, "#9CA3AF").tolist()
-        ax.bar(at, micrometres, width, color=colours if len(given) == 1 else names[name])
-        if len(given) == 1:
+        ax.bar(at, micrometres, width, color=colours if len(by_label) == 1 else names[name])
+        if len(by_label) == 1:
             for o in order[(order % planets == 0) & (micrometres > 0)]:
                 ax.annotate(
                     f"{micrometres[o]:.3g}",
@@ -86,8 +86,8 @@ def radial_harmonics(
     ax.set_xlabel("order around the ring (–)")
     ax.set_ylabel("radial amplitude (µm)")
     ax.margins(y=0.1)
-    if len(given) > 1:
-        figure.legend(loc="outside lower center", ncols=len(given))
+    if len(by_label) > 1:
+        figure.legend(loc="outside lower center", ncols=len(by_label))
     else:
         ax.set_title(f"red: multiples of {planets} planets", fontsize=8, weight="normal")
     return figure

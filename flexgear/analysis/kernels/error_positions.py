@@ -252,9 +252,9 @@ def _complement(influence, places, loaded, rows, w, careful):
             return chosen, False
         w[:] = q
         for a in range(m):
-            given = z[a] / rows.row[places[index[a]]].stiffness
+            gap = z[a] / rows.row[places[index[a]]].stiffness
             for i in range(c):
-                w[i] += influence[i, index[a]] * given
+                w[i] += influence[i, index[a]] * gap
         wrong, m = 0, 0
         for i in range(c):
             bad = loaded[i] == 1 and not w[i] >= least

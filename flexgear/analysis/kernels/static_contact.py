@@ -176,15 +176,15 @@ def eliminate(a, b, n, x):
 def _laid_out(matrix, right, n, total, active, leak, work, x):
     """work ← A and x ← b; a row that is not active states x_i = leak (b − A x + x)_i."""
     for i in range(total):
-        given, target = matrix[i], work[i]
+        entries, target = matrix[i], work[i]
         if i < n and active[i] == 0:
             for c in range(total):
-                target[c] = leak * given[c]
+                target[c] = leak * entries[c]
             target[i] += 1.0 - leak
             x[i] = leak * right[i]
         else:
             for c in range(total):
-                target[c] = given[c]
+                target[c] = entries[c]
             x[i] = right[i]
 
 

@@ -102,15 +102,15 @@ def position_work(pairs: PairData, train: Held, ports: int) -> PositionWork:
 @njit(**INNER)
 def _row_motions(n, known, train, work):
     """δ* of n rows under given torques (P,), and δ* − δ under unit row forces."""
-    rows, flex, given = work.rows, train.flexibility, work.channels[0]
+    rows, flex, channel_force = work.rows, train.flexibility, work.channels[0]
     first = flex.shape[0] - known.shape[0]
     m = local_blocks(rows, n, work.local)
     row_products(rows, n, flex, work.local, work.channels[2], work.contact.motion)
     add_neighbours(rows, n, work.contact.motion)
     release(work.local, m)
     for c in range(flex.shape[0]):
-        given[c] = dot(known, flex[c, first:])
-    row_values(rows, n, given, work.contact.free)
+        channel_force[c] = dot(known, flex[c, first:])
+    row_values(rows, n, channel_force, work.contact.free)
     for i in range(n):
         work.contact.free[i] += rows.row[i].offset
 

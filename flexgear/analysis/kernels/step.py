@@ -114,7 +114,7 @@ def _contact(laws, data, level, n, count, state, work):
     and on the active dofs; the rows, or −1 without a solution."""
     active, rows, dofs = work.active, work.rows, work.dofs
     problem, space, modes, h = work.problem, work.space, work.modes, data.modal.h[level]
-    machines, given, memory = data.machines, modes.ports.given, state.memory
+    machines, port_forces, memory = data.machines, modes.ports.given, state.memory
     # by which a displacement within a step is a rate; a step of no duration changes none
     share = GAMMA / (BETA * h) if h > 0.0 else 0.0
     total, elements = add_machines(
@@ -123,7 +123,7 @@ def _contact(laws, data, level, n, count, state, work):
     motions(active, modes.free, modes.free_rate, dofs.free, dofs.free_rate)
     # given torques move dropped modes, too
     fill(dofs.force[: active.counts[0].dofs], 0.0)
-    put(dofs.force, given)
+    put(dofs.force, port_forces)
     add_residual(active, level, dofs.force, dofs.image, dofs.free)
     for i in range(total):
         problem.free[0, i] = rows.row[i].offset + row_value(rows, i, dofs.free)
@@ -148,13 +148,13 @@ def _contact(laws, data, level, n, count, state, work):
 
 
 @njit(**PART)
-def _accelerate(inverse, active, force, given, push):
+def _accelerate(inverse, active, force, port_forces, push):
     """Modal accelerations by contact forces and machines; given torques are in the prediction."""
-    for t in range(given.shape[0]):
-        force[t] -= given[t]
+    for t in range(port_forces.shape[0]):
+        force[t] -= port_forces[t]
     modal_forces(active, force, push)
-    for t in range(given.shape[0]):
-        force[t] += given[t]
+    for t in range(port_forces.shape[0]):
+        force[t] += port_forces[t]
     for j in range(inverse.shape[0]):
         push[j] *= inverse[j]
 
@@ -162,7 +162,7 @@ def _accelerate(inverse, active, force, given, push):
 @njit(**PART)
 def _advance_motion(h, machines, n_rows, work, state):
     """The new motion in ``work.modes.free``; False where it holds energy from nowhere."""
-    rows, problem, modes, given, n = (
+    rows, problem, modes, energy_in, n = (
         work.rows,
         work.problem,
         work.modes,
@@ -175,11 +175,11 @@ def _advance_motion(h, machines, n_rows, work, state):
         free[j] += BETA * h * h * push[j]
         rate[j] += GAMMA * h * push[j]
         acceleration[j] += push[j]
-    given[0] += moved_energy(h, machines, ports, rate[:n], port_modes)
+    energy_in[0] += moved_energy(h, machines, ports, rate[:n], port_modes)
     for i in range(n_rows):
         if rows.row[i].kind == LOAD:
-            given[0] += h * abs(problem.force[i] * problem.motion[1, i])
-    return 0.5 * dot(rate[:n], rate) <= RUNAWAY * given[0]
+            energy_in[0] += h * abs(problem.force[i] * problem.motion[1, i])
+    return 0.5 * dot(rate[:n], rate) <= RUNAWAY * energy_in[0]
 
 
 @njit(**PART)

@@ -207,13 +207,13 @@ def _fixed_rows(data: PairData) -> FixedRows:
     vector[at] = data.support_vector
     laws = [(LINEAR_LAW, n, 1, [k, 0.0]) for n, k in enumerate(data.support_stiffness)]
     n = supports
-    for law, block, angles, given in zip(
+    for law, block, angles, values in zip(
         data.bearing_law, data.bearing_block, data.bearing_angle, data.bearing_parameters,
         strict=True,
     ):  # fmt: skip
         components = LAWS[law].components
-        laws.append((int(law), n, len(components), list(given)))
-        for component, stiffness in zip(components, LAWS[law].nominal(given), strict=True):
+        laws.append((int(law), n, len(components), list(values)))
+        for component, stiffness in zip(components, LAWS[law].nominal(values), strict=True):
             row[n]["kind"], row[n]["stiffness"] = BEARING, stiffness
             end[n]["block"], end[n]["angle"] = block, angles
             vector[n, :, component] = 1.0, -1.0
@@ -228,9 +228,9 @@ def _fixed_rows(data: PairData) -> FixedRows:
     laws += [(GIVEN_FORCE_LAW, n + i, 1, [size]) for i, size in enumerate(data.load_size)]
     element = np.zeros(len(laws), dtype=FIXED_ELEMENT)
     parameters = np.zeros((len(laws), max([RATE_PARAMETERS, *(len(x[3]) for x in laws)])))
-    for i, (law, first, rows, given) in enumerate(laws):
+    for i, (law, first, rows, values) in enumerate(laws):
         element[i] = law, first, rows, 0, -1
-        parameters[i, : len(given)] = given
+        parameters[i, : len(values)] = values
     element["grows"][len(laws) - forces :] = data.load_grows
     element["history"][len(laws) - forces :] = data.load_history
     return FixedRows(row, end, vector, element, parameters)

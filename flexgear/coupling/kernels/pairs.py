@@ -308,8 +308,8 @@ def _fixed_rows(fixed, places, theta, rows, counts):
     something after the ``places`` of gear meshes; new counts."""
     count, made = counts
     for f in range(fixed.row.shape[0]):
-        given, row = fixed.row[f], rows.row[count + f]
-        row.kind, row.owner, row.stiffness = given.kind, given.owner, given.stiffness
+        fixed_part, row = fixed.row[f], rows.row[count + f]
+        row.kind, row.owner, row.stiffness = fixed_part.kind, fixed_part.owner, fixed_part.stiffness
         row.sided, row.line, row.beyond, row.following = 0, -1, 0, 0
         row.along, row.damping, row.offset = 0.0, 0.0, 0.0
         width = 0
@@ -322,9 +322,9 @@ def _fixed_rows(fixed, places, theta, rows, counts):
                 width += 1
         row.width = width
     for e in range(fixed.element.shape[0]):
-        given, element = fixed.element[e], rows.element[made + e]
-        element.law, element.rows = given.law, given.rows
-        element.first, element.place = count + given.first, places + e
+        fixed_part, element = fixed.element[e], rows.element[made + e]
+        element.law, element.rows = fixed_part.law, fixed_part.rows
+        element.first, element.place = count + fixed_part.first, places + e
         for p in range(fixed.parameters.shape[1]):
             rows.parameters[made + e, p] = fixed.parameters[e, p]
     return count + fixed.row.shape[0], made + fixed.element.shape[0]

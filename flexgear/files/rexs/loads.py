@@ -54,8 +54,8 @@ def ports_of(document: Document, assembly: Assembly, members: list[Member]) -> l
     ports: dict[int, Port] = {}
     for load in document.kind("external_load"):
         transmits = flag([load], "transmits_torque")
-        given = number([load], _TORQUE, "N m") or number([load], _POWER, "kW")
-        if transmits is False or (transmits is None and given is None):
+        value = number([load], _TORQUE, "N m") or number([load], _POWER, "kW")
+        if transmits is False or (transmits is None and value is None):
             continue
         member = _member_of(assembly, load, members)
         if member is None:

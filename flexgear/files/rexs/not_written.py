@@ -41,9 +41,12 @@ def not_written(case: Case) -> list[str]:
     return lost
 
 
-def _tables(given: FlankModifications) -> list[str]:
+def _tables(modifications: FlankModifications) -> list[str]:
     """Flanks given point by point."""
-    owners = {"": given, **{f"{name}.": getattr(given, name, None) for name in FLANKS}}
+    owners = {
+        "": modifications,
+        **{f"{name}.": getattr(modifications, name, None) for name in FLANKS},
+    }
     return [f"{name}table" for name, owner in owners.items() if owner is not None and owner.table]
 
 

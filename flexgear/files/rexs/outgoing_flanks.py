@@ -59,8 +59,8 @@ class FlanksOut:
             self.model.relate(
                 "manufacturing_step", 1, workpiece=flank, tool=tool, manufacturing_settings=settings
             )
-            given = gear.modifications.of(names[word])
-            for made in self._ground(given, outward(DATUM_SIDE, half)):
+            modifications = gear.modifications.of(names[word])
+            for made in self._ground(modifications, outward(DATUM_SIDE, half)):
                 self.model.relate("reference", origin=flank, referenced=made)
 
     def _tool(self, role: str) -> int:
@@ -85,48 +85,51 @@ class FlanksOut:
             **sizes,
         )
 
-    def _ground(self, given: FlankModifications, datum: int) -> Iterator[int]:
+    def _ground(self, modifications: FlankModifications, datum: int) -> Iterator[int]:
         """What one flank lacks; datum: +1 where z of a modification counts to the datum face."""
         for kind, (key, ends) in CROWNINGS.items():
-            crowned = getattr(given, key.removesuffix("_um"))
+            crowned = getattr(modifications, key.removesuffix("_um"))
             if crowned is not None:
                 amounts = dict.fromkeys(ends, MM * crowned)
                 yield self.model.add(kind, **amounts, **{f"shape_of_{kind}": "parabolic"})
-        yield from self._slopes(given, datum)
-        for kind, relief in (("tip", given.tip_relief), ("root", given.root_relief)):
+        yield from self._slopes(modifications, datum)
+        for kind, relief in (
+            ("tip", modifications.tip_relief),
+            ("root", modifications.root_relief),
+        ):
             if relief is not None:
                 yield self._relief(f"{kind}_relief", relief)
-        end = given.end_relief
+        end = modifications.end_relief
         for face, side in zip(FACES, (datum, -datum), strict=True):
             if end is not None and end.end in ("both", "+z" if side > 0 else "-z"):
                 yield self._end_relief(face, end)
 
-    def _slopes(self, given: FlankModifications, datum: int) -> Iterator[int]:
+    def _slopes(self, modifications: FlankModifications, datum: int) -> Iterator[int]:
         """Signs as in ``ground``: positive towards the tip, and towards the non-datum face."""
-        if given.profile_slope is not None:
-            yield self.model.add("profile_slope", profile_slope=MM * given.profile_slope)
-        if given.helix_slope is not None:
+        if modifications.profile_slope is not None:
+            yield self.model.add("profile_slope", profile_slope=MM * modifications.profile_slope)
+        if modifications.helix_slope is not None:
             yield self.model.add(
                 "helix_slope",
-                helix_slope=-datum * MM * given.helix_slope,
+                helix_slope=-datum * MM * modifications.helix_slope,
                 helix_evaluation_reference="facewidth",
             )
-        if given.twist is not None:
-            yield self.model.add("profile_twist", profile_twist=-datum * MM * given.twist)
+        if modifications.twist is not None:
+            yield self.model.add("profile_twist", profile_twist=-datum * MM * modifications.twist)
 
-    def _relief(self, kind: str, given: Relief) -> int:
-        length, start = given.length, given.start_diameter
+    def _relief(self, kind: str, relief: Relief) -> int:
+        length, start = relief.length, relief.start_diameter
         sizes: dict[str, Written | None] = {
-            f"{kind}_depth": MM * given.amount,
+            f"{kind}_depth": MM * relief.amount,
             f"{kind}_datum_length": None if length is None else MM * length,
             f"{kind}_datum_diameter": None if start is None else MM * start,
         }
-        return self.model.add(kind, "", shape_of_relief=given.form, **sizes)
+        return self.model.add(kind, "", shape_of_relief=relief.form, **sizes)
 
-    def _end_relief(self, face: str, given: EndRelief) -> int:
+    def _end_relief(self, face: str, relief: EndRelief) -> int:
         kind = f"{END_RELIEF}_{face}"
         sizes: dict[str, Written | None] = {
-            f"{END_RELIEF}_depth_{face}": MM * given.amount,
-            f"{END_RELIEF}_length_{face}": MM * given.length,
+            f"{END_RELIEF}_depth_{face}": MM * relief.amount,
+            f"{END_RELIEF}_length_{face}": MM * relief.length,
         }
-        return self.model.add(kind, "", shape_of_relief=given.form, **sizes)
+        return self.model.add(kind, "", shape_of_relief=relief.form, **sizes)

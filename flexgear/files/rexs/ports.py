@@ -60,7 +60,7 @@ class PortWriter:
 
     def _speeds(self, where: str, mobility: int) -> dict[str, float] | None:
         """Speeds (rpm) of all members, from those that the file gives; None if there are none."""
-        given: dict[str, Datum] = {}
+        driven: dict[str, Datum] = {}
         order = sorted(
             {m.body: m for m in reversed(self.members)}.values(),
             key=lambda m: (not self._defined(m), m.body not in self.bodies),
@@ -69,15 +69,15 @@ class PortWriter:
             datum = speed_of(self.document, self.assembly, member.body)
             if datum is None or (not datum.value and member.body not in self.bodies):
                 continue
-            if len(given) < mobility:
+            if len(driven) < mobility:
                 try:
-                    _flow(self.case.text(), where, {**given, member.name: datum}, partial=True)
+                    _flow(self.case.text(), where, {**driven, member.name: datum}, partial=True)
                 except InputError:
                     continue
-                given[member.name] = datum
-        if len(given) < mobility:
+                driven[member.name] = datum
+        if len(driven) < mobility:
             return None
-        flow = _flow(self.case.text(), where, given)
+        flow = _flow(self.case.text(), where, driven)
         speeds = {name: value * RPM for name, value in flow.speed.items()}
         self._compare(speeds)
         return speeds
@@ -110,9 +110,9 @@ class PortWriter:
         best: tuple[list[Port], list[Port]] = ([], [])
         for chosen, loaded in choices(ports, mobility):
             best = best if best[0] else (chosen, loaded)
-            given = {p.member.name: p.speed for p in chosen if p.speed is not None}
+            driven = {p.member.name: p.speed for p in chosen if p.speed is not None}
             try:
-                _flow(self.case.text(), where, given)
+                _flow(self.case.text(), where, driven)
             except InputError:
                 continue
             return chosen, loaded

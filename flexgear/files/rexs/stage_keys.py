@@ -288,10 +288,10 @@ class StageWriter:
     def _total_backlash(self, stages: list[Component]) -> Datum | None:
         mean = number(stages, "mean_normal_backlash", "mm")
         ends = [number(stages, f"{end}_normal_backlash", "mm") for end in ("minimum", "maximum")]
-        given = [end for end in ends if end is not None]
-        if mean is None and given:
-            value = sum(end.value for end in given) / len(given)
-            mean = Datum(value, " and ".join(end.source for end in given) + ", mean")
+        present = [end for end in ends if end is not None]
+        if mean is None and present:
+            value = sum(end.value for end in present) / len(present)
+            mean = Datum(value, " and ".join(end.source for end in present) + ", mean")
         return mean if mean is not None and mean.value >= 0 else None
 
     def _shifts(
@@ -329,9 +329,9 @@ class StageWriter:
         lacking = [role for role in pair if shifts[role] is None]
         if not lacking or wanted is None or distance is None:
             return
-        given = sum(d.value for role in pair if (d := shifts[role]) is not None)
+        total = sum(d.value for role in pair if (d := shifts[role]) is not None)
         for role in lacking:
-            value = (wanted - given) / len(lacking)
+            value = (wanted - total) / len(lacking)
             value = 0.0 if abs(value) < _NO_SHIFT else value
             why = f"not in the file; without backlash at {distance.source}"
             shifts[role] = Datum(value, f"assumed: {why}")

@@ -165,11 +165,11 @@ class SupportWriter:
         """Stiffness at the operating point, where a file has results of bearings."""
         pairs = _OPERATING.get(direction, ())
         data = [number([joint], names, _UNITS[direction]) for names in pairs]
-        given = [datum for datum in data if datum is not None and datum.value > 0]
-        if not given:
+        loaded = [datum for datum in data if datum is not None and datum.value > 0]
+        if not loaded:
             return None
-        mean = sum(datum.value for datum in given) / len(given)
-        return Datum(mean, " and ".join(d.source for d in given) + (", mean" * (len(given) > 1)))
+        mean = sum(datum.value for datum in loaded) / len(loaded)
+        return Datum(mean, " and ".join(d.source for d in loaded) + (", mean" * (len(loaded) > 1)))
 
     def _absorbs(self, joint: Component, direction: str) -> bool | None:
         """Whether a bearing takes force in a direction, None where that is not said."""
@@ -210,7 +210,7 @@ class SupportWriter:
         density: kg/m³; arm: centre distance, m.
         """
         section = self.case.section("[stages.carrier]")
-        given = number(member.stage.carrier, "mass_of_component", "kg")
+        stated = number(member.stage.carrier, "mass_of_component", "kg")
         frames = [c for c in member.stage.carrier if c.kind == "planet_carrier"]
         plates = [p for frame in frames for p in self.document.parts(frame, "side_plate")]
         mass = inertia = 0.0
@@ -235,12 +235,12 @@ class SupportWriter:
                 mass_of_blank = density * pi / 4 * (outer_d**2 - inner_d**2) * piece.length * 1e-9
                 lever = arm**2 + (outer_d**2 + inner_d**2) * 1e-6 / 8
                 mass, inertia = mass + mass_of_blank, inertia + mass_of_blank * lever
-        if given is not None:
-            section.put("mass_kg", given.value, given.source)
+        if stated is not None:
+            section.put("mass_kg", stated.value, stated.source)
         if plates and mass > 0:
-            if given is None:
+            if stated is None:
                 section.put("mass_kg", mass, "derived: side plates and pins of the file")
-            scale = 1.0 if given is None else given.value / mass
+            scale = 1.0 if stated is None else stated.value / mass
             section.put(
                 "inertia_kg_m2", inertia * scale, "derived: side plates and pins of the file"
             )

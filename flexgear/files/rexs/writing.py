@@ -25,8 +25,8 @@ class Outgoing:
 
     def add(self, kind: str, name: str = "", **attributes: Written | None) -> int:
         """A component; attributes that are None are left out. Returns its id."""
-        given = {key: value for key, value in attributes.items() if value is not None}
-        self.components.append((kind, name, given))
+        present = {key: value for key, value in attributes.items() if value is not None}
+        self.components.append((kind, name, present))
         return len(self.components)
 
     def relate(self, kind: str, order: int = 0, **roles: int) -> None:

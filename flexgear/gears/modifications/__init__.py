@@ -36,7 +36,7 @@ MODIFICATIONS: tuple[Callable[[FlankModifications, Flank], Gap | None], ...] = (
 )
 
 
-def gaps_of(given: FlankModifications, flank: Flank) -> list[Gap]:
+def gaps_of(of_flank: FlankModifications, flank: Flank) -> list[Gap]:
     """All modifications of one flank of a gear."""
-    gaps = [made(given, flank) for made in MODIFICATIONS]
+    gaps = [made(of_flank, flank) for made in MODIFICATIONS]
     return [gap for gap in gaps if gap is not None]

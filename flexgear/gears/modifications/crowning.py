@@ -14,9 +14,9 @@ from flexgear.gears.modifications.flank import Array, Flank, Gap
 from flexgear.model.modifications import FlankModifications
 
 
-def profile_crowning(given: FlankModifications, flank: Flank) -> Gap | None:
+def profile_crowning(modifications: FlankModifications, flank: Flank) -> Gap | None:
     """Gap at rho and z (any shape), m; None without profile crowning."""
-    amount = given.profile_crowning
+    amount = modifications.profile_crowning
     if not amount:
         return None
 
@@ -26,9 +26,9 @@ def profile_crowning(given: FlankModifications, flank: Flank) -> Gap | None:
     return gap
 
 
-def lead_crowning(given: FlankModifications, flank: Flank) -> Gap | None:
+def lead_crowning(modifications: FlankModifications, flank: Flank) -> Gap | None:
     """Gap at rho and z (any shape), m; None without lead crowning."""
-    amount = given.lead_crowning
+    amount = modifications.lead_crowning
     if not amount:
         return None
 

@@ -17,19 +17,19 @@ ROUNDING = 1e-9  # relative, of what is just as long as it may be
 POWER = {"linear": 1, "parabolic": 2}
 
 
-def tip_relief(given: FlankModifications, flank: Flank) -> Gap | None:
+def tip_relief(modifications: FlankModifications, flank: Flank) -> Gap | None:
     """Gap at rho and z (any shape), m; None without relief. Refusal of what leaves the path."""
-    return _profile_relief("tip_relief", given.tip_relief, flank, flank.tip)
+    return _profile_relief("tip_relief", modifications.tip_relief, flank, flank.tip)
 
 
-def root_relief(given: FlankModifications, flank: Flank) -> Gap | None:
+def root_relief(modifications: FlankModifications, flank: Flank) -> Gap | None:
     """Gap at rho and z (any shape), m; None without relief. Refusal of what leaves the path."""
-    return _profile_relief("root_relief", given.root_relief, flank, flank.root)
+    return _profile_relief("root_relief", modifications.root_relief, flank, flank.root)
 
 
-def end_relief(given: FlankModifications, flank: Flank) -> Gap | None:
+def end_relief(modifications: FlankModifications, flank: Flank) -> Gap | None:
     """Gap at rho and z (any shape), m; None without relief. Refusal of what leaves the face."""
-    relief = given.end_relief
+    relief = modifications.end_relief
     if relief is None:
         return None
     room = flank.half_face if relief.end == "both" else 2.0 * flank.half_face

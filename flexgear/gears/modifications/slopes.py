@@ -17,9 +17,9 @@ from flexgear.gears.modifications.flank import Array, Flank, Gap
 from flexgear.model.modifications import FlankModifications
 
 
-def profile_slope(given: FlankModifications, flank: Flank) -> Gap | None:
+def profile_slope(modifications: FlankModifications, flank: Flank) -> Gap | None:
     """Gap at rho and z (any shape), m, ≥ −|C|/2 on the active profile; None without a slope."""
-    amount = given.profile_slope
+    amount = modifications.profile_slope
     if not amount:
         return None
 
@@ -29,9 +29,9 @@ def profile_slope(given: FlankModifications, flank: Flank) -> Gap | None:
     return gap
 
 
-def helix_slope(given: FlankModifications, flank: Flank) -> Gap | None:
+def helix_slope(modifications: FlankModifications, flank: Flank) -> Gap | None:
     """Gap at rho and z (any shape), m, ≥ −|C|/2; None without a slope."""
-    amount = given.helix_slope
+    amount = modifications.helix_slope
     if not amount:
         return None
 
@@ -41,9 +41,9 @@ def helix_slope(given: FlankModifications, flank: Flank) -> Gap | None:
     return gap
 
 
-def twist(given: FlankModifications, flank: Flank) -> Gap | None:
+def twist(modifications: FlankModifications, flank: Flank) -> Gap | None:
     """Gap at rho and z (any shape), m, ≥ −|S|/4 on the active profile; None without twist."""
-    amount = given.twist
+    amount = modifications.twist
     if not amount:
         return None
 

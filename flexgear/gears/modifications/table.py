@@ -17,12 +17,12 @@ from flexgear.model.section import Refusal
 BEYOND = 0.01  # of the active profile, or of half the face: what is a coarse number, not an error
 
 
-def table(given: FlankModifications, flank: Flank) -> Gap | None:
+def table(modifications: FlankModifications, flank: Flank) -> Gap | None:
     """Gap at rho and z (any shapes that broadcast), m; None without a table. Refusal of points
     beyond the tip or the face, and of tables that leave out the flank."""
-    if given.table is None:
+    if modifications.table is None:
         return None
-    rho, z = _rolls(given.table, flank), np.array(given.table.z)
+    rho, z = _rolls(modifications.table, flank), np.array(modifications.table.z)
     if np.abs(z).max() > (1 + BEYOND) * flank.half_face:
         raise Refusal(
             "table.z",
@@ -30,7 +30,9 @@ def table(given: FlankModifications, flank: Flank) -> Gap | None:
             f"±{1e3 * flank.half_face:g} mm",
             "count z from the middle of the face, or check the unit",
         )
-    between = scipy.interpolate.RegularGridInterpolator((_two(rho), _two(z)), _values(given.table))
+    between = scipy.interpolate.RegularGridInterpolator(
+        (_two(rho), _two(z)), _values(modifications.table)
+    )
 
     def gap(rho_at: Array, z_at: Array) -> Array:
         points = np.broadcast_arrays(np.clip(rho_at, rho[0], rho[-1]), np.clip(z_at, z[0], z[-1]))
@@ -39,9 +41,9 @@ def table(given: FlankModifications, flank: Flank) -> Gap | None:
     return gap
 
 
-def _rolls(given: FlankTable, flank: Flank) -> Array:
+def _rolls(flank_table: FlankTable, flank: Flank) -> Array:
     """Roll lengths of the points on the profile, m."""
-    name, places = given.profile
+    name, places = flank_table.profile
     if name == "roll_angles":
         rho = flank.base_radius * np.array(places)
     else:
@@ -73,9 +75,9 @@ def _two(nodes: Array) -> Array:
     return nodes if len(nodes) > 1 else np.array([nodes[0], nodes[0] + 1.0])
 
 
-def _values(given: FlankTable) -> Array:
+def _values(flank_table: FlankTable) -> Array:
     """Gaps at ``_two`` of both axes, m."""
-    gaps = np.array(given.gaps)
+    gaps = np.array(flank_table.gaps)
     for axis in (0, 1):
         if gaps.shape[axis] == 1:
             gaps = np.repeat(gaps, 2, axis=axis)

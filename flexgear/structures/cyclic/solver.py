@@ -278,8 +278,8 @@ class CyclicSolver:
 
     def _held(self, run: Pass, q: Array | None) -> Pass:
         """The others at their motion too."""
-        given = 0.0 if q is None else q[self._ties.other_dofs]
-        run.mu = self.inverse @ (run.q0 - given)
+        tied = 0.0 if q is None else q[self._ties.other_dofs]
+        run.mu = self.inverse @ (run.q0 - tied)
         self._release(run)
         return run
 

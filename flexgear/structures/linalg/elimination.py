@@ -53,13 +53,13 @@ class Elimination:
         factor = factor_in_order(lifted)
         remainder = factor[size:, size:].toarray()
         self._set_sweeps(factor[:, :size])
-        given = constraints.T.toarray()
-        forward(*self._sweeps, given)
-        self._constraints = given[:size]  # L^{-1} C_i^T (i, c)
-        self.rest = np.zeros((outer + given.shape[1],) * 2)
+        transposed = constraints.T.toarray()
+        forward(*self._sweeps, transposed)
+        self._constraints = transposed[:size]  # L^{-1} C_i^T (i, c)
+        self.rest = np.zeros((outer + transposed.shape[1],) * 2)
         self.rest[:outer, :outer] = remainder @ remainder.T - shift
-        self.rest[:outer, outer:] = given[size:]
-        self.rest[outer:, :outer] = given[size:].T
+        self.rest[:outer, outer:] = transposed[size:]
+        self.rest[outer:, :outer] = transposed[size:].T
         self.rest[outer:, outer:] = -self._constraints.T @ self._constraints
 
     @property
