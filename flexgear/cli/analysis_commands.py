@@ -80,19 +80,19 @@ def static(
 ) -> None:
     """Static equilibrium at angles: gear-mesh forces, load sharing, displacements."""
     source = read_case(case, settings)
-    parts, way = rigid_parts(rigid, source), Shown(as_json, out)
+    parts, output = rigid_parts(rigid, source), Shown(as_json, out)
     claim_file(out, origin_of_case(source), force)
     degrees = angle_deg or [0.0]
     with progress(quiet) as report:
         model = put_together(source, parts, report)
         data = equilibria(model, _turned(model, degrees), torque_nm, report)
-    way.keep(data)
+    output.keep(data)
     positions = {
         f"{angle:g} deg": equilibrium_figures(model, data.isel(position=slice(k, k + 1)))
         for k, angle in enumerate(degrees)
     }
-    show_equilibria(model, data, positions, way)
-    way.wrote()
+    show_equilibria(model, data, positions, output)
+    output.wrote()
 
 
 def _turned(model: Model, degrees: list[float]) -> NDArray[np.float64]:
@@ -133,7 +133,7 @@ def modes(
     if limit_hz is not None and not limit_hz > 0:
         raise InputError("--limit-hz", f"{limit_hz:g}", "is not positive", "e.g. 500")
     source = read_case(case, settings, loaded=False)
-    parts, way = rigid_parts(rigid, source), Shown(as_json, out)
+    parts, output = rigid_parts(rigid, source), Shown(as_json, out)
     claim_file(out, origin_of_case(source), force)
     with progress(quiet) as report:
         model = put_together(source, parts, report)
@@ -149,12 +149,12 @@ def modes(
         else:
             angle = None if angle_deg is None else float(_turned(model, [angle_deg])[0])
             data = natural_modes(model, angle=angle, limit_hz=limit_hz)
-    way.keep(data)
+    output.keep(data)
     if campbell:
-        show_campbell(model, data, rest, way)
+        show_campbell(model, data, rest, output)
     else:
-        show_modes(model, data, limit_hz, way)
-    way.wrote()
+        show_modes(model, data, limit_hz, output)
+    output.wrote()
 
 
 def simulate(

@@ -88,14 +88,14 @@ def number(value: xr.DataArray) -> float | None:
 
 
 def show_equilibria(
-    model: Model, data: xr.Dataset, positions: Mapping[str, dict[str, Any]], way: Shown
+    model: Model, data: xr.Dataset, positions: Mapping[str, dict[str, Any]], output: Shown
 ) -> None:
     """Figures by position."""
     rated = model.system.rated_torque
     torque = abs(float(data["port_torque"].isel(port=0).max()) / rated) if rated else 0.0
     beside = neglected_lines(model, _equilibrium_lengths(model, data), torque)
     beside += large_motions(model.case, largest_motions(motion_histories(data)))
-    if way.as_json:
+    if output.as_json:
         more = {"closure": data.attrs["closure_max"], "neglected": beside}
         typer.echo(as_json_text({**positions, **more}))
         return
@@ -133,9 +133,9 @@ def neglected_lines(model: Model, lengths: Iterator[Length], torque_share: float
     return [str(effect["sentence"]) for effect in effects]
 
 
-def show_modes(model: Model, data: xr.Dataset, limit_hz: float | None, way: Shown) -> None:
+def show_modes(model: Model, data: xr.Dataset, limit_hz: float | None, output: Shown) -> None:
     rows = mode_rows(data)
-    if way.as_json:
+    if output.as_json:
         figures = {"variant": model.variant, "modes": rows}
         typer.echo(as_json_text(figures))
         return
@@ -172,11 +172,11 @@ def _shares_text(shares: list[tuple[str, float]]) -> str:
     return ", ".join(f"{name} {100 * share:.0f} %" for name, share in shares)
 
 
-def show_campbell(model: Model, data: xr.Dataset, modes: xr.Dataset, way: Shown) -> None:
+def show_campbell(model: Model, data: xr.Dataset, modes: xr.Dataset, output: Shown) -> None:
     """What excites the train, where it meets its modes, and what that comes to; modes: at rest."""
     figures = resonance_figures(model.case, data, modes)
     level, _, sentence = resonance_verdict(figures)
-    if way.as_json:
+    if output.as_json:
         content = {
             "variant": model.variant,
             "gyroscopic": bool(data.attrs["gyroscopic"]),

@@ -99,29 +99,29 @@ def stages_plan(flow: PowerFlow, data: Mapping[str, xr.Dataset]) -> Plan:
 def _face_plan(flow: PowerFlow, data: Mapping[str, xr.Dataset]) -> Plan:
     """Pictures of load along the face, root stress and gear-mesh cycles, of pairs in slices."""
     plan: Plan = {}
-    even = data["equilibrium"]
-    if "face_line_load" in even:
+    equilibria = data["equilibrium"]
+    if "face_line_load" in equilibria:
         plan["face_line_load"] = (
             "Load along the face of every gear mesh, in the mean of the positions",
-            partial(face_load_charts.along_face_chart, even),
+            partial(face_load_charts.along_face_chart, equilibria),
         )
         plan["face_contact_pattern"] = (
             "Contact pattern: largest line load over path and face",
-            partial(face_load_charts.contact_pattern, even),
+            partial(face_load_charts.contact_pattern, equilibria),
         )
-    if "gear_mesh_misalignment_by_cause" in even:  # not in runs of earlier versions
+    if "gear_mesh_misalignment_by_cause" in equilibria:  # not in runs of earlier versions
         plan["face_misalignment"] = (
             "Misalignment of every gear mesh by what causes it",
-            partial(face_load_charts.misalignment_chart, even),
+            partial(face_load_charts.misalignment_chart, equilibria),
         )
         for stage in flow.stages:
-            plan |= _rows_of_teeth(even, stage.name)
+            plan |= _rows_of_teeth(equilibria, stage.name)
     for stage in flow.stages:
-        if root_figures(even, stage.name):
+        if root_figures(equilibria, stage.name):
             plan[f"root_stress_{stage.name}"] = (
                 f"Root stress of {stage.name.replace('_', ' ')} over the positions and along "
                 "the face (thin: fillets on the other side of the teeth)",
-                partial(root_stress_chart, even, stage.name),
+                partial(root_stress_chart, equilibria, stage.name),
             )
         cycles = data.get(f"gear_mesh_cycles_{stage.name}")
         if cycles is not None:

@@ -82,12 +82,12 @@ def _path(branches: list[Branch], begin: Node, end: Node) -> list[Branch] | None
     while queue:
         node = queue.popleft()
         if node == end:
-            way: list[Branch] = []
+            path: list[Branch] = []
             step = came[node]
             while step is not None:
-                way.insert(0, step)
+                path.insert(0, step)
                 step = came[step.tail]
-            return way
+            return path
         for branch in branches:
             if branch.tail == node and branch.head not in came:
                 came[branch.head] = branch

@@ -75,13 +75,15 @@ def tooth_sides(kind: str, forward: bool) -> dict[tuple[str, str], int]:
     forward: whether the carrier drives its stage towards +z under the rated torque (the gear its
     pinion), or is driven towards −z: forces of gear meshes ≥ 0 (``stage_flow``).
     """
-    way = 1 if forward else -1
+    sense = 1 if forward else -1
     if kind == "parallel":  # pinion and gear turn each other's way back
-        parts, side = ("pinion", "gear"), way
+        parts, side = ("pinion", "gear"), sense
     else:
-        parts, side = ("sun", "ring"), -way
+        parts, side = ("sun", "ring"), -sense
     out = {(part, "drive"): side for part in parts} | {(part, "coast"): -side for part in parts}
-    return out if kind == "parallel" else out | {("planet", "sun"): -way, ("planet", "ring"): way}
+    return (
+        out if kind == "parallel" else out | {("planet", "sun"): -sense, ("planet", "ring"): sense}
+    )
 
 
 def gear_flanks(view: StageView, paths: Mapping[GearMeshKind, GearMeshPath]) -> list[GearFlank]:

@@ -117,8 +117,8 @@ def _planet_rim(
         load += normal[role] * rows[role]
         on_pin += normal[role] * math.cos(alpha)
     load += on_pin * _half_bore()
-    way = load * rim_compliance(bending, radius)
-    return {role: float(np.sum(row * way)) for role, row in rows.items()}
+    deflection = load * rim_compliance(bending, radius)
+    return {role: float(np.sum(row * deflection)) for role, row in rows.items()}
 
 
 def _half_bore() -> Array:

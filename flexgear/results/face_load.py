@@ -75,8 +75,8 @@ def _sharing_factor(of_flank: xr.Dataset) -> float:
     """K_Hα of one flank: largest load of a pair over that which pairs sharing by their nominal
     stiffness on the path of contact would have, the force of the gear mesh being the same."""
     load, stiffness = of_flank["pair_load"], of_flank["pair_stiffness"]
-    even = load.sum("slot") * stiffness / stiffness.sum("slot")
-    return float(load.max() / even.max())
+    ideal = load.sum("slot") * stiffness / stiffness.sum("slot")
+    return float(load.max() / ideal.max())
 
 
 def _edges(of_flank: xr.Dataset) -> dict[str, float]:

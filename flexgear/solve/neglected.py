@@ -164,7 +164,9 @@ def _effects(
         pin = sizes["pin_bends_in_planet_um"]
         effects["pin"] = pin, pin * sum(math.cos(m.working_angle) for m in meshes)
     scale = 1e-6 * abs(share)
-    return {name: (scale * size, scale * way) for name, (size, way) in effects.items()}
+    return {
+        name: (scale * size, scale * deflection) for name, (size, deflection) in effects.items()
+    }
 
 
 def _about(size: float) -> str:

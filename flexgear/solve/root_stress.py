@@ -100,9 +100,9 @@ def tooth_roots(roots: PairRoots, s: Array, force: Array, base_pitch: float) -> 
     stress = of_pairs[:, :, 1].copy()
     for a, b in np.ndindex(there.shape[1], there.shape[1]):
         apart = np.round((s[:, b] - s[:, a]) / base_pitch)
-        for way in (1, -1):  # the pair in slot b is this many teeth further on in +θ
-            beside = there[:, a] & there[:, b] & (apart == way * roots.step)
-            stress[beside, a] += of_pairs[beside, b, 1 + way]
+        for side in (1, -1):  # the pair in slot b is this many teeth further on in +θ
+            beside = there[:, a] & there[:, b] & (apart == side * roots.step)
+            stress[beside, a] += of_pairs[beside, b, 1 + side]
     stress[~there] = np.nan
     return Roots(stress[:, :, 0], stress[:, :, 1])
 
@@ -128,9 +128,13 @@ def ring_roots(tables: RootTables, recovery: Recovery, lines: LineLoads, stage: 
             roots = tables.of(system.gear_meshes[m])[1]
             stress = roots.of(result.pair_position[:, m][there], force[there])
             at, tooth = np.nonzero(there)[0], result.pair_tooth[:, m][there].astype(np.int64)
-            for way in (1, 0, -1):  # in the tooth after the pair's own, in that, in the one before
-                both = stress[:, 1 - way, :: roots.sense].astype(np.float32)
-                np.add.at(out, (at, (tooth + way) % teeth), both)
+            for offset in (
+                1,
+                0,
+                -1,
+            ):  # in the tooth after the pair's own, in that, in the one before
+                both = stress[:, 1 - offset, :: roots.sense].astype(np.float32)
+                np.add.at(out, (at, (tooth + offset) % teeth), both)
     return out
 
 

@@ -279,10 +279,10 @@ def _face_load(
     empty where no stage has it."""
     cycles, figures = {}, {}
     for label, model in models.items():
-        even = datasets.get(dataset_name("equilibrium", model))
-        if model.ideal or even is None or not sliced_stages(model):
+        equilibria = datasets.get(dataset_name("equilibrium", model))
+        if model.ideal or equilibria is None or not sliced_stages(model):
             continue
-        figures_of_variant = figures[label] = face_figures(even)
+        figures_of_variant = figures[label] = face_figures(equilibria)
         for stage in sliced_stages(model):
             data = gear_mesh_cycles(model, stage, progress)
             cycles[dataset_name(f"gear_mesh_cycles_{stage}", model)] = data

@@ -70,11 +70,11 @@ def pin_pressures(model: FeModel, pins: int, angles: NDArray[np.float64]) -> lis
         normal[:, 2] = 0.0
         normal /= np.linalg.norm(normal, axis=1)[:, None]
         c, s = np.cos(angles[pin]), np.sin(angles[pin])
-        for label, way in {
+        for label, direction in {
             "radial": np.array([c, s, 0.0]),
             "tangential": np.array([-s, c, 0.0]),
         }.items():
-            pressure = seat.weights * np.maximum(0.0, -normal @ way)
+            pressure = seat.weights * np.maximum(0.0, -normal @ direction)
             z = seat.points[:, 2] - axis[2]
             for end, part in {"": z < np.inf, " half -z": z < 0, " half +z": z > 0}.items():
                 forces = -(pressure * part)[:, None] * normal

@@ -288,19 +288,19 @@ def _moving(data: xr.Dataset) -> dict[str, dict[tuple[str, str], FloatArray]]:
     stages: dict[str, dict[tuple[str, str], FloatArray]] = {}
     largest = float(np.abs(field.to_numpy()[..., :2]).max(initial=0.0)) * MICRO
     for name in map(BodyName.parse, field["body"].to_numpy()):
-        way = np.asarray(field.sel(body=name), dtype=float)[:, :2] * MICRO
-        if name.part in MEMBER_COLOURS and np.abs(way).max(initial=0.0) > STILL * largest:
-            stages.setdefault(name.stage, {})[name.part, name.side] = way
+        displacement = np.asarray(field.sel(body=name), dtype=float)[:, :2] * MICRO
+        if name.part in MEMBER_COLOURS and np.abs(displacement).max(initial=0.0) > STILL * largest:
+            stages.setdefault(name.stage, {})[name.part, name.side] = displacement
     return stages
 
 
 def _orbit(ax: Axes, motion: Mapping[tuple[str, str], FloatArray]) -> None:
     """Way in the plane of the sun (else of the member that goes furthest), equal scales."""
     at = max(motion, key=lambda n: (n[0] in ("sun", "pinion"), np.abs(motion[n]).max()))
-    way, colour, member = orbit(motion[at]), MEMBER_COLOURS[at[0]], " ".join(at).strip()
-    ax.plot(way[:, 0], way[:, 1], color=colour, lw=0.8)
-    ax.plot(*way[0], "o", color=colour, ms=3)
-    reach = 1.1 * float(np.abs(way).max())
+    path, colour, member = orbit(motion[at]), MEMBER_COLOURS[at[0]], " ".join(at).strip()
+    ax.plot(path[:, 0], path[:, 1], color=colour, lw=0.8)
+    ax.plot(*path[0], "o", color=colour, ms=3)
+    reach = 1.1 * float(np.abs(path).max())
     ax.axhline(0, color=NEUTRAL, lw=0.6, zorder=1)
     ax.axvline(0, color=NEUTRAL, lw=0.6, zorder=1)
     ax.set(xlim=(-reach, reach), ylim=(-reach, reach), aspect="equal")

@@ -82,12 +82,12 @@ class Assembly:
 
         Series of shaft sections and couplings along the shortest way; None where there is none.
         """
-        way = self._way(first.id, second.id)
-        if way is None:
+        path = self._way(first.id, second.id)
+        if path is None:
             return None
-        compliance = sum(link.compliance for link, _ in way)
-        passed = [k for link, _ in way if (k := link.coupling) is not None]
-        for (before, turned), (after, turned_next) in pairwise(way):
+        compliance = sum(link.compliance for link, _ in path)
+        passed = [k for link, _ in path if (k := link.coupling) is not None]
+        for (before, turned), (after, turned_next) in pairwise(path):
             enter = before.at_first if turned else before.at_second
             leave = after.at_second if turned_next else after.at_first
             middle = before.first if turned else before.second
@@ -97,10 +97,10 @@ class Assembly:
 
     def way_length(self, first: Component, second: Component) -> tuple[int, float]:
         """Links between two parts of a body, and the distance (mm) along the first one's shaft."""
-        way = self._way(first.id, second.id)
+        path = self._way(first.id, second.id)
         ends = [number([c], "u_coordinate_on_shaft", "mm") for c in (first, second)]
         apart = [0.0 if end is None else end.value for end in ends]
-        return 10**9 if way is None else len(way), abs(apart[0] - apart[1])
+        return 10**9 if path is None else len(path), abs(apart[0] - apart[1])
 
     def _way(self, first: int, second: int) -> list[tuple[Link, bool]] | None:
         """Links from one component to another; True for one walked from second to first."""
@@ -118,12 +118,12 @@ class Assembly:
                         waiting.append(b)
         if second not in came:
             return None
-        way = []
+        path = []
         step = came[second]
         while step is not None:
-            way.append(step[1])
+            path.append(step[1])
             step = came[step[0]]
-        return way[::-1]
+        return path[::-1]
 
     def _between(self, shaft: Component, a: float | None, b: float | None) -> float:
         """Torsional compliance ∫ du/(G J) of a shaft between two places, rad/(N m)."""
