@@ -52,6 +52,7 @@ def copied(tmp_path):
     return tmp_path
 
 
+@pytest.mark.slow
 def test_an_edit_of_any_source_of_loops_compiles_anew_and_no_other_does(copied):
     cache = copied / "cache"
     assert ran(copied, cache)[:3] == ["3.0", "True", "0"]

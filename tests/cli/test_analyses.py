@@ -37,6 +37,7 @@ def test_rigid_ring_does_not_bend(flexgear):
     assert json.loads(text)["0 deg"]["stage"]["radial_harmonic_5_um"] < 1e-6
 
 
+@pytest.mark.slow
 def test_reversed_torque_is_shown_on_the_flanks_that_carry(flexgear):
     """Coast flanks bear what drive flanks do: not zero, as the drive flanks' own loads are."""
     few = ("--duration-s", 0.02, "--json", "-q", "--rigid", "all")
@@ -74,6 +75,7 @@ def test_simulate_writes_its_dataset_and_tells_progress(flexgear, tmp_path):
     assert float(load(out)["time"][-1]) == pytest.approx(0.05, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_compare_has_eight_variants(flexgear):
     code, text, _ = flexgear("compare", "wind-5mw", "--positions", 3, "--json", "-q")
     found = json.loads(text)

@@ -141,6 +141,7 @@ def test_every_run_is_drawn(flexgear, run_of_case, tmp_path):
     assert (pictures / "report.html").stat().st_size > 1e5
 
 
+@pytest.mark.slow
 def test_figures_of_load_along_the_face_are_written_down(flexgear, tmp_path):
     keys = {"stage.gear_mesh.model": "face_load", "stage.gear_mesh.slices": "5", **CLEAN}
     sets = [word for key, value in keys.items() for word in ("--set", f"{key}={value}")]

@@ -159,6 +159,7 @@ OF_FE_BODIES = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", CHOICES, indirect=True)
 def test_every_command_takes_it(case, flexgear):
     for command, options in COMMANDS.items():

@@ -44,6 +44,7 @@ def test_one_key_table_dataset_and_pictures(flexgear, tmp_path):
     assert data[KEY].attrs["units"] == "N/m"
 
 
+@pytest.mark.slow
 def test_long_tables_are_thinned_and_what_does_not_change_is_one_line(flexgear, tmp_path):
     command = ("sweep", "lin-parker", f"{KEY}=1e7:1e9:60:log", "--no-pictures", "-q")
     code, text, _ = flexgear(*command, "--measure", "load_sharing", "--out", tmp_path / "even")

@@ -147,6 +147,7 @@ def test_compare_two_trains(flexgear):
     assert other["wind-5mw"]["stage_ring_gear_mesh_force_n"] == pytest.approx(788.28e3, rel=1e-4)
 
 
+@pytest.mark.slow
 def test_run_and_compare(flexgear, tmp_path):
     """Everything in one folder, and on one page with another run."""
     out = tmp_path / "mine"
@@ -241,6 +242,7 @@ def test_loose_train_is_one_line(flexgear, train_file):
     assert err.count("\n") == 1
 
 
+@pytest.mark.slow
 def test_options_mean_the_same_for_every_case(flexgear):
     """Once refused for a flexible stage; what has no FE mesh says so."""
     for arguments in (

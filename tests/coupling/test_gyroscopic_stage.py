@@ -34,6 +34,7 @@ def whirling(tmp_path, speed):
     return system, found, tilt
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("speed", [30.0, 600.0])
 def test_a_carrier_that_spins_on_tilt_springs_whirls_forward_and_backward(tmp_path, speed):
     """In space ω² ∓ (J_p/J_t) Ω ω − k/J_t = 0; axes that turn with it see ω ∓ Ω."""

@@ -116,6 +116,7 @@ def test_forces_err_by_no_more_than_the_estimate_times_their_amplification(syste
             assert amplified < 1.2
 
 
+@pytest.mark.slow
 @settings(max_examples=4, deadline=None)
 @given(seed=st.integers(0, 10**6), accuracy=st.sampled_from([0.1, 0.02]))
 def test_coupled_frequencies_in_the_band_rise_by_no_more_than_the_estimate(seed, accuracy):

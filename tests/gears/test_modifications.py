@@ -280,6 +280,7 @@ def test_a_single_trace_holds_over_the_rest_of_the_flank(flank):
 GRID = "# measured\nz_mm; diameter_mm; gap_um; who\n-30; 105; 1,5; x\n30; 105; 2; x\n{}"
 
 
+@pytest.mark.slow
 def test_a_table_from_a_csv_file(tmp_path):
     """Points in any order, in the file's units; the same case with the table written out; the
     file's content, not its name, is in the hash."""

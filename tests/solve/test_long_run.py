@@ -89,6 +89,7 @@ def test_a_stage_is_the_same_in_a_file_as_in_memory(tmp_path):
     assert torque.min() < torque.max()
 
 
+@pytest.mark.slow
 def test_memory_does_not_grow_with_the_duration(train, tmp_path):
     """What eight times the samples take more in memory, they do not on their way to a file."""
 

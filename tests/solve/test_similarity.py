@@ -167,6 +167,7 @@ inertia_kg_m2 = 0.002
 """
 
 
+@pytest.mark.slow
 def test_a_train_with_a_flexible_stage_scales(stages, tmp_path):
     head = 'kinematics = "spatial"\n'
     held = "radial_n_per_m = 2e8, axial_n_per_m = 1e8, tilt_nm_per_rad = 1e4"

@@ -152,6 +152,7 @@ def fivefold(case):
     return case.with_(**teeth, **fewer, **kept, stage__errors=GearErrors())
 
 
+@pytest.mark.slow
 def test_a_ring_repeats_with_its_bolts(fivefold):
     """A turn by a fifth takes each tooth and bolt to another one, and the stiffness to itself."""
     body = build.ring_body(fivefold)

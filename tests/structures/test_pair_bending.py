@@ -49,6 +49,7 @@ def bending(changes, kind):
     return case, abs(force), path, pair_bending(case, path, path.slices, force)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("slot", ["sun", "ring"])
 def test_symmetric_definite_and_reflected(slot):
     """Coast flanks and the other hand of helix are reflections in the middle of the face."""
@@ -80,6 +81,7 @@ def test_right_halves_have_the_other_hand(slot):
         assert one == pytest.approx(two, abs=1e-4 * known.flexibility.max())
 
 
+@pytest.mark.slow
 def test_even_load_at_the_pitch_point_against_weber_and_banaschek():
     """A spur pair, whole face: both teeth and the contact, in 3D against plane strain."""
     case, force, path, bends = bending(SPUR, "sun")

@@ -283,6 +283,7 @@ class TestFlexibleStage:
         monkeypatch.setattr(solve_bodies, "stage_bodies", lambda stage, *_: cheap_stage(stage))
         monkeypatch.setattr(sweep, "stage_bodies", bodies)
 
+    @pytest.mark.slow
     def test_all_measures(self):
         data = swept("wind-5mw", "inputs.0.torque_nm=2e6,4e6",
                      measures=["frequencies", "frequencies_by_type", "load_sharing",
@@ -299,6 +300,7 @@ class TestFlexibleStage:
         life = data["life_ratio"].sel(bearing="ball", stage="stage")
         np.testing.assert_allclose(life, [8.0, 1.0])
 
+    @pytest.mark.slow
     def test_bodies_are_made_once_for_keys_they_do_not_depend_on(self):
         data = swept("wind-5mw", "stage.planet_bearing.radial_n_per_m=1e9,2e9,3e9", modes=3)
         assert len(self.made) == 1

@@ -292,6 +292,7 @@ class TestRefused:
             tolerance(stage_train(tmp_path))
 
 
+@pytest.mark.slow
 def test_load_along_the_face_of_a_sample_is_that_of_its_case(cheap):
     """Largest K_Hβ and line load of the gear meshes of ring and sun over the same turn."""
     case = load_case(
