@@ -82,8 +82,9 @@ def whole_command(name: str) -> Any:
 
 @contextmanager
 def without_collection() -> Iterator[None]:
-    """Python looks for no garbage meanwhile: among the million objects of all modules, or of a
-    model of many components, that takes a fifth to half of the time, and none of them is garbage.
+    """Switch Python's garbage collector off inside the block. Importing all modules, or a model of
+    many components, makes a million objects that stay; looking through them for garbage took a
+    fifth to half of the time.
     """
     collects = gc.isenabled()
     gc.disable()

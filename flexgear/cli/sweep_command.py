@@ -210,7 +210,7 @@ def _columns(part: xr.DataArray, factor: float) -> tuple[list[str], NDArray[np.f
 
 
 def _is_constant(values: NDArray[np.float64]) -> bool:
-    """Whether values (points, c) are the same at all points, to rounding."""
+    """Whether a measure, values (points, components), stays the same but for rounding."""
     spread = np.ptp(values, axis=0)
     return bool(np.all(spread <= ROUNDING * np.abs(values).max(axis=0)))
 

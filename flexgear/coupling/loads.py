@@ -127,5 +127,20 @@ def frame_forces(
             frame = spin if m.part == "hub" else carrier
             at = b.a.slice_of(m.body.name)
             turning[at, at], centripetal[at, at] = frame_matrices(m, frame, spin)
-    rest = np.eye(b.a.size) - rolling @ input_rows
-    return rest.T @ turning @ rest, rest.T @ centripetal @ rest
+    return (
+        without_rolling(turning, rolling, input_rows),
+        without_rolling(centripetal, rolling, input_rows),
+    )
+
+
+def without_rolling(matrix: Array, rolling: Array, input_rows: Array) -> Array:
+    """Pᵀ A P (d, d) with P = I − rolling · input_rows: forces of the motion beside rolling.
+
+    rolling: (d, F) motion per radian of each independent rotation; input_rows: (F, d) rows that
+    give the rotations. A planet that has rolled on has not left its place in the turning carrier,
+    and the centrifugal force, which passes through the axis wherever the planet is, has no moment.
+    The centripetal matrix as it stands would push the absolute tangential displacement R θ outward
+    for ever.
+    """
+    rest = np.eye(len(matrix)) - rolling @ input_rows
+    return np.asarray(rest.T @ matrix @ rest)

@@ -72,7 +72,7 @@ class TimeHistory(Section):
 
     @property
     def is_series(self) -> bool:
-        """Whether the history is a ramp or points of a file, which can be steep at any time."""
+        """Whether the history changes continuously: a ramp, or the points of a file."""
         return self.kind in ("ramp", "csv")
 
     @property

@@ -194,7 +194,7 @@ class ExcitationName(_Name):
 
     @classmethod
     def parse(cls, text: str) -> Self:
-        """A label of a result."""
+        """From a label in a dataset: "stage_1 x 3", "stage_1.sun x 1"."""
         cause, _, order = str(text).rpartition(" x ")
         member = MemberName.parse(cause)
         kind = GEAR_MESH

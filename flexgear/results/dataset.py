@@ -49,7 +49,8 @@ def save(data: xr.Dataset, path: PathLike) -> Path:
 
 
 def write_netcdf(data: xr.Dataset, path: PathLike, encoding: Encoding | None = None) -> Path:
-    """Write a dataset as netCDF like ``save``; ``encoding`` sets the storage of variables."""
+    """Write a dataset to a netCDF file, which appears whole or not at all. encoding: how each
+    variable is stored, uncompressed in its own precision if left out."""
     with atomic_file(path) as draft:
         NewFile(draft, data, encoding or {}, {}).close()
     return Path(path)

@@ -44,7 +44,7 @@ class Excitation:
 
     @property
     def kind(self) -> str:
-        """GEAR_MESH, SHAFT or PLANET_PASS."""
+        """What excites: GEAR_MESH, SHAFT or PLANET_PASS."""
         return self.label.kind
 
 

@@ -95,7 +95,9 @@ class LinearTrain:
 
 @dataclass(frozen=True)
 class Influence:
-    """Gear-mesh forces (M, ·) of the loads, and of unit errors."""
+    """Forces of all M gear meshes. force_of_loads: N, under the constant load and under each part
+    of those that stand in space, (M, 1 + 2 n_l); force: N/m, per metre of error of each gear mesh.
+    """
 
     force_of_loads: Array
     force: Array

@@ -242,7 +242,7 @@ def _reduction(report: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def drop_figures(case: Case, timed: TimedRun) -> dict[str, Any]:
-    """Figures of a torque drop, from the drop on."""
+    """Figures of a transient with a torque drop, from the moment at which the torque falls."""
     start, duration, after = timed_drops(case).times
     data = between(timed.data, start)  # what comes before lets the train settle
     return {

@@ -171,8 +171,8 @@ class _Trial:
         )
 
     def worst(self, pairs: PairData, aim: Aim) -> float:
-        """The objective, N/m or m: the largest value of all torques and planets, summed over
-        the kinds of gear meshes, so that each of them is made better."""
+        """What the search makes small: largest line load, N/m, or largest transmission error, m, of
+        all torques and planets, those of the ring's and of the sun's gear meshes added."""
         at = ("line-load", "transmission-error").index(aim)
         figures = [worst_figures(self._solved(pairs, share))[at] for share in self.shares]
         largest, kinds = np.max(figures, axis=0)[self.own], pairs.kind[self.own]

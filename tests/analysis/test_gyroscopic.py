@@ -16,6 +16,7 @@ from flexgear.analysis.gyroscopic import (
     whirl_modes,
     whirl_sense,
 )
+from flexgear.coupling.loads import without_rolling
 from flexgear.model.errors import FlexgearError
 
 CORIOLIS = 2 * np.array([[0.0, -1.0], [1.0, 0.0]])
@@ -112,18 +113,6 @@ def gyroscopic_terms(stage, speed, bodies=(0, 2)):
         m = stage.mass[3 * i, 3 * i]
         gyro[at, at], centripetal[at, at] = m * speed * CORIOLIS, m * speed**2 * np.eye(2)
     return gyro, centripetal
-
-
-def without_rolling(centripetal, rolling, input_rows):
-    """Pᵀ C P with P = I − rolling · input_rows: centrifugal stiffness of the motion beside rolling.
-
-    rolling: (d, F) motion per radian of each independent rotation; input_rows: (F, d) rows that
-    give the rotations. A planet that has rolled on has not left its place in the turning carrier,
-    and the centrifugal force, which passes through the axis wherever the planet is, has no moment.
-    C as it stands would push the absolute tangential displacement R θ outward for ever.
-    """
-    keep = np.eye(len(centripetal)) - rolling @ input_rows
-    return np.asarray(keep.T @ centripetal @ keep)
 
 
 def test_rolling_is_neither_driven_nor_held_by_planets_that_orbit():

@@ -68,6 +68,22 @@ def test_a_stress_by_finite_elements_is_within_limits_below_its_allowable():
     assert row["sentence"].startswith("Planet, by finite elements")
 
 
+def test_a_gear_without_an_allowable_leaves_no_stage_within_limits():
+    row = answer("root_stress", {f"stage.ring.{ROOT}": "400"}, **fe_stress(sun=900.0, ring=210.0))
+    assert (row["level"], row["figure"]) == ("note", "210 of 400 MPa")
+    assert "sun 900 MPa" in row["sentence"]
+    assert "No allowable stress given: sun." in row["sentence"]
+
+
+def test_a_bearing_without_a_required_life_leaves_no_stage_within_limits():
+    settings = {**BEARING, "stage.planet_bearing.required_life_h": "175000"}
+    lives = {"planet_bearing_1": 180e3, "carrier_bearing_drive": 9e6}
+    stage = {**SUMMARY["stages"]["stage"], "bearing_life_h": lives}
+    row = answer("bearing_life", settings, stages={"stage": stage})
+    assert (row["level"], row["value"]) == ("note", 180e3)
+    assert "No required life given: carrier bearing drive." in row["sentence"]
+
+
 def test_a_flank_pressure_is_held_to_the_softer_gear_and_grows_with_the_root_of_the_force():
     limits = {f"stage.sun.{FLANK}": "1500", f"stage.planet.{FLANK}": "1400"}
     drops = {"torque_steps": {"0.2e6": {"flexible": DROP}}}

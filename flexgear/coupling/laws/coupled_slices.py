@@ -151,9 +151,9 @@ def _newton(share, bending, x, f, space, marks):
 
 @njit(**INNER)
 def _guess(most, share, d):
-    """A force below that of an overlap, from where Newton's method does not overshoot: nominal
-    flexibility and line contact one after the other. most: N, without line contact; share: a of the
-    line contact over the nominal flexibility."""
+    """First guess of a slice's force, N: nominal flexibility and line contact in series. It lies
+    below the answer, so that Newton's method does not overshoot. most: the force without line
+    contact, N; share: a of the line contact times the nominal stiffness."""
     if not most > TOUCHES * d:
         return 0.0
     return most / (1.0 + share * max(math.log(d / most), 1.0))

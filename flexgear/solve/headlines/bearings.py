@@ -8,10 +8,11 @@ from typing import Any
 from flexgear.model.names import NodeName
 from flexgear.model.springs import Rolling
 from flexgear.model.stage_view import StageView
+from flexgear.model.units import Quantity
 from flexgear.results.report.wording import with_unit, words
 from flexgear.solve.headlines.declaration import Answer, Findings, Headline, Level
 
-HOUR = 3600.0  # s
+UNIT = Quantity("life")
 LOADS = {"planet_bearing_force_n": "planet bearing", "carrier_bearing_force_n": "carrier bearing"}
 
 
@@ -35,11 +36,15 @@ def _life(findings: Findings) -> Iterator[Answer]:
                 f"{over}. {unasked if without else ''}{beside} {missing}"
             )
             life, limit = lives[name], required[name]
-            level: Level = "note" if limit is None else "good" if life >= limit else "bad"
-            shown = with_unit(life, "h")
+            level: Level = "note"
+            figure = with_unit(life, "h")
             if limit is not None:
-                shown += f" of {with_unit(limit, 'h')} required"
-            yield Answer(level, stage, life, shown, " ".join(sentence.split()), limit, over)
+                figure += f" of {with_unit(limit, 'h')} required"
+                if life < limit:
+                    level = "bad"
+                elif not (without or missing):  # else of some bearings nothing is known
+                    level = "good"
+            yield Answer(level, stage, life, figure, " ".join(sentence.split()), limit, over)
         elif missing:
             yield Answer("open", stage, None, "no rating given", f"Not assessed. {missing}")
 
@@ -49,7 +54,7 @@ def _required(view: StageView, names: Iterable[str]) -> dict[str, float | None]:
     bearings: dict[str, Rolling] = {"planet_bearing": view.stage.planet_bearing}
     bearings |= {f"carrier_bearing_{side}": seat for side, seat in view.seat_bearings.items()}
     seconds = {name: bearings[NodeName.parse(name).kind].required_life for name in names}
-    return {name: None if s is None else s / HOUR for name, s in seconds.items()}
+    return {n: None if s is None else UNIT.from_si(s, "h") for n, s in seconds.items()}
 
 
 def _unrated(figures: Mapping[str, Any], lives: Mapping[str, float]) -> str:

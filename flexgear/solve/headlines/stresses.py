@@ -38,7 +38,8 @@ class _Part:
     computed: bool
 
     def allowable(self, name: str) -> float | None:
-        """Pa; the lower one of a pair, None where the case gives none."""
+        """Allowable of a stress, Pa; of two gears in contact the lower one, None where the case
+        gives none."""
         stage = self.findings.case.view(self.stage).stage
         limits = [getattr(getattr(stage, gear), self.kind.key) for gear in self.gears[name]]
         return min((limit for limit in limits if limit is not None), default=None)
@@ -101,22 +102,24 @@ def _largest(part: _Part, stresses_mpa: Mapping[str, float]) -> Iterator[Answer]
     )
     beside = "".join(f"; {words(g)} {_of(loaded[g], allowed[g])}" for g in others)
     sentence, limit = f"{words(gear).capitalize()}, {basis}{beside}.", allowed[gear]
-    shown = _of(loaded[gear], limit)
+    figure = _of(loaded[gear], limit)
     if limit is None:
         open_sentence = f"{sentence} Not assessed: no allowable stress given."
-        yield Answer("open", stage, loaded[gear] / 1e6, shown, open_sentence)
+        yield Answer("open", stage, loaded[gear] / 1e6, figure, open_sentence)
         return
     level, reason = _held(part, loaded[gear], limit)
     unheld = [words(g) for g in loaded if allowed[g] is None]
+    if unheld and level == "good":
+        level = "note"  # of the other gears nothing is known
     missing = f" No allowable stress given: {', '.join(unheld)}." if unheld else ""
     sentence += f" {words(gear).capitalize()}: {reason}{missing}"
-    yield Answer(level, stage, loaded[gear] / 1e6, shown, sentence, limit / 1e6)
+    yield Answer(level, stage, loaded[gear] / 1e6, figure, sentence, limit / 1e6)
 
 
 def _held(part: _Part, stress: float, limit: float) -> tuple[Level, str]:
-    """Level and reason of a stress, Pa, held to its allowable, at rest and with the largest
-    gear-mesh force of the run; a stress by formula is never within limits, since it knows nothing
-    of the load along the face."""
+    """Verdict on a stress, Pa, and its reason: the stress as it is, and scaled to the largest
+    gear-mesh force of the run, beside the allowable. A stress by formula is never within limits,
+    since it knows nothing of the load along the face."""
     ratio = max((p.ratio for p in peaks_of_stage(part.findings, part.stage)), default=1.0)
     in_equilibria = 1.0
     if part.computed:
