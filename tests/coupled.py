@@ -6,9 +6,9 @@ from cheap_bodies import cheap_carrier, cheap_ring
 
 from flexgear.coupling.build import build_system
 from flexgear.coupling.pair_data import by_kind
-from flexgear.coupling.system import Variant
 from flexgear.gears.geometry import stage_geometry
 from flexgear.model.load import load_case
+from flexgear.model.names import BodyName
 from flexgear.structures.bodies import rigid_variant
 from flexgear.structures.parts import elastic_part
 
@@ -37,23 +37,29 @@ def make_bodies(case, *, drive_z=-0.6, bolt_z=0.215, stiffness=1.0):
     carrier = cheap_carrier(
         case.stage.planets, geometry.center_distance, drive_z=drive_z, stiffness=stiffness
     )
-    return ring, carrier
+    return named(case, ring=ring, carrier=carrier)
 
 
-def stage_system(stage, bodies, variant=None, stiffening=None):
-    """A flexible stage alone, coupled; its bodies are "stage.ring", "stage.carrier", …"""
-    chosen = variant or Variant(stage.ring.flexible, stage.carrier.flexible, stage.shaft.flexible)
-    parts = tuple(  # what is rigid is the cheap body, not one of the case's sizes
-        body if body is None or bends else rigid_variant(elastic_part(body))
-        for body, bends in zip(bodies, (chosen.ring, chosen.carrier), strict=True)
-    )
-    return build_system(stage.case, {stage.name: parts}, {stage.name: chosen}, stiffening)
+def named(stage, **values):
+    """Values by the names of a stage's bodies."""
+    return {BodyName.of(stage.name, part): value for part, value in values.items()}
 
 
-def make_system(variant=None, *, bodies=None, stiffening=None, **overrides):
+def stage_system(stage, bodies, rigid=None, stiffening=None):
+    """A flexible stage alone, coupled; rigid: parts that do not bend, by default as the case has
+    them."""
+    bends = stage.flexible_bodies
+    rigid = [n for n in bends if (n.part in rigid if rigid is not None else not bends[n].flexible)]
+    parts = {  # what is rigid is the cheap body, not one of the case's sizes
+        name: rigid_variant(elastic_part(body)) if name in rigid else body
+        for name, body in bodies.items()
+    }
+    return build_system(stage.case, parts, rigid, named(stage, **(stiffening or {})))
+
+
+def make_system(rigid=(), *, bodies=None, stiffening=None, **overrides):
     case = make_case(**overrides)
-    ring, carrier = bodies or make_bodies(case)
-    return stage_system(case, (ring, carrier), variant or Variant(), stiffening)
+    return stage_system(case, bodies or make_bodies(case), rigid, stiffening)
 
 
 def shaped(result, name="pair_load"):

@@ -24,7 +24,7 @@ ON_HOUSING = ("carrier_drive", "carrier_far", "output")
 
 def solved(case, bodies, angles=(0.0,)):
     """The stage at rest under next to no torque, all modes kept."""
-    system = build_system(case.case, {"stage": bodies})
+    system = build_system(case.case, bodies)
     return revolution(modal_system(system), np.array(angles), case.case.inputs[0].torque)
 
 

@@ -19,7 +19,7 @@ def put_together(train, **options):
 
 def rigid_stage(case):
     """A single flexible stage with all of its bodies rigid, without making what does not bend."""
-    return put_together(case, rigid=["all"], bodies={"stage": cheap_stage(case.view())})
+    return put_together(case, rigid=["all"], bodies=cheap_stage(case.view()))
 
 
 @cache
@@ -76,4 +76,4 @@ output_interval_ms = 1
 def mixed(folder):
     """A train with a flexible stage and its cheap bodies."""
     train = load_case(write(folder, MIXED, 'kinematics = "spatial"\n'))
-    return train, {"first": cheap_stage(train.view(train.stages[0].name))}
+    return train, cheap_stage(train.view("first"))

@@ -54,13 +54,14 @@ def cheap(case, bolts=25):
         stage_geometry(view).ring.reference_radius,
         stage_geometry(view).center_distance,
     )
-    ring = carrier = None
-    if "ring" in view.fe_parts:
-        fits = [fit.z for fit in view.ring.fits]
-        ring = cheap_ring(view.stage.ring.teeth, radius, bolts=bolts, fits=fits)
-    if "carrier" in view.fe_parts:
-        carrier = cheap_carrier(view.stage.planets, distance)
-    return {"stage": (ring, carrier)}
+    bodies = {}
+    for name, section in view.fe_bodies.items():
+        if name.part == "ring":
+            fits = [fit.z for fit in section.fits]
+            bodies[name] = cheap_ring(view.stage.ring.teeth, radius, bolts=bolts, fits=fits)
+        else:
+            bodies[name] = cheap_carrier(view.stage.planets, distance)
+    return bodies
 
 
 def lumped(case, *parts):

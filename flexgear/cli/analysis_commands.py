@@ -41,7 +41,7 @@ from flexgear.results.summary import (
     sharing_summary_of,
 )
 from flexgear.solve.angles import lead_angles
-from flexgear.solve.bodies import reduced_bodies, variants_of
+from flexgear.solve.bodies import reduced_bodies, rigid_bodies
 from flexgear.solve.campbell import campbell as over_speed
 from flexgear.solve.long_run import TimedRun, refuse_endless
 from flexgear.solve.model import Model, assemble
@@ -56,9 +56,9 @@ from flexgear.solve.transient import simulate as run_transient
 
 def put_together(case: Case, rigid: tuple[str, ...], report: Report) -> Model:
     """The coupled case with components of its flexible stages made rigid."""
-    bends = variants_of(case, rigid)
-    model = assemble(case, bodies=reduced_bodies(case, report, bends), variants=bends)
-    warn(reduction_warnings(case, model.bodies, model.system.variants))
+    variant = rigid_bodies(case, rigid)
+    model = assemble(case, bodies=reduced_bodies(case, report, variant), variant=variant)
+    warn(reduction_warnings(case, model.bodies, variant))
     return model
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -22,8 +21,9 @@ from flexgear.cli.outputs import Force, claim_file, file_option
 from flexgear.files.cache_folder import cache_directory
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
+from flexgear.model.names import BodyName
 from flexgear.results.origin import origin_of_case
-from flexgear.solve.bodies import fe_ring, named, reduction_limit, variants_of
+from flexgear.solve.bodies import fe_ring, named, reduction_limit, rigid_bodies
 from flexgear.solve.reduction_warnings import reduction_warnings
 from flexgear.structures.build import carrier_body
 from flexgear.structures.fe_mesh import (
@@ -51,24 +51,16 @@ Component = Annotated[
 ]
 
 
-@dataclass(frozen=True)
-class Part:
-    """Ring or carrier of a flexible stage; label: how results call it."""
-
-    stage: str
-    name: str
-    label: str
-
-
-def components(case: Case, name: str) -> list[Part]:
-    """Components of flexible stages that ``--component`` means; InputError where there are none."""
+def components(case: Case, name: str) -> dict[BodyName, str]:
+    """FE bodies that ``--component`` means, and how results call them; InputError where there are
+    none."""
     require_flexible(case)
-    every = [
-        Part(stage, part, part if stage == "stage" else f"{stage}.{part}")
-        for stage, view in case.flexible_stages.items()
-        for part in view.fe_parts
-    ]
-    chosen = [p for p in every if name in ("both", p.name, f"{p.stage}.{p.name}")]
+    chosen = {
+        body: body.part if body.stage == "stage" else str(body)
+        for view in case.flexible_stages.values()
+        for body in view.fe_bodies
+        if name in ("both", body.part, body)
+    }
     if not chosen:
         raise InputError("--component", name, "is not a component", "name ring, carrier or both")
     return chosen
@@ -95,7 +87,7 @@ def mesh(
     if groups and export is not None:
         raise InputError("--export", str(export), "writes no list of groups", "leave --groups out")
     if groups:
-        tables = {p.label: GROUPS[p.name](stages[p.stage]) for p in parts}
+        tables = {label: GROUPS[p.part](stages[p.stage]) for p, label in parts.items()}
         if as_json:
             present("", {name: _groups(g) for name, g in tables.items()}, True)
             return
@@ -105,19 +97,18 @@ def mesh(
             table(name, _families(group))
         return
     if export is not None and len(parts) != 1:
-        raise InputError(
-            "--export", str(export), "takes one component", f"add --component {parts[0].label}"
-        )
+        first = next(iter(parts.values()))
+        raise InputError("--export", str(export), "takes one component", f"add --component {first}")
     if export is not None:
         require_format(export)
     claim_file(export, origin_of_case(source), force)
     figures = {}
     with progress(quiet) as report:
-        for part in parts:
-            report(f"{part.label}: FE mesh", 0.0)
-            fe_mesh = MESHES[part.name](stages[part.stage])
-            report(f"{part.label}: FE mesh", 1.0)
-            figures[part.label] = _figures(fe_mesh)
+        for part, label in parts.items():
+            report(f"{label}: FE mesh", 0.0)
+            fe_mesh = MESHES[part.part](stages[part.stage])
+            report(f"{label}: FE mesh", 1.0)
+            figures[label] = _figures(fe_mesh)
             if export is not None:
                 write_fe_mesh(fe_mesh, export, source.name)
     present(f"{source.name}: FE meshes, {_fidelity(source)}", figures, as_json)
@@ -181,17 +172,13 @@ def reduce(
     source = read_case(case, settings, loaded=False)
     parts, bodies = components(source, component), {}
     with progress(quiet) as report:
-        for part in parts:
+        for part, label in parts.items():
             stage, limit = source.flexible_stages[part.stage], reduction_limit(source, part.stage)
-            bodies[part.label] = BODIES[part.name](stage, named(part.label, report), limit)
-    known = {
-        stage: [body for p, body in zip(parts, bodies.values(), strict=True) if p.stage == stage]
-        for stage in dict.fromkeys(p.stage for p in parts)
-    }
-    warn(reduction_warnings(source, known, variants_of(source)))
+            bodies[part] = BODIES[part.part](stage, named(label, report), limit)
+    warn(reduction_warnings(source, bodies, rigid_bodies(source)))
     figures = {
-        name: {k: v for k, v in body.report.items() if not isinstance(v, list)}
-        for name, body in bodies.items()
+        label: {k: v for k, v in bodies[part].report.items() if not isinstance(v, list)}
+        for part, label in parts.items()
     }
     rows = (
         figures

@@ -21,7 +21,7 @@ from flexgear.cli.options import (
     require_flexible,
 )
 from flexgear.cli.outputs import Force, Interactive, file_option
-from flexgear.coupling.system import Variant
+from flexgear.coupling.system import variant_label
 from flexgear.model.case import Case
 from flexgear.results.flanks import tooth_loads
 from flexgear.results.report.sharing import DEFINITION
@@ -95,18 +95,18 @@ def _variants(case: Case, positions: int, as_json: bool, quiet: bool) -> None:
     angles = np.linspace(0, period, positions, endpoint=False)
     figures: dict[str, dict[str, Any]] = {}
     with progress(quiet) as report:
-        bends = dict.fromkeys(case.flexible_stages, Variant())
-        bodies = reduced_bodies(case, report, bends)
-        warn(reduction_warnings(case, bodies, bends))
-        parts = inside.bending_parts
+        bodies = reduced_bodies(case, report, rigid=())
+        warn(reduction_warnings(case, bodies, rigid=()))
+        parts = list(dict.fromkeys(body.part for body in inside.flexible_bodies))
         choices = list(itertools.product((True, False), repeat=len(parts)))
         for k, choice in enumerate(choices):
             report("variants", k / len(choices))
-            variant = Variant(**dict(zip(parts, choice, strict=True))).of(parts)
-            model = assemble(case, bodies=bodies, variants=dict.fromkeys(bodies, variant))
+            flexible = dict(zip(parts, choice, strict=True))
+            rigid = [body for body in case.flexible_bodies if not flexible.get(body.part, True)]
+            model = assemble(case, bodies=bodies, variant=rigid)
             data = static(model, lead_angles(case, model.flow, angles, stage))
             part = stage_part(data, stage)
-            figures[variant.label] = {
+            figures[variant_label(inside.flexible_bodies, rigid)] = {
                 "load_sharing": sharing_summary(data, ring_groups(data, stage)),
                 "ring_tooth_load_n_max": float(tooth_loads(part, "ring").max()),
                 "tooth_displacement_um_max": 1e6 * float(np.abs(part["tooth_displacement"]).max()),
@@ -135,7 +135,7 @@ def _sharing(case: Case, cycles: int | None, as_json: bool, quiet: bool) -> None
     with progress(quiet) as report:
         models = models_of(case, report)
         first_model = next(iter(models.values()))
-        warn(reduction_warnings(case, first_model.bodies, first_model.system.variants))
+        warn(reduction_warnings(case, first_model.bodies, first_model.system.rigid_bodies))
         figures = compare_sharing(models, cycles=cycles, progress=report)
     if as_json:
         present("", figures, True)

@@ -113,19 +113,19 @@ def _write_reduced(case: Case, folder: Path, form: str, wanted: Wanted) -> None:
         raise InputError("--format", form, "is unknown", f"choose {', '.join(FORMATS)}")
     target = folder_target(folder)
     parts = components(case, wanted.component)
-    there = [f for part in parts for f in sorted(target.glob(f"{part.label}[._]*"))]
+    there = [f for label in parts.values() for f in sorted(target.glob(f"{label}[._]*"))]
     if there and not wanted.force:
         raise InputError(
             "--reduced", str(there[0]), "is there already", "name another folder, or --force"
         )
     written: list[str] = []
     with staged_folder(folder) as stage, progress(wanted.quiet) as report:
-        for part in parts:
+        for part, label in parts.items():
             flexible = case.flexible_stages[part.stage]
             limit = reduction_limit(case, part.stage)
-            body = BODIES[part.name](flexible, named(part.label, report), limit)
+            body = BODIES[part.part](flexible, named(label, report), limit)
             matrices = ReducedMatrices(
-                part.label,
+                label,
                 body.node_names,
                 body.positions,
                 body.stiffness,

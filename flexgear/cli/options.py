@@ -83,8 +83,8 @@ def require_flexible(case: Case, option: str = "") -> None:
 
 def rigid_parts(names: list[str] | None, case: Case) -> tuple[str, ...]:
     """Components named by ``--rigid``."""
-    from flexgear.solve.bodies import variants_of
+    from flexgear.solve.bodies import rigid_bodies
 
     parts = tuple(n.strip() for text in names or [] for n in text.split(","))
-    variants_of(case, parts)
+    rigid_bodies(case, parts)
     return tuple(dict.fromkeys(parts))

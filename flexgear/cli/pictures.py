@@ -263,7 +263,7 @@ def _ring_plan(content: RingFolder) -> dict[str, tuple[str, Draw]]:
 def _outline(content: RingFolder) -> star.StageOutline:
     """Circles that stand for the gears."""
     g = stage_geometry(content.run.case.view(content.name))
-    fe_carrier = "carrier" in content.stage.fe_parts
+    fe_carrier = content.stage.stage.form("carrier") == "fe"
     return star.StageOutline(
         ring_radius=g.ring.reference_radius,
         sun_radius=g.sun.reference_radius,

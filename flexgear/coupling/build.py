@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +18,7 @@ from flexgear.coupling.determinacy import (
 from flexgear.coupling.gear_meshes import labels, pair_data
 from flexgear.coupling.links import behind_spline
 from flexgear.coupling.loads import frame_forces, given_loads
-from flexgear.coupling.members import Member, Stiffening, reference_radius, stage_members
+from flexgear.coupling.members import AnyBody, reference_radius, stage_members
 from flexgear.coupling.port_machines import (
     machine_words,
     port_machines,
@@ -31,8 +31,8 @@ from flexgear.coupling.system import (
     Port,
     StageFrame,
     System,
-    Variant,
     orthonormal_rigid,
+    variant_label,
     without_rigid_forces,
 )
 from flexgear.coupling.train_assembly import TrainAssembly, end_rows, ends_of, rotation, speed_row
@@ -48,31 +48,29 @@ from flexgear.structures.shaft import BeamSection, beam_element
 from flexgear.structures.tooth_shapes import RimFlexibility
 
 Array = NDArray[np.float64]
-Part = ReducedBody | Body | None  # reduced, rigid, or None: lumped, or rigid by the case's sizes
-Reduced = tuple[Part, Part]  # ring, carrier
 
 
 def build_system(
     case: Case,
-    flexible: Mapping[str, Reduced] | None = None,
-    variants: Mapping[str, Variant] | None = None,
-    stiffening: Stiffening | None = None,
+    bodies: Mapping[BodyName, AnyBody] | None = None,
+    rigid: Collection[BodyName] = (),
+    stiffening: Mapping[BodyName, float] | None = None,
     bending: bool = True,
 ) -> System:
     """Couple all bodies of a case.
 
-    flexible: by name of a stage with FE bodies its reduced ring and carrier; what is rigid follows
-    from the case's sizes; variants: which of its components bend;
-    stiffening: of those of all stages; bending: see ``stage_sets``. Raises InputError where the
-    case has no single rated state or a body is loose.
+    bodies: reduced FE bodies; rigid: which of the bodies that may bend do not, those that are not
+    in ``bodies`` by the case's sizes; stiffening: factors on the elastic stiffness of bodies, for
+    limit studies; bending: see ``stage_sets``. Raises InputError where the case has no single rated
+    state or a body is loose.
     """
-    flexible, variants = flexible or {}, variants or {}
-    flow = power_flow(case)
-    bodies, members = _bodies(case, flexible, variants, stiffening)
-    b = TrainAssembly(case, flow, Assembly(bodies, case.source), members, bending)
+    flow, bodies = power_flow(case), bodies or {}
+    members = [stage_members(case, s, bodies, rigid, stiffening) for s in case.stages]
+    assembly = Assembly([*(m.body for s in members for m in s), *_housing(case)], case.source)
+    b = TrainAssembly(case, flow, assembly, members, bending)
     for number in range(len(case.stages)):
         b.frames.append(_frame(b, number))
-    rims = _rims(flexible, variants, stiffening)
+    rims = _rims(bodies, rigid, stiffening or {})
     for number in range(len(case.stages)):
         _tie_and_mesh(b, number, rims)
     for joint in case.joints:
@@ -82,29 +80,19 @@ def build_system(
             b.a.add_inertia(rotation(b, port.member), case.port_inertia(port.member))
     if b.a.has("housing"):
         _mount_housing(b)
-    return _system(b, variants)
+    return _system(b, rigid)
 
 
-def _bodies(
-    case: Case,
-    flexible: Mapping[str, Reduced],
-    variants: Mapping[str, Variant],
-    stiffening: Stiffening | None,
-) -> tuple[list[Body], list[list[Member]]]:
-    members: list[list[Member]] = []
-    for stage in case.stages:
-        flexible_bodies = zip(("ring", "carrier"), flexible.get(stage.name, ()), strict=False)
-        reduced = {part: body for part, body in flexible_bodies if body is not None}
-        members.append(stage_members(case, stage, reduced, variants.get(stage.name), stiffening))
-    bodies = [m.body for of_stage in members for m in of_stage]
+def _housing(case: Case) -> list[Body]:
+    """Body of the housing; none where it is rigid ground."""
     housing = case.housing
     if housing.kind == "lumped":
-        bodies.append(lumped_body(BodyName.of("", "housing"), housing.mass, housing.inertia))
+        return [lumped_body(BodyName.of("", "housing"), housing.mass, housing.inertia)]
     if housing.kind == "reduced":
         from flexgear.structures.given import given_housing  # readers of matrices
 
-        bodies.append(given_housing(housing, case.source))
-    return bodies, members
+        return [given_housing(housing, case.source)]
+    return []
 
 
 def _mount_housing(b: TrainAssembly) -> None:
@@ -143,17 +131,15 @@ def _pin_rotation(b: TrainAssembly, number: int) -> Array:
 
 
 def _rims(
-    flexible: Mapping[str, Reduced],
-    variants: Mapping[str, Variant],
-    stiffening: Stiffening | None,
+    bodies: Mapping[BodyName, AnyBody],
+    rigid: Collection[BodyName],
+    stiffening: Mapping[BodyName, float],
 ) -> dict[str, RimFlexibility]:
     """What teeth of FE rings that bend yield along the face, by the stages where it counts."""
-    softer = 1.0 / (stiffening or Stiffening()).ring
-    bent = {n: ring for n, (ring, *_) in flexible.items() if variants.get(n, Variant()).ring}
     return {
-        name: ring.rim.softer(softer)
-        for name, ring in bent.items()
-        if ring is not None and not isinstance(ring, Body) and ring.rim is not None
+        name.stage: body.rim.softer(1.0 / stiffening.get(name, 1.0))
+        for name, body in bodies.items()
+        if isinstance(body, ReducedBody) and body.rim is not None and name not in rigid
     }
 
 
@@ -218,7 +204,7 @@ def _radius(b: TrainAssembly, member: str) -> float:
     return reference_radius(view.stage, at.part, stage_radii(view))
 
 
-def _system(b: TrainAssembly, variants: Mapping[str, Variant]) -> System:
+def _system(b: TrainAssembly, rigid_bodies: Collection[BodyName]) -> System:
     a, case, flow = b.a, b.case, b.flow
     require_masses(a.bodies, case.source, a.mass)
     loads = given_loads(b)
@@ -236,10 +222,8 @@ def _system(b: TrainAssembly, variants: Mapping[str, Variant]) -> System:
     lead = case.inputs[0].member if case.inputs else ""
     inertias = {f"{p.member}_inertia_kg_m2": case.port_inertia(p.member) for p in case.ports}
     return System(
-        variants={
-            name: variants.get(name, Variant()).of(view.bending_parts)
-            for name, view in case.flexible_stages.items()
-        },
+        variant=variant_label(case.flexible_bodies, rigid_bodies),
+        rigid_bodies=frozenset(rigid_bodies),
         bodies=tuple(a.bodies),
         mass=a.mass,
         stiffness=without_rigid_forces(a.stiffness, a.mass, rigid),

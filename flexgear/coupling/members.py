@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from flexgear.coupling.system import Variant
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.radii import StageRadii, gears_by_role, stage_radii
 from flexgear.model.case import Case
@@ -24,7 +23,7 @@ from flexgear.structures.reduced import ReducedBody
 from flexgear.structures.shaft import BeamSection, shaft_body
 
 Array = NDArray[np.float64]
-Reduced = Mapping[str, ReducedBody | Body]  # "ring", "carrier": reduced, or rigid
+AnyBody = ReducedBody | Body  # reduced, or rigid
 RIM_MODULES = 4.0  # rim of a ring outside its root circle where none is given, in modules
 
 
@@ -62,42 +61,33 @@ class Member:
         return [node for node in self.body.nodes if fe_ring and node.kind == "tooth"]
 
 
-@dataclass(frozen=True)
-class Stiffening:
-    """Factors on the elastic stiffness of components, for limit studies."""
-
-    ring: float = 1.0
-    carrier: float = 1.0
-    shaft: float = 1.0
-
-
 def stage_members(
     case: Case,
     stage: Stage,
-    reduced: Reduced | None = None,
-    variant: Variant | None = None,
-    stiffening: Stiffening | None = None,
+    bodies: Mapping[BodyName, AnyBody],
+    rigid: Collection[BodyName] = (),
+    stiffening: Mapping[BodyName, float] | None = None,
 ) -> list[Member]:
     """All bodies of a stage: members, planets, then hub and what hangs behind the sun's spline.
 
-    reduced: its FE bodies; variant: what of it bends; rigid ones that are not given are those of
-    ``rigid_part``. Names are "<stage>.ring", "<stage>.planet_1", …; a sun on a shaft is
-    "<stage>.shaft". FlexgearError where an FE body that bends is missing.
+    bodies: its FE bodies; rigid: which of them, and of shafts, do not bend; those of them that are
+    not in ``bodies`` are those of ``rigid_part``; stiffening: factors on elastic stiffness. Names
+    are "<stage>.ring", "<stage>.planet_1", …; a sun on a shaft is "<stage>.shaft". FlexgearError
+    where an FE body that bends is missing.
     """
-    view, variant = case.view(stage.name), variant or Variant()
-    stiffening, out = stiffening or Stiffening(), []
+    view, out = case.view(stage.name), list[Member]()
     for part in [*stage.members, *(["planet"] if stage.kind == "planetary" else [])]:
         form = stage.form(part)
         if form == "lumped":
             out += _lumped(case, stage, part)
             continue
-        name = "shaft" if form == "beam" else part
+        name = BodyName.of(stage.name, "shaft" if form == "beam" else part)
         if form == "beam":
-            body = sun_shaft(view) if variant.shaft else rigid_variant(sun_shaft(view))
+            body = rigid_variant(sun_shaft(view)) if name in rigid else sun_shaft(view)
         else:
-            body = _fe_body(view, part, (reduced or {}).get(part), getattr(variant, part))
-        body = stiffened(body, getattr(stiffening, name))
-        body = replace(body, name=BodyName.of(stage.name, name))
+            body = _fe_body(view, name, bodies.get(name), name not in rigid)
+        body = stiffened(body, (stiffening or {}).get(name, 1.0))
+        body = replace(body, name=name)
         out.append(Member(body, part, form, "", -1, *_sizes(view, part)))
     return [*out, *_hub(case, stage), *_behind_spline(case, stage, out)]
 
@@ -160,11 +150,11 @@ def sun_shaft(view: StageView) -> Body:
     )
 
 
-def _fe_body(view: StageView, part: str, body: ReducedBody | Body | None, bends: bool) -> Body:
+def _fe_body(view: StageView, name: BodyName, body: AnyBody | None, bends: bool) -> Body:
     if not bends:
-        return body if isinstance(body, Body) else rigid_part(view, part)
+        return body if isinstance(body, Body) else rigid_part(view, name.part)
     if body is None or isinstance(body, Body):
-        raise FlexgearError(f"the reduced {part} of stage {view.name} is missing")
+        raise FlexgearError(f"the reduced {name.part} of stage {view.name} is missing")
     return elastic_part(body)
 
 

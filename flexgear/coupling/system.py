@@ -7,7 +7,7 @@ bearings, bolts, spline. Gear meshes and supports that are not invariant to rota
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -19,31 +19,26 @@ from flexgear.coupling.gear_meshes import GearMeshLabel
 from flexgear.coupling.machines import Brake, Machine
 from flexgear.coupling.pair_data import PairData
 from flexgear.model.errors import FlexgearError
+from flexgear.model.names import BodyName
 from flexgear.structures.bodies import Body
 from flexgear.structures.kinematics import rigid_rows
 
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
-class Variant:
-    """Which components bend; True is flexible, None what the stage has as a lumped body."""
-
-    ring: bool | None = True
-    carrier: bool | None = True
-    shaft: bool | None = True
-
-    @property
-    def label(self) -> str:
-        """ "flexible", "rigid", or the flexible components joined by +."""
-        could = [n for n in ("ring", "carrier", "shaft") if getattr(self, n) is not None]
-        parts = [n for n in could if getattr(self, n)]
-        return {0: "rigid", len(could): "flexible"}.get(len(parts), "+".join(parts))
-
-    def of(self, parts: Sequence[str]) -> Variant:
-        """The same of a stage where only ``parts`` could bend."""
-        lumped = {n: None for n in ("ring", "carrier", "shaft") if n not in parts}
-        return replace(self, **lumped)
+def variant_label(bodies: Iterable[BodyName], rigid: Collection[BodyName]) -> str:
+    """What bends of the bodies that may: "flexible", "rigid", or their parts joined by +, stage by
+    stage where stages differ; "lumped" where there are none."""
+    stages: dict[str, dict[str, bool]] = {}
+    for body in bodies:
+        stages.setdefault(body.stage, {})[body.part] = body not in rigid
+    labels = {}
+    for stage, parts in stages.items():
+        flexible = [part for part, bends in parts.items() if bends]
+        labels[stage] = {0: "rigid", len(parts): "flexible"}.get(len(flexible), "+".join(flexible))
+    if len(set(labels.values())) < 2:
+        return next(iter(labels.values()), "lumped")
+    return ", ".join(f"{stage}: {label}" for stage, label in labels.items())
 
 
 @dataclass(frozen=True)
@@ -130,10 +125,12 @@ class System:
     supports depend (stage angles, carriers); blocks: (6 n_b, d) motion of the contact blocks;
     ports: where torque acts, inputs before the output; machines: what hangs there; input_speeds:
     rated, rad/s; gear_meshes: label of every gear mesh m; gyroscopic, centripetal: (d, d) at rated
-    speed, for M q̈ + G q̇ + (K − C) q, or None; variants: what bends, by flexible stage.
+    speed, for M q̈ + G q̇ + (K − C) q, or None; rigid_bodies: those that do not bend of the bodies
+    that may; variant: ``variant_label``.
     """
 
-    variants: dict[str, Variant]
+    variant: str
+    rigid_bodies: frozenset[BodyName]
     bodies: tuple[Body, ...]
     mass: Array
     stiffness: Array
@@ -158,14 +155,6 @@ class System:
     bearings: tuple[LawBearing, ...] = ()
     header: dict[str, float | str] = field(default_factory=dict)
     frames: dict[str, StageFrame] = field(default_factory=dict)
-
-    @property
-    def variant(self) -> str:
-        """ "lumped" without flexible stages, else what bends in them."""
-        labels = {v.label for v in self.variants.values()}
-        if len(labels) < 2:
-            return labels.pop() if labels else "lumped"
-        return ", ".join(f"{name}: {v.label}" for name, v in self.variants.items())
 
     @property
     def carrier_angle(self) -> Array:

@@ -11,21 +11,19 @@ import math
 from pathlib import Path
 
 from flexgear.coupling.build import build_system
-from flexgear.coupling.system import System, Variant
+from flexgear.coupling.system import System
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.kinematics import longest_time_step
 from flexgear.gears.paths import require_assembly, stage_paths
 from flexgear.gears.power_flow import power_flow
-from flexgear.model.carrier import Carrier
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
 from flexgear.model.input_file import MOST_FE_MESH, require_regular
-from flexgear.model.ring import Ring
+from flexgear.model.names import BodyName
 from flexgear.model.stage_view import StageView, inside
+from flexgear.structures.bodies import Body
 from flexgear.structures.fe_mesh import require_generated
 from flexgear.structures.parts import rigid_part
-
-RIGID = Variant(False, False, False)
 
 
 def require_workable(case: Case) -> None:
@@ -46,14 +44,14 @@ def require_workable(case: Case) -> None:
 
 def rigid_system(case: Case) -> System:
     """The coupled train with its flexible bodies made rigid by the case's sizes."""
-    bodies = {}
+    bodies: dict[BodyName, Body] = {}
     for stage in case.stages:
         if stage.is_flexible:
             with inside(case, stage):
                 view = case.view(stage.name)
-                sized = {part: rigid_part(view, part, from_files=False) for part in view.fe_parts}
-                bodies[stage.name] = sized.get("ring"), sized.get("carrier")
-    return build_system(case, bodies, dict.fromkeys(bodies, RIGID), bending=False)
+                for name in view.fe_bodies:
+                    bodies[name] = rigid_part(view, name.part, from_files=False)
+    return build_system(case, bodies, case.flexible_bodies, bending=False)
 
 
 def _require_steps(case: Case, frequency: float) -> None:
@@ -74,12 +72,11 @@ def _require_steps(case: Case, frequency: float) -> None:
 def _require_stage(view: StageView) -> None:
     """Gears mesh and assemble; FE meshes can be made, or their files are there and in place."""
     require_assembly(view, stage_geometry(view))
-    for name in view.fe_parts:
-        part: Ring | Carrier = getattr(view, name)
-        if part.fe_mesh == "generate":
-            require_generated(view, name)
+    for name, section in view.fe_bodies.items():
+        if section.fe_mesh == "generate":
+            require_generated(view, name.part)
         else:
-            _require_file(view, name, Path(str(part.fe_mesh_file)))
+            _require_file(view, name.part, Path(str(section.fe_mesh_file)))
 
 
 def _require_file(view: StageView, name: str, file: Path) -> None:

@@ -65,7 +65,7 @@ def neglected_effects(view: StageView, forces: Mapping[str, float]) -> dict[str,
     if stage.planet.bore_diameter > 0.0:
         for role, size in _planet_rim(view, g, normal, 0.5 * stage.planet.bore_diameter).items():
             effects[RIM_KEYS[role]] = 1e6 * size
-    if "carrier" in view.fe_parts:
+    if view.stage.form("carrier") == "fe":
         on_pin = sum(normal[s] * math.cos(m.working_angle) for s, m in g.gear_meshes.items())
         effects["pin_bends_in_planet_um"] = 1e6 * _pin(view, on_pin)
     return effects

@@ -113,7 +113,7 @@ def _working_angle(view: StageView, role: str, arm: float, distance: float) -> f
     if angle is not None:
         return angle
     if not 0 < arm < distance:
-        instead = "" if "ring" in view.fe_parts else f", or give {role}_pressure_angle_deg"
+        instead = "" if view.stage.form("ring") == "fe" else f", or give {role}_pressure_angle_deg"
         raise view.refuse(
             "center_distance_mm",
             f"{1e3 * distance:.3f} mm is below the base circles' {1e3 * arm:.3f} mm"

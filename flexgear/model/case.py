@@ -7,6 +7,7 @@ from typing import Any, Literal
 
 from pydantic import Field, ValidationError, model_validator
 
+from flexgear.model.carrier import Carrier
 from flexgear.model.case_checks import check_case
 from flexgear.model.case_files import digest_files
 from flexgear.model.case_name import check_case_name
@@ -20,10 +21,12 @@ from flexgear.model.joint import Joint
 from flexgear.model.material import Material
 from flexgear.model.member import CarrierMember, GearMember, Kinematics
 from flexgear.model.member_load import MemberLoad
-from flexgear.model.names import Member, MemberName
+from flexgear.model.names import BodyName, Member, MemberName
 from flexgear.model.ports import Input, Output
 from flexgear.model.read import Written, is_place, put
+from flexgear.model.ring import Ring
 from flexgear.model.section import Missing, Section
+from flexgear.model.shaft import Shaft
 from flexgear.model.solver import Solver
 from flexgear.model.stage import Stage
 from flexgear.model.stage_names import numbered, of_only_stage
@@ -91,7 +94,13 @@ class Case(Section):
     @property
     def fe_ring_stages(self) -> dict[str, StageView]:
         """Those whose ring is an FE body, with a node at every tooth."""
-        return {n: view for n, view in self.flexible_stages.items() if "ring" in view.fe_parts}
+        return {s.name: self.view(s.name) for s in self.stages if s.form("ring") == "fe"}
+
+    @property
+    def flexible_bodies(self) -> dict[BodyName, Ring | Carrier | Shaft]:
+        """Sections of all bodies that may bend, stage by stage."""
+        views = self.flexible_stages.values()
+        return {body: section for view in views for body, section in view.flexible_bodies.items()}
 
     def stage_index(self, name: str) -> int:
         """Place of the stage of that name, or of a member's stage, in the train."""

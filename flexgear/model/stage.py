@@ -114,18 +114,14 @@ class Stage(Section):
     @property
     def is_flexible(self) -> bool:
         """Whether one of its members is an FE body or a shaft."""
-        parts = ("ring", "carrier", "sun")
-        return self.kind == "planetary" and any(self.form(part) != "lumped" for part in parts)
+        return any(self.form(part) != "lumped" for part in (*self.members, "planet"))
 
     def form(self, part: str) -> Form:
         """What a member of ``members`` or "planet" is."""
-        if part == "ring" and self.ring is not None and self.ring.fe is not None:
+        member = getattr(self, part)
+        if getattr(member, "fe", None) is not None:
             return "fe"
-        if part == "carrier" and self.carrier is not None and self.carrier.fe is not None:
-            return "fe"
-        if part == "sun" and self.sun is not None and self.sun.shaft is not None:
-            return "beam"
-        return "lumped"
+        return "lumped" if getattr(member, "shaft", None) is None else "beam"
 
     @property
     def members(self) -> tuple[str, ...]:

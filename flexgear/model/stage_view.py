@@ -14,6 +14,7 @@ from flexgear.model.content import content_hash
 from flexgear.model.errors import InputError
 from flexgear.model.material import Material
 from flexgear.model.member import SeatBearing
+from flexgear.model.names import BodyName
 from flexgear.model.ring import Ring
 from flexgear.model.shaft import Shaft
 from flexgear.model.solver import Solver
@@ -80,14 +81,20 @@ class StageView:
         return part
 
     @property
-    def fe_parts(self) -> tuple[str, ...]:
-        """Its members that are FE bodies, of "ring" and "carrier"."""
-        return tuple(part for part in ("ring", "carrier") if self.stage.form(part) == "fe")
+    def fe_bodies(self) -> dict[BodyName, Ring | Carrier]:
+        """Sections of its FE bodies."""
+        sections = {part: getattr(self.stage, part) for part in ("ring", "carrier")}
+        return {
+            BodyName.of(self.name, part): member.fe
+            for part, member in sections.items()
+            if member is not None and member.fe is not None
+        }
 
     @property
-    def bending_parts(self) -> tuple[str, ...]:
-        """What of it may bend, of "ring", "carrier" and "shaft"."""
-        return (*self.fe_parts, *(["shaft"] if self.stage.form("sun") == "beam" else []))
+    def flexible_bodies(self) -> dict[BodyName, Ring | Carrier | Shaft]:
+        """Sections of what of it may bend: its FE bodies, and the shaft of its sun."""
+        shaft = self.stage.sun and self.stage.sun.shaft
+        return self.fe_bodies | ({BodyName.of(self.name, "shaft"): shaft} if shaft else {})
 
     @property
     def seat_bearings(self) -> dict[str, SeatBearing]:
@@ -121,9 +128,7 @@ class StageView:
     def bodies_hash(self) -> str:
         """SHA-256 of what its FE bodies depend on, and of some keys beside, 64 hex digits."""
         data: dict[str, Any] = {"stage": self.stage.stage.model_dump()}
-        for name, member in (("ring", self.stage.ring), ("carrier", self.stage.carrier)):
-            if member is not None and member.fe is not None:
-                data[name] = {"fe": member.fe.model_dump()}
+        data |= {body.part: {"fe": fe.model_dump()} for body, fe in self.fe_bodies.items()}
         digest_files({"stages": (data,)})
         data |= {"material": self.material.model_dump(), "solver": self.solver.model_dump()}
         return content_hash(data)

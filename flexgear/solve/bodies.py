@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from typing import NamedTuple
 
 import psutil  # type: ignore[import-untyped]
 
 from flexgear.coupling.pace import case_pace
 from flexgear.coupling.stage_meshes import bend_each_other
-from flexgear.coupling.system import Variant
 from flexgear.gears.geometry import stage_geometry
 from flexgear.model.case import Case
 from flexgear.model.errors import FlexgearError, InputError, echo
+from flexgear.model.names import BodyName
 from flexgear.model.read import nearest
 from flexgear.model.stage_view import StageView
 from flexgear.structures.build import carrier_body, ring_body
@@ -31,33 +30,20 @@ def silent(stage: str, fraction: float) -> None:
     """Progress that nobody watches."""
 
 
-class StageBodies(NamedTuple):
-    """Reduced FE bodies of a stage, None where the member is lumped or rigid."""
-
-    ring: ReducedBody | None
-    carrier: ReducedBody | None
-
-    @property
-    def by_part(self) -> dict[str, ReducedBody]:
-        """Those that there are."""
-        return {part: body for part, body in self._asdict().items() if body is not None}
-
-
-Bodies = Mapping[str, StageBodies]
+Bodies = Mapping[BodyName, ReducedBody]
 
 
 def stage_bodies(
     view: StageView,
     progress: Progress = silent,
     limit_hz: float | None = None,
-    bends: Variant | None = None,
-) -> StageBodies:
+    rigid: Collection[BodyName] = (),
+) -> dict[BodyName, ReducedBody]:
     """FE mesh, assembly and reduction of ring and carrier, or both from the cache.
 
-    limit_hz: frequency up to which they are compared with the unreduced bodies; bends: what of the
-    stage does, nothing else is made; by default all that can.
+    limit_hz: frequency up to which they are compared with the unreduced bodies; rigid: bodies that
+    are not made.
     """
-    bends = bends or Variant()
 
     def ring(report: Progress) -> ReducedBody:
         return whole_ring(view, fe_ring(view, report, limit_hz))
@@ -66,10 +52,9 @@ def stage_bodies(
         return carrier_body(view, report, limit_hz)
 
     makers = {"ring": ring, "carrier": carrier}
-    wanted = {p: make for p, make in makers.items() if p in view.fe_parts and getattr(bends, p)}
+    wanted = {name: makers[name.part] for name in view.fe_bodies if name not in rigid}
     roomy = _BYTES[view.solver.fidelity] < psutil.virtual_memory().available
-    bodies = _made(wanted, progress, len(wanted) if roomy else 1)
-    return StageBodies(bodies.get("ring"), bodies.get("carrier"))
+    return _made(wanted, progress, len(wanted) if roomy else 1)
 
 
 def fe_ring(
@@ -81,8 +66,8 @@ def fe_ring(
 
 
 def _made(
-    wanted: Mapping[str, Callable[[Progress], ReducedBody]], progress: Progress, at_once: int
-) -> dict[str, ReducedBody]:
+    wanted: Mapping[BodyName, Callable[[Progress], ReducedBody]], progress: Progress, at_once: int
+) -> dict[BodyName, ReducedBody]:
     """All that is wanted; so many threads of them, as half of the work runs in one thread."""
     stop = threading.Event()
 
@@ -92,9 +77,11 @@ def _made(
         progress(stage, share)
 
     with single_threaded_blas(), ThreadPoolExecutor(max(at_once, 1)) as pool:
-        waiting = {part: pool.submit(make, named(part, watched)) for part, make in wanted.items()}
+        waiting = {
+            name: pool.submit(make, named(name.part, watched)) for name, make in wanted.items()
+        }
         try:
-            return {part: future.result() for part, future in waiting.items()}
+            return {name: future.result() for name, future in waiting.items()}
         except BaseException:
             stop.set()
             pool.shutdown(wait=True, cancel_futures=True)
@@ -102,16 +89,17 @@ def _made(
 
 
 def reduced_bodies(
-    case: Case, progress: Progress = silent, bends: Mapping[str, Variant] | None = None
-) -> dict[str, StageBodies]:
-    """Rings and carriers that bend of every flexible stage by its name; influences of teeth go to
-    the cache. bends: what does by stage; by default what the case says."""
-    bodies, bends = {}, variants_of(case) if bends is None else bends
+    case: Case, progress: Progress = silent, rigid: Collection[BodyName] | None = None
+) -> dict[BodyName, ReducedBody]:
+    """All FE bodies that bend; influences of teeth go to the cache. rigid: those that do not; by
+    default what the case says."""
+    bodies = dict[BodyName, ReducedBody]()
+    rigid = rigid_bodies(case) if rigid is None else rigid
     for stage_case in case.stages:
         _make_influences(case.view(stage_case.name), named(stage_case.name, progress))
     for name, stage in case.flexible_stages.items():
         report = progress if name == "stage" else named(name, progress)
-        bodies[name] = stage_bodies(stage, report, reduction_limit(case, name), bends[name])
+        bodies |= stage_bodies(stage, report, reduction_limit(case, name), rigid)
     return bodies
 
 
@@ -143,22 +131,16 @@ def named(body: str, progress: Progress) -> Progress:
     return report
 
 
-def variants_of(case: Case, rigid: Sequence[str] = ()) -> dict[str, Variant]:
-    """Which components of the flexible stages bend: their own choice, less those named rigid.
+def rigid_bodies(case: Case, names: Sequence[str] = ()) -> frozenset[BodyName]:
+    """Bodies that do not bend of those that may: what the case says, and those named.
 
-    rigid: "ring", "carrier", "shaft" of all flexible stages or "stage_1.ring" of one; "all".
-    InputError for a name that is none, or where nothing could bend.
+    names: "ring", "carrier", "shaft" of all stages or "stage_1.ring" of one; "all". InputError for
+    a name that is none, or where nothing could bend.
     """
-    stages = case.flexible_stages
-    bending = {name: stage.bending_parts for name, stage in stages.items()}
-    parts = dict.fromkeys(part for parts_of_stage in bending.values() for part in parts_of_stage)
-    known = [
-        *parts,
-        *(f"{name}.{part}" for name, parts_of_stage in bending.items() for part in parts_of_stage),
-        "all",
-    ]
-    for name in rigid:
-        if not stages:
+    bodies = case.flexible_bodies
+    known = [*dict.fromkeys(body.part for body in bodies), *bodies, "all"]
+    for name in names:
+        if not bodies:
             raise InputError(
                 "--rigid", case.name, "has only lumped members, so nothing of it bends",
                 "take it out, or give the ring, carrier or sun an FE body or a shaft",
@@ -167,18 +149,8 @@ def variants_of(case: Case, rigid: Sequence[str] = ()) -> dict[str, Variant]:
             raise InputError(
                 "--rigid", echo(name), "is not a component that bends", nearest(name, known)
             )
-    return {
-        name: Variant(
-            **{
-                part: getattr(stage, part).flexible
-                and not {part, f"{name}.{part}", "all"} & set(rigid)
-                for part in bending[name]
-            }
-        ).of(bending[name])
-        for name, stage in stages.items()
-    }
-
-
-def all_rigid(case: Case) -> dict[str, Variant]:
-    """Nothing bends."""
-    return variants_of(case, ["all"] if case.flexible_stages else [])
+    return frozenset(
+        body
+        for body, section in bodies.items()
+        if not section.flexible or {body, body.part, "all"} & {*names}
+    )

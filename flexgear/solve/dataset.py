@@ -159,11 +159,10 @@ def result_attrs(model: Model, **more: Any) -> dict[str, Any]:
 def _reduction_errors(model: Model) -> dict[str, float]:
     """Relative static and frequency error of every reduced body that bends: "stage.ring_…"."""
     return {
-        f"{stage}.{part}_{kind}": float(body.report[kind])
-        for stage, bodies in model.bodies.items()
-        for part, body in bodies.by_part.items()
+        f"{name}_{kind}": float(body.report[kind])
+        for name, body in model.bodies.items()
         for kind in ("static_error", "frequency_error")
-        if body.report.get(kind) is not None and not model.system.body(f"{stage}.{part}").rigid
+        if body.report.get(kind) is not None and not model.system.body(name).rigid
     }
 
 
@@ -172,11 +171,7 @@ def _laws(case: Case) -> dict[str, str]:
     laws: dict[str, list[str]] = {
         "contact_law": [s.gear_mesh.contact_law for s in case.stages],
         "pair_stiffness": [s.gear_mesh.pair_stiffness for s in case.stages],
-        "tie": [
-            f"{s.ring.tie}, {s.ring.tie_kind}"
-            for s in case.flexible_stages.values()
-            if "ring" in s.fe_parts
-        ],
+        "tie": [f"{s.ring.tie}, {s.ring.tie_kind}" for s in case.fe_ring_stages.values()],
     }
     return {name: "; ".join(dict.fromkeys(words)) for name, words in laws.items() if words}
 
@@ -258,13 +253,12 @@ def _supports(model: Model) -> list[str]:
 
 def _nodes(model: Model, part: str, kind: str = "") -> list[tuple[BodyName, NodeName]]:
     """(body, node) of the finite-element bodies of one kind, stage by stage."""
-    stages = model.case.flexible_stages.items()
-    bodies = [BodyName.of(stage, part) for stage, view in stages if part in view.fe_parts]
     return [
         (body, node)
-        for body in bodies
+        for stage in model.case.flexible_stages.values()
+        for body in stage.fe_bodies
         for node in model.system.body(body).nodes
-        if not kind or node.kind == kind
+        if body.part == part and (not kind or node.kind == kind)
     ]
 
 

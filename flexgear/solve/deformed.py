@@ -25,13 +25,12 @@ LEAST_ENERGY = 1e-12  # share of a mode's kinetic energy: a body with less of it
 
 def bending_bodies(model: Model) -> list[BodyName]:
     """Finite-element bodies that bend: "stage.ring", "stage.carrier"; those with an FE mesh."""
-    names = [
-        BodyName.of(stage, part)
-        for stage, bodies in model.bodies.items()
-        for part, body in bodies.by_part.items()
+    return [
+        name
+        for name, body in model.bodies.items()
         if len(body.points)  # a body that was given reduced has none
+        and not model.system.body(name).rigid
     ]
-    return [name for name in names if not model.system.body(name).rigid]
 
 
 def require_bending(model: Model, body: str) -> None:
@@ -90,8 +89,7 @@ def mode_field(
         problem = f"{mode} is not there"
         raise InputError("mode_field", "mode", problem, f"take 1 … {len(modes.frequencies)}")
     shape = modes.shapes[model.system.slice_of(body), mode - 1]
-    name = BodyName.parse(body)
-    displacement = model.bodies[name.stage].by_part[name.part].recover(shape)
+    displacement = model.bodies[BodyName.parse(body)].recover(shape)
     moved = np.linalg.norm(displacement, axis=-1).max()
     if not modes.energy[body][mode - 1] > LEAST_ENERGY:
         raise InputError("mode_field", body, f"stands still in mode {mode}", "take another mode")
@@ -104,7 +102,7 @@ def _field(
 ) -> xr.Dataset:
     """Displacement and stress of a body at its reduced coordinates."""
     name = BodyName.parse(body)
-    reduced = model.bodies[name.stage].by_part[name.part]
+    reduced = model.bodies[name]
     material = model.case.view(name.stage).material
     strain = reduced.strain(coordinates)
     stress = stress_of_strain(strain, material.young_modulus, material.poisson_ratio)

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from flexgear.coupling.system import System
 from flexgear.model.case import Case
 from flexgear.model.material import Material
+from flexgear.model.names import BodyName
 from flexgear.model.stage_view import StageView
 from flexgear.solve.bodies import Bodies
 from flexgear.structures.reduced import ReducedBody
@@ -63,7 +64,7 @@ def rim_stress_rows(case: Case, system: System, bodies: Bodies) -> Array:
 def _rings(case: Case, bodies: Bodies) -> Iterator[tuple[StageView, ReducedBody | None]]:
     """Stages with an FE ring, and its body; None where it is rigid."""
     for stage, view in case.fe_ring_stages.items():
-        yield view, bodies[stage].ring if stage in bodies else None
+        yield view, bodies.get(BodyName.of(stage, "ring"))
 
 
 def _teeth(system: System, view: StageView) -> int:

@@ -39,8 +39,7 @@ def mode_shapes(model: Model, body: str, modes: Modes) -> xr.Dataset:
     ``deformed``.
     """
     require_bending(model, body)
-    name = BodyName.parse(body)
-    reduced = model.bodies[name.stage].by_part[name.part]
+    reduced = model.bodies[BodyName.parse(body)]
     dofs = model.system.slice_of(body)
     numbers = moving_modes(modes, body)
     shapes = np.zeros((len(numbers), len(reduced.points), 3))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from html import escape
@@ -17,11 +17,12 @@ from flexgear.analysis.recovery import Output
 from flexgear.coupling.build import build_system
 from flexgear.coupling.modal import ModalSystem, chosen_modal, static_system
 from flexgear.coupling.pace import Pace, case_pace
-from flexgear.coupling.system import System, Variant
+from flexgear.coupling.system import System
 from flexgear.coupling.workable import require_workable
 from flexgear.gears.power_flow import PowerFlow, power_flow
 from flexgear.model.case import Case
-from flexgear.solve.bodies import Bodies, Progress, reduced_bodies, silent, variants_of
+from flexgear.model.names import BodyName
+from flexgear.solve.bodies import Bodies, Progress, reduced_bodies, rigid_bodies, silent
 from flexgear.solve.gauges import GaugeRows, gauge_rows, rim_stress_rows
 from flexgear.solve.labels import GearMeshes, gear_meshes_of, rated_forces
 from flexgear.solve.root_stress import RootTables
@@ -33,7 +34,7 @@ Array = NDArray[np.float64]
 class Model:
     """A case put together.
 
-    bodies: reduced ring and carrier by flexible stage; gear_meshes, rated: as results name them,
+    bodies: reduced FE bodies; gear_meshes, rated: as results name them,
     and their mean forces (G,) N; ideal: gears and pins without errors; made: its modes,
     roots: what gives root stress, where they are known already.
     """
@@ -190,20 +191,20 @@ def assemble(
     *,
     progress: Progress = silent,
     bodies: Bodies | None = None,
-    variants: Mapping[str, Variant] | None = None,
+    variant: Collection[BodyName] | None = None,
 ) -> Model:
     """Couple all bodies of a case. Those that are rigid are neither meshed nor reduced.
 
     rigid: "ring", "carrier", "shaft" of all flexible stages, "stage_1.ring" of one, or "all";
-    bodies: of flexible stages, made (or read from the cache) if not given; variants: what bends by
-    stage, in the place of ``rigid``. InputError for a case that cannot work: gears that do not
-    mesh, bodies that cannot be meshed, members that are loose or held.
+    bodies: reduced ones, made (or read from the cache) if not given; variant: all bodies that do
+    not bend, in the place of ``rigid`` and of what the case says. InputError for a case that cannot
+    work: gears that do not mesh, bodies that cannot be meshed, members that are loose or held.
     """
-    bends = variants_of(case, rigid) if variants is None else variants
+    variant = rigid_bodies(case, rigid) if variant is None else variant
     if bodies is None:
         require_workable(case)
-        bodies = reduced_bodies(case, progress, bends)
-    return model_of(case, build_system(case, bodies, bends), bodies)
+        bodies = reduced_bodies(case, progress, variant)
+    return model_of(case, build_system(case, bodies, variant), bodies)
 
 
 def model_of(case: Case, coupled: ModalSystem | System, bodies: Bodies | None = None) -> Model:

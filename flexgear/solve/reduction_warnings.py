@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Mapping
 from typing import Any
 
-from flexgear.coupling.system import Variant
 from flexgear.model.case import Case
+from flexgear.model.names import BodyName
 from flexgear.model.stage_view import StageView
 from flexgear.solve.bodies import reduction_limit
 from flexgear.structures.estimate import PROMISED
@@ -17,31 +17,19 @@ _OTHER_TIE = {"root": "flank", "flank": "root"}
 
 
 def reduction_warnings(
-    case: Case, bodies: Mapping[str, Iterable[ReducedBody | None]], variants: Mapping[str, Variant]
+    case: Case, bodies: Mapping[BodyName, ReducedBody], rigid: Collection[BodyName]
 ) -> list[str]:
-    """A line for every body that bends and misses the promise; bodies, variants by stage."""
+    """A line for every body that bends and misses the promise; rigid: those that do not bend."""
     texts = []
-    for name in bodies:
-        stage = case.flexible_stages[name]
-        texts += _warnings(stage, bodies[name], variants[name], reduction_limit(case, name))
-    return texts
-
-
-def _warnings(
-    view: StageView,
-    bodies: Iterable[ReducedBody | None],
-    bends: Variant,
-    wanted: float,
-) -> list[str]:
-    """Lines about the bodies that bend."""
-    texts = []
-    for body in bodies:
-        if body is not None and getattr(bends, body.name):
-            if fault := _fault(body.report):
-                texts.append(f"{view.name}.{body.name}: {fault}; {_remedy(view, body.name)}")
-            if fault := _frequency_fault(body.report, wanted):
-                key = view.key(f"{body.name}.fe.fixed_interface_modes")
-                texts.append(f"{view.name}.{body.name}: {fault}; raise {key}")
+    for name, body in bodies.items():
+        if name in rigid:
+            continue
+        view = case.view(name.stage)
+        if fault := _fault(body.report):
+            texts.append(f"{name}: {fault}; {_remedy(view, name.part)}")
+        if fault := _frequency_fault(body.report, reduction_limit(case, name.stage)):
+            key = view.key(f"{name.part}.fe.fixed_interface_modes")
+            texts.append(f"{name}: {fault}; raise {key}")
     return texts
 
 

@@ -16,6 +16,7 @@ from flexgear.gears.contact import GearMeshPath
 from flexgear.gears.paths import PathKey, stage_paths
 from flexgear.gears.power_flow import PowerFlow
 from flexgear.model.case import Case
+from flexgear.model.names import BodyName
 from flexgear.solve.bodies import Bodies
 from flexgear.structures.tooth_influence import (
     PairRoots,
@@ -77,8 +78,8 @@ class RootTables:
 
     def _ring_rows(self, stage: int) -> NDArray[np.float32]:
         """(z, 2, rows, q, d) Pa: see ``ring_root_rows``."""
-        view, body = self._case.view(self.name(stage)), self._bodies[self.name(stage)].ring
-        assert body is not None
+        view = self._case.view(self.name(stage))
+        body = self._bodies[BodyName.of(view.name, "ring")]
         return ring_root_rows(root_of_case(view, "ring"), body, view.ring_gear.teeth)
 
 

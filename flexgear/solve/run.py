@@ -34,7 +34,7 @@ from flexgear.results.summary import (
 )
 from flexgear.results.version import version
 from flexgear.solve.angles import lead_speed, one_turn, stage_motions
-from flexgear.solve.bodies import Bodies, Progress, all_rigid, silent, variants_of
+from flexgear.solve.bodies import Bodies, Progress, rigid_bodies, silent
 from flexgear.solve.campbell import campbell
 from flexgear.solve.deformed import bending_bodies, deformed
 from flexgear.solve.gear_mesh_cycles import cycle_figures, gear_mesh_cycles, sliced_stages
@@ -107,7 +107,7 @@ def models_of(
     model = assemble(case, progress=progress, bodies=bodies)
     models = {model.variant: model}
     if case.flexible_stages and model.variant != "rigid":
-        models["rigid"] = assemble(case, bodies=model.bodies, variants=all_rigid(case))
+        models["rigid"] = assemble(case, bodies=model.bodies, variant=case.flexible_bodies)
     with single_threaded_blas(), ThreadPoolExecutor(WORKERS) as pool:
         list(pool.map(attrgetter("modal"), models.values()))  # made once, before threads share it
     if model.has_errors:
@@ -232,7 +232,7 @@ def _warnings(model: Model, face_load: Mapping[str, Any]) -> list[str]:
         *too_coarse(model.pace, case.solver),
         *cut_short(case, model.flow),
         *edge_warnings(face_load.get(model.variant, {})),
-        *reduction_warnings(case, model.bodies, variants_of(case)),
+        *reduction_warnings(case, model.bodies, rigid_bodies(case)),
     ]
 
 

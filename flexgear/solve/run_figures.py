@@ -193,11 +193,7 @@ def bodies_summary(
     case = first.case
     if not case.flexible_stages:
         return {}
-    reports = {
-        f"{stage}.{part}": body.report
-        for stage in case.flexible_stages
-        for part, body in first.bodies[stage].by_part.items()
-    }
+    reports = {name: body.report for name, body in first.bodies.items()}
     compared = {n: settled(x.data) for n, x in runs.items() if not models[n].ideal}
     inertias = {port.member: case.port_inertia(port.member) for port in case.ports}
     steady = {

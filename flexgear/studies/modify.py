@@ -276,7 +276,7 @@ def gap_factors(
 def _ground(model: Model, **keys: object) -> PairData:
     """Pairs of the model with other values of keys of the case."""
     case = model.case.with_(**keys)
-    return assemble(case, bodies=model.bodies, variants=model.system.variants).system.pairs
+    return assemble(case, bodies=model.bodies, variant=model.system.rigid_bodies).system.pairs
 
 
 def _gaps(pairs: PairData, tables: Sequence[Array], amounts: Array) -> PairData:

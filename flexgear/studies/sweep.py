@@ -284,7 +284,7 @@ def _prepared(cases: Sequence[Case], progress: Progress) -> tuple[int, dict[str,
         except FlexgearError as error:
             broken[key] = " ".join(str(error).split())
             continue
-        different.add(tuple(zlib.crc32(p.stiffness.tobytes()) for p in bodies.by_part.values()))
+        different.add(tuple(zlib.crc32(p.stiffness.tobytes()) for p in bodies.values()))
     return len(different), broken
 
 

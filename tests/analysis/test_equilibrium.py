@@ -2,14 +2,12 @@
 
 import numpy as np
 import pytest
-from coupled import TORQUE, make_bodies, make_case, make_system, shaped
+from coupled import TORQUE, make_bodies, make_case, make_system, named, shaped
 
 from flexgear.analysis.contact_springs import springs_at
 from flexgear.analysis.equilibrium import equilibrium, revolution
 from flexgear.analysis.recovery import Recovery, channel_forces
-from flexgear.coupling.members import Stiffening
 from flexgear.coupling.modal import modal_system
-from flexgear.coupling.system import Variant
 from flexgear.gears.geometry import stage_geometry
 
 
@@ -75,12 +73,12 @@ def test_five_pointed_ring_turns_with_the_carrier(one_sided_modal):
 def test_turning_everything_changes_nothing():
     """Ring, bolts and carrier turned by three teeth: the same loads at the turned angle."""
     case = make_case()
-    ring, carrier = make_bodies(case)
+    ring, carrier = make_bodies(case).values()
     steps, alpha = 3, 3 * 2 * np.pi / 93
     turned = _turned(ring, alpha, steps)
-    a = modal_system(make_system(bodies=(ring, carrier)))
+    a = modal_system(make_system(bodies=named(case, ring=ring, carrier=carrier)))
     angle = {"stage.ring.fe.bolts.first_angle_deg": str(np.degrees(alpha))}
-    b = modal_system(make_system(bodies=(turned, carrier), **angle))
+    b = modal_system(make_system(bodies=named(case, ring=turned, carrier=carrier), **angle))
     for theta in (0.0, 0.013):
         ea, eb = equilibrium(a, theta, TORQUE), equilibrium(b, theta + alpha, TORQUE)
         loads_a, loads_b = _by_tooth(ea, 93), _by_tooth(eb, 93)
@@ -122,7 +120,7 @@ def test_renumbering_planets_changes_nothing(one_sided_modal):
     93 teeth do not, so only the loads by path position are the same, not the tooth numbers.
     """
     system = one_sided_modal.system
-    stiff = modal_system(make_system(Variant(ring=False)))
+    stiff = modal_system(make_system(["ring"]))
     e0 = equilibrium(stiff, 0.2, TORQUE)
     e1 = equilibrium(stiff, 0.2 + 2 * np.pi / 5, TORQUE)
     assert system.planets == 5
@@ -167,9 +165,8 @@ def test_mirror_in_the_plane_of_rotation_changes_only_signs():
 
 @pytest.mark.parametrize("name", ["ring", "carrier", "shaft"])
 def test_stiffened_component_equals_the_rigid_one(name):
-    rigid = Variant(**{**dict.fromkeys(("ring", "carrier", "shaft"), True), name: False})
-    a = modal_system(make_system(stiffening=Stiffening(**{name: 1e4})))
-    b = modal_system(make_system(rigid))
+    a = modal_system(make_system(stiffening={name: 1e4}))
+    b = modal_system(make_system([name]))
     ea, eb = equilibrium(a, 0.4, TORQUE), equilibrium(b, 0.4, TORQUE)
     assert np.allclose(
         shaped(ea, "pair_load"), shaped(eb, "pair_load"), atol=1e-3 * shaped(eb, "pair_load").max()

@@ -15,7 +15,6 @@ from flexgear.analysis.transient import largest_rated_load
 from flexgear.coupling.build import build_system
 from flexgear.coupling.kernels.elements import law_functions
 from flexgear.coupling.modal import modal_system
-from flexgear.coupling.system import Variant
 from flexgear.model.load import load_case
 
 ROOM = 64  # numbers before and behind an array: more than one step of a vector sum reaches
@@ -78,7 +77,7 @@ def with_clearance(folder):
 SYSTEMS = {
     "one-sided": lambda _: bending(),
     "linear": lambda _: bending(**{"stage.gear_mesh.contact_law": "linear"}),
-    "rigid-ring": lambda _: make_system(Variant(ring=False)),
+    "rigid-ring": lambda _: make_system(["ring"]),
     "clearance": with_clearance,
     "gyroscopic": lambda _: build_system(load_case("lin-parker")),
 }

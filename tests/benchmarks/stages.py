@@ -6,13 +6,13 @@ from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
-from coupled import CLEAN, TORQUE, make_bodies, stage_system
+from coupled import CLEAN, TORQUE, make_bodies, named, stage_system
 
 from flexgear.analysis.start import start_state
 from flexgear.analysis.step_plan import Adaptive
 from flexgear.analysis.transient import Collector, Drive, State, transient
 from flexgear.coupling.modal import ModalSystem
-from flexgear.coupling.system import System, Variant
+from flexgear.coupling.system import System
 from flexgear.model.load import load_case
 from flexgear.model.stage_view import StageView
 from flexgear.structures.build import carrier_body, ring_body
@@ -23,7 +23,7 @@ STEADY = Drive(lambda t: np.full_like(t, TORQUE))
 def cheap_system() -> System:
     """wind-5mw, one-sided contact with backlash, on bodies of springs and point masses."""
     case = load_case("wind-5mw", CLEAN).view()
-    return stage_system(case, make_bodies(case), Variant())
+    return stage_system(case, make_bodies(case), ())
 
 
 def planet_system(planets: int) -> System:
@@ -40,7 +40,7 @@ def planet_system(planets: int) -> System:
             "stage.allow_unassemblable": "true",
         },
     ).view()
-    return stage_system(case, make_bodies(case), Variant())
+    return stage_system(case, make_bodies(case), ())
 
 
 def real_case(size: str) -> StageView:
@@ -54,7 +54,7 @@ def real_case(size: str) -> StageView:
 def real_system(size: str) -> System:
     """`real_case` on its FE bodies."""
     case = real_case(size)
-    return stage_system(case, (ring_body(case), carrier_body(case)), Variant())
+    return stage_system(case, named(case, ring=ring_body(case), carrier=carrier_body(case)), ())
 
 
 def copied(state: State) -> State:

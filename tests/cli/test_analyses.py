@@ -4,11 +4,10 @@ import json
 
 import numpy as np
 import pytest
-from stage_samples import cheap_stage, missing_the_promise
+from stage_samples import doubtful_stage
 
 from flexgear.cli import body_commands
 from flexgear.results.dataset import load
-from flexgear.solve.bodies import StageBodies
 
 
 def test_static_closes_and_balances(flexgear, tmp_path):
@@ -90,11 +89,6 @@ def test_compare_has_eight_variants(flexgear):
     )
 
 
-def doubtful(stage, *_):
-    bodies = cheap_stage(stage)
-    return StageBodies(missing_the_promise(bodies.ring), bodies.carrier)
-
-
 @pytest.mark.parametrize(
     "command",
     [["reduce"], ["static"], ["modes", "--limit-hz", 50], ["simulate", "--duration-s", 0.002]],
@@ -102,11 +96,11 @@ def doubtful(stage, *_):
 def test_a_static_error_above_the_promise_is_one_line_with_what_to_do(
     flexgear, monkeypatch, command
 ):
-    monkeypatch.setattr("flexgear.solve.bodies.stage_bodies", doubtful)
-    monkeypatch.setitem(body_commands.BODIES, "ring", lambda c, p, _limit: doubtful(c, p).ring)
-    monkeypatch.setitem(
-        body_commands.BODIES, "carrier", lambda c, p, _limit: doubtful(c, p).carrier
-    )
+    monkeypatch.setattr("flexgear.solve.bodies.stage_bodies", lambda s, *_: doubtful_stage(s))
+    for part in ("ring", "carrier"):
+        monkeypatch.setitem(
+            body_commands.BODIES, part, lambda c, *_, p=part: doubtful_stage(c)[f"stage.{p}"]
+        )
     name, *more = command
     code, text, err = flexgear(name, "wind-5mw", *more, "--json", "-q")
     assert code == 0

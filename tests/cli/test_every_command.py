@@ -66,8 +66,10 @@ def on_cheap_bodies(patch, cache):
     patch.setenv("FLEXGEAR_CACHE", str(cache))
     patch.setattr("flexgear.solve.bodies.stage_bodies", lambda s, *_: bodies_of(s))
     patch.setattr("flexgear.studies.sweep.stage_bodies", lambda s, *_: bodies_of(s))
-    for k, name in enumerate(("ring", "carrier")):
-        patch.setitem(body_commands.BODIES, name, lambda s, *_, k=k: bodies_of(s)[k])
+    for name in ("ring", "carrier"):
+        patch.setitem(
+            body_commands.BODIES, name, lambda s, *_, p=name: bodies_of(s)[f"{s.name}.{p}"]
+        )
 
 
 @pytest.fixture(autouse=True)

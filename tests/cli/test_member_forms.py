@@ -132,8 +132,10 @@ def case(request, flexgear, tmp_path, monkeypatch):
     monkeypatch.setenv("FLEXGEAR_CACHE", str(tmp_path / "cache"))
     for place in ("solve.bodies", "studies.sweep"):
         monkeypatch.setattr(f"flexgear.{place}.stage_bodies", lambda s, *_: stiff_stage(s))
-    for k, name in enumerate(("ring", "carrier")):
-        monkeypatch.setitem(body_commands.BODIES, name, lambda s, *_, k=k: stiff_stage(s)[k])
+    for name in ("ring", "carrier"):
+        monkeypatch.setitem(
+            body_commands.BODIES, name, lambda s, *_, p=name: stiff_stage(s)[f"{s.name}.{p}"]
+        )
     path = tmp_path / "mine.toml"
     path.write_text(text(CHOICES[request.param]))
     monkeypatch.chdir(tmp_path)

@@ -4,7 +4,7 @@ import json
 
 import pytest
 from report_pages import OF_RUNS, require_sound
-from stage_samples import cheap_stage, missing_the_promise
+from stage_samples import doubtful_stage
 
 from flexgear.cli import pictures, run_commands
 from flexgear.cli.entry import run
@@ -13,7 +13,6 @@ from flexgear.results import dataset_file
 from flexgear.results.dataset import load
 from flexgear.results.stage_part import stage_part
 from flexgear.results.summary_keys import lacking
-from flexgear.solve.bodies import StageBodies
 from flexgear.solve.headlines import plain_warnings
 from flexgear.studies.outcome import Outcome
 
@@ -34,7 +33,7 @@ def finished(tmp_path_factory):
     said = []
     out = tmp_path_factory.mktemp("results") / "mine"
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("flexgear.solve.bodies.stage_bodies", doubtful)
+        patch.setattr("flexgear.solve.bodies.stage_bodies", lambda s, *_: doubtful_stage(s))
         patch.setattr(run_commands, "warn", said.extend)
         code = run(["run", "wind-5mw", "--no-pictures", "--out", str(out), *FAST])
     return out, code, said
@@ -44,12 +43,6 @@ def finished(tmp_path_factory):
 def content(finished):
     """What is read from the folder, for tests that change nothing of it."""
     return run_commands.read_folder(finished[0])
-
-
-def doubtful(case, *_):
-    """Cheap bodies, the ring's reduction with a larger error than promised."""
-    bodies = cheap_stage(case)
-    return StageBodies(missing_the_promise(bodies.ring), bodies.carrier)
 
 
 def test_run_writes_results_and_summary(finished, content):

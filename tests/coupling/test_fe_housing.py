@@ -49,7 +49,7 @@ def written(folder, places, stiff):
 
 def places_of(bodies, shaft_end, shift=(0.0, 0.0, 0.0)):
     """Where the supports of the bundled stage stand, after the mount at the origin, m."""
-    ring, carrier = bodies
+    ring, carrier = bodies.values()
     found = {"mount_1": (0.0, 0.0, 0.0)}
     for name, place in zip(ring.node_names, ring.positions, strict=True):
         if not name.startswith("tooth"):
@@ -64,7 +64,7 @@ def places_of(bodies, shaft_end, shift=(0.0, 0.0, 0.0)):
 def stage_on(housing, **settings):
     """The small stage under its weight on a housing; all modes kept."""
     case = make_case(**SMALL, **MOUNT, **housing, **settings).with_(gravity=(0.0, -G, 0.0))
-    system = build_system(case.case, {"stage": make_bodies(case)})
+    system = build_system(case.case, make_bodies(case))
     return revolution(modal_system(system), ANGLES, case.case.inputs[0].torque)
 
 
@@ -72,7 +72,7 @@ def stage_on(housing, **settings):
 def places():
     case = make_case(**SMALL)
     bodies = make_bodies(case)
-    shaft = build_system(case.case, {"stage": bodies}).body("stage.shaft")
+    shaft = build_system(case.case, bodies).body("stage.shaft")
     return places_of(bodies, shaft.position("end"))
 
 
@@ -118,7 +118,7 @@ def test_where_a_stage_stands_in_it_changes_nothing_without_tilt(tmp_path, place
         (tmp_path / str(len(found))).mkdir()
         keys = written(tmp_path / str(len(found)), at, 1e13)
         case = make_case(**SMALL, **dict.fromkeys(MOUNT, "1e13"), **keys)
-        system = build_system(case.case, {"stage": bodies})
+        system = build_system(case.case, bodies)
         found.append(revolution(modal_system(system), ANGLES, case.case.inputs[0].torque))
     a, b = (one.pair_load for one in found)
     assert np.abs(a - b).max() < 1e-4 * a.max()
@@ -219,4 +219,4 @@ def test_a_housing_without_a_mount_is_refused(tmp_path, places):
 )  # fmt: skip
 def test_keys_that_belong_together(keys, said):
     with pytest.raises(InputError, match=said):
-        build_system(make_case(**keys).case, {"stage": make_bodies(make_case())})
+        build_system(make_case(**keys).case, make_bodies(make_case()))

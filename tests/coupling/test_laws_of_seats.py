@@ -39,7 +39,7 @@ def loaded_system(bodies=None, **given):
     """The small stage with a force and a moment in space on its carrier."""
     load = {"member": "stage.carrier", "force": (2e5, -4e5, 0.0), "moment": (1e5, 3e5, 0.0)}
     case = make_case(**SMALL, **given).with_(loads=(load,))
-    return build_system(case.case, {"stage": bodies or make_bodies(case)})
+    return build_system(case.case, bodies or make_bodies(case))
 
 
 @pytest.mark.parametrize("angle", [0.0, 2.0])
@@ -108,7 +108,7 @@ def test_results_hold_the_rows_of_seats_beside_those_of_planets():
     planets = {f"stage.planet_bearing.rollers.{k}": v for k, v in (ROLLERS | {"rows": "1"}).items()}
     load = {"member": "stage.carrier", "force": (2e5, -4e5, 0.0), "moment": (1e5, 3e5, 0.0)}
     case = make_case(**SMALL, **rollers(SEATS[1:2]), **planets).with_(loads=(load,)).case
-    bodies = {"stage": make_bodies(case.view())}
+    bodies = make_bodies(case.view())
     model = model_of(case, build_system(case, bodies))
     found = revolution(model.modal, np.array([0.0, 0.7]), TORQUE)
     data = equilibrium_data(model, found)

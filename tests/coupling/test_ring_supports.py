@@ -8,7 +8,6 @@ from small_train import SMALL_STAGE
 from flexgear.analysis.equilibrium import equilibrium
 from flexgear.analysis.recovery import Recovery
 from flexgear.coupling.modal import modal_system
-from flexgear.coupling.system import Variant
 from flexgear.model.errors import InputError
 from flexgear.model.load import load_case
 
@@ -26,7 +25,7 @@ stiffness_torsion_nm_per_rad = 5e6
 """
 CLEAN = {f"stage.errors.{gear}_tooth_um": "0" for gear in ("ring", "planet", "sun")}
 TORQUE, RING_TORQUE = 300.0, 300.0 * 72 / 100
-RIGID = Variant(ring=False, carrier=False, shaft=False)
+RIGID = ("ring", "carrier", "shaft")
 
 
 def stage(folder, supports, **settings):
@@ -47,7 +46,7 @@ def circle(end, factor=1.0):
 
 def rigid_state(case):
     """Recovered equilibrium at rated torque of all rigid bodies on the case's springs."""
-    modal = modal_system(stage_system(case, (None, None), RIGID))
+    modal = modal_system(stage_system(case, {}, RIGID))
     return Recovery(equilibrium(modal, 0.1, TORQUE))
 
 

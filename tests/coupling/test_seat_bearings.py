@@ -40,7 +40,7 @@ ROLLERS = {"count": "30", "rows": "2", "length_mm": "80", "spacing_mm": "90", "c
 
 def solved(bodies=None, **settings):
     case = make_case(**SMALL, **settings)
-    system = build_system(case.case, {"stage": bodies or make_bodies(case)})
+    system = build_system(case.case, bodies or make_bodies(case))
     return revolution(modal_system(system), ANGLES, case.case.inputs[0].torque)
 
 
@@ -115,7 +115,7 @@ def test_a_carrier_rests_on_the_bottom_of_its_gap():
     gap, k = 2e-4, 5e9
     keys = {f"{KEYS[seat]}.clearance_um": "200" for seat in ("carrier_drive", "carrier_far")}
     case = make_case(**SMALL, **keys)
-    system = build_system(case.case, {"stage": make_bodies(case)})
+    system = build_system(case.case, make_bodies(case))
     found = revolution(modal_system(system), ANGLES, 1.0)
     recovery = Recovery(found)
     for side in ("drive", "far"):

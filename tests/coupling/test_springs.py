@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from coupled import make_bodies, make_case, stage_system
+from coupled import make_bodies, make_case, named, stage_system
 
 from flexgear.coupling.links import invariant_part
 from flexgear.structures.interfaces import carrier_supports, ring_supports
@@ -26,8 +26,8 @@ STIFFNESS = {  # no two alike
 @pytest.fixture(scope="module")
 def stage():
     case = make_case(**STIFFNESS)
-    ring, carrier = make_bodies(case)
-    return case, ring, carrier, stage_system(case, (ring, carrier))
+    ring, carrier = make_bodies(case).values()
+    return case, ring, carrier, stage_system(case, named(case, ring=ring, carrier=carrier))
 
 
 def test_ring(stage):

@@ -24,8 +24,8 @@ def loads(result):
     return result.pair_load.sum(axis=-1)
 
 
-def solved(train, angles=(0.0, 0.3), torque=None, **flexible):
-    system = build_system(train, flexible)
+def solved(train, angles=(0.0, 0.3), torque=None):
+    system = build_system(train)
     return revolution(
         modal_system(system), np.array(angles), system.rated_torque if torque is None else torque
     )
@@ -78,11 +78,10 @@ def flanks(gear):
 def lumped_twin(tmp_path, case, bodies, errors=()):
     """The flexible stage's rigid variant written as a lumped train with the same masses."""
     from flexgear.coupling.members import stage_members
-    from flexgear.coupling.system import Variant
 
-    model, reduced = case.gear_mesh.model, dict(zip(("ring", "carrier"), bodies, strict=True))
+    model = case.gear_mesh.model
     lines = "\n".join(f"{key} = {value}" for key, value in dict(errors).items())
-    members = stage_members(case.case, case.stage, reduced, Variant(False, False, False))
+    members = stage_members(case.case, case.stage, bodies, case.flexible_bodies)
     parts = {m.body.name.removeprefix("stage."): m.body for m in members}
     planet = next(m for m in members if m.part == "planet")
     s = case.stage
@@ -140,7 +139,6 @@ def test_stiffened_flexible_stage_is_the_lumped_train(tmp_path, model, errors):
     from coupled import make_case
 
     from flexgear.coupling.build import build_system
-    from flexgear.coupling.system import Variant
 
     stiff = {
         "stage.planet_bearing.tilt_nm_per_rad": "1e13",
@@ -159,7 +157,7 @@ def test_stiffened_flexible_stage_is_the_lumped_train(tmp_path, model, errors):
     case = make_case(**RIGID_STAGE, **stiff, **bolts, **own, **{"stage.gear_mesh.model": model})
     bodies = make_bodies(case)
     twin = lumped_twin(tmp_path, case, bodies, errors)
-    system = stage_system(case, bodies, Variant(False, False, False))
+    system = stage_system(case, bodies, ("ring", "carrier", "shaft"))
     angles = np.linspace(0, 0.06, 5)
     rigid = revolution(modal_system(system), angles, 4e6)
     lumped = solved(twin, angles)
@@ -198,7 +196,7 @@ member = "second.sun"
     )
     weight = {"gravity_m_per_s2": "[0, -9.81, 0]"}
     train = load_case(write(tmp_path, text, 'kinematics = "spatial"\n'), weight)
-    bodies = {name: make_bodies(train.view(name)) for name in ("first", "second")}
+    bodies = make_bodies(train.view("first")) | make_bodies(train.view("second"))
     system = build_system(train, bodies)
     found = revolution(modal_system(system), np.array([0.0, 0.3]), 4e6)
     assert found.closure.max() < 1e-8

@@ -34,13 +34,12 @@ def heavier(part):
     """The same stage with more mass on one part, what that adds in all (kg), and its height (m)."""
     keys = {"stage.sun.mass_kg": "400", "stage.planet.mass_kg": "300"}
     plain = make_case(**SMALL, **keys)
-    ring, carrier = make_bodies(plain)
-    bodies = {"ring": ring, "carrier": carrier}
-    if part in bodies:
-        body = bodies[part]
+    bodies, name = make_bodies(plain), f"stage.{part}"
+    if name in bodies:
+        body = bodies[name]
         share = HEAVIER / len(body.positions)
         more = np.kron(np.eye(len(body.positions)), np.diag([share] * 3 + [0.0] * 3))
-        bodies[part] = replace(body, mass=body.mass + more)
+        bodies[name] = replace(body, mass=body.mass + more)
         return plain, plain, bodies, HEAVIER, float(body.positions[:, 2].mean())
     key = f"stage.{part}.mass_kg"
     case = make_case(**SMALL, **{**keys, key: str(float(keys[key]) + HEAVIER)})
@@ -54,7 +53,7 @@ def test_a_body_weighs_what_it_weighs(part, angle):
     plain, case, bodies, mass, height = heavier(part)
     light, heavy = (
         reactions(solved(c.with_(gravity=(0.0, -G, 0.0)), pair, [angle]))
-        for c, pair in ((plain, make_bodies(plain)), (case, tuple(bodies.values())))
+        for c, pair in ((plain, make_bodies(plain)), (case, bodies))
     )
     weight = np.array([0.0, -G * mass, 0.0])
     wanted = -np.r_[weight, np.cross([0.0, 0.0, height], weight)]
@@ -103,7 +102,7 @@ def test_springs_and_gear_meshes_hold_every_body_against_its_weight():
 def test_dropped_modes_carry_weight_by_their_residual_flexibility():
     """Statics do not know how many modes are kept: columns of weight have residual attachments."""
     case = make_case(**SMALL).with_(gravity=(0.0, -G, 0.0))
-    system = build_system(case.case, {"stage": make_bodies(case)})
+    system = build_system(case.case, make_bodies(case))
     torque, angles = case.case.inputs[0].torque, np.array([0.3, 2.0])
     few, every = (
         revolution(modal_system(system, limit), angles, torque) for limit in (150.0, None)
@@ -162,6 +161,6 @@ def test_a_rotor_moment_is_held_by_the_bearings():
         more = reactions(solved(loaded, bodies, [angle])) - reactions(
             solved(plain, bodies, [angle])
         )
-        at = np.array([0.0, 0.0, bodies[1].positions[0][2]])
+        at = np.array([0.0, 0.0, bodies["stage.carrier"].positions[0][2]])
         wanted = -np.r_[force, moment + np.cross(at, force)]
         assert more == pytest.approx(wanted, abs=1e-8 * np.abs(wanted).max())

@@ -31,7 +31,7 @@ def case():
 @pytest.fixture(scope="module")
 def model(case):
     """Ring and carrier stiff, of the size of the case."""
-    return fg.assemble(case, bodies={"stage": stiff_stage(case.view())})
+    return fg.assemble(case, bodies=stiff_stage(case.view()))
 
 
 @pytest.fixture(scope="module")

@@ -18,7 +18,7 @@ RPM = math.pi / 30
 
 def static_of(**settings):
     case = load_case("grc-750kw", settings)
-    model = fg.assemble(case, bodies={"lss": stiff_stage(case.view("lss"))})
+    model = fg.assemble(case, bodies=stiff_stage(case.view("lss")))
     return fg.static(model, np.radians(np.arange(0.0, 360.0, 30.0)))
 
 
@@ -59,7 +59,7 @@ def test_bearings_with_clearance_find_their_side_under_moments():
     """At rest they carry nothing, so that the first straight line leads metres away. Coast flanks
     that only such a motion would close are not looked at."""
     case = load_case("grc-750kw", {"gravity_m_per_s2": "[0, -0.1, 0]"})
-    bodies = {"lss": stiff_stage(case.view("lss"))}
+    bodies = stiff_stage(case.view("lss"))
     for x, y in ((300e3, 0.0), (-300e3, 0.0), (0.0, 300e3)):
         loaded = fg.assemble(case.with_(**{"loads.0.moment": (x, y, 0.0)}), bodies=bodies)
         found = equilibrium(loaded.modal, 0.0, loaded.system.rated_torque)

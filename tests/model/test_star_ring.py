@@ -21,7 +21,7 @@ AXIAL = TANGENTIAL * math.tan(HELIX)
 @pytest.fixture(scope="module")
 def model():
     case = load_case("star-ring")
-    return fg.assemble(case, bodies={"stage": stiff_stage(case.view())})
+    return fg.assemble(case, bodies=stiff_stage(case.view()))
 
 
 @pytest.fixture(scope="module")

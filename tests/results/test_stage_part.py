@@ -45,8 +45,8 @@ def two_stages(tmp_path_factory):
     """Equilibria of two flexible stages, one behind the other, both with errors."""
     folder = tmp_path_factory.mktemp("two")
     case = load_case(write(folder, TWO, 'kinematics = "spatial"\n'))
-    bodies = {name: cheap_stage(stage) for name, stage in case.flexible_stages.items()}
-    return static(put_together(case, bodies=bodies), [0.0, 0.1, 0.2])
+    first, second = (cheap_stage(stage) for stage in case.flexible_stages.values())
+    return static(put_together(case, bodies=first | second), [0.0, 0.1, 0.2])
 
 
 def flanks(data, stage, kind, sense):

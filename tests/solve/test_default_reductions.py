@@ -4,7 +4,7 @@ import pytest
 
 from flexgear.model.bundled import bundled_cases
 from flexgear.model.load import load_case
-from flexgear.solve.bodies import reduction_limit, stage_bodies, variants_of
+from flexgear.solve.bodies import reduced_bodies, rigid_bodies
 from flexgear.solve.reduction_warnings import reduction_warnings
 
 FLEXIBLE = ["wind-5mw", "ev-reducer", "star-ring", "grc-750kw"]
@@ -19,8 +19,5 @@ def test_these_are_all_with_fe_bodies():
 @pytest.mark.parametrize("fidelity", ["quick", "standard"])
 def test_a_bundled_case_does_not_warn_of_its_own_reductions(name, fidelity):
     case = load_case(name, {"solver.fidelity": fidelity})
-    bodies = {
-        stage: stage_bodies(view, limit_hz=reduction_limit(case, stage))
-        for stage, view in case.flexible_stages.items()
-    }
-    assert reduction_warnings(case, bodies, variants_of(case)) == []
+    bodies = reduced_bodies(case, rigid=())
+    assert reduction_warnings(case, bodies, rigid_bodies(case)) == []

@@ -54,10 +54,9 @@ def test_every_result_says_whose_it_is_and_how_good(model, result):
     name, data = result
     assert data.attrs["content_hash"] == model.case.content_hash()
     assert {"case", "variant", "version", "parameters", *STATISTICS[name]} <= set(data.attrs)
-    for stage, own in model.bodies.items():
-        for part in own.by_part:
-            assert data.attrs[f"{stage}.{part}_static_error"] == 0.001
-            assert data.attrs[f"{stage}.{part}_frequency_error"] == 0.002
+    for name in model.bodies:
+        assert data.attrs[f"{name}_static_error"] == 0.001
+        assert data.attrs[f"{name}_frequency_error"] == 0.002
 
 
 def test_equilibria_are_found_by_the_angle_that_was_asked_for(model):

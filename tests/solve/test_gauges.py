@@ -81,7 +81,7 @@ def test_strain_grows_with_torque_like_the_deflection_of_teeth(model, turn):
 def test_rim_stress_is_that_of_the_gauges_and_in_the_summary(model, turn):
     """σ = E/(1 − ν²)(ε_θ + ν ε_z) at the tooth on the x axis, as the field has its surface."""
     found = turn["rim_stress"].isel(tooth=0, position=0).item()
-    ring, material = model.bodies["stage"].ring, model.case.view().material
+    ring, material = model.bodies["stage.ring"], model.case.view().material
     surface = Surface(ring)
     vertices, weights, _ = surface.meeting(Ray(0.0, 0.0))
     field = deformed(model, "stage.ring")["stress"].to_numpy()
@@ -97,7 +97,7 @@ def test_rim_stress_is_that_of_the_gauges_and_in_the_summary(model, turn):
 
 def test_samples_of_a_transient_are_the_strain_of_its_fields(model):
     run = transient(model, duration=2e-3, fields=["stage.ring"])
-    strain, ring = run["gauge_strain"], model.bodies["stage"].ring
+    strain, ring = run["gauge_strain"], model.bodies["stage.ring"]
     own = run["fe_coordinate"].to_numpy()
     vertices, weights, base = Surface(ring).meeting(Ray(np.radians(5), 0.0))
     for sample in (0, -1):

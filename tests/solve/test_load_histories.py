@@ -137,7 +137,7 @@ def test_statics_and_power_flow_take_a_history_at_its_start(tmp_path):
 def flexible(**load):
     """A stage with elastic ring and carrier, loaded at the carrier."""
     case = make_case(**SMALL).with_(loads=({"member": "stage.carrier", **load},))
-    return model_of(case.case, build_system(case.case, {"stage": make_bodies(case)}))
+    return model_of(case.case, build_system(case.case, make_bodies(case)))
 
 
 def stepped(model, step, duration=4e-3, **options):

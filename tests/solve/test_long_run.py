@@ -75,7 +75,7 @@ def test_a_stage_is_the_same_in_a_file_as_in_memory(tmp_path):
     """With a drop of the torque, so that steps of two sizes meet."""
     settings = {"drive.steps.start_s": "0.005", "drive.steps.duration_s": "0.01"}
     stage = load_case("wind-5mw", settings).view()
-    model = put_together(stage.case, rigid=["all"], bodies={"stage": cheap_stage(stage)})
+    model = put_together(stage.case, rigid=["all"], bodies=cheap_stage(stage))
     drop = stage.case.drive.drop(
         stage.case.drive.steps.torques[0], 0.005, 0.01, model.system.rated_torque
     )

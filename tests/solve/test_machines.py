@@ -89,7 +89,7 @@ def test_a_flexible_stage_has_machines_at_both_ends(ends):
     keys = {"solver.time_step_s": "1e-4", "solver.step_time_step_s": "1e-4",
             "drive.steps.torques_nm": "[]"}  # fmt: skip
     case = load_case("wind-5mw", keys | ends)
-    model = put_together(case, bodies={"stage": cheap_stage(case.view())})
+    model = put_together(case, bodies=cheap_stage(case.view()))
     data = simulate(model, duration=0.06, energy=True).data
     column = 0 if any(key.startswith("inputs") for key in ends) else 1
     speed, time = data["port_speed"].to_numpy()[:, column] * RPM, data["time"].to_numpy()

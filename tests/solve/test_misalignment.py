@@ -22,7 +22,7 @@ def model(bends, **changes):
     case = BASE.with_(**changes)
     if not bends:
         return rigid_stage(case)
-    return fg.assemble(case, bodies={"stage": cheap_stage(case.view())})
+    return fg.assemble(case, bodies=cheap_stage(case.view()))
 
 
 @pytest.fixture(scope="module", params=[True, False], ids=["flexible", "rigid"])

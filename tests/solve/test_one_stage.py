@@ -40,9 +40,7 @@ RESULTS = {
 def models(tmp_path_factory):
     train = fg.load_case(write(tmp_path_factory.mktemp("train"), TRAIN), PINNED)
     alone = fg.load_case("wind-5mw", PINNED)
-    return [
-        fg.assemble(case, bodies={"stage": cheap_stage(case.view())}) for case in (alone, train)
-    ]
+    return [fg.assemble(case, bodies=cheap_stage(case.view())) for case in (alone, train)]
 
 
 @pytest.mark.parametrize("result", RESULTS)

@@ -6,7 +6,7 @@ from stage_samples import missing_the_promise as wrong
 from train_contexts import mixed
 
 from flexgear.model.load import load_case
-from flexgear.solve.bodies import variants_of
+from flexgear.solve.bodies import rigid_bodies
 from flexgear.solve.reduction_warnings import PROMISED, reduction_warnings
 
 
@@ -22,19 +22,25 @@ def bodies(case):
 
 def stage_warnings(stage, bodies, rigid=()):
     case = stage.case
-    return reduction_warnings(case, {"stage": bodies}, variants_of(case, rigid))
+    return reduction_warnings(case, bodies, rigid_bodies(case, rigid))
+
+
+def all_wrong(bodies):
+    return {name: wrong(body) for name, body in bodies.items()}
 
 
 def test_a_promise_kept_is_not_spoken_of(case, bodies):
     assert stage_warnings(case, bodies) == []
-    assert stage_warnings(case, [wrong(body, PROMISED) for body in bodies]) == []
-    held_nowhere = bodies[0].with_(report={**bodies[0].report, "static_error": None})
-    assert stage_warnings(case, (held_nowhere, bodies[1])) == []
+    assert stage_warnings(case, {n: wrong(body, PROMISED) for n, body in bodies.items()}) == []
+    held_nowhere = {
+        name: body.with_(report={**body.report, "static_error": None})
+        for name, body in bodies.items()
+    }
+    assert stage_warnings(case, held_nowhere) == []
 
 
 def test_the_line_says_body_load_and_remedy(case, bodies):
-    ring, carrier = map(wrong, bodies)
-    said = stage_warnings(case, (ring, carrier))
+    said = stage_warnings(case, all_wrong(bodies))
     assert said[0] == (
         "stage.ring: static error 3.4 % (load: tip end -z), above 2 %; "
         'try stage.ring.fe.tie = "flank", or compare with '
@@ -45,16 +51,16 @@ def test_the_line_says_body_load_and_remedy(case, bodies):
 
 
 def test_what_does_not_bend_has_no_error(case, bodies):
-    both = tuple(map(wrong, bodies))
+    both = all_wrong(bodies)
     assert stage_warnings(case, both, ["ring"]) == stage_warnings(case, both)[1:]
     assert stage_warnings(case.with_(**{"stage.ring.fe.flexible": False}), both)[0].startswith(
         "stage.carrier"
     )
 
 
-def test_keys_are_those_of_the_train(tmp_path, bodies):
-    train, _ = mixed(tmp_path)
-    said = reduction_warnings(train, {"first": tuple(map(wrong, bodies))}, variants_of(train))
+def test_keys_are_those_of_the_train(tmp_path):
+    train, bodies = mixed(tmp_path)
+    said = reduction_warnings(train, all_wrong(bodies), rigid_bodies(train))
     assert len(said) == 2
     assert said[0].startswith("first.ring: static error 3.4 %")
     assert 'try stages.first.ring.fe.tie = "flank"' in said[0]

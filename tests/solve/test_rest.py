@@ -125,7 +125,7 @@ def test_modes_do_not_depend_on_torque_or_speed(stage):
 def test_a_flexible_stage_without_torque():
     """Errors press on some teeth, nothing is passed on, and nothing moves."""
     stage = make_case(**{"drive.torque_nm": "0"}, **dict.fromkeys(CLEAN, "4.0"))
-    bodies = {"stage": cheap_stage(stage)}
+    bodies = cheap_stage(stage)
     model = put_together(stage.case, rigid=["all"], bodies=bodies)
     data = static(model, [0.0, 0.3], 0.0)
     assert unexplained(data) == []

@@ -4,9 +4,10 @@ import threading
 
 import numpy as np
 import pytest
-from stage_samples import cheap_stage, missing_the_promise
+from stage_samples import cheap_stage, doubtful_stage
 from train_contexts import put_together
 
+from flexgear.coupling.system import variant_label
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.errors import FlexgearError
 from flexgear.model.load import load_case
@@ -14,7 +15,7 @@ from flexgear.results.contact_share import expected_contact_share
 from flexgear.results.stage_part import stage_part
 from flexgear.results.summary import lacking
 from flexgear.solve import run as solve
-from flexgear.solve.bodies import StageBodies, variants_of
+from flexgear.solve.bodies import rigid_bodies
 from flexgear.solve.run_figures import depth_name
 from flexgear.solve.static import static
 from flexgear.solve.transient import simulate
@@ -40,13 +41,12 @@ def seen():
 
 @pytest.fixture(scope="module")
 def run(case, seen):
-    made = cheap_stage(case.view())
-    bodies = {"stage": StageBodies(missing_the_promise(made.ring), made.carrier)}
+    bodies = doubtful_stage(case.view())
     return solve.run(case, lambda stage, share: seen.update({stage: share}), bodies=bodies)
 
 
 def on_cheap_bodies(case, **options):
-    return put_together(case, bodies={"stage": cheap_stage(case.view())}, **options)
+    return put_together(case, bodies=cheap_stage(case.view()), **options)
 
 
 def test_datasets_of_both_variants(run):
@@ -107,7 +107,7 @@ def test_interrupt_stops_every_thread(case):
 
     before = set(threading.enumerate())  # other tests' Dask clients leave theirs behind
     with pytest.raises((KeyboardInterrupt, FlexgearError)):
-        solve.run(case, stop, bodies={"stage": cheap_stage(case.view())})
+        solve.run(case, stop, bodies=cheap_stage(case.view()))
     assert set(threading.enumerate()) <= before
 
 
@@ -122,9 +122,11 @@ def test_gear_mesh_force_is_working_less_back_flank(case):
 
 
 def test_rigid_parts_and_the_case_choose_the_variant():
-    assert variants_of(load_case("wind-5mw"), ("ring",))["stage"].label == "carrier+shaft"
+    case = load_case("wind-5mw")
     stiff = load_case("wind-5mw", {"stage.carrier.fe.flexible": "false"})
-    assert variants_of(stiff, ("ring", "shaft"))["stage"].label == "rigid"
+    assert variant_label(case.flexible_bodies, rigid_bodies(case, ("ring",))) == "carrier+shaft"
+    rigid = rigid_bodies(stiff, ("ring", "shaft"))
+    assert variant_label(stiff.flexible_bodies, rigid) == "rigid"
 
 
 def test_ramp_ends_where_the_brake_law_says(case):

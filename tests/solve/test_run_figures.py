@@ -18,7 +18,7 @@ def test_lives_of_the_bearings_on_the_seats_of_a_heavy_carrier():
     given = {f"stage.carrier.bearing_far.{key}": value for key, value in rating.items()}
     load = {"member": "stage.carrier", "force": (0.0, -2e5, 0.0)}
     case = make_case(**SMALL, **given).with_(gravity=(0.0, -G, 0.0), loads=(load,)).case
-    model = model_of(case, build_system(case, {"stage": make_bodies(case.view())}))
+    model = model_of(case, build_system(case, make_bodies(case.view())))
     data = static(model, np.linspace(0.0, 2 * np.pi, 5, endpoint=False))
     found = stages_summary(model, data)["stage"]
     seat = data["bearing_force"].sel(support="stage.carrier_far")

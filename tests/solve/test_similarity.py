@@ -12,6 +12,7 @@ from trains import STAGE, STEEL, stage_train, write
 from flexgear.cli.check_sections import derived
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.load import load_case
+from flexgear.model.names import BodyName
 from flexgear.model.units import DIMENSIONS
 from flexgear.results.stage_part import stage_part
 from flexgear.solve.bodies import reduced_bodies
@@ -94,7 +95,7 @@ def test_what_is_said_of_a_stage_scales(stages):
 
 @pytest.mark.parametrize("name", ["ring", "carrier"])
 def test_fe_meshes_and_reduced_bodies_scale(stages, name):
-    large, small = (getattr(model.bodies["stage"], name) for model in stages)
+    large, small = (model.bodies[f"stage.{name}"] for model in stages)
     np.testing.assert_allclose(FACTOR * large.points, small.points, rtol=0, atol=1e-9 * FACTOR)
     assert np.array_equal(large.cells, small.cells)
     for figure in ("frequency_error", "static_error", "frequencies_below_limit"):
@@ -176,7 +177,9 @@ def test_a_train_with_a_flexible_stage_scales(stages, tmp_path):
     trains = (similar(small, 1 / FACTOR), small)
     assert [t.stages[0].stage for t in trains] == [m.case.stages[0].stage for m in stages]
     contexts = [
-        put_together(train, bodies={"first": model.bodies["stage"]})
+        put_together(
+            train, bodies={BodyName.of("first", n.part): body for n, body in model.bodies.items()}
+        )
         for train, model in zip(trains, stages, strict=True)
     ]
     every_analysis(contexts, lambda c: of_one_frequency(modes(c)))
@@ -234,7 +237,7 @@ def test_tolerance_studies_scale(stages, tmp_path):
 def test_a_small_stage_runs_with_the_defaults(stages):
     """No supported mode of its ring lies below the 2 000 Hz that once were everybody's limit."""
     model = stages[1]
-    assert model.bodies["stage"].ring.report["supported_frequency_min_hz"] > 2000
+    assert model.bodies["stage.ring"].report["supported_frequency_min_hz"] > 2000
     rated = model.case.with_(**{"drive.steps.torques": ()})
     summary = run(rated, bodies=model.bodies).summary
     assert summary["solver"]["modes_band_hz"] == pytest.approx(18_000)

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from coupled import named
 from turning_ring import HUB, held_case
 
 from flexgear.analysis.contact_springs import springs_at
@@ -15,7 +16,6 @@ from flexgear.gears.power_flow import power_flow
 from flexgear.model.gear_errors import GearErrors
 from flexgear.model.load import load_case
 from flexgear.results.stage_part import stage_part
-from flexgear.solve.bodies import StageBodies
 from flexgear.solve.model import assemble
 from flexgear.solve.static import static
 from flexgear.structures import build
@@ -175,7 +175,7 @@ def test_a_ring_repeats_with_its_bolts(fivefold):
 def test_modes_hold_the_nodal_diameters_of_their_kind(fivefold):
     """Diameters 5j, 5j ± 1 and the rest never meet in one mode, whose sun then turns, shifts or
     stands: see tests/coupling/test_turning_ring.py, here on finite elements."""
-    bodies = {"stage": StageBodies(build.ring_body(fivefold), build.carrier_body(fivefold))}
+    bodies = named(fivefold, ring=build.ring_body(fivefold), carrier=build.carrier_body(fivefold))
     system = assemble(fivefold.case, bodies=bodies).system
     found, teeth = modes(system, springs_at(system).stiffness, limit_hz=1500.0), 90
     rows = [system.node_rows("stage.ring", f"tooth_{j + 1:03d}")[:3] for j in range(teeth)]
@@ -216,7 +216,7 @@ def test_a_star_of_finite_elements_is_the_stage_with_held_ring(tmp_path, ring, c
         (turning, (1 + ratio) * relative),
         (star, np.column_stack([ratio * relative, np.zeros(3)])),
     ):
-        system = build_system(case, {"stage": (ring, carrier)})
+        system = build_system(case, named(case.view(), ring=ring, carrier=carrier))
         found.append(revolution(modal_system(system), angles, system.rated_torque))
     own, other = found
     assert np.array_equal(own.pair_tooth, other.pair_tooth)
@@ -267,8 +267,8 @@ def test_unequal_pins_lead_to_equal_ones(case):
 def test_a_stage_with_unequal_planets_is_in_equilibrium(case, ring):
     """Forces take the rated torque; half a turn puts each planet where the opposite one was."""
     unequal = four_planets(case, (0.0, 87.0, 180.0, 267.0)).with_(stage__errors=GearErrors())
-    bodies = StageBodies(ring, build.carrier_body(unequal))
-    model = assemble(unequal.case, bodies={"stage": bodies})
+    bodies = named(unequal, ring=ring, carrier=build.carrier_body(unequal))
+    model = assemble(unequal.case, bodies=bodies)
     found = stage_part(static(model, np.array([0.3, 0.3 + np.pi])), "stage")
     forces = found.ring_gear_mesh_force.values
     expected = power_flow(unequal.case).stages[0].ring_gear_mesh_force

@@ -74,7 +74,7 @@ BODIES = {
 @pytest.mark.parametrize("law", ["linear", "one-sided"])
 def test_flexible_stage(law, more):
     case = load_case("wind-5mw", {"stage.gear_mesh.contact_law": law, **more})
-    models, bodies = samples(case), {"stage": make_bodies(case.view())}
+    models, bodies = samples(case), make_bodies(case.view())
     assert_same(models, [build_system(m, bodies) for m in models])
 
 
@@ -85,7 +85,7 @@ def test_errors_that_a_flexible_stage_of_a_train_states_are_its_nominal_ones(tmp
     values = nominal(model, drawn_errors(model))
     assert values["stage_1", "sun_eccentricity"] == pytest.approx(17e-6)
     assert values["stage_1", "ring_offset"] == pytest.approx(0, abs=1e-15)
-    bodies = {"stage_1": make_bodies(model.view(model.stages[0].name))}
+    bodies = make_bodies(model.view(model.stages[0].name))
     models = samples(model)
     assert_same(models, [build_system(m, bodies) for m in models])
 

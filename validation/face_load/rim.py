@@ -25,6 +25,7 @@ from flexgear.gears.paths import stage_paths
 from flexgear.gears.power_flow import power_flow
 from flexgear.gears.slices import Slices
 from flexgear.model.load import load_case
+from flexgear.model.names import BodyName
 from flexgear.model.stage_view import StageView
 from flexgear.solve.bodies import stage_bodies
 from flexgear.structures.interfaces import ring_supports
@@ -77,8 +78,8 @@ def ring_of(case: str) -> Ring:
     force = power_flow(found).stage(stage).gear_mesh_forces["ring"]
     path = stage_paths(view, power_flow(found).stage(stage).gear_mesh_forces)["ring", ""]
     assert path.slices is not None
-    body = stage_bodies(view).ring
-    assert body is not None and body.rim is not None
+    body = stage_bodies(view)[BodyName.of(stage, "ring")]
+    assert body.rim is not None
     b = body.interface_dofs
     held = np.linalg.inv(body.stiffness[:b, :b] + ring_supports(view, body))
     return Ring(

@@ -26,6 +26,7 @@ from tan2023.runs import (
     SHORT_START,
     Runs,
     Variant,
+    label,
     model_of,
     side_by_side,
 )
@@ -136,12 +137,12 @@ def steady_sharing(runs: Runs) -> dict[str, dict[str, tuple[float, float]]]:
         for name, case in sets.items():
             for v in EIGHT:
                 modal = runs.erroneous(case, v).modal
-                jobs[f"{name}|{v.label}"] = partial(_steady_forces, runs, case, modal)
+                jobs[f"{name}|{label(v)}"] = partial(_steady_forces, runs, case, modal)
         found: dict[str, dict[str, tuple[float, float]]] = {name: {} for name in sets}
         for key, force in side_by_side(jobs).items():
-            name, label = key.split("|")
+            name, bends = key.split("|")
             k = load_sharing(force, mean_force)
-            found[name][label] = (float(np.nanmean(k)), float(np.nanmax(k)))
+            found[name][bends] = (float(np.nanmean(k)), float(np.nanmax(k)))
         return found
 
     return runs.once("steady_sharing", compute)
@@ -206,7 +207,7 @@ def bundled_case_agrees(runs: Runs) -> Finding:
     def one(v: Variant) -> xr.Dataset:
         return runs.short_drop(model_of(case, runs.bodies, v), 4e5)
 
-    found = side_by_side({v.label: partial(one, v) for v in (FLEXIBLE, RIGID)})
+    found = side_by_side({label(v): partial(one, v) for v in (FLEXIBLE, RIGID)})
     spread = {n: transient_spread(d, SHORT_START) for n, d in found.items()}
     lowest = min(float(d[f"{g}_pair_load"].min()) for d in found.values() for g in ("ring", "sun"))
     return Finding(
@@ -247,7 +248,7 @@ def drop_spread(runs: Runs) -> dict[str, float]:
 
         for v in EIGHT:
             runs.modal(v)
-        return side_by_side({v.label: partial(one, v) for v in EIGHT})
+        return side_by_side({label(v): partial(one, v) for v in EIGHT})
 
     return runs.once("drop_spread", compute)
 

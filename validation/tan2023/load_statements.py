@@ -13,7 +13,7 @@ from flexgear.results.contact_share import contact_share, expected_contact_share
 from flexgear.results.stiffness_split import stiffness_split
 from tan2023 import measures
 from tan2023.measures import Passage
-from tan2023.runs import EIGHT, FLEXIBLE, RIGID, Runs, model_of, validation_case
+from tan2023.runs import EIGHT, FLEXIBLE, RIGID, Runs, label, model_of, validation_case
 from tan2023.statements import Finding, reference, statement
 
 
@@ -101,14 +101,14 @@ def _above_and_before(p: Passage) -> bool:
 
 
 def _flexible(runs: Runs, gear_mesh: str) -> Finding:
-    p = compliance_study(runs)[FLEXIBLE.label][gear_mesh]
+    p = compliance_study(runs)[label(FLEXIBLE)][gear_mesh]
     text = f"peak {p.peak / 1e3:.0f} kN against {p.split / 1e3:.0f} kN, {_placed(p)}"
     return Finding(text, _above_and_before(p))
 
 
 def _with_rigid_bodies(runs: Runs, gear_mesh: str) -> Finding:
     """The seven other variants: the peak of each, and how early they are."""
-    found = {v.label: compliance_study(runs)[v.label][gear_mesh] for v in EIGHT if v != FLEXIBLE}
+    found = {label(v): compliance_study(runs)[label(v)][gear_mesh] for v in EIGHT if v != FLEXIBLE}
     peaks = ", ".join(f"{name} {100 * (p.ratio - 1):+.1f} %" for name, p in found.items())
     leads = [100 * p.lead for p in found.values()]
     return Finding(
@@ -194,12 +194,12 @@ def compliance_study(runs: Runs) -> dict[str, dict[str, Passage]]:
         equal = runs.perfect_case.with_(**{"stage.planet_bearing.z": 0.0})
         known = runs.passages
         cases: dict[str, xr.Dataset] = {
-            v.label: known[v.label] if v.label in known else runs.passage(v) for v in EIGHT
+            label(v): known[label(v)] if label(v) in known else runs.passage(v) for v in EIGHT
         }
         for v in (FLEXIBLE, RIGID):
-            cases[EQUAL_ROWS.format(v.label)] = runs.passage(v, case=equal)
-            cases[NO_TILT.format(v.label)] = runs.passage(v, case=stiff)
-            cases[NO_TRAVEL.format(v.label)] = runs.passage(v, without_centroid)
+            cases[EQUAL_ROWS.format(label(v))] = runs.passage(v, case=equal)
+            cases[NO_TILT.format(label(v))] = runs.passage(v, case=stiff)
+            cases[NO_TRAVEL.format(label(v))] = runs.passage(v, without_centroid)
         return {
             name: {g: measures.mean_passage(data, g) for g in ("ring", "sun")}
             for name, data in cases.items()

@@ -63,7 +63,7 @@ def write_page(folder: Path, findings: Findings) -> Path:
         f"{b.name}: {b.report['fe_dofs']} FE dofs, static error "
         f"{100 * (b.report['static_error'] or 0):.2f} %, frequency error "
         f"{100 * b.report['frequency_error']:.2f} % to {b.report['frequency_limit_hz']:.0f} Hz"
-        for b in (runs.bodies.ring, runs.bodies.carrier)
+        for b in runs.bodies.values()
     )
     head = (
         f"<p>Case {escape(whole.name)} with the changes of case.toml, fidelity {runs.fidelity}, "

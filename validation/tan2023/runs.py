@@ -8,6 +8,7 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
+from itertools import compress, product
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -18,13 +19,14 @@ from numpy.typing import NDArray
 from flexgear.analysis.start import start_state
 from flexgear.analysis.transient import Collector, Drive, collected, transient
 from flexgear.coupling.modal import ModalSystem
-from flexgear.coupling.system import System, Variant
+from flexgear.coupling.system import System, variant_label
 from flexgear.gears.geometry import StageGeometry, stage_geometry
 from flexgear.model.gear_errors import GearErrors
 from flexgear.model.load import load_case
+from flexgear.model.names import BodyName
 from flexgear.model.stage_view import StageView
 from flexgear.results.stage_part import stage_part, with_spread
-from flexgear.solve.bodies import StageBodies, stage_bodies
+from flexgear.solve.bodies import Bodies, stage_bodies
 from flexgear.solve.dataset import transient_data
 from flexgear.solve.model import Model, assemble
 from flexgear.solve.static import static
@@ -35,8 +37,10 @@ from flexgear.views.star import StageOutline
 
 Array = NDArray[np.float64]
 T = TypeVar("T")
-FLEXIBLE, RIGID = Variant(True, True, True), Variant(False, False, False)
-EIGHT = tuple(Variant(r, c, s) for r in (True, False) for c in (True, False) for s in (True, False))
+Variant = frozenset[BodyName]  # bodies that do not bend
+BODIES = tuple(BodyName.of("stage", part) for part in ("ring", "carrier", "shaft"))
+EIGHT = tuple(Variant(compress(BODIES, rigid)) for rigid in product((0, 1), repeat=3))
+FLEXIBLE, RIGID = EIGHT[0], EIGHT[-1]
 DROPS = (2e6, 4e5, 2e5)  # N m, the paper's
 MAIN_DROP = 4e5  # N m, Figures 20-25
 SHORT_START = 0.05  # s, when the torque drops in short runs
@@ -57,9 +61,14 @@ def side_by_side(jobs: dict[str, Callable[[], T]]) -> dict[str, T]:
         return {name: future.result() for name, future in waiting.items()}
 
 
-def model_of(stage: StageView, bodies: StageBodies, variant: Variant) -> Model:
+def label(variant: Variant) -> str:
+    """What bends: "flexible", "ring+shaft", …, "rigid"."""
+    return variant_label(BODIES, variant)
+
+
+def model_of(stage: StageView, bodies: Bodies, variant: Variant) -> Model:
     """The stage alone, coupled, with what bends."""
-    return assemble(stage.case, bodies={"stage": bodies}, variants={"stage": variant})
+    return assemble(stage.case, bodies=bodies, variant=variant)
 
 
 def of_stage(data: xr.Dataset) -> xr.Dataset:
@@ -116,12 +125,12 @@ class Runs:
         )
 
     @cached_property
-    def bodies(self) -> StageBodies:
+    def bodies(self) -> Bodies:
         return stage_bodies(self.case)
 
     @property
     def carrier(self) -> ReducedBody:
-        return self.bodies.carrier
+        return self.bodies[BODIES[1]]
 
     def model(self, variant: Variant) -> Model:
         """The stage with what bends, errors of the case."""
@@ -180,7 +189,7 @@ class Runs:
     @cached_property
     def passages(self) -> dict[str, xr.Dataset]:
         """Tooth passages of the flexible and the rigid variant."""
-        return {v.label: self.passage(v) for v in (FLEXIBLE, RIGID)}
+        return {label(v): self.passage(v) for v in (FLEXIBLE, RIGID)}
 
     # ------------------------------------------------------------------------------ transients
 
@@ -193,7 +202,7 @@ class Runs:
         def one(variant: Variant) -> xr.Dataset:
             return of_stage(simulate(self.model(variant), drive=constant_drive()).data)
 
-        return side_by_side({v.label: partial(one, v) for v in (FLEXIBLE, RIGID)})
+        return side_by_side({label(v): partial(one, v) for v in (FLEXIBLE, RIGID)})
 
     @cached_property
     def main_drop(self) -> dict[str, xr.Dataset]:
@@ -204,7 +213,7 @@ class Runs:
 
         for v in (FLEXIBLE, RIGID):
             self.modal(v)
-        return side_by_side({v.label: partial(one, v) for v in (FLEXIBLE, RIGID)})
+        return side_by_side({label(v): partial(one, v) for v in (FLEXIBLE, RIGID)})
 
     @cached_property
     def drops(self) -> dict[float, xr.Dataset]:
@@ -274,10 +283,10 @@ class Runs:
     def other_ring(self, **changes: str) -> xr.Dataset:
         """Flexible tooth passages of a fifth of a turn with other ring parameters, quick mesh."""
         case = validation_case("quick", **changes).with_(stage__errors=GearErrors())
-        bodies = StageBodies(ring_body(case), self.quick_carrier)
+        bodies = {BODIES[0]: ring_body(case), BODIES[1]: self.quick_carrier}
         angles = np.linspace(0, 2 * math.pi / 5, 241)
         return equilibria(model_of(case, bodies, FLEXIBLE), angles)
 
     @cached_property
     def quick_carrier(self) -> ReducedBody:
-        return stage_bodies(validation_case("quick")).carrier
+        return stage_bodies(validation_case("quick"))[BODIES[1]]

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from tan2023.drive_statements import drop_spread, steady_sharing
 from tan2023.load_statements import compliance_study
 from tan2023.motion_statements import sensitivity
-from tan2023.runs import EIGHT, Runs
+from tan2023.runs import EIGHT, Runs, label
 
 
 @dataclass(frozen=True)
@@ -42,9 +42,9 @@ def tables(runs: Runs) -> list[Table]:
         ("flexible", *(f"K, {name}" for name in steady), "spread in the drop"),
         [
             (
-                v.label if v.label != "rigid" else "none (all rigid)",
-                *(f"{k[v.label][0]:.4f}, {k[v.label][1]:.4f}" for k in steady.values()),
-                f"{spread[v.label]:.4f}",
+                label(v) if label(v) != "rigid" else "none (all rigid)",
+                *(f"{k[label(v)][0]:.4f}, {k[label(v)][1]:.4f}" for k in steady.values()),
+                f"{spread[label(v)]:.4f}",
             )
             for v in EIGHT
         ],

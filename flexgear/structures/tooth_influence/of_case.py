@@ -163,6 +163,7 @@ def _held_radius(view: StageView, role: str, tooth: ToothGeometry, modules: floa
     deepest = tooth.root_radius - tooth.outward * modules * view.stage.normal_module
     gear = gears_by_role(view.stage)[role]
     if role == "ring":
-        rim = view.ring.rim_thickness if "ring" in view.fe_parts else gear.rim_thickness
+        fe = view.stage.form("ring") == "fe"
+        rim = view.ring.rim_thickness if fe else gear.rim_thickness
         return deepest if rim is None else min(deepest, tooth.root_radius + rim)
     return max(deepest, gear.bore_diameter / 2)
