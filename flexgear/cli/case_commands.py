@@ -66,16 +66,18 @@ def check(
 
 def _write(folder: Path, case: Case, figures: Sections, doubts: Sequence[str]) -> None:
     """Figures and pictures of modified flanks, in place of earlier ones."""
-    from flexgear.cli.planned_pictures import flanks_plan
+    from flexgear.results.run_folder import Folder
+    from flexgear.views.chart import flanks, planned
+    from flexgear.views.run_charts import FLANK
     from flexgear.views.style import save_figure
 
-    plan = flanks_plan(case, power_flow(case))
+    plan = planned(Folder(case, power_flow(case), {}, {}, {}), [(flanks, [FLANK])])
     head = {"result": "check", "case": case.name, "content_hash": case.content_hash()}
     with staged_folder(folder, earlier(CHECK)) as stage:
         content = {**head, "figures": figures, "warnings": list(doubts)}
         write_json(stage / "summary.json", content)
-        for name, (_, draw) in plan.items():
-            save_figure(draw(), stage / f"{name}.png")
+        for name, picture in plan.items():
+            save_figure(picture.draw(), stage / f"{name}.png")
 
 
 def cases(

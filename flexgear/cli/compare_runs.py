@@ -10,9 +10,9 @@ import typer
 from flexgear.cli.display import progress
 from flexgear.cli.outputs import claim_file
 from flexgear.cli.pictures import Sheet, drawn_side, imported
-from flexgear.cli.run_folder import Folder, complete, read_folder
 from flexgear.model.errors import InputError
 from flexgear.results.origin import Origin
+from flexgear.results.run_folder import Folder, complete, read_folder
 from flexgear.studies.early_workers import EarlyWorkers
 from flexgear.views.report import Side, write_report
 

@@ -1,8 +1,7 @@
-"""What ``report.html`` says of a run: its side of the page, and the place of every picture."""
+"""What ``report.html`` says of a run: its side of the page."""
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Mapping
 from typing import Any
 
@@ -13,65 +12,6 @@ from flexgear.results.report.tables import tables
 from flexgear.results.report.wording import with_unit, words
 from flexgear.solve.headlines import verdicts
 from flexgear.views.report import Picture, Side
-
-# what the name of a picture holds -> section, and what the picture shows
-PLACES = (
-    ("drawing_front", "geometry", "Gears and what holds them to scale, seen along the axis: "
-     "teeth, bolts, pins and bores as the case gives them."),
-    ("drawing_section", "geometry", "The upper half of the stage cut along its axis, to scale."),
-    ("^flank_", "geometry", "Material missing on a flank, normal to it in the transverse section."),
-    ("power_flow", "power", "Power that enters is above zero, power that leaves below."),
-    ("(ring|sun)_tooth_loads", "meshes", "Each line is one tooth pair from its entry to its "
-     "exit; the dashed line is what a split by stiffness alone would give it."),
-    ("face_line_load", "face", "What all pairs of a gear mesh carry together at one place of the "
-     "face; K_Hβ is the largest over the mean (ISO 6336-1)."),
-    ("face_misalignment", "face", "How much closer flanks come at the +z end of the face than at "
-     "the other, by the body or bearing whose tilt it is; lines go from least to largest."),
-    ("face_contact_pattern", "face", "Where flanks touch, and how hard at most: load that leans to "
-     "one end of the face tells of tilt or twist."),
-    ("face_rows", "face", "One flank a tooth, face across and diameter upwards: the largest line "
-     "load that each place sees in all positions; white is what no loaded line came across."),
-    ("face_transmission_error", "face", "How far the gears stay behind where they would be if they "
-     "were rigid and perfect; its swing is what is heard, order by order. Unloaded: by ground "
-     "flanks alone."),
-    ("face_stiffness", "face", "Slope of the force as all tooth pairs close alike, under load: of "
-     "the teeth, without gear bodies."),
-    ("root_stress", "face", "Stress in the fillets at the roots of the teeth. Left: over a turn, "
-     "in the roots that carry with planet 1; right: along the face where it is largest. Above zero "
-     "a fillet is stretched, where cracks grow; thin lines below: the fillets that are pressed."),
-    ("engagement_map", "meshes", "Which teeth of the ring are in contact as the carrier turns."),
-    ("transient_forces", "meshes", "Normal force of every gear mesh; equal lines share the load."),
-    ("sharing", "sharing", "Each planet's share times the number of planets: 1 is an even share."),
-    ("ring_star_turning", "deflections", "One planet spacing of the carrier: press to turn. "
-     "Displacements are drawn larger as stated; gears are shown undeformed."),
-    ("ring_star", "deflections", "The ring bends into a star with a point at each planet, which "
-     "turns with the carrier. Displacements are drawn larger as stated."),
-    ("ring_profile", "deflections", "Outward displacement round the ring, by angle."),
-    ("radial_harmonics", "deflections", "The ring's shape taken apart into waves round the circle; "
-     "with equal planets only multiples of their number may be there."),
-    ("tooth_node|tooth_displacement_map", "deflections", "How a tooth of the ring moves while the "
-     "planets pass it."),
-    ("_3d$", "deflections", "Turn it with the mouse or a finger; colour is the size of the "
-     "displacement, the shape is drawn larger as stated."),
-    ("displacement", "deflections", "How far bodies move from where they would be without load."),
-    ("spectrum", "dynamics", "Amplitudes of the gear-mesh force by frequency in orders of the "
-     "gear mesh; sidebands stand beside an order by whole turns of the carrier."),
-    ("_energy$", "dynamics", "Work that goes in, and where it goes; the rest is error of the time "
-     "steps."),
-    ("_speed$", "dynamics", "The carrier slows down as the torque changes, and settles again."),
-    ("torque_step", "dynamics", "How the load sharing answers a sudden change of the torque."),
-    ("_mode_shapes$", "modes", "Choose a mode, let it swing, turn it; colour is the displacement "
-     "in per cent of the largest. A mode has no size of its own, so it is drawn to be seen."),
-    ("modes", "modes", "Each mode by its frequency, and what share of its energy lies where."),
-    ("campbell", "modes", "Frequencies over speed and what excites them. Equal planets excite only "
-     "modes of the colour of the order; the others take errors."),
-)  # fmt: skip
-ELSEWHERE = ("dynamics", "")
-
-
-def place_of(name: str) -> tuple[str, str]:
-    """Section of a picture by its file name, and the sentence below it."""
-    return next((rest for what, *rest in PLACES if re.search(what, name)), ELSEWHERE)  # type: ignore[return-value]
 
 
 def side_of(

@@ -22,7 +22,6 @@ from flexgear.cli.outputs import (
     save_or_rescue,
     without_pictures,
 )
-from flexgear.cli.run_folder import FIELDS, Folder, complete, read_folder
 from flexgear.files.atomic import staged_folder, write_json
 from flexgear.gears.power_flow import PowerFlow
 from flexgear.model.case import Case
@@ -30,6 +29,7 @@ from flexgear.results.dataset import save
 from flexgear.results.origin import origin_of_case
 from flexgear.results.report.parts import MARKS, Verdict
 from flexgear.results.report.wording import with_unit
+from flexgear.results.run_folder import FIELDS, Folder, complete, read_folder
 from flexgear.solve.bodies import reduced_bodies
 from flexgear.solve.headlines import WARNING, plain_warnings, verdicts
 from flexgear.solve.run import Run, Stopwatch

@@ -32,11 +32,8 @@ def variable(dataset: xr.Dataset, name: str) -> xr.DataArray:
 
 
 def leading_dim(dataset: xr.Dataset) -> str:
-    """Name of the sampled dimension: "time" of a transient, otherwise that of carrier_angle."""
-    dims = variable(dataset, "carrier_angle").dims
-    if len(dims) != 1:
-        raise FlexgearError("cannot draw: 'carrier_angle' must have exactly one dimension")
-    return str(dims[0])
+    """Name of the sampled dimension: "time" of a transient, "position" of equilibria."""
+    return "time" if "time" in dataset.dims else "position"
 
 
 def planet_count(dataset: xr.Dataset) -> int:

@@ -11,12 +11,12 @@ import numpy as np
 import pytest
 from rexs_samples import planetary
 
-from flexgear.cli.run_folder import complete, read_folder
 from flexgear.files.matrices.reading import read_reduced
 from flexgear.files.rexs.reading import read_rexs
 from flexgear.files.rexs.to_case import case_of_document
 from flexgear.model.errors import FlexgearError, InputError
 from flexgear.results.dataset import load
+from flexgear.results.run_folder import complete, read_folder
 from flexgear.structures import store
 
 TABLE = "id,name,x_m,y_m,z_m\n1,a,0,0,0\n2,b,0,0,1\n"

@@ -118,7 +118,7 @@ def test_any_process_draws_a_run_from_its_folder(finished, content, tmp_path, mo
         there = pictures._picture(sheet, name)
         here = pictures.Pictures(content, tmp_path / "here").picture(name)
         assert there.caption == here.caption
-        assert there.path.read_bytes() == here.path.read_bytes()
+        assert there.file.read_bytes() == here.file.read_bytes()
     assert list(pictures._known) == [sheet]  # read once
 
 
@@ -133,7 +133,7 @@ def test_what_another_process_could_not_draw_is_drawn_here(
     monkeypatch.setattr(
         pictures.Pictures,
         "picture",
-        lambda self, name: drawn.append(name) or pictures.Picture(None, name),
+        lambda self, name: drawn.append(name) or pictures.Picture(name, "modes", "", "", None),
     )
     sheet = pictures.Sheet(finished[0], tmp_path)
     pictures.drawn_side(content, sheet, lambda *_: None, Lost())

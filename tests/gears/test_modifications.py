@@ -7,7 +7,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 from trains import stage_train
 
-from flexgear.cli.run_folder import tuples_of
 from flexgear.gears.flanks import gear_flanks
 from flexgear.gears.modifications import MODIFICATIONS, Flank, gaps_of
 from flexgear.gears.paths import stage_paths
@@ -16,6 +15,7 @@ from flexgear.model.case import case_of_dict
 from flexgear.model.errors import InputError
 from flexgear.model.flank_table import FlankTable
 from flexgear.model.modifications import EndRelief, FlankModifications, Relief
+from flexgear.results.run_folder import tuples_of
 
 EXTERNAL = Flank(tip=0.030, root=0.010, half_face=0.05, base_radius=0.06)
 INTERNAL = Flank(tip=0.040, root=0.060, half_face=0.05, base_radius=0.12)

@@ -6,6 +6,7 @@ import json
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +20,7 @@ from flexgear.model.input_file import MEGABYTE, read_text
 from flexgear.model.names import BodyName
 from flexgear.model.stage_view import StageView
 from flexgear.results.dataset_file import reopened
+from flexgear.results.settling import settled
 from flexgear.results.stage_part import stage_part
 from flexgear.results.summary_keys import VERSION, lacking
 
@@ -74,7 +76,12 @@ class RingFolder:
         }
         return {label: stage_part(data, self.name) for label, data in datasets.items()}
 
-    @property
+    @cached_property
+    def steady(self) -> dict[str, xr.Dataset]:
+        """Settled parts of the transients at rated torque, by variant."""
+        return {label: settled(data) for label, data in self.runs("transient").items()}
+
+    @cached_property
     def equilibria(self) -> xr.Dataset:
         """Equilibria over one revolution without manufacturing errors."""
         return stage_part(self.run.datasets["equilibrium_without_errors"], self.name)

@@ -1,0 +1,212 @@
+"""What declares a picture of a run, and what of a run it is of: a stage, a ring, a flank …"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from flexgear.gears.flanks import modified_flanks
+from flexgear.gears.paths import stage_paths
+from flexgear.model.errors import FlexgearError
+from flexgear.results.report.wording import of_stage, window_words, with_unit
+from flexgear.results.root_stress import root_extremes
+from flexgear.results.run_folder import Folder, prefix_of
+from flexgear.results.settling import window_of
+from flexgear.results.tooth_pattern import carrying_sets
+
+
+class NotDrawn(FlexgearError):
+    """Why a picture is left out, in words."""
+
+
+class Drawing(NamedTuple):
+    """A picture that is more than a figure. write: its file; plots: plotly panels that replace it
+    on a screen."""
+
+    write: Callable[[Path], object]
+    plots: Sequence[Mapping[str, Any]]
+
+
+class Subject(NamedTuple):
+    """What one picture is of. words: stand for braces in names and captions; of: goes to what
+    draws it."""
+
+    words: Mapping[str, str]
+    of: tuple[Any, ...] = ()
+
+
+Subjects = Callable[[Folder], Iterable[Subject]]
+
+
+@dataclass(frozen=True)
+class Chart:
+    """One kind of picture of a run.
+
+    name: of the file, without suffix; section, caption, sentence: its place in the report and what
+    it shows, in name, caption and data with the words of a subject in braces; draw: makes a figure
+    or a ``Drawing`` of the dataset ``data``, if it is named, and of what the subject is of;
+    variable: of the dataset, without which there is no picture; slow: is begun before the others
+    and stands after them; suffix: of the file.
+    """
+
+    name: str
+    section: str
+    caption: str
+    sentence: str
+    draw: Callable[..., Any]
+    data: str = ""
+    variable: str = ""
+    slow: bool = False
+    suffix: str = ".png"
+
+    def sources(self, run: Folder, words: Mapping[str, str]) -> tuple[Any, ...] | None:
+        """The dataset that is drawn, empty where none is named; None where there is no picture."""
+        if not self.data:
+            return ()
+        name = self.data.format(**words)
+        if name != self.data and name not in run.datasets:
+            return None  # not every stage has one
+        data = run.datasets[name]
+        return (data,) if not self.variable or self.variable in data else None
+
+
+class Planned(NamedTuple):
+    """A picture that a run gets."""
+
+    chart: Chart
+    caption: str
+    arguments: tuple[Any, ...]
+
+    def draw(self) -> Any:
+        """A figure or a ``Drawing``."""
+        return self.chart.draw(*self.arguments)
+
+
+def planned(run: Folder, charts: Iterable[tuple[Subjects, Sequence[Chart]]]) -> dict[str, Planned]:
+    """Pictures of a run by file name: of every subject those of its charts, slow ones last."""
+    plan: dict[str, Planned] = {}
+    for subjects, of_each in charts:
+        for subject, chart in itertools.product(subjects(run), of_each):
+            sources = chart.sources(run, subject.words)
+            if sources is not None:
+                name, caption = (x.format(**subject.words) for x in (chart.name, chart.caption))
+                plan[name] = Planned(chart, caption, (*sources, *subject.of))
+    return dict(sorted(plan.items(), key=lambda item: item[1].chart.slow))
+
+
+def runs(run: Folder) -> Iterator[Subject]:
+    """The run itself; draws take nothing but a dataset."""
+    yield Subject({"window": _window(run)})
+
+
+def trains(run: Folder) -> Iterator[Subject]:
+    """The train, by its power flow."""
+    yield Subject({}, (run.flow,))
+
+
+def stages(run: Folder) -> Iterator[Subject]:
+    """Stages, which draws see as a dataset alone."""
+    for stage in run.case.stages:
+        yield Subject(_words(run, stage.name))
+
+
+def stage_views(run: Folder) -> Iterator[Subject]:
+    """Stages as the case gives them."""
+    for stage in run.case.stages:
+        yield Subject(_words(run, stage.name), (run.case.view(stage.name),))
+
+
+def turning_stages(run: Folder) -> Iterator[Subject]:
+    """Stages whose gears mesh, by power flow; hz: how often."""
+    for stage in run.flow.stages:
+        if stage.gear_mesh_frequency:
+            hz = f"{stage.gear_mesh_frequency:.5g}"
+            yield Subject({**_words(run, stage.name), "hz": hz}, (stage,))
+
+
+def sharing_stages(run: Folder) -> Iterator[Subject]:
+    """Stages whose planets share a load, by name."""
+    shared = run.datasets["transient"]["group_stage"].to_numpy()
+    for stage in run.flow.stages:
+        if stage.kind == "planetary" and stage.name in shared:
+            yield Subject(_words(run, stage.name), (stage.name,))
+
+
+def rooted_stages(run: Folder) -> Iterator[Subject]:
+    """Stages with stress in the roots of their teeth, by name."""
+    for stage in run.case.stages:
+        if root_extremes(run.datasets["equilibrium"], stage.name):
+            yield Subject(_words(run, stage.name), (stage.name,))
+
+
+def flanks(run: Folder) -> Iterator[Subject]:
+    """Modified flanks, and the title of their stage."""
+    for stage in run.case.stages:
+        view, words = run.case.view(stage.name), _words(run, stage.name)
+        paths = stage_paths(view, run.flow.stage(stage.name).gear_mesh_forces)
+        for flank in modified_flanks(view, paths):
+            more = {"part": flank.part, "flank": flank.name}
+            yield Subject(words | more, (flank, words["Stage"]))
+
+
+def tooth_sets(run: Folder) -> Iterator[Subject]:
+    """Gear meshes that carry and whose pairs have slices: stage, kind and side."""
+    equilibria = run.datasets["equilibrium"]
+    if "gear_mesh_misalignment_by_cause" not in equilibria:
+        return
+    for stage in run.case.stages:
+        for kind, side in carrying_sets(equilibria, stage.name):
+            teeth = f"{kind}_{side}".rstrip("_")
+            more = {"teeth": teeth, "teeth_words": f"{stage.name}_{teeth}".replace("_", " ")}
+            yield Subject(_words(run, stage.name) | more, (stage.name, kind, side))
+
+
+def rings(run: Folder) -> Iterator[Subject]:
+    """FE rings; prefix: of names, ring: of captions."""
+    for ring in run.rings:
+        title = f"{ring.name}: " if ring.prefix else ""
+        half = "left half: " if ring.stage.stage.double_helical else ""
+        words = {"prefix": ring.prefix, "ring": f"{title}{half}"}
+        yield Subject(_words(run, ring.name) | words, (ring,))
+
+
+def torque_drops(run: Folder) -> Iterator[Subject]:
+    """FE rings in every torque drop: ring and depth."""
+    for subject in rings(run):
+        for depth in run.summary["torque_steps"]:
+            more = {"depth": depth, "torque": with_unit(float(depth), "N m")}
+            yield Subject({**subject.words, **more}, (*subject.of, depth))
+
+
+def fields(run: Folder) -> Iterator[Subject]:
+    """Displacement fields of FE bodies: body, field, and among how many."""
+    for body, field in run.fields.items():
+        title = body.part.capitalize() + of_stage(body.stage)
+        words = {"prefix": prefix_of(body.stage), "body": body.part, "Body": title}
+        words["deformed"] = title.lower()
+        yield Subject(words, (title, field, len(run.fields)))
+
+
+def mode_fields(run: Folder) -> Iterator[Subject]:
+    """The same of bodies whose modes were kept, which earlier runs did not."""
+    return (x for x in fields(run) if x.of[1].sizes.get("mode", 0))
+
+
+def _words(run: Folder, stage: str) -> dict[str, str]:
+    plain = stage.replace("_", " ")
+    return {
+        "stage": stage,
+        "Stage": plain.capitalize(),
+        "plain": plain,
+        "of": of_stage(stage),
+        "window": _window(run),
+    }
+
+
+def _window(run: Folder) -> str:
+    """Part of the transient that figures are of; empty of a case without a run."""
+    transient = run.datasets.get("transient")
+    return "" if transient is None else window_words(window_of(transient).figures)

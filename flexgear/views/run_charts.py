@@ -1,0 +1,370 @@
+"""Every picture of a run: name, place in the report, caption, sentence, and what draws it.
+
+``RUN_CHARTS`` is in the order of the report. A new picture is one entry.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from flexgear.gears.geometry import stage_geometry
+from flexgear.gears.stage_flow import StageFlow
+from flexgear.model.errors import FlexgearError
+from flexgear.results.pieces import between
+from flexgear.results.report.wording import with_unit
+from flexgear.results.run_folder import RingFolder
+from flexgear.results.settling import settled
+from flexgear.results.spectrum import force_spectra
+from flexgear.results.stage_part import with_spread
+from flexgear.results.tooth_pattern import ToothPattern, gear_pattern, planet_pattern
+from flexgear.views import chart as each
+from flexgear.views import (
+    charts,
+    displacements,
+    face_load_charts,
+    gear_mesh_charts,
+    histories,
+    loads,
+    sharing_charts,
+    star,
+    style,
+)
+from flexgear.views.campbell_chart import campbell_chart
+from flexgear.views.chart import Chart, Drawing, NotDrawn, Subjects
+from flexgear.views.flank_drawing import flank_drawing
+from flexgear.views.gauge_chart import gauges_chart
+from flexgear.views.mode_charts import modes_chart
+from flexgear.views.pattern_charts import tooth_rows_chart
+from flexgear.views.root_stress_chart import root_stress_chart
+from flexgear.views.select import thinned
+from flexgear.views.spectrum_chart import spectrum_chart
+from flexgear.views.stage_drawing import front_drawing, section_drawing
+
+DPI = 150  # of pictures, which are as wide as a page
+MOST_SHOWN = 4000  # samples of a transient in a picture
+MOST_READ = 1_000_000  # samples of a transient that a picture reads, the last ones
+MOST_OF_DROP = 50_000  # samples of a torque drop in a picture
+CYCLES_SHOWN = 12  # gear-mesh cycles of a stage in its close-up
+TEETH_SHOWN = 5  # tooth pitches in a picture of pair loads
+
+SHARES = "Each planet's share times the number of planets: 1 is an even share."
+ENLARGED = "Displacements are drawn larger as stated"
+MOVE = "How far bodies move from where they would be without load."
+NODE = "How a tooth of the ring moves while the planets pass it."
+PAIRS = (
+    "Each line is one tooth pair from its entry to its exit; the dashed line is what a split by "
+    "stiffness alone would give it."
+)
+ROWS = (
+    "One flank a tooth, face across and diameter upwards: the largest line load that each place "
+    "sees in all positions; white is what no loaded line came across."
+)
+
+
+def _forces(data: xr.Dataset, stage: StageFlow) -> Any:
+    """Gear-mesh forces of a stage in its last cycles."""
+    end = float(data.variables["time"][-1])
+    near = between(data, end - CYCLES_SHOWN / stage.gear_mesh_frequency)
+    return sharing_charts.gear_mesh_forces(_gear_meshes(near, stage.name))
+
+
+def _gear_meshes(data: xr.Dataset, stage: str) -> xr.Dataset:
+    """The gear meshes of one stage."""
+    return data.isel(gear_mesh=np.flatnonzero(data["stage"].to_numpy() == stage))
+
+
+def _spectrum(data: xr.Dataset, stage: StageFlow) -> Any:
+    """Spectra of a stage's gear-mesh forces in the settled part of a run."""
+    return spectrum_chart(force_spectra(settled(data), stage.name, stage.gear_mesh_frequency))
+
+
+def _sharing(data: xr.Dataset, stage: str) -> Any:
+    """Load sharing of a stage in the settled window."""
+    settled_part = _gear_meshes(settled(data, MOST_READ), stage)
+    return sharing_charts.sharing_chart(settled_part[["planet_load_factor"]].load())
+
+
+def _displacements(data: xr.Dataset) -> Any:
+    """How central members move in the settled window."""
+    rest = settled(data, MOST_READ)[["body_displacement"]].sel(dof=["ux", "uy"])
+    return sharing_charts.displacements_chart(rest.load())
+
+
+def _gauges(data: xr.Dataset) -> Any:
+    """Gauges in the settled window, of as many samples as a picture can show."""
+    rest = settled(data)
+    step = max(1, rest.sizes["time"] // MOST_SHOWN)
+    return gauges_chart(rest.isel(time=slice(None, None, step)))
+
+
+def _outline(ring: RingFolder) -> star.StageOutline:
+    """Circles that stand for the gears."""
+    g = stage_geometry(ring.run.case.view(ring.name))
+    fe_carrier = ring.stage.stage.form("carrier") == "fe"
+    return star.StageOutline(
+        ring_radius=g.ring.reference_radius,
+        sun_radius=g.sun.reference_radius,
+        planet_radius=g.planet.reference_radius,
+        center_distance=g.center_distance,
+        planet_angles=tuple(ring.stage.stage.planet_angles),
+        pin_radius=ring.stage.carrier.pin_diameter / 2 if fe_carrier else None,
+    )
+
+
+def _two_positions(ring: RingFolder) -> tuple[xr.DataArray, Any, star.StageOutline]:
+    """Teeth of a ring in equilibrium with a planet above the first one, and between two planets."""
+    angles = ring.equilibria["carrier_angle"].to_numpy()
+    wanted = (0.0, np.pi / ring.stage.stage.planets)
+    two = ring.equilibria.isel(position=[int(np.argmin(np.abs(angles - a))) for a in wanted])
+    return two["tooth_displacement"], two["carrier_angle"].to_numpy(), _outline(ring)
+
+
+def _harmonics(ring: RingFolder) -> Any:
+    """Radial harmonics of the summary."""
+    orders = [1e-6 * v for v in ring.figures["radial_harmonics_um"]]
+    return charts.radial_harmonics(orders, ring.stage.stage.planets)
+
+
+def _first(ring: RingFolder) -> xr.Dataset:
+    """The settled part of the run of the case as it is."""
+    return next(iter(ring.steady.values()))
+
+
+def _pair_loads(ring: RingFolder, gear: str) -> Any:
+    """Loads of the tooth pairs of planet 1 over a few pitches, in the middle of the run."""
+    name, first = next(iter(ring.steady.items()))
+    angle = float(first["carrier_angle"][first.sizes["time"] // 2])
+    close = (angle, angle + TEETH_SHOWN * 2 * np.pi / ring.stage.ring_gear.teeth)
+    return loads.pair_loads(ring.steady, gear, window=close, split=name)
+
+
+def _drop(ring: RingFolder, depth: str) -> dict[str, xr.Dataset]:
+    """Runs of a torque drop by variant, of as many samples as a picture can show."""
+    parts = ring.runs(f"torque_step_{depth}")
+    return {n: with_spread(thinned(part, MOST_OF_DROP)) for n, part in parts.items()}
+
+
+def _energy(data: xr.Dataset, *_: Any) -> Any:
+    return charts.energy_balance(thinned(data, MOST_OF_DROP))
+
+
+def _animation(ring: RingFolder) -> Drawing:
+    """The star turning with the carrier until planets stand alike, which closes the loop."""
+    from flexgear.views.animation import animate_star
+    from flexgear.views.scenes import star_scene
+
+    angles = ring.equilibria["carrier_angle"].to_numpy()
+    loop = np.flatnonzero(angles < ring.stage.stage.planet_period - 1e-9)
+    shape, outline = ring.equilibria["tooth_displacement"][loop], _outline(ring)
+
+    write = partial(animate_star, shape, angles[loop], outline, dpi=90, frames_per_second=12)
+    return Drawing(write, star_scene(shape.to_numpy(), angles[loop], outline))
+
+
+def _deformed(body: str, field: xr.Dataset, bodies: int) -> Drawing:
+    """3D render of a deformed body."""
+    from flexgear.views.scenes import body_scene, triangles_of_each
+
+    points, cells, shape = (field[n].to_numpy() for n in ("point", "cell", "displacement"))
+    torque = field.attrs["input_torque"]
+    unit, factor = style.unit_of_torque(torque)
+    title = f"{body}, equilibrium at {torque * factor:g} {unit}"
+    stress = field["von_mises_stress"].to_numpy() if "von_mises_stress" in field else None
+    scene = body_scene(points, cells, shape, stress, triangles_of_each(bodies)[0])
+    return _rendered(scene, points, cells, shape, title=title)
+
+
+def _mode_shapes(body: str, field: xr.Dataset, bodies: int) -> Drawing:
+    """Lowest natural modes of a body: the first in the picture, all of them on the screen."""
+    from flexgear.views.scenes import mode_scene, triangles_of_each
+
+    points, cells, shapes = (field[n].to_numpy() for n in ("point", "cell", "mode_displacement"))
+    labels = [
+        f"mode {int(mode)}, {with_unit(float(hz), 'Hz')}"
+        for mode, hz in zip(field["mode"], field["frequency"], strict=True)
+    ]
+    scene = mode_scene(points, cells, shapes, labels, triangles_of_each(bodies)[1])
+    title = f"{body} in {labels[0]}"
+    return _rendered(scene, points, cells, shapes[0], title=title, relative=True)
+
+
+def _rendered(scene: Sequence[Mapping[str, Any]], *shape: Any, **options: Any) -> Drawing:
+    """A render, beside its scene on a screen; NotDrawn where this machine cannot render."""
+    from flexgear.views.probe import require_rendering
+    from flexgear.views.render import render_deformed
+
+    try:
+        require_rendering()
+    except FlexgearError as error:
+        raise NotDrawn(f"no 3D renders: {error}") from None
+    return Drawing(partial(style.save_figure, render_deformed(*shape, **options), dpi=DPI), scene)
+
+
+def _rows(pattern: Callable[..., ToothPattern], data: xr.Dataset, *teeth: str) -> Any:
+    return tooth_rows_chart(pattern(data, *teeth))
+
+
+FLANK = Chart(
+    "flank_{stage}_{part}_{flank}", "geometry", "{Stage}: modified {part} flank, {flank}",
+    "Material missing on a flank, normal to it in the transverse section.", flank_drawing,
+)  # fmt: skip
+RUN_CHARTS: Sequence[tuple[Subjects, Sequence[Chart]]] = (
+    (each.stage_views, (
+        Chart("drawing_front_{stage}", "geometry", "{Stage} to scale, front",
+            "Gears and what holds them to scale, seen along the axis: teeth, bolts, pins and bores "
+            "as the case gives them.", front_drawing),
+        Chart("drawing_section_{stage}", "geometry", "{Stage} to scale, section",
+            "The upper half of the stage cut along its axis, to scale.", section_drawing),
+    )),
+    (each.flanks, (FLANK,)),
+    (each.rings, (
+        Chart("{prefix}ring_star", "deflections",
+            "{ring}Ring at two carrier angles, equilibrium without errors",
+            "The ring bends into a star with a point at each planet, which turns with the carrier. "
+            f"{ENLARGED}.", lambda ring: star.ring_star(*_two_positions(ring))),
+        Chart("{prefix}ring_profile", "deflections",
+            "{ring}Radial displacement of the tooth nodes",
+            "Outward displacement round the ring, by angle.",
+            lambda ring: star.radial_profile(*_two_positions(ring))),
+        Chart("{prefix}radial_harmonics", "deflections",
+            "{ring}Radial harmonics of the ring at rated torque",
+            "The ring's shape taken apart into waves round the circle; with equal planets only "
+            "multiples of their number may be there.", _harmonics),
+        Chart("{prefix}tooth_node_1", "deflections",
+            "{ring}Displacement of ring tooth node 1, {window}", NODE,
+            lambda ring: displacements.tooth_node_displacement(ring.steady)),
+        Chart("{prefix}tooth_displacement_map", "deflections",
+            "{ring}x displacement of all tooth nodes, {window}", NODE,
+            lambda ring: displacements.tooth_displacement_map(_first(ring))),
+        Chart("{prefix}ring_tooth_loads", "meshes", "{ring}Load of the ring's tooth pairs, "
+            f"{TEETH_SHOWN} pitches; dashed: by stiffness alone", PAIRS,
+            lambda ring: _pair_loads(ring, "ring")),
+        Chart("{prefix}sun_tooth_loads", "meshes", "{ring}Load of the sun's tooth pairs, "
+            f"{TEETH_SHOWN} pitches; dashed: by stiffness alone", PAIRS,
+            lambda ring: _pair_loads(ring, "sun")),
+        Chart("{prefix}engagement_map", "meshes",
+            "{ring}Engaged ring teeth and their pair stiffness, {window}",
+            "Which teeth of the ring are in contact as the carrier turns.",
+            lambda ring: loads.engagement_map(_first(ring))),
+        Chart("{prefix}sun_displacement", "deflections",
+            "{ring}Displacement of the sun, axes of the carrier, {window}", MOVE,
+            lambda ring: displacements.sun_displacement(ring.steady)),
+        Chart("{prefix}planet_displacement", "deflections",
+            "{ring}Displacement of planet 1, its own axes, {window}", MOVE,
+            lambda ring: displacements.planet_displacement(ring.steady)),
+        Chart("{prefix}load_sharing", "sharing", "{ring}Load sharing in time, {window}", SHARES,
+            lambda ring: histories.load_sharing(ring.steady)),
+    )),
+    (each.torque_drops, (
+        Chart("{prefix}torque_step_{depth}", "dynamics", "{ring}Torque drop to {torque}",
+            "How the load sharing answers a sudden change of the torque.",
+            lambda *drop: histories.torque_drop(_drop(*drop))),
+        Chart("{prefix}torque_step_{depth}_speed", "dynamics",
+            "{ring}Carrier speed, torque drop to {torque}",
+            "The carrier slows down as the torque changes, and settles again.",
+            lambda *drop: histories.carrier_speed(_drop(*drop))),
+        Chart("{prefix}torque_step_{depth}_energy", "dynamics",
+            "{ring}Energy balance, torque drop to {torque}",
+            "Work that goes in, and where it goes; the rest is error of the time steps.",
+            _energy, "torque_step_{depth}", "energy_kinetic"),
+    )),
+    (each.trains, (
+        Chart("power_flow", "power", "Speeds, torques and powers of the members",
+            "Power that enters is above zero, power that leaves below.",
+            sharing_charts.power_flow_chart),
+    )),
+    (each.runs, (
+        Chart("modes", "modes", "Natural modes by type and energy",
+            "Each mode by its frequency, and what share of its energy lies where.",
+            modes_chart, "modes"),
+        Chart("campbell", "modes", "Frequencies over speed, and what excites them",
+            "Frequencies over speed and what excites them. Equal planets excite only modes of the "
+            "colour of the order; the others take errors.", campbell_chart, "campbell"),
+        Chart("face_line_load", "face",
+            "Load along the face of every gear mesh, in the mean of the positions",
+            "What all pairs of a gear mesh carry together at one place of the face; K_Hβ is the "
+            "largest over the mean (ISO 6336-1).",
+            face_load_charts.along_face_chart, "equilibrium", "face_line_load"),
+        Chart("face_contact_pattern", "face",
+            "Contact pattern: largest line load over path and face",
+            "Where flanks touch, and how hard at most: load that leans to one end of the face "
+            "tells of tilt or twist.",
+            face_load_charts.contact_pattern, "equilibrium", "face_line_load"),
+        Chart("face_misalignment", "face", "Misalignment of every gear mesh by what causes it",
+            "How much closer flanks come at the +z end of the face than at the other, by the body "
+            "or bearing whose tilt it is; lines go from least to largest.",
+            face_load_charts.misalignment_chart, "equilibrium", "gear_mesh_misalignment_by_cause"),
+        Chart("transient_displacements", "deflections",
+            "Displacement of central members in time, {window}", MOVE, _displacements, "transient"),
+        Chart("equilibrium_gauges", "dynamics", "Strain of the gauges, equilibria", "",
+            gauges_chart, "equilibrium", "gauge_strain"),
+        Chart("transient_gauges", "dynamics", "Strain of the gauges in time, {window}", "",
+            _gauges, "transient", "gauge_strain"),
+    )),
+    (each.tooth_sets, (
+        Chart("face_rows_{stage}_{teeth}", "face",
+            "Contact pattern of {teeth_words}, tooth by tooth, with all planets", ROWS,
+            partial(_rows, gear_pattern), "equilibrium"),
+        Chart("face_rows_{stage}_planet_{teeth}", "face",
+            "Contact pattern of planet 1 with {teeth_words}, tooth by tooth", ROWS,
+            partial(_rows, planet_pattern), "equilibrium"),
+    )),
+    (each.rooted_stages, (
+        Chart("root_stress_{stage}", "face",
+            "Root stress of {plain} over the positions and along the face (thin: fillets on the "
+            "other side of the teeth)",
+            "Stress in the fillets at the roots of the teeth. Left: over a turn, in the roots that "
+            "carry with planet 1; right: along the face where it is largest. Above zero a fillet "
+            "is stretched, where cracks grow; thin lines below: the fillets that are pressed.",
+            root_stress_chart, "equilibrium"),
+    )),
+    (each.stages, (
+        Chart("face_transmission_error_{stage}", "face",
+            "Transmission error{of}, planet 1, over a gear-mesh cycle without errors",
+            "How far the gears stay behind where they would be if they were rigid and perfect; its "
+            "swing is what is heard, order by order. Unloaded: by ground flanks alone.",
+            gear_mesh_charts.transmission_error_chart, "gear_mesh_cycles_{stage}"),
+        Chart("face_stiffness_{stage}", "face",
+            "Stiffness of the gear meshes{of} over a cycle",
+            "Slope of the force as all tooth pairs close alike, under load: of the teeth, without "
+            "gear bodies.", gear_mesh_charts.stiffness_chart, "gear_mesh_cycles_{stage}"),
+        Chart("sharing_{stage}", "sharing", "Load sharing{of}, quasi-static, over one turn", SHARES,
+            sharing_charts.sharing_chart, "sharing_{stage}"),
+    )),
+    (each.turning_stages, (
+        Chart("transient_forces_{stage}", "meshes",
+            "Gear-mesh forces{of} in time, the last " f"{CYCLES_SHOWN} gear-mesh cycles",
+            "Normal force of every gear mesh; equal lines share the load.",
+            _forces, "transient"),
+        Chart("spectrum_{stage}", "dynamics",
+            "Spectrum of the gear-mesh forces{of}, planet 1, gear-mesh frequency {hz} Hz, {window}",
+            "Amplitudes of the gear-mesh force by frequency in orders of the gear mesh; sidebands "
+            "stand beside an order by whole turns of the carrier.", _spectrum, "transient"),
+    )),
+    (each.sharing_stages, (
+        Chart("transient_sharing_{stage}", "sharing", "Load sharing{of} in time, {window}", SHARES,
+            _sharing, "transient"),
+    )),
+    (each.fields, (
+        Chart("{prefix}{body}_3d", "deflections", "Deformed {deformed}, exaggerated as stated",
+            "Turn it with the mouse or a finger; colour is the size of the displacement, the shape "
+            "is drawn larger as stated.", _deformed, slow=True),
+    )),
+    (each.mode_fields, (
+        Chart("{prefix}{body}_mode_shapes", "modes",
+            "{Body} in the lowest natural modes that move it",
+            "Choose a mode, let it swing, turn it; colour is the displacement in per cent of the "
+            "largest. A mode has no size of its own, so it is drawn to be seen.",
+            _mode_shapes, slow=True),
+    )),
+    (each.rings, (
+        Chart("{prefix}ring_star_turning", "deflections", "The star turns with the carrier",
+            "One planet spacing of the carrier: press to turn. " f"{ENLARGED}; gears are shown "
+            "undeformed.", _animation, slow=True, suffix=".gif"),
+    )),
+)  # fmt: skip
