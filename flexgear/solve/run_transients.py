@@ -98,18 +98,20 @@ def _has_drops(model: Model) -> bool:
 
 
 def _jobs(models: Mapping[str, Model], progress: Progress) -> dict[Any, tuple[str, Job]]:
-    """Files and runs, those of the case as it is first."""
+    """Files and runs, the longest first, so that no thread is idle for long at the end: steady
+    running of every variant, then torque drops, those of the case as it is first."""
     jobs: dict[Any, tuple[str, Job]] = {}
     as_it_is = next(iter(models))
     for label, model in models.items():
-        case = model.case
         if label == as_it_is or not is_static(model):
+            flexible = label == as_it_is and bool(model.case.flexible_stages)
             job = partial(
                 _steady, model, progress=progress, label=f"transient, {label}",
-                energy=label == as_it_is and bool(case.flexible_stages) and not _has_drops(model),
+                energy=flexible and not _has_drops(model),
             )  # fmt: skip
             jobs[label] = (dataset_name("transient", model), job)
-        for torque in () if model.ideal else case.drive.steps.torques:
+    for label, model in models.items():
+        for torque in () if model.ideal else model.case.drive.steps.torques:
             job = partial(
                 _drop, model, torque, energy=label == as_it_is, progress=progress,
                 label=f"torque drop to {depth_name(torque)}, {label}",

@@ -18,9 +18,9 @@ from numpy.typing import NDArray
 from flexgear.analysis.kernels.vectors import (
     SIMD,
     add_six,
-    dot,
     fill,
     padded,
+    two_dots,
 )
 from flexgear.compiled import FAST, INNER, PART, njit
 
@@ -61,6 +61,7 @@ class DofVectors(NamedTuple):
 
     free: Array  # motion without contact forces
     free_rate: Array
+    given: Array  # G f of given torques
     force: Array
     motion: Array
     before: Array  # motion at the last step, for the account of energy
@@ -211,9 +212,9 @@ def reach_of(reach, d, count, head, since):
 
 
 @njit(**INNER)
-def add_residual(active, level, force, image, out):
-    """out += R f at the active dofs, six at once; behind these there are no forces. image (≥ 2 C,)
-    gets G f and R f."""
+def apply_receptance(active, level, force, image):
+    """G f and R f (≥ 2 C,), side by side, of forces on the active dofs, six at once; behind these
+    there are no forces."""
     dofs, head, table = active.counts[0].dofs, active.counts[0].head, active.receptance[level]
     fill(image[: padded(2 * dofs)], 0.0)
     fill(force[dofs : dofs + AT_ONCE], 0.0)
@@ -224,14 +225,32 @@ def add_residual(active, level, force, image, out):
         if total != 0.0:
             low, high = reach_of(active.reach, d, 6, head, 0)
             add_six(image[low : padded(high)], six, table[d : d + 6], low)
-    for d in range(dofs):
+
+
+@njit(**INNER)
+def add_residual(active, level, force, image, out):
+    """out += R f at the active dofs; image: see ``apply_receptance``."""
+    apply_receptance(active, level, force, image)
+    for d in range(active.counts[0].dofs):
         out[d] += image[2 * d + 1]
 
 
 @njit(**INNER)
-def channel_motion(channels, active, c, eta, force):
-    """Φη + R f of any channel c."""
-    total = dot(eta, channels.modes[c])
+def channel_motion(channels, active, c, eta, rate, force):
+    """Φη + R f of any channel c, and Φη̇."""
+    modes = channels.modes[c]
+    motion, speed = two_dots(modes[: eta.shape[0]], eta, rate)
     for d in range(active.counts[0].dofs):
-        total += channels.residual[c, active.channel[d]] * force[d]
-    return total
+        motion += channels.residual[c, active.channel[d]] * force[d]
+    return motion, speed
+
+
+@njit(**INNER)
+def dof_motion(active, level, d, eta, rate, force):
+    """The same of the active dof d."""
+    first, stop = active.span[d, 0], active.span[d, 1]
+    modes, entries = active.modes[d, first:stop], active.receptance[level, d]
+    motion, speed = two_dots(modes, eta[first:stop], rate[first:stop])
+    for e in range(active.reach[d, 0] // 2, active.reach[d, 1] // 2):
+        motion += entries[2 * e + 1] * force[e]
+    return motion, speed

@@ -12,8 +12,9 @@ from __future__ import annotations
 
 import math
 
-from flexgear.analysis.kernels.active_dofs import channel_motion
-from flexgear.analysis.kernels.vectors import dot
+import numpy as np
+
+from flexgear.analysis.kernels.active_dofs import channel_motion, dof_motion
 from flexgear.compiled import INNER, PART, njit
 
 GAP = 0.3  # of the backlash: what else than the look may close until the next one
@@ -89,31 +90,28 @@ def look_at_rest(gears, rows, pairs, theta, motion, m, active_flanks):
 
 
 @njit(**PART)
-def _radial_approach(data, work, m, r):
+def _radial_approach(data, work, level, m, r):
     """Approach of gear mesh m along its line of centres, and its rate, at the new motion."""
     channels, active, rows, modes = data.channels, work.active, work.rows, work.modes
     counts, gears, theta = active.counts[0], data.elements.gears, modes.theta
     meshes = gears.mesh
     force, eta, rate = work.dofs.force, modes.free, modes.free_rate
     line = 6 * counts.blocks + counts.ports + 2 * meshes.shape[0] + m
-    radial = channel_motion(channels, active, line, eta, force)
-    nearing = dot(rate, channels.modes[line])
+    radial, nearing = channel_motion(channels, active, line, eta, rate, force)
     if rows.row[r].beyond < rows.row[r].width:
-        c, place = 6 * rows.blocks[r, 1], gears.tooth_position[rows.blocks[r, 1]]
-        x = channel_motion(channels, active, c, eta, force)
-        y = channel_motion(channels, active, c + 1, eta, force)
-        turned = channel_motion(channels, active, c + 5, eta, force)
+        d, place = np.int64(rows.place[r, 1]), gears.tooth_position[rows.blocks[r, 1]]
+        x, x_speed = dof_motion(active, level, d, eta, rate, force)
+        y, y_speed = dof_motion(active, level, d + 1, eta, rate, force)
+        turned, turning = dof_motion(active, level, d + 5, eta, rate, force)
         x, y = _beside_rotation(x, y, turned, place)
         radial += _gear_approach(meshes[m], theta, x, y)
-        x, y = dot(rate, channels.modes[c]), dot(rate, channels.modes[c + 1])
-        turned = dot(rate, channels.modes[c + 5])
-        x, y = _beside_rotation(x, y, turned, place)
+        x, y = _beside_rotation(x_speed, y_speed, turning, place)
         nearing += _gear_approach(meshes[m], theta, x, y)
     return radial, nearing
 
 
 @njit(**INNER)
-def look_after_step(data, work, pairs, ahead, active_flanks):
+def look_after_step(data, work, level, pairs, ahead, active_flanks):
     """The same after a step, at its new motion; ahead: time until the next look, s.
 
     Returns the fewest margins that any gap has: at two, half as many looks are as safe.
@@ -130,7 +128,7 @@ def look_after_step(data, work, pairs, ahead, active_flanks):
             fewest = 0.0
             continue
         r, far = rows.pair[best].row, rows.pair[best].row + rows.pair[best].rows - 1
-        radial, nearing = _radial_approach(data, work, m, r)
+        radial, nearing = _radial_approach(data, work, level, m, r)
         delta = 0.5 * (motion[0, r] + motion[0, far] - rows.row[r].offset - rows.row[far].offset)
         approach = 0.5 * (motion[1, r] + motion[1, far])
         speed[m] = max(abs(2.0 * nearing - approach), LATE * speed[m])

@@ -24,6 +24,7 @@ import numpy as np
 
 from flexgear.analysis.kernels.active_dofs import (
     add_residual,
+    apply_receptance,
     gather,
     gather_receptance,
     modal_forces,
@@ -125,6 +126,8 @@ def _contact(laws, data, level, n, count, state, work):
     fill(dofs.force[: active.counts[0].dofs], 0.0)
     put(dofs.force, port_forces)
     add_residual(active, level, dofs.force, dofs.image, dofs.free)
+    for d in range(active.counts[0].dofs):
+        dofs.given[d] = dofs.image[2 * d]
     for i in range(total):
         problem.free[0, i] = rows.row[i].offset + row_value(rows, i, dofs.free)
         problem.free[1, i] = row_value(rows, i, dofs.free_rate)
@@ -184,7 +187,8 @@ def _advance_motion(h, machines, n_rows, work, state):
 
 @njit(**PART)
 def _book(laws, data, level, n, count, state, work, ledger):
-    """Energies of a step that stands."""
+    """Energies of a step that stands. Forces f beside given torques t move what the prediction
+    left at Φη* + R t on to Φη + R (f + t) = Φη* + R t + G f."""
     active, dofs, modes, modal, force = work.active, work.dofs, work.modes, data.modal, ledger.force
     many = active.counts[0].dofs
     if active.counts[0].fresh == 1:
@@ -192,8 +196,9 @@ def _book(laws, data, level, n, count, state, work, ledger):
         active.counts[0].fresh = 0
     else:
         put(dofs.before, dofs.motion[:many])
-    motions(active, modes.free, modes.free, dofs.motion, dofs.motion)
-    add_residual(active, level, dofs.force, dofs.image, dofs.motion)
+    apply_receptance(active, level, dofs.force, dofs.image)
+    for d in range(many):
+        dofs.motion[d] = dofs.free[d] + dofs.image[2 * d] - dofs.given[d]
     settle(laws, modal, count, n, state, work, ledger)
     fill(force, 0.0)
     for d in range(many):
@@ -266,7 +271,7 @@ def advance(data, laws, prescribed, first, state, space, samples, control):
             now = first + tick
             if now % LOOK == 0 and now >= counts.next_look:
                 ahead = 2 * LOOK * sizes[0] + h
-                margins = look_after_step(data, work, pairs, ahead, state.active_flanks)
+                margins = look_after_step(data, work, level, pairs, ahead, state.active_flanks)
                 counts.next_look = now + 2 * LOOK if margins > 2.0 else 0
         if tracked:
             _book(laws, data, level, n, count, state, work, ledger)

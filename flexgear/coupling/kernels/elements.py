@@ -62,7 +62,7 @@ ROW = _record(
     "kind owner sided width line beyond after following dof since",
     "along stiffness damping offset",
 )
-PAIR = _record("row rows mesh slot tooth planet_tooth index", "stiffness share s z error")
+PAIR = _record("row rows mesh slot tooth planet_tooth place", "stiffness share s z error")
 ELEMENT = _record("law first rows place", "")
 
 

@@ -108,10 +108,12 @@ def _find_pairs(gears, m, theta, pairs, p):
     base = mesh.s0 + mesh.rate * theta[mesh.angle]
     common = common_error(mesh, gears.runout[m], theta, base)
     low, high = _first_and_last(mesh, base)
-    # whole divisions are slow: only of the tooth before the first
+    # whole divisions are slow: only of the pair before the first
+    place = (low - 1) % mesh.places
     tooth = (mesh.gear_tooth0 + mesh.gear_step * (low - 1)) % mesh.gear_teeth
     other = (mesh.planet_tooth0 + mesh.planet_step * (low - 1)) % mesh.planet_teeth
     for k in range(low, high + 1):
+        place = _wrapped(place + 1, mesh.places)
         tooth = _wrapped(tooth + mesh.gear_step, mesh.gear_teeth)
         other = _wrapped(other + mesh.planet_step, mesh.planet_teeth)
         s, z, gap = base + k * mesh.pitch, 0.0, 0.0
@@ -129,7 +131,7 @@ def _find_pairs(gears, m, theta, pairs, p):
         if not touches:
             continue
         pair = pairs[p]
-        pair.mesh, pair.slot, pair.index = m, k % mesh.slots, k
+        pair.mesh, pair.place, pair.slot = m, place, _wrapped(place - mesh.slots, mesh.slots)
         pair.tooth, pair.planet_tooth = tooth, other
         pair.stiffness, pair.s, pair.z, pair.share = stiffness, s, z, 1.0
         tooth_error = gears.gear_error[m, tooth] + gears.planet_error[m, other]
@@ -256,7 +258,7 @@ def _slices_of_pair(gears, m, turn, rows, n, e, q):
     parameters[RELAXATION] = mesh.damping / math.sqrt(whole)
     element.law = COUPLED_SLICES_LAW if mesh.bent == 1 else SLICES_LAW
     element.first, element.rows = n, 2
-    element.place = mesh.places * m + pair.index % mesh.places
+    element.place = mesh.places * m + pair.place
     return rows.yields[n, 0] != 0.0
 
 
@@ -286,7 +288,7 @@ def _rows_of_pairs(gears, m, theta, rows, counts, span):
         element.first, element.rows = count, 1
         element.place = mesh.places * m
         if mesh.model == PER_PAIR:
-            element.place += rows.pair[first].index % mesh.places
+            element.place += rows.pair[first].place
         rows.parameters[made, 0], rows.parameters[made, 1] = row.stiffness, row.damping
         count, made, first = count + 1, made + 1, after
     return count, made
