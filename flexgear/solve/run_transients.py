@@ -1,7 +1,8 @@
 """The transients of the whole job: in threads, while other analyses of the case go on.
 
 Runs of different variants share nothing but constant data; the compiled time step and products of
-matrices let go of the interpreter lock.
+matrices let go of the interpreter lock. The other analyses count as one of those that work at a
+time: three threads on two cores take longer than two.
 """
 
 from __future__ import annotations
@@ -44,7 +45,7 @@ def transients(
     models: Mapping[str, Model], progress: Progress, workers: int, place: Path | None
 ) -> Iterator[Callable[[], Ended]]:
     """Begin a transient of each variant in which anything moves, and the torque drops of those with
-    errors, ``workers`` at a time; yields what waits for all of them.
+    errors, ``workers`` at a time, the caller being one until it waits; yields what waits for all.
 
     place: see ``shelved``. They end when the block fails, or they do.
     """
@@ -57,22 +58,27 @@ def transients(
 
     jobs = _jobs(models, watched)
     first = next(iter(models.values()))
+    at_work = threading.Semaphore(max(1, workers - 1))
     with ThreadPoolExecutor(max_workers=workers) as pool:
         try:
             compiled = pool.submit(compile_transient, first, energy=_has_drops(first))
             waiting = {
-                key: pool.submit(_begun, compiled, place, name, job)
+                key: pool.submit(_begun, compiled, at_work, place, name, job)
                 for key, (name, job) in jobs.items()
             }
-            yield partial(_done, first.case, waiting)
+            yield partial(_done, first.case, waiting, at_work)
         except BaseException:
             stop.set()
+            at_work.release()
             pool.shutdown(wait=True, cancel_futures=True)
             raise
 
 
-def _done(case: Case, waiting: Mapping[Any, Future[TimedRun]]) -> Ended:
+def _done(
+    case: Case, waiting: Mapping[Any, Future[TimedRun]], at_work: threading.Semaphore
+) -> Ended:
     """Figures of a torque drop are taken while later runs still go on."""
+    at_work.release()
     runs, drops, figures = Runs(), Drops(), dict[str, dict[str, Any]]()
     for key, future in waiting.items():
         if isinstance(key, str):
@@ -87,10 +93,17 @@ def _done(case: Case, waiting: Mapping[Any, Future[TimedRun]]) -> Ended:
 Job = Callable[[DatasetSink | None], TimedRun]
 
 
-def _begun(compiled: Future[None], place: Path | None, name: str, job: Job) -> TimedRun:
-    """A run, once the loops of all of them are compiled."""
+def _begun(
+    compiled: Future[None],
+    at_work: threading.Semaphore,
+    place: Path | None,
+    name: str,
+    job: Job,
+) -> TimedRun:
+    """A run, once the loops of all of them are compiled and one more may work."""
     compiled.result()
-    return shelved(place, name, job)
+    with at_work:
+        return shelved(place, name, job)
 
 
 def _has_drops(model: Model) -> bool:
