@@ -21,7 +21,7 @@ def page() -> str:
         ("Variables", ("variable", "axes", "unit", "meaning"),
          map(_variable, RESULT_QUANTITIES.items())),
         ("Coordinates", ("coordinate", "unit", "meaning"),
-         ((n, *about) for n, about in RESULT_COORDINATES.items())),
+         ((n, *about[:2]) for n, about in RESULT_COORDINATES.items())),
         ("Keys of `summary.json`", ("key", "unit", "meaning"), (key[:3] for key in KEYS)),
         ("Headlines", ("headline", "unit", "meaning", "allowable"),
          ((h.name, h.unit, h.meaning, h.allowable) for h in HEADLINES)),

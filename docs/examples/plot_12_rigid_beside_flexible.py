@@ -16,7 +16,8 @@ angles = np.linspace(0.0, np.radians(10.0), 21)  # two tooth pitches of the ring
 figure, axes = plt.subplots(layout="constrained")
 for name, rigid in (("flexible", []), ("rigid ring", ["ring"]), ("all rigid", ["all"])):
     data = fg.stage_part(fg.static(fg.assemble(case, rigid=rigid), angles), "stage")
-    loads = data.ring_pair_load.max(["planet", "slot"])
+    ring = data.isel(flank=data.flank_kind.values == "ring")
+    loads = ring.pair_load.max(["flank", "slot"])
     axes.plot(np.degrees(angles), loads, label=name)
     print(f"{name}: {loads.max().item():.0f} N on the most loaded ring tooth")
 axes.set(xlabel="carrier (°)", ylabel="load of the most loaded ring tooth (N)")

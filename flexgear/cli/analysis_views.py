@@ -23,7 +23,7 @@ from flexgear.results.harmonics import radial_harmonics, star_angle
 from flexgear.results.report.sharing import DEFINITION
 from flexgear.results.report.wording import titled_by_stage, window_words, with_unit, words
 from flexgear.results.sinks import Ranges
-from flexgear.results.stage_part import stage_part, with_spread
+from flexgear.results.stage_part import ring_force_spread, ring_sharing, stage_part
 from flexgear.results.summary import displacement_summary, stage_histories
 from flexgear.solve.campbell import IDEAL, crossing_rows
 from flexgear.solve.excitation import LEAST
@@ -62,7 +62,7 @@ class Shown:
 def equilibrium_figures(model: Model, data: xr.Dataset) -> dict[str, Any]:
     """Figures of one position (a dataset with that position alone)."""
     rings = {
-        stage: _ring_figures(with_spread(stage_part(data, stage)), inside.stage.planets)
+        stage: _ring_figures(stage_part(data, stage), inside.stage.planets)
         for stage, inside in model.case.fe_ring_stages.items()
     }
     return {**rings, **position_figures(model, data.isel(position=0))}
@@ -70,12 +70,12 @@ def equilibrium_figures(model: Model, data: xr.Dataset) -> dict[str, Any]:
 
 def _ring_figures(part: xr.Dataset, planets: int) -> dict[str, Any]:
     """Figures of one position of a flexible stage."""
-    data = part.isel(position=0)
-    star = radial_harmonics(data["tooth_displacement"].to_numpy())
-    largest = np.abs(data["tooth_displacement"].to_numpy()).max(axis=0)
+    displacement = part["tooth_displacement"].isel(position=0).to_numpy()
+    star = radial_harmonics(displacement)
+    largest = np.abs(displacement).max(axis=0)
     return {
-        "load_sharing": number(data["load_sharing"]),
-        "planet_force_spread": float(data["planet_force_spread"]),
+        "load_sharing": number(ring_sharing(part)[0]),
+        "planet_force_spread": float(ring_force_spread(part)[0]),
         "tooth_displacement_largest_um": (1e6 * largest).tolist(),
         f"radial_harmonic_{planets}_um": float(1e6 * np.abs(star[planets])),
         f"star_angle_{planets}_deg": math.degrees(float(star_angle(star, planets))),
@@ -262,7 +262,7 @@ def _meeting_table(figures: dict[str, Any]) -> None:
 
 def ring_histories(stage: str, data: xr.Dataset) -> xr.Dataset:
     """What of a transient of a flexible stage the range is given of."""
-    return stage_histories(with_spread(stage_part(data, stage)))
+    return stage_histories(stage_part(data, stage))
 
 
 def transient_figures(ranges: Ranges) -> dict[str, Any]:
@@ -270,8 +270,8 @@ def transient_figures(ranges: Ranges) -> dict[str, Any]:
     most = ranges.largest
     carrying = {gear: {w: most[f"{gear}_{w}"] for w in ("drive", "coast")} for gear in GEARS}
     return {
-        "carrier_speed_rpm": _range(ranges, "carrier_speed", RPM),
-        "ring_mesh_force_n_mean": float(ranges.mean["ring_gear_mesh_force"].mean()),
+        "carrier_speed_rpm": _range(ranges, "stage_speed", RPM),
+        "ring_mesh_force_n_mean": float(ranges.mean["ring_force"].mean()),
         "carrying_flank": {gear: flank_names(xr.Dataset(w)) for gear, w in carrying.items()},
         **{f"{gear}_tooth_load_n": _range(ranges, f"{gear}_load") for gear in GEARS},
         "load_sharing_max": number(most["load_sharing"]),

@@ -26,7 +26,7 @@ from flexgear.model.case import Case
 from flexgear.results.flanks import tooth_loads
 from flexgear.results.report.sharing import DEFINITION
 from flexgear.results.report.wording import factor, titled_by_stage
-from flexgear.results.stage_part import ring_groups, stage_part
+from flexgear.results.stage_part import displacement_of, stage_part
 from flexgear.results.summary import sharing_summary
 from flexgear.solve.angles import lead_angles
 from flexgear.solve.bodies import reduced_bodies
@@ -107,10 +107,11 @@ def _variants(case: Case, positions: int, as_json: bool, quiet: bool) -> None:
             data = static(model, lead_angles(case, model.flow, angles, stage))
             part = stage_part(data, stage)
             figures[variant_label(inside.flexible_bodies, rigid)] = {
-                "load_sharing": sharing_summary(data, ring_groups(data, stage)),
+                "load_sharing": sharing_summary(data, stage),
                 "ring_tooth_load_n_max": float(tooth_loads(part, "ring").max()),
                 "tooth_displacement_um_max": 1e6 * float(np.abs(part["tooth_displacement"]).max()),
-                "sun_wind_up_mrad_mean": 1e3 * float(part["sun_displacement"].sel(dof="rz").mean()),
+                "sun_wind_up_mrad_mean": 1e3
+                * float(displacement_of(part, "sun").sel(dof="rz").mean()),
             }
         report("variants", 1.0)
     if as_json:

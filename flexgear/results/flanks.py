@@ -1,12 +1,13 @@
 """Which flank of a gear mesh carries, and the tooth pairs there.
 
-Datasets of a flexible stage hold the pairs of both flanks. Under the sense of torque that is rated
-the drive flanks carry ("ring_pair_…"), under the other the coast flanks ("ring_coast_pair_…"), and
-after a torque reversal each in its turn.
+Datasets hold the pairs of both flanks. Under the sense of torque that is rated the drive flanks
+carry, under the other the coast flanks, and after a torque reversal each in its turn. ``data`` is
+the part of a dataset that belongs to a stage and half (``stage_part``), gear "ring" or "sun".
 """
 
 from __future__ import annotations
 
+import numpy as np
 import xarray as xr
 
 from flexgear.model.errors import FlexgearError
@@ -15,32 +16,35 @@ GEARS = ("ring", "sun")
 PARTS = ("load", "tooth", "stiffness", "position")
 
 
-def coast_carries(data: xr.Dataset, gear: str) -> xr.DataArray:
-    """True (sample, planet) where the coast flank bears more than the drive flank.
-
-    gear: "ring" or "sun". Nowhere with the linear contact law, which has no coast flanks.
-    """
-    drive = abs(data[f"{gear}_pair_load"].sum("slot"))
-    if f"{gear}_coast_pair_load" not in data:
-        return xr.DataArray(drive < 0)
-    return xr.DataArray(data[f"{gear}_coast_pair_load"].sum("slot") > drive)
-
-
-def carrying_pairs(data: xr.Dataset, gear: str) -> xr.Dataset:
-    """Pairs of the flank that carries, planet by planet and sample by sample.
-
-    "load" N, "tooth" from 1 (0: none), "stiffness" N/m and "position" m, each (sample, planet,
-    slot); those that ``data`` holds. The drive flank's where neither carries.
-    """
-    if f"{gear}_pair_load" not in data:
+def pairs_of(data: xr.Dataset, gear: str, sense: str, planet: int = 0) -> xr.Dataset:
+    """Tooth pairs on the "drive" or "coast" flanks of all planets, or of one from 1: "load" N,
+    "tooth" from 1 (0: none), "stiffness" N/m and "position" m, each (sample, planet, slot), those
+    that ``data`` holds. None of a planet on coast flanks with the linear contact law."""
+    of_flank = (data["flank_kind"] == gear) & (data["flank_sense"] == sense)
+    if planet:
+        of_flank &= data["flank_planet"] == planet
+    at = np.flatnonzero(of_flank.to_numpy())
+    pairs = {part: data[f"pair_{part}"] for part in PARTS if f"pair_{part}" in data}
+    if "load" not in pairs or not (len(at) or sense == "coast"):
         raise FlexgearError(f"the dataset holds no tooth pairs of the {gear}")
-    coast = coast_carries(data, gear)
-    pairs = {}
-    for part in PARTS:
-        name, other = f"{gear}_pair_{part}", f"{gear}_coast_pair_{part}"
-        if name in data:
-            pairs[part] = data[name].where(~coast, data[other]) if other in data else data[name]
-    return xr.Dataset(pairs)
+    bare = xr.Dataset({name: pair.isel(flank=at).reset_coords(drop=True) for name, pair in pairs.items()})
+    return bare.drop_vars("flank").rename(flank="planet")
+
+
+def coast_carries(data: xr.Dataset, gear: str, planet: int = 0) -> xr.DataArray:
+    """True (sample, planet) where the coast flank bears more than the drive flank."""
+    drive, coast = (pairs_of(data, gear, sense, planet)["load"] for sense in ("drive", "coast"))
+    carried = abs(drive.sum("slot"))
+    return carried < (coast.sum("slot") if coast.size else 0.0)
+
+
+def carrying_pairs(data: xr.Dataset, gear: str, planet: int = 0) -> xr.Dataset:
+    """Pairs of the flank that carries, planet by planet and sample by sample, as ``pairs_of`` has
+    them; the drive flank's where neither carries."""
+    drive, coast = (pairs_of(data, gear, sense, planet) for sense in ("drive", "coast"))
+    if not coast.sizes["planet"]:
+        return drive
+    return drive.where(~coast_carries(data, gear, planet), coast)
 
 
 def tooth_loads(data: xr.Dataset, gear: str) -> xr.DataArray:
@@ -50,18 +54,18 @@ def tooth_loads(data: xr.Dataset, gear: str) -> xr.DataArray:
     return xr.DataArray(pairs["load"].to_numpy()[at], dims="pair", attrs={"units": "N"})
 
 
-def flank_histories(data: xr.Dataset, gear: str) -> xr.Dataset:
+def flank_histories(data: xr.Dataset, gear: str, planet: int = 0) -> xr.Dataset:
     """Over the samples: "load" of pairs on the flank that carries, N, not a number in slots without
     a pair; "drive" and "coast" (sample, planet), 1 where that flank bears a load."""
-    coast, pairs = coast_carries(data, gear), carrying_pairs(data, gear)
+    coast, pairs = coast_carries(data, gear, planet), carrying_pairs(data, gear, planet)
     loaded = abs(pairs["load"].sum("slot")) > 0
     carrying = {"drive": (loaded & ~coast) * 1.0, "coast": (loaded & coast) * 1.0}
     return xr.Dataset({"load": pairs["load"].where(pairs["tooth"] > 0), **carrying})
 
 
-def carrying_flank(data: xr.Dataset, gear: str) -> str:
+def carrying_flank(data: xr.Dataset, gear: str, planet: int = 0) -> str:
     """Which flank carries over the samples: "drive", "coast", "drive and coast" or "none"."""
-    return flank_names(flank_histories(data, gear))
+    return flank_names(flank_histories(data, gear, planet))
 
 
 def flank_names(histories: xr.Dataset) -> str:

@@ -98,13 +98,14 @@ def variable(name: str, value: ArrayLike, sample_dim: str = "") -> xr.Variable:
 
 def coordinate(name: str, dim: str, values: ArrayLike) -> xr.Variable:
     """One coordinate of ``result_quantities`` with its unit."""
-    units, meaning = RESULT_COORDINATES[name]
-    return xr.Variable((dim,), np.asarray(values), {"units": units, "long_name": meaning})
+    declared = RESULT_COORDINATES[name]
+    about = {"units": declared.units, "long_name": declared.meaning}
+    return xr.Variable((dim,), np.asarray(values), about)
 
 
 def _ticks(dim: str, size: int, labels: Labels) -> ArrayLike:
     if dim not in labels:
-        if RESULT_COORDINATES[dim][0] != "1":
+        if RESULT_COORDINATES[dim].units != "1":
             raise FlexgearError(f"the labels of axis '{dim}' are missing")
         return np.arange(1, size + 1)
     if len(labels[dim]) != size:

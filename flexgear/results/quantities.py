@@ -27,6 +27,16 @@ class Quantity(NamedTuple):
         return {"units": self.units, "long_name": self.meaning, **attributes}
 
 
+class Coordinate(NamedTuple):
+    """units; meaning in words; stage: of an axis whose entries are of stages how that is told:
+    "name" by the names of members, which its labels are, else the coordinate that stands beside it.
+    """
+
+    units: str
+    meaning: str
+    stage: str = ""
+
+
 S = "sample"
 MISSING = "missing"  # attribute of variables that may lack values: when they do
 UNLOADED = "where the planets together carry less than 3 % of rated, or of the largest of them"

@@ -7,7 +7,7 @@ pieces together and refuses a summary that is incomplete or holds anything but f
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from typing import Any, cast
 
 import numpy as np
@@ -22,7 +22,13 @@ from flexgear.results.flanks import carrying_pairs, flank_histories, GEARS
 from flexgear.results.harmonics import radial_harmonics
 from flexgear.results.pieces import ranges_of
 from flexgear.results.sinks import TIME, Ranges
-from flexgear.results.stage_part import halves, ring_forces, ring_groups, stage_part, with_spread
+from flexgear.results.stage_part import (
+    halves,
+    of_kind,
+    ring_force_spread,
+    ring_sharing,
+    stage_part,
+)
 from flexgear.results.group_sharing import sharing_figures
 from flexgear.results.labelled_dataset import groups_in
 from flexgear.results.summary_keys import VERSION, lacking
@@ -50,7 +56,7 @@ def steady_summary(
     shares = mean["pairs_in_contact"].mean("planet").to_numpy()
     harmonics = np.abs(radial_harmonics(static["tooth_displacement"].to_numpy()[0]))
     return {
-        "carrier_speed_rpm_mean": float(mean["carrier_speed"]) * RPM,
+        "carrier_speed_rpm_mean": float(mean["stage_speed"]) * RPM,
         # over whole tooth passages, as the run is over the revolution
         "ring_mesh_force_n_mean": float(mean["ring_mesh_force"]),
         "ring_pairs_in_contact": {str(n): float(s) for n, s in enumerate(shares) if s},
@@ -58,9 +64,7 @@ def steady_summary(
             a: float(v) * MICRO for a, v in zip("xyz", node, strict=True)
         },
         "radial_harmonics_um": [float(v) * MICRO for v in harmonics[:ORDERS]],
-        "load_sharing": {
-            name: sharing_summary(data, ring_groups(data, stage)) for name, data in runs.items()
-        },
+        "load_sharing": {name: sharing_summary(data, stage) for name, data in runs.items()},
     }
 
 
@@ -83,8 +87,9 @@ def _steady_histories(whole: xr.Dataset, stage: str) -> xr.Dataset:
     """What of steady running the summary looks at."""
     data = stage_part(whole, stage)
     tooth = carrying_pairs(data, "ring")["tooth"]
-    return data[["carrier_speed"]].assign(
-        ring_mesh_force=ring_forces(whole, stage).mean("gear_mesh", dtype=float),
+    forces = of_kind(stage_part(whole, stage, ""), "ring")["gear_mesh_force"]
+    return data[["stage_speed"]].assign(
+        ring_mesh_force=forces.mean("gear_mesh", dtype=float),
         tooth_node=data["tooth_displacement"].isel(tooth=0, drop=True),
         pairs_in_contact=pairs_in_contact(tooth > 0),
     )
@@ -98,22 +103,29 @@ HISTORIES = (  # variables of a run that those of a stage come from
 
 def stage_histories(data: xr.Dataset) -> xr.Dataset:
     """What of a transient the command line gives the range of."""
-    names = ["carrier_speed", "ring_gear_mesh_force", "load_sharing", "planet_force_spread"]
-    histories = data[names]
+    histories = data[["stage_speed"]].assign(
+        ring_force=of_kind(data, "ring")["gear_mesh_force"],
+        load_sharing=ring_sharing(data),
+        planet_force_spread=ring_force_spread(data),
+    )
     for gear in GEARS:
         flanks = flank_histories(data, gear)
         histories = histories.assign({f"{gear}_{name}": flanks[name] for name in map(str, flanks)})
     return histories
 
 
-def sharing_summary(data: xr.Dataset, groups: Sequence[str]) -> dict[str, float | None]:
-    """Mean and largest load sharing factor of groups of gear meshes where it is defined, None where
-    nowhere; the mean is that of the group where it is largest."""
+def sharing_summary(data: xr.Dataset, stage: str) -> dict[str, float | None]:
+    """Mean and largest load sharing factor at a stage's ring where it is defined, None where
+    nowhere; of a double-helical one the mean is that of the half where it is largest."""
+
+    def of_ring(piece: xr.Dataset) -> xr.Dataset:
+        return of_kind(stage_part(piece[["load_sharing"]], stage, ""), "ring")
+
     if TIME in data.dims:
-        ranges = ranges_of(data, lambda piece: piece[["load_sharing"]].sel(group=groups))
+        ranges = ranges_of(data, of_ring)
         mean, largest = ranges.mean["load_sharing"].max(), ranges.largest["load_sharing"].max()
     else:
-        sharing = data["load_sharing"].sel(group=groups)
+        sharing = of_ring(data)["load_sharing"]
         mean, largest = sharing.mean("position").max(), sharing.max()
     return {"mean": _number(mean), "max": _number(largest)}
 
@@ -133,9 +145,7 @@ def torque_step_summary(data: xr.Dataset, stage: str) -> dict[str, float | None]
     data = data[[name for name in HISTORIES if name in data]]
 
     def of_half(half: str) -> Ranges:
-        return ranges_of(
-            data, lambda piece: stage_histories(with_spread(stage_part(piece, stage, half)))
-        )
+        return ranges_of(data, lambda piece: stage_histories(stage_part(piece, stage, half)))
 
     parts = [of_half(half) for half in halves(data, stage)]
     lowest = [
@@ -147,9 +157,9 @@ def torque_step_summary(data: xr.Dataset, stage: str) -> dict[str, float | None]
     if not lowest:
         raise FlexgearError("no tooth pair was in contact during the torque step")
     return {
-        "carrier_speed_rpm_min": float(parts[0].least["carrier_speed"]) * RPM,
+        "carrier_speed_rpm_min": float(parts[0].least["stage_speed"]) * RPM,
         "tooth_load_n_min": min(lowest),
-        "load_sharing_max": sharing_summary(data, ring_groups(data, stage))["max"],
+        "load_sharing_max": sharing_summary(data, stage)["max"],
         "planet_force_spread_max": max(float(p.largest["planet_force_spread"]) for p in parts),
     }
 

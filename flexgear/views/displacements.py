@@ -9,6 +9,8 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from flexgear.model.errors import FlexgearError
+from flexgear.model.names import MemberName
+from flexgear.results.stage_part import displacement_of
 from flexgear.views.dense import draw, say_envelope
 from flexgear.views.histories import finish, layer
 from flexgear.views.loads import finish_x
@@ -78,7 +80,7 @@ def cut(runs: Runs, x: str, window: Window | None) -> dict[str, xr.Dataset]:
 
 
 def tooth_node_displacement(
-    runs: Runs, tooth: int = 1, x: str = "carrier_angle", window: Window | None = None
+    runs: Runs, tooth: int = 1, x: str = "stage_angle", window: Window | None = None
 ) -> Figure:
     """X, Y, Z displacement of ring tooth node ``tooth`` (1-based), global (Figures 16, 22)."""
 
@@ -93,11 +95,11 @@ def tooth_node_displacement(
     return three_directions(cut(runs, x, window), pick, title, ("X", "Y", "Z"), x, True)
 
 
-def sun_displacement(runs: Runs, x: str = "carrier_angle", window: Window | None = None) -> Figure:
+def sun_displacement(runs: Runs, x: str = "stage_angle", window: Window | None = None) -> Figure:
     """x, y, z displacement of the sun, carrier axes (Figures 14, 20)."""
 
     def pick(dataset: xr.Dataset) -> FloatArray:
-        field = variable(dataset, "sun_displacement").transpose(leading_dim(dataset), "dof")
+        field = displacement_of(dataset, "sun").transpose(leading_dim(dataset), "dof")
         return np.asarray(field, dtype=float)[:, :3]
 
     return three_directions(
@@ -110,12 +112,12 @@ def relative_planet_motion(
 ) -> FloatArray:
     """(n, 3) motion of a planet, its axes; less R_c θ_z of the drive node if R_c is given."""
     dim = leading_dim(dataset)
-    field = variable(dataset, "planet_displacement")
-    if not 1 <= planet <= field.sizes["planet"]:
-        raise FlexgearError(f"cannot draw planet {planet}: there are {field.sizes['planet']}")
-    motion = np.array(field.isel(planet=planet - 1).transpose(dim, "dof"), dtype=float)[:, :3]
+    field = displacement_of(dataset, "planet")
+    if not 1 <= planet <= field.sizes["body"]:
+        raise FlexgearError(f"cannot draw planet {planet}: there are {field.sizes['body']}")
+    motion = np.array(field.isel(body=planet - 1).transpose(dim, "dof"), dtype=float)[:, :3]
     if center_distance is not None:
-        nodes = [str(n) for n in variable(dataset, "carrier_node").values]
+        nodes = [MemberName.parse(n).part for n in variable(dataset, "carrier_node").values]
         if "drive" not in nodes:
             raise FlexgearError("cannot draw: carrier_displacement has no node 'drive'")
         carrier = variable(dataset, "carrier_displacement").isel(carrier_node=nodes.index("drive"))
@@ -126,7 +128,7 @@ def relative_planet_motion(
 def planet_displacement(
     runs: Runs,
     planet: int = 1,
-    x: str = "carrier_angle",
+    x: str = "stage_angle",
     window: Window | None = None,
     center_distance: float | None = None,
 ) -> Figure:
@@ -149,7 +151,7 @@ def planet_displacement(
 def tooth_displacement_map(
     dataset: xr.Dataset,
     axis: str = "x",
-    x: str = "carrier_angle",
+    x: str = "stage_angle",
     window: Window | None = None,
     samples: int = 1500,
 ) -> Figure:

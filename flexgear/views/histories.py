@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from functools import partial
+from operator import itemgetter
 from typing import Any
 
 import numpy as np
@@ -12,9 +14,10 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from flexgear.model.units import RPM
+from flexgear.results.stage_part import of_kind, ring_force_spread, ring_sharing
 from flexgear.views.dense import draw, say_envelope
 from flexgear.views.loads import finish_x
-from flexgear.views.select import Runs, Window, abscissa, as_runs, planet_count, variable, windowed
+from flexgear.views.select import Runs, Window, abscissa, as_runs, planet_count, windowed
 from flexgear.views.style import (
     KILO,
     NEUTRAL,
@@ -39,17 +42,17 @@ def over_runs(
     axes: Axes,
     runs: Mapping[str, xr.Dataset],
     x: str,
-    name: str,
+    pick: Callable[[xr.Dataset], xr.DataArray],
     factor: float,
     envelope: bool = True,
 ) -> None:
-    """Draw variable ``name`` (one value a sample) of each run in its colour; NaN leaves a gap.
+    """Draw what ``pick`` takes of each run (one value a sample) in its colour; NaN leaves a gap.
 
     envelope: in its place, where there are more oscillations than a picture shows.
     """
     colours, dense = variant_colours(runs), False
     for i, (run, dataset) in enumerate(runs.items()):
-        values = np.asarray(variable(dataset, name), dtype=float) * factor
+        values = np.asarray(pick(dataset), dtype=float) * factor
         if envelope:
             dense |= draw(axes, abscissa(dataset, x), values, colours[run], **layer(i))
         else:
@@ -86,7 +89,7 @@ def carrier_speed(
     figure, axes = panels(2, 1, height_mm=96, sharex=True, height_ratios=[1, 2])
     top, bottom = axes[:, 0]
     torque_panel(top, chosen, x)
-    over_runs(bottom, chosen, x, "carrier_speed", RPM)
+    over_runs(bottom, chosen, x, itemgetter("stage_speed"), RPM)
     extra = []
     if rated_rpm is not None:
         bottom.axhline(rated_rpm, color="black", ls=":", lw=1.2, zorder=4)
@@ -97,11 +100,19 @@ def carrier_speed(
     return figure
 
 
+def _input_torque(part: xr.Dataset) -> xr.DataArray:
+    return part["port_torque"].isel(port=0)
+
+
+def _mean_force(gear_mesh: str, part: xr.Dataset) -> xr.DataArray:
+    return of_kind(part, gear_mesh)["gear_mesh_force"].mean("gear_mesh")
+
+
 def torque_panel(axes: Axes, runs: dict[str, xr.Dataset], x: str) -> None:
     """Input torque in a unit that reads well; zero in view, air above."""
-    largest = max(float(abs(d.input_torque).max()) for d in runs.values())
+    largest = max(float(abs(_input_torque(d)).max()) for d in runs.values())
     unit, factor = unit_of_torque(largest)
-    over_runs(axes, runs, x, "input_torque", factor)
+    over_runs(axes, runs, x, _input_torque, factor)
     axes.set_ylabel(f"input torque\n({unit})")
     low, high = axes.get_ylim()
     axes.set_ylim(min(0.0, low), 1.12 * high if high > 0 else high)
@@ -118,7 +129,7 @@ def widen(axes: Axes, share: float) -> None:
 
 @styled
 def load_sharing(
-    runs: Runs, x: str = "carrier_angle", window: Window | None = None, spread: bool = False
+    runs: Runs, x: str = "stage_angle", window: Window | None = None, spread: bool = False
 ) -> Figure:
     """Load sharing factor K_γ = N max F / Σ F, with gaps where it is undefined (Figures 19, 25).
 
@@ -127,14 +138,14 @@ def load_sharing(
     chosen = {name: windowed(d, x, window) for name, d in as_runs(runs).items()}
     figure, axes = panels(2 if spread else 1, 1, height_mm=110 if spread else 70, sharex=True)
     top = axes[0, 0]
-    over_runs(top, chosen, x, "load_sharing", 1.0)
+    over_runs(top, chosen, x, ring_sharing, 1.0)
     top.axhline(1.0, color=NEUTRAL, lw=0.7)
     top.set_ylabel("load sharing factor $K_γ$ (–)")
-    missing = any(bool(np.isnan(np.asarray(d["load_sharing"])).any()) for d in chosen.values())
+    missing = any(bool(ring_sharing(d).isnull().any()) for d in chosen.values())
     if missing:
         top.set_title("gaps: gear-mesh force below 3 % of rated", fontsize=8, weight="normal")
     if spread:
-        over_runs(axes[1, 0], chosen, x, "planet_force_spread", 1.0)
+        over_runs(axes[1, 0], chosen, x, ring_force_spread, 1.0)
         axes[1, 0].set_ylabel("(max − min) / rated mean\nof the planets' forces (–)")
     finish(figure, axes[-1, 0], chosen, x)
     return figure
@@ -147,37 +158,15 @@ def torque_drop(runs: Runs, window: Window | None = None, gear_mesh: str = "ring
     figure, axes = panels(5, 1, height_mm=190, sharex=True, height_ratios=[0.7, 1, 1, 1, 1])
     torque, speed, force, sharing, spread = axes[:, 0]
     torque_panel(torque, chosen, "time")
-    over_runs(speed, chosen, "time", "carrier_speed", RPM, False)
+    over_runs(speed, chosen, "time", itemgetter("stage_speed"), RPM, False)
     speed.set_ylabel("carrier speed\n(r/min)")
-    means = {
-        name: d.assign(mean_force=variable(d, f"{gear_mesh}_gear_mesh_force").mean("planet"))
-        for name, d in chosen.items()
-    }
-    over_runs(force, means, "time", "mean_force", KILO, False)
+    over_runs(force, chosen, "time", partial(_mean_force, gear_mesh), KILO, False)
     force.axhline(0, color=NEUTRAL, lw=0.7)
     force.set_ylabel(f"mean {gear_mesh} gear-\nmesh force (kN)")
-    over_runs(sharing, chosen, "time", "load_sharing", 1.0, False)
+    over_runs(sharing, chosen, "time", ring_sharing, 1.0, False)
     sharing.set_ylabel("load sharing\nfactor $K_γ$ (–)")
-    over_runs(spread, chosen, "time", "planet_force_spread", 1.0, False)
+    over_runs(spread, chosen, "time", ring_force_spread, 1.0, False)
     spread.set_ylabel("force spread /\nrated mean (–)")
     figure.align_ylabels(axes[:, 0])
     finish(figure, spread, chosen, "time")
-    return figure
-
-
-@styled
-def quantity(
-    runs: Runs,
-    name: str,
-    label: str,
-    factor: float = 1.0,
-    x: str = "time",
-    window: Window | None = None,
-) -> Figure:
-    """Any variable with one value a sample, times ``factor``, labelled ``label`` with its unit."""
-    chosen = {run: windowed(d, x, window) for run, d in as_runs(runs).items()}
-    figure, axes = panels(1, 1, height_mm=64)
-    over_runs(axes[0, 0], chosen, x, name, factor)
-    axes[0, 0].set_ylabel(label)
-    finish(figure, axes[0, 0], chosen, x)
     return figure

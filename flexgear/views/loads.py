@@ -26,7 +26,6 @@ from flexgear.views.select import (
     leading_dim,
     planet_count,
     thinned,
-    variable,
     windowed,
 )
 from flexgear.views.style import (
@@ -44,7 +43,7 @@ from flexgear.views.style import (
 )
 
 LABELS = {"ring": "ring–planet", "sun": "sun–planet"}
-X_LABELS = {"carrier_angle": "carrier angle $θ_c$ (rad)", "time": "time (s)"}
+X_LABELS = {"stage_angle": "carrier angle $θ_c$ (rad)", "time": "time (s)"}
 
 
 def pair_curves(
@@ -87,9 +86,7 @@ def pair_arrays(
     if not 1 <= planet <= planet_count(dataset):
         raise FlexgearError(f"cannot draw planet {planet}: there are {planet_count(dataset)}")
     dim = leading_dim(dataset)
-    for name in ("load", "tooth", "stiffness"):
-        variable(dataset, f"{gear_mesh}_pair_{name}")
-    pairs = carrying_pairs(dataset.isel(planet=[planet - 1]), gear_mesh).isel(planet=0)
+    pairs = carrying_pairs(dataset, gear_mesh, planet).isel(planet=0)
     load, tooth, stiffness = (
         np.asarray(pairs[name].transpose(dim, "slot"), dtype=float)
         for name in ("load", "tooth", "stiffness")
@@ -99,7 +96,7 @@ def pair_arrays(
 
 def flank_label(datasets: Iterable[xr.Dataset], gear_mesh: str, planet: int) -> str:
     """Which flank a picture shows, for its title: nothing where it is the drive flank."""
-    flanks = {carrying_flank(d.isel(planet=[planet - 1]), gear_mesh) for d in datasets} - {"none"}
+    flanks = {carrying_flank(d, gear_mesh, planet) for d in datasets} - {"none"}
     if flanks <= {"drive"}:
         return ""
     return ", coast flank" if flanks == {"coast"} else ", flank that carries"
@@ -114,7 +111,7 @@ def draw_pairs(
 
 def finish_x(axes: Axes, x: str, planets: int, low: float, high: float) -> None:
     axes.set_xlim(low, high)
-    if x == "carrier_angle":
+    if x == "stage_angle":
         angle_axis(axes, planets)
     else:
         axes.set_xlabel(X_LABELS[x])
@@ -125,7 +122,7 @@ def pair_loads(
     runs: Runs,
     gear_mesh: str = "ring",
     planet: int = 1,
-    x: str = "carrier_angle",
+    x: str = "stage_angle",
     window: Window | None = None,
     split: str | None = "flexible",
 ) -> Figure:
@@ -174,9 +171,9 @@ def engagement_map(
 
     The right column shows planet 1 within ``zoom`` (rad; a few teeth in the middle by default).
     """
-    whole = windowed(dataset, "carrier_angle", window)
+    whole = windowed(dataset, "stage_angle", window)
     dataset = thinned(whole, samples)
-    at = abscissa(dataset, "carrier_angle")
+    at = abscissa(dataset, "stage_angle")
     planets = planet_count(dataset)
     states = [pair_arrays(dataset, gear_mesh, i + 1) for i in range(planets)]
     last = int(max(tooth.max() for _, tooth, _ in states))
@@ -188,9 +185,9 @@ def engagement_map(
     axes[1, 0].set_title("(b) stiffness of the engaged pairs")
     axes[1, 0].set_ylabel(f"{gear_mesh} tooth number")
     figure.colorbar(mapped, ax=axes[1, 0], label="pair stiffness (N/µm)", pad=0.01)
-    finish_x(axes[1, 0], "carrier_angle", planets, at[0], at[-1])
-    close = windowed(whole, "carrier_angle", zoom or zoom_window(at, states[0][1]))
-    near = abscissa(close, "carrier_angle")
+    finish_x(axes[1, 0], "stage_angle", planets, at[0], at[-1])
+    close = windowed(whole, "stage_angle", zoom or zoom_window(at, states[0][1]))
+    near = abscissa(close, "stage_angle")
     _, tooth, stiffness = pair_arrays(close, gear_mesh, 1)
     top, bottom = axes[:, 1]
     top.hlines(*engagements(near, tooth).T, color=planet_colour(1), lw=4)
@@ -201,7 +198,7 @@ def engagement_map(
     bottom.set_ylim(bottom=0)
     bottom.set_title("(d) planet 1, closer")
     bottom.set_ylabel("pair stiffness (N/µm)")
-    finish_x(bottom, "carrier_angle", planets, near[0], near[-1])
+    finish_x(bottom, "stage_angle", planets, near[0], near[-1])
     bottom.xaxis.set_major_locator(MaxNLocator(4))
     handles = [
         Line2D([], [], color=planet_colour(i + 1), lw=3, label=f"planet {i + 1}")

@@ -20,7 +20,6 @@ from flexgear.results.report.wording import with_unit
 from flexgear.results.run_folder import RingFolder
 from flexgear.results.settling import settled
 from flexgear.results.spectrum import force_spectra
-from flexgear.results.stage_part import with_spread
 from flexgear.results.tooth_pattern import ToothPattern, gear_pattern, planet_pattern
 from flexgear.views import chart as each
 from flexgear.views import (
@@ -118,10 +117,10 @@ def _outline(ring: RingFolder) -> star.StageOutline:
 
 def _two_positions(ring: RingFolder) -> tuple[xr.DataArray, Any, star.StageOutline]:
     """Teeth of a ring in equilibrium with a planet above the first one, and between two planets."""
-    angles = ring.equilibria["carrier_angle"].to_numpy()
+    angles = ring.equilibria["stage_angle"].to_numpy()
     wanted = (0.0, np.pi / ring.stage.stage.planets)
     two = ring.equilibria.isel(position=[int(np.argmin(np.abs(angles - a))) for a in wanted])
-    return two["tooth_displacement"], two["carrier_angle"].to_numpy(), _outline(ring)
+    return two["tooth_displacement"], two["stage_angle"].to_numpy(), _outline(ring)
 
 
 def _harmonics(ring: RingFolder) -> Any:
@@ -138,7 +137,7 @@ def _first(ring: RingFolder) -> xr.Dataset:
 def _pair_loads(ring: RingFolder, gear: str) -> Any:
     """Loads of the tooth pairs of planet 1 over a few pitches, in the middle of the run."""
     name, first = next(iter(ring.steady.items()))
-    angle = float(first["carrier_angle"][first.sizes["time"] // 2])
+    angle = float(first["stage_angle"][first.sizes["time"] // 2])
     close = (angle, angle + TEETH_SHOWN * 2 * np.pi / ring.stage.ring_gear.teeth)
     return loads.pair_loads(ring.steady, gear, window=close, split=name)
 
@@ -146,7 +145,7 @@ def _pair_loads(ring: RingFolder, gear: str) -> Any:
 def _drop(ring: RingFolder, depth: str) -> dict[str, xr.Dataset]:
     """Runs of a torque drop by variant, of as many samples as a picture can show."""
     parts = ring.runs(f"torque_step_{depth}")
-    return {n: with_spread(thinned(part, MOST_OF_DROP)) for n, part in parts.items()}
+    return {n: thinned(part, MOST_OF_DROP) for n, part in parts.items()}
 
 
 def _energy(data: xr.Dataset, *_: Any) -> Any:
@@ -158,7 +157,7 @@ def _animation(ring: RingFolder) -> Drawing:
     from flexgear.views.animation import animate_star
     from flexgear.views.scenes import star_scene
 
-    angles = ring.equilibria["carrier_angle"].to_numpy()
+    angles = ring.equilibria["stage_angle"].to_numpy()
     loop = np.flatnonzero(angles < ring.stage.stage.planet_period - 1e-9)
     shape, outline = ring.equilibria["tooth_displacement"][loop], _outline(ring)
 

@@ -37,14 +37,14 @@ def leading_dim(dataset: xr.Dataset) -> str:
 
 
 def planet_count(dataset: xr.Dataset) -> int:
-    """Number of planets N (5 where the dataset has no planets)."""
-    return int(dataset.sizes.get("planet", 5))
+    """Number of planets N of the part of a stage."""
+    return len(np.unique(variable(dataset, "planet")))
 
 
 def abscissa(dataset: xr.Dataset, x: str) -> FloatArray:
-    """Values of the horizontal axis: "carrier_angle" (rad) or "time" (s)."""
-    if x not in ("carrier_angle", "time"):
-        raise FlexgearError(f"cannot draw over '{x}': choose carrier_angle or time")
+    """Values of the horizontal axis: "stage_angle" of the carrier (rad) or "time" (s)."""
+    if x not in ("stage_angle", "time"):
+        raise FlexgearError(f"cannot draw over '{x}': choose stage_angle or time")
     return np.asarray(variable(dataset, x), dtype=float)
 
 

@@ -10,6 +10,7 @@ from stage_samples import cheap_stage
 
 from flexgear.cli import display
 from flexgear.results.dataset import load
+from flexgear.results.flanks import pairs_of
 from flexgear.results.stage_part import stage_part
 from flexgear.solve import long_run
 
@@ -124,8 +125,8 @@ def test_a_stage_in_a_file(flexgear, tmp_path, monkeypatch):
     assert err.startswith("transient: ")
     figures, data = json.loads(text)["transient"]["stage"], load(out)
     assert {n for n in data if "time" in data[n].dims} == {"pair_load", "pair_tooth"}
-    part = stage_part(data, "stage")
-    loads = part["ring_pair_load"].where(part["ring_pair_tooth"] > 0)
+    pairs = pairs_of(stage_part(data, "stage"), "ring", "drive")
+    loads = pairs["load"].where(pairs["tooth"] > 0)
     assert figures["ring_tooth_load_n"]["max"] == pytest.approx(float(loads.max()), rel=1e-6)
     assert figures["ring_tooth_load_n"]["min"] == pytest.approx(float(loads.min()), rel=1e-6)
 

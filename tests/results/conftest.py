@@ -5,11 +5,13 @@ import pytest
 
 from flexgear.results.dataset import provenance
 from flexgear.results.flanks import PARTS
-from flexgear.results.stage_part import FLANKS, KINDS, stage_part, with_spread
+from flexgear.results.stage_part import stage_part
 from flexgear.model.names import GearMeshName
 from flexgear.results.labelled_dataset import labelled_dataset
 from flexgear.results.group_sharing import sharing_histories
 
+KINDS = ("ring", "sun")
+FLANKS = (("drive", "pair"), ("coast", "coast_pair"))
 TIMES, PLANETS, SLOTS, TEETH = 20, 5, 4, 93
 RATED = 4e5  # N a planet
 
@@ -102,4 +104,4 @@ def make_run():
 @pytest.fixture
 def make_part():
     """Function that builds the part of a run that belongs to its flexible stage."""
-    return lambda *args, **changes: with_spread(stage_part(made_run(*args, **changes), "stage"))
+    return lambda *args, **changes: stage_part(made_run(*args, **changes), "stage")

@@ -12,7 +12,8 @@ from flexgear.results.contact_share import contact_share
 from flexgear.results.dataset import save
 from flexgear.results.dataset_file import open_lazily
 from flexgear.results.pieces import between, pieces
-from flexgear.results.stage_part import stage_part, with_spread
+from flexgear.results.flanks import pairs_of
+from flexgear.results.stage_part import of_kind, ring_force_spread, ring_sharing, stage_part
 from flexgear.model.units import RPM
 from flexgear.results.summary import steady_summary, torque_step_summary
 from flexgear.solve.long_run import TimedRun
@@ -74,7 +75,7 @@ def test_between(make_run, tmp_path, begin, end):
 
 def test_a_stage(make_run, tmp_path, reads):
     file = in_file(stage_run(make_run), tmp_path)
-    whole = with_spread(stage_part(file.load(), "stage"))
+    whole = stage_part(file.load(), "stage")
     star = make_run(samples=1, sample_dim="position")
     file = open_lazily(tmp_path / "run.nc")
     assert file.nbytes > 20 * AT_ONCE
@@ -84,23 +85,24 @@ def test_a_stage(make_run, tmp_path, reads):
     assert 0 < max(reads) < AT_ONCE
 
     node = np.abs(whole["tooth_displacement"].isel(tooth=0)).max("time").to_numpy().astype(float)
-    shared = whole["load_sharing"].astype(float)
+    shared = ring_sharing(whole).astype(float)
     sharing = {"mean": float(shared.mean()), "max": float(shared.max())}
-    share = contact_share(whole["ring_pair_tooth"] > 0)
+    share = contact_share(pairs_of(whole, "ring", "drive")["tooth"] > 0)
     assert steady["ring_pairs_in_contact"] == {str(n): s for n, s in share.items()}
     assert list(steady["tooth_displacement_peak_um"].values()) == pytest.approx(
         1e6 * node, rel=1e-12
     )
     assert steady["load_sharing"]["a"] == pytest.approx(sharing, rel=1e-12)
-    force = whole["ring_gear_mesh_force"].mean(dtype=float)
+    force = of_kind(whole, "ring")["gear_mesh_force"].mean(dtype=float)
     assert steady["ring_mesh_force_n_mean"] == pytest.approx(float(force), rel=1e-12)
-    speed = whole["carrier_speed"].astype(float)
+    speed = whole["stage_speed"].astype(float)
+    sun = pairs_of(whole, "sun", "drive")
     assert steady["carrier_speed_rpm_mean"] == pytest.approx(float(speed.mean()) * RPM, rel=1e-11)
     assert drop == {
         "carrier_speed_rpm_min": float(speed.min()) * RPM,
-        "tooth_load_n_min": float(whole["sun_pair_load"].where(whole["sun_pair_tooth"] > 0).min()),
+        "tooth_load_n_min": float(sun["load"].where(sun["tooth"] > 0).min()),
         "load_sharing_max": sharing["max"],
-        "planet_force_spread_max": float(whole["planet_force_spread"].max()),
+        "planet_force_spread_max": float(ring_force_spread(whole).max()),
     }
 
 

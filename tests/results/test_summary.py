@@ -8,6 +8,7 @@ import xarray as xr
 
 from flexgear.files.atomic import write_json
 from flexgear.model.errors import FlexgearError
+from flexgear.results.flanks import pairs_of
 from flexgear.results.quantities import MISSING
 from flexgear.results.stage_part import stage_part
 from flexgear.results.summary import (
@@ -93,9 +94,8 @@ def test_peak_is_the_largest_absolute_value_at_tooth_one(make_run):
 def test_empty_slots_do_not_count_as_lowest_load(make_run):
     run = make_run()
     lowest = torque_step_summary(run, "stage")["tooth_load_n_min"]
-    part = stage_part(run, "stage")
-    at_work = part["sun_pair_tooth"].values > 0
-    assert lowest == part["sun_pair_load"].values[at_work].min() > 0
+    pairs = pairs_of(stage_part(run, "stage"), "sun", "drive")
+    assert lowest == pairs["load"].values[pairs["tooth"].values > 0].min() > 0
 
 
 def test_every_gap_is_named(make_run):

@@ -12,7 +12,8 @@ from flexgear.gears.power_flow import power_flow
 from flexgear.model.errors import FlexgearError
 from flexgear.model.load import load_case
 from flexgear.results.contact_share import expected_contact_share
-from flexgear.results.stage_part import stage_part
+from flexgear.results.flanks import pairs_of
+from flexgear.results.stage_part import of_kind
 from flexgear.results.summary import lacking
 from flexgear.solve import run as solve
 from flexgear.solve.bodies import rigid_bodies
@@ -113,11 +114,10 @@ def test_interrupt_stops_every_thread(case):
 
 def test_gear_mesh_force_is_working_less_back_flank(case):
     whole = static(on_cheap_bodies(case), [0.0, 0.1], -4e6)
-    data = stage_part(whole, "stage")
-    force = data["ring_gear_mesh_force"]
+    force = of_kind(whole, "ring")["gear_mesh_force"]
     assert (force < 0).all()
-    assert (data["ring_pair_load"] == 0).all()
-    np.testing.assert_allclose(force, -data["ring_coast_pair_load"].sum("slot"))
+    assert (pairs_of(whole, "ring", "drive")["load"] == 0).all()
+    np.testing.assert_allclose(force, -pairs_of(whole, "ring", "coast")["load"].sum("slot"))
     np.testing.assert_allclose(-whole["port_torque"].isel(port=-1), -9e5, rtol=1e-6)
 
 

@@ -14,7 +14,7 @@ from flexgear.gears.power_flow import power_flow
 from flexgear.model.load import load_case
 from flexgear.model.names import BodyName
 from flexgear.model.units import DIMENSIONS
-from flexgear.results.stage_part import stage_part
+from flexgear.results.flanks import pairs_of
 from flexgear.solve.bodies import reduced_bodies
 from flexgear.solve.campbell import campbell
 from flexgear.solve.harmonic import harmonic_data, train_harmonic
@@ -253,7 +253,7 @@ def test_the_largest_tooth_load_is_that_of_a_fine_run(stages):
     case = model.case.with_(**{"solver.time_step": step, "solver.output_interval": step})
     fine = put_together(case, bodies=model.bodies)
     usual, exact = (
-        float(stage_part(simulate(m, duration=span).data, "stage")["ring_pair_load"].max())
+        float(pairs_of(simulate(m, duration=span).data, "ring", "drive")["load"].max())
         for m in (model, fine)
     )
     assert usual > power_flow(case).stages[0].ring_gear_mesh_force

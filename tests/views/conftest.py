@@ -64,20 +64,17 @@ def make_dataset(variant: str = "flexible", drop: bool = False, samples: int = 3
     total = force.sum(axis=1)
     sharing = np.where(torque > 0.06 * 4e6, PLANETS * force.max(axis=1) / total, np.nan)
     size = 1.0 if flexible else 0.02
-    dims = ("time", "planet", "slot")
+    dims = ("time", "flank", "slot")
     planet = np.zeros((samples, PLANETS, 6))
     planet[..., 0] = size * 12e-6 * np.sin(5 * theta)[:, None]
     planet[..., 1] = CENTER_DISTANCE * theta[:, None] - 320e-6 * (torque / 4e6)[:, None]
     planet[..., 2] = -6e-6
     planet[..., 3] = 2e-5
-    pin = np.zeros_like(planet)
-    for i in range(PLANETS):
-        s, c = np.sin(i * SPACING), np.cos(i * SPACING)
-        pin[:, i, 0], pin[:, i, 1] = -s * planet[:, i, 1] * 0.9995, c * planet[:, i, 1] * 0.9995
     sun = np.zeros((samples, 6))
     sun[:, :3] = np.array([2e-6, 3e-6, 25e-6]) * np.sin(theta[:, None] * 7 + np.arange(3))
     carrier = np.zeros((samples, 1, 6))
     carrier[:, 0, 5] = theta
+    bodies = [f"stage.planet_{i + 1}" for i in range(PLANETS)]
     energies = {
         "kinetic": 3.4e5 * (speed / 1.18) ** 2,
         "elastic": 900 * (torque / 4e6) ** 2,
@@ -94,28 +91,36 @@ def make_dataset(variant: str = "flexible", drop: bool = False, samples: int = 3
     energies["brake_work"] = entered - lost - (stored - stored[0]) - 0.8 * np.sin(40 * time)
     return xr.Dataset(
         {
-            "carrier_angle": ("time", theta),
-            "carrier_speed": ("time", speed),
-            "input_torque": ("time", torque),
-            "ring_gear_mesh_force": (("time", "planet"), force),
-            "ring_pair_load": (dims, load),
-            "ring_pair_tooth": (dims, tooth),
-            "ring_pair_stiffness": (dims, stiffness),
+            "stage_angle": ("time", theta),
+            "stage_speed": ("time", speed),
+            "port_torque": (("time", "port"), torque[:, None]),
+            "gear_mesh_force": (("time", "gear_mesh"), force),
+            "rated_gear_mesh_force": ("gear_mesh", np.full(PLANETS, 1.03e6)),
+            "pair_load": (dims, load),
+            "pair_tooth": (dims, tooth),
+            "pair_stiffness": (dims, stiffness),
             "tooth_displacement": (("time", "tooth", "axis"), size * star_field(theta)),
-            "sun_displacement": (("time", "dof"), sun),
-            "planet_displacement": (("time", "planet", "dof"), planet),
-            "pin_displacement": (("time", "planet", "dof"), pin),
+            "body_displacement": (
+                ("time", "body", "dof"),
+                np.concatenate([sun[:, None], planet], axis=1),
+            ),
             "carrier_displacement": (("time", "carrier_node", "dof"), carrier),
-            "load_sharing": ("time", sharing),
-            "planet_force_spread": ("time", np.ptp(force, axis=1) / 1.03e6),
+            "load_sharing": (("time", "group"), sharing[:, None]),
             **{f"energy_{name}": ("time", value) for name, value in energies.items()},
         },
         coords={
             "time": time,
-            "planet": np.arange(1, PLANETS + 1),
+            "kind": ("gear_mesh", ["ring"] * PLANETS),
+            "planet": ("gear_mesh", np.arange(1, PLANETS + 1)),
+            "group_kind": ("group", ["ring"]),
+            "flank": [f"stage ring {i + 1} drive" for i in range(PLANETS)],
+            "flank_kind": ("flank", ["ring"] * PLANETS),
+            "flank_planet": ("flank", np.arange(1, PLANETS + 1)),
+            "flank_sense": ("flank", ["drive"] * PLANETS),
+            "body": ["stage.sun", *bodies],
             "tooth": np.arange(1, TEETH + 1),
             "axis": ["x", "y", "z"],
-            "carrier_node": ["drive"],
+            "carrier_node": ["stage.drive"],
         },
         attrs={"variant": variant},
     )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import xarray as xr
 
 from flexgear.model.errors import FlexgearError
 from flexgear.views import loads
@@ -33,7 +34,7 @@ def test_engagement_spans():
     np.testing.assert_array_equal(spans, [[1, 0, 1], [1, 3, 3], [2, 1, 2]])
 
 
-@pytest.mark.parametrize(("x", "label"), [("carrier_angle", "(rad)"), ("time", "(s)")])
+@pytest.mark.parametrize(("x", "label"), [("stage_angle", "(rad)"), ("time", "(s)")])
 def test_pair_loads_overlays_variants_and_split(steady, x, label):
     figure = loads.pair_loads(steady, "ring", 1, x=x, window=(1.0, 1.5))
     ax = figure.axes[0]
@@ -56,7 +57,7 @@ def test_engagement_map_shows_all_planets_and_stiffness_in_n_per_um(steady):
 def test_wrong_choices_are_one_clear_line(steady):
     with pytest.raises(FlexgearError, match="choose ring or sun"):
         loads.pair_loads(steady, "planet")
-    with pytest.raises(FlexgearError, match="no variable 'sun_pair_load'"):
+    with pytest.raises(FlexgearError, match="no tooth pairs of the sun"):
         loads.pair_loads(steady, "sun")
     with pytest.raises(FlexgearError, match="there are 5"):
         loads.pair_loads(steady, "ring", 6)
@@ -67,9 +68,10 @@ def test_wrong_choices_are_one_clear_line(steady):
 def test_reversed_torque_draws_the_coast_flanks(steady):
     """The same loads and teeth on the other flank make the same curves, and the title says so."""
     ahead = steady["flexible"]
-    names = [n for n in ahead if str(n).startswith("ring_pair_")]
-    back = ahead.assign({n.replace("ring_pair", "ring_coast_pair"): ahead[n] for n in names})
-    back = back.assign({n: 0 * ahead[n] for n in names})
+    unloaded = ahead.assign({n: 0 * ahead[n] for n in ahead if str(n).startswith("pair_")})
+    labels = [str(n).replace("drive", "coast") for n in ahead["flank"].values]
+    coast = ahead.assign_coords(flank=labels, flank_sense=("flank", ["coast"] * len(labels)))
+    back = xr.concat([unloaded, coast], "flank", data_vars="minimal")
     one, other = (
         loads.pair_loads({"flexible": d}, "ring", 1, window=(1.0, 1.5)).axes[0]
         for d in (ahead, back)

@@ -15,7 +15,9 @@ from flexgear.coupling.pair_data import by_kind
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.load import load_case
 from flexgear.model.stage_view import StageView
+from flexgear.results.flanks import pairs_of
 from flexgear.results.load_sharing import LEAST_SHARE, load_sharing
+from flexgear.results.stage_part import of_kind, ring_force_spread, ring_sharing
 from tan2023 import measures
 from tan2023.measures import RPM
 from tan2023.runs import (
@@ -48,7 +50,7 @@ def inertias(runs: Runs) -> str:
 @statement(10, published="speed settles at 11.27 r/min", tolerance="mean of a revolution, 0.1 %")
 def speed_is_rated(runs: Runs) -> Finding:
     wanted = reference()["carrier_speed"]
-    mean = float(runs.steady["flexible"]["carrier_speed"].mean()) * RPM
+    mean = float(runs.steady["flexible"]["stage_speed"].mean()) * RPM
     assert wanted.tolerance is not None
     return Finding(
         f"{mean:.4f} r/min; {inertias(runs)}",
@@ -81,7 +83,7 @@ def speed_settles_as_inertia_over_damping(runs: Runs) -> Finding:
 def half_torque_follows_the_brake(runs: Runs) -> Finding:
     n = runs.case.case.output.brake_exponent
     wanted = 0.5 ** (1 / n) * runs.case.case.inputs[0].speed * RPM
-    speed = runs.half_torque["carrier_speed"].to_numpy()[-1000:]
+    speed = runs.half_torque["stage_speed"].to_numpy()[-1000:]
     weight = np.hanning(len(speed))  # torsional vibration dies slowly and has no mean
     found = float(weight @ speed / weight.sum()) * RPM
     return Finding(
@@ -96,7 +98,7 @@ def half_torque_follows_the_brake(runs: Runs) -> Finding:
     tolerance="lowest speeds in order 2e6, 4e5, 2e5 N m",
 )
 def dips_grow_with_the_drop(runs: Runs) -> Finding:
-    low = [float(runs.drops[t]["carrier_speed"].min()) * RPM for t in DROPS]
+    low = [float(runs.drops[t]["stage_speed"].min()) * RPM for t in DROPS]
     text = ", ".join(f"{t:.1g} N m: {v:.2f}" for t, v in zip(DROPS, low, strict=True))
     return Finding(f"lowest speed in r/min, {text}", bool(low[0] > low[1] > low[2]))
 
@@ -174,8 +176,8 @@ def steady_sharing_by_variant(runs: Runs) -> Finding:
     tolerance="largest K in the drop above the largest steady one",
 )
 def sharing_worsens_in_the_drop(runs: Runs) -> Finding:
-    steady = float(np.nanmax(runs.steady["flexible"]["load_sharing"]))
-    drop = float(np.nanmax(runs.main_drop["flexible"]["load_sharing"]))
+    steady = float(np.nanmax(ring_sharing(runs.steady["flexible"])))
+    drop = float(np.nanmax(ring_sharing(runs.main_drop["flexible"])))
     return Finding(f"largest K {steady:.3f} steady, {drop:.3f} in the drop", bool(drop > steady))
 
 
@@ -187,7 +189,7 @@ def sharing_worsens_in_the_drop(runs: Runs) -> Finding:
 def spread_is_smaller_when_flexible(runs: Runs) -> Finding:
     start = runs.case.case.drive.steps.start
     spread = {n: transient_spread(d, start) for n, d in runs.main_drop.items()}
-    k = {n: float(np.nanmax(d["load_sharing"])) for n, d in runs.main_drop.items()}
+    k = {n: float(np.nanmax(ring_sharing(d))) for n, d in runs.main_drop.items()}
     return Finding(
         f"spread {spread['flexible']:.4f} flexible, {spread['rigid']:.4f} rigid; "
         f"largest K {k['flexible']:.3f} and {k['rigid']:.3f}",
@@ -209,7 +211,8 @@ def bundled_case_agrees(runs: Runs) -> Finding:
 
     found = side_by_side({label(v): partial(one, v) for v in (FLEXIBLE, RIGID)})
     spread = {n: transient_spread(d, SHORT_START) for n, d in found.items()}
-    lowest = min(float(d[f"{g}_pair_load"].min()) for d in found.values() for g in ("ring", "sun"))
+    pairs = [pairs_of(d, g, "drive") for d in found.values() for g in ("ring", "sun")]
+    lowest = min(float(p["load"].min()) for p in pairs)
     return Finding(
         f"drive {case.case.inputs[0].inertia:.3g} kg m²: spread {spread['flexible']:.4f} flexible, "
         f"{spread['rigid']:.4f} rigid; lowest tooth load {lowest:.1f} N",
@@ -226,9 +229,9 @@ def sharing_is_not_evaluated_without_load(runs: Runs) -> Finding:
     rated = power_flow(runs.case.case).stages[0].ring_gear_mesh_force * runs.case.stage.planets
     left_out, good = 0, True
     for data in (*runs.main_drop.values(), *runs.drops.values()):
-        total = np.abs(data["ring_gear_mesh_force"].sum("planet").to_numpy())
+        total = np.abs(of_kind(data, "ring")["gear_mesh_force"].sum("gear_mesh").to_numpy())
         low = total < LEAST_SHARE * rated
-        k = data["load_sharing"].to_numpy()
+        k = ring_sharing(data).to_numpy()
         good &= bool(np.all(np.isnan(k[low])) and np.all(np.isfinite(k[~low])))
         left_out += int(low.sum())
     return Finding(f"{left_out} samples left out of all drops", good and left_out > 0)
@@ -236,7 +239,7 @@ def sharing_is_not_evaluated_without_load(runs: Runs) -> Finding:
 
 def transient_spread(data: xr.Dataset, start: float) -> float:
     """Largest force spread (max − min)/rated mean from a torque drop at ``start`` s on."""
-    return float(data["planet_force_spread"].sel(time=slice(start, None)).max())
+    return float(ring_force_spread(data).sel(time=slice(start, None)).max())
 
 
 def drop_spread(runs: Runs) -> dict[str, float]:

@@ -10,6 +10,7 @@ import xarray as xr
 
 from flexgear.coupling.system import System
 from flexgear.results.contact_share import contact_share, expected_contact_share
+from flexgear.results.flanks import pairs_of
 from flexgear.results.stiffness_split import stiffness_split
 from tan2023 import measures
 from tan2023.measures import Passage
@@ -24,7 +25,7 @@ from tan2023.statements import Finding, reference, statement
     tolerance="never falling but for the wrap at 93; starts 93/5 teeth apart within one tooth",
 )
 def ring_teeth_engage_in_order(runs: Runs) -> Finding:
-    tooth = runs.steady["flexible"]["ring_pair_tooth"].to_numpy()
+    tooth = pairs_of(runs.steady["flexible"], "ring", "drive")["tooth"].to_numpy()
     teeth, planets = runs.case.stage.ring.teeth, runs.case.stage.planets
     newest, good = [], True
     for i in range(planets):
@@ -49,7 +50,7 @@ def ring_teeth_engage_in_order(runs: Runs) -> Finding:
 )
 def two_and_three_pairs_alternate(runs: Runs) -> Finding:
     data, ratio = runs.steady["flexible"], runs.geometry.ring_mesh.total_contact_ratio
-    at_work = data["ring_pair_tooth"].to_numpy() > 0
+    at_work = pairs_of(data, "ring", "drive")["tooth"].to_numpy() > 0
     found, expected = contact_share(at_work), expected_contact_share(ratio)
     counts = at_work[:, 0].sum(axis=-1)
     changes = np.diff(counts[np.flatnonzero(np.diff(counts, prepend=counts[0] - 1))])
@@ -72,8 +73,8 @@ def two_and_three_pairs_alternate(runs: Runs) -> Finding:
 )  # fmt: skip
 def tooth_load_rises_and_falls(runs: Runs) -> Finding:
     data = runs.passages["flexible"]
-    tooth = data["ring_pair_tooth"].to_numpy()[:, 0]
-    load = data["ring_pair_load"].to_numpy()[:, 0]
+    pairs = pairs_of(data, "ring", "drive", 1).isel(planet=0)
+    tooth, load = pairs["tooth"].to_numpy(), pairs["load"].to_numpy()
     places, ends = [], []
     for number in np.unique(tooth[tooth > 0]):
         rows = np.flatnonzero((tooth == number).any(axis=1))
@@ -235,8 +236,8 @@ def cause_of_the_shift(runs: Runs) -> Finding:
 def _main_lows(runs: Runs, gear_mesh: str) -> list[float]:
     """Two lowest minima of single teeth of planet 1 during the drop, kN."""
     data = runs.main_drop["flexible"].sel(time=slice(0.99, 1.5))
-    load = data[f"{gear_mesh}_pair_load"].to_numpy()[:, 0]
-    tooth = data[f"{gear_mesh}_pair_tooth"].to_numpy()[:, 0]
+    pairs = pairs_of(data, gear_mesh, "drive", 1).isel(planet=0)
+    load, tooth = pairs["load"].to_numpy(), pairs["tooth"].to_numpy()
     lows = [load[tooth == n].min() / 1e3 for n in np.unique(tooth[tooth > 0])]
     return sorted(float(v) for v in lows)[:2]
 
@@ -244,7 +245,8 @@ def _main_lows(runs: Runs, gear_mesh: str) -> list[float]:
 def _negative_loads(runs: Runs, gear_mesh: str) -> Finding:
     printed = [reference()[f"{gear_mesh}_planet_1_lowest_{k}"].value for k in ("a", "b")]
     lows = _main_lows(runs, gear_mesh)
-    rigid = runs.main_drop["rigid"][f"{gear_mesh}_pair_load"].to_numpy()[:, 0].min() / 1e3
+    rigid_pairs = pairs_of(runs.main_drop["rigid"], gear_mesh, "drive", 1)
+    rigid = float(rigid_pairs["load"].min()) / 1e3
     return Finding(
         f"flexible: {lows[0]:.0f} and {lows[1]:.0f} kN (printed {printed[0]:g} and "
         f"{printed[1]:g}); rigid: {rigid:.0f} kN",
@@ -307,8 +309,9 @@ def split_hides_negative_loads(runs: Runs) -> Finding:
     data = runs.main_drop["flexible"]
     parts, good = [], True
     for g in ("ring", "sun"):
-        load = data[f"{g}_pair_load"].to_numpy()[:, 0]
-        split = stiffness_split(load, data[f"{g}_pair_stiffness"].to_numpy()[:, 0])
+        pairs = pairs_of(data, g, "drive", 1).isel(planet=0)
+        load = pairs["load"].to_numpy()
+        split = stiffness_split(load, pairs["stiffness"].to_numpy())
         good &= bool(split.min() >= 0)
         parts.append(f"{g}: split {split.min() / 1e3:.0f} kN, pairs {load.min() / 1e3:.0f} kN")
     return Finding(

@@ -9,7 +9,10 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from flexgear.model.names import MemberName, NodeName
+from flexgear.results.flanks import pairs_of
 from flexgear.results.harmonics import angle_difference, radial_harmonics, star_angle
+from flexgear.results.stage_part import displacement_of
 from flexgear.results.stiffness_split import stiffness_split
 
 Array = NDArray[np.float64]
@@ -38,9 +41,10 @@ class Passage:
 def passages(data: xr.Dataset, gear_mesh: str) -> list[Passage]:
     """Every tooth pair of planet 1 whose whole contact is in the data."""
     load, stiffness, tooth = (
-        data[f"{gear_mesh}_pair_{name}"].to_numpy()[:, 0] for name in ("load", "stiffness", "tooth")
+        pairs_of(data, gear_mesh, "drive", 1)[name].to_numpy()[:, 0]
+        for name in ("load", "stiffness", "tooth")
     )
-    split, angle = stiffness_split(load, stiffness), data["carrier_angle"].to_numpy()
+    split, angle = stiffness_split(load, stiffness), data["stage_angle"].to_numpy()
     found = []
     for number in np.unique(tooth[tooth > 0]):
         here = tooth == number
@@ -99,7 +103,7 @@ class Humps:
 
 def humps(data: xr.Dataset, planets: int, teeth: int) -> Humps:
     """Fourier series in the carrier angle: orders below half the gear-mesh order are the humps."""
-    angle = data["carrier_angle"].to_numpy()
+    angle = data["stage_angle"].to_numpy()
     grid = angle[0] + 2 * math.pi * np.arange(16384) / 16384
     grid = grid[grid <= angle[-1]] if angle[-1] - angle[0] < 2 * math.pi * (1 - 1e-3) else grid
     values = np.stack([np.interp(grid, angle, u) for u in tooth_node(data).T])
@@ -131,26 +135,34 @@ def star(data: xr.Dataset) -> tuple[Array, Array]:
     The offset of the first position is that of the star itself and is taken off.
     """
     c = radial_harmonics(data["tooth_displacement"].to_numpy())
-    off = angle_difference(star_angle(c, 5), data["carrier_angle"].to_numpy(), 5)
+    off = angle_difference(star_angle(c, 5), data["stage_angle"].to_numpy(), 5)
     return np.abs(c) * MICRO, np.asarray(angle_difference(off, off[0], 5))
 
 
 def drive_rotation(data: xr.Dataset) -> Array:
     """Wind-up (t,) of the carrier's drive node, rad."""
-    return np.asarray(data["carrier_displacement"].sel(carrier_node="drive").isel(dof=5))
+    return np.asarray(data["carrier_displacement"].sel(carrier_node="stage.drive").isel(dof=5))
+
+
+def pins(data: xr.Dataset) -> xr.DataArray:
+    """Displacement (t, N, dof) of the carrier at its pins, carrier axes."""
+    names = [MemberName.parse(str(n)).part for n in data["carrier_node"].to_numpy()]
+    return data["carrier_displacement"].isel(
+        carrier_node=[NodeName.parse(n).kind == "pin" for n in names]
+    )
 
 
 def tangential_shift(data: xr.Dataset, center_distance: float) -> Array:
     """Tangential shift (t, N) of the planets against the carrier's drive flange, m."""
-    y = data["planet_displacement"].isel(dof=1).to_numpy()
+    y = displacement_of(data, "planet").isel(dof=1).to_numpy()
     return np.asarray(y - center_distance * drive_rotation(data)[:, None])
 
 
 def lowest_over_peak(data: xr.Dataset) -> float:
     """Lowest pair load of ring and sun meshes over the largest before the drop."""
     before = data.isel(time=slice(0, 200))
-    rated = max(float(before[f"{g}_pair_load"].max()) for g in ("ring", "sun"))
-    return min(float(data[f"{g}_pair_load"].min()) for g in ("ring", "sun")) / rated
+    rated = max(float(pairs_of(before, g, "drive")["load"].max()) for g in ("ring", "sun"))
+    return min(float(pairs_of(data, g, "drive")["load"].min()) for g in ("ring", "sun")) / rated
 
 
 def decay_time(time: Array, speed: Array, final: float) -> float:

@@ -6,6 +6,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from flexgear.results.stage_part import displacement_of
 from tan2023 import measures
 from tan2023.runs import Runs
 from tan2023.statements import Finding, reference, statement
@@ -21,10 +22,10 @@ CALIBRATED = "calibrated by rim thickness and bolt stiffness at standard fidelit
 
 def motions(runs: Runs, data: xr.Dataset) -> dict[str, Array]:
     """In-plane and axial motion (t, 3) of sun, planet 1 (against the drive flange), tooth 1, µm."""
-    planet = data["planet_displacement"].isel(planet=0).to_numpy()[:, :3].copy()
+    planet = displacement_of(data, "planet").isel(body=0).to_numpy()[:, :3].copy()
     planet[:, 1] -= runs.geometry.center_distance * measures.drive_rotation(data)
     return {
-        "sun": data["sun_displacement"].to_numpy()[:, :3] * MICRO,
+        "sun": displacement_of(data, "sun").to_numpy()[:, :3] * MICRO,
         "planet 1": planet * MICRO,
         "tooth 1": measures.tooth_node(data) * MICRO,
     }
@@ -171,7 +172,7 @@ def x_peaks_first(runs: Runs) -> Finding:
 )
 def ripple_rides_on_the_humps(runs: Runs) -> Finding:
     data = runs.steady["flexible"]
-    angle, u = data["carrier_angle"].to_numpy(), measures.tooth_node(data)
+    angle, u = data["stage_angle"].to_numpy(), measures.tooth_node(data)
     grid = angle[0] + 2 * np.pi * np.arange(8192) / 8192
     teeth = runs.case.stage.ring.teeth
     lines = np.abs(np.fft.rfft(np.stack([np.interp(grid, angle, v) for v in u.T]), axis=-1))

@@ -32,8 +32,8 @@ def numbered_pair_loads(
     window: Window | None = None,
 ) -> Figure:
     """Load of each tooth pair with its tooth number, and pairs in contact below (Figure 12)."""
-    dataset = windowed(dataset, "carrier_angle", window)
-    at = abscissa(dataset, "carrier_angle")
+    dataset = windowed(dataset, "stage_angle", window)
+    at = abscissa(dataset, "stage_angle")
     load, tooth, _ = pair_arrays(dataset, gear_mesh, planet)
     figure, axes = panels(2, 1, height_mm=98, sharex=True, height_ratios=[4, 1])
     top, bottom = axes[:, 0]
@@ -71,7 +71,7 @@ def numbered_pair_loads(
     bottom.yaxis.set_major_locator(MaxNLocator(integer=True))
     bottom.set_ylabel("pairs in\ncontact")
     bottom.margins(y=0.25)
-    finish_x(bottom, "carrier_angle", planet_count(dataset), at[0], at[-1])
+    finish_x(bottom, "stage_angle", planet_count(dataset), at[0], at[-1])
     return figure
 
 

@@ -11,11 +11,11 @@ from matplotlib.figure import Figure
 
 from flexgear.model.errors import FlexgearError
 from flexgear.views import displacements, histories, loads
-from flexgear.views.positions import equilibrium_positions
 from flexgear.views.probe import require_rendering
 from flexgear.views.style import DEFORMED_COLOUR, ORIGINAL_COLOUR, panels, styled
 from tan2023.measures import RPM
 from tan2023.pair_pictures import numbered_pair_loads, pair_stiffness_and_error
+from tan2023.positions import equilibrium_positions
 from tan2023.ring_statements import carrier_under_pin_forces, pair_curves
 from tan2023.runs import MAIN_DROP, Runs
 
@@ -69,8 +69,8 @@ def figure_7(runs: Runs) -> Figure:
 )
 def figure_8(runs: Runs) -> Figure:
     data = runs.star.isel(position=[1, 2]).copy(deep=True)
-    for body in ("sun", "planet", "pin"):
-        data[f"{body}_displacement"][{"dof": [3, 4]}] = 0.0
+    for name in ("body_displacement", "carrier_displacement"):
+        data[name][{"dof": [3, 4]}] = 0.0
     return equilibrium_positions(data, runs.outline)
 
 

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexgear.results.harmonics import radial_harmonics
+from flexgear.results.stage_part import displacement_of
 from tan2023 import measures
 from tan2023.runs import FLEXIBLE, Runs
 from tan2023.statements import Finding, statement
@@ -103,7 +104,7 @@ def planets_shift_against_the_rotation(runs: Runs) -> Finding:
     tolerance="below 5 % of the planets' shift (ours; the paper gives none)",
 )
 def sun_hardly_moves_radially(runs: Runs) -> Finding:
-    sun = np.hypot(*runs.star["sun_displacement"].to_numpy()[:, :2].T).max() * MICRO
+    sun = np.hypot(*displacement_of(runs.star, "sun").to_numpy()[:, :2].T).max() * MICRO
     planets = (
         np.abs(measures.tangential_shift(runs.star, runs.geometry.center_distance)).max() * MICRO
     )
@@ -125,9 +126,9 @@ def axial_shifts_are_small(runs: Runs) -> Finding:
     planets = np.abs(measures.tangential_shift(data, runs.geometry.center_distance)).max()
     shifts = {
         "ring": np.abs(data["tooth_displacement"].isel(axis=2)).max(),
-        "carrier": np.abs(data["pin_displacement"].isel(dof=2)).max(),
-        "planets": np.abs(data["planet_displacement"].isel(dof=2)).max(),
-        "sun": np.abs(data["sun_displacement"].isel(dof=2)).max(),
+        "carrier": np.abs(measures.pins(data).isel(dof=2)).max(),
+        "planets": np.abs(displacement_of(data, "planet").isel(dof=2)).max(),
+        "sun": np.abs(displacement_of(data, "sun").isel(dof=2)).max(),
     }
     text = ", ".join(f"{n} {float(v) * MICRO:.1f}" for n, v in shifts.items())
     return Finding(
@@ -204,7 +205,7 @@ def ring_x_is_odd_across_the_axis(runs: Runs) -> Finding:
 )
 def every_tooth_sees_five_humps(runs: Runs) -> Finding:
     data = runs.steady["flexible"]
-    angle, x = data["carrier_angle"].to_numpy(), data["tooth_displacement"].isel(axis=0).to_numpy()
+    angle, x = data["stage_angle"].to_numpy(), data["tooth_displacement"].isel(axis=0).to_numpy()
     grid = angle[0] + 2 * np.pi * np.arange(4096) / 4096
     spectrum = np.abs(np.fft.rfft(np.stack([np.interp(grid, angle, u) for u in x.T]), axis=-1))[
         :, 1:41

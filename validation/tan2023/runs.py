@@ -25,7 +25,7 @@ from flexgear.model.gear_errors import GearErrors
 from flexgear.model.load import load_case
 from flexgear.model.names import BodyName
 from flexgear.model.stage_view import StageView
-from flexgear.results.stage_part import stage_part, with_spread
+from flexgear.results.stage_part import stage_part
 from flexgear.solve.bodies import Bodies, stage_bodies
 from flexgear.solve.dataset import transient_data
 from flexgear.solve.model import Model, assemble
@@ -72,8 +72,8 @@ def model_of(stage: StageView, bodies: Bodies, variant: Variant) -> Model:
 
 
 def of_stage(data: xr.Dataset) -> xr.Dataset:
-    """Results in the words of a single stage, with the spread of the planets' forces."""
-    return with_spread(stage_part(data, "stage"))
+    """What of results belongs to the stage."""
+    return stage_part(data, "stage")
 
 
 def equilibria(model: Model, angles: Array) -> xr.Dataset:

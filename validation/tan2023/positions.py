@@ -17,6 +17,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MultipleLocator
 
+from flexgear.results.stage_part import displacement_of
 from flexgear.structures.kinematics import turn
 from flexgear.views.select import leading_dim, variable
 from flexgear.views.star import StageOutline, angle_text, ring_points
@@ -30,6 +31,7 @@ from flexgear.views.style import (
     panels,
     styled,
 )
+from tan2023.measures import pins
 
 MAGNIFICATION_XY = {"ring": 2000.0, "carrier": 500.0, "sun": 10000.0}
 MAGNIFICATION_YZ = {"ring": 50000.0, "carrier": 50000.0, "sun": 5000.0}
@@ -57,32 +59,25 @@ def turned(motion: FloatArray, angle: float) -> FloatArray:
 
 
 def drive_rotation(position: xr.Dataset) -> float:
-    """Rotation of the carrier's drive node about Z (rad), 0 where it is not in the dataset."""
-    if "carrier_displacement" not in position:
-        return 0.0
-    nodes = [str(n) for n in position["carrier_node"].values]
-    if "drive" not in nodes:
-        return 0.0
-    row = position["carrier_displacement"].isel(carrier_node=nodes.index("drive"))
-    return float(row.isel(dof=5))
+    """Rotation of the carrier's drive node about Z (rad)."""
+    return float(position["carrier_displacement"].sel(carrier_node="stage.drive").isel(dof=5))
 
 
 def stage_discs(position: xr.Dataset, outline: StageOutline) -> dict[str, list[Disc]]:
     """Pins, planets and sun of one position, relative to the carrier's drive node."""
-    angle = float(position["carrier_angle"])
+    angle = float(position["stage_angle"])
     spin = drive_rotation(position)
     parts: dict[str, list[Disc]] = {"pin": [], "planet": [], "sun": []}
     for i, offset in enumerate(outline.planet_angles):
         centre = np.append(outline.planet_centre(i, angle), 0.0)
         carried = spin * outline.center_distance
-        planet = np.array(variable(position, "planet_displacement").isel(planet=i), dtype=float)
+        planet = np.array(displacement_of(position, "planet").isel(body=i), dtype=float)
         planet[1] -= carried
         parts["planet"].append(Disc(centre, outline.planet_radius, turned(planet, angle + offset)))
-        if "pin_displacement" in position:
-            pin = np.array(position["pin_displacement"].isel(planet=i), dtype=float)
-            pin[:2] -= carried * np.array([-np.sin(offset), np.cos(offset)])
-            parts["pin"].append(Disc(centre, outline.pin_circle, turned(pin, angle)))
-    sun = np.array(variable(position, "sun_displacement"), dtype=float)
+        pin = np.array(pins(position).isel(carrier_node=i), dtype=float)
+        pin[:2] -= carried * np.array([-np.sin(offset), np.cos(offset)])
+        parts["pin"].append(Disc(centre, outline.pin_circle, turned(pin, angle)))
+    sun = np.array(displacement_of(position, "sun"), dtype=float)
     parts["sun"].append(Disc(np.zeros(3), outline.sun_radius, turned(sun, angle)))
     return parts
 
@@ -96,10 +91,8 @@ def equilibrium_positions(
 ) -> Figure:
     """Ring, pins, planets and sun at equilibrium: X–Y and Y–Z, one row a position (Tan, Fig. 8).
 
-    ``dataset``: carrier_angle, tooth_displacement (p, tooth, axis), planet_displacement
-    (p, planet, dof; planet axes), pin_displacement (p, planet, dof; carrier axes),
-    sun_displacement (p, dof; carrier axes), carrier_displacement for the drive node's rotation,
-    which is taken out. "carrier" magnifies pins and planets. In Y–Z only z is magnified.
+    ``dataset``: the part of equilibria that belongs to the stage; the rotation of the carrier's
+    drive node is taken out. "carrier" magnifies pins and planets. In Y–Z only z is magnified.
     """
     dim = leading_dim(dataset)
     count = int(dataset.sizes[dim])
@@ -111,7 +104,7 @@ def equilibrium_positions(
         left, right = axes[row]
         draw_plane(left, position, outline, magnification_xy, (0, 1))
         draw_plane(right, position, outline, magnification_yz, (1, 2))
-        text = angle_text(float(position["carrier_angle"]), len(outline.planet_angles))
+        text = angle_text(float(position["stage_angle"]), len(outline.planet_angles))
         left.set_title(f"X–Y, {text}")
         right.set_title(f"Y–Z, {text}")
         left.set(xlabel="X (m)", ylabel="Y (m)")
@@ -160,6 +153,6 @@ def draw_plane(
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_locator(MultipleLocator(nice_number(0.6 * outline.ring_radius)))
     for i in range(len(outline.planet_angles)):
-        x, y = outline.planet_centre(i, float(position["carrier_angle"]))
+        x, y = outline.planet_centre(i, float(position["stage_angle"]))
         if plane == (0, 1):
             axes.text(x, y, f"{i + 1}", ha="center", va="center", fontsize=8, color=NEUTRAL)
