@@ -1,11 +1,15 @@
 """flexgear: dynamics of planetary gear trains whose rings, carriers and shafts bend.
 
-The public face: from a case to a labelled result.
+The public face, from a case to labelled results and their pictures:
 
-    case = flexgear.load_case("wind-5mw")
-    model = flexgear.assemble(case, rigid=["ring"])
-    static = flexgear.static(model, carrier_angle=[0.0, 0.1])
-    run = flexgear.transient(model, duration=0.5)
+    import flexgear as fg
+
+    case = fg.load_case("wind-5mw", planets=5)
+    model = case.assemble()
+    equilibria = model.static(angle_deg=range(0, 72, 3))
+    run = model.transient(duration=0.5)
+    equilibria.fg.plot.ring_star()
+    fg.compare(flexible=run, rigid=model.rigid("ring").transient(duration=0.5)).plot()
 
 Names are imported when they are first used, so that `import flexgear` is fast and a command that
 needs no FE mesh never loads gmsh.
@@ -17,50 +21,42 @@ TYPE_CHECKING = False  # as in typing, which takes a while to load
 if TYPE_CHECKING:
     from typing import Any
 
+    from flexgear.face.case import Case as Case
+    from flexgear.face.case import load_case as load_case
+    from flexgear.face.comparison import Comparison as Comparison
+    from flexgear.face.comparison import compare as compare
+    from flexgear.face.model import Model as Model
+    from flexgear.face.runs import Run as Run
+    from flexgear.face.runs import read_run as read_run
+    from flexgear.face.runs import report as report
     from flexgear.gears.power_flow import power_flow as power_flow
-    from flexgear.model.case import Case as Case
     from flexgear.model.errors import FlexgearError as FlexgearError
     from flexgear.model.errors import InputError as InputError
-    from flexgear.model.load import load_case as load_case
     from flexgear.results.harmonics import radial_harmonics as radial_harmonics
     from flexgear.results.stage_part import stage_part as stage_part
-    from flexgear.solve.campbell import campbell as campbell
-    from flexgear.solve.deformed import deformed as deformed
-    from flexgear.solve.deformed import mode_field as mode_field
-    from flexgear.solve.model import Model as Model
-    from flexgear.solve.model import assemble as assemble
-    from flexgear.solve.modes import modes as modes
-    from flexgear.solve.run import run as run
-    from flexgear.solve.static import static as static
-    from flexgear.solve.transient import transient as transient
     from flexgear.studies.sweep import sweep as sweep
     from flexgear.studies.tolerance import tolerance as tolerance
     from flexgear.views.field_series import save_series as save_series
     from flexgear.views.field_series import swing as swing
-    from flexgear.views.render import deformed_grid as deformed_grid
     from flexgear.views.render import field_grid as field_grid
 
 __version__ = "0.2.0"
 
 _HOME = {
-    "Case": "flexgear.model.case",
-    "load_case": "flexgear.model.load",
+    "Case": "flexgear.face.case",
+    "load_case": "flexgear.face.case",
+    "Model": "flexgear.face.model",
+    "Run": "flexgear.face.runs",
+    "read_run": "flexgear.face.runs",
+    "report": "flexgear.face.runs",
+    "Comparison": "flexgear.face.comparison",
+    "compare": "flexgear.face.comparison",
     "FlexgearError": "flexgear.model.errors",
     "InputError": "flexgear.model.errors",
     "power_flow": "flexgear.gears.power_flow",
-    "Model": "flexgear.solve.model",
-    "assemble": "flexgear.solve.model",
-    "static": "flexgear.solve.static",
-    "modes": "flexgear.solve.modes",
-    "campbell": "flexgear.solve.campbell",
-    "transient": "flexgear.solve.transient",
-    "deformed": "flexgear.solve.deformed",
-    "mode_field": "flexgear.solve.deformed",
-    "deformed_grid": "flexgear.views.render",
     "field_grid": "flexgear.views.render",
     "save_series": "flexgear.views.field_series",
     "swing": "flexgear.views.field_series",
-    "run": "flexgear.solve.run",
     "stage_part": "flexgear.results.stage_part",
     "radial_harmonics": "flexgear.results.harmonics",
     "sweep": "flexgear.studies.sweep",
@@ -80,7 +76,7 @@ def __getattr__(name: str) -> Any:
     if not isinstance(attribute, type):
         from flexgear.model.arguments import checked
 
-        attribute = checked(attribute, name)
+        attribute = checked(attribute)
     globals()[name] = attribute
     return attribute
 

@@ -1,23 +1,25 @@
-"""Every public name exists, and importing the package loads nothing heavy."""
+"""What a script or a notebook does with `import flexgear as fg`, and what it is answered."""
 
 import inspect
 import subprocess
 import sys
 
+import numpy as np
 import pytest
+import xarray as xr
 
-import flexgear
+import flexgear as fg
 
 
-@pytest.mark.parametrize("name", flexgear.__all__)
+@pytest.mark.parametrize("name", fg.__all__)
 def test_public_name_is_there(name):
-    assert getattr(flexgear, name) is not None
-    assert name in dir(flexgear)
+    assert getattr(fg, name) is not None
+    assert name in dir(fg)
 
 
 def test_unknown_name_is_an_attribute_error():
     with pytest.raises(AttributeError, match="nothing_like_it"):
-        flexgear.nothing_like_it  # noqa: B018
+        fg.nothing_like_it  # noqa: B018
 
 
 def test_import_alone_is_light():
@@ -26,45 +28,171 @@ def test_import_alone_is_light():
     assert done.stdout.strip() == "[]"
 
 
-def test_the_face_is_small_and_one_thing_is_handed_over():
-    """Whoever has a model has its case."""
-    assert len(flexgear.__all__) < 24
-    for name in flexgear.__all__:
-        if not inspect.isfunction(function := getattr(flexgear, name)):
-            continue
-        found = inspect.signature(function).parameters
-        assert not {"case", "model"} <= set(found), name
+def test_no_public_function_takes_arguments_without_types():
+    functions = [
+        getattr(owner, name)
+        for owner in (fg, fg.Case, fg.Model, fg.Comparison)
+        for name in (fg.__all__ if owner is fg else vars(owner))
+        if not name.startswith("_") and inspect.isfunction(getattr(owner, name))
+    ]
+    for function in functions:
+        parameters = dict(inspect.signature(function).parameters)
+        parameters.pop("self", None)
+        assert all(p.annotation not in ("Any", p.empty) for p in parameters.values()), function
 
 
 @pytest.fixture(scope="module")
 def case():
-    return flexgear.load_case("lin-parker")
+    return fg.load_case("lin-parker")
+
+
+@pytest.fixture(scope="module")
+def model(case):
+    return case.assemble()
+
+
+@pytest.fixture(scope="module")
+def modes(model):
+    return model.modes()
 
 
 @pytest.mark.parametrize(
     ("call", "line"),
     [
-        (lambda case: flexgear.load_case(3), "load_case(): source: 3 is of the wrong type"),
-        (lambda case: flexgear.load_case("lin-parker", planets=5), "unexpected keyword argument"),
-        (lambda case: flexgear.load_case("lin-parker", {"stage.planets": "x"}),
-         "load_case(): overrides: stage.planets: 'x' is not a whole number"),
-        (lambda case: flexgear.assemble("lin-parker"), "assemble(): case: 'lin-parker'"),
-        (lambda case: flexgear.assemble(case, rigid=["rim"]), "assemble(): rigid"),
-        (lambda case: flexgear.run(case, "out"), "run(): progress: 'out'"),
-        (lambda case: flexgear.power_flow(3), "power_flow(): case: 3"),
-        (lambda case: flexgear.static(flexgear.assemble(case), "x"), "static(): carrier_angle"),
-        (lambda case: flexgear.modes(flexgear.assemble(case), limit_hz="a"), "modes(): limit_hz"),
+        (lambda case: fg.load_case(3), "load_case(): source: 3 is of the wrong type"),
+        (lambda case: fg.load_case("lin-parker", planets="five"),
+         "load_case(): stage.planets: 'five' is not a whole number"),
+        (lambda case: fg.load_case("lin-parker", {"stage.planets": "x"}),
+         "load_case(): stage.planets: 'x' is not a whole number"),
+        (lambda case: fg.load_case("lin-parker", planet=5), "planet: is not a section"),
+        (lambda case: fg.load_case("lin-parker", plannets=5), "did you mean planets?"),
+        (lambda case: fg.load_case("lin-parker", face_width=5), "face_width: has no unit"),
+        (lambda case: fg.load_case("nrel-5mw", planets=5), "planets: is a key of a stage"),
+        (lambda case: case.assemble(rigid=["rim"]), "Case.assemble(): rigid"),
+        (lambda case: case.assemble(progress="bar"), "Case.assemble(): progress: 'bar'"),
+        (lambda case: case.run(3), "Case.run(): out: 3 is of the wrong type"),
+        (lambda case: case.run(folder="x"), "Case.run(): arguments"),
+        (lambda case: fg.power_flow(3), "power_flow(): case: 3"),
+        (lambda case: case.assemble().static("x"), "Model.static(): angle_deg: 'x'"),
+        (lambda case: case.assemble().static(0, member="stage.rim"), "static(): member: "),
+        (lambda case: case.assemble().modes(limit_hz="a"), "Model.modes(): limit_hz: 'a'"),
+        (lambda case: case.assemble().transient("long"), "Model.transient(): duration: 'long'"),
+        (lambda case: fg.compare(a=1, b=2), "compare(): a: 1 is of the wrong type"),
+        (lambda case: fg.compare(), "compare(): runs: are fewer than two"),
+        (lambda case: fg.Case(stages=[{"planets": "five"}]), "Case()"),
     ],
 )  # fmt: skip
 def test_a_wrong_argument_is_one_line_that_names_it(case, call, line):
-    with pytest.raises(flexgear.InputError) as fault:
+    with pytest.raises(fg.InputError) as fault:
         call(case)
     assert str(fault.value).startswith("flexgear.") and line in str(fault.value)
     assert "\n" not in str(fault.value) and "--" not in str(fault.value).replace(" -- ", "")
 
 
-def test_cases_and_models_are_shown_in_a_line(case):
-    model = flexgear.assemble(case)
+def test_keys_of_a_case_are_keywords_of_load_case():
+    """Those of the only stage without its name, values as Python has them; None takes one out."""
+    by_text = fg.load_case("lin-parker", {"stage.planets": "5", "stage.errors.pin_radial_um": "10"})
+    errors = {"pin_radial_um": np.float64(10.0)}
+    assert fg.load_case("lin-parker", planets=5, errors=errors) == by_text
+    assert fg.load_case("lin-parker", **{"stage.planets": 5, "errors.pin_radial_um": 10}) == by_text
+    assert fg.load_case("lin-parker", title=None).title == ""
+    assert fg.load_case("lin-parker", gyroscopic=True).gyroscopic
+
+
+def test_a_case_of_objects_is_that_of_the_file(case):
+    fields = {name: getattr(case, name) for name in type(case).model_fields}
+    assert fg.Case(**fields) == case
+    plain = case.model_dump(exclude_unset=True)
+    assert fg.Case(**{**plain, "stages": list(plain["stages"])}) == case
+
+
+def test_what_comes_of_a_case_has_its_methods(case, model):
+    assert isinstance(case.with_(gyroscopic=True), fg.Case)
+    assert isinstance(model.without_errors(), fg.Model)
+    assert model.case is case
+
+
+def test_angles_are_those_of_the_member_that_is_named():
+    """In one planetary stage the carrier is slower than the sun by the ratio of the stage."""
+    model = fg.load_case("herringbone").assemble()
+    speed, lead = model.flow.speed, model.reference_member
+    other = next(m for m, w in speed.items() if w not in (0.0, speed[lead]))
+    ratio = abs(speed[other] / speed[lead])
+    by_lead, by_other = model.static([0, 3]), model.static([0, 3 * ratio], member=other)
+    xr.testing.assert_allclose(by_lead, by_other, rtol=1e-6, atol=1e-12)
+    assert by_lead.lead_angle.values == pytest.approx(np.radians([0, 3]))
+
+
+def test_rigid_adds_to_what_is_rigid():
+    model = fg.load_case("wind-5mw").assemble(rigid="all")
+    assert model.rigid_parts == ("all",) and model.variant == "rigid"
+    assert model.rigid("ring").variant == "rigid"
+    assert model.without_errors().rigid().variant == "rigid, without errors"
+
+
+def test_modes_have_their_frequencies_over_speed(modes):
+    assert np.allclose(modes.campbell_frequency[0], modes.frequency[: modes.sizes["mode"]])
+
+
+def test_runs_are_compared_in_a_table_and_a_picture(model):
+    stiffer = model.case.with_(**{"stage.planet_bearing.radial": 1e9}).assemble()
+    both = fg.compare(soft=model.transient(0.002), stiff=stiffer.transient(0.002))
+    assert both.figures.gear_mesh_force.dims == ("run", "gear_mesh")
+    assert repr(both).count("\n") == 2 and "<td>stiff</td>" in both._repr_html_()
+    assert len([ax for ax in both.plot().axes if ax.has_data()]) == 4
+
+
+def test_a_transient_goes_to_a_file(model, tmp_path):
+    path = tmp_path / "run.nc"
+    names = ["gear_mesh_force"]
+    data = model.transient(0.002, out=path, save=names)
+    assert path.exists() and set(data.data_vars) >= set(names)
+    assert np.allclose(data.gear_mesh_force, model.transient(0.002).gear_mesh_force, rtol=1e-6)
+
+
+def test_a_run_in_a_folder_is_read_again_and_drawn(tmp_path):
+    case = fg.load_case("lin-parker").with_(**{"solver.duration": 0.01, "solver.settle": 0.002})
+    run = case.run(tmp_path / "own")
+    assert {"modes", "equilibrium", "transient"} <= set(run.datasets)
+    assert len(repr(run)) < 300 and "<table>" in run._repr_html_()
+    assert fg.read_run(tmp_path / "own").summary == run.summary
+    page = fg.report(tmp_path / "own", interactive=False)
+    assert page.read_text().startswith("<!DOCTYPE html>")
+    with pytest.raises(fg.InputError, match="finished run"):
+        fg.report(tmp_path)
+
+
+def test_cases_and_models_are_shown_in_a_line(case, model):
     for shown in (repr(case), repr(model)):
         assert "lin-parker" in shown and len(shown) < 300
     assert "<td>lin-parker</td>" in model._repr_html_()
+    assert "planetary" in case._repr_html_()
+
+
+def test_a_notebook_shows_bars_and_a_script_nothing(case, monkeypatch, capsys):
+    shown = []
+
+    class Page(str):
+        pass
+
+    class Display:
+        HTML = Page
+
+        @staticmethod
+        def display(page, display_id):
+            shown.append(page)
+            return type("Handle", (), {"update": lambda self, page: shown.append(page)})()
+
+    class Shell:
+        kernel = object()
+
+    class IPython:
+        get_ipython = staticmethod(Shell)
+
+    case.assemble().static()
+    assert capsys.readouterr() == ("", "")
+    monkeypatch.setitem(sys.modules, "IPython", IPython)
+    monkeypatch.setitem(sys.modules, "IPython.display", Display)
+    case.assemble().transient(0.3)
+    assert any("<progress" in page and "transient" in page for page in shown)
+    assert "<progress" not in shown[-1]

@@ -35,6 +35,10 @@ from numpy.typing import NDArray
 import flexgear as fg
 from flexgear.cli.check_sections import derived
 from flexgear.model.bundled import bundled_cases
+from flexgear.solve.model import assemble
+from flexgear.solve.modes import modes
+from flexgear.solve.static import static
+from flexgear.solve.transient import transient
 
 POSITIONS = 12  # of the input, over one turn
 SECONDS, LONGER = 0.05, 0.3  # durations of the two transients, s
@@ -47,17 +51,17 @@ def datasets(name: str, lap: Callable[[str], None]) -> Iterator[tuple[str, xr.Da
     """Every recorded dataset of a bundled case with its kind; ``lap(step)`` ends each step."""
     case = fg.load_case(name, {"solver.fidelity": "quick"})
     yield "check", scalars(derived(case))
-    model = fg.assemble(case)
+    model = assemble(case)
     lap("assemble")
     if case.output is not None:
-        yield "static", fg.static(model, np.linspace(0.0, 2 * np.pi, POSITIONS, endpoint=False))
+        yield "static", static(model, np.linspace(0.0, 2 * np.pi, POSITIONS, endpoint=False))
         lap("static")
-    yield "modes", grouped_modes(fg.modes(model))
+    yield "modes", grouped_modes(modes(model))
     lap("modes")
     if case.output is not None and any(model.system.input_speeds):
-        yield "start", fg.transient(model, duration=SECONDS)
+        yield "start", transient(model, duration=SECONDS)
         lap("start")
-        yield "statistics", statistics(fg.transient(model, duration=LONGER))
+        yield "statistics", statistics(transient(model, duration=LONGER))
         lap("statistics")
 
 

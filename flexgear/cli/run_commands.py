@@ -64,7 +64,7 @@ def run(
         notes: list[str] = []
         lost: list[str] = []
         with watch.stage("saving"):
-            save_or_rescue(lambda place: _save(result, place, report), stage)
+            save_or_rescue(lambda place: save_run(result, place, report), stage)
         if pictures:
             with watch.stage("pictures"), without_pictures(lost):
                 notes = _draw(content, stage, stage, report, workers, interactive)
@@ -124,7 +124,8 @@ def _draw(
     return draw(content, Sheet(source, place), report, workers, interactive)
 
 
-def _save(result: Run, stage: Path, report: Report) -> None:
+def save_run(result: Run, stage: Path, report: Report) -> None:
+    """Write datasets, case and summary of a run into a folder."""
     datasets = {**result.datasets, **{f"{FIELDS}{n}": d for n, d in result.fields.items()}}
     for k, (name, data) in enumerate(datasets.items()):
         report("saving", k / len(datasets))
@@ -145,16 +146,19 @@ def render(
     """Draw the pictures and the report of an earlier run again."""
     target = folder if out is None else out
     content = read_folder(folder)
-    case = content.case
-    claim_folder(target, PICTURES, origin_of_case(case), force)
-    notes: list[str] = []
+    claim_folder(target, PICTURES, origin_of_case(content.case), force)
+    with progress(quiet) as report:
+        warn(draw_again(content, folder, target, interactive, report))
+    typer.echo(f"drew {content.case.name} into {target}")
+
+
+def draw_again(
+    content: Folder, folder: Path, target: Path, interactive: bool, report: Report
+) -> list[str]:
+    """Pictures and page of the run in ``folder`` into ``target``; what was left out and why."""
     with (
         EarlyWorkers(True, ready_to_draw) as workers,
         complete(folder),
         staged_folder(target, earlier(PICTURES)) as stage,
-        progress(quiet) as report,
     ):
-        notes = _draw(content, folder, stage, report, workers, interactive)
-    for note in notes:
-        typer.echo(f"flexgear: {note}", err=True)
-    typer.echo(f"drew {case.name} into {target}")
+        return _draw(content, folder, stage, report, workers, interactive)

@@ -4,7 +4,7 @@ from somewhere inside."""
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import wraps
 from typing import Any, TypeVar, cast
 
@@ -15,15 +15,14 @@ from pydantic.errors import PydanticUserError
 from flexgear.model.errors import InputError, echo
 
 F = TypeVar("F", bound=Callable[..., Any])
-# options of commands, as functions call them
-ARGUMENTS = {"--set": "overrides", "--rigid": "rigid"}
 _ANY = ConfigDict(arbitrary_types_allowed=True)
 
 
-def checked(function: F, name: str) -> F:
+def checked(function: F) -> F:
     """The function, which raises InputError with its name and that of the first argument that it
-    does not know or whose type is not the one of its signature."""
-    signature, place = inspect.signature(function), f"flexgear.{name}()"
+    does not know or whose type is not the one of its signature; options of commands that a fault
+    names become arguments."""
+    signature, place = inspect.signature(function), f"flexgear.{function.__qualname__}()"
     adapters: dict[str, Callable[[Any], object]] = {}
 
     @wraps(function)
@@ -31,36 +30,50 @@ def checked(function: F, name: str) -> F:
         try:
             bound = signature.bind(*args, **kwargs)
         except TypeError as error:
-            remedy = f"it takes {', '.join(signature.parameters)}"
-            raise InputError(place, "arguments", str(error), remedy) from None
+            takes = ", ".join(name for name in signature.parameters if name != "self")
+            raise InputError(place, "arguments", str(error), f"it takes {takes}") from None
         if not adapters:
             adapters.update(_adapters(function, signature))
-        for argument, value in bound.arguments.items():
+        for argument, label, value in _values(bound):
             try:
                 adapters[argument](value)
             except (ValidationError, TypeError, ValueError):
-                wanted = signature.parameters[argument].annotation
                 problem = f"{echo(value)} is of the wrong type"
-                raise InputError(place, argument, problem, f"give {wanted}") from None
+                annotation = signature.parameters[argument].annotation
+                wanted = str(annotation).replace("ArrayLike", "a number or an array of numbers")
+                raise InputError(place, label, problem, f"give {wanted}") from None
         try:
             return function(*args, **kwargs)
         except InputError as fault:
-            if fault.where not in ARGUMENTS:
+            if not fault.where.startswith("--"):
                 raise
-            where = f"{place}: {ARGUMENTS[fault.where]}"
+            option = fault.where.removeprefix("--")
+            where = f"{place}: {option}" if option in signature.parameters else place
             raise InputError(where, fault.key, fault.problem, fault.remedy) from fault
 
     return cast(F, called)
+
+
+def _values(bound: inspect.BoundArguments) -> Iterator[tuple[str, str, Any]]:
+    """Parameter, name and value of every argument; keywords that no parameter has by their own."""
+    for name, value in bound.arguments.items():
+        kind = bound.signature.parameters[name].kind
+        if kind == inspect.Parameter.VAR_POSITIONAL:
+            yield from ((name, name, element) for element in value)
+        elif kind == inspect.Parameter.VAR_KEYWORD:
+            yield from ((name, key, element) for key, element in value.items())
+        elif name != "self":
+            yield name, name, value
 
 
 def _adapters(
     function: Callable[..., Any], signature: inspect.Signature
 ) -> dict[str, Callable[[Any], object]]:
     """Validators by argument: each returns the value or raises."""
-    several = (inspect.Parameter.VAR_POSITIONAL, inspect.Parameter.VAR_KEYWORD)
     return {
-        name: _anything if parameter.kind in several else _adapter(parameter, function.__globals__)
+        name: _adapter(parameter, function.__globals__)
         for name, parameter in signature.parameters.items()
+        if name != "self"
     }
 
 
@@ -84,7 +97,3 @@ def _adapter(argument: inspect.Parameter, names: dict[str, Any]) -> Callable[[An
 def _require(holds: bool) -> None:
     if not holds:
         raise TypeError
-
-
-def _anything(value: Any) -> None:
-    """Takes every value."""

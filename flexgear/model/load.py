@@ -13,19 +13,31 @@ from flexgear.model.case_files import resolve_files
 from flexgear.model.errors import InputError
 from flexgear.model.input_file import read_text
 from flexgear.model.named_stage import take_stages
-from flexgear.model.read import Written, nearest, override_data, parse_toml, put, to_si
+from flexgear.model.read import (
+    Written,
+    match_key,
+    nearest,
+    override_data,
+    parse_toml,
+    put,
+    to_si,
+)
+from flexgear.model.section import accepted_keys
+from flexgear.model.stage import Stage
 from flexgear.model.stage_names import numbered, of_only_stage
-from flexgear.model.upgrade import refuse_earlier_file
+from flexgear.model.upgrade import refuse_earlier_file, refuse_earlier_key
 
 __all__ = ["Case", "load_case"]
 
 
-def load_case(source: str | Path, overrides: Mapping[str, str] | None = None) -> Case:
+def load_case(source: str | Path, overrides: Mapping[str, object] | None = None) -> Case:
     """Read a TOML file or a bundled case by name; overrides are keyed like the TOML keys.
 
     A single stage may be written [stage]; it is the only element of ``stages`` under another name,
     in the file, in overrides and in messages. Files of earlier forms are refused (``upgrade``).
-    overrides: {"stage.planets": "4", "stage.face_width_mm": "400"}; they win over the file.
+    overrides: {"stage.planets": 4, "stage.face_width_mm": "400"}, values of Python or texts of
+    TOML; they win over the file, and None takes a key out. Keys of the only stage may come without
+    "stage.".
     Raises InputError with one line for anything that is wrong.
     """
     raw, where, folder, name = _read(source)
@@ -37,7 +49,7 @@ def case_of_toml(
     where: str,
     name: str,
     folder: Path | None = None,
-    overrides: Mapping[str, str] | None = None,
+    overrides: Mapping[str, object] | None = None,
 ) -> Case:
     """The case of parsed TOML data. where: named in messages; folder: of the files it names."""
     folder = folder or Path()
@@ -58,7 +70,7 @@ def _read(source: str | Path) -> tuple[dict[str, Any], str, Path, str]:
 
 
 def _case(
-    raw: Mapping[str, Any], overrides: Mapping[str, str], where: str, folder: Path, name: str
+    raw: Mapping[str, Any], overrides: Mapping[str, object], where: str, folder: Path, name: str
 ) -> Case:
     """The case of TOML data under its long keys, with overrides carried out."""
     written = Written()
@@ -74,10 +86,34 @@ def _case(
     return validated_case({"name": name, **data, "source": where}, where, written)
 
 
-def _override(data: dict[str, Any], key: str, value: str, written: Written) -> None:
-    full = ".".join(numbered(key, data, "--set"))
-    path, converted = override_data(Case, full, str(value), written)
+def _override(data: dict[str, Any], key: str, value: object, written: Written) -> None:
+    refuse_earlier_key(key, "--set")
+    full = ".".join(numbered(_whole_key(key, data), data, "--set"))
+    path, converted = override_data(Case, full, value, written)
     put(data, path, converted, "--set", key)
+
+
+def _whole_key(key: str, data: Mapping[str, Any]) -> str:
+    """A key with "stage." before it if it is one of the case's only stage; InputError if it is
+    neither that nor a key of the case."""
+    first, stages = key.partition(".")[0], data.get("stages", ())
+    if first in ("stage", "stages"):
+        return key
+    try:
+        match_key(Case, first, "--set", key)
+    except InputError as of_case:
+        try:
+            match_key(Stage, first, "--set", key)
+        except InputError as of_stage:
+            faults = [f for f in (of_case, of_stage) if f.problem != "is not a known key"]
+            keys = [*accepted_keys(Stage), *accepted_keys(Case)]
+            unknown = InputError("--set", key, "is not a known key", nearest(first, keys))
+            raise (faults or [unknown])[0] from None
+        if len(stages) != 1:
+            remedy = f"write stages.NAME.{key} or stages.0.{key}"
+            raise InputError("--set", key, "is a key of a stage", remedy) from None
+        return f"stage.{key}"
+    return key
 
 
 def _with_list(raw: Mapping[str, Any], where: str) -> dict[str, Any]:

@@ -12,6 +12,8 @@ from dataclasses import dataclass, field
 from difflib import get_close_matches
 from typing import Any, NoReturn
 
+import numpy as np
+
 from flexgear.model.errors import InputError, echo
 from flexgear.model.section import (
     Section,
@@ -181,15 +183,16 @@ def _numbers(value: Any, quantity: Quantity, suffix: str, many: bool, where: str
 
 
 def override_data(
-    root: type[Section], key: str, text: str, written: Written, where: str = "--set"
+    root: type[Section], key: str, value: object, written: Written, where: str = "--set"
 ) -> tuple[list[str | int], Any]:
-    """SI path and value of one override such as "stage.face_width_mm" = "400"; without a text
-    ``UNSET``, for the key, section or list element that ``put`` then takes out.
+    """SI path and value of one override such as "stage.face_width_mm" = "400" or 400; for "" or
+    None ``UNSET``: the key, section or list element that ``put`` then takes out.
 
     Whole numbers pick an element of a list: shaft.sections.0.length_mm.
     """
     section: type[Section] | None = root
     parts, path, seen = key.split("."), list[str | int](), ""
+    unset = value is None or (isinstance(value, str) and not value)
     for k, part in enumerate(parts):
         seen = f"{seen}.{part}" if seen else part
         if section is None:
@@ -200,19 +203,29 @@ def override_data(
         name, suffix = match_key(section, part, where, seen)
         path.append(name)
         last, inner = k == len(parts) - 1, section_of(section, name)
-        if last and not text:
+        if last and unset:
             return path, UNSET
         if last:
             at = "".join(f"{p}." for p in path[:-1])
             prefix = key[: len(key) - len(part)]
-            value = to_si(section, {part: _value(text, where, key)}, where, written, prefix, at)
-            return path, value[name]
+            raw = _value(value, where, key) if isinstance(value, str) else lists_of(value)
+            data = to_si(section, {part: raw}, where, written, prefix, at)
+            return path, data[name]
         if inner is None and suffix:
             raise InputError(where, key, f"{seen} has no keys below it", "cut it")
         section = inner
-    if not text:
+    if unset:
         return path, UNSET
     raise InputError(where, key, "ends in the number of a list element", "name a key of it")
+
+
+def lists_of(value: object) -> Any:
+    """Values of Python as a TOML file gives them: lists for sequences and arrays, plain numbers."""
+    if isinstance(value, np.ndarray | np.generic):
+        return value.tolist()
+    if isinstance(value, Mapping):
+        return {str(key): lists_of(inner) for key, inner in value.items()}
+    return [lists_of(v) for v in value] if isinstance(value, list | tuple | range) else value
 
 
 def is_place(part: str) -> bool:

@@ -73,8 +73,10 @@ def refuse_earlier_file(raw: Mapping[str, Any], where: str) -> None:
 
 
 def refuse_earlier_key(key: str, where: str) -> None:
-    """InputError for a key of an earlier form in a setting."""
-    if present := present_key(key):
+    """InputError for a key of an earlier form in a setting, but for those of an only stage, which
+    may be named without it."""
+    present = present_key(key)
+    if present and present != f"stage.{key}":
         raise InputError(where, key, "is what a key was called up to 0.2.0", f"write {present}")
 
 

@@ -26,7 +26,8 @@ from flexgear.gears.error_cycle import (
 )
 from flexgear.gears.power_flow import PowerFlow
 from flexgear.model.case import Case
-from flexgear.model.errors import FlexgearError
+from flexgear.model.errors import FlexgearError, InputError, echo
+from flexgear.model.read import nearest
 
 Array = NDArray[np.float64]
 ALL_CYCLES = 25_000  # gear-mesh cycles of a linear train that are all looked at
@@ -92,6 +93,21 @@ def stage_motions(case: Case, flow: PowerFlow) -> tuple[StageMotion, ...]:
 def lead_speed(case: Case, flow: PowerFlow) -> float:
     """Rated speed of the lead, rad/s: of the first port of given speed that turns."""
     return next((flow.speed[m] for m in given_speeds(case) if flow.speed[m] != 0), 1.0)
+
+
+def reference_member(case: Case, flow: PowerFlow) -> str:
+    """The first port of a stated speed that turns; the first port where none does."""
+    turning = (member for member in given_speeds(case) if flow.speed[member] != 0)
+    return next(turning, case.ports[0].member if case.ports else "")
+
+
+def angles_of_member(case: Case, flow: PowerFlow, angles: Array, member: str) -> Array:
+    """Rotations (p,) rad of the reference member at which ``member`` has turned by ``angles`` (p,),
+    both in space and both rising with time. InputError for a member that does not turn."""
+    turning = [name for name, speed in flow.speed.items() if speed != 0]
+    if member not in turning:
+        raise InputError("--member", echo(member), "does not turn", nearest(member, turning))
+    return abs(lead_speed(case, flow) / flow.speed[member]) * angles
 
 
 def lead_angles(case: Case, flow: PowerFlow, angles: Array, stage: str = "") -> Array:

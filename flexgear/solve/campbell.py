@@ -18,7 +18,7 @@ from flexgear.analysis.modes import Modes
 from flexgear.analysis.nodal_index import ABSENT, MIXED, UNEVEN, folded
 from flexgear.analysis.order_force import Loaded, decay, resonant_force
 from flexgear.model.names import GEAR_MESH
-from flexgear.results.labelled_dataset import labelled_dataset
+from flexgear.results.labelled_dataset import coordinate, labelled_dataset
 from flexgear.solve.dataset import result_attrs, result_labels
 from flexgear.solve.excitation import Excitation, excitations, operating_factors
 from flexgear.solve.model import Model
@@ -112,11 +112,13 @@ def campbell(
         ),
         {**result_labels(model), "excitation": [line.label for line in lines]},
     )
-    return data.assign_coords(
-        excitation_stage=("excitation", [line.stage for line in lines]),
-        excitation_kind=("excitation", [line.kind for line in lines]),
-        excitation_order=("excitation", [line.line.order for line in lines]),
-    )
+    of_lines: dict[str, list[str] | list[float]] = {
+        "excitation_stage": [line.stage for line in lines],
+        "excitation_kind": [line.kind for line in lines],
+        "excitation_order": [line.line.order for line in lines],
+    }
+    coords = {name: coordinate(name, "excitation", values) for name, values in of_lines.items()}
+    return data.assign_coords(coords)
 
 
 def _over_speed(model: Model, factors: Array, limit_hz: float | None) -> Campbell:

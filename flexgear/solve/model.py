@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from html import escape
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -50,8 +50,8 @@ class Model:
     with_errors: Model | None = None  # of a model without: gauges, rims and roots are those of it
 
     @property
-    def _facts(self) -> dict[str, str]:
-        """What a notebook shows of it."""
+    def facts(self) -> dict[str, str]:
+        """What a line or a table says of it."""
         return {
             "case": self.case.name,
             "variant": self.variant,
@@ -62,11 +62,7 @@ class Model:
         }
 
     def __repr__(self) -> str:
-        return f"<flexgear model, {', '.join(f'{k}: {v}' for k, v in self._facts.items())}>"
-
-    def _repr_html_(self) -> str:
-        rows = (f"<tr><th>{k}</th><td>{escape(v)}</td></tr>" for k, v in self._facts.items())
-        return f"<table>{''.join(rows)}</table>"
+        return f"<flexgear model, {', '.join(f'{k}: {v}' for k, v in self.facts.items())}>"
 
     @property
     def variant(self) -> str:
@@ -163,7 +159,7 @@ class Model:
         """Whether anything is not perfect in the gears, pins and carriers."""
         return bool(self.system.pairs.largest_error.any())
 
-    def without_errors(self) -> Model:
+    def without_errors(self) -> Self:
         """The same with perfect gears and pins: errors enter no matrix, only the gear meshes."""
         clean, made = self._ideal_system, replace(self.modal, system=self._ideal_system)
         return replace(self, system=clean, ideal=True, made=made, with_errors=self)

@@ -20,8 +20,6 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from flexgear.model.errors import FlexgearError
-from flexgear.solve.deformed import deformed
-from flexgear.solve.model import Model
 from flexgear.views.probe import rendering_available, require_rendering
 from flexgear.views.style import (
     FULL_WIDTH_MM,
@@ -88,19 +86,6 @@ def field_grid(field: xr.Dataset) -> Any:
     for name in ("stress", "von_mises_stress"):
         grid.point_data[f"{name}_{field[name].attrs['units']}"] = field[name].to_numpy()
     return grid
-
-
-def deformed_grid(
-    model: Model,
-    body: str,
-    carrier_angle: float = 0.0,
-    torque: float | None = None,
-    *,
-    run: xr.Dataset | None = None,
-    time: float = 0.0,
-) -> Any:
-    """What ``deformed`` finds of a body, as the mesh that ``field_grid`` makes of it."""
-    return field_grid(deformed(model, body, carrier_angle, torque, run=run, time=time))
 
 
 def body_surface(points: FloatArray, cells: NDArray[np.integer], values: FloatArray) -> Any:

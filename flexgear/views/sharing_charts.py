@@ -65,7 +65,7 @@ GAP = 1.5  # of the usual step: a longer one is a gap, not a line
 @styled
 def sharing_chart(data: xr.Dataset, x: str | None = None) -> Figure:
     """Load factor K_γ = N F / ΣF of every planet, a panel for each stage and kind of gear mesh."""
-    rows = _groups(data, "planet_load_factor")
+    rows = gear_mesh_groups(data, "planet_load_factor")
 
     def title(part: xr.DataArray) -> str:
         return f"largest {float(np.nanmax(part.to_numpy(), initial=1.0)):.3f}"
@@ -76,7 +76,7 @@ def sharing_chart(data: xr.Dataset, x: str | None = None) -> Figure:
 @styled
 def gear_mesh_forces(data: xr.Dataset, x: str | None = None) -> Figure:
     """Normal force of every planet (kN), a panel for each stage and kind of gear mesh."""
-    rows = _groups(data, "gear_mesh_force")
+    rows = gear_mesh_groups(data, "gear_mesh_force")
 
     def title(part: xr.DataArray) -> str:
         mean, most = KILO * float(part.mean()), KILO * float(part.max())
@@ -129,7 +129,7 @@ def displacements_chart(data: xr.Dataset, x: str | None = None) -> Figure:
     if not stages:
         return text_only("all central members stay on their axes")
     figure, axes = panels(len(stages), 2, height_mm=14 + 62 * len(stages), width_ratios=[1, 2])
-    at, label = _abscissa(data, x)
+    at, label = sample_axis(data, x)
     for row, (stage, motion) in zip(axes, stages.items(), strict=True):
         _orbit(row[0], motion)
         row[0].set_title(", ".join(filter(None, (_label(stage), "orbit"))))
@@ -186,7 +186,7 @@ def power_flow_chart(flow: PowerFlow) -> Figure:
     return figure
 
 
-def _groups(data: xr.Dataset, name: str) -> dict[str, xr.DataArray]:
+def gear_mesh_groups(data: xr.Dataset, name: str) -> dict[str, xr.DataArray]:
     """Gear meshes that share a load, by title: stage, kind, side; samples first."""
     field = variable(data, name)
     field = field.transpose(*[d for d in field.dims if d != "gear_mesh"], "gear_mesh")
@@ -226,7 +226,7 @@ def _planet_lines(
     return ""
 
 
-def _abscissa(data: xr.Dataset, x: str | None) -> tuple[FloatArray, str]:
+def sample_axis(data: xr.Dataset, x: str | None) -> tuple[FloatArray, str]:
     """Time (s), or turns of the first independent member, and the axis label."""
     if x == "time" or (x is None and "time" in data.dims):
         return np.asarray(variable(data, "time"), dtype=float), "time (s)"
@@ -244,7 +244,7 @@ def _abscissa(data: xr.Dataset, x: str | None) -> tuple[FloatArray, str]:
 
 def _broken(data: xr.Dataset, x: str | None, values: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Line with gaps where samples are further apart than usual."""
-    at, _ = _abscissa(data, x)
+    at, _ = sample_axis(data, x)
     if len(at) < 3:
         return at, values
     step = np.abs(np.diff(at))
@@ -263,7 +263,7 @@ def _finished(
 ) -> Figure:
     """Common abscissa and the legend of planets."""
     last = axes[-1, 0]
-    at, label = _abscissa(data, x)
+    at, label = sample_axis(data, x)
     if len(at) > 1:
         last.set_xlim(at.min(), at.max())
     for ax in axes[-1]:

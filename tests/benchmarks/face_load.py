@@ -7,7 +7,6 @@ from statistics import median
 import numpy as np
 import scipy.linalg as sla
 
-import flexgear as fg
 from benchmarks.record import Comparison, Report
 from benchmarks.stages import steady_run
 from benchmarks.timing import interleaved
@@ -16,7 +15,8 @@ from flexgear.analysis.equilibrium import revolution
 from flexgear.coupling.kernels.neighbours import between_rows
 from flexgear.coupling.laws.slices import COUNT, FIRST
 from flexgear.model.load import load_case
-from flexgear.solve.model import Model
+from flexgear.solve.model import Model, assemble
+from flexgear.solve.static import static
 from flexgear.structures.linalg.threads import single_threaded_blas
 
 STEP = 1e-4
@@ -37,7 +37,7 @@ def run(report: Report, size: str) -> None:
     """wind-5mw on quick FE bodies, 15 slices, ten gear meshes; one thread."""
     case = load_case("wind-5mw", {"solver.fidelity": "quick"})
     with single_threaded_blas():
-        models = {name: fg.assemble(case.with_(**keys)) for name, keys in MODELS.items()}
+        models = {name: assemble(case.with_(**keys)) for name, keys in MODELS.items()}
         steps(report, models, size)
         equilibria(report, models, size)
         against_dense(report, models[COUPLED], size)
@@ -67,7 +67,7 @@ def equilibria(report: Report, models: dict[str, Model], size: str) -> None:
         seconds, _ = interleaved(
             {
                 "alone": lambda m=model, t=torque: revolution(m.modal, angles, t),
-                "all": lambda m=model: fg.static(m, angles),
+                "all": lambda m=model: static(m, angles),
             },
             REPEATS[size],
         )

@@ -16,6 +16,7 @@ from flexgear.solve import bodies
 from flexgear.solve.dataset import equilibrium_data
 from flexgear.solve.root_stress import ring_roots, tooth_roots
 from flexgear.solve.static import position_figures
+from flexgear.solve.transient import transient
 from flexgear.structures.fe_mesh import SegmentDivisions
 from flexgear.structures.tooth_influence import roots_of_pairs
 from flexgear.structures.tooth_influence.of_case import root_segment
@@ -158,7 +159,7 @@ def test_figures_of_one_position(model, data):
 
 def test_in_time(model):
     """Chunks without samples come, too; what is not by sample is not there."""
-    found = fg.transient(model, duration=0.002)
+    found = transient(model, duration=0.002)
     stress = found["root_stress"]
     assert stress.dims == ("time", "flank", "pair_member")
     assert np.isfinite(stress.where(stress["flank_sense"] == "drive", drop=True)).all()

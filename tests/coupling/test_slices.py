@@ -8,7 +8,6 @@ import pytest
 from scipy.optimize import brentq
 from train_contexts import rigid_stage
 
-import flexgear as fg
 from flexgear.analysis import equilibrium
 from flexgear.analysis.equilibrium import revolution
 from flexgear.analysis.line_loads import interpolated, line_centres, line_loads
@@ -19,6 +18,8 @@ from flexgear.gears.slices import Line, cut
 from flexgear.model.errors import FlexgearError
 from flexgear.model.load import load_case
 from flexgear.results.energy_balance import energy_residual
+from flexgear.solve.static import static
+from flexgear.solve.transient import transient
 
 FACE, STIFFNESS, LOAD = 0.1, 15e9, 3e5  # m, N/m², N/m
 
@@ -143,7 +144,7 @@ def many_slices():
 
 
 def test_one_slice_at_the_centre_of_the_line_is_one_spring(one_spring, one_slice):
-    a, b = fg.static(one_spring, ANGLES), fg.static(one_slice, ANGLES)
+    a, b = static(one_spring, ANGLES), static(one_slice, ANGLES)
     for name in ("pair_load", "gear_mesh_force", "port_torque"):
         largest = abs(a[name]).max().item()
         np.testing.assert_allclose(b[name], a[name], atol=1e-8 * largest)
@@ -152,7 +153,7 @@ def test_one_slice_at_the_centre_of_the_line_is_one_spring(one_spring, one_slice
 def test_one_slice_is_one_spring_in_time(one_spring, one_slice):
     step = {"solver.time_step": 1e-5}
     models = [rigid_stage(m.case.with_(**step)) for m in (one_spring, one_slice)]
-    a, b = (fg.transient(m, duration=5e-3) for m in models)
+    a, b = (transient(m, duration=5e-3) for m in models)
     largest = abs(a.pair_load).max().item()
     np.testing.assert_allclose(b.pair_load, a.pair_load, atol=1e-6 * largest)
 
@@ -238,9 +239,7 @@ def test_a_torque_drop_keeps_its_energy(many_slices):
     largest elastic energy."""
     model, drop = many_slices, many_slices.case.drive.drop
     rated = model.system.rated_torque
-    run = fg.transient(
-        model, duration=0.05, drive=drop(0.2 * rated, 0.01, 0.02, rated), energy=True
-    )
+    run = transient(model, duration=0.05, drive=drop(0.2 * rated, 0.01, 0.02, rated), energy=True)
     assert np.abs(energy_residual(run)).max() < 0.01
     force = run.gear_mesh_force
     assert force.isel(time=-1).mean() < 0.7 * force.isel(time=0).mean()

@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 from train_contexts import rigid_stage
 
-import flexgear as fg
 from flexgear.analysis.equilibrium import revolution
 from flexgear.analysis.line_loads import line_loads
 from flexgear.coupling.laws import COUPLED_SLICES_LAW, respond
 from flexgear.coupling.pair_data import OF_LINE
 from flexgear.model.load import load_case
 from flexgear.results.energy_balance import energy_residual
+from flexgear.solve.static import static
+from flexgear.solve.transient import transient
 from flexgear.structures.fe_mesh import SegmentDivisions
 from flexgear.structures.tooth_influence import pairs
 from flexgear.structures.tooth_influence.of_case import influence_of, influence_parameters
@@ -73,7 +74,7 @@ def test_half_the_load_is_softer_per_load(assembled):
     """Hertz's line contact is: more than half the deflection remains at half the torque."""
     model = assembled(**{f"stage.errors.{g}_tooth": 0.0 for g in ("ring", "planet", "sun")})
     half, full = (
-        fg.static(model, CYCLE, share * model.system.rated_torque).transmission_error
+        static(model, CYCLE, share * model.system.rated_torque).transmission_error
         for share in (0.5, 1.0)
     )
     ratio = (half / full).sel(flank="stage sun 1 drive").mean().item()
@@ -84,5 +85,5 @@ def test_a_torque_drop_keeps_its_energy(assembled):
     model = assembled()
     rated, drop = model.system.rated_torque, model.case.drive.drop
     drive = drop(0.2 * rated, 0.005, 0.01, rated)
-    run = fg.transient(model, duration=0.03, drive=drive, energy=True)
+    run = transient(model, duration=0.03, drive=drive, energy=True)
     assert np.abs(energy_residual(run)).max() < 0.01

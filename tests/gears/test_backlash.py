@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 from gears.stages import UNLOADED, paths_of, planetary, seen
 
-import flexgear as fg
 from flexgear.cli.check_sections import derived
 from flexgear.gears.implausible import implausible
 from flexgear.gears.power_flow import power_flow
 from flexgear.gears.report import stage_report
 from flexgear.model.load import case_of_toml
+from flexgear.solve.model import assemble
+from flexgear.solve.static import static
 
 ONE_SIDED = {"contact_law": "one-sided"}
 
@@ -60,7 +61,7 @@ def test_coast_flanks_carry_nothing_by_default():
 
     def loads(**keys):
         errors = {"pin_tangential_um": [20, 0, 0, 0], "carrier_eccentricity_um": 10}
-        data = fg.static(fg.assemble(plain_stage(errors=errors, **keys)), np.linspace(0, 0.1, 7))
+        data = static(assemble(plain_stage(errors=errors, **keys)), np.linspace(0, 0.1, 7))
         coast = data.pair_load.sel(flank=data.flank_sense == "coast")
         return data.planet_load_factor.to_numpy(), float(np.abs(coast).max())
 

@@ -6,11 +6,13 @@ import numpy as np
 import pytest
 from stage_samples import stiff_stage
 
-import flexgear as fg
 from flexgear.coupling.pace import case_pace
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.bundled import bundled_text
 from flexgear.model.load import load_case
+from flexgear.solve.model import assemble
+from flexgear.solve.static import static as equilibria
+from flexgear.solve.transient import transient
 
 PLANETS, SUN, PLANET, RING = 4, 23, 33, 89
 HELIX, TORQUE, SPEED = math.radians(15), 200.0, 8000.0
@@ -31,12 +33,12 @@ def case():
 @pytest.fixture(scope="module")
 def model(case):
     """Ring and carrier stiff, of the size of the case."""
-    return fg.assemble(case, bodies=stiff_stage(case.view()))
+    return assemble(case, bodies=stiff_stage(case.view()))
 
 
 @pytest.fixture(scope="module")
 def static(model):
-    return fg.static(model, np.radians([0.0, 5.0, 77.0]))
+    return equilibria(model, np.radians([0.0, 5.0, 77.0]))
 
 
 def of(static, support):
@@ -116,7 +118,7 @@ def test_hands_push_sun_and_ring_apart_and_tilt_planets(static):
 
 
 def test_a_short_run_holds_the_load(model):
-    run = fg.transient(model, duration=4 / FREQUENCY)
+    run = transient(model, duration=4 / FREQUENCY)
     ring = run.gear_mesh_force.values[:, :PLANETS].mean()
     assert ring == pytest.approx(NORMAL, rel=0.02)
     speeds = run.input_speed.values * 30 / math.pi

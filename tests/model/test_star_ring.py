@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 from stage_samples import stiff_stage
 
-import flexgear as fg
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.bundled import bundled_text
 from flexgear.model.load import load_case
+from flexgear.solve.model import assemble
+from flexgear.solve.static import static as equilibria
+from flexgear.solve.transient import transient
 
 PLANETS, SUN, PLANET, RING = 4, 21, 27, 75
 HELIX, TORQUE, SPEED = math.radians(15), 250.0, 3000.0
@@ -21,12 +23,12 @@ AXIAL = TANGENTIAL * math.tan(HELIX)
 @pytest.fixture(scope="module")
 def model():
     case = load_case("star-ring")
-    return fg.assemble(case, bodies=stiff_stage(case.view()))
+    return assemble(case, bodies=stiff_stage(case.view()))
 
 
 @pytest.fixture(scope="module")
 def static(model):
-    return fg.static(model, np.radians([0.0, 5.0, 77.0]))
+    return equilibria(model, np.radians([0.0, 5.0, 77.0]))
 
 
 def of(static, support):
@@ -82,7 +84,7 @@ def test_equilibrium_is_that_of_the_hand_calculation(static):
 
 
 def test_a_short_run_turns_the_ring(model):
-    run = fg.transient(model, duration=2e-3)
+    run = transient(model, duration=2e-3)
     turned = run.ring_angle.values[-1, 0] - run.ring_angle.values[0, 0]
     span = float(run.time.values[-1] - run.time.values[0])
     assert turned == pytest.approx(-SPEED * SUN / RING * math.pi / 30 * span, rel=1e-3)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from train_contexts import rigid_stage
 
-import flexgear as fg
+from flexgear.solve.static import static
 from flexgear.gears.geometry import stage_geometry
 from flexgear.model.load import load_case
 from flexgear.results.tooth_pattern import carrying_sets, gear_pattern, planet_pattern
@@ -16,7 +16,7 @@ TURN = np.linspace(0, 2 * np.pi, 40, endpoint=False)
 
 @pytest.fixture(scope="module")
 def data():
-    return fg.static(rigid_stage(CASE), TURN)
+    return static(rigid_stage(CASE), TURN)
 
 
 def test_every_tooth_shows_its_largest_line_load(data):

@@ -12,6 +12,8 @@ from flexgear.model.errors import InputError
 from flexgear.model.load import load_case
 from flexgear.model.stage import Stage
 from flexgear.results.face_load import edge_warnings, face_figures
+from flexgear.solve.static import static
+from flexgear.solve.transient import transient
 from flexgear.views.face_load_charts import along_face_chart, contact_pattern
 
 BASE = load_case("wind-5mw")
@@ -20,7 +22,7 @@ CYCLE = 2 * np.pi / BASE.view().stage.ring.teeth * np.arange(12) / 12
 
 def found(**changes):
     case = BASE.with_(**{"stage.gear_mesh.model": "face_load", **changes})
-    return fg.static(rigid_stage(case), CYCLE)
+    return static(rigid_stage(case), CYCLE)
 
 
 @pytest.fixture(scope="module")
@@ -157,7 +159,7 @@ def test_planets_of_a_stage_without_errors_are_loaded_alike():
 
 def test_more_positions_tell_the_same(stage):
     model = rigid_stage(BASE.with_(**{"stage.gear_mesh.model": "face_load"}))
-    finer = fg.static(model, np.linspace(0, CYCLE[1] * 12, 36, endpoint=False))
+    finer = static(model, np.linspace(0, CYCLE[1] * 12, 36, endpoint=False))
     one, two = face_figures(stage), face_figures(finer)
     for name in one:
         assert one[name]["k_h_beta"] == pytest.approx(two[name]["k_h_beta"], rel=0.01)
@@ -167,7 +169,7 @@ def in_time(**changes):
     case = BASE.with_(
         **{"stage.gear_mesh.model": "face_load", "stage.gear_mesh.slices": 5, **changes}
     )
-    return fg.transient(rigid_stage(case), duration=2e-3)
+    return transient(rigid_stage(case), duration=2e-3)
 
 
 def test_in_time_slices_are_there_on_request():
@@ -179,7 +181,7 @@ def test_in_time_slices_are_there_on_request():
     xr.testing.assert_equal(asked[list(run)].drop_attrs(), run.drop_attrs())
     largest = with_ends(np.nan_to_num(asked["line_load"].to_numpy())).max(axis=(2, 3))
     np.testing.assert_allclose(largest, asked["largest_line_load"], rtol=1e-12)
-    still = fg.static(rigid_stage(BASE.with_(**{"stage.gear_mesh.model": "face_load"})), [0.0])
+    still = static(rigid_stage(BASE.with_(**{"stage.gear_mesh.model": "face_load"})), [0.0])
     assert set(still) - set(asked) == {"closure", "rim_stress"}
 
 
@@ -194,7 +196,7 @@ def test_pictures_are_drawn(stage):
 def test_any_torque_has_an_equilibrium(share):
     """Turned back the coast flanks carry; hardly loaded, single slices do; at rest none has to."""
     model = rigid_stage(BASE.with_(**{"stage.gear_mesh.model": "face_load"}))
-    data = fg.static(model, CYCLE[:3], share * model.system.rated_torque)
+    data = static(model, CYCLE[:3], share * model.system.rated_torque)
     assert data.closure.max() < 1e-8
     carries = data["pair_load"].sum(("position", "slot")).groupby("flank_sense").sum()
     sense = "coast" if share < 0 else "drive"

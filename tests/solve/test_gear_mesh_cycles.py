@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from train_contexts import rigid_stage
 
-import flexgear as fg
 from flexgear.analysis.equilibrium import revolution
 from flexgear.analysis.gear_mesh_state import gear_mesh_stiffness
 from flexgear.analysis.line_loads import line_loads
@@ -14,6 +13,7 @@ from flexgear.gears.geometry import stage_geometry
 from flexgear.model.load import load_case
 from flexgear.results.transmission_error import order_amplitudes, with_orders
 from flexgear.solve.gear_mesh_cycles import cycle_figures, gear_mesh_cycles
+from flexgear.solve.static import static
 from flexgear.views.gear_mesh_charts import stiffness_chart, transmission_error_chart
 
 BASE = load_case("wind-5mw").with_(
@@ -49,7 +49,7 @@ def test_the_unloaded_error_is_where_equilibria_go_as_the_torque_goes(crowned):
     freely, they touch off mid-face."""
     ideal, left = crowned.without_errors(), []
     for share in (1e-2, 1e-4):
-        data = fg.static(ideal, CYCLE, share * ideal.system.rated_torque)
+        data = static(ideal, CYCLE, share * ideal.system.rated_torque)
         more = np.abs(data["transmission_error"] - data["unloaded_transmission_error"])
         tilted = 0.5 * np.abs(data["gear_mesh_misalignment"])
         left.append(float((more - tilted).max()))
@@ -61,7 +61,7 @@ def test_an_error_at_gear_mesh_frequency_is_order_one_of_the_unloaded_error():
     """Involutes without tilt touch where e = ½ (f'₁ + f'₂) sin says, whichever pair does."""
     case = BASE.with_(**{"stage.errors.sun_tooth": 8e-6, "stage.errors.planet_tooth": 4e-6})
     phase = np.arange(8) / 8
-    data = with_orders(fg.static(rigid_stage(case), 2 * np.pi / 93 * phase), phase, 2)
+    data = with_orders(static(rigid_stage(case), 2 * np.pi / 93 * phase), phase, 2)
     found = data["unloaded_transmission_error_order"].sel(flank="stage sun 2 drive")
     assert found.to_numpy() == pytest.approx([6e-6, 0.0], abs=1e-12)
 

@@ -11,12 +11,13 @@ from trains import STAGE, write
 from turning_ring import cheap, held_case
 from two_gears import GEARS
 
-import flexgear as fg
 from flexgear.analysis.equilibrium import revolution
 from flexgear.coupling.modal import modal_system, static_system
 from flexgear.model.load import load_case
 from flexgear.solve.model import assemble
 from flexgear.solve.modes import modes
+from flexgear.solve.static import static
+from flexgear.solve.transient import transient
 
 CONSTANT = """model = "constant"
 sun_stiffness_n_per_m = 6e8
@@ -47,7 +48,7 @@ def test_fast_gears_swing_at_the_mean_stiffness(tmp_path):
     stiffness of an angle it is up to a fifth off."""
     mode = on_the_teeth(tmp_path)
     speed = 5.0 * mode
-    run = fg.transient(assemble(pair(tmp_path, speed, damping=0.01)), duration=36.0 / mode)
+    run = transient(assemble(pair(tmp_path, speed, damping=0.01)), duration=36.0 / mode)
     force, time = run["gear_mesh_force"].to_numpy()[:, 0], run["time"].to_numpy()
     padded = 2**18
     spectrum = np.abs(np.fft.rfft((force - force.mean()) * np.hanning(len(force)), padded))
@@ -66,7 +67,7 @@ def test_resonance_of_a_stepped_speed(tmp_path):
     swing = []
     for share in shares:
         model = assemble(pair(tmp_path, share * mode / 3.0, damping=0.06))
-        run = fg.transient(model, duration=0.05)
+        run = transient(model, duration=0.05)
         settled = run["gear_mesh_force"].to_numpy()[run["time"].to_numpy() > 0.025, 0]
         swing.append(settled.std() / settled.mean())
     at = int(np.argmax(swing))
@@ -85,8 +86,8 @@ def test_pairs_that_do_not_touch_under_the_load_do_not_count(tmp_path):
     }
     plain, eased = assemble(pair(tmp_path)), assemble(pair(tmp_path, **relief))
     turn = 2 * np.pi / TEETH
-    static = fg.static(eased, np.linspace(0.0, turn, 240, endpoint=False))
-    touching = static["pair_stiffness"].where(static["pair_load"] > 0.0, 0.0)
+    solved = static(eased, np.linspace(0.0, turn, 240, endpoint=False))
+    touching = solved["pair_stiffness"].where(solved["pair_load"] > 0.0, 0.0)
     expected = float(touching.sum("slot").mean("position").max())
     cycle = eased.mean_springs.cycles[0]
     assert cycle.stiffness.mean() == pytest.approx(expected, rel=0.01)

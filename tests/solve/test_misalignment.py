@@ -5,11 +5,12 @@ import pytest
 from stage_samples import cheap_stage
 from train_contexts import rigid_stage
 
-import flexgear as fg
 from flexgear.analysis.misalignment import CAUSES, OF_BODIES
 from flexgear.gears.geometry import stage_geometry
 from flexgear.model.load import load_case
 from flexgear.results.face_load import face_figures, misalignment_of_groups
+from flexgear.solve.model import assemble
+from flexgear.solve.static import static
 from flexgear.views.face_load_charts import misalignment_chart
 
 BASE = load_case("wind-5mw").with_(
@@ -22,12 +23,12 @@ def model(bends, **changes):
     case = BASE.with_(**changes)
     if not bends:
         return rigid_stage(case)
-    return fg.assemble(case, bodies=cheap_stage(case.view()))
+    return assemble(case, bodies=cheap_stage(case.view()))
 
 
 @pytest.fixture(scope="module", params=[True, False], ids=["flexible", "rigid"])
 def data(request):
-    return fg.static(model(request.param), TURN)
+    return static(model(request.param), TURN)
 
 
 def test_bodies_add_up_to_what_the_contact_lines_feel(data):
@@ -57,7 +58,7 @@ def test_flanks_come_on_top():
         "stage.errors.sun_helix_slope": 20e-6,
     }
     changes["stage.planet.modifications.sun.lead_crowning"] = 8e-6
-    found = fg.static(model(False, **changes), TURN[:1])["gear_mesh_misalignment_by_cause"]
+    found = static(model(False, **changes), TURN[:1])["gear_mesh_misalignment_by_cause"]
     own = found.sel(flank="stage sun 1 drive").isel(position=0)
     cos_b = np.cos(stage_geometry(BASE.view()).base_helix_angle)
     assert own.sel(cause="errors").item() == pytest.approx(-20e-6 * cos_b, rel=1e-9)

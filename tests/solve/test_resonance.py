@@ -11,7 +11,6 @@ from train_contexts import bundled, one_stage, put_together
 from trains import STAGE, write
 from two_gears import GEARS
 
-import flexgear as fg
 from flexgear.analysis.nodal_index import ABSENT, UNEVEN, excited_index, folded
 from flexgear.model.load import load_case
 from flexgear.solve.campbell import ERRORS, IDEAL, campbell
@@ -19,6 +18,7 @@ from flexgear.solve.excitation import excitations, operating_factors
 from flexgear.solve.model import assemble
 from flexgear.solve.modes import modes, nodal_index
 from flexgear.solve.resonance import resonance_figures, resonance_verdict
+from flexgear.solve.transient import transient
 
 CONSTANT = """model = "constant"
 sun_stiffness_n_per_m = 6e8
@@ -91,7 +91,7 @@ def test_work_of_orders_on_modes_follows_the_rule(tmp_path):
 def sway(folder, speed, frequency, errors=""):
     """Amplitude, µm, of the sun's path at gear-mesh frequency, settled."""
     model = assemble(spur(folder, speed, errors))
-    run = fg.transient(model, duration=60.0 / frequency)
+    run = transient(model, duration=60.0 / frequency)
     time = run["time"].to_numpy()
     late = time > 30.0 / frequency
     path = run["body_displacement"].sel(body="stage.sun").to_numpy()[late]
@@ -138,7 +138,7 @@ def test_force_of_a_met_order_is_that_in_time(tmp_path):
     estimate = float(data["meeting_force"][met][0])
     swings = []
     for share in (0.99, 1.0, 1.01):
-        run = fg.transient(model(share * natural / 2.0), duration=0.05)
+        run = transient(model(share * natural / 2.0), duration=0.05)
         time, force = run["time"].to_numpy(), run["gear_mesh_force"].to_numpy()[:, 0]
         late = time > 0.025
         window = np.hanning(late.sum())

@@ -5,11 +5,11 @@ import tomllib
 import pytest
 from train_contexts import rigid_stage
 
-import flexgear as fg
 from flexgear.cli.modify_command import keys_to_copy
 from flexgear.model.errors import InputError
 from flexgear.model.load import load_case
 from flexgear.results.face_load import face_figures
+from flexgear.solve.static import static
 from flexgear.studies.modify import propose_modifications
 
 CASE = load_case("wind-5mw").with_(
@@ -51,7 +51,7 @@ def test_the_keys_give_what_was_said(proposal):
     assert len(ground) == 4
     model = rigid_stage(CASE.with_(**ground))
     turn = proposal.data[1]["input_angle"].to_numpy()[:, 0]
-    again = face_figures(fg.static(model, turn))
+    again = face_figures(static(model, turn))
     for name, one in proposal.after[1.0].items():
         assert again[name]["k_h_beta"] == pytest.approx(one["k_h_beta"], rel=1e-6), name
 

@@ -13,7 +13,8 @@ import xarray as xr
 import flexgear as fg
 from flexgear.results.face_load import face_figures, misalignment_of_groups
 from flexgear.solve.angles import lead_angles
-from flexgear.solve.model import Model
+from flexgear.solve.model import Model, assemble
+from flexgear.solve.static import static
 from flexgear.studies.modify import Proposal, propose_modifications
 
 POSITIONS = 12  # of a gear-mesh cycle
@@ -47,7 +48,7 @@ def model(
     sliced = {"model": "face_load", "contact_law": "one-sided", "tooth_compliance": compliance}
     sliced |= {"slices": slices}
     every = {f"stages.{stage(case)}.gear_mesh.{key}": value for key, value in sliced.items()}
-    return fg.assemble(loaded.with_(**every), ["all"] if rigid else [])
+    return assemble(loaded.with_(**every), ["all"] if rigid else [])
 
 
 def stage(case: str) -> str:
@@ -61,7 +62,7 @@ def equilibria(put: Model, stage: str) -> xr.Dataset:
     ring = put.case.stage(stage).ring
     assert ring is not None
     cycle = 2 * np.pi / ring.teeth * np.arange(POSITIONS) / POSITIONS
-    return fg.static(put, lead_angles(put.case, put.flow, cycle, stage))
+    return static(put, lead_angles(put.case, put.flow, cycle, stage))
 
 
 @cache

@@ -23,7 +23,8 @@ import flexgear as fg
 from flexgear.files.atomic import atomic_file
 from flexgear.gears.radii import stage_radii
 from flexgear.solve.angles import lead_angles
-from flexgear.solve.model import Model
+from flexgear.solve.model import Model, assemble
+from flexgear.solve.static import static as equilibria
 from grc.causes import Cause, every_cause
 
 HERE = Path(__file__).parent
@@ -78,7 +79,7 @@ def put_together(cause: Cause) -> Model:
     """The case of a cause without the rotor moment."""
     none: dict[str, Any] = {f"stages.0.{name}.rollers": None for name in cause.linear}
     keys = {**QUICK, **cause.keys, "loads.0.moment_nm": "[0, 0, 0]"}
-    return fg.assemble(fg.load_case("grc-750kw", keys).with_(**none))
+    return assemble(fg.load_case("grc-750kw", keys).with_(**none))
 
 
 def figures(cause: Cause, model: Model, direction: float | None = None) -> Figures:
@@ -86,7 +87,7 @@ def figures(cause: Cause, model: Model, direction: float | None = None) -> Figur
     if direction is not None:
         moment = cause.moment * np.array([np.cos(direction), np.sin(direction), 0.0])
         model = _loaded(model, tuple(moment.round(6).tolist()))
-    static = fg.static(model, lead_angles(model.case, model.flow, ANGLES, "lss"))
+    static = equilibria(model, lead_angles(model.case, model.flow, ANGLES, "lss"))
     pins = np.linalg.norm(static.planet_bearing_force.values[..., :2], axis=-1)
     row = math.nan
     if "planet_bearing" not in cause.linear:
@@ -99,7 +100,7 @@ def figures(cause: Cause, model: Model, direction: float | None = None) -> Figur
 def _loaded(model: Model, moment: tuple[float, ...]) -> Model:
     """The same under a moment on the carrier, which enters neither matrices nor modes."""
     case = model.case.with_(**{"loads.0.moment": moment})
-    loaded = fg.assemble(case, bodies=model.bodies)
+    loaded = assemble(case, bodies=model.bodies)
     loaded = replace(loaded, made=replace(model.modal, system=loaded.system))
     vars(loaded)["rim_stress"] = model.rim_stress  # rows by FE meshes alone
     return loaded

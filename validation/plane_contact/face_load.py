@@ -11,9 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-import flexgear as fg
 from flexgear.gears.paths import stage_paths
 from flexgear.model.load import load_case
+from flexgear.solve.model import assemble
+from flexgear.solve.static import static
 from plane_contact.cases import CASE, RELIEF_MM, RELIEF_UM, Loading
 
 Array = NDArray[np.float64]
@@ -45,7 +46,7 @@ def loaded(kind: str, loading: Loading, s: Array, compliance: str = "width") -> 
     case = load_case(CASE, keys)
     path = stage_paths(case.view(), dict.fromkeys(("sun", "ring"), 1.0))[kind, ""]
     angles = (s - path.position(0, 0, 0.0)) / path.rate
-    found = fg.static(fg.assemble(case), angles)
+    found = static(assemble(case), angles)
     flank = f"stage {kind} 1 drive"
     slots = found.sizes["slot"]
     loads = found.pair_load.sel(flank=flank).to_numpy() / case.view().stage.face_width

@@ -13,6 +13,8 @@ from numpy.typing import NDArray
 
 import flexgear as fg
 from flexgear.model.load import load_case
+from flexgear.solve.model import assemble
+from flexgear.solve.static import static
 
 Array = NDArray[np.float64]
 FOLDER = Path(__file__).parent
@@ -51,7 +53,7 @@ def flexgear_stage(fidelity: str, compliance: str = "width") -> Stage:
     keys = {"solver.fidelity": fidelity, "stage.gear_mesh.tooth_compliance": compliance}
     case = load_case(CASE, keys)
     face, planets = case.view().stage.face_width, known["forces"].shape[2]
-    found = fg.static(fg.assemble(case), known["angles"])
+    found = static(assemble(case), known["angles"])
     forces, loads = np.zeros_like(known["forces"]), np.zeros_like(known["loads"])
     pitch = np.diff(known["places"], axis=-1).mean()
     for row, kind in enumerate(KINDS):

@@ -1,0 +1,1 @@
+"""What `import flexgear` offers: cases that assemble, models that are solved, results that draw."""

@@ -1,0 +1,113 @@
+"""The case as a script or a notebook holds it: it assembles, and it runs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from pydantic import ValidationError
+
+from flexgear.face.notebook import Progress, html_table, progress_or_bars
+from flexgear.model import case, load
+from flexgear.model.arguments import checked
+from flexgear.model.case_files import resolve_files
+from flexgear.model.faults import input_error
+from flexgear.model.read import Written, lists_of
+from flexgear.model.section import Section
+
+if TYPE_CHECKING:
+    from flexgear.face.model import Model
+    from flexgear.solve.run import Run
+
+
+class Case(case.Case):
+    """A whole gearbox, frozen, in SI; fields as the keys of a case file without their units.
+
+    Made of objects, ``Case(material=Material(...), stages=[Stage(...)], ...)``, or of plain
+    dictionaries in their place; ``load_case`` reads a file. InputError names what is wrong.
+    """
+
+    def __init__(self, **fields: object) -> None:
+        try:
+            data = {name: _plain(value) for name, value in fields.items()}
+            resolve_files(data, Path())
+            super().__init__(**data)
+        except ValidationError as fault:
+            raise input_error(case.Case, fault, "flexgear.Case()", Written()) from None
+
+    @classmethod
+    def of(cls, plain: case.Case) -> Case:
+        """The same case with these methods."""
+        return cls.model_construct(plain.model_fields_set, **dict(plain))
+
+    @checked
+    def with_(self, **changes: object) -> Case:
+        """A copy with SI values changed, validated again.
+
+        Keys are field paths without units, joined by "." or "__"; stages by number or name, or
+        "stage" if there is one: ``with_(**{"stage.planets": 4, "stages.two.face_width": 0.1})``.
+        """
+        return Case.of(super().with_(**changes))
+
+    @checked
+    def assemble(self, rigid: str | Sequence[str] = (), progress: Progress | None = None) -> Model:
+        """All bodies meshed, reduced (or read from the cache) and coupled.
+
+        rigid: "ring", "carrier", "shaft" of all flexible stages, "stage_1.ring" of one, or "all":
+        they are neither meshed nor reduced. progress: called with a stage of the work and the share
+        of it that is done; a notebook shows bars by itself. InputError for a case that cannot work:
+        gears that do not mesh, bodies that cannot be meshed, members that are loose.
+        """
+        from flexgear.face.model import assembled
+
+        parts = (rigid,) if isinstance(rigid, str) else tuple(rigid)
+        return assembled(self, parts, progress=progress_or_bars(progress))
+
+    @checked
+    def run(
+        self,
+        out: str | Path | None = None,
+        *,
+        force: bool = False,
+        progress: Progress | None = None,
+    ) -> Run:
+        """Every analysis with and without errors, flexible and rigid, as ``flexgear run``.
+
+        out: folder for datasets, ``case.json`` and ``summary.json``, of which ``report`` makes
+        pictures and a page; force: replace files there that are no earlier run of this case.
+        """
+        from flexgear.face.runs import run_case
+
+        return run_case(self, out, force, progress_or_bars(progress))
+
+    def _repr_html_(self) -> str:
+        ports = {port.member: port for port in self.ports}
+        facts = {
+            "case": self.title or self.name,
+            **{stage.name: stage.kind for stage in self.stages},
+            "ports": ", ".join(ports),
+        }
+        return html_table(facts)
+
+
+def _plain(value: object) -> Any:
+    """Sections as dictionaries of what was said, lists as tuples, as a case is validated from."""
+    if isinstance(value, Section):
+        return value.model_dump(mode="python", exclude_unset=True)
+    value = lists_of(value)
+    if isinstance(value, dict):
+        return {key: _plain(inner) for key, inner in value.items()}
+    return tuple(map(_plain, value)) if isinstance(value, list) else value
+
+
+def load_case(
+    source: str | Path, overrides: Mapping[str, object] | None = None, **keys: object
+) -> Case:
+    """A TOML file or a bundled case by name, with keys changed.
+
+    keys, overrides: by the keys of the file, with their units; those of a case's only stage also
+    without it: ``load_case("wind-5mw", planets=5, **{"solver.fidelity": "quick"})``. They win over
+    the file; None takes a key out. InputError with one line for anything that is wrong.
+    """
+    return Case.of(load.load_case(source, {**(overrides or {}), **keys}))

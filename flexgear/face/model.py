@@ -1,0 +1,203 @@
+"""The model as a script or a notebook holds it: equilibria, modes, transients, fields of bodies."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike, NDArray
+
+from flexgear.face import accessor as accessor  # datasets have ``.fg`` from here on
+from flexgear.face.notebook import Progress, html_table, progress_or_bars, silent
+from flexgear.model.arguments import checked
+from flexgear.model.case import Case
+from flexgear.model.drive import TorqueHistory
+from flexgear.results.dataset_file import dataset_file, reopened
+from flexgear.solve import deformed, model, static, transient
+from flexgear.solve.angles import angles_of_member, reference_member
+from flexgear.solve.bodies import Bodies
+from flexgear.solve.campbell import MARGIN, campbell
+from flexgear.solve.modes import modes, usual_limit
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class Model(model.Model):
+    """A case put together, made by ``Case.assemble``.
+
+    Angles are rotations of a member in degrees, of the reference member if none is named: the first
+    port of a stated speed that turns; all other members turn in rated proportion.
+    """
+
+    rigid_parts: tuple[str, ...] = ()
+
+    @property
+    def reference_member(self) -> str:
+        """The member whose rotation stands for time: "stage.carrier"."""
+        return reference_member(self.case, self.flow)
+
+    @checked
+    def rigid(self, *parts: str) -> Model:
+        """The same with more bodies rigid.
+
+        parts: "ring", "carrier", "shaft" of all flexible stages, "stage_1.ring" of one; all bodies
+        if none is named.
+        """
+        names = (*self.rigid_parts, *(parts or ("all",)))
+        other = assembled(self.case, names, bodies=self.bodies)
+        return other.without_errors() if self.ideal else other
+
+    @checked
+    def static(
+        self,
+        angle_deg: ArrayLike = 0.0,
+        *,
+        member: str = "",
+        torque: float | None = None,
+        progress: Progress | None = None,
+    ) -> xr.Dataset:
+        """Equilibria at angles (p,) of a member.
+
+        torque: N m on the first input, the others in rated proportion; rated if left out.
+        """
+        angles = self._reference_angles(angle_deg, member)
+        return static.static(self, angles, torque, progress_or_bars(progress))
+
+    @checked
+    def modes(
+        self, limit_hz: float | None = None, *, angle_deg: float | None = None, member: str = ""
+    ) -> xr.Dataset:
+        """Undamped modes at rest, with the variables of ``campbell``: frequencies over speed.
+
+        limit_hz: highest frequency; the band of interest if left out, all of a lumped train.
+        angle_deg: with the gear meshes as they are there, and nothing over speed; else with their
+        mean stiffness over a gear-mesh cycle.
+        """
+        limit = usual_limit(self) if limit_hz is None else limit_hz
+        if angle_deg is not None:
+            angle = float(self._reference_angles(angle_deg, member)[0])
+            return modes(self, angle=angle, limit_hz=limit)
+        over_speed = campbell(self, limit_hz=limit)
+        at_rest = modes(self, limit_hz=limit)
+        return at_rest.merge(over_speed).assign_attrs({**at_rest.attrs, **over_speed.attrs})
+
+    @checked
+    def campbell(
+        self,
+        factors: ArrayLike | None = None,
+        *,
+        orders: Sequence[float] | None = None,
+        limit_hz: float | None = None,
+        margin: float = MARGIN,
+    ) -> xr.Dataset:
+        """Frequencies over speed, orders of gear meshes and shafts, and where they meet.
+
+        factors: (s,) of rated speed, from rest to a fifth above the highest at which the case runs
+        if left out; orders: of gear meshes, those that their stiffness shows if left out; limit_hz:
+        highest frequency at rest that is followed; margin: share of a natural frequency within
+        which an excitation at an operating speed is a meeting.
+        """
+        return campbell(self, factors=factors, orders=orders, limit_hz=limit_hz, margin=margin)
+
+    @checked
+    def transient(
+        self,
+        duration: float | None = None,
+        *,
+        drive: TorqueHistory | None = None,
+        torque_share: float = 1.0,
+        output_interval: float | None = None,
+        energy: bool = False,
+        fields: Sequence[str] = (),
+        out: str | Path | None = None,
+        save: Sequence[str] = (),
+        progress: Progress | None = None,
+    ) -> xr.Dataset:
+        """Samples in time under the machines at the ports, from equilibrium.
+
+        duration: s; start-up and a turn of the slowest stage if left out. drive: torque of the
+        first input in the place of the case's, all other machines at rated torque or speed.
+        torque_share: factor on all torques. output_interval: s between samples. energy: with the
+        energy balance. fields: FE bodies whose coordinates are kept, for ``deformed``. out: netCDF
+        file that takes the samples as they come, so that memory does not grow with the duration;
+        save: variables that it has, all if none is named. InputError where the run would not come
+        to an end, FlexgearError where the time stepping runs away.
+        """
+        simulate = partial(
+            transient.simulate,
+            self,
+            duration=duration,
+            drive=drive,
+            torque_share=torque_share,
+            output_interval=output_interval,
+            energy=energy,
+            fields=fields,
+            progress=progress_or_bars(progress),
+        )
+        if out is None:
+            return simulate().data
+        with dataset_file(out, save) as sink:
+            simulate(sink=sink)
+        return reopened(out)
+
+    @checked
+    def deformed(
+        self,
+        body: str,
+        angle_deg: float = 0.0,
+        *,
+        member: str = "",
+        torque: float | None = None,
+        run: xr.Dataset | None = None,
+        time: float = 0.0,
+    ) -> xr.Dataset:
+        """Displacement (p, 3) m and stress (p, 6) Pa at the vertices of a body's FE mesh.
+
+        body: "stage.ring". In equilibrium at an angle under ``torque``, N m on the first input; or
+        at the sample of ``run`` nearest to ``time``, s, of a transient that was asked to keep the
+        body (``fields=["stage.ring"]``). Rolling is taken off; stress is smooth where the mesh does
+        not resolve it, as in tooth roots.
+        """
+        angle = float(self._reference_angles(angle_deg, member)[0])
+        return deformed.deformed(self, body, angle, torque, run=run, time=time)
+
+    @checked
+    def mode_field(
+        self,
+        body: str,
+        mode: int,
+        *,
+        angle_deg: float | None = None,
+        member: str = "",
+        largest: float = 1e-3,
+    ) -> xr.Dataset:
+        """Displacement (p, 3) m and stress (p, 6) Pa of a body in a natural mode.
+
+        mode: its number from 1, rigid rotations first, as in ``modes``; angle_deg: as there;
+        largest: displacement of the vertex that moves most, m. InputError for a mode that there is
+        not, or in which the body is at rest.
+        """
+        angle = None
+        if angle_deg is not None:
+            angle = float(self._reference_angles(angle_deg, member)[0])
+        return deformed.mode_field(self, body, mode, angle, largest)
+
+    def _reference_angles(self, angle_deg: ArrayLike, member: str) -> NDArray[np.float64]:
+        """Rotations (p,) rad of the reference member."""
+        angles = np.radians(np.atleast_1d(np.asarray(angle_deg, dtype=float)))
+        return angles_of_member(self.case, self.flow, angles, member) if member else angles
+
+    def _repr_html_(self) -> str:
+        return html_table(self.facts)
+
+
+def assembled(
+    case: Case, rigid: Sequence[str], *, bodies: Bodies | None = None, progress: Progress = silent
+) -> Model:
+    """The model of a case; bodies: reduced ones of another model of the case."""
+    plain = model.assemble(case, rigid, bodies=bodies, progress=progress)
+    of_plain = {field.name: getattr(plain, field.name) for field in fields(plain)}
+    return Model(**of_plain, rigid_parts=tuple(rigid))

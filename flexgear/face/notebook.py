@@ -1,0 +1,70 @@
+"""What a notebook shows: how far an analysis is, and tables in the place of objects."""
+
+from __future__ import annotations
+
+import sys
+import threading
+import time
+from collections.abc import Callable, Mapping
+from html import escape
+from typing import Any
+
+Progress = Callable[[str, float], None]  # stage of the work, share of it that is done
+INTERVAL = 0.2  # s between updates of a bar
+
+
+def progress_or_bars(progress: Progress | None) -> Progress:
+    """The progress that the caller takes, or bars in a notebook, or none."""
+    if progress is not None:
+        return progress
+    return NotebookBars() if _in_notebook() else silent
+
+
+def silent(stage: str, share: float) -> None:
+    """Progress that nobody watches."""
+
+
+def _in_notebook() -> bool:
+    """Whether the code runs in a Jupyter kernel, which shows HTML."""
+    ipython = sys.modules.get("IPython")
+    shell = ipython.get_ipython() if ipython is not None else None
+    return getattr(shell, "kernel", None) is not None
+
+
+def html_table(facts: Mapping[str, str]) -> str:
+    """Names and values as the table that a notebook shows."""
+    rows = (f"<tr><th>{escape(k)}</th><td>{escape(v)}</td></tr>" for k, v in facts.items())
+    return f"<table>{''.join(rows)}</table>"
+
+
+class NotebookBars:
+    """A bar a stage below the cell; it goes when all that began is done."""
+
+    def __init__(self) -> None:
+        self._shares: dict[str, float] = {}
+        self._drawn = 0.0
+        self._handle: Any = None
+        self._lock = threading.Lock()
+
+    def __call__(self, stage: str, share: float) -> None:
+        """Show that ``share`` of a stage is done."""
+        with self._lock:
+            self._shares[stage] = share
+            now, finished = time.monotonic(), share >= 1.0
+            if finished or now - self._drawn >= INTERVAL:
+                self._drawn = now
+                self._draw()
+
+    def _draw(self) -> None:
+        from IPython.display import HTML, display  # type: ignore[import-not-found]
+
+        running = {stage: share for stage, share in self._shares.items() if share < 1.0}
+        rows = (
+            f"<div><progress value='{share:.3f}' max='1'></progress> {escape(stage)}</div>"
+            for stage, share in running.items()
+        )
+        page = HTML("".join(rows))
+        if self._handle is None:
+            self._handle = display(page, display_id=True)
+        else:
+            self._handle.update(page)

@@ -1,0 +1,62 @@
+"""Whole runs: every analysis of a case, its folder, and its report."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from flexgear.cli.outputs import RUN, claim_folder, earlier, save_or_rescue
+from flexgear.cli.run_commands import draw_again, save_run
+from flexgear.cli.run_folder import read_folder
+from flexgear.face import accessor as accessor  # datasets have ``.fg`` from here on
+from flexgear.face.notebook import Progress, html_table, progress_or_bars
+from flexgear.files.atomic import staged_folder
+from flexgear.model.case import Case
+from flexgear.results.origin import origin_of_case
+from flexgear.solve import run
+from flexgear.solve.headlines import verdicts
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class Run(run.Run):
+    """What a run leaves: datasets by file name, fields of bodies, figures, the power flow."""
+
+    def __repr__(self) -> str:
+        return f"<flexgear run of {self.case.name}: {', '.join(self.datasets)}>"
+
+    def _repr_html_(self) -> str:
+        rows = verdicts(self.case, self.flow, self.summary)
+        return html_table({row.subject: row.figure for row in rows})
+
+
+def run_case(case: Case, out: str | Path | None, force: bool, progress: Progress) -> Run:
+    """Every analysis of a case, with its results in the folder ``out`` if that is named."""
+    case.require_load()
+    if out is None:
+        return Run(**vars(run.run(case, progress)))
+    folder = Path(out)
+    claim_folder(folder, RUN, origin_of_case(case, "run"), force)
+    with staged_folder(folder, earlier(RUN)) as stage:
+        result = run.run(case, progress, place=stage)
+        save_or_rescue(lambda place: save_run(result, place, progress), stage)
+    return read_run(folder)
+
+
+def read_run(folder: str | Path) -> Run:
+    """The run that ``Case.run`` or ``flexgear run`` left in a folder; InputError where there is
+    none."""
+    content = read_folder(Path(folder))
+    return Run(content.case, content.flow, content.datasets, content.fields, dict(content.summary))
+
+
+def report(
+    folder: str | Path, *, interactive: bool = True, progress: Progress | None = None
+) -> Path:
+    """Draw the pictures and the page of a run into its folder; the path of the page.
+
+    interactive: plots that zoom and bodies that turn; else static pictures. InputError for a folder
+    without a finished run.
+    """
+    place = Path(folder)
+    draw_again(read_folder(place), place, place, interactive, progress_or_bars(progress))
+    return place / "report.html"
