@@ -6,14 +6,12 @@ Eccentricities of sun, planets and carrier turn against each other, so each plan
 load swings. Equilibria over two turns of the sun show by how much.
 """
 
-import numpy as np
-
 import flexgear as fg
 from flexgear.views.sharing_charts import sharing_chart
 from flexgear.views.style import save_figure
 
-model = fg.assemble(fg.load_case("herringbone"))
-turns = fg.static(model, np.linspace(0.0, 4 * np.pi, 61))
+model = fg.load_case("herringbone").assemble()
+turns = model.static(range(0, 721, 12))
 worst = turns.load_sharing.max("position")
 print({str(g): round(float(v), 3) for g, v in zip(worst.group.values, worst.values, strict=True)})
 figure = sharing_chart(turns)

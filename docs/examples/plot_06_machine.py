@@ -11,13 +11,13 @@ import matplotlib.pyplot as plt
 import flexgear as fg
 from flexgear.views.style import save_figure
 
-settings = {
-    "drive.kind": "steps", "drive.times_s": "[0, 0.05]", "drive.torques_nm": "[100, 50]",
-    "inputs.0.inertia_kg_m2": "0.02", "output.inertia_kg_m2": "0.5",
-    "output.machine.law": "controller",
-    "output.machine.kp_nm_s_per_rad": "40", "output.machine.ki_nm_per_rad": "800",
-}  # fmt: skip
-run = fg.transient(fg.assemble(fg.load_case("lin-parker", settings)), duration=0.3)
+case = fg.load_case(
+    "lin-parker",
+    {"inputs.0.inertia_kg_m2": 0.02, "output.inertia_kg_m2": 0.5},
+    drive={"kind": "steps", "times_s": [0, 0.05], "torques_nm": [100, 50]},
+    output__machine={"law": "controller", "kp_nm_s_per_rad": 40, "ki_nm_per_rad": 800},
+)
+run = case.assemble().transient(duration=0.3)
 figure, axes = plt.subplots(2, 1, sharex=True, layout="constrained")
 axes[0].plot(run.time, 9.5493 * run.port_speed.isel(port=-1))
 axes[0].set_ylabel("carrier (r/min)")

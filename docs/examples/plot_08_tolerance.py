@@ -11,8 +11,8 @@ from flexgear.views.style import save_figure
 from flexgear.views.tolerance_charts import tolerance_chart
 
 case = fg.load_case("herringbone", {
-    "tolerance.samples": "100",
-    "tolerance.errors.pin_tangential.standard_deviation_um": "15",
+    "tolerance.samples": 100,
+    "tolerance.errors.pin_tangential.standard_deviation_um": 15,
 })  # fmt: skip
 study = fg.tolerance(case, workers=1)
 print(study.load_sharing_max.quantile(0.95, "sample").values)

@@ -11,11 +11,11 @@ import flexgear as fg
 from flexgear.gears.bearing_life import planet_bearing_life_hours
 from flexgear.views.style import save_figure
 
-rating = {"stage.planet_bearing.dynamic_rating_kn": "18", "stage.planet_bearing.rolling": "roller"}
+rating = {"stage.planet_bearing.dynamic_rating_kn": 18, "stage.planet_bearing.rolling": "roller"}
 torques = [60, 80, 100, 130, 170]
 hours = []
 for torque in torques:
-    case = fg.load_case("lin-parker", {**rating, "inputs.0.torque_nm": str(torque)})
+    case = fg.load_case("lin-parker", {**rating, "inputs.0.torque_nm": torque})
     hours.append(planet_bearing_life_hours(case, fg.power_flow(case))["stage"])
 figure, axes = plt.subplots(layout="constrained")
 axes.loglog(torques, hours, "o-")

@@ -9,8 +9,8 @@ import flexgear as fg
 from flexgear.views.render import render_deformed
 from flexgear.views.style import save_figure
 
-model = fg.assemble(fg.load_case("stage.toml", {"solver.fidelity": "quick"}))
-field = fg.deformed(model, "stage.ring")
+model = fg.load_case("stage.toml", {"solver.fidelity": "quick"}).assemble()
+field = model.deformed("stage.ring")
 print(
     f"largest: {1e6 * field.displacement.max().item():.1f} µm at {field.sizes['vertex']} vertices"
 )

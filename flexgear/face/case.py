@@ -107,7 +107,8 @@ def load_case(
     """A TOML file or a bundled case by name, with keys changed.
 
     keys, overrides: by the keys of the file, with their units; those of a case's only stage also
-    without it: ``load_case("wind-5mw", planets=5, **{"solver.fidelity": "quick"})``. They win over
-    the file; None takes a key out. InputError with one line for anything that is wrong.
+    without it, "__" for ".": ``load_case("wind-5mw", planets=5, solver__fidelity="quick")``. They
+    win over the file; None takes a key out. InputError with one line for anything that is wrong.
     """
-    return Case.of(load.load_case(source, {**(overrides or {}), **keys}))
+    dotted = {key.replace("__", "."): value for key, value in keys.items()}
+    return Case.of(load.load_case(source, {**(overrides or {}), **dotted}))

@@ -7,12 +7,12 @@ from pathlib import Path
 
 from flexgear.cli.outputs import RUN, claim_folder, earlier, save_or_rescue
 from flexgear.cli.run_commands import draw_again, save_run
-from flexgear.cli.run_folder import read_folder
 from flexgear.face import accessor as accessor  # datasets have ``.fg`` from here on
 from flexgear.face.notebook import Progress, html_table, progress_or_bars
 from flexgear.files.atomic import staged_folder
 from flexgear.model.case import Case
 from flexgear.results.origin import origin_of_case
+from flexgear.results.run_folder import read_folder
 from flexgear.solve import run
 from flexgear.solve.headlines import verdicts
 

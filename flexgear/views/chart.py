@@ -173,6 +173,16 @@ def rings(run: Folder) -> Iterator[Subject]:
         yield Subject(_words(run, ring.name) | words, (ring,))
 
 
+def rings_at_rest(run: Folder) -> Iterator[Subject]:
+    """FE rings in equilibrium."""
+    return (ring for ring in rings(run) if ring.of[0].equilibria)
+
+
+def rings_in_time(run: Folder) -> Iterator[Subject]:
+    """FE rings in transients at rated torque."""
+    return (ring for ring in rings(run) if ring.of[0].steady)
+
+
 def torque_drops(run: Folder) -> Iterator[Subject]:
     """FE rings in every torque drop: ring and depth."""
     for subject in rings(run):

@@ -15,11 +15,13 @@ import xarray as xr
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.stage_flow import StageFlow
 from flexgear.model.errors import FlexgearError
+from flexgear.results.harmonics import radial_harmonics
 from flexgear.results.pieces import between
 from flexgear.results.report.wording import with_unit
 from flexgear.results.run_folder import RingFolder
 from flexgear.results.settling import settled
 from flexgear.results.spectrum import force_spectra
+from flexgear.results.summary import ORDERS
 from flexgear.results.tooth_pattern import ToothPattern, gear_pattern, planet_pattern
 from flexgear.views import chart as each
 from flexgear.views import (
@@ -124,9 +126,9 @@ def _two_positions(ring: RingFolder) -> tuple[xr.DataArray, Any, star.StageOutli
 
 
 def _harmonics(ring: RingFolder) -> Any:
-    """Radial harmonics of the summary."""
-    orders = [1e-6 * v for v in ring.figures["radial_harmonics_um"]]
-    return charts.radial_harmonics(orders, ring.stage.stage.planets)
+    """Radial harmonics of the ring in the first position."""
+    orders = np.abs(radial_harmonics(ring.equilibria["tooth_displacement"].to_numpy()[0]))
+    return charts.radial_harmonics(orders[:ORDERS], ring.stage.stage.planets)
 
 
 def _first(ring: RingFolder) -> xr.Dataset:
@@ -221,7 +223,7 @@ RUN_CHARTS: Sequence[tuple[Subjects, Sequence[Chart]]] = (
             "The upper half of the stage cut along its axis, to scale.", section_drawing),
     )),
     (each.flanks, (FLANK,)),
-    (each.rings, (
+    (each.rings_at_rest, (
         Chart("{prefix}ring_star", "deflections",
             "{ring}Ring at two carrier angles, equilibrium without errors",
             "The ring bends into a star with a point at each planet, which turns with the carrier. "
@@ -234,6 +236,8 @@ RUN_CHARTS: Sequence[tuple[Subjects, Sequence[Chart]]] = (
             "{ring}Radial harmonics of the ring at rated torque",
             "The ring's shape taken apart into waves round the circle; with equal planets only "
             "multiples of their number may be there.", _harmonics),
+    )),
+    (each.rings_in_time, (
         Chart("{prefix}tooth_node_1", "deflections",
             "{ring}Displacement of ring tooth node 1, {window}", NODE,
             lambda ring: displacements.tooth_node_displacement(ring.steady)),
@@ -361,7 +365,7 @@ RUN_CHARTS: Sequence[tuple[Subjects, Sequence[Chart]]] = (
             "largest. A mode has no size of its own, so it is drawn to be seen.",
             _mode_shapes, slow=True),
     )),
-    (each.rings, (
+    (each.rings_at_rest, (
         Chart("{prefix}ring_star_turning", "deflections", "The star turns with the carrier",
             "One planet spacing of the carrier: press to turn. " f"{ENLARGED}; gears are shown "
             "undeformed.", _animation, slow=True, suffix=".gif"),

@@ -12,6 +12,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterable
 from functools import wraps
+from io import BytesIO
 from math import gcd, pi
 from pathlib import Path
 from typing import Any, Literal, ParamSpec, TypeVar
@@ -101,9 +102,19 @@ def styled(function: Callable[P, R]) -> Callable[P, R]:
     return wrapper
 
 
+class NotebookFigure(Figure):
+    """A figure that a notebook shows, though pyplot does not know it."""
+
+    def _repr_png_(self) -> bytes:
+        picture = BytesIO()
+        with matplotlib.rc_context(RC):
+            self.savefig(picture, format="png", dpi=110)
+        return picture.getvalue()
+
+
 def new_figure(height_mm: float, width_mm: float = FULL_WIDTH_MM) -> Figure:
     """Empty figure of the given size with an Agg canvas and constrained layout."""
-    figure = Figure(figsize=(width_mm / 25.4, height_mm / 25.4), layout="constrained")
+    figure = NotebookFigure(figsize=(width_mm / 25.4, height_mm / 25.4), layout="constrained")
     FigureCanvasAgg(figure)
     return figure
 
