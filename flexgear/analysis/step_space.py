@@ -177,9 +177,9 @@ def dof_vectors(active: ActiveDofs) -> DofVectors:
     """Work space beside ``active``."""
     room, counts = len(active.channel), active.counts[0]
     head = counts["ports"] + 2 * (len(active.place) - counts["blocks"]) + 1
-    free, free_rate, given, force, motion, before = np.zeros((6, room))
     image, of_line = aligned(rounded_up(2 * room)), aligned(rounded_up(2 * head))
-    return DofVectors(free, free_rate, given, force, motion, before, image, of_line)
+    free, free_rate, of_torques, force, motion, before = np.zeros((6, room))
+    return DofVectors(free, free_rate, of_torques, force, motion, before, image, of_line)
 
 
 def frame_data(modal: ModalSystem) -> FrameData:
