@@ -7,24 +7,27 @@ a tree of joints. Both move as rigid bodies without force, as reduced bodies do.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
 
 import numpy as np
 
 from flexgear.structures.kinematics import rigid_motion
+from flexgear.structures.reduced import ReducedBody
 
 
-@dataclass(frozen=True)
-class CheapBody:
-    """The attributes of a reduced body that coupling uses."""
-
-    name: str
-    node_names: tuple
-    positions: np.ndarray
-    mass: np.ndarray
-    stiffness: np.ndarray
-    report: dict = field(default_factory=dict)
-    rim: object = None
+def body_of(name, node_names, positions, mass, stiffness):
+    """A reduced body without FE mesh and modes."""
+    return ReducedBody(
+        name=name,
+        node_names=node_names,
+        positions=positions,
+        mass=mass,
+        stiffness=stiffness,
+        n_modes=0,
+        report={},
+        points=np.zeros((0, 3)),
+        cells=np.zeros((0, 8), dtype=np.int64),
+        recovery=np.zeros((0, len(mass)), dtype=np.float32),
+    )
 
 
 class Joints:
@@ -78,7 +81,7 @@ def cheap_ring(teeth, radius, bolts=25, bolt_radius=1.0, bolt_z=0.215, stiffness
         *[f"fit_{i + 1}" for i in range(len(fits))],
     )
     mass = np.kron(np.eye(len(x)), np.diag([30.0, 30, 30, 0.3, 0.3, 0.3]))
-    return CheapBody("ring", names, x, mass, joints.k)
+    return body_of("ring", names, x, mass, joints.k)
 
 
 def cheap_carrier(planets, radius, drive_z=-0.6, stiffness=1.0):
@@ -104,4 +107,4 @@ def cheap_carrier(planets, radius, drive_z=-0.6, stiffness=1.0):
         joints.add(3 + i, 2, 2.5e9 * stiffness, 2.5e8 * stiffness)
     names = ("drive", "bearing_drive", "bearing_far", *[f"pin_{i + 1}" for i in range(planets)])
     mass = np.kron(np.eye(len(x)), np.diag([300.0, 300, 300, 30, 30, 30]))
-    return CheapBody("carrier", names, x, mass, joints.k)
+    return body_of("carrier", names, x, mass, joints.k)

@@ -10,7 +10,6 @@ from flexgear.gears.geometry import stage_geometry
 from flexgear.model.load import load_case
 from flexgear.model.names import BodyName
 from flexgear.structures.bodies import rigid_variant
-from flexgear.structures.parts import elastic_part
 
 TORQUE = 4e6
 CLEAN = {  # no manufacturing errors
@@ -51,7 +50,7 @@ def stage_system(stage, bodies, rigid=None, stiffening=None):
     bends = stage.flexible_bodies
     rigid = [n for n in bends if (n.part in rigid if rigid is not None else not bends[n].flexible)]
     parts = {  # what is rigid is the cheap body, not one of the case's sizes
-        name: rigid_variant(elastic_part(body)) if name in rigid else body
+        name: rigid_variant(body.as_body()) if name in rigid else body
         for name, body in bodies.items()
     }
     return build_system(stage.case, parts, rigid, named(stage, **(stiffening or {})))

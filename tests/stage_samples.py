@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
+from cheap_bodies import body_of
 from coupled import make_bodies
 
 from flexgear.model.load import load_case
@@ -12,8 +14,8 @@ from flexgear.solve.model import assemble
 from flexgear.structures.bodies import Body
 from flexgear.structures.estimate import worst
 from flexgear.structures.kinematics import rigid_motion
-from flexgear.structures.parts import rigid_part
 from flexgear.structures.reduced import ReducedBody
+from flexgear.structures.sources.of_case import fe_sources
 
 REPORT = {
     "fe_dofs": 24,
@@ -43,14 +45,9 @@ def missing_the_promise(body, error=0.034) -> ReducedBody:
 
 
 def reduced(body) -> ReducedBody:
+    plain = body_of(body.name, body.node_names, body.positions, body.mass, body.stiffness)
     size = len(body.mass)
-    return ReducedBody(
-        name=body.name,
-        node_names=body.node_names,
-        positions=body.positions,
-        mass=body.mass,
-        stiffness=body.stiffness,
-        n_modes=0,
+    return plain.with_(
         report={**REPORT, "interface_dofs": size},
         points=CUBE,
         cells=np.arange(8)[None],
@@ -58,11 +55,18 @@ def reduced(body) -> ReducedBody:
     )
 
 
+def made_of(bodies):
+    """In the place of ``fe_sources``: sources whose reduced bodies are these of a stage."""
+    return lambda stage: {
+        name: SimpleNamespace(reduced=lambda *_, b=body: b) for name, body in bodies(stage).items()
+    }
+
+
 def stiff_stage(case):
     """Ring and carrier of the size of any case, with what a run asks of reduced bodies: nodes that
     hang together by K = k S (I − R R⁺) S, which leaves their rigid motions free of force; they are
     so stiff that no frequency of theirs is below any band."""
-    parts = {n: reduced(_hung_together(rigid_part(case, n.part))) for n in case.fe_bodies}
+    parts = {n: reduced(_hung_together(s.rigid())) for n, s in fe_sources(case).items()}
     return {
         name: body.with_(report={**body.report, "frequency_limit_hz": 1e6})
         for name, body in parts.items()

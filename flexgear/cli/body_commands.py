@@ -23,23 +23,11 @@ from flexgear.model.case import Case
 from flexgear.model.errors import InputError
 from flexgear.model.names import BodyName
 from flexgear.results.origin import origin_of_case
-from flexgear.solve.bodies import fe_ring, named, reduction_limit, rigid_bodies
+from flexgear.solve.bodies import named, reduction_limit, rigid_bodies
 from flexgear.solve.reduction_warnings import reduction_warnings
-from flexgear.structures.build import carrier_body
-from flexgear.structures.fe_mesh import (
-    FeMesh,
-    Groups,
-    carrier_groups,
-    carrier_of_case,
-    require_format,
-    ring_groups,
-    ring_of_case,
-    write_fe_mesh,
-)
+from flexgear.structures.fe_mesh import FeMesh, Groups, require_format, write_fe_mesh
+from flexgear.structures.sources.of_case import fe_sources
 
-GROUPS = {"ring": ring_groups, "carrier": carrier_groups}
-MESHES = {"ring": ring_of_case, "carrier": carrier_of_case}
-BODIES = {"ring": fe_ring, "carrier": carrier_body}
 Component = Annotated[
     str,
     typer.Option(
@@ -87,7 +75,7 @@ def mesh(
     if groups and export is not None:
         raise InputError("--export", str(export), "writes no list of groups", "leave --groups out")
     if groups:
-        tables = {label: GROUPS[p.part](stages[p.stage]) for p, label in parts.items()}
+        tables = {label: fe_sources(stages[p.stage])[p].groups for p, label in parts.items()}
         if as_json:
             present("", {name: _groups(g) for name, g in tables.items()}, True)
             return
@@ -106,7 +94,7 @@ def mesh(
     with progress(quiet) as report:
         for part, label in parts.items():
             report(f"{label}: FE mesh", 0.0)
-            fe_mesh = MESHES[part.part](stages[part.stage])
+            fe_mesh = fe_sources(stages[part.stage])[part].fe_mesh()
             report(f"{label}: FE mesh", 1.0)
             figures[label] = _figures(fe_mesh)
             if export is not None:
@@ -174,7 +162,7 @@ def reduce(
     with progress(quiet) as report:
         for part, label in parts.items():
             stage, limit = source.flexible_stages[part.stage], reduction_limit(source, part.stage)
-            bodies[part] = BODIES[part.part](stage, named(label, report), limit)
+            bodies[part] = fe_sources(stage)[part].reduced(named(label, report), limit)
     warn(reduction_warnings(source, bodies, rigid_bodies(source)))
     figures = {
         label: {k: v for k, v in bodies[part].report.items() if not isinstance(v, list)}

@@ -10,7 +10,7 @@ from typing import Annotated
 import numpy as np
 import typer
 
-from flexgear.cli.body_commands import BODIES, Component, components
+from flexgear.cli.body_commands import Component, components
 from flexgear.cli.commands import without_collection
 from flexgear.cli.display import as_json_text, progress
 from flexgear.cli.options import AsJson, CaseName, Quiet, Settings, read_case
@@ -26,6 +26,7 @@ from flexgear.model.case import Case
 from flexgear.model.errors import InputError
 from flexgear.results.version import version
 from flexgear.solve.bodies import named, reduction_limit
+from flexgear.structures.sources.of_case import fe_sources
 
 
 def import_rexs(
@@ -123,7 +124,7 @@ def _write_reduced(case: Case, folder: Path, form: str, wanted: Wanted) -> None:
         for part, label in parts.items():
             flexible = case.flexible_stages[part.stage]
             limit = reduction_limit(case, part.stage)
-            body = BODIES[part.part](flexible, named(label, report), limit)
+            body = fe_sources(flexible)[part].reduced(named(label, report), limit)
             matrices = ReducedMatrices(
                 label,
                 body.node_names,

@@ -89,7 +89,7 @@ def _housing(case: Case) -> list[Body]:
     if housing.kind == "lumped":
         return [lumped_body(BodyName.of("", "housing"), housing.mass, housing.inertia)]
     if housing.kind == "reduced":
-        from flexgear.structures.given import given_housing  # readers of matrices
+        from flexgear.structures.sources.matrices import given_housing  # readers of matrices
 
         return [given_housing(housing, case.source)]
     return []

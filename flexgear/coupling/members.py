@@ -18,9 +18,9 @@ from flexgear.model.names import SIDES, BodyName, MemberName
 from flexgear.model.stage import Form, Stage
 from flexgear.model.stage_view import StageView
 from flexgear.structures.bodies import Body, lumped_body, rigid_variant, stiffened
-from flexgear.structures.parts import elastic_part, rigid_part
 from flexgear.structures.reduced import ReducedBody
 from flexgear.structures.shaft import BeamSection, shaft_body
+from flexgear.structures.sources.of_case import fe_sources
 
 Array = NDArray[np.float64]
 AnyBody = ReducedBody | Body  # reduced, or rigid
@@ -71,7 +71,7 @@ def stage_members(
     """All bodies of a stage: members, planets, then hub and what hangs behind the sun's spline.
 
     bodies: its FE bodies; rigid: which of them, and of shafts, do not bend; those of them that are
-    not in ``bodies`` are those of ``rigid_part``; stiffening: factors on elastic stiffness. Names
+    not in ``bodies`` are those of ``FeBody.rigid``; stiffening: factors on elastic stiffness. Names
     are "<stage>.ring", "<stage>.planet_1", …; a sun on a shaft is "<stage>.shaft". FlexgearError
     where an FE body that bends is missing.
     """
@@ -152,10 +152,10 @@ def sun_shaft(view: StageView) -> Body:
 
 def _fe_body(view: StageView, name: BodyName, body: AnyBody | None, bends: bool) -> Body:
     if not bends:
-        return body if isinstance(body, Body) else rigid_part(view, name.part)
+        return body if isinstance(body, Body) else fe_sources(view)[name].rigid()
     if body is None or isinstance(body, Body):
         raise FlexgearError(f"the reduced {name.part} of stage {view.name} is missing")
-    return elastic_part(body)
+    return body.as_body()
 
 
 def _lumped(case: Case, stage: Stage, part: str) -> list[Member]:

@@ -16,8 +16,8 @@ from flexgear.model.member import Support
 from flexgear.model.names import MemberName, SupportName
 from flexgear.model.springs import Bearing
 from flexgear.model.stage_view import StageView
-from flexgear.structures.halves import held_ring_springs
 from flexgear.structures.kinematics import rigid_rows, turn
+from flexgear.structures.sources.of_case import ring_source
 
 Array = NDArray[np.float64]
 
@@ -80,7 +80,7 @@ def pin_rows(a: Assembly, view: StageView, planet: int) -> Array:
 def _tie_fe_ring(a: Assembly, view: StageView, m: Member, frame: StageFrame) -> None:
     """On the housing where the ring is held; where it turns on its hub, in the ring's frame."""
     hub = f"{view.name}.hub"
-    for spring in held_ring_springs(view):
+    for spring in ring_source(view).springs:
         place, name = m.body.position(spring.node), SupportName.of(f"{view.name}.{spring.node}")
         if a.has(hub):
             under = rigid_rows(place, a.body(hub).position(hub))[:6] @ a.rows(hub, hub)

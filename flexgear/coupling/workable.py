@@ -8,7 +8,6 @@ motions are those of the finite-element bodies.
 from __future__ import annotations
 
 import math
-from pathlib import Path
 
 from flexgear.coupling.build import build_system
 from flexgear.coupling.system import System
@@ -18,12 +17,10 @@ from flexgear.gears.paths import require_assembly, stage_paths
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
-from flexgear.model.input_file import MOST_FE_MESH, require_regular
 from flexgear.model.names import BodyName
 from flexgear.model.stage_view import StageView, inside
 from flexgear.structures.bodies import Body
-from flexgear.structures.fe_mesh import require_generated
-from flexgear.structures.parts import rigid_part
+from flexgear.structures.sources.of_case import fe_sources
 
 
 def require_workable(case: Case) -> None:
@@ -49,8 +46,8 @@ def rigid_system(case: Case) -> System:
         if stage.is_flexible:
             with inside(case, stage):
                 view = case.view(stage.name)
-                for name in view.fe_bodies:
-                    bodies[name] = rigid_part(view, name.part, from_files=False)
+                for name, source in fe_sources(view).items():
+                    bodies[name] = source.rigid(from_files=False)
     return build_system(case, bodies, case.flexible_bodies, bending=False)
 
 
@@ -72,22 +69,8 @@ def _require_steps(case: Case, frequency: float) -> None:
 def _require_stage(view: StageView) -> None:
     """Gears mesh and assemble; FE meshes can be made, or their files are there and in place."""
     require_assembly(view, stage_geometry(view))
-    for name, section in view.fe_bodies.items():
-        if section.fe_mesh == "generate":
-            require_generated(view, name.part)
-        else:
-            _require_file(view, name.part, Path(str(section.fe_mesh_file)))
-
-
-def _require_file(view: StageView, name: str, file: Path) -> None:
-    from flexgear.structures.build import require_file  # half of the package
-
-    try:
-        require_regular(file, f"stage.{name}.fe.fe_mesh_file", MOST_FE_MESH)
-    except InputError as fault:
-        problem = f"{file}: {fault.problem}"
-        raise InputError(view.source, fault.key, problem, fault.remedy) from None
-    require_file(view, name)
+    for source in fe_sources(view).values():
+        source.check()
 
 
 def _require_influences(view: StageView) -> None:

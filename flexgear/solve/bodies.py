@@ -1,4 +1,4 @@
-"""Reduced rings and carriers of a case, made once and shared by all that is solved over it."""
+"""Reduced FE bodies of a case, made once and shared by all that is solved over it."""
 
 from __future__ import annotations
 
@@ -16,18 +16,13 @@ from flexgear.model.errors import FlexgearError, InputError, echo
 from flexgear.model.names import BodyName
 from flexgear.model.read import nearest
 from flexgear.model.stage_view import StageView
-from flexgear.structures.build import carrier_body, ring_body
-from flexgear.structures.halves import whole_ring
 from flexgear.structures.linalg.threads import single_threaded_blas
+from flexgear.structures.progress import Progress, silent
 from flexgear.structures.reduced import ReducedBody
-from flexgear.structures.tooth_influence import root_of_case, tooth_influence, with_rim
+from flexgear.structures.sources.of_case import fe_sources
+from flexgear.structures.tooth_influence import root_of_case, tooth_influence
 
-Progress = Callable[[str, float], None]
 _BYTES = {"quick": 1e9, "standard": 2e9, "fine": 4e9}  # that two generated bodies take to reduce
-
-
-def silent(stage: str, fraction: float) -> None:
-    """Progress that nobody watches."""
 
 
 Bodies = Mapping[BodyName, ReducedBody]
@@ -39,30 +34,19 @@ def stage_bodies(
     limit_hz: float | None = None,
     rigid: Collection[BodyName] = (),
 ) -> dict[BodyName, ReducedBody]:
-    """FE mesh, assembly and reduction of ring and carrier, or both from the cache.
+    """FE mesh, assembly and reduction of all FE bodies of a stage, or all from the cache.
 
     limit_hz: frequency up to which they are compared with the unreduced bodies; rigid: bodies that
     are not made.
     """
 
-    def ring(report: Progress) -> ReducedBody:
-        return whole_ring(view, fe_ring(view, report, limit_hz))
-
-    def carrier(report: Progress) -> ReducedBody:
-        return carrier_body(view, report, limit_hz)
-
-    makers = {"ring": ring, "carrier": carrier}
-    wanted = {name: makers[name.part] for name in view.fe_bodies if name not in rigid}
+    wanted = {name: s for name, s in fe_sources(view).items() if name not in rigid}
+    makers = {
+        name: lambda report, s=source: s.whole(s.reduced(report, limit_hz))
+        for name, source in wanted.items()
+    }
     roomy = _BYTES[view.solver.fidelity] < psutil.virtual_memory().available
-    return _made(wanted, progress, len(wanted) if roomy else 1)
-
-
-def fe_ring(
-    view: StageView, progress: Progress = silent, limit_hz: float | None = None
-) -> ReducedBody:
-    """The reduced ring, of a double-helical stage its left half, and how its rim bends along the
-    face where that counts."""
-    return with_rim(view, ring_body(view, progress, limit_hz))
+    return _made(makers, progress, len(makers) if roomy else 1)
 
 
 def _made(

@@ -12,7 +12,7 @@ and only where they take little room.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -24,9 +24,9 @@ from flexgear.structures.fem import FeModel, Interface
 from flexgear.structures.linalg.cholesky import Factor
 from flexgear.structures.linalg.inverses import scaled_inverse
 from flexgear.structures.linalg.tall_products import dot
+from flexgear.structures.progress import Progress
 
 Array = NDArray[np.float64]
-Progress = Callable[[str, float], None]
 
 SOLVE_BLOCK = 96  # right-hand sides a solve
 _HELD_BYTES = 2e9  # of constraint modes in memory, while the mass is projected on them

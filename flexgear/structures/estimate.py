@@ -32,12 +32,11 @@ from numpy.typing import NDArray
 
 from flexgear.structures.linalg.tall_products import dot, times
 from flexgear.structures.probe_loads import AT_END, ProbeLoad
+from flexgear.structures.progress import Progress, silent
 from flexgear.structures.reduced import ReducedBody
 from flexgear.structures.reduction import (
     AnyCondensation,
-    Progress,
     Reduction,
-    silent,
 )
 
 PROMISED = 0.02  # error that passes: without a warning, or more shapes of a tooth

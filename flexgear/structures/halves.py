@@ -9,35 +9,26 @@ half calls "tooth_001", "bolt_01" is "tooth_left_001", "bolt_left_01" in the who
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import block_diag
 
 from flexgear.model.names import SIDES
-from flexgear.model.stage_view import StageView
 from flexgear.structures.reduced import ReducedBody
-from flexgear.structures.springs import Spring, ring_springs
+from flexgear.structures.springs import Spring
 
 Array = NDArray[np.float64]
 MIRROR = np.array([1.0, 1.0, -1.0, -1.0, -1.0, 1.0])  # of a node's motion, in the plane z = 0
 PLACE = MIRROR[:3]
 
 
-def whole_ring(view: StageView, half: ReducedBody) -> ReducedBody:
-    """The ring that a stage has, of its body about its own mid-plane: itself, or both halves."""
-    return both_halves(half, view.stage.half_offset) if view.stage.double_helical else half
-
-
-def held_ring_springs(view: StageView) -> list[Spring]:
-    """All that holds the whole ring, on nodes of ``whole_ring``; supports of the right half are
-    the mirror image of those of the left."""
-    springs = ring_springs(view)
-    if not view.stage.double_helical:
-        return springs
+def mirrored(springs: Sequence[Spring]) -> list[Spring]:
+    """Springs of the left half on nodes of both: those of the right are their mirror image."""
     left = [Spring(s.node.of_half("left"), s.matrix, s.angle) for s in springs]
     across = np.outer(MIRROR, MIRROR)
-    right = [Spring(s.node.of_half("right"), across * s.matrix, s.angle) for s in springs]
-    return left + right
+    return left + [Spring(s.node.of_half("right"), across * s.matrix, s.angle) for s in springs]
 
 
 def both_halves(half: ReducedBody, offset: float) -> ReducedBody:

@@ -14,7 +14,8 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from flexgear.model.names import NodeName
+from flexgear.model.names import BodyName, NodeName
+from flexgear.structures.bodies import Body
 from flexgear.structures.kinematics import rigid_motion, rigid_rows
 from flexgear.structures.strain import strain_of_gradient, vertex_gradient
 from flexgear.structures.tooth_shapes import RimFlexibility
@@ -71,6 +72,17 @@ class ReducedBody:
     def with_(self, **changes: Any) -> ReducedBody:
         """A copy with some attributes replaced."""
         return replace(self, **changes)
+
+    def as_body(self) -> Body:
+        """As the coupled system sees it: its node dofs come first."""
+        return Body(
+            name=BodyName.of("", self.name),
+            node_names=tuple(self.node_names),
+            positions=np.asarray(self.positions),
+            mass=self.mass,
+            stiffness=self.stiffness,
+            node_map=np.eye(self.interface_dofs, self.mass.shape[0]),
+        )
 
     def rigid_modes(self) -> NDArray[np.float64]:
         """Coordinates (d, 6) of unit rigid motion about the origin: ux, uy, uz, tx, ty, tz."""

@@ -29,23 +29,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexgear.model.errors import FlexgearError
-from flexgear.structures.condensation import Condensation, Progress, condense_whole, free
+from flexgear.structures.condensation import Condensation, condense_whole, free
 from flexgear.structures.cyclic.condensation import CyclicCondensation
 from flexgear.structures.cyclic.modes import cyclic_modes
 from flexgear.structures.cyclic.path import condense_by_sectors
 from flexgear.structures.fem import FeModel, Interface
 from flexgear.structures.linalg.lanczos import Eigenpairs, NotConverged, all_modes, lowest_modes
 from flexgear.structures.linalg.threads import single_threaded_blas
+from flexgear.structures.progress import Progress, silent
 from flexgear.structures.reduced import ReducedBody
 
 LANCZOS_BLOCK = 4  # vectors a step: CHOLMOD solves one at a time, and small blocks need fewer
 _TOLERANCE = 1e-8
 _EQUAL = 1e-9  # apart, relative, are the omega^2 of a pair at most
 _BASIS_BYTES = 2.0e9  # of the general path's Lanczos basis, where that is enough for the modes
-
-
-def silent(stage: str, fraction: float) -> None:
-    """Progress that nobody watches."""
 
 
 AnyCondensation = Condensation | CyclicCondensation

@@ -13,9 +13,9 @@ from benchmarks.timing import interleaved
 from flexgear.model.stage_view import StageView
 from flexgear.structures.fe_mesh import FeMesh
 from flexgear.structures.fem import assemble
-from flexgear.structures.interfaces import ring_interface
 from flexgear.structures.linalg.threads import THREADS
 from flexgear.structures.reduction import reduce
+from flexgear.structures.sources.of_case import ring_source
 
 REPEATS = {"quick": {"37k": 1}, "full": {"37k": 2, "57k": 2, "133k": 1, "314k": 1}}
 ALONE = {"quick": (), "full": ("1M",)}  # sizes at which the general path takes too long here
@@ -77,7 +77,10 @@ def by_sectors(case: StageView, fe_mesh: FeMesh, count: int) -> tuple[np.ndarray
     m = case.material
     model = UnassembledModel(fe_mesh, m.young_modulus, m.poisson_ratio, m.density)
     found = reduce(
-        model, ring_interface(case, model), count, sectors=sector_counts(case.stage.ring.teeth)
+        model,
+        ring_source(case).interface(model),
+        count,
+        sectors=sector_counts(case.stage.ring.teeth),
     )
     if found.condensation.path.startswith("general"):
         raise AssertionError(f"the ring was not reduced by sectors: {found.condensation.path}")
@@ -88,5 +91,5 @@ def in_general(case: StageView, fe_mesh: FeMesh, count: int) -> tuple[np.ndarray
     """The same on the whole ring."""
     m = case.material
     model = assemble(fe_mesh, m.young_modulus, m.poisson_ratio, m.density)
-    found = reduce(model, ring_interface(case, model), count)
+    found = reduce(model, ring_source(case).interface(model), count)
     return found.condensation.stiffness, found.frequencies

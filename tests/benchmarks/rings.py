@@ -9,9 +9,9 @@ import numpy as np
 
 from flexgear.model.load import load_case
 from flexgear.model.stage_view import StageView
-from flexgear.structures.fe_mesh import FeMesh, RingMeshParameters, ring_fe_mesh
+from flexgear.structures.fe_mesh import FeMesh, ring_fe_mesh
 from flexgear.structures.fem import FeModel, Interface, assemble
-from flexgear.structures.interfaces import ring_interface
+from flexgear.structures.sources.of_case import ring_source
 
 # name -> fidelity of the section, number of bands that cut the middle of the face into layers
 SIZES = {
@@ -32,7 +32,7 @@ def ring_mesh(size: str) -> tuple[StageView, FeMesh]:
     """Case and FE mesh of a size in `SIZES`."""
     fidelity, bands = SIZES[size]
     case = ring_case(fidelity)
-    p = RingMeshParameters.from_case(case)
+    p = ring_source(case).mesh
     lows = sorted(p.fits)
     edges = np.linspace(lows[0][1], lows[-1][0], bands + 1)
     cuts = tuple(zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True)) if bands else ()
@@ -45,13 +45,13 @@ def ring_model(size: str) -> tuple[StageView, FeModel, Interface]:
     case, fe_mesh = ring_mesh(size)
     m = case.material
     model = assemble(fe_mesh, m.young_modulus, m.poisson_ratio, m.density)
-    return case, model, ring_interface(case, model)
+    return case, model, ring_source(case).interface(model)
 
 
 def small_ring() -> FeModel:
     """A ring of half the teeth and bolts, for peers that take long; patches as usual."""
     case = ring_case()
-    p = replace(RingMeshParameters.from_case(case), teeth=47, bolts=13, bolt_circle_diameter=1.13)
+    p = replace(ring_source(case).mesh, teeth=47, bolts=13, bolt_circle_diameter=1.13)
     m = case.material
     return assemble(ring_fe_mesh(p), m.young_modulus, m.poisson_ratio, m.density)
 

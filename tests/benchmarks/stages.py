@@ -15,7 +15,7 @@ from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.system import System
 from flexgear.model.load import load_case
 from flexgear.model.stage_view import StageView
-from flexgear.structures.build import carrier_body, ring_body
+from flexgear.structures.sources.of_case import carrier_source, ring_source
 
 STEADY = Drive(lambda t: np.full_like(t, TORQUE))
 
@@ -54,7 +54,11 @@ def real_case(size: str) -> StageView:
 def real_system(size: str) -> System:
     """`real_case` on its FE bodies."""
     case = real_case(size)
-    return stage_system(case, named(case, ring=ring_body(case), carrier=carrier_body(case)), ())
+    return stage_system(
+        case,
+        named(case, ring=ring_source(case).reduced(), carrier=carrier_source(case).reduced()),
+        (),
+    )
 
 
 def copied(state: State) -> State:

@@ -4,7 +4,7 @@ import json
 
 import numpy as np
 import pytest
-from stage_samples import doubtful_stage
+from stage_samples import doubtful_stage, made_of
 
 from flexgear.cli import body_commands
 from flexgear.results.dataset import load
@@ -97,10 +97,7 @@ def test_a_static_error_above_the_promise_is_one_line_with_what_to_do(
     flexgear, monkeypatch, command
 ):
     monkeypatch.setattr("flexgear.solve.bodies.stage_bodies", lambda s, *_: doubtful_stage(s))
-    for part in ("ring", "carrier"):
-        monkeypatch.setitem(
-            body_commands.BODIES, part, lambda c, *_, p=part: doubtful_stage(c)[f"stage.{p}"]
-        )
+    monkeypatch.setattr(body_commands, "fe_sources", made_of(doubtful_stage))
     name, *more = command
     code, text, err = flexgear(name, "wind-5mw", *more, "--json", "-q")
     assert code == 0

@@ -12,7 +12,8 @@ from flexgear.coupling.build import build_system
 from flexgear.coupling.modal import modal_system
 from flexgear.model.bundled import bundled_text
 from flexgear.model.load import load_case
-from flexgear.structures.fe_mesh import FeMesh, ring_of_case, write_fe_mesh
+from flexgear.structures.fe_mesh import FeMesh, write_fe_mesh
+from flexgear.structures.sources.of_case import ring_source
 
 
 def test_check_prints_what_follows_from_the_case(flexgear):
@@ -121,7 +122,7 @@ def test_a_mesh_file_in_the_wrong_place_is_refused_by_check_and_mesh(flexgear, t
     """As CAD has it, with one end of the face at z = 0; the key that is offered mends it."""
     quick = ("--set", "solver.fidelity=quick")
     case, file = load_case("wind-5mw", {"solver.fidelity": "quick"}).view(), tmp_path / "ring.msh"
-    m = ring_of_case(case)
+    m = ring_source(case).fe_mesh()
     write_fe_mesh(FeMesh(1e3 * (m.points + [0, 0, 0.215]), m.cells, m.kind, m.facets), file)
     own = (
         *quick,

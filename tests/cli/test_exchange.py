@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from reduced_samples import beam, frequencies
 from rexs_samples import planetary, three_stages
+from stage_samples import made_of
 
 from flexgear.cli import exchange_commands
 from flexgear.files.matrices.reading import read_reduced
@@ -56,8 +57,8 @@ def test_export_of_reduced_bodies(flexgear, tmp_path, monkeypatch, form):
         "ring", b.node_names, b.positions, b.mass, b.stiffness, b.modes, {}, b.points,
         none.astype(int), b.recovery.astype(np.float32),
     )  # fmt: skip
-    for name in ("ring", "carrier"):
-        monkeypatch.setitem(exchange_commands.BODIES, name, lambda *_: body)
+    sources = made_of(lambda stage: dict.fromkeys(stage.fe_bodies, body))
+    monkeypatch.setattr(exchange_commands, "fe_sources", sources)
     command = ["export", "wind-5mw", "--reduced", tmp_path / "out", "--format", form, "-q"]
     code, out, err = flexgear(*command, "--recovery")
     assert (code, err) == (0, ""), err

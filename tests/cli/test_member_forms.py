@@ -5,9 +5,9 @@ import json
 
 import pytest
 from report_pages import OF_RUNS, require_sound
-from stage_samples import stiff_stage
+from stage_samples import made_of, stiff_stage
 
-from flexgear.cli import body_commands
+from flexgear.cli import body_commands, exchange_commands
 
 STAGE = """
 title = "Small stage"
@@ -132,10 +132,8 @@ def case(request, flexgear, tmp_path, monkeypatch):
     monkeypatch.setenv("FLEXGEAR_CACHE", str(tmp_path / "cache"))
     for place in ("solve.bodies", "studies.sweep"):
         monkeypatch.setattr(f"flexgear.{place}.stage_bodies", lambda s, *_: stiff_stage(s))
-    for name in ("ring", "carrier"):
-        monkeypatch.setitem(
-            body_commands.BODIES, name, lambda s, *_, p=name: stiff_stage(s)[f"{s.name}.{p}"]
-        )
+    monkeypatch.setattr(body_commands, "fe_sources", made_of(stiff_stage))
+    monkeypatch.setattr(exchange_commands, "fe_sources", made_of(stiff_stage))
     path = tmp_path / "mine.toml"
     path.write_text(text(CHOICES[request.param]))
     monkeypatch.chdir(tmp_path)

@@ -23,7 +23,7 @@ from flexgear.model.errors import InputError
 from flexgear.model.load import case_of_toml
 from flexgear.solve.model import assemble
 from flexgear.solve.static import static
-from flexgear.structures.fe_mesh import carrier_of_case, ring_of_case
+from flexgear.structures.sources.of_case import carrier_source, ring_source
 from flexgear.studies.proposal import proposed_case
 
 PHASES = (Phase.explicit, Phase.reuse, Phase.generate)  # to shrink an example takes minutes
@@ -171,8 +171,8 @@ def test_its_bodies_can_be_meshed(arrangement, torque):
     wanted = Wanted(ARRANGEMENTS[arrangement].ratio(3.5), 4, 1.0, 1.0, arrangement=arrangement)
     text, _ = proposed_case([wanted], Rated(torque, 10.0))
     view = case_of(text).with_(**{"solver.fidelity": "quick"}).view()
-    assert ring_of_case(view).points.size
-    assert carrier_of_case(view).points.size
+    assert ring_source(view).fe_mesh().points.size
+    assert carrier_source(view).fe_mesh().points.size
 
 
 FLAGS = {"--ratio": 5, "--planets": 3, "--torque-nm": 2e4, "--speed-rpm": 60}

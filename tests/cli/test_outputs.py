@@ -38,7 +38,7 @@ def no_work(monkeypatch):
     monkeypatch.setattr(run_commands, "reduced_bodies", worked)
     monkeypatch.setattr("flexgear.cli.sweep_command.run_sweep", worked)
     monkeypatch.setattr("flexgear.cli.tolerance_command.run_tolerance", worked)
-    monkeypatch.setattr("flexgear.cli.body_commands.ring_of_case", worked)
+    monkeypatch.setattr("flexgear.structures.sources.fe_body.FeBody.fe_mesh", worked)
 
 
 def refused(result, *words):

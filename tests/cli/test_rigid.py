@@ -7,7 +7,9 @@ from stage_samples import cheap_stage
 
 from flexgear.model.load import load_case
 from flexgear.solve import bodies
-from flexgear.structures import parts
+from flexgear.structures.sources.carrier import CarrierSource
+from flexgear.structures.sources.fe_body import FeBody
+from flexgear.structures.sources.ring import RingSource
 
 STAGE_BODIES = bodies.stage_bodies
 
@@ -28,12 +30,11 @@ def refused(*_, **__):
 )
 def test_commands_mesh_and_reduce_only_what_bends(flexgear, monkeypatch, arguments):
     carrier = cheap_stage(load_case("wind-5mw").view())["stage.carrier"]
-    for name in ("ring_of_case", "carrier_of_case"):
-        monkeypatch.setattr(parts, name, refused)
+    monkeypatch.setattr(FeBody, "fe_mesh", refused)
     monkeypatch.setattr(bodies, "stage_bodies", STAGE_BODIES)
-    monkeypatch.setattr(bodies, "ring_body", refused)
+    monkeypatch.setattr(RingSource, "reduced", refused)
     made = arguments[1:] == ("--rigid", "ring")
-    monkeypatch.setattr(bodies, "carrier_body", (lambda *_: carrier) if made else refused)
+    monkeypatch.setattr(CarrierSource, "reduced", (lambda *_: carrier) if made else refused)
     code, text, _ = flexgear(arguments[0], "wind-5mw", *arguments[1:], "--json", "-q")
     assert code == 0
     if arguments[0] == "static":

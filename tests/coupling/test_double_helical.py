@@ -14,8 +14,7 @@ from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.errors import InputError
 from flexgear.model.load import load_case
-from flexgear.structures.halves import whole_ring
-from flexgear.structures.reduced import ReducedBody
+from flexgear.structures.sources.of_case import ring_source
 
 DOUBLE = {
     "stage.double_helical": "true", "stage.face_width_mm": "190", "stage.half_gap_mm": "60",
@@ -31,15 +30,9 @@ def system(drive_z=-0.6, rigid=(), **changes):
     case = make_case(**{**DOUBLE, "stage.sun.shaft.direction": direction, **changes})
     g = stage_geometry(case)
     ring = cheap_ring(case.ring_gear.teeth, g.ring.reference_radius, bolt_z=-0.095)
-    size = len(ring.mass)
-    half = ReducedBody(
-        name="ring", node_names=ring.node_names, positions=ring.positions, mass=ring.mass,
-        stiffness=ring.stiffness, n_modes=0, report={}, points=np.zeros((0, 3)),
-        cells=np.zeros((0, 8), dtype=np.int64), recovery=np.zeros((0, size), dtype=np.float32),
-    )  # fmt: skip
     carrier = cheap_carrier(case.stage.planets, g.center_distance, drive_z=drive_z)
     return case, stage_system(
-        case, named(case, ring=whole_ring(case, half), carrier=carrier), rigid
+        case, named(case, ring=ring_source(case).whole(ring), carrier=carrier), rigid
     )
 
 

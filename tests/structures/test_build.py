@@ -18,9 +18,12 @@ from flexgear.model.load import load_case
 from flexgear.results.stage_part import of_kind, stage_part
 from flexgear.solve.model import assemble
 from flexgear.solve.static import static
-from flexgear.structures import build
-from flexgear.structures.fe_mesh import FeMesh, carrier_of_case, ring_of_case, write_fe_mesh
+from flexgear.structures.fe_mesh import FeMesh, write_fe_mesh
 from flexgear.structures.kinematics import rotation, turn
+from flexgear.structures.sources.of_case import carrier_source, ring_source
+from flexgear.structures.sources.ring import RingSource
+
+SOURCES = {"ring": ring_source, "carrier": carrier_source}
 
 
 @pytest.fixture(scope="module")
@@ -44,12 +47,12 @@ def cache(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def ring(case):
-    return build.ring_body(case)
+    return ring_source(case).reduced()
 
 
 @pytest.fixture(scope="module")
 def carrier(case):
-    return build.carrier_body(case)
+    return carrier_source(case).reduced()
 
 
 def test_ring_nodes_stand_where_the_conventions_say(case, ring):
@@ -75,7 +78,7 @@ def test_carrier_nodes_stand_where_the_conventions_say(case, carrier):
 @pytest.mark.parametrize("name", ["ring", "carrier"])
 def test_rigid_motion_carries_the_mass_and_no_force(request, case, name):
     body = request.getfixturevalue(name)
-    fe_mesh = {"ring": ring_of_case, "carrier": carrier_of_case}[name](case)
+    fe_mesh = SOURCES[name](case).fe_mesh()
     rigid = body.rigid_modes()
     inertia = rigid.T @ body.mass @ rigid
     assert inertia[0, 0] == pytest.approx(7850 * fe_mesh.volume(), rel=1e-6)
@@ -87,7 +90,7 @@ def test_bodies_that_repeat_are_reduced_by_sectors_unless_that_is_off(case, ring
     assert ring.report["path"] == "cyclic: 93 sectors, 47 harmonics"
     assert carrier.report["path"] == "cyclic: 5 sectors, 3 harmonics"
     small = {"stage.ring.fe.fixed_interface_modes": 0, "stage.carrier.fe.fixed_interface_modes": 0}
-    whole = build.carrier_body(case.with_(**small, **{"solver.cyclic": "off"}))
+    whole = carrier_source(case.with_(**small, **{"solver.cyclic": "off"})).reduced()
     assert whole.report["path"] == "general: sectors not asked for"
     b = carrier.interface_dofs
     scale = np.sqrt(np.diag(whole.stiffness))
@@ -106,30 +109,30 @@ def test_errors_are_estimated_and_small(ring, carrier):
 
 def test_flank_tie_meets_its_bound(case):
     flank = case.with_(**{"stage.ring.fe.tie": "flank", "stage.ring.fe.fixed_interface_modes": 0})
-    assert 0 < build.ring_body(flank).report["static_error"] < 0.03
+    assert 0 < ring_source(flank).reduced().report["static_error"] < 0.03
 
 
 def test_reduced_bodies_come_from_the_cache(case, ring, monkeypatch):
     def refuse(*_args, **_kwargs):
         raise AssertionError("meshed again")
 
-    monkeypatch.setattr(build, "ring_of_case", refuse)
-    again = build.ring_body(case.with_(**{"stage.planet_bearing.radial": 1e9}))
+    monkeypatch.setattr(RingSource, "fe_mesh", refuse)
+    again = ring_source(case.with_(**{"stage.planet_bearing.radial": 1e9})).reduced()
     assert np.array_equal(again.stiffness, ring.stiffness)
     assert again.report["frequency_error_on_these_supports"]
     assert again.report["static_error"] == ring.report["static_error"]
-    softer = build.ring_body(case.with_(**{"stage.ring.fe.bolts.stiffness_radial": 1e9}))
+    softer = ring_source(case.with_(**{"stage.ring.fe.bolts.stiffness_radial": 1e9})).reduced()
     assert not softer.report["frequency_error_on_these_supports"]
     assert 0 < softer.report["static_error"] < ring.report["static_error"]  # more motion
     with pytest.raises(AssertionError, match="meshed again"):
-        build.ring_body(case.with_(**{"stage.ring.fe.rim_thickness": 0.19}))
+        ring_source(case.with_(**{"stage.ring.fe.rim_thickness": 0.19})).reduced()
 
 
 def test_a_left_handed_ring_is_the_mirror_image_of_a_right_handed_one(case, ring):
     """Tooth and bolt at φ stand at −φ; uy, rx and rz change sign."""
     left = case.with_(**{"stage.planet_hand": "left", "stage.ring.fe.fixed_interface_modes": 0})
     assert case.stage.planet_hand == "right"
-    image, count = build.ring_body(left), {"tooth": 93, "bolt": 25, "fit": 0}
+    image, count = ring_source(left).reduced(), {"tooth": 93, "bolt": 25, "fit": 0}
     place = []
     for name in image.node_names:
         kind, number = name.split("_")
@@ -155,7 +158,7 @@ def fivefold(case):
 @pytest.mark.slow
 def test_a_ring_repeats_with_its_bolts(fivefold):
     """A turn by a fifth takes each tooth and bolt to another one, and the stiffness to itself."""
-    body = build.ring_body(fivefold)
+    body = ring_source(fivefold).reduced()
     moved = {"tooth": 90 // 5, "bolt": 25 // 5, "fit": 0}
     count = {"tooth": 90, "bolt": 25, "fit": 2}
     place = []
@@ -175,7 +178,9 @@ def test_a_ring_repeats_with_its_bolts(fivefold):
 def test_modes_hold_the_nodal_diameters_of_their_kind(fivefold):
     """Diameters 5j, 5j ± 1 and the rest never meet in one mode, whose sun then turns, shifts or
     stands: see tests/coupling/test_turning_ring.py, here on finite elements."""
-    bodies = named(fivefold, ring=build.ring_body(fivefold), carrier=build.carrier_body(fivefold))
+    bodies = named(
+        fivefold, ring=ring_source(fivefold).reduced(), carrier=carrier_source(fivefold).reduced()
+    )
     system = assemble(fivefold.case, bodies=bodies).system
     found, teeth = modes(system, springs_at(system).stiffness, limit_hz=1500.0), 90
     rows = [system.node_rows("stage.ring", f"tooth_{j + 1:03d}")[:3] for j in range(teeth)]
@@ -241,10 +246,10 @@ def four_planets(case, degrees):
 def test_unequal_pins_are_reduced_by_the_general_path(case):
     """Opposite pins of two equal pairs are alike, each in its own axes: K is 2-fold symmetric."""
     unequal = four_planets(case, (0.0, 87.0, 180.0, 267.0))
-    body = build.carrier_body(unequal)
+    body = carrier_source(unequal).reduced()
     assert body.report["path"].startswith("general")
     rigid = body.rigid_modes()
-    volume = carrier_of_case(unequal).volume()
+    volume = carrier_source(unequal).fe_mesh().volume()
     assert (rigid.T @ body.mass @ rigid)[0, 0] == pytest.approx(7850 * volume, rel=1e-6)
     half_turn = np.kron(np.eye(7), np.diag([-1.0, -1, 1, -1, -1, 1]))
     pins = np.arange(18, 42).reshape(4, 6)[[2, 3, 0, 1]].ravel()
@@ -255,9 +260,9 @@ def test_unequal_pins_are_reduced_by_the_general_path(case):
 
 def test_unequal_pins_lead_to_equal_ones(case):
     """The general path beside one sector repeated four times; surfaces are triangulated anew."""
-    equal = build.carrier_body(four_planets(case, (0.0, 90.0, 180.0, 270.0)))
+    equal = carrier_source(four_planets(case, (0.0, 90.0, 180.0, 270.0))).reduced()
     off = 1e-4
-    nearly = build.carrier_body(four_planets(case, (0.0, 90.0 + off, 180.0, 270.0 - off)))
+    nearly = carrier_source(four_planets(case, (0.0, 90.0 + off, 180.0, 270.0 - off))).reduced()
     assert equal.report["path"].startswith("cyclic") and nearly.report["path"].startswith("general")
     scale = np.sqrt(np.diag(equal.stiffness))
     difference = (nearly.stiffness - equal.stiffness) / scale / scale[:, None]
@@ -267,7 +272,7 @@ def test_unequal_pins_lead_to_equal_ones(case):
 def test_a_stage_with_unequal_planets_is_in_equilibrium(case, ring):
     """Forces take the rated torque; half a turn puts each planet where the opposite one was."""
     unequal = four_planets(case, (0.0, 87.0, 180.0, 267.0)).with_(stage__errors=GearErrors())
-    bodies = named(unequal, ring=ring, carrier=build.carrier_body(unequal))
+    bodies = named(unequal, ring=ring, carrier=carrier_source(unequal).reduced())
     model = assemble(unequal.case, bodies=bodies)
     found = stage_part(static(model, np.array([0.3, 0.3 + np.pi])), "stage")
     forces = of_kind(found, "ring").gear_mesh_force.values
@@ -281,7 +286,7 @@ def test_a_stage_with_unequal_planets_is_in_equilibrium(case, ring):
 def test_a_file_that_is_put_back_gives_the_same_body(case, name, request, tmp_path):
     """Written elsewhere than the case has it; the keys undo that."""
     generated = request.getfixturevalue(name)
-    fe_mesh = {"ring": ring_of_case, "carrier": carrier_of_case}[name](case)
+    fe_mesh = SOURCES[name](case).fe_mesh()
     shift, axes = (0.1, -0.2, 0.115), rotation(0.7)
     back = FeMesh((fe_mesh.points - shift) @ axes, fe_mesh.cells, fe_mesh.kind, fe_mesh.facets)
     write_fe_mesh(back, tmp_path / "own.msh")
@@ -294,7 +299,7 @@ def test_a_file_that_is_put_back_gives_the_same_body(case, name, request, tmp_pa
         "fixed_interface_modes": 0,
     }
     own = case.with_(**{f"stage.{name}.fe.{key}": value for key, value in keys.items()})
-    body = {"ring": build.ring_body, "carrier": build.carrier_body}[name](own)
+    body = SOURCES[name](own).reduced()
     b = body.interface_dofs
     for made in ("stiffness", "mass"):
         expected = getattr(generated, made)[:b, :b]

@@ -5,10 +5,10 @@ import pytest
 
 from flexgear.model.load import load_case
 from flexgear.model.stage_view import StageView
-from flexgear.structures.build import UnassembledModel
-from flexgear.structures.fe_mesh import FeMesh, ring_of_case
+from flexgear.structures.fe_mesh import FeMesh
 from flexgear.structures.fem import Interface
-from flexgear.structures.interfaces import ring_interface
+from flexgear.structures.fem.unassembled import UnassembledModel
+from flexgear.structures.sources.of_case import ring_source
 
 
 @pytest.fixture(scope="module")
@@ -19,7 +19,7 @@ def case() -> StageView:
 def interface(case: StageView, fe_mesh: FeMesh) -> tuple[Interface, UnassembledModel]:
     m = case.material
     model = UnassembledModel(fe_mesh, m.young_modulus, m.poisson_ratio, m.density)
-    return ring_interface(case, model), model
+    return ring_source(case).interface(model), model
 
 
 @pytest.mark.parametrize("order", [1, -1])
@@ -28,7 +28,7 @@ def test_a_fit_is_tied_to_its_own_band_whichever_is_listed_first(
 ) -> None:
     """Under u = z e_x a node moves by the mean height of what it is tied to."""
     listed = case.with_(**{"stage.ring.fe.fits": case.ring.fits[::order]})
-    found, model = interface(listed, ring_of_case(listed))
+    found, model = interface(listed, ring_source(listed).fe_mesh())
     field = np.zeros((len(model.nodes), 3))
     field[:, 0] = model.nodes[:, 2]
     motion = (found.rows @ field.ravel()).reshape(-1, 6)
@@ -40,7 +40,7 @@ def test_a_fit_is_tied_to_its_own_band_whichever_is_listed_first(
 
 def test_bolts_act_in_the_end_face_that_is_named(case: StageView) -> None:
     """A ring that reaches beyond its bolted face, say by a pilot."""
-    fe_mesh = ring_of_case(case)
+    fe_mesh = ring_source(case).fe_mesh()
     levels = np.unique(fe_mesh.points[:, 2].round(9))
     assert case.ring.end == "-z"
     for level in levels[:2]:

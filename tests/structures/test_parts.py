@@ -5,14 +5,14 @@ import pytest
 
 from flexgear.model.load import load_case
 from flexgear.solve import bodies as solve_bodies
-from flexgear.structures.fe_mesh import carrier_of_case, ring_of_case, write_fe_mesh
+from flexgear.structures.fe_mesh import write_fe_mesh
 from flexgear.structures.fe_mesh.body_solids import mesh_solid
 from flexgear.structures.kinematics import rigid_rows
-from flexgear.structures.nodes import carrier_nodes, ring_nodes
-from flexgear.structures.parts import rigid_part
 from flexgear.structures.solids import cylinder, prism
+from flexgear.structures.sources.fe_body import FeBody
+from flexgear.structures.sources.of_case import carrier_source, ring_source
 
-PARTS = {"ring": (ring_of_case, ring_nodes), "carrier": (carrier_of_case, carrier_nodes)}
+PARTS = {"ring": ring_source, "carrier": carrier_source}
 HOLES = {
     "stage.ring.fe.bolts.holes": "true",
     "stage.ring.fe.bolts.number": "20",
@@ -39,13 +39,15 @@ def test_mass_and_nodes_are_those_of_the_fe_mesh(name, settings, part):
     """The FE mesh has chords for circles: its mass is off by some thousandths, and the middle of a
     seat by some millionths."""
     view = load_case(name, {"solver.fidelity": "standard", **settings}).view()
-    generate, nodes = PARTS[part]
-    fe_mesh, rigid = generate(view), rigid_part(view, part)
+    source = PARTS[part](view)
+    fe_mesh, rigid = source.fe_mesh(), source.rigid()
     assert apart(rigid.mass, mesh_solid(fe_mesh).rigid_mass(view.material.density)) < 4e-3
-    places = nodes(view, fe_mesh)
-    assert tuple(places) == rigid.node_names
+    nodes = source.nodes(fe_mesh)
+    assert tuple(node.name for node in nodes) == rigid.node_names
     size = np.abs(fe_mesh.points).max()
-    assert rigid.positions == pytest.approx(np.array(list(places.values())), abs=3e-5 * size)
+    assert rigid.positions == pytest.approx(
+        np.array([node.place for node in nodes]), abs=3e-5 * size
+    )
     assert np.array_equal(rigid.node_map, rigid_rows(rigid.positions))
 
 
@@ -55,22 +57,22 @@ def test_a_file_s_mass_is_its_own(tmp_path):
         "wind-5mw",
         {"solver.fidelity": "quick", "stage.face_width_mm": "215", "stage.ring.fe.fits": "[]"},
     ).view()
-    write_fe_mesh(ring_of_case(narrow), tmp_path / "ring.msh", "narrow")
+    write_fe_mesh(ring_source(narrow).fe_mesh(), tmp_path / "ring.msh", "narrow")
     view = narrow.with_(
         **{"stage.ring.fe.fe_mesh": "file",
            "stage.ring.fe.fe_mesh_file": str(tmp_path / "ring.msh"),
            "stage.ring.fe.fe_mesh_unit": "m"},
     )  # fmt: skip
-    expected = mesh_solid(ring_of_case(narrow)).rigid_mass(view.material.density)
-    assert apart(rigid_part(view, "ring").mass, expected) < 1e-6
-    assert apart(rigid_part(view, "ring", from_files=False).mass, expected) > 1e-5
+    expected = mesh_solid(ring_source(narrow).fe_mesh()).rigid_mass(view.material.density)
+    assert apart(ring_source(view).rigid().mass, expected) < 1e-6
+    assert apart(ring_source(view).rigid(from_files=False).mass, expected) > 1e-5
 
 
 def test_halves_of_a_ring_are_images_of_each_other():
     single = load_case("wind-5mw").view()
     wide = {"stage.double_helical": True, "stage.half_gap": 0.05, "stage.carrier.fe.plate_gap": 1.0}
     double = single.with_(**wide)
-    half, whole = rigid_part(single, "ring"), rigid_part(double, "ring")
+    half, whole = ring_source(single).rigid(), ring_source(double).rigid()
     n = len(half.node_names)
     assert whole.node_names[::n] == ("tooth_left_001", "tooth_right_001")
     assert whole.mass[0, 0] == pytest.approx(2 * half.mass[0, 0])
@@ -100,8 +102,7 @@ def refused(*_, **__):
 
 def test_a_case_whose_ring_does_not_bend_needs_none(monkeypatch):
     """ring.flexible = false is the same as --rigid ring."""
-    monkeypatch.setattr(solve_bodies, "ring_body", refused)
-    monkeypatch.setattr(solve_bodies, "carrier_body", refused)
+    monkeypatch.setattr(FeBody, "reduced", refused)
     case = load_case(
         "wind-5mw", {"stage.ring.fe.flexible": "false", "stage.carrier.fe.flexible": "false"}
     )

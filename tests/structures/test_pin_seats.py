@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 
 from flexgear.model.load import load_case
-from flexgear.structures.fe_mesh import carrier_of_case
 from flexgear.structures.fem import assemble, facet_sample
-from flexgear.structures.interfaces import carrier_interface, carrier_supports
 from flexgear.structures.reduction import condense
+from flexgear.structures.sources.of_case import carrier_source
 
 
 def test_a_pin_yields_to_two_rows_as_the_unreduced_carrier_does():
@@ -16,10 +15,10 @@ def test_a_pin_yields_to_two_rows_as_the_unreduced_carrier_does():
     itself. An average over all of the displacement was 19 % too stiff against tilting."""
     view = load_case("wind-5mw", {"solver.fidelity": "quick"}).view()
     m = view.material
-    model = assemble(carrier_of_case(view), m.young_modulus, m.poisson_ratio, m.density)
-    interface = carrier_interface(view, model)
+    model = assemble(carrier_source(view).fe_mesh(), m.young_modulus, m.poisson_ratio, m.density)
+    interface = carrier_source(view).interface(model)
     condensation = condense(model, interface)
-    supports = carrier_supports(view, interface, condensation.stiffness)
+    supports = carrier_source(view).supports(interface.node_names, condensation.stiffness)
     node = interface.node_names.index("pin_1")
     seat = facet_sample(model, model.fe_mesh.facets["pin_1"])
     arm = seat.points - interface.positions[node]

@@ -12,12 +12,11 @@ from flexgear.gears.power_flow import power_flow
 from flexgear.model.load import load_case
 from flexgear.results.report.face_load import rim_rows
 from flexgear.structures import probe_loads
-from flexgear.structures.build import ring_condensed
 from flexgear.structures.fe_mesh import SegmentDivisions
 from flexgear.structures.fem import averaging_tie, facet_sample, point_sample
-from flexgear.structures.interfaces import ring_supports
 from flexgear.structures.kinematics import rigid_motion, rotation, turn
 from flexgear.structures.reduced import ReducedBody
+from flexgear.structures.sources.of_case import ring_source
 from flexgear.structures.tooth_influence import of_case, pairs, rim, ring_shapes
 from flexgear.structures.tooth_influence.ring_shapes import (
     cut_flexibility,
@@ -40,10 +39,12 @@ class Ring:
     """A thin wide ring in a spline: FE model, condensation, flexibility of its nodes, rim."""
 
     def __init__(self):
-        self.model, self.condensed = ring_condensed(CASE)
-        self.supports = ring_supports(CASE, self.condensed.interface)
-        self.stiffness, self.first = self.condensed.stiffness, rim._first_line(CASE)
-        self.cut = rim._cut(CASE)
+        source = ring_source(CASE)
+        self.model, self.condensed = source.condensed()
+        self.stiffness = self.condensed.stiffness
+        self.supports = source.supports(self.condensed.interface.node_names, self.stiffness)
+        segment = source.segment
+        self.first, self.cut = rim.first_line(segment), rim.cut_of(segment)
         self.shapes = ring_shapes.ring_shapes(
             self.model, self.condensed, self.first, TEETH, self.cut
         )
@@ -212,25 +213,33 @@ def test_right_halves_are_the_mirror_image(ring, bending):
 
 def test_shapes_count_where_the_static_error_without_them_is_above_the_promise(ring, monkeypatch):
     """A thin wide rim; a stiff one has next to none, and what is asked for wins."""
-    monkeypatch.setattr(rim, "tooth_influence", coarse)
-    monkeypatch.setattr(rim, "kept_shapes", lambda case: ring.shapes)
+    monkeypatch.setattr(rim, "segment_influence", lambda *_, tied: coarse(CASE, "ring"))
+    monkeypatch.setattr(rim, "kept_shapes", lambda *_: ring.shapes)
     size = len(ring.stiffness)
     body = ReducedBody(
         "ring", ring.condensed.interface.node_names, ring.condensed.interface.positions,
         np.zeros((size, size)), ring.stiffness, 0, {}, *3 * [np.zeros((0, 3))],
     )  # fmt: skip
-    thin = rim.with_rim(CASE, body)
+
+    def taken_in(case, body):
+        teeth = rim.TeethOfRing(
+            TEETH, case.material, ring_source(case).segment,
+            case.ring.tooth_shapes == "always", along_face=True,
+        )  # fmt: skip
+        return rim.with_rim(body, teeth, ring.supports, "", None)
+
+    thin = taken_in(CASE, body)
     assert 0.05 < thin.report["rim_error"] < 0.15
     assert thin.report["rim_counts"] and thin.rim is not None
     (row,) = rim_rows(thin.report)
     assert "counted" in row.label and row.value == thin.report["rim_error"]
     hard = replace(ring.shapes, fixed=1e-3 * ring.shapes.fixed, piece=1e-3 * ring.shapes.piece)
-    monkeypatch.setattr(rim, "kept_shapes", lambda case: hard)
-    stiff = rim.with_rim(CASE, body.with_(stiffness=1e3 * ring.stiffness))
+    monkeypatch.setattr(rim, "kept_shapes", lambda *_: hard)
+    stiff = taken_in(CASE, body.with_(stiffness=1e3 * ring.stiffness))
     assert stiff.report["rim_error"] < 0.002 * thin.report["rim_error"]
     assert not stiff.report["rim_counts"] and stiff.rim is None
     for said, taken in (("always", True), ("none", False)):
         case = load_case("ev-reducer", {**OPTIONS, "stage.ring.fe.tooth_shapes": said}).view()
-        assert (rim.with_rim(case, body).rim is not None) == taken
+        assert (taken_in(case, body).rim is not None) == taken
     loose = body.with_(stiffness=0.0 * ring.stiffness)
-    assert rim.with_rim(CASE, loose).rim is None  # supports alone hold no tooth
+    assert taken_in(CASE, loose).rim is None  # supports alone hold no tooth

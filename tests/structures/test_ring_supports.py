@@ -5,10 +5,8 @@ import pytest
 from small_train import SMALL_STAGE
 
 from flexgear.model.load import load_case
-from flexgear.structures import build
-from flexgear.structures.fe_mesh import ring_groups, ring_of_case
 from flexgear.structures.fe_mesh.placement import Placement, check_place
-from flexgear.structures.interfaces import ring_interface
+from flexgear.structures.sources.of_case import ring_source
 
 STAGE = SMALL_STAGE.read_text()
 BAND = """z_mm = {z}
@@ -37,9 +35,9 @@ def case(tmp_path_factory):
 
 
 def test_each_band_has_a_group_of_its_own_in_its_place(case):
-    fe_mesh = ring_of_case(case)
-    check_place(fe_mesh, ring_groups(case), Placement(), "generated")
-    assert "spline_1" in ring_groups(case).needed
+    fe_mesh = ring_source(case).fe_mesh()
+    check_place(fe_mesh, ring_source(case).groups, Placement(), "generated")
+    assert "spline_1" in ring_source(case).groups.needed
     for name, middle in (("spline_1", -0.005), ("fit_1", 0.006)):
         corners = fe_mesh.points[fe_mesh.facets[name]]
         assert corners[..., 2].min() == pytest.approx(middle - 0.004)
@@ -50,11 +48,11 @@ def test_each_band_has_a_group_of_its_own_in_its_place(case):
 
 def test_it_is_reduced_by_sectors_and_its_torsion_is_the_springs(case):
     """Free but for both bands, equal torques on all teeth twist the bands alone by T/Σk."""
-    body = build.ring_body(case)
+    body = ring_source(case).reduced()
     assert body.report["path"].startswith("cyclic: 72 sectors")
     assert body.report["static_error"] is not None
     b = body.interface_dofs
-    supports = build.ring_supports(case, body)
+    supports = ring_source(case).supports(body.node_names, body.stiffness)
     load = np.zeros(b)
     for name in body.node_names:
         if name.startswith("tooth"):
@@ -80,11 +78,10 @@ def test_holes_of_any_circle_are_numbered_through_all(tmp_path):
         )
     )
     case = load_case(file, {"solver.fidelity": "quick"}).view()
-    fe_mesh, groups = ring_of_case(case), ring_groups(case)
+    fe_mesh, groups = ring_source(case).fe_mesh(), ring_source(case).groups
     check_place(fe_mesh, groups, Placement(), "generated")
     walls = {name for name in fe_mesh.facets if name.startswith("bolt")}
     assert walls == {f"bolt_{k:02d}" for k in range(9, 13)} == set(groups.needed) & walls
     assert "end_minus" in groups.needed and "end_plus" not in groups.needed
-    model = build._model(case, fe_mesh)
-    names = ring_interface(case, model).node_names[72:]
+    names = tuple(node.name for node in ring_source(case).nodes(fe_mesh)[72:])
     assert names == tuple(f"bolt_{k:02d}" for k in range(1, 13))

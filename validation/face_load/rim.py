@@ -28,8 +28,8 @@ from flexgear.model.load import load_case
 from flexgear.model.names import BodyName
 from flexgear.model.stage_view import StageView
 from flexgear.solve.bodies import stage_bodies
-from flexgear.structures.interfaces import ring_supports
 from flexgear.structures.kinematics import turn
+from flexgear.structures.sources.of_case import ring_source
 from flexgear.structures.tooth_influence import pair_bending, rim_bending
 from flexgear.structures.tooth_influence.pairs import PairBending, mating_flanks
 from flexgear.structures.tooth_influence.rim import flank_motion
@@ -81,7 +81,9 @@ def ring_of(case: str) -> Ring:
     body = stage_bodies(view)[BodyName.of(stage, "ring")]
     assert body.rim is not None
     b = body.interface_dofs
-    held = np.linalg.inv(body.stiffness[:b, :b] + ring_supports(view, body))
+    held = np.linalg.inv(
+        body.stiffness[:b, :b] + ring_source(view).supports(body.node_names, body.stiffness)
+    )
     return Ring(
         path=path,
         slices=path.slices,

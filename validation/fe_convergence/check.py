@@ -10,8 +10,8 @@ from scipy.linalg import eigh
 from scipy.optimize import brentq
 
 from flexgear.model.load import load_case
-from flexgear.structures.build import carrier_body, ring_body
-from flexgear.structures.interfaces import carrier_supports, ring_supports
+from flexgear.model.names import BodyName
+from flexgear.structures.sources.of_case import fe_sources
 from flexgear.views.style import save_figure
 
 HERE = Path(__file__).parent
@@ -21,19 +21,17 @@ FIDELITIES = ("quick", "standard", "fine")
 def reduced(name, **changes):
     """The bundled ring or carrier, from the cache if it was reduced before."""
     case = load_case("wind-5mw", changes).view()
-    return case, {"ring": ring_body, "carrier": carrier_body}[name](case)
+    source = fe_sources(case)[BodyName.of(case.name, name)]
+    return source, source.reduced()
 
 
 def quantities(name, fidelity):
     """dofs of the FE mesh, compliance m/N of the loaded node in its direction, six frequencies Hz,
     of the reduced body on its supports: exact statics, frequencies within 2e-4 of the FE mesh's."""
-    case, body = reduced(name, **{"solver.fidelity": fidelity})
+    source, body = reduced(name, **{"solver.fidelity": fidelity})
     b = body.interface_dofs
     stiffness = body.stiffness.copy()
-    if name == "ring":
-        stiffness[:b, :b] += ring_supports(case, body)
-    else:
-        stiffness[:b, :b] += carrier_supports(case, body, 1e9 * np.eye(b))
+    stiffness[:b, :b] += source.supports(body.node_names, 1e9 * np.eye(b))
     loaded = 6 * body.node_names.index({"ring": "tooth_001"}.get(name, "pin_1")) + 1
     compliance = np.linalg.solve(stiffness, np.eye(1, len(stiffness), loaded)[0])[loaded]
     values = eigh(stiffness, body.mass, eigvals_only=True, subset_by_index=(0, 5))

@@ -31,8 +31,8 @@ from flexgear.solve.dataset import transient_data
 from flexgear.solve.model import Model, assemble
 from flexgear.solve.static import static
 from flexgear.solve.transient import constant_drive, simulate, torque_drop
-from flexgear.structures.build import ring_body
 from flexgear.structures.reduced import ReducedBody
+from flexgear.structures.sources.of_case import ring_source
 from flexgear.views.star import StageOutline
 
 Array = NDArray[np.float64]
@@ -283,7 +283,7 @@ class Runs:
     def other_ring(self, **changes: str) -> xr.Dataset:
         """Flexible tooth passages of a fifth of a turn with other ring parameters, quick mesh."""
         case = validation_case("quick", **changes).with_(stage__errors=GearErrors())
-        bodies = {BODIES[0]: ring_body(case), BODIES[1]: self.quick_carrier}
+        bodies = {BODIES[0]: ring_source(case).reduced(), BODIES[1]: self.quick_carrier}
         angles = np.linspace(0, 2 * math.pi / 5, 241)
         return equilibria(model_of(case, bodies, FLEXIBLE), angles)
 

@@ -10,7 +10,7 @@ from flexgear.structures.fe_mesh.files import (
     write_fe_mesh,
 )
 from flexgear.structures.fe_mesh.groups import Groups, carrier_groups, ring_groups
-from flexgear.structures.fe_mesh.of_case import carrier_of_case, require_generated, ring_of_case
+from flexgear.structures.fe_mesh.of_file import mesh_of_file
 from flexgear.structures.fe_mesh.ring import RingMeshParameters, ring_fe_mesh
 from flexgear.structures.fe_mesh.tooth_segment import (
     SegmentDivisions,
@@ -30,14 +30,12 @@ __all__ = [
     "ToothSegment",
     "carrier_fe_mesh",
     "carrier_groups",
-    "carrier_of_case",
     "fe_mesh_case",
+    "mesh_of_file",
     "read_fe_mesh",
     "require_format",
-    "require_generated",
     "ring_fe_mesh",
     "ring_groups",
-    "ring_of_case",
     "tooth_segment",
     "write_fe_mesh",
 ]

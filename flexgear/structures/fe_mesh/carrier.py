@@ -22,13 +22,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
 from math import cos, pi, sin
-from typing import TYPE_CHECKING, Any, Literal, NoReturn
+from typing import Any, Literal, NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from flexgear.gears.geometry import stage_geometry
 from flexgear.model.errors import FlexgearError, InputError
 from flexgear.structures.fe_mesh.carrier_sector import FLATTEST, SIZE, half_sectors
 from flexgear.structures.fe_mesh.carrier_web import Web
@@ -36,14 +35,11 @@ from flexgear.structures.fe_mesh.carrier_whole import complete
 from flexgear.structures.fe_mesh.fe_mesh import FeMesh, corner_jacobians
 from flexgear.structures.fe_mesh.session import gmsh_session, meshing_unit
 
-if TYPE_CHECKING:
-    from flexgear.model.stage_view import StageView
-
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Fidelity = Literal["quick", "standard", "fine"]
 
-_SAME_ANGLE = 1e-9  # rad; gaps that differ by less are meshed alike
+SAME_ANGLE = 1e-9  # rad; gaps that differ by less are meshed alike
 # gmsh fails on pins, or never ends, about a third thinner
 _SLENDER = 25.0  # length between the plates over the diameter of a pin, at most
 _THIN = 15.0  # thickness of a plate over that, at most
@@ -105,40 +101,10 @@ class CarrierMeshParameters:
         }
         return replace(self, **lengths)
 
-    @classmethod
-    def from_case(cls, view: StageView) -> CarrierMeshParameters:
-        """The carrier of a case, with a pin where each planet stands."""
-        stage, carrier = view.stage, view.carrier
-        equal = 2.0 * pi * np.arange(stage.planets) / stage.planets
-        unequal = not np.allclose(stage.planet_angles, equal, rtol=0.0, atol=_SAME_ANGLE)
-        gears = stage_geometry(view)
-        return cls(
-            planets=stage.planets,
-            planet_angles=stage.planet_angles if unequal else None,
-            center_distance=gears.center_distance,
-            planet_tip_radius=gears.planet.tip_radius,
-            gear_face_width=stage.gear_width,
-            plate_diameter=carrier.plate_diameter,
-            plate_thickness_drive=carrier.plate_thickness_drive,
-            plate_thickness_far=carrier.plate_thickness_far,
-            plate_gap=carrier.plate_gap,
-            web_width=carrier.web_width,
-            web_inner_radius=carrier.web_inner_radius,
-            web_clearance=carrier.web_clearance,
-            pin_diameter=carrier.pin_diameter,
-            pin_bore=carrier.pin_bore,
-            pin_seat_width=carrier.pin_seat_width,
-            hub_outer_diameter=carrier.hub_outer_diameter,
-            hub_bore=carrier.hub_bore,
-            hub_length=carrier.hub_length,
-            seat_drive_diameter=carrier.seat_drive.diameter,
-            seat_drive_width=carrier.seat_drive.width,
-            seat_far_diameter=carrier.seat_far.diameter,
-            seat_far_width=carrier.seat_far.width,
-            drive_side=carrier.drive_side,
-            fidelity=view.solver.fidelity,
-            where=view.source,
-        )
+    @property
+    def size(self) -> float:
+        """Largest dimension, m."""
+        return self.plate_diameter
 
     @property
     def seat_width(self) -> float:
@@ -193,7 +159,7 @@ class CarrierMeshParameters:
         kinds: list[float] = []
         which = np.empty(self.planets, dtype=np.int64)
         for i, half in enumerate(halves.tolist()):
-            same = next((k for k, h in enumerate(kinds) if abs(h - half) < _SAME_ANGLE), None)
+            same = next((k for k, h in enumerate(kinds) if abs(h - half) < SAME_ANGLE), None)
             which[i] = len(kinds) if same is None else same
             if same is None:
                 kinds.append(half)

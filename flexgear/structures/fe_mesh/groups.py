@@ -7,19 +7,17 @@ is, in detail: ring.py and carrier.py.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from math import ceil, log10
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from flexgear.gears.geometry import stage_geometry
-from flexgear.model.ring_supports import ring_supports
+from flexgear.model.ring_supports import RingSupport
+from flexgear.structures.fe_mesh.carrier import CarrierMeshParameters
 from flexgear.structures.fe_mesh.ring import RingMeshParameters
-
-if TYPE_CHECKING:
-    from flexgear.model.stage_view import StageView
 
 Array = NDArray[np.float64]
 
@@ -57,11 +55,11 @@ class Family:
 class Groups:
     """All named groups of a body and the lengths that tolerances of their place follow from.
 
-    body: section of the case; radius: where teeth or pins stand, m; pitch: of the ring's teeth
+    body: "ring" or "carrier"; radius: where teeth or pins stand, m; pitch: of the ring's teeth
     round the reference circle, m; face_width: m.
     """
 
-    body: Literal["ring", "carrier"]
+    body: str
     families: tuple[Family, ...]
     radius: float
     pitch: float
@@ -91,10 +89,10 @@ class Groups:
         return [self.body, families, self.radius, self.pitch, self.face_width]
 
 
-def ring_groups(view: StageView) -> Groups:
-    """Teeth for either tie, fits, and what holds the bolts: walls of holes, or the bolted face."""
-    p = RingMeshParameters.from_case(view)
-    tooth, ring, teeth = p.tooth, view.ring, view.ring_gear.teeth
+def ring_groups(p: RingMeshParameters, tie: str, supports: Sequence[RingSupport]) -> Groups:
+    """Teeth for either tie, "root" or "flank", fits, and what holds the bolts: walls of holes, or
+    the bolted face."""
+    tooth, teeth = p.tooth, p.teeth
     angles = tooth.pitch_angle * np.arange(teeth, dtype=float)
     depth = tooth.root_radius - tooth.tip_radius
     middle = (tooth.tip_radius + tooth.form_radius) / 2.0
@@ -109,7 +107,6 @@ def ring_groups(view: StageView) -> Groups:
             twist=p.helix_rate,
         )
 
-    supports = ring_supports(ring, p.face_width)
     holes = [s for s in supports if s.end and s.group]
 
     def of_bands(kind: str, meaning: str) -> Family:
@@ -120,8 +117,8 @@ def ring_groups(view: StageView) -> Groups:
         )
 
     families = [
-        of_teeth("root", "base section of tooth j", tooth.root_radius, 0.0, ring.tie == "root"),
-        of_teeth("flank", "flank of tooth j on its -θ side", middle, -half, ring.tie == "flank"),
+        of_teeth("root", "base section of tooth j", tooth.root_radius, 0.0, tie == "root"),
+        of_teeth("flank", "flank of tooth j on its -θ side", middle, -half, tie == "flank"),
         of_teeth("backflank", "flank of tooth j on its +θ side", middle, half, False),
         of_bands("fit", "band of housing fit k, as ring.fe.fits lists them"),
         of_bands("spline", "outer spline or lugs k, as ring.fe.splines lists them"),
@@ -144,10 +141,10 @@ def ring_groups(view: StageView) -> Groups:
     return Groups("ring", tuple(families), tooth.reference_radius, pitch, p.face_width)
 
 
-def carrier_groups(view: StageView) -> Groups:
-    """Drive flange, bearing seats and pins."""
-    drive: Literal[-1, 1] = 1 if view.carrier.drive_side == "+z" else -1
-    gears, angles = stage_geometry(view), np.array(view.stage.planet_angles)
+def carrier_groups(p: CarrierMeshParameters, angles: Array, pitch: float) -> Groups:
+    """Drive flange, bearing seats and pins; angles: of the pins (N,), rad; pitch: of the ring's
+    teeth, m."""
+    drive: Literal[-1, 1] = 1 if p.drive_side == "+z" else -1
     on_axis = np.array([[0.0, 0.0, _ANYWHERE]])
 
     def at_end(name: str, meaning: str, side: Literal[-1, 1]) -> Family:
@@ -156,21 +153,19 @@ def carrier_groups(view: StageView) -> Groups:
         )
 
     far: Literal[-1, 1] = 1 if drive == -1 else -1
-    reference = gears.ring.reference_radius
-    pitch = 2.0 * np.pi * reference / view.ring_gear.teeth
     families = (
         at_end("drive", "face that the drive is bolted to", drive),
         at_end("bearing_drive", "bearing seat on the drive's side", drive),
         at_end("bearing_far", "bearing seat on the other side", far),
         Family(
             *("pin", "seat of planet i on its pin"),
-            _numbered("pin", view.stage.planets, 1),
-            _polar(gears.center_distance, angles),
+            _numbered("pin", p.planets, 1),
+            _polar(p.center_distance, angles),
             *(True, "stage.planets"),
             radial=0.2 * pitch,
         ),
     )
-    return Groups("carrier", families, gears.center_distance, pitch, view.stage.gear_width)
+    return Groups("carrier", families, p.center_distance, pitch, p.gear_face_width)
 
 
 def _numbered(stem: str, count: int, digits: int) -> tuple[str, ...]:

@@ -24,12 +24,12 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from functools import cached_property
 from math import ceil, pi, tan
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from flexgear.gears.tool import PLAIN_TOOL, PlainTool, plain_tool
+from flexgear.gears.tool import PLAIN_TOOL, PlainTool
 from flexgear.gears.tooth import ToothGeometry
 from flexgear.model.errors import InputError
 from flexgear.model.names import NodeName
@@ -43,7 +43,7 @@ from flexgear.structures.fe_mesh.ring_section import (
 from flexgear.structures.fe_mesh.ring_tooth import ring_tooth
 
 if TYPE_CHECKING:
-    from flexgear.model.stage_view import StageView
+    pass
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -56,7 +56,7 @@ _DIVISIONS: dict[str, tuple[SectionDivisions, int]] = {  # section, least number
     "fine": (SectionDivisions(tooth=3, flank=3, fillet=2, rim=5), 6),
 }
 _HOLE_ROWS = {"quick": (2, 1, 1), "standard": (3, 1, 1), "fine": (4, 1, 2)}  # see ring_holes.py
-_BLOCK = 1.7  # inner border of a bolt's block, in bolt radii from the bolt's axis
+BLOCK = 1.7  # inner border of a bolt's block, in bolt radii from the bolt's axis
 _PITCH_LAYERS = {"quick": 3, "standard": 4, "fine": 4}  # n in which the helix turns by a pitch:
 # fewer make coarse rims within a tooth too soft (their chords leave it by r (2π/z)²/(8 n²))
 _GROWTH = {"quick": 1.4, "standard": 1.3, "fine": 1.15}
@@ -97,52 +97,15 @@ class RingMeshParameters:
     fidelity: Fidelity = "standard"
     where: str = "case"
 
-    @classmethod
-    def from_case(cls, view: StageView) -> RingMeshParameters:
-        """The ring of a case, with its teeth and supports.
-
-        Of several bolt circles the FE mesh follows the one with holes, else the innermost.
-        """
-        stage, ring, gear = view.stage, view.ring, view.ring_gear
-        circles = sorted(
-            (c for c in ring.bolt_circles if c.number),
-            key=lambda c: (not c.holes, c.circle_diameter - _BLOCK * c.diameter),
-        )
-        bolts: dict[str, Any] = {"bolts": 0}
-        if circles:
-            bolts = {
-                "bolts": circles[0].number,
-                "bolt_circle_diameter": circles[0].circle_diameter,
-                "bolt_diameter": circles[0].diameter,
-                "bolt_holes": circles[0].holes,
-                "first_bolt_angle": circles[0].first_angle,
-                "first_bolt": ring.first_bolt(circles[0]),
-            }
-        return cls(
-            teeth=gear.teeth,
-            normal_module=stage.normal_module,
-            pressure_angle=stage.pressure_angle,
-            helix_angle=stage.helix_angle,
-            hand=stage.planet_hand,
-            profile_shift=gear.profile_shift,
-            addendum=gear.addendum,
-            dedendum=gear.dedendum,
-            root_fillet=gear.root_fillet,
-            tool=plain_tool(gear.tool),
-            face_width=stage.face_width,
-            rim_thickness=ring.rim_thickness,
-            fits=tuple(fit.band for fit in ring.fits),
-            splines=tuple(spline.band for spline in ring.splines),
-            other_bolts=tuple((c.number, c.circle_diameter, c.diameter) for c in circles[1:]),
-            fidelity=view.solver.fidelity,
-            where=view.source,
-            **bolts,
-        )
-
     @cached_property
     def tooth(self) -> ToothGeometry:
         """The tooth; raises InputError if it cannot be meshed."""
         return ring_tooth(self)
+
+    @property
+    def size(self) -> float:
+        """Largest dimension, m."""
+        return 2.0 * self.outer_radius
 
     @property
     def outer_radius(self) -> float:
@@ -172,7 +135,7 @@ class RingMeshParameters:
         straight; without any, the rim is a body of revolution and all of it may be twisted."""
         if not self.has_holes:
             return np.inf
-        return self.bolt_circle_diameter / 2.0 - _BLOCK * self.bolt_diameter / 2.0
+        return self.bolt_circle_diameter / 2.0 - BLOCK * self.bolt_diameter / 2.0
 
     @property
     def has_holes(self) -> bool:

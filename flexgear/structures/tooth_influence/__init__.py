@@ -7,7 +7,7 @@ from flexgear.structures.tooth_influence.of_case import (
     tooth_influence,
 )
 from flexgear.structures.tooth_influence.pairs import pair_bending
-from flexgear.structures.tooth_influence.rim import rim_bending, with_rim
+from flexgear.structures.tooth_influence.rim import rim_bending
 from flexgear.structures.tooth_influence.roots_of_pairs import PairRoots, pair_roots
 from flexgear.structures.tooth_influence.roots_of_ring import ring_root_rows
 
@@ -21,5 +21,4 @@ __all__ = [
     "ring_root_rows",
     "root_of_case",
     "tooth_influence",
-    "with_rim",
 ]

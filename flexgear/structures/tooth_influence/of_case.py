@@ -8,6 +8,7 @@ from dataclasses import replace
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.radii import gears_by_role
 from flexgear.gears.tooth import ToothGeometry
+from flexgear.model.material import Material
 from flexgear.model.stage_view import StageView
 from flexgear.structures.fe_mesh import SegmentDivisions, SegmentParameters, tooth_segment
 from flexgear.structures.tooth_influence.flank import flank_compliance
@@ -38,11 +39,15 @@ def tooth_influence(view: StageView, role: str) -> ToothInfluence | None:
     parameters, tied = influence_parameters(view, role), is_tied(view, role)
     if parameters is None:
         return None
-    m = view.material
-    material = {"young": m.young_modulus, "poisson": m.poisson_ratio}
+    return segment_influence(parameters, view.material, tied=tied)
+
+
+def segment_influence(p: SegmentParameters, m: Material, *, tied: bool) -> ToothInfluence:
+    """Influence of the middle tooth of a segment, from the cache or made; tied: see
+    ``flank_compliance``."""
     return cached(
-        {"segment": parameters, "tied": tied, **material},
-        lambda: influence_of(parameters, m.young_modulus, m.poisson_ratio, tied=tied),
+        {"segment": p, "tied": tied, "young": m.young_modulus, "poisson": m.poisson_ratio},
+        lambda: influence_of(p, m.young_modulus, m.poisson_ratio, tied=tied),
         TOOTH,
     )
 

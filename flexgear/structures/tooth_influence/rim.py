@@ -1,6 +1,9 @@
-"""Shapes of the teeth of a case's FE ring: whether they count, the cache, slices of its pairs."""
+"""Shapes of the teeth of an FE ring: whether they count, the cache, slices of its pairs."""
 
 from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,23 +12,19 @@ from scipy.interpolate import interp1d
 from flexgear.gears.contact import GearMeshPath
 from flexgear.gears.slices import Slices
 from flexgear.gears.tooth import ToothGeometry
-from flexgear.model.stage_view import StageView
-from flexgear.structures.build import ring_condensed, ring_key
+from flexgear.model.material import Material
 from flexgear.structures.estimate import PROMISED, judged, shape_errors
 from flexgear.structures.fe_mesh import SegmentParameters
 from flexgear.structures.fe_mesh.tooth_block import base_section_angle
-from flexgear.structures.interfaces import ring_supports
+from flexgear.structures.fem.unassembled import UnassembledModel
 from flexgear.structures.linalg.threads import single_threaded_blas
 from flexgear.structures.probe_loads import END_SHARE
 from flexgear.structures.reduced import ReducedBody
+from flexgear.structures.reduction import AnyCondensation
 from flexgear.structures.tooth_influence.flank import involute_normals
 from flexgear.structures.tooth_influence.influence import ToothInfluence
 from flexgear.structures.tooth_influence.influence_cache import Form, cached
-from flexgear.structures.tooth_influence.of_case import (
-    influence_parameters,
-    is_tied,
-    tooth_influence,
-)
+from flexgear.structures.tooth_influence.of_case import segment_influence
 from flexgear.structures.tooth_influence.pairs import mating_flanks, some_places
 from flexgear.structures.tooth_influence.ring_shapes import (
     Cut,
@@ -36,6 +35,7 @@ from flexgear.structures.tooth_influence.ring_shapes import (
 from flexgear.structures.tooth_shapes import ORDERS, RimFlexibility, ToothLine, carried
 
 Array = NDArray[np.float64]
+Condensed = Callable[[], tuple[UnassembledModel, AnyCondensation]]
 
 _ARRAYS = ("teeth", "count", "loads", "fixed", "piece", "less")
 _SLICES = 20  # of the loads of the estimate
@@ -48,49 +48,63 @@ SHAPES = Form(
 )
 
 
-def has_shapes(view: StageView) -> bool:
-    """Whether teeth of a stage may take shapes: an FE ring whose slices bend each other, tied at
-    its roots by averaging ties, and not given reduced."""
-    asked = view.gear_mesh.model == "face_load" and view.gear_mesh.tooth_compliance == "fe"
-    fe = asked and is_tied(view, "ring") and view.ring.tooth_shapes != "none"
-    return fe and view.ring.fe_mesh != "reduced"
+@dataclass(frozen=True)
+class TeethOfRing:
+    """What decides whether teeth of an FE ring yield along the face beside their nodes.
+
+    segment: of its teeth, None where they take no shapes; always: whether these count however
+    little they are; along_face: whether gear meshes distribute load along the face.
+    """
+
+    number: int
+    material: Material
+    segment: SegmentParameters | None
+    always: bool
+    along_face: bool
 
 
-def kept_shapes(view: StageView) -> RingShapes:
-    """Of the case's ring, from the cache or made, which takes another factor of its matrix."""
-    teeth, line, cut = view.ring_gear.teeth, _first_line(view), _cut(view)
+def kept_shapes(
+    segment: SegmentParameters, teeth: int, ring_key: str, condensed: Condensed
+) -> RingShapes:
+    """Of a ring, from the cache or made, which takes another factor of its matrix.
+
+    ring_key: of what its reduced body depends on; condensed: makes the body and its condensation.
+    """
+    line, cut = first_line(segment), cut_of(segment)
 
     def made() -> RingShapes:
-        model, condensation = ring_condensed(view)
+        model, condensation = condensed()
         with single_threaded_blas():
             return ring_shapes(model, condensation, line, teeth, cut)
 
-    content = {"shapes_of": ring_key(view), "orders": ORDERS, "line": line, "cut": cut}
+    content = {"shapes_of": ring_key, "orders": ORDERS, "line": line, "cut": cut}
     return cached(content, made, SHAPES)
 
 
-def with_rim(view: StageView, body: ReducedBody) -> ReducedBody:
-    """The reduced ring with what its teeth yield along the face on the case's supports, where that
-    counts, and its size in the report: the static error without it (``rim_error``) and whether it
-    is taken in.
+def with_rim(
+    body: ReducedBody, teeth: TeethOfRing, supports: Array, ring_key: str, condensed: Condensed
+) -> ReducedBody:
+    """The reduced ring with what its teeth yield along the face on its supports, where that counts,
+    and its size in the report: the static error without it (``rim_error``) and whether it is taken
+    in. supports: (b, b) stiffness at its nodes; ring_key, condensed: see ``kept_shapes``.
 
-    Without it where ``has_shapes`` says no, or where the supports leave the ring free. The static
+    Without it where teeth take no shapes, or where the supports leave the ring free. The static
     error is that of the loads which the case's gear meshes put on teeth: at the ends of the face
     only where they distribute load along it.
     """
-    if not has_shapes(view):
-        return body if view.gear_mesh.model == "face_load" else _loaded_evenly(body)
-    b, line = body.interface_dofs, _first_line(view)
-    supports, stiffness = ring_supports(view, body), body.stiffness[:b, :b]
+    segment = teeth.segment
+    if segment is None:
+        return body if teeth.along_face else _loaded_evenly(body)
+    b, line = body.interface_dofs, first_line(segment)
+    shapes = kept_shapes(segment, teeth.number, ring_key, condensed)
     try:
         with single_threaded_blas():
-            rim = rim_flexibility(kept_shapes(view), stiffness, supports, line)
+            rim = rim_flexibility(shapes, body.stiffness[:b, :b], supports, line)
     except np.linalg.LinAlgError:
         return body
-    influence = tooth_influence(view, "ring")
-    assert influence is not None  # has_shapes
-    error = rim_error(rim, influence, _parameters(view).tooth)
-    counts = view.ring.tooth_shapes == "always" or error > PROMISED
+    influence = segment_influence(segment, teeth.material, tied=True)
+    error = rim_error(rim, influence, segment.tooth)
+    counts = teeth.always or error > PROMISED
     report = {
         **body.report,
         **judged(body.report.get("static_error_cases", {}), None if counts else error),
@@ -150,20 +164,13 @@ def rim_error(rim: RimFlexibility, influence: ToothInfluence, tooth: ToothGeomet
     return float(shape_errors(compliance, motion @ rim.own @ motion.T, loads).max())
 
 
-def _parameters(view: StageView) -> SegmentParameters:
-    parameters = influence_parameters(view, "ring")
-    assert parameters is not None  # has_shapes
-    return parameters
-
-
-def _first_line(view: StageView) -> ToothLine:
-    p = _parameters(view)
+def first_line(p: SegmentParameters) -> ToothLine:
+    """Of the first tooth of a ring."""
     return ToothLine(0.0, p.tooth.reference_radius, p.helix_rate, p.face_width)
 
 
-def _cut(view: StageView) -> Cut:
+def cut_of(p: SegmentParameters) -> Cut:
     """Where the segment of the ring's tooth is held: beyond the lands beside its last teeth."""
-    p = _parameters(view)
     assert p.held_radius is not None
     land = 1.0 - base_section_angle(p.tooth) / p.tooth.pitch_angle
     return Cut(0.5 * (p.teeth - 1) + land + p.margin, p.held_radius)

@@ -13,13 +13,10 @@ from flexgear.structures.fe_mesh import (
     CarrierMeshParameters,
     RingMeshParameters,
     carrier_fe_mesh,
-    carrier_groups,
-    carrier_of_case,
     ring_fe_mesh,
-    ring_groups,
-    ring_of_case,
     write_fe_mesh,
 )
+from flexgear.structures.sources.of_case import carrier_source, ring_source
 
 
 @pytest.fixture(scope="module")
@@ -29,12 +26,15 @@ def case() -> StageView:
 
 def test_the_bundled_case_is_the_generators_default(case: StageView) -> None:
     assert (
-        ring_of_case(case).content_hash()
+        ring_source(case).fe_mesh().content_hash()
         == ring_fe_mesh(RingMeshParameters(fidelity="quick")).content_hash()
     )
-    ours, default = carrier_of_case(case), carrier_fe_mesh(CarrierMeshParameters(fidelity="quick"))
+    ours, default = (
+        carrier_source(case).fe_mesh(),
+        carrier_fe_mesh(CarrierMeshParameters(fidelity="quick")),
+    )
     assert ours.volume() == pytest.approx(default.volume(), rel=1e-3)
-    assert set(carrier_groups(case).needed) <= set(ours.facets)
+    assert set(carrier_source(case).groups.needed) <= set(ours.facets)
 
 
 @pytest.mark.parametrize("shift", [-0.2, 0.0, 0.1])
@@ -44,12 +44,12 @@ def test_tooth_equals_the_gear_theory_of_the_same_case(case: StageView, shift: f
            "stage.sun.profile_shift": -shift}
     )  # fmt: skip
     theory = stage_geometry(shifted).ring
-    tooth = RingMeshParameters.from_case(shifted).tooth
+    tooth = ring_source(shifted).mesh.tooth
     assert tooth == theory
 
 
 def test_carrier_follows_the_centre_distance_and_the_drive_side(case: StageView) -> None:
-    p = CarrierMeshParameters.from_case(case.with_(**{"stage.carrier.fe.drive_side": "+z"}))
+    p = carrier_source(case.with_(**{"stage.carrier.fe.drive_side": "+z"})).mesh
     assert p.center_distance == pytest.approx(stage_geometry(case).center_distance)
     assert p.drive_side == "+z"
 
@@ -57,7 +57,7 @@ def test_carrier_follows_the_centre_distance_and_the_drive_side(case: StageView)
 def test_unequal_planets_have_a_carrier_with_its_pins_there(case: StageView) -> None:
     angles = tuple(np.radians([0.0, 87.0, 180.0, 267.0]))
     four = case.with_(**{"stage.planets": 4})
-    m = carrier_of_case(four.with_(**{"stage.planet_positions": angles}))
+    m = carrier_source(four.with_(**{"stage.planet_positions": angles})).fe_mesh()
     radius = stage_geometry(case).center_distance
     for i, angle in enumerate(angles, 1):
         axis = radius * np.array([np.cos(angle), np.sin(angle)])
@@ -65,12 +65,15 @@ def test_unequal_planets_have_a_carrier_with_its_pins_there(case: StageView) -> 
             np.ptp(np.linalg.norm(m.points[m.facets[f"pin_{i}"]][..., :2] - axis, axis=-1)) < 1e-9
         )
     stated = four.with_(**{"stage.planet_positions": four.stage.planet_angles})
-    assert carrier_of_case(stated).content_hash() == carrier_of_case(four).content_hash()
+    assert (
+        carrier_source(stated).fe_mesh().content_hash()
+        == carrier_source(four).fe_mesh().content_hash()
+    )
 
 
 def test_own_files_are_read_and_checked(case: StageView, tmp_path: Path) -> None:
-    write_fe_mesh(ring_of_case(case), tmp_path / "ring.msh")
-    write_fe_mesh(carrier_of_case(case), tmp_path / "carrier.inp")
+    write_fe_mesh(ring_source(case).fe_mesh(), tmp_path / "ring.msh")
+    write_fe_mesh(carrier_source(case).fe_mesh(), tmp_path / "carrier.inp")
     own = case.with_(
         **{
             "stage.ring.fe.fe_mesh_file": str(tmp_path / "ring.msh"),
@@ -81,11 +84,13 @@ def test_own_files_are_read_and_checked(case: StageView, tmp_path: Path) -> None
             "stage.carrier.fe.fe_mesh_unit": "m",
         }
     )
-    assert set(ring_groups(own).needed) <= set(ring_of_case(own).facets)
-    assert set(carrier_groups(own).needed) <= set(carrier_of_case(own).facets)
+    assert set(ring_source(own).groups.needed) <= set(ring_source(own).fe_mesh().facets)
+    assert set(carrier_source(own).groups.needed) <= set(carrier_source(own).fe_mesh().facets)
     with pytest.raises(InputError, match='set fe_mesh_unit = "m"'):
-        ring_of_case(own.with_(**{"stage.ring.fe.fe_mesh_unit": "mm"}))
+        ring_source(own.with_(**{"stage.ring.fe.fe_mesh_unit": "mm"})).fe_mesh()
     with pytest.raises(InputError, match="25 of 120 missing"):
-        ring_of_case(own.with_(**{"stage.ring.fe.bolts.holes": True}))
+        ring_source(own.with_(**{"stage.ring.fe.bolts.holes": True})).fe_mesh()
     with pytest.raises(InputError, match=r"ring\.fe\.fe_mesh_file.*no such file"):
-        ring_of_case(own.with_(**{"stage.ring.fe.fe_mesh_file": str(tmp_path / "none.msh")}))
+        ring_source(
+            own.with_(**{"stage.ring.fe.fe_mesh_file": str(tmp_path / "none.msh")})
+        ).fe_mesh()

@@ -13,19 +13,13 @@ from flexgear.coupling.workable import require_workable
 from flexgear.model.errors import InputError
 from flexgear.model.load import load_case
 from flexgear.model.stage_view import StageView
-from flexgear.structures import build
-from flexgear.structures.fe_mesh import (
-    FeMesh,
-    Groups,
-    carrier_groups,
-    carrier_of_case,
-    ring_groups,
-    ring_of_case,
-    write_fe_mesh,
-)
+from flexgear.structures.fe_mesh import FeMesh, Groups, write_fe_mesh
 from flexgear.structures.fe_mesh.placement import Placement, check_place, placed
+from flexgear.structures.sources import fe_body
+from flexgear.structures.sources.fe_body import FeBody
+from flexgear.structures.sources.of_case import carrier_source, ring_source
 
-BODIES = {"ring": (ring_of_case, ring_groups), "carrier": (carrier_of_case, carrier_groups)}
+BODIES = {"ring": ring_source, "carrier": carrier_source}
 
 
 def bundled(**changes: object) -> StageView:
@@ -34,7 +28,7 @@ def bundled(**changes: object) -> StageView:
 
 @pytest.fixture(scope="module")
 def meshes() -> dict[str, FeMesh]:
-    return {name: of_case(bundled()) for name, (of_case, _) in BODIES.items()}
+    return {name: source(bundled()).fe_mesh() for name, source in BODIES.items()}
 
 
 def moved(fe_mesh: FeMesh, turn: tuple[float, ...], shift: tuple[float, ...]) -> FeMesh:
@@ -81,8 +75,8 @@ def keys_of(text: str, body: str) -> Placement:
 )
 def test_generated_meshes_are_in_place(changes: dict) -> None:
     case = bundled(**changes)
-    for of_case, groups_of in BODIES.values():
-        check_place(of_case(case), groups_of(case), Placement(), "generated")
+    for source in BODIES.values():
+        check_place(source(case).fe_mesh(), source(case).groups, Placement(), "generated")
 
 
 @pytest.mark.parametrize("body", ["ring", "carrier"])
@@ -103,7 +97,7 @@ def test_generated_meshes_are_in_place(changes: dict) -> None:
 def test_a_moved_mesh_is_refused_with_the_keys_that_mend_it(
     meshes: dict[str, FeMesh], body: str, turn: tuple, shift: tuple, offered: str
 ) -> None:
-    groups, away = BODIES[body][1](bundled()), moved(meshes[body], turn, shift)
+    groups, away = BODIES[body](bundled()).groups, moved(meshes[body], turn, shift)
     text = refusal(away, groups)
     assert offered in text
     mended = placed(away, keys_of(text, body))
@@ -115,7 +109,7 @@ def test_a_moved_mesh_is_refused_with_the_keys_that_mend_it(
 def test_keys_that_are_set_count_in_what_is_offered(meshes: dict[str, FeMesh]) -> None:
     away = moved(meshes["ring"], (0, 0, 10), (0, 0, 115))
     half = Placement((0.0, 0.0, -0.1), (0.0, 0.0, float(np.radians(-3))))
-    text = refusal(placed(away, half), ring_groups(bundled()), half)
+    text = refusal(placed(away, half), ring_source(bundled()).groups, half)
     assert (
         "set stage.ring.fe.fe_mesh_shift_mm = -115 and stage.ring.fe.fe_mesh_turn_deg = -10, or"
         in text
@@ -123,8 +117,8 @@ def test_keys_that_are_set_count_in_what_is_offered(meshes: dict[str, FeMesh]) -
 
 
 def test_what_is_far_below_a_pitch_is_accepted(meshes: dict[str, FeMesh]) -> None:
-    for body, (_, groups_of) in BODIES.items():
-        groups = groups_of(bundled())
+    for body, source in BODIES.items():
+        groups = source(bundled()).groups
         a_little = moved(meshes[body], (0, 0, 0.02), (2e-3 * groups.pitch, 0, 4.0))
         check_place(a_little, groups, Placement(), "own.vtu")
 
@@ -151,7 +145,7 @@ def test_clockwise_numbers_are_named(meshes: dict[str, FeMesh]) -> None:
             meshes[body],
             lambda name, s=stem, n=count: numbered(name, s, lambda k: (1 - k) % n + 1),
         )
-        text = refusal(clockwise, BODIES[body][1](bundled()))
+        text = refusal(clockwise, BODIES[body](bundled()).groups)
         assert "clockwise" in text and "_2: " in text.replace("_002", "_2")
 
 
@@ -169,7 +163,7 @@ def test_clockwise_numbers_are_named(meshes: dict[str, FeMesh]) -> None:
 def test_a_misnamed_group_is_named_with_its_two_places(
     meshes: dict[str, FeMesh], body: str, new: Callable[[str], str], words: list[str]
 ) -> None:
-    text = refusal(renamed(meshes[body], new), BODIES[body][1](bundled()))
+    text = refusal(renamed(meshes[body], new), BODIES[body](bundled()).groups)
     for word in [*words, "its centre is at", "but belongs", "give that name"]:
         assert word in text
 
@@ -193,18 +187,18 @@ def test_a_misnamed_group_is_named_with_its_two_places(
 def test_a_mesh_of_another_case_is_refused(
     meshes: dict[str, FeMesh], body: str, changes: dict, words: list[str]
 ) -> None:
-    text = refusal(meshes[body], BODIES[body][1](bundled(**changes)))
+    text = refusal(meshes[body], BODIES[body](bundled(**changes)).groups)
     for word in words:
         assert word in text
 
 
 def test_holes_that_the_case_has_not_are_refused() -> None:
-    holed = ring_of_case(bundled(**{"stage.ring.fe.bolts.holes": True}))
-    assert "stage.ring.fe.bolts.holes" in refusal(holed, ring_groups(bundled()))
+    holed = ring_source(bundled(**{"stage.ring.fe.bolts.holes": True})).fe_mesh()
+    assert "stage.ring.fe.bolts.holes" in refusal(holed, ring_source(bundled()).groups)
     turned = bundled(
         **{"stage.ring.fe.bolts.holes": True, "stage.ring.fe.bolts.first_angle": np.radians(7.2)}
     )
-    assert "25 of 308" in refusal(holed, ring_groups(turned))
+    assert "25 of 308" in refusal(holed, ring_source(turned).groups)
 
 
 def own(case: StageView, body: str, path: Path, **keys: object) -> StageView:
@@ -224,14 +218,14 @@ def test_the_opposite_motion_puts_a_file_back(
     back = (plain.points - shift) @ axes
     write_fe_mesh(FeMesh(back, plain.cells, plain.kind, plain.facets), path)
     case = own(bundled(), body, path, fe_mesh_shift=shift, fe_mesh_turn=turn)
-    found = BODIES[body][0](case)
+    found = BODIES[body](case).fe_mesh()
     assert np.abs(found.points - plain.points).max() < 1e-12
     np.testing.assert_array_equal(found.cells, plain.cells)
-    build.require_file(case, body)
+    BODIES[body](case).check()
     with pytest.raises(
         InputError, match=rf"own\.{suffix}: .* set stage\.{body}\.fe\.fe_mesh_shift_mm = \["
     ):
-        build.require_file(own(bundled(), body, path), body)
+        BODIES[body](own(bundled(), body, path)).check()
 
 
 def test_one_number_is_along_or_about_the_axis() -> None:
@@ -255,7 +249,7 @@ def test_node_sets_that_the_case_has_not_are_refused_too(
         nodes = "\n".join(str(k + 1) for k in np.unique(meshes["carrier"].facets["pin_1"]))
         deck.write(f"*NSET, NSET=pin_6\n{nodes}\n")
     with pytest.raises(InputError, match="pin_6: is none of the 5 groups"):
-        carrier_of_case(own(bundled(), "carrier", path))
+        carrier_source(own(bundled(), "carrier", path)).fe_mesh()
 
 
 def test_where_a_mesh_is_put_and_judged_by_is_part_of_the_caches_key(
@@ -270,7 +264,7 @@ def test_where_a_mesh_is_put_and_judged_by_is_part_of_the_caches_key(
         keys.append(key)
         raise KeyError
 
-    monkeypatch.setattr(build, "cached", kept)
+    monkeypatch.setattr(fe_body, "cached", kept)
     plain = own(bundled(), "ring", path)
     for case in (
         plain,
@@ -280,15 +274,15 @@ def test_where_a_mesh_is_put_and_judged_by_is_part_of_the_caches_key(
         plain,
     ):
         with pytest.raises(KeyError):
-            build.ring_body(case)
+            ring_source(case).reduced()
     assert len(set(keys)) == 4 and keys[0] == keys[-1]
 
     read = []
-    monkeypatch.setattr(build, "ring_of_case", read.append)
-    monkeypatch.setattr(build, "is_kept", lambda key: key == keys[0])
-    build.require_file(plain, "ring")
+    monkeypatch.setattr(FeBody, "fe_mesh", lambda source: read.append(source))
+    monkeypatch.setattr(fe_body, "is_kept", lambda key: key == keys[0])
+    ring_source(plain).check()
     assert not read
-    build.require_file(plain.with_(**{"stage.planet_hand": "left"}), "ring")
+    ring_source(plain.with_(**{"stage.planet_hand": "left"})).check()
     assert len(read) == 1
     assert plain.bodies_hash() != plain.with_(**{"stage.ring.fe.fe_mesh_turn": 1e-9}).bodies_hash()
 

@@ -1,0 +1,122 @@
+"""A planet carrier between two bearings, driven at a flange.
+
+Nodes, in order: drive, bearing_drive, bearing_far on the axis at the middle of their patches,
+pin_1.. on the pins' axes at mid-face.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexgear.model.carrier import Carrier
+from flexgear.model.member import SeatBearing
+from flexgear.model.names import NodeName
+from flexgear.structures.fe_mesh import (
+    CarrierMeshParameters,
+    FeMesh,
+    Groups,
+    carrier_fe_mesh,
+    carrier_groups,
+)
+from flexgear.structures.fe_mesh.body_solids import carrier_solid
+from flexgear.structures.fe_mesh.fe_mesh import facet_areas
+from flexgear.structures.solids import Solid
+from flexgear.structures.sources.fe_body import FeBody
+from flexgear.structures.sources.source import TiedNode
+from flexgear.structures.springs import Spring, stiffness_at
+
+if TYPE_CHECKING:
+    from flexgear.structures.fem import FeModel
+    from flexgear.structures.fem.elements import FeMeshLike
+    from flexgear.structures.probe_loads import ProbeLoad
+
+Array = NDArray[np.float64]
+SEATS = ("drive", "bearing_drive", "bearing_far")
+
+
+@dataclass(frozen=True, eq=False)
+class CarrierSource(FeBody):
+    """pin_angles: (N,) rad; pitch: of the ring's teeth, m, which tolerances of places follow from;
+    bearings: on the seats, "drive" and "far"."""
+
+    section: Carrier
+    mesh: CarrierMeshParameters
+    pin_angles: tuple[float, ...]
+    pitch: float
+    bearings: Mapping[str, SeatBearing]
+
+    @property
+    def groups(self) -> Groups:
+        """Drive flange, bearing seats and pins."""
+        return carrier_groups(self.mesh, np.array(self.pin_angles), self.pitch)
+
+    @property
+    def repeats(self) -> int:
+        """Its pins."""
+        return len(self.pin_angles)
+
+    @property
+    def ties(self) -> tuple[str, str]:
+        """Of the pins."""
+        return "surface", "seats of pins"
+
+    def nodes(self, fe_mesh: FeMeshLike | None = None) -> list[TiedNode]:
+        """Drive flange, bearing seats and pins, whose axes are along z.
+
+        Pins are seats of planet bearings; carrier bearings are narrow beside their diameter and
+        hold the carrier by shoulders as well, so their nodes average the whole displacement.
+        """
+        heights = self.mesh.seat_heights
+        if fe_mesh is not None:
+            heights = {name: _middle(fe_mesh, name) for name in SEATS}
+        nodes = [
+            TiedNode(NodeName.parse(name), np.array([0.0, 0.0, z]), "averaging", name)
+            for name, z in heights.items()
+        ]
+        for i, angle in enumerate(self.pin_angles):
+            name = NodeName.of("pin", i + 1)
+            place = self.mesh.center_distance * np.array([np.cos(angle), np.sin(angle), 0.0])
+            nodes.append(TiedNode(name, place, "seat", name))
+        return nodes
+
+    def supports(self, node_names: tuple[str, ...], stiffness: Array) -> Array:
+        """Its bearings, in fixed axes, and its drive node held against rotation about the axis."""
+        springs = [
+            Spring(NodeName.parse(f"bearing_{side}"), np.asarray(bearing.matrix))
+            for side, bearing in self.bearings.items()
+        ]
+        supports = stiffness_at(springs, node_names)
+        held = 6 * node_names.index("drive") + 5
+        supports[held, held] += 1e3 * stiffness[held, held]
+        return supports
+
+    def probe_loads(self, model: FeModel) -> Sequence[ProbeLoad]:
+        """Pressure on the seats of all pins."""
+        from flexgear.structures.probe_loads import pin_pressures
+
+        return pin_pressures(model, len(self.pin_angles), np.asarray(self.pin_angles))
+
+    def solid(self) -> Solid:
+        """About the middle between its plates."""
+        return carrier_solid(self.mesh)
+
+    def _generated(self) -> FeMesh:
+        return carrier_fe_mesh(self.mesh)
+
+    def _content(self) -> Mapping[str, Any]:
+        return {
+            "ties": "seats of pins",
+            "pins": [list(self.pin_angles), self.mesh.center_distance],
+        }
+
+
+def _middle(fe_mesh: FeMeshLike, patch: str) -> float:
+    """z of the centre of a patch, m."""
+    corners = np.asarray(fe_mesh.points)[fe_mesh.facets[patch]]
+    area = facet_areas(np.asarray(fe_mesh.points), fe_mesh.facets[patch])
+    return float(area @ corners[..., 2].mean(axis=1) / area.sum())

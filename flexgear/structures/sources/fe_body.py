@@ -1,0 +1,200 @@
+"""A body with an FE mesh, generated or of a file, or given as reduced matrices.
+
+parameters -> FE mesh -> nodes tied to its surfaces -> reduced body with weight, recovery and its
+errors, from the cache where it was made before; or rigid, of the same mass. What a kind of body
+adds to this: ``ring.py``, ``carrier.py``.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from abc import abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexgear.model.carrier import Carrier
+from flexgear.model.errors import InputError
+from flexgear.model.input_file import MOST_FE_MESH, require_regular
+from flexgear.model.material import Material
+from flexgear.model.names import BodyName, NodeName
+from flexgear.model.ring import Ring
+from flexgear.structures.bodies import Body, rigid_variant
+from flexgear.structures.fe_mesh import (
+    CarrierMeshParameters,
+    FeMesh,
+    Groups,
+    RingMeshParameters,
+    mesh_of_file,
+)
+from flexgear.structures.fe_mesh.body_solids import mesh_solid
+from flexgear.structures.kinematics import rigid_rows
+from flexgear.structures.progress import Progress, silent
+from flexgear.structures.reduced import ReducedBody
+from flexgear.structures.solids import Solid
+from flexgear.structures.sources.matrices import given_body
+from flexgear.structures.sources.source import Accuracy, BodySource
+from flexgear.structures.store import cached, content_key, is_kept
+
+if TYPE_CHECKING:
+    from flexgear.structures.fem import FeModel, Interface
+    from flexgear.structures.fem.unassembled import UnassembledModel
+    from flexgear.structures.reduction import AnyCondensation
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class FeBody(BodySource):
+    """key: of the body; section: of the case, as [stage.ring.fe]; mesh: what an FE mesh is made
+    from; material; accuracy."""
+
+    key: BodyName
+    section: Ring | Carrier
+    mesh: RingMeshParameters | CarrierMeshParameters
+    material: Material
+    accuracy: Accuracy
+
+    @property
+    @abstractmethod
+    def groups(self) -> Groups:
+        """Named groups of its FE mesh and their places."""
+
+    @abstractmethod
+    def solid(self) -> Solid:
+        """The generated body in closed form."""
+
+    @abstractmethod
+    def _generated(self) -> FeMesh: ...
+
+    @abstractmethod
+    def _content(self) -> Mapping[str, Any]:
+        """What the reduced body depends on beside all that ``content`` names for every body."""
+
+    def content(self) -> dict[str, Any]:
+        """All that the reduced body depends on: what the cache keeps it by."""
+        return {
+            "body": self.key.part,
+            "fe_mesh": self._mesh_content(),
+            "material": self.material.model_dump(),
+            "modes": self.accuracy.modes,
+            "cyclic": "auto" if self.accuracy.cyclic else "off",
+            "limit": self.accuracy.limit_hz,
+            **self._content(),
+        }
+
+    def check(self) -> None:
+        """InputError for what the FE mesh or the file is refused for, without meshing.
+
+        An FE mesh of a file whose reduced body is kept was in place when that was made: the key
+        says for what.
+        """
+        if self.section.fe_mesh == "generate":
+            self.mesh.check()
+            return
+        file = Path(str(self.section.fe_mesh_file))
+        try:
+            require_regular(file, f"stage.{self.key.part}.fe.fe_mesh_file", MOST_FE_MESH)
+        except InputError as fault:
+            problem = f"{file}: {fault.problem}"
+            raise InputError(self.mesh.where, fault.key, problem, fault.remedy) from None
+        if self.section.fe_mesh == "reduced":
+            self.reduced()
+        elif not is_kept(content_key(**self.content())):
+            self.fe_mesh()
+
+    def fe_mesh(self) -> FeMesh:
+        """Generated, or the user's own file in its place; InputError where it is refused."""
+        if self.section.fe_mesh == "generate":
+            return self._generated()
+        return mesh_of_file(self.section, self.groups, self.mesh.size, self.mesh.where)
+
+    def reduced(self, progress: Progress = silent, limit_hz: float | None = None) -> ReducedBody:
+        """The reduced body, of a double-helical ring its left half; from the cache if it was
+        reduced before.
+
+        limit_hz: up to which its frequencies are judged; all that were compared where neither this
+        nor the case says so. One that is given reduced is taken as it is, without error estimates.
+        """
+        if self.section.fe_mesh == "reduced":
+            return self._given()
+        from flexgear.structures.sources.reducing import judged, reduced_body  # half of the package
+
+        body = cached(content_key(**self.content()), lambda: reduced_body(self, progress))
+        b = slice(0, body.interface_dofs)
+        supports = self.supports(body.node_names, body.stiffness[b, b])
+        return judged(body, supports, limit_hz or self.accuracy.limit_hz)
+
+    def condensed(self, progress: Progress = silent) -> tuple[UnassembledModel, AnyCondensation]:
+        """The unreduced body and its condensation on its nodes, made anew."""
+        from flexgear.structures.sources.reducing import condensed_body
+
+        return condensed_body(self, progress)
+
+    def interface(self, model: FeModel) -> Interface:
+        """Ties of its nodes to the surfaces of its FE mesh."""
+        from flexgear.structures.sources.reducing import tied
+
+        return tied(model, self.nodes(model.fe_mesh))
+
+    def whole(self, body: ReducedBody) -> ReducedBody:
+        """The body that a stage has, of what ``reduced`` returns."""
+        return body
+
+    def rigid(self, from_files: bool = True) -> Body:
+        """The whole body, rigid: coordinates are the rigid motion of the frame's origin.
+
+        A generated body is that of the case's sizes, one with a file of FE mesh or matrices that
+        of the file; with from_files = False the case's sizes are taken for these, too, and no file
+        is read.
+        """
+        if from_files and self.section.fe_mesh == "reduced":
+            return rigid_variant(self.whole(self._given()).as_body())
+        fe_mesh = self.fe_mesh() if from_files and self.section.fe_mesh == "file" else None
+        solid = self.solid() if fe_mesh is None else mesh_solid(fe_mesh)
+        solid, places = self._whole_solid(
+            solid, {node.name: node.place for node in self.nodes(fe_mesh)}
+        )
+        positions = np.array(list(places.values()))
+        return Body(
+            name=self.key,
+            node_names=tuple(places),
+            positions=positions,
+            mass=solid.rigid_mass(self.material.density),
+            stiffness=np.zeros((6, 6)),
+            node_map=rigid_rows(positions),
+            rigid=True,
+        )
+
+    def _whole_solid(
+        self, solid: Solid, places: dict[NodeName, Array]
+    ) -> tuple[Solid, dict[NodeName, Array]]:
+        """Solid and nodes of the whole body, of those that are meshed."""
+        return solid, places
+
+    def _given(self) -> ReducedBody:
+        """Its matrices from files. InputError unless they are a free body with its nodes."""
+        places = {node.name: node.place for node in self.nodes()}
+        sizes = self.groups.pitch, self.groups.face_width
+        mass = float(self.solid().rigid_mass(self.material.density)[0, 0])
+        return given_body(self.section, self.key.part, places, sizes, mass, self.mesh.where)
+
+    def _mesh_content(self) -> object:
+        """What a mesh depends on: the generator's parameters, or the bytes of the user's file,
+        where it is put, and what its place was judged by."""
+        section = self.section
+        if section.fe_mesh == "generate" or section.fe_mesh_file is None:
+            return replace(self.mesh, where="")  # the case's path changes nothing
+        file = section.fe_mesh_file
+        try:
+            digest = hashlib.sha256(Path(file).read_bytes()).hexdigest()
+        except OSError as error:
+            raise InputError(
+                "case", "fe_mesh_file", f"{file}: {error.strerror}", "check the path"
+            ) from None
+        put = [section.fe_mesh_unit, section.fe_mesh_shift, section.fe_mesh_turn]
+        return ["file", digest, put, self.groups.content()]

@@ -1,0 +1,154 @@
+"""Bodies that a case gives as reduced matrices, in place of an FE mesh.
+
+The table of nodes names them as ours are named; what is in its place is compared with the case. The
+body has no FE mesh: it bends, but nothing of it can be drawn.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexgear.files.matrices.body import ReducedMatrices, check
+from flexgear.files.matrices.reading import read_reduced
+from flexgear.model.errors import InputError
+from flexgear.model.fe_mesh_source import FeMeshSource
+from flexgear.model.housing import Housing
+from flexgear.model.names import MOUNT, BodyName, NodeName
+from flexgear.structures.bodies import Body
+from flexgear.structures.reduced import ReducedBody
+
+Array = NDArray[np.float64]
+_ALONG = ("tooth", "pin")  # kinds of nodes whose place counts along the axis, too
+_OFF = 0.2  # tooth pitches (across the axis) and face widths (along it) that a node may be off
+_SIZES = 30.0  # between the masses of a body and of a steel one of the case's size; units make 1000
+
+
+def given_body(
+    section: FeMeshSource,
+    name: str,
+    places: Mapping[NodeName, Array],
+    sizes: tuple[float, float],
+    mass: float,
+    where: str,
+) -> ReducedBody:
+    """A body's matrices. InputError unless they are a free body with these nodes.
+
+    name: of the member, "ring"; places: (3,) m of its nodes; sizes: tooth pitch and face width, m,
+    which tolerances follow from; mass: of a steel body of its size, kg; where: what the case is
+    from.
+    """
+    files = [file for file in (section.fe_mesh_file, section.fe_mesh_mass_file) if file is not None]
+    assert section.fe_mesh_nodes is not None  # the model refuses a reduced body without them
+    try:
+        read = read_reduced(files, section.fe_mesh_nodes, section.fe_mesh_unit, name)
+        ordered = _in_order(read, list(places), section.fe_mesh_nodes)
+        _require_places(ordered, places, sizes, section.fe_mesh_nodes)
+        figures = check(ordered, files[0])
+        _require_size(figures["mass_kg"], mass, files[0])
+    except InputError as fault:
+        problem = f"{fault.where}: {fault.key}: {fault.problem}"
+        key = f"stage.{name}.fe.fe_mesh_file"
+        raise InputError(where, key, problem, fault.remedy) from None
+    size = len(ordered.stiffness)
+    return ReducedBody(
+        name=name,
+        node_names=ordered.node_names,
+        positions=ordered.positions,
+        mass=(ordered.mass + ordered.mass.T) / 2,
+        stiffness=(ordered.stiffness + ordered.stiffness.T) / 2,
+        n_modes=ordered.modes,
+        report={
+            "fe_dofs": None,
+            "interface_dofs": 6 * len(ordered.node_names),
+            "fixed_interface_modes": ordered.modes,
+            "given": section.fe_mesh_file,
+            **dict.fromkeys(("static_error", "frequency_error", "frequency_limit_hz")),
+            **figures,
+        },
+        points=np.zeros((0, 3)),
+        cells=np.zeros((0, 8), dtype=np.int64),
+        recovery=np.zeros((0, size), dtype=np.float32),
+    )
+
+
+def given_housing(housing: Housing, source: str) -> Body:
+    """The housing's matrices, in fixed axes. InputError unless they are a free body with a mount.
+
+    source: where the case is from.
+    """
+    files = [f for f in (housing.fe_mesh_file, housing.fe_mesh_mass_file) if f is not None]
+    assert housing.fe_mesh_nodes is not None  # the model refuses a reduced one without them
+    try:
+        read = read_reduced(files, housing.fe_mesh_nodes, housing.fe_mesh_unit, "housing")
+        check(read, files[0])
+    except InputError as fault:
+        problem = f"{fault.where}: {fault.key}: {fault.problem}"
+        raise InputError(source, "housing.fe_mesh_file", problem, fault.remedy) from None
+    if not any(NodeName.parse(name).kind == MOUNT for name in read.node_names):
+        raise InputError(
+            source, "housing.fe_mesh_nodes", "has no node mount_1, so nothing holds the housing",
+            "name the nodes that stand on the ground mount_1, mount_2 …",
+        )  # fmt: skip
+    return Body(
+        name=BodyName.of("", "housing"),
+        node_names=read.node_names,
+        positions=read.positions,
+        mass=(read.mass + read.mass.T) / 2,
+        stiffness=(read.stiffness + read.stiffness.T) / 2,
+        node_map=np.eye(6 * len(read.node_names), len(read.stiffness)),
+    )
+
+
+def _in_order(body: ReducedMatrices, names: Sequence[str], where: str) -> ReducedMatrices:
+    """The body with its nodes in our order. InputError for nodes too many or too few."""
+    lost = [name for name in names if name not in body.node_names]
+    odd = [name for name in body.node_names if name not in names]
+    if lost or odd:
+        problem = f"lacks {', '.join(lost[:3])}" if lost else f"has {', '.join(odd[:3])}, no node"
+        more = max(len(lost or odd) - 3, 0)
+        raise InputError(
+            where, "nodes", problem + (f" and {more} more" if more else ""),
+            f"the case has {names[0]} … {names[-1]}; see docs/conventions.md",
+        )  # fmt: skip
+    order = [body.node_names.index(name) for name in names]
+    rows = np.concatenate([np.arange(6 * k, 6 * k + 6) for k in order])
+    rows = np.concatenate([rows, np.arange(6 * len(order), len(body.stiffness))])
+    return ReducedMatrices(
+        body.name,
+        tuple(names),
+        body.positions[order],
+        body.stiffness[np.ix_(rows, rows)],
+        body.mass[np.ix_(rows, rows)],
+    )
+
+
+def _require_places(
+    body: ReducedMatrices,
+    places: Mapping[NodeName, Array],
+    sizes: tuple[float, float],
+    where: str,
+) -> None:
+    pitch, face_width = sizes
+    for (name, place), position in zip(places.items(), body.positions, strict=True):
+        x, y, z = map(float, place)
+        across = math.hypot(position[0] - x, position[1] - y)
+        along = abs(position[2] - z) if name.kind in _ALONG else 0.0
+        if across > _OFF * pitch or along > _OFF * face_width:
+            stands = ", ".join(f"{1e3 * v:.1f}" for v in position)
+            raise InputError(
+                where, name, f"is at {stands} mm",
+                f"it belongs to {1e3 * x:.1f}, {1e3 * y:.1f}, {1e3 * z:.1f} mm; check the frame"
+                " and the unit",
+            )  # fmt: skip
+
+
+def _require_size(mass: float, expected: float, where: str) -> None:
+    if not 1 / _SIZES < mass / expected < _SIZES:
+        raise InputError(
+            where, "mass", f"is {mass:.3g} kg; a steel body of this size has about {expected:.3g}",
+            'check fe_mesh_unit: "mm" for N, mm, t, s, "m" for SI',
+        )  # fmt: skip

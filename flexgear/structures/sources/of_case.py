@@ -1,0 +1,155 @@
+"""Sources of the FE bodies of a stage: the only place here that reads a case."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from flexgear.gears.geometry import stage_geometry
+from flexgear.gears.tool import plain_tool
+from flexgear.gears.tooth import reference_radius
+from flexgear.model.carrier import Carrier
+from flexgear.model.names import BodyName
+from flexgear.model.ring import Ring
+from flexgear.model.stage_view import StageView
+from flexgear.structures.fe_mesh import CarrierMeshParameters, RingMeshParameters, SegmentParameters
+from flexgear.structures.fe_mesh.carrier import SAME_ANGLE
+from flexgear.structures.fe_mesh.ring import BLOCK
+from flexgear.structures.sources.carrier import CarrierSource
+from flexgear.structures.sources.fe_body import FeBody
+from flexgear.structures.sources.ring import RingSource
+from flexgear.structures.sources.source import Accuracy
+
+
+def fe_sources(view: StageView) -> dict[BodyName, FeBody]:
+    """All FE bodies of a stage."""
+    makers = {"ring": ring_source, "carrier": carrier_source}
+    return {name: makers[name.part](view) for name in view.fe_bodies}
+
+
+def ring_source(view: StageView) -> RingSource:
+    """Its FE ring."""
+    return RingSource(
+        key=BodyName.of(view.name, "ring"),
+        section=view.ring,
+        mesh=_ring_mesh(view),
+        material=view.material,
+        accuracy=_accuracy(view, view.ring),
+        reference_radius=reference_radius(view.ring_gear.teeth, view.stage),
+        half_offset=view.stage.half_offset if view.stage.double_helical else None,
+        segment=_shaped_segment(view),
+        along_face=view.gear_mesh.model == "face_load",
+    )
+
+
+def carrier_source(view: StageView) -> CarrierSource:
+    """Its FE carrier."""
+    teeth = view.ring_gear.teeth
+    return CarrierSource(
+        key=BodyName.of(view.name, "carrier"),
+        section=view.carrier,
+        mesh=_carrier_mesh(view),
+        material=view.material,
+        accuracy=_accuracy(view, view.carrier),
+        pin_angles=view.stage.planet_angles,
+        pitch=2.0 * np.pi * reference_radius(teeth, view.stage) / teeth,
+        bearings=view.seat_bearings,
+    )
+
+
+def _shaped_segment(view: StageView) -> SegmentParameters | None:
+    """Of teeth of a ring that may take shapes: where its slices bend each other, it is tied at its
+    roots by averaging ties, and not given reduced."""
+    ring, mesh = view.ring, view.gear_mesh
+    bent = mesh.model == "face_load" and mesh.tooth_compliance == "fe" and view.fe_tie == "root"
+    shaped = ring.tie_kind == "averaging" and ring.tooth_shapes != "none"
+    if not bent or not shaped or ring.fe_mesh == "reduced":
+        return None
+    # half of the package
+    from flexgear.structures.tooth_influence.of_case import influence_parameters
+
+    return influence_parameters(view, "ring")
+
+
+def _accuracy(view: StageView, section: Ring | Carrier) -> Accuracy:
+    s = view.solver
+    modes = section.fixed_interface_modes
+    return Accuracy(modes, s.cyclic == "auto", s.reduction_limit, s.fidelity)
+
+
+def _ring_mesh(view: StageView) -> RingMeshParameters:
+    """The ring of a case, with its teeth and supports.
+
+    Of several bolt circles the FE mesh follows the one with holes, else the innermost.
+    """
+    stage, ring, gear = view.stage, view.ring, view.ring_gear
+    circles = sorted(
+        (c for c in ring.bolt_circles if c.number),
+        key=lambda c: (not c.holes, c.circle_diameter - BLOCK * c.diameter),
+    )
+    bolts: dict[str, Any] = {"bolts": 0}
+    if circles:
+        bolts = {
+            "bolts": circles[0].number,
+            "bolt_circle_diameter": circles[0].circle_diameter,
+            "bolt_diameter": circles[0].diameter,
+            "bolt_holes": circles[0].holes,
+            "first_bolt_angle": circles[0].first_angle,
+            "first_bolt": ring.first_bolt(circles[0]),
+        }
+    return RingMeshParameters(
+        teeth=gear.teeth,
+        normal_module=stage.normal_module,
+        pressure_angle=stage.pressure_angle,
+        helix_angle=stage.helix_angle,
+        hand=stage.planet_hand,
+        profile_shift=gear.profile_shift,
+        addendum=gear.addendum,
+        dedendum=gear.dedendum,
+        root_fillet=gear.root_fillet,
+        tool=plain_tool(gear.tool),
+        face_width=stage.face_width,
+        rim_thickness=ring.rim_thickness,
+        fits=tuple(fit.band for fit in ring.fits),
+        splines=tuple(spline.band for spline in ring.splines),
+        other_bolts=tuple((c.number, c.circle_diameter, c.diameter) for c in circles[1:]),
+        fidelity=view.solver.fidelity,
+        where=view.source,
+        **bolts,
+    )
+
+
+def _carrier_mesh(view: StageView) -> CarrierMeshParameters:
+    """The carrier of a case, with a pin where each planet stands."""
+    stage, carrier = view.stage, view.carrier
+    equal = 2.0 * np.pi * np.arange(stage.planets) / stage.planets
+    unequal = not np.allclose(stage.planet_angles, equal, rtol=0.0, atol=SAME_ANGLE)
+    gears = stage_geometry(view)
+    return CarrierMeshParameters(
+        planets=stage.planets,
+        planet_angles=stage.planet_angles if unequal else None,
+        center_distance=gears.center_distance,
+        planet_tip_radius=gears.planet.tip_radius,
+        gear_face_width=stage.gear_width,
+        plate_diameter=carrier.plate_diameter,
+        plate_thickness_drive=carrier.plate_thickness_drive,
+        plate_thickness_far=carrier.plate_thickness_far,
+        plate_gap=carrier.plate_gap,
+        web_width=carrier.web_width,
+        web_inner_radius=carrier.web_inner_radius,
+        web_clearance=carrier.web_clearance,
+        pin_diameter=carrier.pin_diameter,
+        pin_bore=carrier.pin_bore,
+        pin_seat_width=carrier.pin_seat_width,
+        hub_outer_diameter=carrier.hub_outer_diameter,
+        hub_bore=carrier.hub_bore,
+        hub_length=carrier.hub_length,
+        seat_drive_diameter=carrier.seat_drive.diameter,
+        seat_drive_width=carrier.seat_drive.width,
+        seat_far_diameter=carrier.seat_far.diameter,
+        seat_far_width=carrier.seat_far.width,
+        drive_side=carrier.drive_side,
+        fidelity=view.solver.fidelity,
+        where=view.source,
+    )

@@ -1,0 +1,156 @@
+"""A body's nodes as ties of its FE model, its reduction, and how large the errors of that are."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexgear.structures import estimate, probe_loads
+from flexgear.structures.cyclic.path import sector_counts
+from flexgear.structures.fe_mesh import FeMesh
+from flexgear.structures.fem import (
+    FeModel,
+    Interface,
+    averaging_tie,
+    disc_points,
+    facet_sample,
+    interface_of,
+    point_sample,
+    rigid_tie,
+    seat_tie,
+)
+from flexgear.structures.fem.ties import Tie
+from flexgear.structures.fem.unassembled import UnassembledModel
+from flexgear.structures.linalg.threads import single_threaded_blas
+from flexgear.structures.progress import Progress
+from flexgear.structures.reduced import ReducedBody
+from flexgear.structures.reduction import AnyCondensation, condense, reduce
+from flexgear.structures.sources.source import BodySource, TiedNode
+from flexgear.structures.store import content_key
+
+AXIS = np.array([0.0, 0.0, 1.0])
+_JUDGED = 0.5  # of the highest fixed-interface frequency: to where reduced bodies are compared
+
+
+def tied(model: FeModel, nodes: Sequence[TiedNode]) -> Interface:
+    """Ties of nodes to the surfaces of a model."""
+    ties: list[Tie] = []
+    for node in nodes:
+        if node.patch:
+            sample = facet_sample(model, model.fe_mesh.facets[node.patch])
+        else:
+            outward = np.array([np.cos(node.angle), np.sin(node.angle), 0.0])
+            disc = disc_points(node.place, AXIS, node.diameter, outward)
+            sample = point_sample(model, *disc)
+        if node.tie == "seat":
+            ties.append(seat_tie(node.name, node.place, AXIS, sample))
+        else:
+            tie = rigid_tie if node.tie == "rigid" else averaging_tie
+            ties.append(tie(node.name, node.place, sample))
+    return interface_of(model, ties)
+
+
+def condensed_body(
+    source: BodySource, progress: Progress
+) -> tuple[UnassembledModel, AnyCondensation]:
+    """The unreduced body and its condensation on its nodes."""
+    model = _model(source, source.fe_mesh())
+    with single_threaded_blas():
+        return model, condense(
+            model, tied(model, source.nodes(model.fe_mesh)), progress, _sectors(source)
+        )
+
+
+def reduced_body(source: BodySource, progress: Progress) -> ReducedBody:
+    """The reduced body with the loads of its static check, frequency estimates in the report.
+
+    Frequencies are compared up to half the highest fixed-interface one, beyond which that basis is
+    not made for, or to the limit that is asked for if that is higher.
+    """
+    clock, name = _Clock(), source.key.part
+    progress(f"{name}: FE mesh", 0.0)
+    fe_mesh = source.fe_mesh()
+    clock.lap("fe_mesh")
+    model = _model(source, fe_mesh)
+    interface = tied(model, source.nodes(model.fe_mesh))
+    clock.lap("ties")
+    loads = source.probe_loads(model)
+    clock.lap("probe_loads")
+    modes = source.accuracy.modes
+    reduction = reduce(model, interface, modes, progress, name, _sectors(source))
+    clock.lap("reduction")
+    progress("static check", 0.0)
+    highest = float(reduction.body.report.get("fixed_interface_frequency_max_hz") or 0.0)
+    limit = max(_JUDGED * highest, source.accuracy.limit_hz or 0.0)
+    supports = source.supports(interface.node_names, reduction.condensation.stiffness)
+    with single_threaded_blas():
+        body = estimate.probed(reduction, loads)
+        frequencies = estimate.compare_frequencies(reduction, supports, limit, progress)
+    clock.lap("estimates")
+    tie, tie_kind = source.ties
+    report = {
+        **body.report,
+        "tie": tie,
+        "tie_kind": tie_kind,
+        "fidelity": source.accuracy.fidelity,
+        "supports_key": content_key(supports=supports),
+        "static_end_share": probe_loads.END_SHARE,
+        "compared_to_hz": max(limit, float(frequencies.full[-1])),
+        "compared_frequencies_hz": frequencies.full.tolist(),
+        "compared_errors": frequencies.errors.tolist(),
+        "seconds": clock.laps,
+    }
+    return body.with_(report=report)
+
+
+def judged(body: ReducedBody, supports: NDArray[np.float64], limit_hz: float | None) -> ReducedBody:
+    """The body with its static errors on these supports, and its frequency error up to limit_hz
+    (of the lowest mode where none lies below), in the report.
+
+    Supports are not part of the cache's key: other bolts or bearings need no new reduction. The
+    report says whether the frequency estimate, which needs one, stood on these supports.
+    """
+    with single_threaded_blas():
+        static = estimate.static_errors(body, supports)
+    compared = body.report["compared_to_hz"]
+    limit = compared if limit_hz is None else min(limit_hz, compared)
+    frequencies = np.array(body.report["compared_frequencies_hz"])
+    below = int(np.searchsorted(frequencies, limit, side="right"))
+    judged = {
+        "frequency_error": max(body.report["compared_errors"][: max(below, 1)]),
+        "frequency_limit_hz": limit,
+        "frequencies_below_limit": below,
+        "supported_frequency_min_hz": float(frequencies[0]),
+        **estimate.worst(static),
+        "static_error_cases": static,
+        "frequency_error_on_these_supports": (
+            body.report["supports_key"] == content_key(supports=supports)
+        ),
+    }
+    return body.with_(report={**body.report, **judged})
+
+
+def _model(source: BodySource, fe_mesh: FeMesh) -> UnassembledModel:
+    """The body; what its matrices are wanted for decides how much of them is assembled."""
+    m = source.material
+    return UnassembledModel(fe_mesh, m.young_modulus, m.poisson_ratio, m.density)
+
+
+def _sectors(source: BodySource) -> tuple[int, ...]:
+    """Numbers of sectors to try."""
+    return sector_counts(source.repeats) if source.accuracy.cyclic else ()
+
+
+class _Clock:
+    """Wall time of stages, s."""
+
+    def __init__(self) -> None:
+        self.laps: dict[str, float] = {}
+        self._last = time.perf_counter()
+
+    def lap(self, name: str) -> None:
+        now = time.perf_counter()
+        self.laps[name], self._last = now - self._last, now
