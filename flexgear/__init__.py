@@ -21,6 +21,10 @@ TYPE_CHECKING = False  # as in typing, which takes a while to load
 if TYPE_CHECKING:
     from typing import Any
 
+    from flexgear.face.blocks import contact_paths as contact_paths
+    from flexgear.face.blocks import geometry as geometry
+    from flexgear.face.blocks import pair_stiffness as pair_stiffness
+    from flexgear.face.blocks import reduce_mesh as reduce_mesh
     from flexgear.face.case import Case as Case
     from flexgear.face.case import load_case as load_case
     from flexgear.face.comparison import Comparison as Comparison
@@ -53,6 +57,10 @@ _HOME = {
     "compare": "flexgear.face.comparison",
     "FlexgearError": "flexgear.model.errors",
     "InputError": "flexgear.model.errors",
+    "geometry": "flexgear.face.blocks",
+    "contact_paths": "flexgear.face.blocks",
+    "pair_stiffness": "flexgear.face.blocks",
+    "reduce_mesh": "flexgear.face.blocks",
     "power_flow": "flexgear.gears.power_flow",
     "field_grid": "flexgear.views.render",
     "save_series": "flexgear.views.field_series",

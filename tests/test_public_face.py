@@ -1,8 +1,10 @@
 """What a script or a notebook does with `import flexgear as fg`, and what it is answered."""
 
 import inspect
+import re
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -104,6 +106,32 @@ def test_a_case_of_objects_is_that_of_the_file(case):
     assert fg.Case(**fields) == case
     plain = case.model_dump(exclude_unset=True)
     assert fg.Case(**{**plain, "stages": list(plain["stages"])}) == case
+
+
+def test_a_case_takes_units_or_si(case):
+    fields = {name: getattr(case, name) for name in type(case).model_fields}
+    stage = case.stages[0].model_dump(exclude_unset=True)
+    in_mm = {"face_width_mm": 1e3 * stage.pop("face_width"), **stage}
+    assert fg.Case(**{**fields, "stages": [in_mm]}) == case
+    with pytest.raises(fg.InputError, match=r"stages\[0\].face_width_mm: -1 mm is outside"):
+        fg.Case(**{**fields, "stages": [{**in_mm, "face_width_mm": -1.0}]})
+
+
+def test_the_page_of_building_blocks_runs(capsys):
+    """A beam's first frequency is that of Euler and Bernoulli; shear takes less than a percent."""
+    page = (Path(__file__).parents[1] / "docs" / "building_blocks.md").read_text(encoding="utf-8")
+    names: dict = {}
+    exec("\n".join(re.findall(r"```python\n(.*?)```", page, re.DOTALL)), names)
+    inertia, area = 0.05**4 / 12, 0.05**2
+    beam = 1.8751**2 / (2 * np.pi) * np.sqrt(2.1e11 * inertia / (7850 * area))
+    assert names["frequency"] == pytest.approx(beam, rel=5e-3) and names["frequency"] < beam
+    of_pairs, path = names["of_planet_1"], names["path"]
+    assert of_pairs.min() < path.mean_stiffness < of_pairs.max()
+    assert capsys.readouterr().out.count("\n") == 5
+    with pytest.raises(fg.InputError, match="nodes: 'rim': is no boundary"):
+        fg.reduce_mesh(
+            names["grid"], {"rim": None}, young_modulus=1.0, poisson_ratio=0.3, density=1.0
+        )
 
 
 def test_what_comes_of_a_case_has_its_methods(case, model):

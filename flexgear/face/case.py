@@ -13,7 +13,7 @@ from flexgear.model import case, load
 from flexgear.model.arguments import checked
 from flexgear.model.case_files import resolve_files
 from flexgear.model.faults import input_error
-from flexgear.model.read import Written, lists_of
+from flexgear.model.read import Written, lists_of, to_si
 from flexgear.model.section import Section
 
 if TYPE_CHECKING:
@@ -22,19 +22,21 @@ if TYPE_CHECKING:
 
 
 class Case(case.Case):
-    """A whole gearbox, frozen, in SI; fields as the keys of a case file without their units.
+    """A whole gearbox, frozen, in SI.
 
-    Made of objects, ``Case(material=Material(...), stages=[Stage(...)], ...)``, or of plain
-    dictionaries in their place; ``load_case`` reads a file. InputError names what is wrong.
+    ``load_case`` reads a file; ``Case(material={...}, stages=[{...}], ...)`` takes the keys of a
+    file, with their units (``face_width_mm=40``) or without in SI (``face_width=0.04``), and parts
+    of other cases (``material=other.material``). InputError names what is wrong.
     """
 
     def __init__(self, **fields: object) -> None:
+        where, written = "flexgear.Case()", Written()
+        data = to_si(case.Case, _plain(fields), where, written, bare_si=True)
+        resolve_files(data, Path())
         try:
-            data = {name: _plain(value) for name, value in fields.items()}
-            resolve_files(data, Path())
             super().__init__(**data)
         except ValidationError as fault:
-            raise input_error(case.Case, fault, "flexgear.Case()", Written()) from None
+            raise input_error(case.Case, fault, where, written) from None
 
     @classmethod
     def of(cls, plain: case.Case) -> Case:
@@ -92,13 +94,12 @@ class Case(case.Case):
 
 
 def _plain(value: object) -> Any:
-    """Sections as dictionaries of what was said, lists as tuples, as a case is validated from."""
+    """Data as a file has them; sections as dictionaries of what was said in them."""
     if isinstance(value, Section):
-        return value.model_dump(mode="python", exclude_unset=True)
-    value = lists_of(value)
-    if isinstance(value, dict):
+        value = value.model_dump(mode="python", exclude_unset=True)
+    if isinstance(value, Mapping):
         return {key: _plain(inner) for key, inner in value.items()}
-    return tuple(map(_plain, value)) if isinstance(value, list) else value
+    return [_plain(v) for v in value] if isinstance(value, list | tuple) else lists_of(value)
 
 
 def load_case(

@@ -4,7 +4,7 @@ from somewhere inside."""
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from functools import wraps
 from typing import Any, TypeVar, cast
 
@@ -79,6 +79,8 @@ def _adapters(
 
 def _adapter(argument: inspect.Parameter, names: dict[str, Any]) -> Callable[[Any], object]:
     wanted = str(argument.annotation)
+    if wanted.startswith("Mapping[str, ArrayLike"):
+        return lambda value: _require(isinstance(value, Mapping))
     if "ArrayLike" in wanted:  # a union of all that NumPy could turn into one
         optional = argument.default is None
         return lambda value: None if optional and value is None else np.asarray(value, dtype=float)

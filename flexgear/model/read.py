@@ -78,14 +78,19 @@ def nearest(word: str, words: Sequence[str]) -> str:
     return f"did you mean {close[0]}?" + (f" (one of {some})" if 1 < len(words) <= 6 else "")
 
 
-def match_key(section: type[Section], key: str, where: str, path: str) -> tuple[str, str]:
-    """Field and unit suffix ("" for none) that a TOML key names; InputError otherwise."""
+def match_key(
+    section: type[Section], key: str, where: str, path: str, bare_si: bool = False
+) -> tuple[str, str]:
+    """Field and unit suffix ("" for none) that a TOML key names; InputError otherwise.
+
+    bare_si: whether quantities may come without a unit, in SI.
+    """
     names = sorted(section.model_fields, key=len, reverse=True)
     for name in names:
         quantity = quantity_of(section, name)
+        if key == name and (bare_si or quantity is None):
+            return name, ""
         if quantity is None:
-            if key == name:
-                return name, ""
             continue
         good = ", ".join(f"{name}_{s}" for s in quantity.suffixes)
         if key == name:
@@ -114,11 +119,18 @@ def _suggest(section: type[Section], key: str) -> str:
 
 
 def to_si(
-    section: type[Section], data: Any, where: str, written: Written, path: str = "", at: str = ""
+    section: type[Section],
+    data: Any,
+    where: str,
+    written: Written,
+    path: str = "",
+    at: str = "",
+    bare_si: bool = False,
 ) -> dict[str, Any]:
     """Data of one section with field names as keys and SI values.
 
-    path: how the user names the section ("stage.sun."), at: the same with field names.
+    path: how the user names the section ("stage.sun."), at: the same with field names; bare_si: see
+    ``match_key``.
     """
     if not isinstance(data, Mapping):
         name = path.rstrip(".") or "case"
@@ -126,7 +138,7 @@ def to_si(
     out: dict[str, Any] = {}
     for key, value in data.items():
         full = f"{path}{key}"
-        name, suffix = match_key(section, str(key), where, full)
+        name, suffix = match_key(section, str(key), where, full, bare_si)
         if name in out:
             earlier = written.fields[at + name][1]
             raise InputError(where, full, f"is given twice, also as {earlier}", "keep one of them")
@@ -137,14 +149,14 @@ def to_si(
             if not isinstance(value, list):
                 raise InputError(where, full, "is not a list", f"write [[{full}]] for each")
             out[name] = tuple(
-                to_si(inner, v, where, written, f"{full}[{k}].", f"{at}{name}.{k}.")
+                to_si(inner, v, where, written, f"{full}[{k}].", f"{at}{name}.{k}.", bare_si)
                 for k, v in enumerate(value)
             )
         elif inner is not None:
             if not isinstance(value, Mapping):
                 raise _no_section(section, key, full, where)
-            out[name] = to_si(inner, value, where, written, f"{full}.", f"{at}{name}.")
-        elif quantity is not None:
+            out[name] = to_si(inner, value, where, written, f"{full}.", f"{at}{name}.", bare_si)
+        elif quantity is not None and suffix:
             out[name] = _numbers(value, quantity, suffix, is_list(section, name), where, full)
         else:
             out[name] = _tuples(value, where, full)

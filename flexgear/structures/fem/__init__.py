@@ -5,6 +5,7 @@ from flexgear.structures.fem.gradient import element_gradient
 from flexgear.structures.fem.nodes import edge_nodes, facet_nodes, nodes_between
 from flexgear.structures.fem.plane import plane_strain
 from flexgear.structures.fem.sampling import Sample, disc_points, facet_sample, point_sample
+from flexgear.structures.fem.scikit import solid_mesh
 from flexgear.structures.fem.ties import Interface, averaging_tie, interface_of, rigid_tie, seat_tie
 
 __all__ = [
@@ -24,4 +25,5 @@ __all__ = [
     "point_sample",
     "rigid_tie",
     "seat_tie",
+    "solid_mesh",
 ]

@@ -1,0 +1,89 @@
+"""Building blocks for one's own models: geometry, paths of contact, stiffness of tooth pairs, and
+the reduction of any FE body."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from flexgear.gears.contact import GearMeshPath
+from flexgear.gears.geometry import StageGeometry, stage_geometry
+from flexgear.gears.paths import stage_paths
+from flexgear.gears.power_flow import power_flow
+from flexgear.model.case import Case
+from flexgear.model.errors import InputError, echo
+from flexgear.model.read import nearest
+from flexgear.structures.fem import assemble, averaging_tie, facet_sample, interface_of, solid_mesh
+from flexgear.structures.reduced import ReducedBody
+from flexgear.structures.reduction import reduce_body
+
+if TYPE_CHECKING:
+    from flexgear.structures.fem.scikit import Mesh
+
+
+def geometry(case: Case, stage: str = "") -> StageGeometry:
+    """Teeth, diameters, working angles, contact ratios and backlash of a stage, in SI.
+
+    stage: its name, which a case with one stage does not need. InputError for gears that do not
+    mesh.
+    """
+    return stage_geometry(case.view(stage))
+
+
+def contact_paths(case: Case, stage: str = "") -> dict[str, GearMeshPath]:
+    """Paths of contact of a stage by gear mesh and flank: "ring", "ring_coast", "sun", "sun_coast",
+    each with "left " or "right " before it in a double-helical stage.
+
+    A path says which tooth pairs are where at a carrier angle (``position``), between which path
+    coordinates they touch (``touching``) and how stiff they are (``pair_stiffness``); rated loads
+    are those of the power flow.
+    """
+    view = case.view(stage)
+    paths = stage_paths(view, power_flow(case).stage(view.name).gear_mesh_forces)
+    return {f"{side} {kind}".strip(): path for (kind, side), path in paths.items()}
+
+
+def pair_stiffness(path: GearMeshPath, s: ArrayLike) -> NDArray[np.float64]:
+    """Stiffness of a tooth pair, N/m along the normal of the flanks, at path coordinates s m of any
+    shape; zero beyond the path.
+
+    With ``gear_mesh.model = "per_pair"``. At a carrier angle θ pair k of planet i is at
+    ``path.position(i, k, θ)``.
+    """
+    return np.interp(np.asarray(s, dtype=float), path.s_grid, path.k_grid, left=0.0, right=0.0)
+
+
+def reduce_mesh(
+    mesh: Mesh,
+    nodes: Mapping[str, ArrayLike | None],
+    *,
+    young_modulus: float,
+    poisson_ratio: float,
+    density: float,
+    modes: int = 20,
+) -> ReducedBody:
+    """Craig–Bampton reduction of any solid body to six-dof nodes at patches, and some modes.
+
+    mesh: ``skfem.MeshHex`` or ``skfem.MeshTet`` in m, whose elements are taken as quadratic. nodes:
+    boundaries of the mesh by name, each with the position (3,) m of its node, or None for the
+    patch's centre; a node moves as the patch does in the mean. E in Pa, ρ in kg/m³; modes: with all
+    nodes held. Of the result ``mass`` and ``stiffness`` (6 n + modes)² have the nodes first, ux,
+    uy, uz, rx, ry, rz each, in their order; ``recover(q)`` is the displacement of every vertex.
+    """
+    solid = solid_mesh(mesh)
+    model = assemble(solid, young_modulus, poisson_ratio, density)
+    ties = []
+    for name, position in nodes.items():
+        if name not in solid.facets:
+            remedy = nearest(name, list(solid.facets)) if solid.facets else "name its boundaries"
+            raise InputError(
+                "flexgear.reduce_mesh(): nodes", echo(name), "is no boundary of the mesh", remedy
+            )
+        sample = facet_sample(model, solid.facets[name])
+        centre = sample.weights @ sample.points / sample.weights.sum()
+        place = centre if position is None else np.asarray(position, dtype=float)
+        ties.append(averaging_tie(name, place, sample))
+    return reduce_body(model, interface_of(model, ties), modes)
