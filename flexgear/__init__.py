@@ -71,13 +71,15 @@ _HOME = {
     "tolerance": "flexgear.studies.tolerance",
 }
 
+_METHODS = {"assemble", "run", "static", "modes", "campbell", "transient", "deformed", "mode_field"}
 __all__ = ["__version__", *_HOME]
 
 
 def __getattr__(name: str) -> Any:
     """A public name from the module that owns it; functions look at their arguments' types."""
     if name not in _HOME:
-        raise AttributeError(f"module 'flexgear' has no attribute {name!r}")
+        hint = "; cases and models have it as a method" if name in _METHODS else ""
+        raise AttributeError(f"module 'flexgear' has no attribute {name!r}{hint}")
     from importlib import import_module
 
     attribute = getattr(import_module(_HOME[name]), name)

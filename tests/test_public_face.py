@@ -22,6 +22,8 @@ def test_public_name_is_there(name):
 def test_unknown_name_is_an_attribute_error():
     with pytest.raises(AttributeError, match="nothing_like_it"):
         fg.nothing_like_it  # noqa: B018
+    with pytest.raises(AttributeError, match="models have it as a method"):
+        fg.run(fg.load_case("lin-parker"), "out")
 
 
 def test_import_alone_is_light():
@@ -194,7 +196,7 @@ def test_cases_and_models_are_shown_in_a_line(case, model):
     for shown in (repr(case), repr(model)):
         assert "lin-parker" in shown and len(shown) < 300
     assert "<td>lin-parker</td>" in model._repr_html_()
-    assert "planetary" in case._repr_html_()
+    assert "26/34/94 teeth" in case._repr_html_()
 
 
 def test_a_notebook_shows_bars_and_a_script_nothing(case, monkeypatch, capsys):

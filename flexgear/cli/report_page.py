@@ -9,7 +9,7 @@ from flexgear.gears.power_flow import PowerFlow
 from flexgear.model.case import Case
 from flexgear.results.report.case_rows import case_tables
 from flexgear.results.report.tables import tables
-from flexgear.results.report.wording import with_unit, words
+from flexgear.results.report.wording import stage_line, with_unit, words
 from flexgear.solve.headlines import verdicts
 from flexgear.views.report import Picture, Side
 
@@ -36,7 +36,7 @@ def side_of(
 
 def lead(case: Case, flow: PowerFlow, summary: Mapping[str, Any]) -> str:
     """What was computed, on which machine."""
-    stages = "; ".join(_stage(case, name) for name in (s.name for s in case.stages))
+    stages = "; ".join(f"{words(s.name).capitalize()}: {stage_line(s)}" for s in case.stages)
     ports = ", ".join(
         f"{words(name)} {with_unit(abs(flow.speed[name]), 'rad/s')}, "
         f"{with_unit(abs(torque), 'N m')}"
@@ -50,16 +50,4 @@ def lead(case: Case, flow: PowerFlow, summary: Mapping[str, Any]) -> str:
     return (
         f"{stages}. {with_unit(flow.input_power, 'W')} in; {ports}. Bodies: {summary['variant']}. "
         f"Computed: {', '.join(did)}."
-    )
-
-
-def _stage(case: Case, name: str) -> str:
-    """ "stage 1: planetary, 3 planets, 21/42/105 teeth, module 15 mm"."""
-    stage = case.stage(name)
-    gears = ("sun", "planet", "ring") if stage.kind == "planetary" else ("pinion", "gear")
-    teeth = "/".join(str(getattr(stage, gear).teeth) for gear in gears)
-    planets = f", {stage.planets} planets" if stage.kind == "planetary" else ""
-    return (
-        f"{words(name).capitalize()}: {stage.kind}{planets}, {teeth} teeth, normal module "
-        f"{with_unit(stage.normal_module, 'm')}"
     )

@@ -15,6 +15,7 @@ from flexgear.model.case_files import resolve_files
 from flexgear.model.faults import input_error
 from flexgear.model.read import Written, lists_of, to_si
 from flexgear.model.section import Section
+from flexgear.results.report.wording import stage_line
 
 if TYPE_CHECKING:
     from flexgear.face.model import Model
@@ -84,13 +85,9 @@ class Case(case.Case):
         return run_case(self, out, force, progress_or_bars(progress))
 
     def _repr_html_(self) -> str:
-        ports = {port.member: port for port in self.ports}
-        facts = {
-            "case": self.title or self.name,
-            **{stage.name: stage.kind for stage in self.stages},
-            "ports": ", ".join(ports),
-        }
-        return html_table(facts)
+        stages = {stage.name: stage_line(stage) for stage in self.stages}
+        ports = ", ".join(port.member for port in self.ports)
+        return html_table({"case": self.title or self.name, **stages, "ports": ports})
 
 
 def _plain(value: object) -> Any:

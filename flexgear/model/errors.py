@@ -23,6 +23,10 @@ class InputError(FlexgearError):
         self.key = shortened(key)
         super().__init__(f"{_path(where)}: {self.key}: {self.problem} -- {self.remedy}")
 
+    def _render_traceback_(self) -> list[str]:
+        """What a notebook shows in the place of a traceback: the line."""
+        return [f"InputError: {self}"]
+
 
 def echo(value: object) -> str:
     """A value as it was written, at most 80 characters of it."""

@@ -8,6 +8,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from flexgear.model.names import PLANET_PASS, SHAFT, ExcitationName, MemberName
+from flexgear.model.stage import Stage
 from flexgear.model.units import ALL_SUFFIXES, unit_name
 
 # unit -> (at least so large, printed unit, multiply by), the largest first; the last one takes all
@@ -132,3 +133,12 @@ def split_unit(key: str) -> tuple[str, str]:
         return words(key), ""
     suffix = max(suffixes, key=len)
     return words(key.removesuffix(f"_{suffix}")), _UNITS.get(suffix) or unit_name(suffix)
+
+
+def stage_line(stage: Stage) -> str:
+    """ "planetary, 3 planets, 21/42/105 teeth, normal module 15 mm"."""
+    gears = ("sun", "planet", "ring") if stage.kind == "planetary" else ("pinion", "gear")
+    teeth = "/".join(str(getattr(stage, gear).teeth) for gear in gears)
+    planets = f", {stage.planets} planets" if stage.kind == "planetary" else ""
+    module = with_unit(stage.normal_module, "m")
+    return f"{stage.kind}{planets}, {teeth} teeth, normal module {module}"
