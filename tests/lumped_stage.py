@@ -53,7 +53,7 @@ def _body(name, mass, polar, dofs):
     at = np.ix_(dofs, dofs)
     return Body(
         BodyName.parse(name), (name,), np.zeros((1, 3)), full[at], np.zeros((len(dofs),) * 2),
-        np.eye(6)[:, dofs], rigid=True,
+        np.eye(6)[:, dofs], np.eye(6)[list(dofs)], rigid=True,
     )  # fmt: skip
 
 

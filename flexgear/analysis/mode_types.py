@@ -32,7 +32,6 @@ from scipy import linalg
 from flexgear.model.errors import FlexgearError
 from flexgear.model.names import BodyName
 from flexgear.structures.bodies import Body
-from flexgear.structures.kinematics import rigid_rows
 
 Array = NDArray[np.float64]
 
@@ -97,20 +96,8 @@ def members(bodies: Sequence[Body]) -> tuple[Member, ...]:
         at = slice(start, start + body.size)
         start = at.stop
         if body.size:
-            out.append(Member(body.name, at, rigid_motions(body)))
+            out.append(Member(body.name, at, body.rigid_motions))
     return tuple(out)
-
-
-def rigid_motions(body: Body) -> Array:
-    """Coordinates T (d_b, 6) with node_map @ T = rigid motion; a zero column where there is none.
-
-    Of a Craig–Bampton body or a beam the node dofs move and modal coordinates stay zero.
-    """
-    wanted = rigid_rows(body.positions)
-    motions = np.asarray(linalg.lstsq(body.node_map, wanted)[0])
-    missed = np.abs(body.node_map @ motions - wanted).max(axis=0)
-    motions[:, missed > 1e-6 * np.abs(wanted).max(axis=0)] = 0.0
-    return motions
 
 
 def classify(

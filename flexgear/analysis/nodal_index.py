@@ -151,8 +151,9 @@ def _largest_circle(body: Body) -> IntArray | None:
 
 def _across(body: Body) -> Array:
     """Projector (d_b, d_b) of the coordinates of a body on its axis to motion across it."""
-    if body.rigid and len(body.node_names) > 1:  # coordinates are those of its origin
-        return np.diag([1.0, 1.0, 0.0, 1.0, 1.0, 0.0])
+    if body.rigid:
+        motions = body.rigid_motions
+        return np.asarray(motions @ np.diag([1.0, 1.0, 0.0, 1.0, 1.0, 0.0]) @ motions.T)
     picked = body.node_map.copy()
     picked[2::6] = picked[5::6] = 0.0
     return np.asarray(np.linalg.lstsq(body.node_map, picked, rcond=None)[0])

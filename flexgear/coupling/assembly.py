@@ -252,22 +252,16 @@ class Assembly:
             self.mass[at, at] += inertia * len(dofs) * np.outer(row[at], row[at])
 
     def loose_motions(self) -> Array:
-        """Motions (d, r) of rigid bodies that no constant spring resists.
+        """Motions (d, r) of bodies as rigid ones that no constant spring resists.
 
-        Candidates are all coordinates of rigid bodies and the rigid motions of bodies that bend;
-        in their space the eigenvalues of (K, M) that vanish are looked for.
+        In the space of the rigid motions of all bodies, the eigenvalues of (K, M) that vanish are
+        looked for.
         """
         columns = []
         for b in self.bodies:
-            at = self.slice_of(b.name)
-            if b.rigid:
-                motions = np.eye(b.size)
-            else:
-                nodes = rigid_rows(b.positions)
-                motions = np.zeros((b.size, 6))
-                motions[: len(nodes)] = nodes
+            motions = b.rigid_motions[:, b.rigid_motions.any(axis=0)]
             part = np.zeros((self.size, motions.shape[1]))
-            part[at] = motions
+            part[self.slice_of(b.name)] = motions
             columns.append(part)
         candidates = np.hstack(columns)
         mass = candidates.T @ self.mass @ candidates

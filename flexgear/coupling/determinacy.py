@@ -182,8 +182,7 @@ def _places(bodies: Sequence[Body]) -> list[tuple[Body, str, Array]]:
             if planet and direction == "radial":
                 rows = (0,)  # along its own tangential axis it rolls
             picked = np.zeros((len(rows), size))
-            several = body.rigid and len(body.node_names) > 1  # coordinates are those of its origin
-            motion = np.eye(6) if several else body.node_map
+            motion = body.rigid_motions.T if body.rigid else body.node_map
             picked[:, start : start + body.size] = motion[list(rows)]
             order = (
                 direction == "rotation",

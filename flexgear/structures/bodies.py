@@ -4,6 +4,10 @@ A body has coordinates ``q`` (d,). The motion of its nodes is ``node_map @ q`` w
 node in the order ux, uy, uz, rx, ry, rz (m, rad). A reduced finite-element body, a beam, a lumped
 gear and a rigid component are all of this one kind, so that a component is made rigid or stiffer
 by a transformation that returns a new body.
+
+Coordinates are the node dofs followed by modal ones (Craig–Bampton, beams); the rigid motion of
+the frame's origin (rigid and lumped bodies); or that motion followed by elastic coordinates
+(``floating``). ``rigid_motions`` says for all of them which coordinates move the body as rigid.
 """
 
 from __future__ import annotations
@@ -27,7 +31,8 @@ class Body:
 
     name: of the body; node_names: (n,) names; positions: (n, 3) m in the body's frame;
     mass: (d, d); stiffness: (d, d), SI; node_map: (6 n, d), node motion = node_map @ q;
-    rigid: whether the six coordinates are those of a rigid body.
+    rigid_motions: (d, 6) coordinates of unit rigid translations, and rotations about a point of the
+    frame's axis, zero columns where a body cannot move so; rigid: whether it has no other motions.
     """
 
     name: BodyName
@@ -36,6 +41,7 @@ class Body:
     mass: Array
     stiffness: Array
     node_map: Array
+    rigid_motions: Array
     rigid: bool = False
 
     @cached_property
@@ -59,8 +65,7 @@ class Body:
     @property
     def spin(self) -> Array:
         """Coordinates (d,) of a unit rotation about the axis of its frame."""
-        spin = self.node_map[5] if self.rigid else rigid_rows(self.positions)[:, 5]
-        return np.pad(spin, (0, self.size - len(spin)))
+        return self.rigid_motions[:, 5]
 
     def position(self, name: str) -> Array:
         """Position (3,) of a named node in the body's frame, m."""
@@ -96,29 +101,31 @@ def lumped_body(
         mass=np.diag(np.array([mass, mass, mass, *inertia])[dofs]),
         stiffness=np.zeros((len(dofs), len(dofs))),
         node_map=np.eye(6)[:, dofs],
+        rigid_motions=np.eye(6)[dofs],
         rigid=True,
     )
 
 
 def rigid_variant(body: Body) -> Body:
-    """The same body moving as rigid: q = T q6, M6 = Tᵀ M T, K6 = 0.
-
-    T is the rigid motion about the origin of the body's frame. A body whose coordinates are the
-    node dofs followed by modal ones (Craig–Bampton, beams) takes rigid motion in its node dofs
-    and zero in the modal ones, because constraint modes hold rigid motion exactly.
-    """
+    """The same body moving as rigid: q = T q6, M6 = Tᵀ M T, K6 = 0, T its ``rigid_motions``."""
     if body.rigid:
         return body
-    nodes = rigid_rows(body.positions)
-    transform = np.zeros((body.size, 6))
-    transform[: len(nodes)] = nodes
+    motions = body.rigid_motions
     return replace(
         body,
-        mass=transform.T @ body.mass @ transform,
+        mass=motions.T @ body.mass @ motions,
         stiffness=np.zeros((6, 6)),
-        node_map=body.node_map @ transform,
+        node_map=body.node_map @ motions,
+        rigid_motions=np.eye(6),
         rigid=True,
     )
+
+
+def node_motions(positions: Array, size: int) -> Array:
+    """``rigid_motions`` (size, 6) of a body whose node dofs come first: modal coordinates stay
+    zero, because constraint modes hold rigid motion exactly."""
+    nodes = rigid_rows(positions)
+    return np.pad(nodes, ((0, size - len(nodes)), (0, 0)))
 
 
 def stiffened(body: Body, factor: float) -> Body:

@@ -15,8 +15,8 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from flexgear.model.names import BodyName, NodeName
-from flexgear.structures.bodies import Body
-from flexgear.structures.kinematics import rigid_motion, rigid_rows
+from flexgear.structures.bodies import Body, node_motions
+from flexgear.structures.kinematics import rigid_motion
 from flexgear.structures.strain import strain_of_gradient, vertex_gradient
 from flexgear.structures.tooth_shapes import RimFlexibility
 
@@ -82,13 +82,12 @@ class ReducedBody:
             mass=self.mass,
             stiffness=self.stiffness,
             node_map=np.eye(self.interface_dofs, self.mass.shape[0]),
+            rigid_motions=self.rigid_modes(),
         )
 
     def rigid_modes(self) -> NDArray[np.float64]:
         """Coordinates (d, 6) of unit rigid motion about the origin: ux, uy, uz, tx, ty, tz."""
-        modes = np.zeros((len(self.mass), 6))
-        modes[: self.interface_dofs] = rigid_rows(self.positions)
-        return modes
+        return node_motions(self.positions, len(self.mass))
 
     def recover(self, q: NDArray[np.float64]) -> NDArray[np.float64]:
         """Displacements (p, 3[, k]) in m at the mesh vertices for coordinates q (d[, k]).

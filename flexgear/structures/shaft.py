@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexgear.model.names import BodyName
-from flexgear.structures.bodies import Body
+from flexgear.structures.bodies import Body, node_motions
 
 Array = NDArray[np.float64]
 
@@ -143,4 +143,5 @@ def shaft_body(
         mass[i : i + 6, i : i + 6] += extra
     positions = np.zeros((n, 3))
     positions[:, 2] = np.sign(direction) * np.array(stations)
-    return Body(BodyName.of("", "shaft"), names, positions, mass, stiffness, np.eye(6 * n))
+    motions = node_motions(positions, 6 * n)
+    return Body(BodyName.of("", "shaft"), names, positions, mass, stiffness, np.eye(6 * n), motions)

@@ -167,6 +167,7 @@ class FeBody(BodySource):
             mass=solid.rigid_mass(self.material.density),
             stiffness=np.zeros((6, 6)),
             node_map=rigid_rows(positions),
+            rigid_motions=np.eye(6),
             rigid=True,
         )
 

@@ -18,7 +18,7 @@ from flexgear.model.errors import InputError
 from flexgear.model.fe_mesh_source import FeMeshSource
 from flexgear.model.housing import Housing
 from flexgear.model.names import MOUNT, BodyName, NodeName
-from flexgear.structures.bodies import Body
+from flexgear.structures.bodies import Body, node_motions
 from flexgear.structures.reduced import ReducedBody
 
 Array = NDArray[np.float64]
@@ -100,6 +100,7 @@ def given_housing(housing: Housing, source: str) -> Body:
         mass=(read.mass + read.mass.T) / 2,
         stiffness=(read.stiffness + read.stiffness.T) / 2,
         node_map=np.eye(6 * len(read.node_names), len(read.stiffness)),
+        rigid_motions=node_motions(read.positions, len(read.stiffness)),
     )
 
 
