@@ -231,14 +231,11 @@ class Assembly:
     def weight_rows(self, body: str) -> Array:
         """Rows (6, d) on which an acceleration a acts as the body's weight: forces Rᵀ M a.
 
-        R (size, 3): unit translations of the whole body, by its nodes where it bends; the mass is
-        the body's own, without what hangs on its ports. Rows of rotations are zero.
+        R (size, 3): unit translations of the whole body; the mass is the body's own, without what
+        hangs on its ports. Rows of rotations are zero.
         """
         b, out = self.body(body), np.zeros((6, self.size))
-        nodes = b.node_map[:6].T if b.rigid else rigid_rows(b.positions)
-        translations = np.zeros((b.size, 3))
-        translations[: len(nodes)] = nodes[:, :3]
-        out[:3, self.slice_of(body)] = (b.mass @ translations).T
+        out[:3, self.slice_of(body)] = (b.mass @ b.rigid_motions[:, :3]).T
         return out
 
     def add_inertia(self, row: Array, inertia: float) -> None:
