@@ -1,4 +1,4 @@
-"""FE meshes of ring and carrier with named patches; the only package that knows gmsh and meshio."""
+"""FE meshes of rings, planets and carriers with named patches; only here are gmsh and meshio."""
 
 from flexgear.structures.fe_mesh.carrier import CarrierMeshParameters, carrier_fe_mesh
 from flexgear.structures.fe_mesh.fe_mesh import FeMesh
@@ -11,6 +11,7 @@ from flexgear.structures.fe_mesh.files import (
 )
 from flexgear.structures.fe_mesh.groups import Groups, carrier_groups, ring_groups
 from flexgear.structures.fe_mesh.of_file import mesh_of_file
+from flexgear.structures.fe_mesh.planet import PlanetMeshParameters, planet_fe_mesh
 from flexgear.structures.fe_mesh.ring import RingMeshParameters, ring_fe_mesh
 from flexgear.structures.fe_mesh.tooth_segment import (
     SegmentDivisions,
@@ -24,6 +25,7 @@ __all__ = [
     "CarrierMeshParameters",
     "FeMesh",
     "Groups",
+    "PlanetMeshParameters",
     "RingMeshParameters",
     "SegmentDivisions",
     "SegmentParameters",
@@ -32,6 +34,7 @@ __all__ = [
     "carrier_groups",
     "fe_mesh_case",
     "mesh_of_file",
+    "planet_fe_mesh",
     "read_fe_mesh",
     "require_format",
     "ring_fe_mesh",

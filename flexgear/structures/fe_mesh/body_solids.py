@@ -1,6 +1,6 @@
-"""Ring and carrier as solids in closed form: what they weigh, without a mesh of them.
+"""Ring, planet and carrier as solids in closed form: what they weigh, without a mesh of them.
 
-The same bodies as ``ring.py`` and ``carrier.py`` mesh, with true circles and flanks.
+The same bodies as ``ring.py``, ``planet.py`` and ``carrier.py`` mesh, with true circles and flanks.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from flexgear.gears.tooth import ToothGeometry
 from flexgear.structures.fe_mesh.carrier import CarrierMeshParameters
 from flexgear.structures.fe_mesh.carrier_web import Web
 from flexgear.structures.fe_mesh.fe_mesh import FeMesh
+from flexgear.structures.fe_mesh.planet import PlanetMeshParameters
 from flexgear.structures.fe_mesh.ring import RingMeshParameters
 from flexgear.structures.kinematics import rotation
 from flexgear.structures.solids import EMPTY, Solid, cylinder, prism
@@ -26,12 +27,18 @@ _POINTS = 24  # of a flank, of a fillet with its land, of an arc of a web
 def ring_solid(p: RingMeshParameters) -> Solid:
     """The ring about its centre; the helix turns sections and changes no area."""
     half = p.face_width / 2.0
-    out = cylinder(p.outer_radius, -half, half) - prism(_tooth_spaces(p.tooth), -half, half)
+    out = cylinder(p.outer_radius, -half, half) - prism(_outline(p.tooth), -half, half)
     if p.bolt_holes:
         for angle in p.first_bolt_angle + 2.0 * pi * np.arange(p.bolts) / p.bolts:
             place = p.bolt_circle_diameter / 2.0 * np.array([np.cos(angle), np.sin(angle)])
             out = out - cylinder(p.bolt_diameter / 2.0, -half, half, tuple(place))
     return out
+
+
+def planet_solid(p: PlanetMeshParameters) -> Solid:
+    """The planet about its centre."""
+    half = p.face_width / 2.0
+    return prism(_outline(p.tooth), -half, half) - cylinder(p.bore_radius, -half, half)
 
 
 def carrier_solid(p: CarrierMeshParameters) -> Solid:
@@ -71,8 +78,8 @@ def mesh_solid(fe_mesh: FeMesh) -> Solid:
     )
 
 
-def _tooth_spaces(tooth: ToothGeometry) -> Array:
-    """Corners (n, 2) of what teeth of a ring leave free inside, counter-clockwise, m."""
+def _outline(tooth: ToothGeometry) -> Array:
+    """Corners (n, 2) of all flanks, roots and tips of a gear, counter-clockwise, m."""
     side = tooth.profile(_POINTS, _POINTS)
     tip = np.linspace(-1.0, 1.0, _POINTS)[1:-1] * np.arctan2(side[0, 1], side[0, 0])
     radius, angle = np.hypot(*side.T), np.arctan2(side[:, 1], side[:, 0])

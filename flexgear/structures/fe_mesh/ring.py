@@ -1,89 +1,55 @@
 """Ring gear with its teeth as hexahedra: transverse section, layers along the axis, helix.
 
-Frame: origin at the ring's centre and mid-face, z the axis of rotation; the middle of tooth j
-(0-based) is at the angle 2πj/z_r at z = 0; patches are numbered from 1 (tooth_root_001 is j = 0).
+Frame, helix and patches of teeth and ends: ``toothed``. The flank on the -θ side is the one that
+planets press when the carrier turns by +z and drives. f = 1, for the rim is a body of revolution;
+with bolt holes only from the tooth's tip to the root circle, falling as 1 - 3t² + 2t³ to 0 at the
+inside of the straight holes.
 
-Helix: a point (r, θ, z) of the section moves to θ + κ z f(r), κ = h tan β/r_ref, h = +1 for a
-right-hand ring. f = 1, for the rim is a body of revolution; with bolt holes only from the tooth's
-tip to the root circle, falling as 1 - 3t² + 2t³ to 0 at the inside of the straight holes.
-
-Patches
-  tooth_flank_NNN      involute flank on the -θ side: the one planets press when the carrier
-                       turns by +z and drives
-  tooth_backflank_NNN  involute flank on the +θ side
-  tooth_root_NNN       the tooth's base section: the *interior* facets between the ends of its two
-                       roots on the root circle, bowed a tip radius of the tool into the rim,
-                       symmetric about the tooth's middle
+More patches
   fit_1, spline_1 ..   bands of the outer cylinder, in the order given
   bolt_NN              walls of the bolt holes, when there are holes
-  outer, end_minus, end_plus   outer cylinder; plane faces at -b/2 and +b/2
+  outer                outer cylinder
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cached_property
-from math import ceil, pi, tan
-from typing import TYPE_CHECKING, Literal
+from math import pi
 
 import numpy as np
 from numpy.typing import NDArray
 
-from flexgear.gears.tool import PLAIN_TOOL, PlainTool
-from flexgear.gears.tooth import ToothGeometry
-from flexgear.model.errors import InputError
 from flexgear.model.names import NodeName
-from flexgear.structures.fe_mesh.fe_mesh import HEX_FROM_VTK, FeMesh
+from flexgear.structures.fe_mesh.fe_mesh import FeMesh
 from flexgear.structures.fe_mesh.ring_holes import with_bolt_holes
-from flexgear.structures.fe_mesh.ring_section import (
-    RingSection,
-    SectionDivisions,
-    toothed_section,
+from flexgear.structures.fe_mesh.toothed import (
+    DIVISIONS,
+    GROWTH,
+    Band,
+    ToothedMeshParameters,
+    extruded,
+    layer_positions,
 )
-from flexgear.structures.fe_mesh.ring_tooth import ring_tooth
-
-if TYPE_CHECKING:
-    pass
+from flexgear.structures.fe_mesh.toothed_section import ToothedSection, toothed_section
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
-Fidelity = Literal["quick", "standard", "fine"]
-Band = tuple[float, float]
 
-_DIVISIONS: dict[str, tuple[SectionDivisions, int]] = {  # section, least number of layers
-    "quick": (SectionDivisions(tooth=1, flank=1, fillet=1, rim=2), 3),
-    "standard": (SectionDivisions(tooth=2, flank=2, fillet=2, rim=4), 4),
-    "fine": (SectionDivisions(tooth=3, flank=3, fillet=2, rim=5), 6),
-}
 _HOLE_ROWS = {"quick": (2, 1, 1), "standard": (3, 1, 1), "fine": (4, 1, 2)}  # see ring_holes.py
 BLOCK = 1.7  # inner border of a bolt's block, in bolt radii from the bolt's axis
-_PITCH_LAYERS = {"quick": 3, "standard": 4, "fine": 4}  # n in which the helix turns by a pitch:
-# fewer make coarse rims within a tooth too soft (their chords leave it by r (2π/z)²/(8 n²))
-_GROWTH = {"quick": 1.4, "standard": 1.3, "fine": 1.15}
 
 
 @dataclass(frozen=True)
-class RingMeshParameters:
+class RingMeshParameters(ToothedMeshParameters):
     """Everything the ring's FE mesh depends on; m and rad.
 
-    Coefficients addendum, dedendum, root_fillet and profile_shift are multiples of the normal
-    module; the sign of profile_shift is stated in gears/tooth.py. tool: what cuts it. fits:
-    (z_low, z_high) of each housing fit's band, splines likewise. Bolt k is at first_bolt_angle +
-    2πk/bolts on the bolt circle, and named from first_bolt on. other_bolts: (number, circle
-    diameter, diameter) of more circles, without holes.
+    fits: (z_low, z_high) of each housing fit's band, splines likewise. Bolt k is at
+    first_bolt_angle + 2πk/bolts on the bolt circle, and named from first_bolt on. other_bolts:
+    (number, circle diameter, diameter) of more circles, without holes.
     """
 
-    teeth: int = 93
-    normal_module: float = 18e-3
-    pressure_angle: float = 20.0 * pi / 180.0
-    helix_angle: float = 7.5 * pi / 180.0
-    hand: Literal["right", "left"] = "right"
-    profile_shift: float = 0.0
-    addendum: float = 1.0
-    dedendum: float = 1.25
-    root_fillet: float = 0.38
-    tool: PlainTool = PLAIN_TOOL
-    face_width: float = 0.43
+    part = "ring"
+
     rim_thickness: float = 0.205
     bolts: int = 25
     bolt_circle_diameter: float = 1.97
@@ -94,13 +60,6 @@ class RingMeshParameters:
     fits: tuple[Band, ...] = ((-0.215, -0.155), (0.155, 0.215))
     splines: tuple[Band, ...] = ()
     other_bolts: tuple[tuple[int, float, float], ...] = ()
-    fidelity: Fidelity = "standard"
-    where: str = "case"
-
-    @cached_property
-    def tooth(self) -> ToothGeometry:
-        """The tooth; raises InputError if it cannot be meshed."""
-        return ring_tooth(self)
 
     @property
     def size(self) -> float:
@@ -111,17 +70,6 @@ class RingMeshParameters:
     def outer_radius(self) -> float:
         """Outer radius of the rim, m."""
         return self.tooth.root_radius + self.rim_thickness
-
-    @property
-    def helix_rate(self) -> float:
-        """κ = h tan β/r_ref, rad/m."""
-        sign = 1.0 if self.hand == "right" else -1.0
-        return sign * tan(self.helix_angle) / self.tooth.reference_radius
-
-    @property
-    def advance(self) -> float:
-        """|κ| b z/(2π): pitches by which the helix turns over the face width."""
-        return abs(self.helix_rate) * self.face_width / self.tooth.pitch_angle
 
     @property
     def bands(self) -> list[tuple[NodeName, Band]]:
@@ -144,19 +92,11 @@ class RingMeshParameters:
 
     def check(self) -> None:
         """Raise InputError, naming the key and the remedy, if no ring can be made."""
-        tooth = self.tooth
-        width = self.face_width
-
-        def reject(key: str, problem: str, remedy: str) -> None:
-            raise InputError(self.where, key, problem, remedy)
-
-        if self.fidelity not in _DIVISIONS:
-            reject("solver.fidelity", f"{self.fidelity!r} is unknown", "quick, standard or fine")
-        if width <= 0.0:
-            reject("stage.face_width", "must be above 0", "give the ring's face width")
+        super().check()
+        tooth, width = self.tooth, self.face_width
         if self.rim_thickness < self.normal_module:
-            reject(
-                "stage.ring.fe.rim_thickness",
+            self.reject(
+                "fe.rim_thickness",
                 f"{self.rim_thickness * 1e3:.1f} mm is thinner than one module",
                 "the rim is counted outside the root circle; give at least one module",
             )
@@ -164,29 +104,29 @@ class RingMeshParameters:
             radius, hole = self.bolt_circle_diameter / 2.0, self.bolt_diameter / 2.0
             room = self.straight_radius - tooth.root_radius
             if room < 0.1 * self.rim_thickness or radius - hole < tooth.root_radius:
-                reject(
-                    "stage.ring.fe.bolts.circle_diameter",
+                self.reject(
+                    "fe.bolts.circle_diameter",
                     f"bolts on {radius * 2e3:.0f} mm leave no rim below the teeth's root at "
                     f"{tooth.root_radius * 2e3:.0f} mm",
                     "raise it or lower the bolts' diameter",
                 )
             if self.has_holes and abs(self.helix_rate) * width / 2.0 * radius > room:
-                reject(
-                    "stage.ring.fe.bolts.holes",
+                self.reject(
+                    "fe.bolts.holes",
                     f"the helix cannot fade over the {room * 1e3:.0f} mm between the teeth's "
                     "root and the holes, whose axes are straight",
                     "leave the holes out, or raise circle_diameter",
                 )
             if not radius + (1.2 if self.bolt_holes else 1.0) * hole < self.outer_radius:
-                reject(
-                    "stage.ring.fe.bolts.circle_diameter",
+                self.reject(
+                    "fe.bolts.circle_diameter",
                     f"bolts on {radius * 2e3:.0f} mm break through the outer diameter of "
                     f"{self.outer_radius * 2e3:.0f} mm",
                     "lower it or raise rim_thickness",
                 )
             if 2.0 * radius * np.sin(pi / self.bolts) < 1.2 * self.bolt_diameter:
-                reject(
-                    "stage.ring.fe.bolts.number",
+                self.reject(
+                    "fe.bolts.number",
                     "neighbouring bolts overlap",
                     "use fewer or thinner bolts",
                 )
@@ -196,49 +136,35 @@ class RingMeshParameters:
         for name, (low, high) in self.bands:
             tolerance = 1e-9 * width
             if not -width / 2 - tolerance <= low < high <= width / 2 + tolerance:
-                reject(
-                    f"stage.ring.fe.{name.kind}s",
+                self.reject(
+                    f"fe.{name.kind}s",
                     f"a band from {low * 1e3:.1f} to {high * 1e3:.1f} mm is not on the face of "
                     f"±{width * 5e2:.1f} mm",
                     "move it or make it narrower",
                 )
         if self.has_holes:  # whether there is room for them shows in the section
-            _section(self, _DIVISIONS[self.fidelity][0])
+            _section(self)
 
 
 def ring_fe_mesh(p: RingMeshParameters) -> FeMesh:
     """Hexahedra of the ring gear with its teeth and the patches listed in the module's head."""
     p.check()
-    divisions, least_layers = _DIVISIONS[p.fidelity]
-    section = _section(p, divisions)
-    least_layers = max(least_layers, ceil(_PITCH_LAYERS[p.fidelity] * p.advance))
-    z = layer_positions(p.face_width, p.fits + p.splines, least_layers)
-    return _extrude(p, section, z)
+    section = _section(p)
+    z = layer_positions(p.face_width, p.fits + p.splines, p.least_layers)
+    middle = (z[:-1] + z[1:]) / 2.0
+    walls: list[tuple[str, Ints, Ints | None]] = []
+    for name, (low, high) in p.bands:
+        inside = np.flatnonzero((middle > low) & (middle < high))
+        if len(inside) == 0:
+            key = f"fe.{name.kind}s.{name.number - 1}"
+            p.reject(key, "the band is too narrow", "make it wider")
+        walls.append((name, section.rim, inside))
+    walls += [(f"bolt_{k:02d}", lines, None) for k, lines in enumerate(section.holes, p.first_bolt)]
+    return extruded(section, _twist(p, section.radius), z, [*walls, ("outer", section.rim, None)])
 
 
-def layer_positions(face_width: float, bands: tuple[Band, ...], least: int) -> Array:
-    """Layer borders from -b/2 to b/2: at every band's edge, and no layer thicker than b/least
-    where at least one more fits; bands at the ends count as layers, the middle shares the rest."""
-    half = face_width / 2.0
-    marks = [-half, half]
-    for edge in sorted({e for band in bands for e in band}):
-        if min(abs(edge - m) for m in marks) > 0.01 * face_width:
-            marks.append(edge)
-    marks.sort()
-    spans = np.diff(marks)
-    counts = np.ones(len(spans), dtype=int)
-    while counts.sum() < least:
-        counts[int(np.argmax(spans / counts))] += 1
-    thickest = 2.5 * face_width / least
-    counts = np.maximum(counts, [ceil(s / thickest - 1e-9) for s in spans])
-    parts = [
-        np.linspace(a, b, n + 1)[:-1] for a, b, n in zip(marks[:-1], marks[1:], counts, strict=True)
-    ]
-    return np.concatenate([*parts, [half]])
-
-
-def _section(p: RingMeshParameters, divisions: SectionDivisions) -> RingSection:
-    growth = _GROWTH[p.fidelity]
+def _section(p: RingMeshParameters) -> ToothedSection:
+    divisions, growth = DIVISIONS[p.fidelity][0], GROWTH[p.fidelity]
     if not p.has_holes:
         return toothed_section(p.tooth, p.outer_radius, divisions, growth)
     below = replace(divisions, rim=max(divisions.rim // 2, 1))
@@ -260,45 +186,3 @@ def _twist(p: RingMeshParameters, radius: Array) -> Array:
     root = p.tooth.root_radius
     t = np.clip((radius - root) / (p.straight_radius - root), 0.0, 1.0)
     return p.helix_rate * (1.0 - 3.0 * t**2 + 2.0 * t**3)
-
-
-def _extrude(p: RingMeshParameters, section: RingSection, z: Array) -> FeMesh:
-    n, layers = len(section.radius), len(z) - 1
-    twist = _twist(p, section.radius)
-    angle = section.angle[None, :] + twist[None, :] * z[:, None]
-    points = np.stack(
-        [
-            section.radius * np.cos(angle),
-            section.radius * np.sin(angle),
-            np.broadcast_to(z[:, None], angle.shape),
-        ],
-        axis=2,
-    ).reshape(-1, 3)
-    level = n * np.arange(layers)[:, None, None]
-    vtk = np.concatenate([section.quads + level, section.quads + level + n], axis=2).reshape(-1, 8)
-
-    def wall(lines: Ints, keep: slice | Ints = slice(None)) -> Ints:
-        """(k, 2) section edges -> (k layers, 4) facets."""
-        step = level[keep]
-        a, b = lines[None, :, 0] + step[:, :, 0], lines[None, :, 1] + step[:, :, 0]
-        return np.stack([a, b, b + n, a + n], axis=2).reshape(-1, 4)
-
-    facets: dict[str, Ints] = {}
-    for name in ("flank", "backflank", "root"):
-        lines = section.tooth_lines[name]
-        outward = lines[..., ::-1] if name == "backflank" else lines
-        for j in range(p.teeth):
-            facets[f"tooth_{name}_{j + 1:03d}"] = wall(outward[j])
-    middle = (z[:-1] + z[1:]) / 2.0
-    for name, (low, high) in p.bands:
-        inside = np.flatnonzero((middle > low) & (middle < high))
-        if len(inside) == 0:
-            key = f"stage.ring.fe.{name.kind}s.{name.number - 1}"
-            raise InputError(p.where, key, "the band is too narrow", "make it wider")
-        facets[name] = wall(section.outer, inside)
-    for k, lines in enumerate(section.holes, p.first_bolt):
-        facets[f"bolt_{k:02d}"] = wall(lines)
-    facets["outer"] = wall(section.outer)
-    facets["end_minus"] = section.quads[:, ::-1]
-    facets["end_plus"] = section.quads + n * layers
-    return FeMesh(points, vtk[:, HEX_FROM_VTK], "hex", facets)

@@ -20,21 +20,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexgear.model.errors import InputError
-from flexgear.structures.fe_mesh.ring_section import RingSection
+from flexgear.structures.fe_mesh.toothed_section import ToothedSection
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 
 def with_bolt_holes(
-    inner: RingSection,
+    inner: ToothedSection,
     outer_radius: float,
     bolt_angles: Array,
     bolt_circle_radius: float,
     hole_radius: float,
     rows: tuple[int, int, int],
     where: str = "case",
-) -> RingSection:
+) -> ToothedSection:
     """Continue a toothed section outward through the bolt holes to the outer radius.
 
     inner: its outer circle becomes the inner border of the blocks; bolt_angles (n_b,) rad;
@@ -93,7 +93,7 @@ def with_bolt_holes(
     used, quads = np.unique(quads, return_inverse=True)
     number = np.full(len(radius), -1, dtype=np.int64)
     number[used] = np.arange(len(used))
-    return RingSection(
+    return ToothedSection(
         radius[used],
         angle[used],
         quads.reshape(-1, 4),
@@ -133,10 +133,10 @@ def _o_grid(
     return np.concatenate(places), [border, *numbers]
 
 
-def _ordered(section: RingSection) -> Ints:
+def _ordered(section: ToothedSection) -> Ints:
     """Nodes of the section's outer circle, counter-clockwise."""
-    follows = dict(section.outer.tolist())
-    at = first = int(section.outer[0, 0])
+    follows = dict(section.rim.tolist())
+    at = first = int(section.rim[0, 0])
     nodes = []
     while True:
         nodes.append(at)

@@ -1,19 +1,19 @@
-"""Transverse section of the ring gear as quadrilaterals, exactly z-periodic and mirror-symmetric.
+"""Transverse section of a gear with its rim as quadrilaterals, z-periodic and mirror-symmetric.
 
 One sector (tip at the top, rim at the bottom), repeated z times::
 
         tip                     A   the tooth's block (``tooth_block``): rows along involute and
        +---+                        root, down to the base section, the patch "root" of the tooth
-       | A |                    B   below the tooth, base section to the rim's outer edge
-      /     \\                   C   below the root land, between neighbouring teeth: one column
-     +-------+----+                 without nodes of its own
-     |   B   | C  |
+       | A |                    B   below the tooth, base section to the rim's other edge: outside
+      /     \\                       on a ring, inside on an external gear
+     +-------+----+             C   below the root land, between neighbouring teeth: one column
+     |   B   | C  |                 without nodes of its own
      +-------+----+
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,7 +34,7 @@ Ints = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class SectionDivisions:
-    """Number of elements: across the tooth, along involute and root, from base section outward."""
+    """Number of elements: across the tooth, along involute and root, from base section to edge."""
 
     tooth: int
     flank: int
@@ -48,19 +48,19 @@ class SectionDivisions:
 
 
 @dataclass(frozen=True)
-class RingSection:
-    """Quadrilaterals in the transverse plane.
+class ToothedSection:
+    """Quadrilaterals in the transverse plane; walls along z over edges have outward normals.
 
-    radius, angle: (n,) m, rad; quads: (m, 4) counter-clockwise;
-    tooth_lines: "flank" (-θ side, the one a planet carried by +Z presses), "backflank" (+θ side),
-    "root" (base section) -> (z, k, 2) node ids; outer: (k, 2); holes: (n_b, k, 2) or empty.
+    radius, angle: (n,) m, rad; quads: (m, 4) counter-clockwise; tooth_lines: "flank" (-θ side),
+    "backflank" (+θ side), "root" (base section) -> (z, k, 2) node ids; rim: (k, 2) the rim's edge;
+    holes: (n_b, k, 2) or empty.
     """
 
     radius: Array
     angle: Array
     quads: Ints
     tooth_lines: dict[str, Ints]
-    outer: Ints
+    rim: Ints
     holes: Ints = field(default_factory=lambda: np.zeros((0, 0, 2), dtype=np.int64))
 
     @property
@@ -70,16 +70,16 @@ class RingSection:
 
 
 def toothed_section(
-    tooth: ToothGeometry, outer_radius: float, divisions: SectionDivisions, growth: float = 1.0
-) -> RingSection:
+    tooth: ToothGeometry, rim_radius: float, divisions: SectionDivisions, growth: float = 1.0
+) -> ToothedSection:
     """Structured section between the teeth's tips and a circle of nodes equally spaced.
 
-    growth: ratio of successive radial element sizes outward from the base section.
+    growth: ratio of successive radial element sizes away from the base section.
     """
-    block = _sector(tooth, outer_radius, divisions, growth)
+    block = _sector(tooth, rim_radius, divisions, growth)
     (rows, columns), teeth = block.shape[:2], np.arange(tooth.teeth)
     radius = np.hypot(block[..., 0], block[..., 1])
-    radius[-1] = outer_radius
+    radius[-1] = rim_radius
     angle = np.arctan2(block[..., 1], block[..., 0])
     node = np.arange(tooth.teeth * rows * columns).reshape(-1, rows, columns)
     base = divisions.flank + divisions.fillet
@@ -88,37 +88,30 @@ def toothed_section(
 
     def lines(nodes: Ints) -> Ints:
         """Edges (z, k, 2) between neighbours in z rows of k + 1 nodes."""
-        return np.stack([nodes[:, :-1], nodes[:, 1:]], axis=2)
+        ends = [nodes[:, :-1], nodes[:, 1:]]
+        return np.stack(ends if tooth.internal else ends[::-1], axis=2)
 
     flank = slice(divisions.flank + 1)
-    outer = np.concatenate([lines(node[:, -1]), land[:, -1:]], axis=1)
-    section = RingSection(
+    following = np.concatenate([node[:, -1], np.roll(node[:, -1, :1], -1, axis=0)], axis=1)
+    section = ToothedSection(
         np.tile(radius.ravel(), tooth.teeth),
         (angle.ravel() + tooth.pitch_angle * teeth[:, None]).ravel(),
         quads,
         {
             "flank": lines(node[:, flank, 0]),
-            "backflank": lines(node[:, flank, -1]),
+            "backflank": lines(node[:, flank, -1])[..., ::-1],
             "root": lines(node[:, base]),
         },
-        outer.reshape(-1, 2),
+        lines(following).reshape(-1, 2),
     )
-    return RingSection(
-        section.radius,
-        section.angle,
-        counter_clockwise(section.points, quads),
-        section.tooth_lines,
-        section.outer,
-    )
+    return replace(section, quads=counter_clockwise(section.points, quads))
 
 
-def _sector(
-    tooth: ToothGeometry, outer_radius: float, div: SectionDivisions, growth: float
-) -> Array:
+def _sector(tooth: ToothGeometry, rim_radius: float, div: SectionDivisions, growth: float) -> Array:
     """(rows + rim + 1, tooth + 1, 2) m: the tooth on the x axis and the rim below it."""
     profile = tooth_profile(tooth, div.flank, div.fillet)
     block = tooth_block(profile, even_columns(len(profile.points), div.tooth + 1))
     half = tooth.pitch_angle * div.tooth / div.around / 2.0 * even_columns(1, div.tooth + 1)[0]
-    foot = outer_radius * np.column_stack([np.cos(half), np.sin(half)])
+    foot = rim_radius * np.column_stack([np.cos(half), np.sin(half)])
     down = graded(div.rim, growth)[1:, None, None]
     return np.concatenate([block, block[-1] + down * (foot - block[-1])])
