@@ -15,18 +15,12 @@ from flexgear.coupling.system import Link, RotatingFrameSupport
 from flexgear.model.errors import InputError
 from flexgear.model.names import MemberName, SupportName
 from flexgear.model.springs import Bearing, at_height
-from flexgear.model.stage_view import stage_key
 from flexgear.structures.bodies import Body
 from flexgear.structures.kinematics import rigid_rows
 
 Array = NDArray[np.float64]
 MISPLACED = 0.05  # of the size of an FE housing, by which a node may be off its support
 LOOSE = 1e-12  # of the largest eigenvalue, below which a motion counts as not resisted
-_BEARING_KEYS = {  # in a stage, of the last part of a bearing's name
-    "carrier_drive": "carrier.bearing_drive",
-    "carrier_far": "carrier.bearing_far",
-    "hub": "ring.hub.bearing",
-}
 
 
 class Assembly:
@@ -164,19 +158,19 @@ class Assembly:
         return ExtraRows(self.support_rows, self.node_angles, first_block, bearings, loads)
 
     def rotating_frame_support(
-        self, name: SupportName, body: str, node: str, matrix: Array, angle: int = 0
+        self, name: SupportName, key: str, ends: tuple[Array, Array], matrix: Array, angle: int
     ) -> None:
-        """Support of a node in a turning frame on the housing; matrix in fixed axes."""
-        matrix = np.asarray(matrix, dtype=float)
+        """Support of a node in a turning frame on the housing, whose motions (6, d) are ``ends``;
+        matrix in fixed axes; key: of the support in the case."""
+        (rows, housing), matrix = ends, np.asarray(matrix, dtype=float)
         if np.abs(matrix[5]).max() > 0 or np.abs(matrix[:, 5]).max() > 0:
             raise InputError(
                 self.source,
-                _support_key(name),
+                key,
                 "holds the rotation about the axis, so the train could not turn",
                 "set the stiffness about z to zero",
             )
-        rows, mean = self.rows(body, node), invariant_part(matrix)
-        housing = self.housing_rows(name, self.body(body).position(node))
+        mean = invariant_part(matrix)
         self.link(name, rows, mean)
         # what the constant spring to ground leaves out, on (turned node, housing)
         moves = bool(housing.any())
@@ -189,10 +183,10 @@ class Assembly:
         self.rotating_frame_supports.append(
             RotatingFrameSupport(name, rows, housing, matrix, angle)
         )
-        ends = [self.contact_node(rows, angle)]
+        nodes = [self.contact_node(rows, angle)]
         if moves:
-            ends.append(self.contact_node(housing, -1))
-        self._turning_rows(rest, ends)
+            nodes.append(self.contact_node(housing, -1))
+        self._turning_rows(rest, nodes)
 
     def joint(
         self, name: str, first: Array, second: Array, matrix: Array, angles: tuple[int, int]
@@ -266,11 +260,3 @@ class Assembly:
         values, vectors = linalg.eigh(0.5 * (stiffness + stiffness.T), 0.5 * (mass + mass.T))
         loose = values < LOOSE * max(values[-1], 1e-300)
         return np.asarray(candidates @ vectors[:, loose])
-
-
-def _support_key(name: SupportName) -> str:
-    """Key of a support in the case: of a lumped member, or of a flexible stage's bearing."""
-    at = MemberName.parse(name.place)
-    if name.kind == "support":
-        return stage_key(at.stage, f"{at.part}.support")
-    return "output.bearing" if at.part == "output" else stage_key(at.stage, _BEARING_KEYS[at.part])

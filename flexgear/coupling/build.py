@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexgear.coupling.assembly import Assembly
+from flexgear.coupling.connections import connections, spline_matrix
 from flexgear.coupling.determinacy import (
     free_motions,
     holding_rows,
@@ -24,8 +25,7 @@ from flexgear.coupling.port_machines import (
     port_machines,
     require_free_speeds,
 )
-from flexgear.coupling.stage_meshes import GearBlocks, stage_sets
-from flexgear.coupling.stage_springs import pin_rows, spline_matrix, tie_stage
+from flexgear.coupling.stage_meshes import GearBlock, GearBlocks, stage_sets
 from flexgear.coupling.system import (
     Damping,
     Port,
@@ -35,7 +35,14 @@ from flexgear.coupling.system import (
     variant_label,
     without_rigid_forces,
 )
-from flexgear.coupling.train_assembly import TrainAssembly, end_rows, ends_of, rotation, speed_row
+from flexgear.coupling.train_assembly import (
+    TrainAssembly,
+    connect,
+    end_rows,
+    ends_of,
+    rotation,
+    speed_row,
+)
 from flexgear.gears.power_flow import power_flow
 from flexgear.gears.radii import stage_radii
 from flexgear.model.case import Case
@@ -76,7 +83,7 @@ def build_system(
     for joint in case.joints:
         _join(b, joint)
     for port in case.ports:
-        if not any(body.part == "output" for body, _ in ends_of(b, port.member)):  # has its own
+        if not any(body.part == "output" for body in ends_of(b, port.member)):  # has its own
             b.a.add_inertia(rotation(b, port.member), case.port_inertia(port.member))
     if b.a.has("housing"):
         _mount_housing(b)
@@ -116,8 +123,8 @@ def _frame(b: TrainAssembly, number: int) -> StageFrame:
     carrier, ring = f"{stage.name}.carrier", f"{stage.name}.ring"
     turns = np.zeros(b.a.size)
     if carrier not in held:
-        fe = stage.form("carrier") == "fe"
-        turns = _pin_rotation(b, number) if fe else rotation(b, carrier)
+        several = len(b.a.body(carrier).node_names) > 1
+        turns = _pin_rotation(b, number) if several else rotation(b, carrier)
     ring_turns = np.zeros(b.a.size) if ring in held else rotation(b, ring)
     theta = b.angle(turns - ring_turns)
     return StageFrame(theta, *(b.angle(row) if row.any() else -1 for row in (turns, ring_turns)))
@@ -126,7 +133,8 @@ def _frame(b: TrainAssembly, number: int) -> StageFrame:
 def _pin_rotation(b: TrainAssembly, number: int) -> Array:
     """Row (d,) of the mean rotation of the pins about the axis, rad."""
     view = b.case.view(b.case.stages[number].name)
-    tangential = [pin_rows(b.a, view, i)[1] for i in range(view.stage.planets)]
+    pins = [f"pin_{k}" for k in range(1, view.stage.planets + 1)]
+    tangential = [b.rows(f"{view.name}.carrier", pin)[1] for pin in pins]
     return np.asarray(np.mean(tangential, axis=0) / stage_radii(view).center_distance)
 
 
@@ -146,32 +154,32 @@ def _rims(
 def _tie_and_mesh(b: TrainAssembly, number: int, rims: Mapping[str, RimFlexibility]) -> None:
     stage, frame = b.case.stages[number], b.frames[number]
     with inside(b.case, stage):
-        tie_stage(b.a, b.case.view(stage.name), b.members[number], frame)
+        for connection in connections(b.case.view(stage.name)):
+            connect(b, number, connection)
     blocks = _gear_blocks(b, number)
-    rigid = any(m.part == "ring" and m.form == "fe" and m.body.rigid for m in b.members[number])
+    rigid = any(m.body.rigid and not m.lumped for m in b.bodies_of(f"{stage.name}.ring"))
     flow, rim = b.flow.stage(stage.name), rims.get(stage.name)
     b.sets += stage_sets(b.case, number, flow, frame, blocks, b.bending, rim, rigid)
 
 
 def _gear_blocks(b: TrainAssembly, number: int) -> GearBlocks:
-    """Enter the nodes of a stage's lumped members and gears as blocks."""
-    planets, gears, teeth = [], {}, {}
+    """Enter the contacts of a stage's bodies as blocks; teeth of a body of two halves are those of
+    the left, then of the right."""
+    blocks: dict[tuple[str, int, str], GearBlock] = {}
     for m in b.members[number]:
-        nodes = m.teeth or [m.node]
-        if m.part in ("hub", "output") or (m.part == "carrier" and m.form == "fe"):
+        nodes, first = m.contacts, len(b.blocks)
+        if not nodes:
             continue
-        first = b.block_of[m.body.name] = len(b.blocks)
+        b.block_of[m.body.name] = first
         b.blocks += [b.a.rows(m.body.name, node) for node in nodes]
-        if m.part in ("planet", "gear"):
-            planets.append(first)
-        else:
-            gears[m.part, m.side] = first
-        if m.teeth:
-            places = np.array([m.body.position(node) for node in nodes])
-            for k, side in enumerate(sides := b.case.stages[number].sides):
-                of_half = slice(k * len(nodes) // len(sides), (k + 1) * len(nodes) // len(sides))
-                gears[m.part, side], teeth[side] = first + of_half.start, places[of_half]
-    return GearBlocks(planets, gears, teeth)
+        if len(nodes) == 1:
+            blocks[m.part, m.planet, m.side] = GearBlock(first)
+            continue
+        places = np.array([m.body.position(node) for node in nodes])
+        for k, side in enumerate(sides := b.case.stages[number].sides):
+            half = slice(k * len(nodes) // len(sides), (k + 1) * len(nodes) // len(sides))
+            blocks[m.part, m.planet, side] = GearBlock(first + half.start, places[half])
+    return GearBlocks(blocks)
 
 
 def _join(b: TrainAssembly, joint: Joint) -> None:
@@ -186,13 +194,11 @@ def _join(b: TrainAssembly, joint: Joint) -> None:
         matrix = np.block([[spring, -spring], [-spring, spring]])
     ends, angles = [], []
     for end, member in enumerate((joint.first, joint.second)):
-        at = MemberName.parse(member)
-        stage, number = b.case.stage(at.stage), b.case.stage_index(member)
-        if stage.form(at.part) == "beam" and not b.a.has(BodyName.of(at.stage, "output")):
-            matrix = behind_spline(matrix, spline_matrix(b.case.view(at.stage)), end)
-        turns_with_ring = at.part == "ring" and stage.form(at.part) == "fe"
+        first, *_ = b.bodies_of(member)
+        if {"spline", "end"} <= first.ports.keys():  # nothing hangs between spline and joint
+            matrix = behind_spline(matrix, spline_matrix(b.case.view(first.body.name.stage)), end)
         ends.append(end_rows(b, member))
-        angles.append(b.frames[number].ring if turns_with_ring else b.frames[number].carrier)
+        angles.append(b.body_angle(b.case.stage_index(member), first))
     name = f"{joint.first}-{joint.second}"
     b.a.joint(name, ends[0], ends[1], matrix, (angles[0], angles[1]))
 
@@ -246,6 +252,12 @@ def _system(b: TrainAssembly, rigid_bodies: Collection[BodyName]) -> System:
         links=tuple(a.links),
         bearings=tuple(a.bearings),
         frames=dict(zip([s.name for s in case.stages], b.frames, strict=True)),
+        ring_frames={
+            m.body.name: b.body_angle(number, m)
+            for number, members in enumerate(b.members)
+            for m in members
+            if m.frame == "ring" and not m.lumped
+        },
         rotating_frame_supports=tuple(a.rotating_frame_supports),
         damping=Damping(
             d.ratio if modal else 0.0, 0.0 if modal else d.alpha, 0.0 if modal else d.beta
@@ -271,18 +283,15 @@ def _loose_motions(b: TrainAssembly) -> Array:
     loose, stage = b.a.loose_motions(), b.case.stages[0]
     if len(b.case.stages) > 1 or b.case.joints or not stage.is_flexible:
         return loose
-    held, motions = b.case.held_members(), {}
-    for m in b.members[0]:
-        motions[m.part if m.part != "planet" else m.body.name] = b.a.rotation(m.body.name)
-    orbit = motions["carrier"]
-    for m in b.members[0]:
-        if m.part == "planet":
-            orbit[b.a.starts[m.body.name] + 1] = stage_radii(b.case.view()).center_distance
-    known = [motions[m.body.name] for m in b.members[0] if m.part == "planet"]
-    groups = {"carrier": ("carrier",), "ring": ("ring", "hub"), "sun": ("sun", "output")}
-    for member, parts in groups.items():
-        if f"{stage.name}.{member}" not in held:
-            known.append(np.sum([motions[part] for part in parts if part in motions], axis=0))
+    held, planets = b.case.held_members(), b.bodies_of(f"{stage.name}.planet")
+    known = [b.a.rotation(m.body.name) for m in planets]
+    for part in ("carrier", "ring", "sun"):
+        member = MemberName.of(stage.name, part)
+        motion = np.sum([b.a.rotation(m.body.name) for m in b.bodies_of(member)], axis=0)
+        for m in planets if part == "carrier" else ():
+            motion[b.a.starts[m.body.name] + 1] = stage_radii(b.case.view()).center_distance
+        if member not in held:
+            known.append(motion)
     candidates = np.column_stack(known)
     return candidates if loose.shape == candidates.shape else loose
 

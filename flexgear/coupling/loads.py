@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from flexgear.coupling.gear_meshes import GivenLoad
 from flexgear.coupling.members import Member
 from flexgear.coupling.rotor_terms import frame_matrices, orbit_force, planet_axes
-from flexgear.coupling.train_assembly import TrainAssembly, ends_of
+from flexgear.coupling.train_assembly import TrainAssembly, end_rows, ends_of
 from flexgear.gears.radii import stage_radii
 from flexgear.model.errors import InputError
 from flexgear.model.member_load import varying
@@ -27,7 +27,7 @@ def given_loads(b: TrainAssembly) -> list[GivenLoad]:
         for m in b.members[number]:
             if any(b.case.gravity):
                 out.append(_weight(b, number, m))
-            if b.case.gyroscopic and m.part == "planet":
+            if b.case.gyroscopic and m.planet >= 0:
                 block = b.block_of[m.body.name]
                 force = orbit_force(stage, m, radius, speed)
                 out.append(GivenLoad(block, force, grows=1))
@@ -43,7 +43,7 @@ def _weight(b: TrainAssembly, number: int, m: Member) -> GivenLoad:
     """Weight of a body through all its mass: of a reduced body Rᵀ M g on every coordinate. In
     bodies whose frame turns gravity turns backwards."""
     size, block = 1.0, b.block_of.get(m.body.name, -1)
-    if m.form == "lumped" and block >= 0:
+    if m.lumped and block >= 0:
         size = m.mass
     else:
         block = _new_block(b, b.a.weight_rows(m.body.name))
@@ -62,10 +62,10 @@ def _given_load(b: TrainAssembly, k: int) -> list[GivenLoad]:
         )  # fmt: skip
     number, m = places[load.member]
     block = b.block_of.get(load.member, -1)  # of one lumped body; halves of a ring share it
-    if m.form != "lumped" or block < 0:
-        block = _new_block(b, _loaded_rows(b, load.member))
+    if not m.lumped or block < 0:
+        block = _new_block(b, end_rows(b, load.member))
     angle = b.body_angle(number, m)
-    if load.frame == "carrier" and m.teeth:
+    if load.frame == "carrier" and m.frame == "ring":
         raise InputError(
             b.case.source, f"loads[{k}].frame", f"is the carrier's, but {load.member} turns",
             'give the load in fixed axes, frame = "fixed"',
@@ -87,17 +87,11 @@ def _places(b: TrainAssembly) -> dict[str, tuple[int, Member]]:
     for number, members in enumerate(b.members):
         for m in members:
             member = MemberName.of(b.case.stages[number].name, m.part)
-            if m.part == "planet":
+            if m.planet >= 0:
                 out[m.body.name] = (number, m)
-            elif m.part not in ("hub", "output") and ends_of(b, member):
-                out[member] = (number, m)
+            elif ends_of(b, member):
+                out.setdefault(member, (number, m))
     return out
-
-
-def _loaded_rows(b: TrainAssembly, member: str) -> Array:
-    """Mean motion (6, d) of the nodes at which a member meets the rest of the train."""
-    ends = ends_of(b, member)
-    return np.asarray(sum(b.a.rows(*end) for end in ends) / len(ends))
 
 
 def _new_block(b: TrainAssembly, rows: Array) -> int:
@@ -120,11 +114,11 @@ def frame_forces(
         flow = b.flow.stage(stage.name)
         carrier = b.flow.speed.get(f"{stage.name}.carrier", 0.0)
         for m in b.members[number]:
-            if m.form != "lumped":
+            if not m.lumped:
                 continue
-            part = {"hub": "ring", "output": "sun"}.get(m.part, m.part)
-            spin = flow.planet_speed if part == "planet" else b.flow.speed[f"{stage.name}.{part}"]
-            frame = spin if m.part == "hub" else carrier
+            member = f"{stage.name}.{m.part}"
+            spin = flow.planet_speed if m.planet >= 0 else b.flow.speed[member]
+            frame = spin if m.frame == "ring" else carrier
             at = b.a.slice_of(m.body.name)
             turning[at, at], centripetal[at, at] = frame_matrices(m, frame, spin)
     return (

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +16,7 @@ from flexgear.model.case import Case
 from flexgear.model.errors import FlexgearError
 from flexgear.model.member import CarrierMember, GearMember, RingGear
 from flexgear.model.names import SIDES, BodyName, MemberName
-from flexgear.model.stage import Form, Stage
+from flexgear.model.stage import Stage
 from flexgear.model.stage_view import StageView
 from flexgear.structures.bodies import Body, lumped_body, rigid_variant, stiffened
 from flexgear.structures.reduced import ReducedBody
@@ -28,37 +29,46 @@ RIM_MODULES = 4.0  # rim of a ring outside its root circle where none is given, 
 
 
 @dataclass(frozen=True)
+class Port:
+    """Where others touch a body: a node; its motion in axes turned by ``axes`` (rad) about z, at a
+    point that is ``arm`` (m) along their x away and moves with it rigidly."""
+
+    node: str
+    axes: float = 0.0
+    arm: float = 0.0
+
+
+@dataclass(frozen=True)
 class Member:
     """One body of a stage.
 
-    part: "sun", "ring", "carrier", "planet", "pinion", "gear", or "hub" (what an FE ring that turns
-    is held on) and "output" (what hangs behind the spline of a sun's shaft); form: what the body
-    is; side: half of a double-helical ring, or ""; planet: number from 0, or −1. radius: r of the
-    tangential stiffness, m; mass: kg; inertia: polar, tilt: about a diameter, kg m²; of a shaft
-    those of its gear.
+    part: the member that it belongs to: a hub, on which an FE ring that turns is held, to "ring",
+    what hangs behind the spline of a sun's shaft to "sun"; side: half of a double-helical ring, or
+    ""; planet: number from 0, or −1. ports: beside the body's nodes, "end" where it meets the rest
+    of the train, "gear", "bore", "pin_1" …; contacts: nodes on which gear meshes act, one or one a
+    tooth; frame: in which its coordinates turn. mass: kg; inertia: polar, tilt: about a diameter,
+    kg m²; of lumped bodies alone.
     """
 
     body: Body
     part: str
-    form: Form
+    ports: Mapping[str, Port]
+    contacts: Sequence[str] = ()
+    frame: Literal["carrier", "ring"] = "carrier"
     side: str = ""
     planet: int = -1
-    radius: float = 0.0
     mass: float = 0.0
     inertia: float = 0.0
     tilt: float = 0.0
 
     @property
-    def node(self) -> str:
-        """Node that stands for the body: at the gear of a shaft, where an FE carrier is driven."""
-        names = {("sun", "beam"): "sun", ("carrier", "fe"): "drive"}
-        return names.get((self.part, self.form), self.body.node_names[0])
+    def lumped(self) -> bool:
+        """Whether the body is a point with inertia."""
+        return len(self.body.node_names) == 1
 
-    @property
-    def teeth(self) -> Sequence[str]:
-        """Nodes of the teeth of an FE ring; none of any other body."""
-        fe_ring = (self.part, self.form) == ("ring", "fe")
-        return [node for node in self.body.nodes if fe_ring and node.kind == "tooth"]
+    def port(self, name: str) -> Port:
+        """The port of that name, of which nodes are some."""
+        return self.ports.get(name) or Port(name)
 
 
 def stage_members(
@@ -81,15 +91,26 @@ def stage_members(
         if form == "lumped":
             out += _lumped(case, stage, part)
             continue
-        name = BodyName.of(stage.name, "shaft" if form == "beam" else part)
-        if form == "beam":
-            body = rigid_variant(sun_shaft(view)) if name in rigid else sun_shaft(view)
-        else:
-            body = _fe_body(view, name, bodies.get(name), name not in rigid)
-        body = stiffened(body, (stiffening or {}).get(name, 1.0))
-        body = replace(body, name=name)
-        out.append(Member(body, part, form, "", -1, *_sizes(view, part)))
+        for name in body_names(stage, part):
+            if form == "beam":
+                body = rigid_variant(sun_shaft(view)) if name in rigid else sun_shaft(view)
+            else:
+                body = _fe_body(view, name, bodies.get(name), name not in rigid)
+            body = replace(stiffened(body, (stiffening or {}).get(name, 1.0)), name=name)
+            out.append(_flexible(case, stage, part, body))
     return [*out, *_hub(case, stage), *_behind_spline(case, stage, out)]
+
+
+def body_names(stage: Stage, part: str) -> list[BodyName]:
+    """Bodies of a member: all planets, both halves of a lumped double-helical ring; "shaft" of a
+    sun on one."""
+    form = stage.form(part)
+    if form == "beam":
+        return [BodyName.of(stage.name, "shaft")]
+    if part == "planet":
+        return [BodyName.of(stage.name, part, i) for i in range(stage.planets)]
+    halves = part == "ring" and stage.double_helical and form == "lumped"
+    return [BodyName.of(stage.name, part, side=side) for side in (SIDES if halves else ("",))]
 
 
 def can_turn(case: Case, stage: Stage, part: str) -> bool:
@@ -158,21 +179,42 @@ def _fe_body(view: StageView, name: BodyName, body: AnyBody | None, bends: bool)
     return body.as_body()
 
 
+def _flexible(case: Case, stage: Stage, part: str, body: Body) -> Member:
+    """An FE body, or a shaft: its teeth are contacts, "drive" or "end" is its end. The end of a
+    shaft is behind its spline, where a body hangs there."""
+    name, nodes = body.name, body.nodes
+    teeth = [node for node in nodes if node.kind == "tooth"]
+    if stage.form(part) == "beam":
+        ports = {"gear": Port("sun"), "spline": Port("end")}
+        if case.port_at(MemberName.of(stage.name, part)) is None:
+            ports["end"] = Port("end")
+        return Member(body, part, ports, ["sun"])
+    ports = {"end": Port("drive")} if "drive" in nodes else {}
+    for pin in (node for node in nodes if node.kind == "pin"):
+        ports[pin] = Port(pin, -stage.planet_angles[pin.number - 1])
+    frame: Literal["carrier", "ring"] = "ring" if part == "ring" else "carrier"
+    return Member(body, part, ports, teeth, frame, name.side, name.planet)
+
+
 def _lumped(case: Case, stage: Stage, part: str) -> list[Member]:
-    """The bodies of a lumped member: all planets, both halves of a double-helical ring."""
-    view, name = case.view(stage.name), MemberName.of(stage.name, part)
-    radius, mass, polar, tilt = _sizes(view, part)
-    kinematics, fast = case.kinematics_of(name), not can_turn(case, stage, part)
-    inertia = (tilt, tilt, polar)
-    return [
-        Member(
-            lumped_body(
-                BodyName.of(stage.name, part, planet, side), mass, inertia, kinematics, held=fast
-            ),
-            part, "lumped", side, planet, radius, mass, polar, tilt,
+    """The bodies of a lumped member: all planets, both halves of a double-helical ring. The gear of
+    a parallel stage, whose axis x comes from the pinion, meets others in the stage's axes."""
+    view, member = case.view(stage.name), MemberName.of(stage.name, part)
+    radii = stage_radii(view)
+    mass, polar, tilt = mass_properties(view, part, radii)
+    kinematics, fast = case.kinematics_of(member), not can_turn(case, stage, part)
+    out = []
+    for name in body_names(stage, part):
+        body = lumped_body(name, mass, (tilt, tilt, polar), kinematics, held=fast)
+        axes = stage.planet_angles[0] if part == "gear" else 0.0
+        ports = {"end": Port(name, axes), "gear": Port(name, axes), "bore": Port(name)}
+        if part == "carrier":
+            for k, angle in enumerate(stage.planet_angles, 1):
+                ports[f"pin_{k}"] = Port(name, -angle, radii.center_distance)
+        out.append(
+            Member(body, part, ports, [name], "carrier", name.side, name.planet, mass, polar, tilt)
         )
-        for side, planet in _copies(stage, part)
-    ]  # fmt: skip
+    return out
 
 
 def _hub(case: Case, stage: Stage) -> list[Member]:
@@ -185,7 +227,8 @@ def _hub(case: Case, stage: Stage) -> list[Member]:
     inertia = (tilt, tilt, hub.inertia)
     body = lumped_body(BodyName.of(stage.name, "hub"), mass, inertia, hub.kinematics)
     body = replace(body, positions=np.array([[0.0, 0.0, hub.z]]))
-    return [Member(body, "hub", "lumped", "", -1, 0.0, mass, hub.inertia, tilt)]
+    ports = {"end": Port(body.name)}
+    return [Member(body, "ring", ports, (), "ring", "", -1, mass, hub.inertia, tilt)]
 
 
 def _behind_spline(case: Case, stage: Stage, members: list[Member]) -> list[Member]:
@@ -199,13 +242,8 @@ def _behind_spline(case: Case, stage: Stage, members: list[Member]) -> list[Memb
     body = lumped_body(BodyName.of(stage.name, "output"), port.mass, (tilt, tilt, polar))
     shaft = next(m.body for m in members if m.part == "sun")
     body = replace(body, positions=shaft.positions[-1:].copy())
-    return [Member(body, "output", "lumped", "", -1, 0.0, port.mass, polar, tilt)]
-
-
-def _sizes(view: StageView, part: str) -> tuple[float, float, float, float]:
-    """Radius, mass, polar and diametral inertia."""
-    radii = stage_radii(view)
-    return reference_radius(view.stage, part, radii), *mass_properties(view, part, radii)
+    ports = {"end": Port(body.name)}
+    return [Member(body, "sun", ports, (), "carrier", "", -1, port.mass, polar, tilt)]
 
 
 def _radii_of(
@@ -227,12 +265,3 @@ def _radii_of(
 def _slot(stage: Stage, part: str) -> str:
     gears = gears_by_role(stage)
     return next(role for role, gear in gears.items() if gear is stage.member(part))
-
-
-def _copies(stage: Stage, part: str) -> list[tuple[str, int]]:
-    """Side and planet of every body that a member stands for."""
-    if part == "planet":
-        return [("", i) for i in range(stage.planets)]
-    if part == "ring" and stage.double_helical:
-        return [(side, -1) for side in SIDES]
-    return [("", -1)]

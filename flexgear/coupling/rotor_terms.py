@@ -13,20 +13,15 @@ Array = NDArray[np.float64]
 
 def planet_axes(stage: Stage, m: Member) -> float:
     """Constant angle of a body's axes in its stage's frame, rad."""
-    if m.part == "gear":
-        return gear_axes(stage)
-    return stage.planet_angles[m.planet] if m.part == "planet" else 0.0
-
-
-def gear_axes(stage: Stage) -> float:
-    """The same of the gear of a parallel stage, whose axis x comes from the pinion, rad."""
-    return stage.planet_angles[0]
+    if m.planet >= 0:
+        return stage.planet_angles[m.planet]
+    return m.port("gear").axes
 
 
 def orbit_force(stage: Stage, m: Member, radius: float, speed: float) -> Array:
     """Centrifugal force (6,) on a planet in its own axes, N."""
     out = np.zeros(6)
-    if m.part == "planet":
+    if m.planet >= 0:
         out[0] = m.mass * radius * speed**2
     return out
 

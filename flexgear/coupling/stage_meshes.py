@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from flexgear.coupling.gear_meshes import GearMeshSet, model_number
-from flexgear.coupling.members import can_turn, mass_properties
+from flexgear.coupling.members import body_names, can_turn, mass_properties
 from flexgear.coupling.system import StageFrame
 from flexgear.gears.errors import stage_errors
 from flexgear.gears.geometry import stage_geometry
@@ -19,24 +19,31 @@ from flexgear.gears.radii import stage_radii
 from flexgear.gears.slices import Nominal, bent
 from flexgear.gears.stage_flow import StageFlow
 from flexgear.model.case import Case
+from flexgear.model.member import GearMember
 from flexgear.model.stage_view import StageView
 from flexgear.structures.tooth_shapes import RimFlexibility
 
 Array = NDArray[np.float64]
 
 
+@dataclass(frozen=True, eq=False)
+class GearBlock:
+    """Contact block of a gear, or of its first tooth where each tooth is one: then their positions
+    (z, 3) m."""
+
+    first: int
+    teeth: Array | None = None
+
+
 @dataclass(frozen=True)
 class GearBlocks:
-    """Contact blocks of a stage's gears.
+    """Contact blocks of a stage's gears by part, planet (−1: none) and side, "" for both sides."""
 
-    planets: (N,), the gear's of a parallel stage; gears: of sun, pinion and ring by part and side,
-    of the first tooth where each tooth of the ring is a block; teeth: then their positions (z, 3)
-    m by side.
-    """
+    blocks: Mapping[tuple[str, int, str], GearBlock]
 
-    planets: Sequence[int]
-    gears: Mapping[tuple[str, str], int]
-    teeth: Mapping[str, Array] = field(default_factory=dict)
+    def of(self, part: str, side: str, planet: int = -1) -> GearBlock:
+        """That of a gear, of one of the planets, on a side."""
+        return self.blocks.get((part, planet, side)) or self.blocks[part, planet, ""]
 
 
 def stage_sets(
@@ -85,7 +92,8 @@ def stage_sets(
             contact = (compliance.scale, compliance.limit)
             lines = bent(path.slices, compliance.flexibility, compliance.beside, contact, nominal)
             path = replace(path, slices=lines)
-        positions = blocks.teeth.get(side) if part == "ring" else None
+        gear = blocks.of(part, side)
+        numbers = range(stage.planets) if second == "planet" else [-1]
         out.append(
             GearMeshSet(
                 path=path,
@@ -94,10 +102,10 @@ def stage_sets(
                 angle=frame.theta,
                 carrier_angle=frame.carrier,
                 phi=np.asarray(stage.planet_angles, dtype=float),
-                planet_blocks=blocks.planets,
-                gear_block=blocks.gears[part, side if part == "ring" else ""],
-                tooth_positions=positions,
-                turns=-1 if positions is None else frame.theta,
+                planet_blocks=[blocks.of(second, side, i).first for i in numbers],
+                gear_block=gear.first,
+                tooth_positions=gear.teeth,
+                turns=-1 if gear.teeth is None else frame.theta,
                 carries=path.carries,
                 one_sided=options.contact_law != "linear",
                 equivalent_mass=1.0 / inverse,
@@ -116,10 +124,10 @@ def bend_each_other(view: StageView) -> bool:
 
 def blocks_anywhere(case: Case, number: int) -> GearBlocks:
     """Blocks of a stage of which only the gear meshes' own properties are asked."""
-    stage = case.stages[number]
-    fe_ring = stage.form("ring") == "fe"
-    sides, teeth = ("", "left", "right"), {}
-    if fe_ring and stage.ring is not None:
-        teeth = {side: np.zeros((stage.ring.teeth, 3)) for side in sides}
-    gears = [(p, s) for p in ("sun", "pinion", "ring") for s in sides]
-    return GearBlocks([0] * len(stage.planet_angles), dict.fromkeys(gears, 0), teeth)
+    stage, blocks = case.stages[number], dict[tuple[str, int, str], GearBlock]()
+    for part in (*stage.members, "planet"):
+        member = stage.member(part) if stage.form(part) == "fe" else None
+        teeth = np.zeros((member.teeth, 3)) if isinstance(member, GearMember) else None
+        for name in body_names(stage, part):
+            blocks[part, name.planet, name.side] = GearBlock(0, teeth)
+    return GearBlocks(blocks)

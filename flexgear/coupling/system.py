@@ -126,7 +126,8 @@ class System:
     ports: where torque acts, inputs before the output; machines: what hangs there; input_speeds:
     rated, rad/s; gear_meshes: label of every gear mesh m; gyroscopic, centripetal: (d, d) at rated
     speed, for M q̈ + G q̇ + (K − C) q, or None; rigid_bodies: those that do not bend of the bodies
-    that may; variant: ``variant_label``.
+    that may; variant: ``variant_label``; ring_frames: of FE rings by body which of the angles their
+    frame has turned by, −1 where it stands.
     """
 
     variant: str
@@ -155,6 +156,7 @@ class System:
     bearings: tuple[LawBearing, ...] = ()
     header: dict[str, float | str] = field(default_factory=dict)
     frames: dict[str, StageFrame] = field(default_factory=dict)
+    ring_frames: dict[str, int] = field(default_factory=dict)
 
     @property
     def carrier_angle(self) -> Array:
@@ -240,9 +242,7 @@ class System:
 
     def ring_turn(self, body: str) -> Array:
         """Row (d,) of the rotation of an FE ring's frame, zero of any other body."""
-        frame = self.body(body)
-        stage, fe_ring = frame.name.stage, frame.name.part == "ring" and len(frame.node_names) > 1
-        at = self.frames[stage].ring if fe_ring and stage in self.frames else -1
+        at = self.ring_frames.get(body, -1)
         return np.asarray(self.angles[at]) if at >= 0 else np.zeros(self.size)
 
     def own_rows(self, body: str, node: str) -> Array:
