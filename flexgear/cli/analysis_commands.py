@@ -34,12 +34,8 @@ from flexgear.results.energy_balance import energy_account, largest_residual
 from flexgear.results.origin import origin_of_case
 from flexgear.results.settling import WindowedRanges, window_edges, window_of
 from flexgear.results.sinks import Ranges, Several
-from flexgear.results.summary import (
-    distance_summary,
-    finite,
-    force_ranges,
-    sharing_summary_of,
-)
+from flexgear.results.summary import finite, sharing_summary_of
+from flexgear.results.time_figures import distance_summary, force_ranges
 from flexgear.solve.angles import lead_angles
 from flexgear.solve.bodies import reduced_bodies, rigid_bodies
 from flexgear.solve.campbell import campbell as over_speed
@@ -236,7 +232,7 @@ def _figures(model: Model, run: TimedRun, rest: Ranges) -> dict[str, Any]:
         "port_torque_nm": {
             str(p): float(mean["port_torque"].sel(port=p)) for p in mean["port"].to_numpy()
         },
-        "gear_mesh_force": force_ranges(*(d["gear_mesh_force"] for d in (least, mean, most))),
+        "gear_mesh_force": force_ranges(rest),
         "load_sharing": sharing_summary_of(run.data),
         "distance_from_axis_um_max": distance_summary(most["axis_distance"]),
     }

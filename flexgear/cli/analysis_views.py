@@ -24,7 +24,7 @@ from flexgear.results.report.sharing import DEFINITION
 from flexgear.results.report.wording import titled_by_stage, window_words, with_unit, words
 from flexgear.results.sinks import Ranges
 from flexgear.results.stage_part import ring_force_spread, ring_sharing, stage_part
-from flexgear.results.summary import displacement_summary, stage_histories
+from flexgear.results.time_figures import displacement_summary, stage_histories
 from flexgear.solve.campbell import IDEAL, crossing_rows
 from flexgear.solve.excitation import LEAST
 from flexgear.solve.headlines.solution import balance_sentence

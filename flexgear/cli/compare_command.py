@@ -27,7 +27,7 @@ from flexgear.results.flanks import tooth_loads
 from flexgear.results.report.sharing import DEFINITION
 from flexgear.results.report.wording import factor, titled_by_stage
 from flexgear.results.stage_part import displacement_of, stage_part
-from flexgear.results.summary import sharing_summary
+from flexgear.results.time_figures import sharing_summary
 from flexgear.solve.angles import lead_angles
 from flexgear.solve.bodies import reduced_bodies
 from flexgear.solve.model import assemble

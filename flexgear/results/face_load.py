@@ -9,16 +9,18 @@ standard is the largest load of a tooth pair over that of a gear mesh whose pair
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from flexgear.gears.face_load import factor_along
 from flexgear.model.names import FlankName
+from flexgear.results.figure import Figure, values
 
-
+Array = NDArray[np.float64]
 END = 2.0  # K at which a tilted tooth begins to leave its other end: see docs/face_load.md
 EDGES = {  # what carries, how much is much, and what helps
     "tip": (
@@ -35,37 +37,31 @@ EDGES = {  # what carries, how much is much, and what helps
 
 
 def face_figures(data: xr.Dataset) -> dict[str, dict[str, Any]]:
-    """Figures over all positions of a dataset of equilibria, of every flank that carries, by its
-    name; none where pairs have no slices."""
+    """``FLANK_FIGURES`` over all positions of a dataset of equilibria, of every flank that carries,
+    by its name; none where pairs have no slices."""
     if "face_line_load" not in data:
         return {}
-    figures = {}
-    for name in map(str, data["flank"].to_numpy()):
-        of_flank = data.sel(flank=name)
-        load = of_flank["face_line_load"].mean("position").to_numpy()
-        if not load.max() > 0:
-            continue
-        figures[name] = {
-            "k_h_beta": factor_along(load, float(of_flank["face_section"].max())),
-            "k_h_alpha": _sharing_factor(of_flank),
-            "instantaneous_peak_factor": float(of_flank["instantaneous_peak_factor"].max()),
-            **_edges(of_flank),
-            "largest_contact_pressure_mpa": 1e-6 * float(of_flank["largest_contact_pressure"].max()),
-            "largest_line_load_n_per_mm": 1e-3 * float(of_flank["largest_line_load"].max()),
-            "misalignment_um": 1e6 * float(of_flank["gear_mesh_misalignment"].mean()),
-            "misalignment_by_cause_um": _causes(of_flank),
-            **_mean_and_swing(of_flank, "transmission_error"),
-            **_mean_and_swing(of_flank, "unloaded_transmission_error"),
-        }
-    return figures
+    flanks = {str(name): data.sel(flank=name) for name in data["flank"].to_numpy()}
+    carrying = {n: f for n, f in flanks.items() if float(_along_face(f).max()) > 0}
+    return {name: values(FLANK_FIGURES, of_flank) for name, of_flank in carrying.items()}
+
+
+def cycle_figures(data: xr.Dataset) -> dict[str, dict[str, Any]]:
+    """``CYCLE_FIGURES`` over gear-mesh cycles, of the flanks of a stage that carry throughout."""
+    flanks = {str(name): data.sel(flank=name) for name in data["flank"].to_numpy()}
+    return {
+        name: values(CYCLE_FIGURES, of_flank)
+        for name, of_flank in flanks.items()
+        if np.isfinite(of_flank["transmission_error_order"]).all()
+    }
 
 
 def misalignment_of_groups(figures: Mapping[str, Mapping[str, Any]]) -> dict[str, dict[str, float]]:
     """Misalignment by cause, µm, of ``face_figures``, by group of gear meshes: of the planet whose
     causes together are the largest, since those of a leaning sun cancel in a mean."""
     worst: dict[str, dict[str, float]] = {}
-    for flank, values in figures.items():
-        group, by_cause = FlankName.parse(flank).group, values["misalignment_by_cause_um"]
+    for flank, of_flank in figures.items():
+        group, by_cause = FlankName.parse(flank).group, of_flank["misalignment_by_cause_um"]
         if abs(sum(by_cause.values())) > abs(sum(worst.get(group, {}).values())):
             worst[group] = by_cause
     return worst
@@ -79,20 +75,6 @@ def _sharing_factor(of_flank: xr.Dataset) -> float:
     return float(load.max() / ideal.max())
 
 
-def _edges(of_flank: xr.Dataset) -> dict[str, float]:
-    """How much edges of one flank carry, and at what share of the positions they are in contact:
-    tips that carry more than the mean line load, ends of the face more than ``END`` times it."""
-    mean = of_flank["mean_line_load"]
-    return {
-        "tip_load_share_max": float(of_flank["tip_load_share"].max()),
-        "tip_line_load_n_per_mm": 1e-3 * float(of_flank["tip_line_load"].max()),
-        "tip_contact_positions": float((of_flank["tip_line_load"] > mean).mean()),
-        "face_end_line_load_n_per_mm": 1e-3 * float(of_flank["face_end_line_load"].max()),
-        "face_end_contact_positions": float((of_flank["face_end_line_load"] > END * mean).mean()),
-        "mean_line_load_n_per_mm": 1e-3 * float(mean.mean()),
-    }
-
-
 def edge_warnings(figures: Mapping[str, Mapping[str, Any]]) -> list[str]:
     """A line for each group of gear meshes in ``face_figures`` whose tips or ends of the face carry
     much, of the flank where they carry most."""
@@ -100,26 +82,73 @@ def edge_warnings(figures: Mapping[str, Mapping[str, Any]]) -> list[str]:
     for edge, (edge_text, limit, remedy) in EDGES.items():
         size, often = f"{edge}_line_load_n_per_mm", f"{edge}_contact_positions"
         groups: dict[str, list[Mapping[str, Any]]] = {}
-        for flank, values in figures.items():
-            if values[often] > 0:
-                groups.setdefault(FlankName.parse(flank).group, []).append(values)
+        for flank, of_flank in figures.items():
+            if of_flank[often] > 0:
+                groups.setdefault(FlankName.parse(flank).group, []).append(of_flank)
         for group, every in groups.items():
-            values = max(every, key=lambda x: float(x[size]))
+            most = max(every, key=lambda x: float(x[size]))
             texts.append(
-                f"{group}: {edge_text} up to {values[size]:.4g} N/mm, and more than {limit} mean line load "
-                f"of {values['mean_line_load_n_per_mm']:.4g} N/mm at {100 * values[often]:.3g} % of the "
+                f"{group}: {edge_text} up to {most[size]:.4g} N/mm, and more than {limit} mean "
+           "line load "
+                f"of {most['mean_line_load_n_per_mm']:.4g} N/mm at {100 * most[often]:.3g} % of "
+           "the "
                 f"positions; {remedy}"
             )
     return texts
 
 
-def _mean_and_swing(of_flank: xr.Dataset, error: str) -> dict[str, float]:
-    """Mean and peak to peak, µm, of one flank."""
-    values = of_flank[error].to_numpy()[np.isfinite(of_flank["transmission_error"].to_numpy())]
-    return {
-        f"{error}_um": 1e6 * float(values.mean()),
-        f"{error}_peak_to_peak_um": 1e6 * float(np.ptp(values)),
-    }
+def _along_face(of_flank: xr.Dataset) -> xr.DataArray:
+    """Line load along the face in the mean of the positions, N/m."""
+    return of_flank["face_line_load"].mean("position")
+
+
+def _face_factor(of_flank: xr.Dataset) -> float:
+    """K_Hβ of one flank."""
+    section = float(of_flank["face_section"].max())
+    return factor_along(_along_face(of_flank).to_numpy(), section)
+
+
+def _largest(name: str, by: float = 1.0) -> Callable[[xr.Dataset], float]:
+    """Largest value of a variable over the positions."""
+    return lambda of_flank: by * float(of_flank[name].max())
+
+
+def _often(name: str, limit: float) -> Callable[[xr.Dataset], float]:
+    """Share of the positions where a line load is more than so many times the mean one."""
+    return lambda of_flank: float((of_flank[name] > limit * of_flank["mean_line_load"]).mean())
+
+
+def _under_load(error: str, figure: Callable[[Array], Any]) -> Callable[[xr.Dataset], float]:
+    """A figure of a transmission error, µm, over the positions where the flank is loaded."""
+
+    def of(of_flank: xr.Dataset) -> float:
+        loaded = np.isfinite(of_flank["transmission_error"].to_numpy())
+        return 1e6 * float(figure(of_flank[error].to_numpy()[loaded]))
+
+    return of
+
+
+def _widest(error: str) -> Callable[[xr.Dataset], float]:
+    """Largest peak-to-peak value, µm, within one gear-mesh cycle."""
+
+    def of(of_flank: xr.Dataset) -> float:
+        cycle = np.floor(of_flank["gear_mesh_phase"].to_numpy() + 1e-9)
+        in_time = of_flank[error].to_numpy()
+        return 1e6 * max(float(np.ptp(in_time[cycle == c])) for c in np.unique(cycle))
+
+    return of
+
+
+def _orders(error: str) -> Callable[[xr.Dataset], list[float]]:
+    """Amplitudes by order, µm."""
+    return lambda of_flank: [1e6 * float(a) for a in of_flank[f"{error}_order"].to_numpy()]
+
+
+def _stiffness(of_flank: xr.Dataset) -> dict[str, float]:
+    """Least, mean and largest, N/µm."""
+    stiffness = 1e-6 * of_flank["gear_mesh_stiffness"].to_numpy()
+    figures = {"min": stiffness.min(), "mean": stiffness.mean(), "max": stiffness.max()}
+    return {name: float(value) for name, value in figures.items()}
 
 
 def _causes(of_flank: xr.Dataset) -> dict[str, float]:
@@ -127,3 +156,63 @@ def _causes(of_flank: xr.Dataset) -> dict[str, float]:
     shares = of_flank["gear_mesh_misalignment_by_cause"]
     every = {str(c): shares.sel(cause=c).to_numpy() for c in shares["cause"].to_numpy()}
     return {c: 1e6 * float(np.nanmean(v)) for c, v in every.items() if np.nan_to_num(v).any()}
+
+
+TRANSMISSION, UNLOADED = "transmission_error", "unloaded_transmission_error"
+FLANK_FIGURES = (
+    Figure("k_h_beta", "1",
+           "K_Hβ, largest over mean line load along the face, of all positions together",
+           "", _face_factor, "face load factor K_Hβ (ISO 6336-1)"),
+    Figure("k_h_alpha", "1",
+           "K_Hα, largest load of a pair over that of an accurate gear mesh under the same force",
+           "", _sharing_factor, "transverse load factor K_Hα (ISO 6336-1)"),
+    Figure("instantaneous_peak_factor", "1", "largest over mean line load at one instant",
+           "", _largest("instantaneous_peak_factor"), "largest over mean line load at any instant"),
+    Figure("largest_line_load_n_per_mm", "N/mm", "largest line load",
+           "", _largest("largest_line_load", 1e-3), "largest line load"),
+    Figure("tip_load_share_max", "1",
+           "largest share of the load that tip edges carry off the path of contact",
+           of=_largest("tip_load_share")),
+    Figure("tip_line_load_n_per_mm", "N/mm", "largest line load there",
+           "", _largest("tip_line_load", 1e-3), "largest line load off the path of contact"),
+    Figure("tip_contact_positions", "1",
+           "share of positions where this is more than the mean line load",
+           "", _often("tip_line_load", 1.0), "edge contact of tips, of the positions", "share"),
+    Figure("face_end_line_load_n_per_mm", "N/mm", "largest line load at an end of the face",
+           "", _largest("face_end_line_load", 1e-3), "largest line load at an end of the face"),
+    Figure("face_end_contact_positions", "1",
+           "share of positions where an end carries much more than the mean",
+           "", _often("face_end_line_load", END), "edge contact of face ends, of the positions",
+           "share"),
+    Figure("mean_line_load_n_per_mm", "N/mm", "mean line load",
+           of=lambda of_flank: 1e-3 * float(of_flank["mean_line_load"].mean())),
+    Figure("largest_contact_pressure_mpa", "MPa", "largest Hertz pressure",
+           "", _largest("largest_contact_pressure", 1e-6), "largest Hertz pressure"),
+    Figure("misalignment_um", "µm", "mean misalignment over the face",
+           "", lambda of_flank: 1e6 * float(of_flank["gear_mesh_misalignment"].mean()),
+           "misalignment over the face"),
+    Figure("misalignment_by_cause_um.<cause>", "µm", "the same by cause", of=_causes),
+    Figure("transmission_error_um", "µm", "mean under load", of=_under_load(TRANSMISSION, np.mean)),
+    Figure("transmission_error_peak_to_peak_um", "µm", "peak to peak over all positions",
+           "", _under_load(TRANSMISSION, np.ptp), "transmission error peak to peak"),
+    Figure("unloaded_transmission_error_um", "µm",
+           "mean of the unloaded one", of=_under_load(UNLOADED, np.mean)),
+    Figure("unloaded_transmission_error_peak_to_peak_um", "µm", "peak to peak over all positions",
+           "", _under_load(UNLOADED, np.ptp), "the same unloaded"),
+)  # fmt: skip
+CYCLE_FIGURES = (
+    Figure("gear_mesh_stiffness_n_per_um.min", "N/µm",
+           "least slope of the gear-mesh force, bodies held", of=_stiffness),
+    Figure("gear_mesh_stiffness_n_per_um.mean", "N/µm", "mean"),
+    Figure("gear_mesh_stiffness_n_per_um.max", "N/µm", "largest"),
+    Figure("transmission_error_cycle_peak_to_peak_um", "µm",
+           "largest peak to peak within a gear-mesh cycle",
+           "", _widest(TRANSMISSION), "transmission error peak to peak"),
+    Figure("transmission_error_orders_um", "µm",
+           "amplitudes by order of the gear mesh, from 1", of=_orders(TRANSMISSION)),
+    Figure("unloaded_transmission_error_cycle_peak_to_peak_um", "µm",
+           "largest peak to peak within a gear-mesh cycle",
+           "", _widest(UNLOADED), "the same unloaded"),
+    Figure("unloaded_transmission_error_orders_um", "µm",
+           "amplitudes by order of the gear mesh, from 1", of=_orders(UNLOADED)),
+)  # fmt: skip

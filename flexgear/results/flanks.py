@@ -27,7 +27,9 @@ def pairs_of(data: xr.Dataset, gear: str, sense: str, planet: int = 0) -> xr.Dat
     pairs = {part: data[f"pair_{part}"] for part in PARTS if f"pair_{part}" in data}
     if "load" not in pairs or not (len(at) or sense == "coast"):
         raise FlexgearError(f"the dataset holds no tooth pairs of the {gear}")
-    bare = xr.Dataset({name: pair.isel(flank=at).reset_coords(drop=True) for name, pair in pairs.items()})
+    bare = xr.Dataset(
+        {name: pair.isel(flank=at).reset_coords(drop=True) for name, pair in pairs.items()}
+    )
     return bare.drop_vars("flank").rename(flank="planet")
 
 

@@ -8,13 +8,12 @@ are looked at, spread over a turn.
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from flexgear.results.transmission_error import ERRORS, positions_for, with_orders
+from flexgear.results.transmission_error import positions_for, with_orders
 from flexgear.solve.angles import lead_speed, stage_motions
 from flexgear.solve.bodies import Progress, silent
 from flexgear.solve.model import Model
@@ -57,34 +56,3 @@ def _positions(model: Model, stage: str) -> tuple[Array, Array]:
     phase = (start[:, None] + np.arange(each) / each).ravel()
     lead = abs(lead_speed(model.case, model.flow) / motion.theta)
     return phase, 2.0 * math.pi / per_turn * lead * phase
-
-
-def cycle_figures(data: xr.Dataset) -> dict[str, dict[str, Any]]:
-    """Figures over gear-mesh cycles of the flanks of a stage that carry, by name."""
-    figures: dict[str, dict[str, Any]] = {}
-    for name in map(str, data["flank"].to_numpy()):
-        of_flank = data.sel(flank=name)
-        if not np.isfinite(of_flank["transmission_error_order"]).all():
-            continue
-        stiffness = 1e-6 * of_flank["gear_mesh_stiffness"].to_numpy()
-        figures[name] = {
-            "gear_mesh_stiffness_n_per_um": {
-                "min": float(stiffness.min()),
-                "mean": float(stiffness.mean()),
-                "max": float(stiffness.max()),
-            },
-        }
-        for error in ERRORS:
-            amplitudes = of_flank[f"{error}_order"].to_numpy()
-            figures[name] |= {
-                f"{error}_cycle_peak_to_peak_um": 1e6 * _widest(of_flank, error),
-                f"{error}_orders_um": [1e6 * float(a) for a in amplitudes],
-            }
-    return figures
-
-
-def _widest(of_flank: xr.Dataset, error: str) -> float:
-    """Largest peak-to-peak value, m, within one cycle."""
-    cycle = np.floor(of_flank["gear_mesh_phase"].to_numpy() + 1e-9)
-    values = of_flank[error].to_numpy()
-    return max(float(np.ptp(values[cycle == c])) for c in np.unique(cycle))

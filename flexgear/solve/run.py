@@ -24,8 +24,9 @@ from flexgear.gears.implausible import implausible
 from flexgear.gears.power_flow import PowerFlow
 from flexgear.model.case import Case
 from flexgear.model.names import BodyName
-from flexgear.results.face_load import edge_warnings, face_figures
+from flexgear.results.face_load import cycle_figures, edge_warnings, face_figures
 from flexgear.results.settling import window_of
+from flexgear.results.stage_figures import flow_summary
 from flexgear.results.summary import (
     build_summary,
     finite,
@@ -37,7 +38,7 @@ from flexgear.solve.angles import lead_speed, one_turn, stage_motions
 from flexgear.solve.bodies import Bodies, Progress, rigid_bodies, silent
 from flexgear.solve.campbell import campbell
 from flexgear.solve.deformed import bending_bodies, deformed
-from flexgear.solve.gear_mesh_cycles import cycle_figures, gear_mesh_cycles, sliced_stages
+from flexgear.solve.gear_mesh_cycles import gear_mesh_cycles, sliced_stages
 from flexgear.solve.harmonic import harmonic_data, harmonic_figures, train_harmonic
 from flexgear.solve.headlines import headlines
 from flexgear.solve.linear import why_not_linear
@@ -49,7 +50,6 @@ from flexgear.solve.reduction_warnings import reduction_warnings
 from flexgear.solve.resonance import resonance_figures
 from flexgear.solve.run_figures import (
     bodies_summary,
-    flow_summary,
     residual_of_run,
     stages_summary,
     transient_summary,

@@ -24,7 +24,7 @@ from flexgear.model.case import Case
 from flexgear.model.names import BodyName
 from flexgear.model.stage_view import StageView
 from flexgear.results.report.wording import with_unit, words
-from flexgear.results.summary import axis_distance
+from flexgear.results.time_figures import axis_distance
 
 SMALL = 0.1  # of the module: paths of contact are then a twentieth off
 CONSEQUENCE = (

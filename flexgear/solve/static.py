@@ -17,7 +17,7 @@ from flexgear.results.face_load import face_figures
 from flexgear.results.group_sharing import without_rounding
 from flexgear.results.labelled_dataset import coordinate, groups_in
 from flexgear.results.root_stress import root_extremes
-from flexgear.results.summary import CENTRAL, displacement_summary
+from flexgear.results.time_figures import CENTRAL, displacement_summary
 from flexgear.solve.bodies import Progress, silent
 from flexgear.solve.dataset import equilibrium_data
 from flexgear.solve.model import Model, rated_rotations

@@ -22,7 +22,7 @@ from flexgear.results.group_sharing import SharingCoefficients
 from flexgear.results.labelled_dataset import coordinate, variable
 from flexgear.results.settling import Settling, Window, cut, window_edges
 from flexgear.results.sinks import Coming, DatasetSink, Gathered, Several
-from flexgear.results.summary import axis_distance
+from flexgear.results.time_figures import axis_distance
 from flexgear.solve.angles import stage_motions
 from flexgear.solve.bodies import Progress, silent
 from flexgear.solve.dataset import result_labels, transient_data

@@ -19,7 +19,7 @@ from flexgear.results.flanks import GEARS, tooth_loads
 from flexgear.results.labelled_dataset import groups_in
 from flexgear.results.sinks import Ranges
 from flexgear.results.stage_part import stage_part
-from flexgear.results.summary import axis_distance, central_distance
+from flexgear.results.time_figures import axis_distance, central_distance
 from flexgear.solve.angles import samples_of_stage, stage_motions
 from flexgear.solve.bodies import reduced_bodies
 from flexgear.solve.model import Model, assemble

@@ -21,7 +21,7 @@ from flexgear.results.report.wording import with_unit
 from flexgear.results.run_folder import RingFolder
 from flexgear.results.settling import settled
 from flexgear.results.spectrum import force_spectra
-from flexgear.results.summary import ORDERS
+from flexgear.results.time_figures import ORDERS
 from flexgear.results.tooth_pattern import ToothPattern, gear_pattern, planet_pattern
 from flexgear.views import chart as each
 from flexgear.views import (

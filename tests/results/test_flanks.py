@@ -13,7 +13,8 @@ from flexgear.results.flanks import (
     tooth_loads,
 )
 from flexgear.results.stage_part import of_kind, stage_part
-from flexgear.results.summary import torque_step_summary
+from flexgear.results.figure import values
+from flexgear.results.time_figures import STAGE_DROP, StageDrop
 
 
 @pytest.fixture
@@ -51,7 +52,7 @@ def test_exchanged_flanks_have_the_same_figures(both_flanks, both_runs):
         assert carrying_flank(ahead, gear) == "drive"
         assert carrying_flank(back, gear) == "coast"
     assert tooth_loads(back, "ring").min() > 0
-    one, other = (torque_step_summary(run, "stage") for run in both_runs)
+    one, other = (values(STAGE_DROP, StageDrop(run, "stage")) for run in both_runs)
     assert other == one
 
 

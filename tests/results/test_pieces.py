@@ -15,7 +15,8 @@ from flexgear.results.pieces import between, pieces
 from flexgear.results.flanks import pairs_of
 from flexgear.results.stage_part import of_kind, ring_force_spread, ring_sharing, stage_part
 from flexgear.model.units import RPM
-from flexgear.results.summary import steady_summary, torque_step_summary
+from flexgear.results.figure import values
+from flexgear.results.time_figures import STAGE_DROP, STEADY, StageDrop, SteadyRun
 from flexgear.solve.long_run import TimedRun
 from flexgear.solve.run_figures import transient_summary
 
@@ -80,8 +81,8 @@ def test_a_stage(make_run, tmp_path, reads):
     file = open_lazily(tmp_path / "run.nc")
     assert file.nbytes > 20 * AT_ONCE
     reads.clear()
-    steady = steady_summary({"a": file}, star, "stage")
-    drop = torque_step_summary(file, "stage")
+    steady = values(STEADY, SteadyRun("stage", {"a": file}, star))
+    drop = values(STAGE_DROP, StageDrop(file, "stage"))
     assert 0 < max(reads) < AT_ONCE
 
     node = np.abs(whole["tooth_displacement"].isel(tooth=0)).max("time").to_numpy().astype(float)

@@ -11,11 +11,14 @@ from flexgear.model.errors import FlexgearError
 from flexgear.results.flanks import pairs_of
 from flexgear.results.quantities import MISSING
 from flexgear.results.stage_part import stage_part
-from flexgear.results.summary import (
-    build_summary,
+from flexgear.results.figure import values
+from flexgear.results.summary import build_summary
+from flexgear.results.time_figures import (
+    STAGE_DROP,
+    STEADY,
+    StageDrop,
+    SteadyRun,
     drop_summary,
-    steady_summary,
-    torque_step_summary,
 )
 
 REDUCTION = {
@@ -25,6 +28,10 @@ REDUCTION = {
     "frequency_error": 0.003,
     "frequency_limit_hz": 2000.0,
 }
+
+
+def drop_of(run):
+    return values(STAGE_DROP, StageDrop(run, "stage"))
 
 
 def star(make_run):
@@ -51,11 +58,11 @@ def pieces(make_run):
             "gear_mesh_frequency_hz": 17.5, "contact_ratio_ring": 2.7, "contact_ratio_sun": 2.4,
             "expected_ring_mesh_force_n": 4e5,
         }},
-        "steady": {"stage": steady_summary(
-            {"flexible": run, "rigid": make_run("rigid")}, star(make_run), "stage"
-        )},
+        "steady": {"stage": values(STEADY, SteadyRun(
+            "stage", {"flexible": run, "rigid": make_run("rigid")}, star(make_run)
+        ))},
         "torque_steps": {
-            "2e6": {"flexible": drop_summary(run) | {"stage": torque_step_summary(run, "stage")}}
+            "2e6": {"flexible": drop_summary(run) | {"stage": drop_of(run)}}
         },
         "system": dict.fromkeys(("bodies", "coordinates", "kept_modes", "modes_limit_hz", "modes_estimate"), 1),
         "power_flow": {"mobility": 1, "input_power_w": 1.0, "members": {}},
@@ -87,13 +94,13 @@ def test_complete_and_readable_again(make_run, tmp_path):
 def test_peak_is_the_largest_absolute_value_at_tooth_one(make_run):
     run = make_run()
     run["tooth_displacement"][3, 0, 1] = -7e-5
-    peak = steady_summary({"flexible": run}, star(make_run), "stage")["tooth_displacement_peak_um"]
+    peak = SteadyRun("stage", {"flexible": run}, star(make_run)).peak()
     assert peak["y"] == pytest.approx(70.0)
 
 
 def test_empty_slots_do_not_count_as_lowest_load(make_run):
     run = make_run()
-    lowest = torque_step_summary(run, "stage")["tooth_load_n_min"]
+    lowest = StageDrop(run, "stage").lowest_load()
     pairs = pairs_of(stage_part(run, "stage"), "sun", "drive")
     assert lowest == pairs["load"].values[pairs["tooth"].values > 0].min() > 0
 
@@ -123,7 +130,7 @@ def test_numbers_must_be_finite(make_run):
 def test_load_sharing_that_is_nowhere_defined_is_missing(make_run):
     idle = make_run(ring_gear_mesh_force=np.ones((20, 5)))
     assert "3 % of rated" in idle["load_sharing"].attrs[MISSING]
-    assert torque_step_summary(idle, "stage")["load_sharing_max"] is None
+    assert drop_of(idle)["load_sharing_max"] is None
 
 
 def double_helical(left, right):
@@ -147,8 +154,8 @@ def test_figures_are_those_of_both_halves(make_run):
     left, right = make_run(), make_run()
     right["load_sharing"] = right["load_sharing"] + 0.5
     right["pair_load"] = 0.5 * right["pair_load"]
-    both = torque_step_summary(double_helical(left, right), "stage")
-    alone = torque_step_summary(left, "stage")
+    both = drop_of(double_helical(left, right))
+    alone = drop_of(left)
     assert both["load_sharing_max"] == pytest.approx(alone["load_sharing_max"] + 0.5)
     assert both["tooth_load_n_min"] == pytest.approx(0.5 * alone["tooth_load_n_min"])
     assert both["carrier_speed_rpm_min"] == alone["carrier_speed_rpm_min"]

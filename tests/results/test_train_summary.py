@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from flexgear.model.errors import FlexgearError
-from flexgear.results.summary import build_summary, displacement_summary, modes_summary
+from flexgear.results.summary import build_summary, modes_summary
+from flexgear.results.time_figures import displacement_summary
 from flexgear.results.labelled_dataset import labelled_dataset
 
 

@@ -8,9 +8,10 @@ from train_contexts import BUNDLED, bundled, put_together
 from trains import stage_train
 
 from flexgear.model.load import load_case
+from flexgear.results.figure import values
 from flexgear.results.quantities import MISSING
 from flexgear.results.settling import settled
-from flexgear.results.summary import torque_step_summary
+from flexgear.results.time_figures import STAGE_DROP, StageDrop
 from flexgear.solve.campbell import campbell
 from flexgear.solve.modes import modes
 from flexgear.solve.run import run
@@ -133,6 +134,6 @@ def test_a_flexible_stage_without_torque():
     np.testing.assert_allclose(data["port_torque"], 0.0, atol=1e-6)
     run = simulate(model, duration=0.01)
     assert unexplained(run.data) == []
-    figures = torque_step_summary(run.data, "stage")
+    figures = values(STAGE_DROP, StageDrop(run.data, "stage"))
     assert figures["load_sharing_max"] is None
     assert abs(run.data["stage_speed"]).max() < 1e-6

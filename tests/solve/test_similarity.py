@@ -87,7 +87,7 @@ def every_analysis(contexts, modes=modes):
 
 
 def test_what_is_said_of_a_stage_scales(stages):
-    large, small = ({**derived(m.case), "run": kinematics(m, "stage")} for m in stages)
+    large, small = ({**derived(m.case), "run": kinematics(m)} for m in stages)
     found = figures_apart(large, small, FACTOR)
     assert len(found) > 60
     assert {k: v for k, v in found.items() if v > ALIKE} == {}

@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from typing import Any
 
 from flexgear.gears.power_flow import PowerFlow
 from flexgear.gears.stage_flow import StageFlow
 from flexgear.model.case import Case
+from flexgear.results.report.figure_rows import rows
 from flexgear.results.report.face_load import face_tables, rim_rows
-from flexgear.results.report.parts import Row, Table, Value
+from flexgear.results.report.parts import Row, Table
 from flexgear.results.report.sharing import groups_of
 from flexgear.results.report.stage_rows import MESH, stage_tables
+from flexgear.results.stage_figures import LIVES, MEMBERS, MESHES, ROOTS, SEATS, TRAIN
+from flexgear.results.time_figures import DISTANCES, DROP, FORCES, RIM, STAGE_DROP, STEADY
 from flexgear.results.report.wording import (
     FACTOR,
     excitation_words,
@@ -22,17 +26,6 @@ from flexgear.results.report.wording import (
 )
 
 Summary = Mapping[str, Any]
-_RIM = {
-    "min": "least",
-    "max": "largest",
-    "range_max": "range at one place as planets pass, largest",
-    "range_mean": "range at one place as planets pass, mean",
-}
-_ROOT = {
-    "max": "largest",
-    "min": "least, in the fillet on the other side",
-    "range": "range over the positions at one place of a fillet that is stretched",
-}
 ROUNDING = 1e-9
 NOISE = 1e-6  # of a load or an energy: less is rounding of the solver
 TIMES = {
@@ -66,58 +59,26 @@ def _of(stage: str, what: str) -> str:
 
 def _power(summary: Summary) -> Iterator[Table]:
     flow = summary["power_flow"]
-    yield Table(
-        "power",
-        "whole train",
-        [
-            Row("power in", flow["input_power_w"], "W"),
-            Row("circulating power", flow.get("circulating_power_w"), "W"),
-        ],
-    )
+    yield Table("power", "whole train", list(rows(TRAIN, flow)))
     for name, member in flow["members"].items():
-        rows = [
-            Row("speed", member["speed_rpm"], "r/min"),
-            Row("torque on its stage", member["torque_on_stage_nm"], "N m"),
-            Row("power into its stage", member["power_into_stage_w"], "W"),
-        ]
-        yield Table("power", words(name), rows)
+        yield Table("power", words(name), list(rows(MEMBERS, member)))
 
 
 def _forces(summary: Summary) -> Iterator[Table]:
-    for name, stage_figures in summary["stages"].items():
-        rows = [
-            Row("gear-mesh frequency", stage_figures["gear_mesh_frequency_hz"], "Hz"),
-            Row("rolling power, from sun to ring as the carrier sees it", stage_figures.get("rolling_power_w"), "W"),
-            Row("normal force of one gear mesh, sun", stage_figures["sun_gear_mesh_force_n"], "N"),
-        ]
-        if "ring_gear_mesh_force_n" in stage_figures:
-            rows.append(Row("normal force of one gear mesh, ring", stage_figures["ring_gear_mesh_force_n"], "N"))
-        yield Table(MESH, _of(name, "from the power flow"), rows)
-        rows = [
-            Row(f"{gear}, {_ROOT[key]}", 1e6 * stress, "Pa")
-            for gear, figures in stage_figures.get("root_stress_mpa", {}).items()
-            for key, stress in figures.items()
-        ]
-        yield Table("face", _of(name, "root stress by finite elements"), rows)
+    for name, figures in summary["stages"].items():
+        yield Table(MESH, _of(name, "from the power flow"), list(rows(MESHES, figures)))
+        title = _of(name, "root stress by finite elements")
+        yield Table("face", title, list(rows(ROOTS, figures)))
     transient = summary["transient"]
     title = f"forces in time, {window_words(transient)}"
-    yield from _ranges(MESH, title, transient["gear_mesh_force"])
-
-
-def _ranges(section: str, title: str, forces: Mapping[str, Any]) -> Iterator[Table]:
-    rows = []
-    for group, force in forces.items():
-        for key, what in (("min_n", "least"), ("mean_n", "mean"), ("max_n", "largest")):
-            if key in force:
-                rows.append(Row(f"{words(group)}, {what}", force[key], "N"))
-    yield Table(section, title, rows)
+    yield Table(MESH, title, list(rows(FORCES, transient)))
 
 
 def _sharing(summary: Summary) -> Iterator[Table]:
     sharing = summary["load_sharing"]
     for variant, stages in sharing["quasi_static"].items():
-        rows = [row for figures in stages.values() for row in _coefficients(figures)]
-        yield Table("sharing", f"{variant}, equilibria", rows)
+        factors = [row for figures in stages.values() for row in _coefficients(figures)]
+        yield Table("sharing", f"{variant}, equilibria", factors)
     for variant, figures in sharing["transient"].items():
         title = f"{variant}, in time, {window_words(figures)}"
         yield Table("sharing", title, list(_coefficients(figures)))
@@ -133,24 +94,22 @@ def _coefficients(figures: Mapping[str, Any]) -> Iterator[Row]:
 
 
 def _bearings(case: Case, flow: PowerFlow, summary: Summary) -> Iterator[Table]:
-    for stage_flow in flow.stages:
-        stage_figures = summary["stages"].get(stage_flow.name, {})
-        if stage_flow.kind != "planetary" or "planet_bearing_force_n" not in stage_figures:
-            continue
-        rows = [
-            Row("load of a planet's bearings", stage_figures["planet_bearing_force_n"], "N"),
-            Row("of it tangential, against the rotation", stage_flow.planet_bearing_tangential, "N"),
-            Row("of it radial, outward", _beside(stage_flow.planet_bearing_radial, stage_flow), "N"),
-            Row("speed of a planet relative to the carrier", stage_figures["planet_speed_in_carrier_rpm"], "r/min"),
-            Row("bearings side by side", case.stage(stage_flow.name).planet_bearing.count),
-            Row("basic rating life (ISO 281), nominal", _nominal_life(stage_figures), "h"),
+    over = summary.get("equilibrium_window", "the positions of equilibria")
+    for at in (stage for stage in flow.stages if stage.kind == "planetary"):
+        figures = summary["stages"][at.name]
+        nominal = figures.get("nominal_planet_bearing_life_h", "no dynamic rating given")
+        loads = [
+            Row("load of a planet's bearings", figures["planet_bearing_force_n"], "N"),
+            Row("of it tangential, against the rotation", at.planet_bearing_tangential, "N"),
+            Row("of it radial, outward", _beside(at.planet_bearing_radial, at), "N"),
+            Row("speed of a planet relative to the carrier", figures["planet_speed_in_carrier_rpm"], "r/min"),
+            Row("bearings side by side", case.stage(at.name).planet_bearing.count),
+            Row("basic rating life (ISO 281), nominal", nominal, "h"),
         ]
-        yield Table("bearings", _of(stage_flow.name, "planet bearings"), rows)
-        yield from _seats(stage_flow.name, stage_figures)
-        over = summary.get("equilibrium_window", "the positions of equilibria")
-        lives = stage_figures.get("bearing_life_h", {}).items()
+        yield Table("bearings", _of(at.name, "planet bearings"), loads)
+        yield Table("bearings", _of(at.name, "carrier bearings"), list(rows(SEATS, figures)))
         title = f"basic rating life (ISO 281), load of the same damage over {over}"
-        yield Table("bearings", _of(stage_flow.name, title), [Row(words(n), life, "h") for n, life in lives])
+        yield Table("bearings", _of(at.name, title), list(rows(LIVES, figures)))
 
 
 def _beside(force: float, flow: StageFlow) -> float:
@@ -158,68 +117,42 @@ def _beside(force: float, flow: StageFlow) -> float:
     return force if abs(force) > ROUNDING * flow.planet_bearing_force else 0.0
 
 
-def _seats(stage: str, figures: Mapping[str, Any]) -> Iterator[Table]:
-    """Bearings on the seats of an FE carrier."""
-    loads = figures.get("carrier_bearing_force_n", {}).items()
-    rows = [Row(f"largest radial load, {words(side)} side", force, "N") for side, force in loads]
-    if rows:
-        yield Table("bearings", _of(stage, "carrier bearings"), rows)
-
-
-def _nominal_life(figures: Mapping[str, Any]) -> Value:
-    return figures.get("nominal_planet_bearing_life_h", "no dynamic rating given")
-
-
 def _deflections(summary: Summary) -> Iterator[Table]:
-    far = summary["transient"]["displacement_um_max"]
-    rows = [Row(words(name), 1e-6 * value, "m") for name, value in far.items()]
     window = window_words(summary["transient"])
-    yield Table("deflections", f"largest displacement from the axis, {window}", rows)
-    for stage, stage_figures in summary.get("steady", {}).items():
+    far = list(rows(DISTANCES, summary["transient"]))
+    yield Table("deflections", f"largest displacement from the axis, {window}", far)
+    for stage, figures in summary.get("steady", {}).items():
         at = of_stage(stage)
-        peaks = stage_figures["tooth_displacement_peak_um"]
-        rows = [Row(f"along {axis}", 1e-6 * value, "m") for axis, value in peaks.items()]
-        yield Table("deflections", f"ring tooth node 1{at}, largest {window_words(stage_figures)}", rows)
-        rim = stage_figures.get("rim_stress_mpa", {})
-        rows = [Row(_RIM[key], 1e6 * value, "Pa") for key, value in rim.items()]
+        title = f"ring tooth node 1{at}, largest {window_words(figures)}"
+        yield Table("deflections", title, list(rows(STEADY, figures)))
         title = f"stress along the circumference outside on the ring{at}, equilibria at mid-face"
-        yield Table("deflections", title, rows)
-        orders = enumerate(stage_figures["radial_harmonics_um"])
-        rows = [Row(f"order {order}", 1e-6 * value, "m") for order, value in orders]
-        largest = sorted(rows, key=lambda row: -float(row.value or 0))[:6]
+        yield Table("deflections", title, list(rows(RIM, figures)))
+        sizes = enumerate(figures["radial_harmonics_um"])
+        orders = [Row(f"order {order}", 1e-6 * value, "m") for order, value in sizes]
+        largest = sorted(orders, key=lambda row: -float(row.value or 0))[:6]
         title = f"radial shape of the ring{at}, largest orders round the circle"
-        yield Table("deflections", title, sorted(largest, key=lambda row: rows.index(row)))
+        yield Table("deflections", title, sorted(largest, key=orders.index))
 
 
 def _drops(summary: Summary) -> Iterator[Table]:
     for depth, variants in summary["torque_steps"].items():
         for variant, drop in variants.items():
-            rows = [
-                Row(f"slowest speed, {words(member)}", speed, "r/min")
-                for member, speed in drop["speed_rpm_min"].items()
-            ]
-            if "tooth_load_n_min" in drop:
-                rows.append(Row("lowest load of a tooth pair", drop["tooth_load_n_min"], "N"))
-            rows += [
-                Row(f"largest load sharing factor, {words(group)}", value)
-                for group, value in drop["load_sharing"].items()
-            ]
-            rows += [
-                Row(f"largest force, {words(group)}", force["max_n"], "N")
-                for group, force in drop["gear_mesh_force"].items()
-            ]
+            every = list(rows(DROP, drop))
+            for stage in (s for s in summary.get("steady", ()) if s in drop):
+                of_ring = rows(STAGE_DROP, drop[stage])
+                every += [replace(row, label=f"{row.label}{of_stage(stage)}") for row in of_ring]
             title = f"torque drop to {with_unit(float(depth), 'N m')}, {variant}"
-            yield Table("dynamics", title, rows)
+            yield Table("dynamics", title, every)
 
 
 def _modes(summary: Summary) -> Iterator[Table]:
-    rows, count = [], 0
+    lines, count = [], 0
     for mode in summary["modes"]["lowest"]:
         times = mode["multiplicity"]
         kind = mode["type"] + (f", {times} alike" if times > 1 else "")
-        rows.append(Row(f"mode {count + 1}: {kind}", mode["frequency_hz"], "Hz"))
+        lines.append(Row(f"mode {count + 1}: {kind}", mode["frequency_hz"], "Hz"))
         count += times
-    yield Table("modes", "lowest modes at rest or rated speed", rows)
+    yield Table("modes", "lowest modes at rest or rated speed", lines)
     kinds = summary["modes"]["types"].items()
     yield Table("modes", "modes found by type", [Row(words(kind), n) for kind, n in kinds])
     yield from _meetings(summary.get("resonance"))
@@ -233,10 +166,10 @@ def _meetings(resonance: Mapping[str, Any] | None) -> Iterator[Table]:
         ("ideal", "excited in a stage of equal planets"),
         ("errors", "excited by unequal planets, run-out or unbalance alone"),
     ):
-        rows = [row for row in resonance["met"] if row["cause"] == cause]
-        if rows:
+        lines = [row for row in resonance["met"] if row["cause"] == cause]
+        if lines:
             within = with_unit(resonance["margin"], "share")
-            yield Table("modes", f"{title}, within {within}", [_meeting(row) for row in rows])
+            yield Table("modes", f"{title}, within {within}", [_meeting(row) for row in lines])
 
 
 def _meeting(row: Mapping[str, Any]) -> Row:
@@ -277,7 +210,7 @@ def _accuracy(summary: Summary) -> Iterator[Table]:
         ],
     )  # fmt: skip
     for name, reduction in summary.get("reduction", {}).items():
-        rows = [
+        lines = [
             Row("degrees of freedom of the FE mesh", summary["fe"][name]["dofs"]),
             Row("degrees of freedom of its interface", reduction.get("interface_dofs")),
             Row("fixed-interface modes", reduction.get("fixed_interface_modes")),
@@ -286,8 +219,8 @@ def _accuracy(summary: Summary) -> Iterator[Table]:
             Row("frequency error", reduction.get("frequency_error"), "share"),
             Row("frequencies looked at, up to", reduction.get("frequency_limit_hz"), "Hz"),
         ]
-        yield Table("accuracy", f"reduction of {words(name)}", rows)
+        yield Table("accuracy", f"reduction of {words(name)}", lines)
     side_by_side = {f"transient_{variant}" for variant in summary["load_sharing"]["transient"]}
     times = {n: value for n, value in summary["timing_s"].items() if n not in side_by_side}
-    rows = [Row(TIMES.get(name, words(name)), value, "s") for name, value in times.items()]
-    yield Table("accuracy", "wall time", rows)
+    lines = [Row(TIMES.get(name, words(name)), value, "s") for name, value in times.items()]
+    yield Table("accuracy", "wall time", lines)

@@ -1,0 +1,187 @@
+"""Figures of the power flow and of every stage of a run: forces, root stress, bearings."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from flexgear.gears.bearing_life import bearing_life_hours
+from flexgear.gears.geometry import StageGeometry, stage_geometry
+from flexgear.gears.power_flow import PowerFlow
+from flexgear.gears.root_stress import largest_root_stress
+from flexgear.gears.stage_flow import StageFlow
+from flexgear.model.member import PlanetBearing
+from flexgear.model.names import MemberName
+from flexgear.model.stage_view import StageView
+from flexgear.model.units import RPM
+from flexgear.results.figure import ABSENT, ALWAYS, WITH_SECTION, Figure, values
+from flexgear.results.root_stress import root_figures
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class StageRun:
+    """A stage in a run. equilibria: from whose positions the loads of bearings are; cycles:
+    gear-mesh cycles until errors come back together; least: force that is not rounding, N."""
+
+    view: StageView
+    flow: StageFlow
+    equilibria: xr.Dataset
+    cycles: int
+    least: float
+
+    @cached_property
+    def geometry(self) -> StageGeometry:
+        """Of its gears."""
+        return stage_geometry(self.view)
+
+    def of_planets(self, value: float) -> Any:
+        """A value that parallel stages do not have."""
+        return value if self.view.stage.kind == "planetary" else ABSENT
+
+    def nominal_root_stress(self) -> dict[str, float]:
+        """By gear, MPa."""
+        stresses = largest_root_stress(self.view, self.flow.gear_mesh_forces)
+        return {self.view.part(role): value / 1e6 for role, value in stresses.items()}
+
+    def root_stress(self) -> dict[str, Mapping[str, float]]:
+        """By gear, MPa: largest, least, range."""
+        stresses = root_figures(self.equilibria, self.view.name)
+        return {self.view.part(role): stress for role, stress in stresses.items()}
+
+    def nominal_life(self) -> Any:
+        """L₁₀ₕ of a planet's bearing under the nominal load, h; absent without rating or wear."""
+        if self.view.stage.kind != "planetary":
+            return ABSENT
+        force, speed = self.flow.planet_bearing_force, self.flow.planet_relative_speed
+        life = bearing_life_hours(self.view.stage.planet_bearing, force, speed)
+        return life if life is not None and math.isfinite(life) else ABSENT
+
+    @cached_property
+    def seat_loads(self) -> dict[str, Array]:
+        """Radial loads of a carrier's seats over the positions, N."""
+        if not self.view.seat_bearings:
+            return {}
+        force = self.equilibria["bearing_force"].sel(dof=["ux", "uy"])
+        seats = {side: f"{self.view.name}.carrier_{side}" for side in self.view.seat_bearings}
+        there = set(map(str, force["support"].to_numpy()))  # without stiffness it is no support
+        return {
+            side: self._radial(force.sel(support=name).to_numpy())
+            for side, name in seats.items()
+            if name in there
+        }
+
+    def lives(self) -> dict[str, float]:
+        """L₁₀ₕ, h, of the bearings of planets and of a carrier's seats, under the constant loads of
+        the same damage over the positions; without those that have no rating or do not wear."""
+        lives = {}
+        bearing = self.view.stage.planet_bearing
+        if self.view.stage.kind == "planetary" and isinstance(bearing, PlanetBearing):
+            for name in map(MemberName.parse, self.equilibria["bearing"].to_numpy().tolist()):
+                if name.stage == self.view.name:
+                    force = self.equilibria["planet_bearing_force"].sel(bearing=name).to_numpy()
+                    load, speed = self._radial(force[:, :2]), self.flow.planet_relative_speed
+                    lives[name.part] = bearing_life_hours(bearing, load, speed)
+        for side, load in self.seat_loads.items():
+            seat, speed = self.view.seat_bearings[side], self.flow.carrier_speed
+            lives[f"carrier_bearing_{side}"] = bearing_life_hours(seat, load, speed)
+        return {n: life for n, life in lives.items() if life is not None and math.isfinite(life)}
+
+    def _radial(self, force: Array) -> Array:
+        """Sizes (p,) of forces (p, 2), zero where they are rounding."""
+        x, y = np.where(np.abs(force) > self.least, force, 0.0).T
+        return np.asarray(np.hypot(x, y))
+
+
+MEMBERS = (  # of a power flow and the name of a member
+    Figure("speed_rpm", "1/min", "rated speed", ALWAYS, lambda m: m[0].speed[m[1]] * RPM, "speed"),
+    Figure("torque_on_stage_nm", "N m", "torque of the rest of the train on the member",
+           "", lambda m: m[0].branch_torque[m[1]], "torque on its stage"),
+    Figure("power_into_stage_w", "W", "its power",
+           "", lambda m: m[0].branch_power[m[1]], "power into its stage"),
+    Figure("outside_torque_nm", "N m", "torque from outside, where there may be one",
+           of=lambda m: m[0].torque.get(m[1], ABSENT)),
+)  # fmt: skip
+TRAIN = (
+    Figure("mobility", "1", "rotations that may be chosen", ALWAYS, lambda flow: flow.mobility),
+    Figure("input_power_w", "W", "power that enters",
+           ALWAYS, lambda flow: flow.input_power, "power in"),
+    Figure("circulating_power_w", "W", "power that circulates",
+           "", lambda flow: flow.circulating_power, "circulating power"),
+)  # fmt: skip
+
+
+def flow_summary(flow: PowerFlow) -> dict[str, Any]:
+    """Speeds, torques from outside and powers of all members."""
+    return values(TRAIN, flow) | {"members": {n: values(MEMBERS, (flow, n)) for n in flow.speed}}
+
+
+MESHES = (
+    Figure("kind", "", '"planetary" or "parallel"', of=lambda s: s.view.stage.kind),
+    Figure("gear_mesh_frequency_hz", "Hz", "at rated speed", ALWAYS,
+           lambda s: s.flow.gear_mesh_frequency, "gear-mesh frequency"),
+    Figure("rolling_power_w", "W", "power through the gear meshes, seen from the carrier", "",
+           lambda s: s.flow.stage_power, "rolling power, from sun to ring as the carrier sees it"),
+    Figure("sun_gear_mesh_force_n", "N",
+           "mean rated force of a sun-planet gear mesh, or of pinion and gear",
+           ALWAYS, lambda s: abs(s.flow.sun_gear_mesh_force), "normal force of one gear mesh, sun"),
+    Figure("ring_gear_mesh_force_n", "N", "that of a ring-planet gear mesh", "",
+           lambda s: s.of_planets(abs(s.flow.ring_gear_mesh_force)), "normal force of one gear "
+           "mesh, ring"),
+    Figure("error_cycle_gear_meshes", "1", "gear-mesh cycles until errors come back together",
+           of=lambda s: s.cycles),
+)  # fmt: skip
+ROOTS = (
+    Figure("nominal_root_stress_mpa.<gear>", "MPa", "see below", of=StageRun.nominal_root_stress),
+    Figure("root_stress_mpa.<gear>.max", "MPa",
+           'largest stress in the fillets, of `gear_mesh.root_stress = "fe"`', "",
+           StageRun.root_stress, "{name}, largest"),
+    Figure("root_stress_mpa.<gear>.min", "MPa", "least stress there",
+           label="{name}, least, in the fillet on the other side"),
+    Figure("root_stress_mpa.<gear>.range", "MPa",
+           "how far it ranges at one place of the fillet, the worst one",
+           label="{name}, range over the positions at one place of a fillet that is stretched"),
+)  # fmt: skip
+PLANET_BEARINGS = (
+    Figure("planet_bearing_force_n", "N", "mean rated force of a planet on its pin",
+           of=lambda s: s.of_planets(s.flow.planet_bearing_force)),
+    Figure("planet_speed_in_carrier_rpm", "1/min", "rated speed of the planets against the carrier",
+           of=lambda s: s.of_planets(s.flow.planet_relative_speed * RPM)),
+    Figure("nominal_planet_bearing_life_h", "h",
+           "L₁₀ₕ of the planets' bearings under this force, where they have a rating",
+           of=StageRun.nominal_life),
+)  # fmt: skip
+SEATS = (
+    Figure("carrier_bearing_force_n.<seat>", "N", "see below", "",
+           lambda s: {side: float(load.max()) for side, load in s.seat_loads.items()},
+           "largest radial load, {name} side"),
+)  # fmt: skip
+LIVES = (Figure("bearing_life_h.<bearing>", "h", "see below", "", StageRun.lives, "{name}"),)
+STAGE_FIGURES = (*MESHES, *ROOTS, *PLANET_BEARINGS, *SEATS, *LIVES)
+
+KINEMATICS = (
+    Figure("carrier_speed_rpm", "1/min",
+           "rated", WITH_SECTION, lambda s: s.flow.carrier_speed * RPM),
+    Figure("pin_speed_rpm", "1/min", "rated, of the pins against the ring", WITH_SECTION,
+           lambda s: (s.flow.carrier_speed - s.flow.ring_speed) * RPM),
+    Figure("sun_speed_rpm", "1/min", "rated", WITH_SECTION, lambda s: s.flow.sun_speed * RPM),
+    Figure("gear_mesh_frequency_hz", "Hz",
+           "rated", WITH_SECTION, lambda s: s.flow.gear_mesh_frequency),
+    Figure("contact_ratio_ring", "1", "total, ring on planet", WITH_SECTION,
+           lambda s: s.geometry.ring_mesh.total_contact_ratio),
+    Figure("contact_ratio_sun", "1", "total, sun on planet", WITH_SECTION,
+           lambda s: s.geometry.sun_mesh.total_contact_ratio),
+    Figure("expected_ring_mesh_force_n", "N",
+           "mean rated force of a ring-planet gear mesh", WITH_SECTION,
+           lambda s: abs(s.flow.ring_gear_mesh_force)),
+    Figure("planet_bearing_force_n", "N", "mean rated force of a planet on its pin",
+           of=lambda s: s.flow.planet_bearing_force),
+)  # fmt: skip

@@ -1,0 +1,282 @@
+"""Figures over time, taken chunk by chunk: steady running, torque drops, distances from axes.
+
+A transient is never whole in memory: what figures are of are its ranges (``Ranges``), least, mean
+and largest over the samples of its pieces.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, cast
+
+import numpy as np
+import xarray as xr
+
+from flexgear.model.errors import FlexgearError
+from flexgear.model.names import BodyName
+from flexgear.model.units import RPM
+from flexgear.results.contact_share import pairs_in_contact
+from flexgear.results.figure import ALWAYS, WITH_SECTION, Figure, values
+from flexgear.results.flanks import GEARS, carrying_pairs, flank_histories
+from flexgear.results.harmonics import radial_harmonics
+from flexgear.results.labelled_dataset import groups_in
+from flexgear.results.pieces import ranges_of
+from flexgear.results.sinks import TIME, Ranges
+from flexgear.results.stage_part import (
+    halves,
+    of_kind,
+    ring_force_spread,
+    ring_sharing,
+    stage_part,
+)
+
+ORDERS = 21  # radial harmonics 0 … 20
+CENTRAL = ("sun", "carrier", "ring", "pinion", "gear")
+MICRO = 1e6
+UNMOVED = 1e-9  # of the largest distance of any body, rounding
+HISTORIES = (  # variables of a run that those of a stage come from
+    "stage_speed", "gear_mesh_force", "rated_gear_mesh_force", "load_sharing", "pair_load",
+    "pair_tooth",
+)  # fmt: skip
+
+
+def axis_distance(data: xr.Dataset) -> xr.DataArray:
+    """Distance of all bodies from the axis, m."""
+    motion = data["body_displacement"]
+    ux, uy = (motion.sel(dof=dof, drop=True) for dof in ("ux", "uy"))
+    return cast(xr.DataArray, np.hypot(ux, uy))
+
+
+def central_distance(far: xr.DataArray, largest: xr.DataArray) -> xr.DataArray:
+    """Of distances from the axis (…, body) those of central members, none where the largest (body,)
+    is rounding beside that of other bodies."""
+    names = [str(n) for n in far["body"].to_numpy()]
+    central = [n for n in names if BodyName.parse(n).part in CENTRAL]
+    return far.where(largest > UNMOVED * largest.max(), 0.0).sel(body=central)
+
+
+def distance_summary(largest: xr.DataArray) -> dict[str, float]:
+    """Largest distances from the axis of central members, µm, of those (body,) of all bodies, m."""
+    return _by_label(central_distance(largest, largest), MICRO)
+
+
+def displacement_summary(data: xr.Dataset) -> dict[str, float]:
+    """Largest distance from the axis of every central member over the samples, µm."""
+    far = axis_distance(data)
+    return distance_summary(far.max([d for d in far.dims if d != "body"]))
+
+
+def force_ranges(ranges: Ranges) -> dict[str, Mapping[str, float]]:
+    """Least, mean and largest force of every group of gear meshes, N."""
+    least, mean, largest = (
+        part["gear_mesh_force"] for part in (ranges.least, ranges.mean, ranges.largest)
+    )
+    return {
+        group: {
+            "min_n": float(least.to_numpy()[at].min()),
+            "mean_n": float(mean.to_numpy()[at].mean()),
+            "max_n": float(largest.to_numpy()[at].max()),
+        }
+        for group, at in groups_in(least).items()
+    }
+
+
+FORCES = (  # of ranges in the window of a transient
+    Figure("gear_mesh_force.<group>.min_n", "N", "least force of a gear mesh",
+           of=force_ranges, label="{name}, least"),
+    Figure("gear_mesh_force.<group>.mean_n", "N", "mean", label="{name}, mean"),
+    Figure("gear_mesh_force.<group>.max_n", "N", "largest", label="{name}, largest"),
+)  # fmt: skip
+DISTANCES = (
+    Figure("displacement_um_max.<member>", "µm",
+           "largest distance of a central member from the axis", ALWAYS,
+           lambda ranges: distance_summary(ranges.largest["axis_distance"]), "{name}"),
+)  # fmt: skip
+TRANSIENT = (*FORCES, *DISTANCES)
+
+
+def stage_histories(data: xr.Dataset) -> xr.Dataset:
+    """What of a transient of a stage the command line gives the range of."""
+    histories = data[["stage_speed"]].assign(
+        ring_force=of_kind(data, "ring")["gear_mesh_force"],
+        load_sharing=ring_sharing(data),
+        planet_force_spread=ring_force_spread(data),
+    )
+    for gear in GEARS:
+        flanks = flank_histories(data, gear)
+        histories = histories.assign({f"{gear}_{name}": flanks[name] for name in map(str, flanks)})
+    return histories
+
+
+def sharing_summary(data: xr.Dataset, stage: str) -> dict[str, float | None]:
+    """Mean and largest load sharing factor at a stage's ring where it is defined, None where
+    nowhere; of a double-helical one the mean is that of the half where it is largest."""
+
+    def of_ring(piece: xr.Dataset) -> xr.Dataset:
+        return of_kind(stage_part(piece[["load_sharing"]], stage, ""), "ring")
+
+    if TIME in data.dims:
+        ranges = ranges_of(data, of_ring)
+        mean, largest = ranges.mean["load_sharing"].max(), ranges.largest["load_sharing"].max()
+    else:
+        sharing = of_ring(data)["load_sharing"]
+        mean, largest = sharing.mean("position").max(), sharing.max()
+    return {"mean": _number(mean), "max": _number(largest)}
+
+
+DROP = (  # of ranges from the drop on
+    Figure("speed_rpm_min.<member>", "1/min", "slowest speed of members of given speed", ALWAYS,
+           lambda ranges: _by_label(ranges.least["input_speed"], RPM), "slowest speed, {name}"),
+    Figure("load_sharing.<group>", "1", "largest momentary load sharing factor", ALWAYS,
+           lambda ranges: _by_label(ranges.largest["load_sharing"]),
+           "largest load sharing factor, {name}"),
+    Figure("gear_mesh_force.<group>.min_n", "N", "least force of a gear mesh", of=force_ranges),
+    Figure("gear_mesh_force.<group>.mean_n", "N", "mean"),
+    Figure("gear_mesh_force.<group>.max_n", "N", "largest", ALWAYS, label="largest force, {name}"),
+)  # fmt: skip
+
+
+def drop_summary(data: xr.Dataset) -> dict[str, Any]:
+    """``DROP`` of one torque drop of any case."""
+    names = ["input_speed", "gear_mesh_force", "load_sharing"]
+    return values(DROP, ranges_of(data, lambda piece: piece[names]))
+
+
+@dataclass(frozen=True)
+class StageDrop:
+    """A torque drop of a flexible stage, of both halves of a double-helical one."""
+
+    data: xr.Dataset
+    stage: str
+
+    @cached_property
+    def parts(self) -> list[Ranges]:
+        """Ranges of ``stage_histories`` by half."""
+        data = self.data[[name for name in HISTORIES if name in self.data]]
+
+        def of_half(half: str) -> Ranges:
+            return ranges_of(
+                data, lambda piece: stage_histories(stage_part(piece, self.stage, half))
+            )
+
+        return [of_half(half) for half in halves(data, self.stage)]
+
+    def lowest_load(self) -> float:
+        """Of all pairs at work on the flank that carries, N (negative with linear contact only);
+        slots without a pair do not count."""
+        loads = [float(part.least[f"{gear}_load"].min()) for part in self.parts for gear in GEARS]
+        lowest = [load for load in loads if np.isfinite(load)]
+        if not lowest:
+            raise FlexgearError("no tooth pair was in contact during the torque step")
+        return min(lowest)
+
+
+STAGE_DROP = (
+    Figure("carrier_speed_rpm_min", "1/min", "slowest speed of the carrier, of FE rings",
+           of=lambda drop: float(drop.parts[0].least["stage_speed"]) * RPM),
+    Figure("tooth_load_n_min", "N", "least load of a pair on the flank that carries",
+           of=StageDrop.lowest_load, label="lowest load of a tooth pair"),
+    Figure("load_sharing_max", "1", "largest load sharing factor at the ring",
+           of=lambda drop: sharing_summary(drop.data, drop.stage)["max"]),
+    Figure("planet_force_spread_max", "1", "largest (max F − min F) / rated mean F at the ring",
+           of=lambda drop: max(float(p.largest["planet_force_spread"]) for p in drop.parts)),
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class SteadyRun:
+    """A flexible stage in steady running. runs: over one revolution, by variant, that of the case
+    as it is first; star: equilibria at rated torque, of which the first shows the ring's shape."""
+
+    stage: str
+    runs: Mapping[str, xr.Dataset]
+    star: xr.Dataset
+
+    @cached_property
+    def ranges(self) -> Ranges:
+        """Of the case as it is."""
+        return ranges_of(next(iter(self.runs.values())), self._histories)
+
+    def _histories(self, whole: xr.Dataset) -> xr.Dataset:
+        data = stage_part(whole, self.stage)
+        forces = of_kind(stage_part(whole, self.stage, ""), "ring")["gear_mesh_force"]
+        return data[["stage_speed"]].assign(
+            ring_mesh_force=forces.mean("gear_mesh", dtype=float),
+            tooth_node=data["tooth_displacement"].isel(tooth=0, drop=True),
+            pairs_in_contact=pairs_in_contact(carrying_pairs(data, "ring")["tooth"] > 0),
+        )
+
+    def pairs(self) -> dict[str, float]:
+        """Share of time with so many pairs in contact."""
+        shares = self.ranges.mean["pairs_in_contact"].mean("planet").to_numpy()
+        return {str(n): float(s) for n, s in enumerate(shares) if s}
+
+    def peak(self) -> dict[str, float]:
+        """Largest displacement of ring tooth 1 by axis, µm."""
+        ends = self.ranges.least["tooth_node"], self.ranges.largest["tooth_node"]
+        node = np.fmax(-ends[0].to_numpy(), ends[1].to_numpy())
+        return {a: float(v) * MICRO for a, v in zip("xyz", node, strict=True)}
+
+    def harmonics(self) -> list[float]:
+        """Amplitudes of the ring's shape, µm."""
+        first = stage_part(self.star.isel(position=slice(1)), self.stage)["tooth_displacement"]
+        sizes = np.abs(radial_harmonics(first.to_numpy()[0]))
+        return [float(v) * MICRO for v in sizes[:ORDERS]]
+
+    def sharing(self) -> dict[str, dict[str, float | None]]:
+        """Mean and largest load sharing factor at the ring, by variant."""
+        return {name: sharing_summary(data, self.stage) for name, data in self.runs.items()}
+
+
+STEADY = (
+    Figure("carrier_speed_rpm_mean", "1/min", "in the transient", WITH_SECTION,
+           lambda run: float(run.ranges.mean["stage_speed"]) * RPM),
+    # over whole tooth passages, as the run is over the revolution
+    Figure("ring_mesh_force_n_mean", "N", "in the transient, mean of all planets", WITH_SECTION,
+           lambda run: float(run.ranges.mean["ring_mesh_force"])),
+    Figure("ring_pairs_in_contact.<number>", "1", "share of time with so many pairs in contact",
+           WITH_SECTION, SteadyRun.pairs),
+    Figure("tooth_displacement_peak_um.<axis>", "µm", "largest displacement of ring tooth 1",
+           WITH_SECTION, SteadyRun.peak, "along {name}"),
+    Figure("radial_harmonics_um", "µm", "amplitudes 0 … 20 of the ring's shape in the first "
+           "equilibrium without errors", WITH_SECTION, SteadyRun.harmonics),
+    Figure("load_sharing.<variant>.mean", "1", "mean load sharing factor at the ring",
+           WITH_SECTION, SteadyRun.sharing),
+    Figure("load_sharing.<variant>.max", "1", "largest", WITH_SECTION),
+)  # fmt: skip
+
+
+def rim_stress(equilibria: xr.Dataset, stage: str) -> dict[str, float]:
+    """Stress along the circumference on the outer surface of a ring, MPa, over all teeth and
+    positions; empty without FE mesh."""
+    if "rim_stress" not in equilibria:
+        return {}
+    stress = stage_part(equilibria[["rim_stress"]], stage, "")["rim_stress"].to_numpy()
+    if not np.isfinite(stress).all():
+        return {}
+    ranges = stress.max(axis=0) - stress.min(axis=0)
+    sizes = {"min": stress.min(), "max": stress.max(), "range_max": ranges.max()}
+    sizes["range_mean"] = ranges.mean()
+    return {name: float(value) / 1e6 for name, value in sizes.items()}
+
+
+RIM = (  # of ``rim_stress``
+    Figure("rim_stress_mpa.min", "MPa", "see below", of=dict, label="least"),
+    Figure("rim_stress_mpa.max", "MPa", "largest", label="largest"),
+    Figure("rim_stress_mpa.range_max", "MPa", "how far it ranges at one place, the worst one",
+           label="range at one place as planets pass, largest"),
+    Figure("rim_stress_mpa.range_mean", "MPa", "the same, mean of all places",
+           label="range at one place as planets pass, mean"),
+)  # fmt: skip
+
+
+def _by_label(sizes: xr.DataArray, by: float = 1.0) -> dict[str, Any]:
+    """Values (n,) by the labels of their axis, None where there is no number."""
+    pairs = zip(sizes[sizes.dims[0]].to_numpy(), sizes.to_numpy(), strict=True)
+    return {str(n): float(v) * by if np.isfinite(v) else None for n, v in pairs}
+
+
+def _number(value: xr.DataArray) -> float | None:
+    return float(value) if np.isfinite(value) else None
