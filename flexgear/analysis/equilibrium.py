@@ -130,7 +130,7 @@ def revolution(
     if input_angles.ndim == 1:
         input_angles = np.column_stack([input_angles, *[np.zeros_like(input_angles)] * (free - 1)])
     count = len(input_angles)
-    known = port_torques(system, torque, count)
+    at_ports = port_torques(system, torque, count)
     theta = np.ascontiguousarray(system.theta(input_angles) if theta is None else theta)
     train = held(modal)
     work = position_work(pairs, train, len(system.ports))
@@ -139,13 +139,13 @@ def revolution(
     loads = empty_pair_loads(pairs, count)
     positions = Positions(
         theta=theta,
-        known=known,
-        torques=known.copy(),
+        known=at_ports,
+        torques=at_ports.copy(),
         eta=np.zeros((count, modal.modes.shape[1])),
         active_flanks=np.zeros((count, len(pairs.s0)), dtype=np.int64),
         closure=np.zeros(count),
     )
-    forward = np.ascontiguousarray(known @ system.rated_port_torques >= 0.0)
+    forward = np.ascontiguousarray(at_ports @ system.rated_port_torques >= 0.0)
     laws = law_functions(pairs)
     for start in range(0, count, CHUNK):
         stop = min(start + CHUNK, count)
@@ -153,7 +153,7 @@ def revolution(
             laws, (start, stop), forward, train, modes, work, out, positions, loads
         )
         if p < stop:
-            raise FlexgearError(_refusal(input_angles[p, 0], known[p, 0], failed))
+            raise FlexgearError(_refusal(input_angles[p, 0], at_ports[p, 0], failed))
         if progress is not None and count > CHUNK:
             progress(stop / count)
     return Equilibrium(

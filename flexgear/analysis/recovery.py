@@ -97,10 +97,10 @@ class Recovery:
 
     def named(self, name: str, rows: Callable[[], Array]) -> Array:
         """``motion`` of the rows that go by a name."""
-        known = self._outputs.get(name)
-        if known is None or known.basis is not self.modal.modes:
-            known = self._outputs[name] = output_of(self.modal, rows())
-        return self._value(known)
+        output = self._outputs.get(name)
+        if output is None or output.basis is not self.modal.modes:
+            output = self._outputs[name] = output_of(self.modal, rows())
+        return self._value(output)
 
     def _value(self, output: Output) -> Array:
         out = self.result.eta @ output.modes.T + self._moved_by_forces(output.residual)

@@ -47,12 +47,12 @@ def start_state(
     held = replace(modal, system=_balanced(system))
     speeds, settled = _given_speeds(system, ends, 1.0), False
     while not settled:
-        known, share = _known_torques(held.system, ends, speeds), _share(modal, speeds)
+        torques, share = _known_torques(held.system, ends, speeds), _share(modal, speeds)
         turning = replace(held, system=_at_speed(held.system, share))
-        at_rest = revolution(turning, np.array([carrier_angle]), known[None])
+        at_rest = revolution(turning, np.array([carrier_angle]), torques[None])
         speeds = _speeds(held.system, ends, at_rest.torques[0])
         now = _known_torques(held.system, ends, speeds)
-        settled = bool(np.abs(now - known).max() <= AGREES * np.abs(now).max())
+        settled = bool(np.abs(now - torques).max() <= AGREES * np.abs(now).max())
         settled = settled and abs(_share(modal, speeds) - share) <= AGREES * abs(share)
     if carrier_speed is not None:
         rated = system.rated_input_speeds
@@ -109,12 +109,12 @@ def _speeds(system: System, prescribed: Array, torques: Array) -> Array:
     turns = _port_rolling(system)
     for p in reversed(system.reactions):
         machine = system.machines[p]
-        wanted = machine.speed(-torques[p]) if isinstance(machine, Brake) else None
-        if wanted is None:
+        braked_speed = machine.speed(-torques[p]) if isinstance(machine, Brake) else None
+        if braked_speed is None:
             continue
         none, all_of_it = (turns[p] @ _given_speeds(system, prescribed, x) for x in (0.0, 1.0))
         if abs(all_of_it - none) > AGREES * abs(turns[p] @ system.rated_input_speeds):
-            return _given_speeds(system, prescribed, (wanted - none) / (all_of_it - none))
+            return _given_speeds(system, prescribed, (braked_speed - none) / (all_of_it - none))
     return _given_speeds(system, prescribed, 1.0)
 
 

@@ -60,8 +60,8 @@ class Commands(TyperGroup):
     """The table as commands that know their names and lines; the one that is called as a whole."""
 
     def __init__(self, **attrs: Any) -> None:
-        known = {name: TyperCommand(name, help=home.about) for name, home in COMMANDS.items()}
-        super().__init__(**{**attrs, "commands": known})
+        commands = {name: TyperCommand(name, help=home.about) for name, home in COMMANDS.items()}
+        super().__init__(**{**attrs, "commands": commands})
 
     def resolve_command(self, ctx: Any, args: list[str]) -> tuple[Any, Any, list[str]]:
         """Name, command and arguments; the module of the command is imported."""

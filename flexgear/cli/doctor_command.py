@@ -74,12 +74,12 @@ def look() -> Iterator[Finding]:
 def _packages() -> Iterator[Finding]:
     """Packages that flexgear needs, with their versions against those that it asks for."""
     try:
-        wanted = importlib.metadata.requires("flexgear") or []
+        requirements = importlib.metadata.requires("flexgear") or []
     except importlib.metadata.PackageNotFoundError:
         yield Finding("packages", "flexgear is not installed", "python -m pip install .")
         return
     versions, wrong = [], []
-    for line in wanted:
+    for line in requirements:
         if ";" in line:
             continue  # of an extra
         match = re.match(r"([\w.-]+).*?>=\s*([\d.]+)", line)

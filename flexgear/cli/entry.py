@@ -37,8 +37,8 @@ app = typer.Typer(
 )
 
 
-def _version(wanted: bool) -> None:
-    if wanted:
+def _version(asked: bool) -> None:
+    if asked:
         from flexgear.results.version import version  # reading it takes a while
 
         typer.echo(f"flexgear {version()}")

@@ -44,13 +44,13 @@ def import_rexs(
     target = Path(f"{Path(file).stem}.toml") if out is None else out
     _require_new(target, "--out", force)
     with without_collection():
-        made = case_of_document(read_rexs(file), file, load_case)
-    write_bytes(target, with_schema(made.text, target))
+        imported = case_of_document(read_rexs(file), file, load_case)
+    write_bytes(target, with_schema(imported.text, target))
     if as_json:
-        content = {"case": str(target), "assumed": made.assumed, "left_out": made.left_out}
+        content = {"case": str(target), "assumed": imported.assumed, "left_out": imported.left_out}
         typer.echo(as_json_text(content))
         return
-    typer.echo(_summary(made, target))
+    typer.echo(_summary(imported, target))
 
 
 def export(
@@ -85,7 +85,7 @@ def export(
     if rexs is not None:
         _write_rexs(source, rexs, force)
     if reduced is not None:
-        _write_reduced(source, reduced, form, Wanted(component, recovery, force, quiet))
+        _write_reduced(source, reduced, form, ExportOptions(component, recovery, force, quiet))
 
 
 def _write_rexs(case: Case, rexs: Path, force: bool) -> None:
@@ -99,7 +99,7 @@ def _write_rexs(case: Case, rexs: Path, force: bool) -> None:
 
 
 @dataclass(frozen=True)
-class Wanted:
+class ExportOptions:
     """What of the reduced bodies is written, and how."""
 
     component: str
@@ -108,19 +108,19 @@ class Wanted:
     quiet: bool
 
 
-def _write_reduced(case: Case, folder: Path, form: str, wanted: Wanted) -> None:
+def _write_reduced(case: Case, folder: Path, form: str, options: ExportOptions) -> None:
     """Matrices of the bodies that are asked for, all of them or none."""
     if form not in FORMATS:
         raise InputError("--format", form, "is unknown", f"choose {', '.join(FORMATS)}")
     target = folder_target(folder)
-    parts = components(case, wanted.component)
+    parts = components(case, options.component)
     there = [f for label in parts.values() for f in sorted(target.glob(f"{label}[._]*"))]
-    if there and not wanted.force:
+    if there and not options.force:
         raise InputError(
             "--reduced", str(there[0]), "is there already", "name another folder, or --force"
         )
     written: list[str] = []
-    with staged_folder(folder) as stage, progress(wanted.quiet) as report:
+    with staged_folder(folder) as stage, progress(options.quiet) as report:
         for part, label in parts.items():
             flexible = case.flexible_stages[part.stage]
             limit = reduction_limit(case, part.stage)
@@ -131,8 +131,8 @@ def _write_reduced(case: Case, folder: Path, form: str, wanted: Wanted) -> None:
                 body.positions,
                 body.stiffness,
                 body.mass,
-                body.recovery.astype(np.float64) if wanted.recovery else None,
-                body.points if wanted.recovery else None,
+                body.recovery.astype(np.float64) if options.recovery else None,
+                body.points if options.recovery else None,
             )
             written += [path.name for path in write_reduced(matrices, stage, form)]
     typer.echo(f"wrote {', '.join(written)} to {folder}; N, m, kg")
@@ -143,10 +143,10 @@ def _require_new(path: Path, option: str, force: bool) -> None:
         raise InputError(option, str(path), "is there already", "choose a new name, or --force")
 
 
-def _summary(made: Imported, target: Path) -> str:
-    lines = ["assumed, or put right:", *(f"  {line}" for line in made.assumed)]
-    lines = lines if made.assumed else ["nothing was assumed"]
-    count = len(made.left_out)
+def _summary(imported: Imported, target: Path) -> str:
+    lines = ["assumed, or put right:", *(f"  {line}" for line in imported.assumed)]
+    lines = lines if imported.assumed else ["nothing was assumed"]
+    count = len(imported.left_out)
     if count:
         lines += ["", f"not carried over: {count} lines, listed at the end of the case"]
     return "\n".join([*lines, "", f"wrote {target}; look at it, then: flexgear check {target}"])

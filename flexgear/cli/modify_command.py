@@ -57,8 +57,8 @@ def modify(
     """Propose helix slope and crowning of the planets' flanks under load, as keys to copy."""
     source = read_case(case, settings)
     parts, name = rigid_parts(rigid, source), _stage(source, stage)
-    wanted = next((a for a in AIMS if a == aim), None)
-    if wanted is None:
+    known_aim = next((a for a in AIMS if a == aim), None)
+    if known_aim is None:
         raise InputError("modify", "--for", f"{aim!r} is no aim", f"use {' or '.join(AIMS)}")
     shares = tuple(torque_share or (1.0,))
     if not all(0.0 < share <= 10.0 for share in shares):
@@ -72,7 +72,7 @@ def modify(
     with progress(quiet) as report:
         model = put_together(source, parts, report)
         proposal = propose_modifications(
-            model, name, shares=shares, aim=wanted, relief=relief, trials=trials, progress=report
+            model, name, shares=shares, aim=known_aim, relief=relief, trials=trials, progress=report
         )
     if picture is not None:
         save_or_rescue(partial(save_figure, before_and_after(*proposal.data)), picture)

@@ -13,7 +13,7 @@ import typer
 from flexgear.cli.outputs import with_schema
 from flexgear.files.atomic import file_target, write_bytes
 from flexgear.files.new_case import Rated
-from flexgear.gears.sizing import ARRANGEMENTS, Proposal, Wanted
+from flexgear.gears.sizing import ARRANGEMENTS, Proposal, StageRequest
 from flexgear.model.errors import InputError
 from flexgear.model.read import nearest
 from flexgear.studies.proposal import proposed_case
@@ -79,8 +79,8 @@ def new(
     rated = _rated(torque, speed, sun_torque, sun_speed, kinds)
     modules = [None] if module is None else [1e-3 * m for m in _list("--module-mm", module)]
     helices = [math.radians(angle) for angle in _list("--helix-deg", helix, least=0.0)]
-    wanted = [
-        Wanted(file, round(n), math.nan, math.nan, angle, size, double, kind)
+    requests = [
+        StageRequest(file, round(n), math.nan, math.nan, angle, size, double, kind)
         for file, n, angle, size, kind in zip(
             ratios,
             _each("--planets", numbers, len(ratios)),
@@ -90,7 +90,7 @@ def new(
             strict=True,
         )
     ]
-    text, stages = proposed_case(wanted, rated)
+    text, stages = proposed_case(requests, rated)
     write_bytes(out, with_schema(text, there))
     typer.echo(f"wrote {out}: {'; '.join(map(_proposal_text, stages))}; next: flexgear check {out}")
 
@@ -125,7 +125,7 @@ def _rated(
 
 def _proposal_text(p: Proposal) -> str:
     teeth = p.teeth
-    kind = "" if p.wanted.arrangement == "planetary" else f"{p.wanted.arrangement} of "
+    kind = "" if p.request.arrangement == "planetary" else f"{p.request.arrangement} of "
     return (
         f"{kind}{teeth.sun}/{teeth.planet}/{teeth.ring} teeth of module {1e3 * p.module:g} mm, "
         f"ratio {p.ratio:.5g}"

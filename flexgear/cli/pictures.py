@@ -45,16 +45,16 @@ def drawn_side(
 ) -> tuple[Side, list[str]]:
     """Draw the pictures: their side of the report, and what was left out and why."""
     report("pictures", 0.0)
-    made: dict[str, Picture] = {}
+    pictures: dict[str, Picture] = {}
     _known[sheet] = drawn = Pictures(content, sheet.folder)
     try:
         for k, outcome in workers.completed(_picture, sheet, drawn.names):
             # what another process could not draw fails here again, with its own error
-            made[drawn.names[k]] = outcome.value or drawn.picture(drawn.names[k])
-            report("pictures", len(made) / (len(drawn.names) + 1))
+            pictures[drawn.names[k]] = outcome.value or drawn.picture(drawn.names[k])
+            report("pictures", len(pictures) / (len(drawn.names) + 1))
     finally:
         del _known[sheet]
-    ordered = [made[name] for name in drawn.plan]
+    ordered = [pictures[name] for name in drawn.plan]
     notes = [picture.caption for picture in ordered if picture.file is None][:1]
     if content.rings and not content.fields:
         notes = ["no 3D renders: ring and carrier are rigid"]

@@ -284,15 +284,15 @@ def _loose_motions(b: TrainAssembly) -> Array:
     if len(b.case.stages) > 1 or b.case.joints or not stage.is_flexible:
         return loose
     held, planets = b.case.held_members(), b.bodies_of(f"{stage.name}.planet")
-    known = [b.a.rotation(m.body.name) for m in planets]
+    rigid_motions = [b.a.rotation(m.body.name) for m in planets]
     for part in ("carrier", "ring", "sun"):
         member = MemberName.of(stage.name, part)
         motion = np.sum([b.a.rotation(m.body.name) for m in b.bodies_of(member)], axis=0)
         for m in planets if part == "carrier" else ():
             motion[b.a.starts[m.body.name] + 1] = stage_radii(b.case.view()).center_distance
         if member not in held:
-            known.append(motion)
-    candidates = np.column_stack(known)
+            rigid_motions.append(motion)
+    candidates = np.column_stack(rigid_motions)
     return candidates if loose.shape == candidates.shape else loose
 
 

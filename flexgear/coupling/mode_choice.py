@@ -85,14 +85,14 @@ def choose_modes(
     number = len(omega) if limit_hz is None else int(np.sum(hz <= limit_hz))
     if accuracy is not None:
         allowed = cuts(omega)
-        wanted = int(allowed[np.argmax(estimates[allowed] <= accuracy)])
-        if wanted > number:
+        needed = int(allowed[np.argmax(estimates[allowed] <= accuracy)])
+        if needed > number:
             raise FlexgearError(
                 f"an accuracy of {accuracy:g} up to {band_hz:g} Hz needs modes to "
-                f"{hz[wanted - 1]:.0f} Hz, but modes_to is {limit_hz:g} Hz (estimate there "
+                f"{hz[needed - 1]:.0f} Hz, but modes_to is {limit_hz:g} Hz (estimate there "
                 f"{estimates[number]:.3g}): raise modes_to_hz or leave it out"
             )
-        number = wanted
+        number = needed
     return ModeChoice(
         number, float(hz[number - 1]) if number else 0.0, band_hz, accuracy, estimates
     )

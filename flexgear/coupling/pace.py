@@ -73,7 +73,7 @@ class Pace:
     reasons: dict[str, str]
 
     @property
-    def wanted(self) -> float:
+    def highest_frequency(self) -> float:
         """Highest frequency that results are wanted for, Hz."""
         return self.orders * self.gear_mesh
 
@@ -168,7 +168,7 @@ def _pace(
     series: tuple[str, ...],
 ) -> Pace:
     resonance, orders = min(own_frequency(s) for s in sets), solver.gear_mesh_orders
-    wanted, reasons = orders * gear_mesh, {}
+    highest, reasons = orders * gear_mesh, {}
 
     def chosen(name: str, derived: float, why: str, key: str = "") -> float:
         value = getattr(solver, key or name)
@@ -179,8 +179,8 @@ def _pace(
 
     by_order = f"order {orders} of the gear mesh frequency of {gear_mesh:.5g} Hz"
     by_inertia = f"gears of these inertias swing on their gear mesh at {resonance:.5g} Hz"
-    why = by_order if wanted > resonance else by_inertia
-    band = chosen("modes_band", max(wanted, resonance), why)
+    why = by_order if highest > resonance else by_inertia
+    band = chosen("modes_band", max(highest, resonance), why)
     top = f"of the band's top, {band:.5g} Hz"
     step = chosen("time_step", 1 / (STEPS * band), f"1/{STEPS} of a period {top}")
     longest = chosen("longest_time_step", LONGEST * step, f"{LONGEST} steps of steady running")
@@ -233,10 +233,12 @@ def pace_sections(pace: Pace, solver: Solver) -> dict[str, dict[str, Any]]:
 
 def too_coarse(pace: Pace, solver: Solver) -> list[str]:
     """What the case gives that does not show what it asks for, one line each."""
-    order = f"order {pace.orders} of the gear mesh frequency lies at {pace.wanted:.5g} Hz"
+    order = (
+        f"order {pace.orders} of the gear mesh frequency lies at {pace.highest_frequency:.5g} Hz"
+    )
     swing = f"gears swing on their gear mesh at {pace.resonance:.5g} Hz"
     notes = []
-    steps = {order: ENOUGH_STEPS * pace.wanted, swing: LEAST_STEPS * pace.resonance}
+    steps = {order: ENOUGH_STEPS * pace.highest_frequency, swing: LEAST_STEPS * pace.resonance}
     why, least = max(steps.items(), key=lambda item: item[1])
     if solver.step_tolerance == 0.0 and pace.time_step * least > 1 + EVEN:
         notes.append(
@@ -252,14 +254,14 @@ def too_coarse(pace: Pace, solver: Solver) -> list[str]:
             f"fast as the band's top of {pace.band:.5g} Hz; at most {1 / finest:.3g} s, or leave "
             "it out"
         )
-    least = ENOUGH_SAMPLES * pace.wanted
+    least = ENOUGH_SAMPLES * pace.highest_frequency
     if pace.output_interval * least > 1 + EVEN:
         notes.append(
             f"solver.output_interval_s = {pace.output_interval:.4g} is too coarse: {order}, and "
             f"peaks fall between the samples; at most {1 / least:.3g} s, or leave it out"
         )
     modes = min(pace.band, pace.modes_to or math.inf)
-    if modes < pace.wanted:
+    if modes < pace.highest_frequency:
         key = "modes_to_hz" if modes != pace.band else "modes_band_hz"
         notes.append(f"solver.{key} = {modes:.4g} is too low: {order}; raise it, or leave it out")
     if solver.duration is not None and 0 < solver.duration * pace.gear_mesh < 1:

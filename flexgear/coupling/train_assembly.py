@@ -43,8 +43,8 @@ class TrainAssembly:
 
     def angle(self, row: Array) -> int:
         """Number of an angle, entered if it is new."""
-        for k, known in enumerate(self.angles):
-            if np.array_equal(known, row):
+        for k, angle_row in enumerate(self.angles):
+            if np.array_equal(angle_row, row):
                 return k
         self.angles.append(row)
         return len(self.angles) - 1

@@ -151,8 +151,8 @@ def _made(folder: Path, for_good: bool = True) -> Iterator[None]:
             missing = []
     finally:
         with contextlib.suppress(OSError):  # finished work may lie there
-            for made in missing:
-                made.rmdir()
+            for folder_made in missing:
+                folder_made.rmdir()
 
 
 def _place_of(target: Path) -> Path:

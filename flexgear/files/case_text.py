@@ -44,9 +44,9 @@ class Section:
 
     def share(self, part: float, keys: Iterable[str], why: str) -> None:
         """Multiply values of these keys."""
-        wanted = {*keys}
+        names = {*keys}
         self.lines = [
-            (key, float(value) * part, f"{old}; {why}") if key in wanted else (key, value, old)  # type: ignore[arg-type]
+            (key, float(value) * part, f"{old}; {why}") if key in names else (key, value, old)  # type: ignore[arg-type]
             for key, value, old in self.lines
         ]
 
@@ -73,13 +73,13 @@ class CaseText:
     def section(self, header: str, behind: Section | None = None) -> Section:
         """A new section: behind another one and those below that, or behind those of the table it
         belongs to, if the last stage has such."""
-        made, place = Section(header), len(self.sections)
+        section, place = Section(header), len(self.sections)
         if behind is not None:
             place = next(k for k, earlier in enumerate(self.sections) if earlier is behind) + 1
             while place < len(self.sections) and self.sections[place].is_below(behind):
                 place += 1
-            self.sections.insert(place, made)
-            return made
+            self.sections.insert(place, section)
+            return section
         parent = header.rpartition(".")[0]
         for k in range(len(self.sections) - 1, -1, -1):
             before = self.sections[k].header
@@ -88,8 +88,8 @@ class CaseText:
                 break
             if before.startswith("[["):
                 break
-        self.sections.insert(place, made)
-        return made
+        self.sections.insert(place, section)
+        return section
 
     def assume(self, section: Section, key: str, value: Value, why: str) -> None:
         """A key that the file does not give."""

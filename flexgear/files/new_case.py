@@ -43,7 +43,7 @@ def new_case_text(stages: Sequence[Proposal], rated: Rated) -> str:
     torque = f"{rated.torque:.6g} N m"
     top = text.section("")
     top.put("title", f"{_kinds(stages)} of ratio {ratio:.4g} for {torque}", "")
-    top.put("held", [f"{name}.{p.wanted.kind.held}" for name, p in members], "")
+    top.put("held", [f"{name}.{p.request.kind.held}" for name, p in members], "")
     _put(text, "[material]", {
         "young_modulus_gpa": (206.0, "chosen: steel"), "poisson_ratio": (0.3, ""),
         "density_kg_per_m3": (7850.0, ""),
@@ -51,9 +51,9 @@ def new_case_text(stages: Sequence[Proposal], rated: Rated) -> str:
     for name, p in members:
         _stage(text, "stage" if len(stages) == 1 else "stages", name, p)
     for (name, p), (following, q) in pairwise(members):
-        _joint(text, f"{name}.{p.wanted.kind.fast}", f"{following}.{q.wanted.kind.slow}", p)
-    slow = (f"{names[0]}.{first.wanted.kind.slow}", first, 1.0)
-    fast = (f"{names[-1]}.{last.wanted.kind.fast}", last, ratio)
+        _joint(text, f"{name}.{p.request.kind.fast}", f"{following}.{q.request.kind.slow}", p)
+    slow = (f"{names[0]}.{first.request.kind.slow}", first, 1.0)
+    fast = (f"{names[-1]}.{last.request.kind.fast}", last, ratio)
     driven, loaded = (fast, slow) if rated.at_sun else (slow, fast)
     inertia = around.port_inertia(first)
     _port(text, "[[inputs]]", *driven, inertia, rated)
@@ -71,7 +71,7 @@ def new_case_text(stages: Sequence[Proposal], rated: Rated) -> str:
 
 
 def _kinds(stages: Sequence[Proposal]) -> str:
-    kinds = [p.wanted.arrangement for p in stages]
+    kinds = [p.request.arrangement for p in stages]
     if len(kinds) == 1:
         return f"{kinds[0].capitalize()} stage"
     return f"{' and '.join(kinds).capitalize()} stages"
@@ -113,12 +113,12 @@ def _stage(text: CaseText, table: str, name: str, p: Proposal) -> None:
 
 
 def _gears(p: Proposal) -> Fields:
-    double = p.wanted.double_helical
+    double = p.request.double_helical
     fields: Fields = {
-        "planets": (p.wanted.planets, f"({p.teeth.sun} + {p.teeth.ring})/{p.wanted.planets} is "
+        "planets": (p.request.planets, f"({p.teeth.sun} + {p.teeth.ring})/{p.request.planets} is "
                     "whole: equal spacings assemble"),
         "normal_module_mm": (
-            _mm(p.module), ASKED if p.wanted.module else "DIN 780; by flank and root",
+            _mm(p.module), ASKED if p.request.module else "DIN 780; by flank and root",
         ),
         "pressure_angle_deg": (20.0, "ISO 53"),
         "face_width_mm": (
@@ -126,8 +126,8 @@ def _gears(p: Proposal) -> Fields:
             "the least that carries flank and root" + (", of each half" if double else ""),
         ),
     }  # fmt: skip
-    if p.wanted.helix:
-        fields["helix_angle_deg"] = (math.degrees(p.wanted.helix), ASKED)
+    if p.request.helix:
+        fields["helix_angle_deg"] = (math.degrees(p.request.helix), ASKED)
         where = " in the left half (-z)" if double else "; the sun has the other"
         fields["planet_hand"] = ("right", f"of planets and ring{where}")
     if double:
@@ -160,7 +160,7 @@ def _arm(p: Proposal) -> float:
 
 
 def _planet_bearing(p: Proposal, bearing: float) -> Fields:
-    slides = p.wanted.double_helical
+    slides = p.request.double_helical
     return {
         "radial_n_per_m": (bearing, "two rows of 16 rollers, half of Palmgren's stiffness"),
         "axial_n_per_m": (
@@ -185,13 +185,13 @@ def _bearing(p: Proposal, bearing: float, axial: float, why: str) -> Fields:
 def _sun_shaft(
     text: CaseText, table: str, p: Proposal, carrier: around.CarrierSize, bearing: float
 ) -> None:
-    at, slides = f"{table}.sun.shaft", p.wanted.double_helical
-    _put(text, f"[{at}]", {"direction": (AXES[p.wanted.arrangement][2], "")})
+    at, slides = f"{table}.sun.shaft", p.request.double_helical
+    _put(text, f"[{at}]", {"direction": (AXES[p.request.arrangement][2], "")})
     _put(text, f"[[{at}.sections]]", {
         "length_mm": (_mm(p.gear_width + 4 * carrier.plate), "through a plate and beyond"),
         "outer_diameter_mm": (_mm(carrier.shaft), "solid; 100 N/mm² of shear at rated torque"),
     })  # fmt: skip
-    where = "; its end is held" if p.wanted.kind.held == "sun" else ""
+    where = "; its end is held" if p.request.kind.held == "sun" else ""
     _put(text, f"[{at}.spline]", {
         "radial_n_per_m": (bearing, f"chosen: stiff in torsion{where}"),
         "axial_n_per_m": (
@@ -214,11 +214,11 @@ def _ring(
     support: around.Bolting | around.Splined,
     bearing: float,
 ) -> None:
-    at, double = f"{table}.ring.fe", p.wanted.double_helical
+    at, double = f"{table}.ring.fe", p.request.double_helical
     rim: Fields = {"rim_thickness_mm": (_mm(support.rim), _rim(support))}
     if isinstance(support, around.Bolting):
         why = "chosen" + ("; the right half is mirrored" if double else "")
-        end = "-z" if double else AXES[p.wanted.arrangement][1]
+        end = "-z" if double else AXES[p.request.arrangement][1]
         _put(text, f"[{at}]", {**rim, "end": (end, why)})
         _put(text, f"[{at}.bolts]", _bolts(support))
     else:
@@ -231,10 +231,10 @@ def _ring(
             "stiffness_tilt_nm_per_rad": (support.tilt, ""),
             "stiffness_torsion_nm_per_rad": (support.torsion, "chosen: 0.5 mrad at rated torque"),
         })  # fmt: skip
-    if p.wanted.kind.held == "ring":
+    if p.request.kind.held == "ring":
         return
     hub = around.ring_hub(p, support.rim)
-    side = 1.0 if AXES[p.wanted.arrangement][1] == "+z" else -1.0
+    side = 1.0 if AXES[p.request.arrangement][1] == "+z" else -1.0
     _put(text, f"[{table}.ring.hub]", {
         "mass_kg": (hub.mass, "chosen: a flange a third as wide as the gears"),
         "inertia_kg_m2": (hub.inertia, ""), "tilt_inertia_kg_m2": (hub.tilt_inertia, ""),
@@ -268,14 +268,14 @@ def _bolts(b: around.Bolting) -> Fields:
 def _carrier(
     text: CaseText, table: str, p: Proposal, c: around.CarrierSize, bearing: float
 ) -> None:
-    held = p.wanted.kind.held == "carrier"
+    held = p.request.kind.held == "carrier"
     flange = _bearing(p, 2 * bearing, 1.0, "chosen: a flange bolted to the housing")
     flange["torsion_nm_per_rad"] = (p.carrier_torque / around.TWIST, _twist())
     located = _bearing(p, bearing, 0.25, "chosen: as a planet's; locates axially")
     _put(text, f"[{table}.carrier.bearing_drive]", flange if held else located)
     _put(text, f"[{table}.carrier.bearing_far]", _bearing(p, bearing, 0.25, "chosen"))
     _put(text, f"[{table}.carrier.fe]", {
-        "drive_side": (AXES[p.wanted.arrangement][0], "chosen: two plates round the planets"),
+        "drive_side": (AXES[p.request.arrangement][0], "chosen: two plates round the planets"),
         "plate_diameter_mm": (_mm(c.plate_diameter), "encloses the pins, passes through the ring"),
         "plate_thickness_drive_mm": (_mm(c.plate), "half of a pin's diameter"),
         "plate_thickness_far_mm": (_mm(c.plate), ""),
@@ -299,7 +299,7 @@ def _carrier(
 
 def _joint(text: CaseText, first: str, second: str, p: Proposal) -> None:
     """Between two stages; a sun's shaft has its spline in series."""
-    torque, bearing = p.wanted.torque / p.ratio, around.bearing_stiffness(p)
+    torque, bearing = p.request.torque / p.ratio, around.bearing_stiffness(p)
     _put(text, "[[joints]]", {
         "first": (first, ""), "second": (second, ""),
         **_bearing(p, bearing, 0.25, "chosen: a flange"),

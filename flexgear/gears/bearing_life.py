@@ -68,17 +68,17 @@ def planet_bearing_life_ratios(
 
     Parallel stages have no planet bearing.
     """
-    known = {s.name: s for s in reference.stages}
+    reference_stages = {s.name: s for s in reference.stages}
     return {
         s.name: life_ratio(
             s.planet_bearing_force,
             s.planet_relative_speed,
-            known[s.name].planet_bearing_force,
-            known[s.name].planet_relative_speed,
+            reference_stages[s.name].planet_bearing_force,
+            reference_stages[s.name].planet_relative_speed,
             exponent,
         )
         for s in flow.stages
-        if s.kind == "planetary" and s.name in known
+        if s.kind == "planetary" and s.name in reference_stages
     }
 
 
@@ -91,9 +91,11 @@ def planet_bearing_life_hours(case: Case, flow: PowerFlow) -> dict[str, float]:
     lives = {}
     for stage in case.stages:
         if stage.kind == "planetary":
-            known = flow.stage(stage.name)
+            stage_flow = flow.stage(stage.name)
             life = bearing_life_hours(
-                stage.planet_bearing, known.planet_bearing_force, known.planet_relative_speed
+                stage.planet_bearing,
+                stage_flow.planet_bearing_force,
+                stage_flow.planet_relative_speed,
             )
             if life is not None:
                 lives[stage.name] = life

@@ -85,21 +85,21 @@ def require_speeds(members: Members, mobility: int) -> None:
     ties = tie_matrix(members, members.ties)
     listing = _listed(driven, "speed")
     head = f"mobility {mobility}, and {listing}"
-    known = np.vstack([ties, port_matrix(members, driven)])
-    rank_known = rank(known)
+    conditions = np.vstack([ties, port_matrix(members, driven)])
+    independent = rank(conditions)
     if len(driven) > mobility:
         raise InputError(
             members.source, driven[-1].key,
             f"overdetermined: {head}{_clash(members, ties, driven)}",
             f"remove {_count(len(driven) - mobility, 'speed')} (give power or torque instead)",
         )  # fmt: skip
-    if rank_known == len(members.names):
+    if independent == len(members.names):
         return
-    free = null_space(known)
+    free = null_space(conditions)
     spread = np.linalg.norm(free, axis=1)
     open_members = [m for m, s in zip(members.names, spread, strict=True) if s > 1e-6]
     ports = [p.member for p in members.ports if p.speed is None and p.member in open_members]
-    missing = len(members.names) - rank_known
+    missing = len(members.names) - independent
     if len(driven) == mobility:
         problem = f"{head}, but they depend on each other"
     else:
@@ -163,8 +163,8 @@ def _clash(members: Members, ties: Array, driven: list[Port]) -> str:
             rows = np.vstack([rows, row])
             continue
         values = [p.speed or 0.0 for p in driven[:k]]
-        known = np.vstack([ties, port_matrix(members, driven[:k])])
-        speeds = np.linalg.lstsq(known, np.array([0.0] * len(ties) + values), rcond=None)[0]
+        conditions = np.vstack([ties, port_matrix(members, driven[:k])])
+        speeds = np.linalg.lstsq(conditions, np.array([0.0] * len(ties) + values), rcond=None)[0]
         implied = speeds[members.names.index(port.member)]
         return (
             f"; the others make {port.member} turn at {implied * RPM:.6g} r/min, "

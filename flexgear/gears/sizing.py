@@ -63,7 +63,7 @@ ARRANGEMENTS = {
 
 
 @dataclass(frozen=True)
-class Wanted:
+class StageRequest:
     """ratio: of the fast over the slow member's speed, without sign; torque, N m, and speed, rad/s,
     of the slow member; helix, rad; module, m, None: follows; double_helical: two halves of opposite
     hand; arrangement: of ``ARRANGEMENTS``."""
@@ -92,7 +92,7 @@ class Wanted:
 class Proposal:
     """Teeth and shifts; normal module and face width (of a half of a double-helical stage), m."""
 
-    wanted: Wanted
+    request: StageRequest
     teeth: ToothNumbers
     module: float
     face_width: float
@@ -105,12 +105,12 @@ class Proposal:
     @property
     def ratio(self) -> float:
         """Of what is proposed."""
-        return self.wanted.kind.ratio(self.basic_ratio)
+        return self.request.kind.ratio(self.basic_ratio)
 
     @property
     def transverse_module(self) -> float:
         """m."""
-        return self.module / math.cos(self.wanted.helix)
+        return self.module / math.cos(self.request.helix)
 
     @property
     def center_distance(self) -> float:
@@ -146,13 +146,13 @@ class Proposal:
     def gear_width(self) -> float:
         """Of the whole gears, m."""
         return (
-            2 * self.face_width + self.half_gap if self.wanted.double_helical else self.face_width
+            2 * self.face_width + self.half_gap if self.request.double_helical else self.face_width
         )
 
     @property
     def sun_torque(self) -> float:
         """N m."""
-        return self.wanted.kind.sun_torque(self.wanted.torque, self.basic_ratio)
+        return self.request.kind.sun_torque(self.request.torque, self.basic_ratio)
 
     @property
     def ring_torque(self) -> float:
@@ -167,49 +167,49 @@ class Proposal:
     @property
     def pin_force(self) -> float:
         """Mean force of a planet on its pin, N."""
-        return self.carrier_torque / (self.wanted.planets * self.center_distance)
+        return self.carrier_torque / (self.request.planets * self.center_distance)
 
 
-def proposals(wanted: Wanted) -> Iterator[Proposal]:
+def proposals(request: StageRequest) -> Iterator[Proposal]:
     """Stages that assemble and fit their centre distance, the best first; InputError where there
     are none."""
-    _require_possible(wanted)
-    basic, last = wanted.kind.basic_ratio(wanted.ratio), None
-    for teeth in tooth_numbers(basic, wanted.planets, wanted.helix):
+    _require_possible(request)
+    basic, last = request.kind.basic_ratio(request.ratio), None
+    for teeth in tooth_numbers(basic, request.planets, request.helix):
         try:
-            yield Proposal(wanted, teeth, *_size(wanted, teeth))
+            yield Proposal(request, teeth, *_size(request, teeth))
         except InputError as error:
             last = error
     raise last or InputError(
         "new", "--planets",
-        f"no tooth numbers give ratio {wanted.ratio:g} with {wanted.planets} planets that "
+        f"no tooth numbers give ratio {request.ratio:g} with {request.planets} planets that "
         "assemble and clear each other",
-        _room_for(wanted),
+        _room_for(request),
     )  # fmt: skip
 
 
-def _room_for(wanted: Wanted) -> str:
+def _room_for(request: StageRequest) -> str:
     """Advice for planets that do not fit: the ratio at which their pitch circles touch."""
-    sine = math.sin(math.pi / wanted.planets)
-    if wanted.planets == 2:
+    sine = math.sin(math.pi / request.planets)
+    if request.planets == 2:
         return "take another ratio, or three planets"
-    bound = wanted.kind.ratio((1 + sine) / (1 - sine))
-    side = "from" if wanted.kind.held == "sun" else "up to"
-    return f"use fewer planets; {wanted.planets} have room {side} a ratio of about {bound:.3g}"
+    bound = request.kind.ratio((1 + sine) / (1 - sine))
+    side = "from" if request.kind.held == "sun" else "up to"
+    return f"use fewer planets; {request.planets} have room {side} a ratio of about {bound:.3g}"
 
 
-def _require_possible(wanted: Wanted) -> None:
-    steepest = HELIX[wanted.double_helical]
-    between = sorted(wanted.kind.ratio(basic) for basic in (1.5, 11.0))
+def _require_possible(request: StageRequest) -> None:
+    steepest = HELIX[request.double_helical]
+    between = sorted(request.kind.ratio(basic) for basic in (1.5, 11.0))
     limits: dict[str, tuple[float, float, float, str]] = {
-        "--ratio": (wanted.ratio, between[0], between[1], _usual_ratio(wanted)),
-        "--planets": (wanted.planets, 2, 12, "3 to 5 is usual"),
-        "--torque-nm": (wanted.torque, 1.0, 5e7, f"give that of the {wanted.kind.slow}"),
+        "--ratio": (request.ratio, between[0], between[1], _usual_ratio(request)),
+        "--planets": (request.planets, 2, 12, "3 to 5 is usual"),
+        "--torque-nm": (request.torque, 1.0, 5e7, f"give that of the {request.kind.slow}"),
         "--speed-rpm": (
-            wanted.speed * 30 / math.pi, 0.1, 2e4, f"give that of the {wanted.kind.slow}",
+            request.speed * 30 / math.pi, 0.1, 2e4, f"give that of the {request.kind.slow}",
         ),
         "--helix-deg": (
-            math.degrees(wanted.helix), 5.0 if wanted.double_helical else 0.0, steepest,
+            math.degrees(request.helix), 5.0 if request.double_helical else 0.0, steepest,
             f"0 for spur gears, up to {HELIX[False]:g} for helical, 5 to {HELIX[True]:g} for "
             "double-helical ones",
         ),
@@ -219,19 +219,19 @@ def _require_possible(wanted: Wanted) -> None:
             raise InputError("new", key, f"{value:g} is not from {low:.4g} to {high:.4g}", remedy)
 
 
-def _usual_ratio(wanted: Wanted) -> str:
-    low, high = sorted(wanted.kind.ratio(basic) for basic in (2.0, 9.0))
-    return f"{low:.3g} to {high:.3g} is usual of a {wanted.arrangement} stage"
+def _usual_ratio(request: StageRequest) -> str:
+    low, high = sorted(request.kind.ratio(basic) for basic in (2.0, 9.0))
+    return f"{low:.3g} to {high:.3g} is usual of a {request.arrangement} stage"
 
 
-def _size(wanted: Wanted, teeth: ToothNumbers) -> tuple[float, float]:
+def _size(request: StageRequest, teeth: ToothNumbers) -> tuple[float, float]:
     """Module and face width, m: the smallest module whose face is not too wide for its pinion."""
-    for module in MODULES if wanted.module is None else (wanted.module * 1e3,):
-        width, widest = _width(wanted, teeth, module), _widest(wanted, teeth, module)
+    for module in MODULES if request.module is None else (request.module * 1e3,):
+        width, widest = _width(request, teeth, module), _widest(request, teeth, module)
         if width <= widest:
             step = 1.0 if width > 10 else 0.1
             return module * 1e-3, math.ceil(width / step - 1e-9) * step * 1e-3
-    if wanted.module is None:
+    if request.module is None:
         raise InputError("new", "--torque-nm", "is more than any module takes", "use more planets")
     raise InputError(
         "new", "--module-mm",
@@ -240,19 +240,19 @@ def _size(wanted: Wanted, teeth: ToothNumbers) -> tuple[float, float]:
     )  # fmt: skip
 
 
-def _width(wanted: Wanted, teeth: ToothNumbers, module: float) -> float:
+def _width(request: StageRequest, teeth: ToothNumbers, module: float) -> float:
     """Face width, mm, that carries flank and root and is not narrower than six modules."""
     pinion, wheel = sorted((teeth.sun, teeth.planet))
-    u, shares = wheel / pinion, wanted.planets * wanted.halves
-    sun = wanted.kind.sun_torque(wanted.torque, teeth.ring / teeth.sun)
+    u, shares = wheel / pinion, request.planets * request.halves
+    sun = request.kind.sun_torque(request.torque, teeth.ring / teeth.sun)
     torque = FACTOR * sun / shares * 1e3 * pinion / teeth.sun
-    diameter = module * pinion / math.cos(wanted.helix)
+    diameter = module * pinion / math.cos(request.helix)
     force = 2 * torque / diameter
     flank = force * (u + 1) / u / (diameter * FLANK)
     return max(flank, force * FORM / (module * ROOT), NARROWEST * module)
 
 
-def _widest(wanted: Wanted, teeth: ToothNumbers, module: float) -> float:
+def _widest(request: StageRequest, teeth: ToothNumbers, module: float) -> float:
     """Face width, mm, that the pinion allows."""
-    pinion = min(teeth.sun, teeth.planet) * module / math.cos(wanted.helix)
+    pinion = min(teeth.sun, teeth.planet) * module / math.cos(request.helix)
     return max(WIDTH * pinion, NARROWEST * module)

@@ -55,7 +55,7 @@ def ring_support(p: Proposal) -> Bolting | Splined:
     """How the ring, or one half of it, is held by a rim of 3 to 3.5 modules: by the thinnest bolts
     in it, 8 to 40, whose friction carries the torque with safety 1.5 (VDI 2230), by the thickest
     with fitted pins beside where none do, by an outer spline where no bolt has room."""
-    torque, best = p.ring_torque / p.wanted.halves, None
+    torque, best = p.ring_torque / p.request.halves, None
     for diameter, area in BOLTS.items():
         rim = max(RIM * p.module, BOLTED_RIM * diameter)
         if rim > THICKEST_RIM * p.module * (1 + 1e-9):
@@ -151,7 +151,7 @@ def _web(p: Proposal, edge: float, clearance: float) -> float:
     """Most of the free width between two planets at the plates' edge, m."""
     a, clear = p.center_distance, p.planet_tip_radius + clearance
     turn = math.acos(min(1.0, (edge**2 + a**2 - clear**2) / (2 * edge * a)))
-    free = 2 * edge * math.sin(math.pi / p.wanted.planets - turn)
+    free = 2 * edge * math.sin(math.pi / p.request.planets - turn)
     return min(0.8 * free, 0.7 * p.planet_tip_radius)
 
 
@@ -166,4 +166,4 @@ def port_inertia(p: Proposal) -> float:
     of a hundred steel discs as large as the ring, kg m²."""
     radius = 0.5 * p.teeth.ring * p.transverse_module
     disc = 0.5 * math.pi * DENSITY * p.gear_width * radius**4
-    return min(2 * SECONDS * p.wanted.torque / p.wanted.speed, 100 * disc)
+    return min(2 * SECONDS * p.request.torque / p.request.speed, 100 * disc)

@@ -229,17 +229,17 @@ class CutterTool:
 GeneratingTool = RackTool | CutterTool
 
 
-def rounded(tool: GeneratingTool, wanted: float) -> GeneratingTool | None:
-    """The tool with a tip radius as wanted, or that of its full round where that does not fit;
+def rounded(tool: GeneratingTool, tip_radius: float) -> GeneratingTool | None:
+    """The tool with this tip radius, or that of its full round where that does not fit;
     None where its tip is a point."""
-    tool = replace(tool, tip_radius=wanted)
+    tool = replace(tool, tip_radius=tip_radius)
     if tool.land >= 0.0:
         return tool
 
     def land(radius: float) -> float:
         return replace(tool, tip_radius=radius).land
 
-    least = LEAST_ROUNDING * wanted
+    least = LEAST_ROUNDING * tip_radius
     if land(least) <= 0.0:
         return None
-    return replace(tool, tip_radius=float(brentq(land, least, wanted, xtol=1e-15, rtol=1e-14)))
+    return replace(tool, tip_radius=float(brentq(land, least, tip_radius, xtol=1e-15, rtol=1e-14)))

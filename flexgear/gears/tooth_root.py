@@ -125,11 +125,11 @@ class ToothRoot:
         below = tooth.outward * (rho - self.form_radius) < 0
         if not below.any():
             return half
-        wanted = rho[below]
-        low, high = np.zeros_like(wanted), np.full_like(wanted, self.form)
+        radii = rho[below]
+        low, high = np.zeros_like(radii), np.full_like(radii, self.form)
         for _ in range(_HALVINGS):
             middle = 0.5 * (low + high)
-            inside = tooth.outward * (abs(self.at(middle)) - wanted) < 0
+            inside = tooth.outward * (abs(self.at(middle)) - radii) < 0
             low, high = np.where(inside, middle, low), np.where(inside, high, middle)
         half[below] = np.angle(self.at(0.5 * (low + high)))
         return half
@@ -155,17 +155,17 @@ class ToothRoot:
     def section_place(self) -> float:
         """t of the root section: where the tangent makes 30° (external) or 60° (internal) with the
         tooth's middle line, or where the involute ends if it is steeper there."""
-        wanted = math.sin(ROOT_SECTION[self.tooth.internal])
+        steepest = math.sin(ROOT_SECTION[self.tooth.internal])
         t = np.linspace(0.0, self.form, _PLACES)
-        steeper = np.flatnonzero(self.slope(t) > wanted)
+        steeper = np.flatnonzero(self.slope(t) > steepest)
         if not len(steeper) or steeper[0] != 0:
             return 0.0
-        flatter = np.flatnonzero(self.slope(t) <= wanted)
+        flatter = np.flatnonzero(self.slope(t) <= steepest)
         if not len(flatter):
             return self.form
         first = int(flatter[0])
         return float(
-            brentq(lambda x: float(self.slope(x)) - wanted, t[first - 1], t[first], xtol=1e-15)
+            brentq(lambda x: float(self.slope(x)) - steepest, t[first - 1], t[first], xtol=1e-15)
         )
 
     @cached_property

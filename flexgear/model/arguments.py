@@ -40,8 +40,8 @@ def checked(function: F) -> F:
             except (ValidationError, TypeError, ValueError):
                 problem = f"{echo(value)} is of the wrong type"
                 annotation = signature.parameters[argument].annotation
-                wanted = str(annotation).replace("ArrayLike", "a number or an array of numbers")
-                raise InputError(place, label, problem, f"give {wanted}") from None
+                hint_text = str(annotation).replace("ArrayLike", "a number or an array of numbers")
+                raise InputError(place, label, problem, f"give {hint_text}") from None
         try:
             return function(*args, **kwargs)
         except InputError as fault:
@@ -78,16 +78,16 @@ def _adapters(
 
 
 def _adapter(argument: inspect.Parameter, names: dict[str, Any]) -> Callable[[Any], object]:
-    wanted = str(argument.annotation)
-    if wanted.startswith("Mapping[str, ArrayLike"):
+    hint_text = str(argument.annotation)
+    if hint_text.startswith("Mapping[str, ArrayLike"):
         return lambda value: _require(isinstance(value, Mapping))
-    if "ArrayLike" in wanted:  # a union of all that NumPy could turn into one
+    if "ArrayLike" in hint_text:  # a union of all that NumPy could turn into one
         optional = argument.default is None
         return lambda value: None if optional and value is None else np.asarray(value, dtype=float)
     try:
-        hint = eval(wanted, names)  # an annotation of flexgear's own source
+        hint = eval(hint_text, names)  # an annotation of flexgear's own source
     except NameError:  # a class that its module imports for type checkers alone
-        return lambda value: _require(wanted in {c.__name__ for c in type(value).__mro__})
+        return lambda value: _require(hint_text in {c.__name__ for c in type(value).__mro__})
     if inspect.isclass(hint) and hint.__module__.partition(".")[0] in ("flexgear", "xarray"):
         return lambda value: _require(isinstance(value, hint))
     try:

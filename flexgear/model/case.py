@@ -104,8 +104,8 @@ class Case(Section):
 
     def stage_index(self, name: str) -> int:
         """Place of the stage of that name, or of a member's stage, in the train."""
-        wanted = MemberName.parse(name).stage
-        return next(k for k, stage in enumerate(self.stages) if stage.name == wanted)
+        stage_name = MemberName.parse(name).stage
+        return next(k for k, stage in enumerate(self.stages) if stage.name == stage_name)
 
     def member_names(self) -> tuple[MemberName, ...]:
         """All members, stage by stage: "stage_1.sun", "stage_1.ring", …"""

@@ -46,10 +46,10 @@ def _check_members(case: Case) -> None:
     named += [(f"loads.{k}.member", load.member) for k, load in enumerate(case.loads)]
     for k, joint in enumerate(case.joints):
         named += [(f"joints.{k}.first", joint.first), (f"joints.{k}.second", joint.second)]
-    known: list[str] = list(case.member_names())
+    members: list[str] = list(case.member_names())
     for key, name in named:
-        if name not in known:
-            raise Refusal(key, f"{echo(name)} is not a member", nearest(name, known))
+        if name not in members:
+            raise Refusal(key, f"{echo(name)} is not a member", nearest(name, members))
 
 
 def _check_ports(case: Case) -> None:

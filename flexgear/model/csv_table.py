@@ -112,9 +112,9 @@ def _optional(header: list[str], optional: Mapping[str, str], where: str) -> lis
     """Those of the optional columns that there are."""
     each = (_column_of(header, {name: dimension}) for name, dimension in optional.items())
     columns = [column for column in each if column is not None]
-    begins, known = tuple({name.partition("_")[0] for name in optional}), {c[2] for c in columns}
+    begins, present = tuple({name.partition("_")[0] for name in optional}), {c[2] for c in columns}
     for at, title in enumerate(header):
-        if begins and title.startswith(begins) and at not in known:
+        if begins and title.startswith(begins) and at not in present:
             raise InputError(
                 where, f"column {echo(title)}", "is not known, or there twice",
                 f"head it {', '.join(map(_usual, optional.items()))}",

@@ -127,9 +127,9 @@ def _spelled(root: type[Section], loc: list[Any]) -> str:
         if isinstance(part, int):
             text += f"[{part}]"
             continue
-        known = part in owner.model_fields
-        text += ("." if text else "") + (usual_key(owner, part) if known else part)
-        owner = (section_of(owner, part) if known else None) or owner
+        has_field = part in owner.model_fields
+        text += ("." if text else "") + (usual_key(owner, part) if has_field else part)
+        owner = (section_of(owner, part) if has_field else None) or owner
     return text
 
 

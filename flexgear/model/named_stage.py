@@ -65,10 +65,10 @@ def _take_ports(data: dict[str, Any], taken: Case, name: str) -> None:
         if theirs is None:
             continue
         values = theirs.model_dump(mode="python", exclude_none=True)
-        wanted = {key: values[key] for key in _OF_PORTS if key in values}
+        of_port = {key: values[key] for key in _OF_PORTS if key in values}
         if port is not data.get("output"):
-            wanted.pop("brake_exponent", None)
-        port.update({key: value for key, value in wanted.items() if key not in port})
+            of_port.pop("brake_exponent", None)
+        port.update({key: value for key, value in of_port.items() if key not in port})
 
 
 def _merged(base: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:

@@ -92,16 +92,16 @@ def upgraded(text: str, where: str) -> str:
         return text
     train = _is_train(raw)
     ports = {} if train else {p: m for p, m in _PORTS.items() if p.split(".")[0] not in raw}
-    wanted: dict[str, Any] = {f"{port}.member": member for port, member in ports.items()}
+    present_entries: dict[str, Any] = {f"{port}.member": member for port, member in ports.items()}
     for key, value in _leaves(raw):
         name = key if train else present_key(key) or key
         if name == key and key.partition(".")[0] in _GONE:
             raise InputError(where, key, "is not a known key", "correct it first")
-        if name in wanted:
+        if name in present_entries:
             raise InputError(where, key, f"is given twice, also as {name}", "keep one of them")
         if key != "kind":
             bare = isinstance(value, str) and "." not in value and _LOADED.fullmatch(key)
-            wanted[name] = f"stage.{value}" if bare and not train else value
+            present_entries[name] = f"stage.{value}" if bare and not train else value
     blocks = _blocks(text)
     if train:
         blocks[0].body = [part for part in blocks[0].body if part.path != ("kind",)]
@@ -115,8 +115,8 @@ def upgraded(text: str, where: str) -> str:
             written = dict(_leaves(tomllib.loads(present)))
         except tomllib.TOMLDecodeError:
             raise InputError(where, block.path, "has no place in this file", remedy) from None
-    for key in {**wanted, **written}:
-        if written.get(key) != wanted.get(key):
+    for key in {**present_entries, **written}:
+        if written.get(key) != present_entries.get(key):
             raise InputError(where, key, "has no place in this file", remedy)
     return present
 
@@ -248,7 +248,7 @@ def _split(block: _Block, moved: dict[str, _Block]) -> list[_Block]:
     which ``moved`` gets."""
     section = present_key(block.path) or block.path
     stays, target = _Block(section, _renamed(block.header, section), block.lead), None
-    made, above = [stays], list[_Part]()
+    blocks, above = [stays], list[_Part]()
     keys = [f"{block.path}.{'.'.join(part.path)}" for part in block.body if part.path]
     if gone := block.path in _SPLIT and all(map(present_key, keys)):
         written = _HEADER.fullmatch(block.header)  # what was said of all of it goes with a key
@@ -266,13 +266,13 @@ def _split(block: _Block, moved: dict[str, _Block]) -> list[_Block]:
             continue
         at, _, name = present.rpartition(".")
         if at not in moved:
-            made.append(moved.setdefault(at, _Block(at)))
+            blocks.append(moved.setdefault(at, _Block(at)))
         target = moved[at]
         value = part.text[len(part.text.partition("=")[0].rstrip()) :]
         target.body += [*above, *comments, _Part(f"{name}{value}", (name,))]
         above = []
     stays.body += above
-    return made
+    return blocks
 
 
 def _load(part: _Part) -> _Part:

@@ -142,11 +142,11 @@ class DatasetFile:
 
 def chosen(data: xr.Dataset, names: Sequence[str]) -> xr.Dataset:
     """The dataset with only these of its variables over time (none: all). InputError for others."""
-    known = [n for n in histories(data) if n in data.data_vars]
+    over_time = [n for n in histories(data) if n in data.data_vars]
     for name in names:
-        if name not in known:
+        if name not in over_time:
             raise InputError(
-                "--save", name, "is not saved by this run", f"take some of {', '.join(known)}"
+                "--save", name, "is not saved by this run", f"take some of {', '.join(over_time)}"
             )
-    left = [n for n in known if names and n not in names]
+    left = [n for n in over_time if names and n not in names]
     return data[[n for n in data.data_vars if n not in left]]

@@ -60,7 +60,7 @@ def window_of(data: xr.Dataset, end: float | None = None) -> Window:
     """The window of a transient that its attributes name; of earlier versions without how. end: of a
     run without its samples, s."""
     word = data.attrs.get("settled", "not known")
-    settled = next((known for known, text in _WORDS.items() if text == word), None)
+    settled = next((value for value, text in _WORDS.items() if text == word), None)
     end = float(data.variables[TIME][-1]) if end is None else end
     return Window(float(data.attrs["settle_s"]), end, settled, data.attrs.get("settling", ""))
 
@@ -136,12 +136,12 @@ class Settling:
         time, x = data[TIME].to_numpy(), self._watched(data)
         if not len(time):
             return
-        known = len(self._time)
-        if known:
+        count = len(self._time)
+        if count:
             time, x = np.concatenate([self._time, time]), np.concatenate([self._x, x])
         held = max(int(np.searchsorted(time, time[-1] - self._period)) - 1, 0)
         self._time, self._x = time[held:], x[held:]
-        first = max(known, int(np.searchsorted(time, time[0] + self._period)))
+        first = max(count, int(np.searchsorted(time, time[0] + self._period)))
         if first < len(time):
             earlier = _interpolated(time[first:] - self._period, time, x)
             self._count(time[first:], x[first:], np.abs(x[first:] - earlier))
@@ -185,12 +185,12 @@ class Settling:
             self._least, self._largest = -self._difference, self._difference.copy()
         number = np.minimum((time * (WINDOWS / self._span)).astype(int), WINDOWS - 1)
         at, starts = np.unique(number, return_index=True)
-        for known, values, extreme in (
+        for bounds, values, extreme in (
             (self._difference, difference, np.maximum),
             (self._largest, x, np.maximum),
             (self._least, x, np.minimum),
         ):
-            known[at] = extreme(known[at], extreme.reduceat(values, starts, axis=0))
+            bounds[at] = extreme(bounds[at], extreme.reduceat(values, starts, axis=0))
 
     def _peak_to_peak(self, windows: slice) -> Array:
         """Of every x, at least a share of the largest of its kind and of its size."""

@@ -103,14 +103,14 @@ def tolerance_dataset(
     """
     groups = list(groups_of(gear_meshes))
     assumed = [mesh_load_factor(len(at)) or math.nan for at in groups_of(gear_meshes).values()]
-    made = {
+    figures = {
         **arrays,
         "mesh_load_factor": np.array(assumed),
         **_share_above(np.asarray(arrays["load_sharing_max"]), assumed, confidence),
     }
     for name, of in SPREADS.items():
         if of in arrays and np.size(arrays[of]):
-            made |= _spread(name, np.asarray(arrays[of]), confidence)
+            figures |= _spread(name, np.asarray(arrays[of]), confidence)
     coords: dict[str, Any] = {
         "sample": np.arange(len(arrays["load_sharing_max"])),
         "size": list(sizes),
@@ -127,7 +127,7 @@ def tolerance_dataset(
     if not phases:
         del coords["phase"]
     return xr.Dataset(
-        {name: _variable(name, made[name]) for name in made if made[name].size},
+        {name: _variable(name, figures[name]) for name in figures if figures[name].size},
         coords,
         {**attrs, "confidence": confidence},
     )

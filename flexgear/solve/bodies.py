@@ -40,17 +40,17 @@ def stage_bodies(
     are not made.
     """
 
-    wanted = {name: s for name, s in fe_sources(view).items() if name not in rigid}
+    sources = {name: s for name, s in fe_sources(view).items() if name not in rigid}
     makers = {
         name: lambda report, s=source: s.whole(s.reduced(report, limit_hz))
-        for name, source in wanted.items()
+        for name, source in sources.items()
     }
     roomy = _BYTES[view.solver.fidelity] < psutil.virtual_memory().available
     return _made(makers, progress, len(makers) if roomy else 1)
 
 
 def _made(
-    wanted: Mapping[BodyName, Callable[[Progress], ReducedBody]], progress: Progress, at_once: int
+    makers: Mapping[BodyName, Callable[[Progress], ReducedBody]], progress: Progress, at_once: int
 ) -> dict[BodyName, ReducedBody]:
     """All that is wanted; so many threads of them, as half of the work runs in one thread."""
     stop = threading.Event()
@@ -62,7 +62,7 @@ def _made(
 
     with single_threaded_blas(), ThreadPoolExecutor(max(at_once, 1)) as pool:
         waiting = {
-            name: pool.submit(make, named(name.part, watched)) for name, make in wanted.items()
+            name: pool.submit(make, named(name.part, watched)) for name, make in makers.items()
         }
         try:
             return {name: future.result() for name, future in waiting.items()}
@@ -90,11 +90,11 @@ def reduced_bodies(
 def _make_influences(view: StageView, progress: Progress) -> None:
     """Influences of a stage's teeth, where its slices bend each other, and of loads on their roots,
     where these are asked for, into the cache."""
-    wanted = {
+    influences = {
         "influence of a tooth": (bend_each_other(view), tooth_influence),
         "root of a tooth": (view.gear_mesh.root_stress == "fe", root_of_case),
     }
-    for label, (asked, make) in wanted.items():
+    for label, (asked, make) in influences.items():
         for role in ("planet", *stage_geometry(view).gear_meshes) if asked else ():
             progress(f"{role}: {label}", 0.0)
             make(view, role)
@@ -122,16 +122,16 @@ def rigid_bodies(case: Case, names: Sequence[str] = ()) -> frozenset[BodyName]:
     a name that is none, or where nothing could bend.
     """
     bodies = case.flexible_bodies
-    known = [*dict.fromkeys(body.part for body in bodies), *bodies, "all"]
+    choices = [*dict.fromkeys(body.part for body in bodies), *bodies, "all"]
     for name in names:
         if not bodies:
             raise InputError(
                 "--rigid", case.name, "has only lumped members, so nothing of it bends",
                 "take it out, or give the ring, carrier or sun an FE body or a shaft",
             )  # fmt: skip
-        if name not in known:
+        if name not in choices:
             raise InputError(
-                "--rigid", echo(name), "is not a component that bends", nearest(name, known)
+                "--rigid", echo(name), "is not a component that bends", nearest(name, choices)
             )
     return frozenset(
         body

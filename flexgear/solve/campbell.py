@@ -216,15 +216,15 @@ def _forces(
         m = int(model.gear_meshes.carrying[g])
         if name.stage == stage and m in cycles and model.rated[g] > 0.0:
             loaded.append(Loaded(cycles[m], float(model.rated[g]), name.planet))
-    known = [i for i, line in enumerate(lines) if line.share >= NOTHING]
-    if loaded and known and groups:
-        orders = [int(lines[i].line.order) for i in known]
-        out[known] = resonant_force(rest, rates, loaded, orders, groups)
+    exciting = [i for i, line in enumerate(lines) if line.share >= NOTHING]
+    if loaded and exciting and groups:
+        orders = [int(lines[i].line.order) for i in exciting]
+        out[exciting] = resonant_force(rest, rates, loaded, orders, groups)
         single = [
             resonant_force(rest, rates, loaded, orders, groups, alone=planet)
             for planet in sorted({line.planet for line in loaded})
         ]
-        alone[known] = np.max(single, axis=0)
+        alone[exciting] = np.max(single, axis=0)
     return out, alone
 
 

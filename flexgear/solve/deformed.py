@@ -35,9 +35,9 @@ def bending_bodies(model: Model) -> list[BodyName]:
 
 def require_bending(model: Model, body: str) -> None:
     """InputError unless a body is one of ``bending_bodies``."""
-    known = bending_bodies(model)
-    if body not in known:
-        raise InputError("deformed", body, "is no body that bends", nearest(body, known))
+    bodies = bending_bodies(model)
+    if body not in bodies:
+        raise InputError("deformed", body, "is no body that bends", nearest(body, bodies))
 
 
 def deformed(

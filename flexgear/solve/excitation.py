@@ -102,13 +102,15 @@ def _driver_teeth(stage: Stage) -> int:
 
 def _turning(model: Model) -> Iterator[Excitation]:
     """Shafts that turn, those of one speed once, and planets that pass a place of their ring."""
-    flow, known = model.flow, list[float]()
+    flow, frequencies = model.flow, list[float]()
     for stage in model.case.stages:
         for part in stage.members:
             base = abs(flow.speed[f"{stage.name}.{part}"]) / (2 * math.pi)
-            if base == 0.0 or any(abs(base - frequency) <= SAME * base for frequency in known):
+            if base == 0.0 or any(
+                abs(base - frequency) <= SAME * base for frequency in frequencies
+            ):
                 continue
-            known.append(base)
+            frequencies.append(base)
             for order in TURNS:
                 line = ExcitationLine(float(order), base)
                 yield Excitation(line, ExcitationName.of(SHAFT, stage.name, order, part))

@@ -129,17 +129,19 @@ def _coefficients(model: Model, state: SteadyState) -> dict[str, Array]:
 
 
 def _of_stage(
-    known: dict[str, Array], values: dict[str, Array], model: Model, stage: str
+    of_others: dict[str, Array], values: dict[str, Array], model: Model, stage: str
 ) -> dict[str, Array]:
-    """``known`` with what ``values`` says about one stage put in."""
+    """``of_others`` with what ``values`` says about one stage put in."""
     names = model.gear_meshes.names
     columns = {
         "planet_coefficient": np.array([n.stage == stage for n in names]),
         "load_sharing_coefficient": np.array([g.stage == stage for g in groups_of(names)]),
     }
-    out = {**values, **known}
+    out = {**values, **of_others}
     for name, column in columns.items():
-        both = np.where(column, values[name], known.get(name, np.full_like(values[name], np.nan)))
+        both = np.where(
+            column, values[name], of_others.get(name, np.full_like(values[name], np.nan))
+        )
         out[name] = both
     return out
 

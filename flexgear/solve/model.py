@@ -34,9 +34,9 @@ Array = NDArray[np.float64]
 class Model:
     """A case put together.
 
-    bodies: reduced FE bodies; gear_meshes, rated: as results name them,
-    and their mean forces (G,) N; ideal: gears and pins without errors; made: its modes,
-    roots: what gives root stress, where they are known already.
+    bodies: reduced FE bodies; gear_meshes, rated: as results name them, and their mean forces (G,)
+    N; ideal: gears and pins without errors; shared_modal: its modes, where another model or a
+    solver has chosen them already.
     """
 
     case: Case
@@ -46,7 +46,7 @@ class Model:
     gear_meshes: GearMeshes
     rated: Array
     ideal: bool = False
-    made: ModalSystem | None = None
+    shared_modal: ModalSystem | None = None
     with_errors: Model | None = None  # of a model without: gauges, rims and roots are those of it
 
     @property
@@ -78,7 +78,7 @@ class Model:
     def modal(self) -> ModalSystem:
         """The coupled system in the modes that ``solver`` asks for; InputError without load."""
         self.case.require_load()
-        return self.made or chosen_modal(self.system, self.pace)
+        return self.shared_modal or chosen_modal(self.system, self.pace)
 
     @cached_property
     def mean_springs(self) -> ContactSprings:
@@ -101,10 +101,10 @@ class Model:
         ``contact_springs``."""
         if angle is not None:
             return modes(self.system, self.contact_springs(angle).stiffness, limit_hz)
-        known = self._known_modes
-        if limit_hz not in known:
-            known[limit_hz] = modes(self.system, self.mean_springs.stiffness, limit_hz)
-        return known[limit_hz]
+        by_limit = self._known_modes
+        if limit_hz not in by_limit:
+            by_limit[limit_hz] = modes(self.system, self.mean_springs.stiffness, limit_hz)
+        return by_limit[limit_hz]
 
     @cached_property
     def _known_modes(self) -> dict[float | None, Modes]:
@@ -116,10 +116,10 @@ class Model:
         None where no torque acts."""
         if not self.system.rated_port_torques.any():
             return None
-        known = self.made or self.__dict__.get("modal")
-        if known is None:
+        modal_system = self.shared_modal or self.__dict__.get("modal")
+        if modal_system is None:
             return static_system(self._torques_alone)
-        return replace(known, system=self._torques_alone)
+        return replace(modal_system, system=self._torques_alone)
 
     @property
     def _torques_alone(self) -> System:
@@ -161,8 +161,9 @@ class Model:
 
     def without_errors(self) -> Self:
         """The same with perfect gears and pins: errors enter no matrix, only the gear meshes."""
-        clean, made = self._ideal_system, replace(self.modal, system=self._ideal_system)
-        return replace(self, system=clean, ideal=True, made=made, with_errors=self)
+        clean = self._ideal_system
+        modal = replace(self.modal, system=clean)
+        return replace(self, system=clean, ideal=True, shared_modal=modal, with_errors=self)
 
     @cached_property
     def _ideal_system(self) -> System:
@@ -205,11 +206,11 @@ def assemble(
 
 def model_of(case: Case, coupled: ModalSystem | System, bodies: Bodies | None = None) -> Model:
     """The model of a case that was coupled already; its modes are only made when asked for."""
-    made = coupled if isinstance(coupled, ModalSystem) else None
+    modal = coupled if isinstance(coupled, ModalSystem) else None
     system = coupled if isinstance(coupled, System) else coupled.system
     flow, gear_meshes = power_flow(case), gear_meshes_of(case, system)
     rated = rated_forces(flow, gear_meshes.names)
-    return Model(case, flow, system, bodies or {}, gear_meshes, rated, made=made)
+    return Model(case, flow, system, bodies or {}, gear_meshes, rated, shared_modal=modal)
 
 
 def rated_rotations(system: System, lead: Array) -> Array:

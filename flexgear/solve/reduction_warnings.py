@@ -33,7 +33,7 @@ def reduction_warnings(
     return texts
 
 
-def _frequency_fault(report: Mapping[str, Any], wanted: float) -> str:
+def _frequency_fault(report: Mapping[str, Any], limit_hz: float) -> str:
     """What is wrong with a reduction's frequencies, empty where nothing is."""
     error, to = report.get("frequency_error", 0.0), report.get("frequency_limit_hz", math.inf)
     if error is None:  # a body that was given reduced
@@ -43,10 +43,10 @@ def _frequency_fault(report: Mapping[str, Any], wanted: float) -> str:
             f"frequencies up to {to:.5g} Hz are up to {100 * error:.2g} % too high in the reduced "
             f"body, above {100 * PROMISED:g} %"
         )
-    if to < wanted * (1 - 1e-9):
+    if to < limit_hz * (1 - 1e-9):
         return (
             f"{report['fixed_interface_modes']} fixed-interface modes answer for frequencies up to "
-            f"{to:.5g} Hz, and {wanted:.5g} Hz are asked for"
+            f"{to:.5g} Hz, and {limit_hz:.5g} Hz are asked for"
         )
     return ""
 

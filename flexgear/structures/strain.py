@@ -104,11 +104,16 @@ def _fits(
                 neighbours.indices[neighbours.indptr[some][:, None] + np.arange(size)],
             )
             terms, back = _terms(points[near] - points[at][:, None])
-            known = determined[at] = _determine(terms)
+            solvable = determined[at] = _determine(terms)
             if determined_only:
-                at, near, terms, back = at[known], near[known], terms[known], back[known]
-                known = known[known]
-            weights = _derivatives(terms, back, known)
+                at, near, terms, back = (
+                    at[solvable],
+                    near[solvable],
+                    terms[solvable],
+                    back[solvable],
+                )
+                solvable = solvable[solvable]
+            weights = _derivatives(terms, back, solvable)
             lines = (12 * at[:, None] + np.arange(12))[..., None]
             lines, near = np.broadcast_to(lines, weights.shape), near[:, None]
             parts.append((weights, lines, np.broadcast_to(near, weights.shape)))

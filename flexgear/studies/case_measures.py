@@ -154,8 +154,10 @@ def _mean_forces(point: Point) -> MeasuredValues:
 
 def _bearing_life(point: Point) -> MeasuredValues:
     """L₁₀ in time over that of the unchanged case; stages that carry nothing are left out."""
-    known = {s.name: s for s in power_flow(point.reference).stages}
-    lives = {s.name: (s, known[s.name]) for s in point.flow.stages if s.kind == "planetary"}
+    reference_stages = {s.name: s for s in power_flow(point.reference).stages}
+    lives = {
+        s.name: (s, reference_stages[s.name]) for s in point.flow.stages if s.kind == "planetary"
+    }
     loaded = {
         name: pair
         for name, pair in lives.items()

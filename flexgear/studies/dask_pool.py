@@ -145,10 +145,10 @@ def _same(common: bytes) -> bytes:
     return common
 
 
-def _run(common: bytes, job: bytes, wanted: str) -> bytes:
+def _run(common: bytes, job: bytes, expected: str) -> bytes:
     """One job on a worker."""
-    if version() != wanted:
-        message = f"the worker has flexgear {version()}, not {wanted}: install that"
+    if version() != expected:
+        message = f"the worker has flexgear {version()}, not {expected}: install that"
         return pickle.dumps(Outcome(None, message))
     function, shared = pickle.loads(common)
     return pickle.dumps(on_one_thread(function, shared, pickle.loads(job)))

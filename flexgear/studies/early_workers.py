@@ -32,11 +32,11 @@ MOST = 3  # that pay beside this process
 class EarlyWorkers:
     """Workers that wait for jobs; they end with the block.
 
-    wanted: whether there are any; ready: what each does at its start, such as importing modules.
+    needed: whether there are any; ready: what each does at its start, such as importing modules.
     """
 
-    def __init__(self, wanted: bool, ready: Callable[[], object]) -> None:
-        self._count = min(processors() - 1, MOST) if wanted else 0
+    def __init__(self, needed: bool, ready: Callable[[], object]) -> None:
+        self._count = min(processors() - 1, MOST) if needed else 0
         self._ready = ready
         self._processes: list[Any] = []
         self._pipes: list[Connection] = []
@@ -47,8 +47,10 @@ class EarlyWorkers:
         method: Any = multiprocessing.get_context("fork" if sys.platform == "linux" else "spawn")
         for _ in range(self._count):
             ours, theirs = multiprocessing.Pipe()
-            known = [*self._pipes, ours] if sys.platform == "linux" else []
-            process = method.Process(target=_serve, args=(theirs, self._ready, known), daemon=True)
+            parent_ends = [*self._pipes, ours] if sys.platform == "linux" else []
+            process = method.Process(
+                target=_serve, args=(theirs, self._ready, parent_ends), daemon=True
+            )
             with deaf_children():
                 process.start()
             theirs.close()
@@ -135,10 +137,12 @@ def silenced() -> None:
             os.dup2(nowhere.fileno(), stream)
 
 
-def _serve(pipe: Connection, ready: Callable[[], object], known: Sequence[Connection]) -> None:
-    """A worker: answers jobs until its pipe ends; known: copies of the parent's ends of pipes."""
+def _serve(
+    pipe: Connection, ready: Callable[[], object], parent_ends: Sequence[Connection]
+) -> None:
+    """A worker: answers jobs until its pipe ends; parent_ends: the parent's ends of pipes."""
     silenced()
-    for connection in known:
+    for connection in parent_ends:
         connection.close()
     with contextlib.suppress(EOFError, OSError):
         ready()

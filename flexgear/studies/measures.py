@@ -23,14 +23,16 @@ def chosen_measures(case: Case, names: Sequence[str]) -> tuple[str, ...]:
     """The named measures, or the usual ones; InputError for one that is not known."""
     if not names:
         return usual_measures(case)
-    known = measures_of(case)
+    measures_by_name = measures_of(case)
     for name in names:
-        if name in FE_ONLY and name not in known:
+        if name in FE_ONLY and name not in measures_by_name:
             raise InputError(
-                "--measure", name, "needs a ring that bends", nearest(name, list(known))
+                "--measure", name, "needs a ring that bends", nearest(name, list(measures_by_name))
             )
-        if name not in known:
-            raise InputError("--measure", name, "is no measure", nearest(name, list(known)))
+        if name not in measures_by_name:
+            raise InputError(
+                "--measure", name, "is no measure", nearest(name, list(measures_by_name))
+            )
     return tuple(dict.fromkeys(names))
 
 
@@ -39,9 +41,13 @@ def measured(case: Case, reference: Case, names: Sequence[str], modes: int) -> M
 
     reference: the case without the sweep's changes; modes: how many natural modes are listed.
     """
-    point, known, figures = Point(case, reference, modes), measures_of(case), MeasuredValues()
+    point, measures_by_name, figures = (
+        Point(case, reference, modes),
+        measures_of(case),
+        MeasuredValues(),
+    )
     for name in names:
-        figures |= known[name].of(point)
+        figures |= measures_by_name[name].of(point)
     if lines := point.warnings:
         figures[WARNING] = array("; ".join(lines), "", "what to mind at the point")
     return figures

@@ -167,7 +167,7 @@ class _Trial:
         equilibrium = self._solved(pairs, share)
         system = equilibrium.modal.system
         return equilibrium_data(
-            replace(self.model, system=system, made=equilibrium.modal), equilibrium
+            replace(self.model, system=system, shared_modal=equilibrium.modal), equilibrium
         )
 
     def worst(self, pairs: PairData, aim: Aim) -> float:

@@ -11,22 +11,22 @@ from flexgear.coupling.workable import require_workable
 from flexgear.files.new_case import Rated, new_case_text
 from flexgear.gears.implausible import implausible
 from flexgear.gears.power_flow import power_flow
-from flexgear.gears.sizing import Proposal, Wanted, proposals
+from flexgear.gears.sizing import Proposal, StageRequest, proposals
 from flexgear.model.errors import InputError
 from flexgear.model.load import case_of_toml
 
 TRIED = 12  # tooth numbers of a stage, the best first
 
 
-def proposed_case(wanted: Sequence[Wanted], rated: Rated) -> tuple[str, list[Proposal]]:
+def proposed_case(requests: Sequence[StageRequest], rated: Rated) -> tuple[str, list[Proposal]]:
     """Text of the case of stages in series, the slowest first, and the stages.
 
-    wanted: their torques and speeds follow from ``rated`` and the ratios. InputError where a stage
+    requests: their torques and speeds follow from ``rated`` and the ratios. InputError where one
     has no tooth numbers, or leads to a case that ``check`` refuses or doubts.
     """
     torque, speed = rated.torque, rated.speed
     stages: list[Proposal] = []
-    for request in reversed(wanted) if rated.at_sun else wanted:
+    for request in reversed(requests) if rated.at_sun else requests:
         if rated.at_sun:
             stage = _sound(
                 replace(
@@ -62,17 +62,17 @@ def _duration(text: str) -> str:
     )
 
 
-def _sound(wanted: Wanted) -> Proposal:
+def _sound(request: StageRequest) -> Proposal:
     """The first proposal that ``check`` takes without a doubt."""
     fault: InputError | None = None
-    for proposal in islice(proposals(wanted), TRIED):
-        fault = _fault(new_case_text([proposal], Rated(wanted.torque, wanted.speed)))
+    for proposal in islice(proposals(request), TRIED):
+        fault = _fault(new_case_text([proposal], Rated(request.torque, request.speed)))
         if fault is None:
             return proposal
     assert fault is not None  # there is a proposal, or ``proposals`` said why not
     raise InputError(
         "new", "--torque-nm",
-        f"of {wanted.torque:.4g} N m with {wanted.planets} planets leads to {fault.key}: "
+        f"of {request.torque:.4g} N m with {request.planets} planets leads to {fault.key}: "
         f"{fault.problem}",
         "use more planets or a lower ratio for a smaller stage",
     ) from None  # fmt: skip

@@ -302,32 +302,32 @@ def _outcomes(
 ) -> list[Outcome[MeasuredValues]]:
     """Outcome of every point, stored or computed now: measured values, or why there are none."""
     store = plan.store
-    known: dict[int, Outcome[MeasuredValues]] = {}
+    outcomes: dict[int, Outcome[MeasuredValues]] = {}
     left: dict[int, Case] = {}
     for k, case in enumerate(plan.cases):
         if isinstance(case, InputError):
-            known[k] = Outcome(None, str(case))
+            outcomes[k] = Outcome(None, str(case))
             continue
         faults = [
             broken[key] for key in map(_body_key, case.flexible_stages.values()) if key in broken
         ]
         if faults:
-            known[k] = Outcome(None, faults[0])
+            outcomes[k] = Outcome(None, faults[0])
         elif (stored := store.get(case)) is not None:
-            known[k] = Outcome(stored)
+            outcomes[k] = Outcome(stored)
         else:
             left[k] = case
     places, jobs = list(left), list(left.values())
-    progress("points", len(known) / len(plan.cases))
+    progress("points", len(outcomes) / len(plan.cases))
     shared = Measuring(plan.base, plan.measures, plan.modes)
     runs = run_jobs(_measured, shared, jobs, workers=workers, scheduler=scheduler)
     with closing(runs):
         for at, outcome in runs:
-            known[places[at]] = outcome
+            outcomes[places[at]] = outcome
             if outcome.value is not None:
                 store.put(jobs[at], outcome.value)
-            progress("points", len(known) / len(plan.cases))
-    return [known[k] for k in range(len(plan.cases))]
+            progress("points", len(outcomes) / len(plan.cases))
+    return [outcomes[k] for k in range(len(plan.cases))]
 
 
 def _coordinate(key: SweptKey) -> xr.Variable:
@@ -335,11 +335,11 @@ def _coordinate(key: SweptKey) -> xr.Variable:
     return xr.Variable((key.key,), list(key.ticks), about)
 
 
-def _joined(known: xr.DataArray, new: xr.DataArray) -> xr.DataArray:
+def _joined(axis: xr.DataArray, new: xr.DataArray) -> xr.DataArray:
     """Labels of both, in the order in which they first appear."""
-    old = known.to_numpy().tolist()
+    old = axis.to_numpy().tolist()
     more = [t for t in new.to_numpy().tolist() if t not in old]
     if not more:
-        return known
-    dim = str(known.dims[0])
-    return xr.DataArray([*old, *more], dims=dim, attrs=known.attrs, name=dim)
+        return axis
+    dim = str(axis.dims[0])
+    return xr.DataArray([*old, *more], dims=dim, attrs=axis.attrs, name=dim)

@@ -91,15 +91,15 @@ def parse_values(key: str, text: str) -> Values:
     if len(parts) == 1 and ":" in text and not text.startswith(("[", '"')):
         return _range(key, text)
     numbers = [_number(p) for p in parts]
-    known = [n for n in numbers if n is not None]
-    if known and len(known) < len(parts):
+    plain_numbers = [n for n in numbers if n is not None]
+    if plain_numbers and len(plain_numbers) < len(parts):
         word = next(p for p, n in zip(parts, numbers, strict=True) if n is None)
         raise InputError(WHERE, key, f"{echo(word)} is not a number as the others are", FORMS)
     if len(parts) > MOST_VALUES:
         raise InputError(WHERE, key, f"has {len(parts)} values", f"give at most {MOST_VALUES}")
     texts, values = tuple(parts), None
-    if known:
-        texts, values = tuple(_text(n) for n in known), tuple(known)
+    if plain_numbers:
+        texts, values = tuple(_text(n) for n in plain_numbers), tuple(plain_numbers)
     doubled = next((t for k, t in enumerate(texts) if t in texts[:k]), None)
     if doubled is not None:
         raise InputError(WHERE, key, f"{doubled} is given twice", "give every value once")

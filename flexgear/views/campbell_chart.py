@@ -191,12 +191,12 @@ def _meetings(ax: Axes, data: xr.Dataset, stage: str, top: float) -> None:
     """Dots where an order crosses the modes that it meets at an operating speed, names beside."""
     if "meeting" not in data.dims or not data.sizes["meeting"]:
         return
-    known = {str(n): k for k, n in enumerate(data["excitation"].to_numpy())}
+    place_of = {str(n): k for k, n in enumerate(data["excitation"].to_numpy())}
     of_stage = data["excitation_stage"].to_numpy()
     groups: dict[tuple[str, float, float], list[int]] = {}
     for i in range(data.sizes["meeting"]):
         label = str(data["meeting_excitation"][i].item())
-        if str(of_stage[known[label]]) == stage:
+        if str(of_stage[place_of[label]]) == stage:
             factor, away = (float(data[f"meeting_{n}"][i]) for n in ("factor", "away"))
             groups.setdefault((label, factor, away), []).append(i)
     labelled = list[tuple[float, float]]()
@@ -214,7 +214,7 @@ def _meetings(ax: Axes, data: xr.Dataset, stage: str, top: float) -> None:
             labelled.append((x, natural))
             numbers = [int(data["meeting_mode"][i]) for i in meetings]
             modes = f"{numbers[0]}" + (f"–{numbers[-1]}" if len(numbers) > 1 else "")
-            order = float(data["excitation_order"][known[label]])
+            order = float(data["excitation_order"][place_of[label]])
             ax.annotate(
                 f"{order:g}× at {modes}", (x, natural), fontsize=6.5, textcoords="offset points",
                 xytext=(-4, 0), ha="right", va="center", zorder=6,

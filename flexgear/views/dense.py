@@ -25,10 +25,10 @@ SMOOTH = 60  # points of an oscillation that looks round
 
 def oscillations(values: FloatArray) -> int:
     """How many crests a history (t,) has that stand out by a share of all of its range."""
-    known = values[np.isfinite(values)]
-    if known.size < 3:
+    finite = values[np.isfinite(values)]
+    if finite.size < 3:
         return 0
-    return len(find_peaks(known, prominence=max(CREST * float(np.ptp(known)), TINY))[0])
+    return len(find_peaks(finite, prominence=max(CREST * float(np.ptp(finite)), TINY))[0])
 
 
 def is_dense(values: FloatArray) -> bool:

@@ -55,9 +55,9 @@ def _line(trace: Trace, which: str, axis: dict[str, Any], panel: str) -> str:
         return f"{label}: %{{{which}{_VALUE}}}"
     reach = 1e-6 if trace.get("mode", "").startswith("lines") else 0.5  # of a step of the ticks
     texts = _words(trace.get(which, []), axis["tickvals"], axis["ticktext"], reach)
-    known = trace.setdefault("customdata", [[] for _ in texts])
-    column = len(known[0]) if known else 0
-    for row, text in zip(known, texts, strict=True):
+    columns = trace.setdefault("customdata", [[] for _ in texts])
+    column = len(columns[0]) if columns else 0
+    for row, text in zip(columns, texts, strict=True):
         row.append(text)
     prefix = "" if label == which else f"{label}: "
     return f"{prefix}%{{customdata[{column}]}}"

@@ -59,12 +59,12 @@ def _colours(traces: list[dict[str, Any]]) -> set[str]:
 
 def _name_once(traces: list[dict[str, Any]]) -> None:
     """One entry of the legend for all traces of a name, which it hides together."""
-    known: set[str] = set()
+    in_legend: set[str] = set()
     for trace in traces:
         name = trace.get("name")
         if name and trace.get("showlegend"):
-            trace |= {"legendgroup": name, "showlegend": name not in known}
-            known.add(name)
+            trace |= {"legendgroup": name, "showlegend": name not in in_legend}
+            in_legend.add(name)
 
 
 def _scale_once(traces: list[dict[str, Any]]) -> None:
@@ -200,10 +200,10 @@ def _label(axes: Axes, which: str) -> str:
 
 def _legend_entries(legend: Any, traces: list[dict[str, Any]]) -> Iterator[dict[str, Any]]:
     """Entries of a legend that no trace carries."""
-    known = {t.get("name") for t in traces}
+    names = {t.get("name") for t in traces}
     for handle, text in zip(legend.legend_handles, legend.get_texts(), strict=True):
         name = plain_math(text.get_text())
-        if name in known:
+        if name in names:
             continue
         getter = "get_color" if hasattr(handle, "get_color") else "get_facecolor"
         colour = getattr(handle, getter)()

@@ -120,8 +120,8 @@ def _outline(ring: RingFolder) -> star.StageOutline:
 def _two_positions(ring: RingFolder) -> tuple[xr.DataArray, Any, star.StageOutline]:
     """Teeth of a ring in equilibrium with a planet above the first one, and between two planets."""
     angles = ring.equilibria["stage_angle"].to_numpy()
-    wanted = (0.0, np.pi / ring.stage.stage.planets)
-    two = ring.equilibria.isel(position=[int(np.argmin(np.abs(angles - a))) for a in wanted])
+    targets = (0.0, np.pi / ring.stage.stage.planets)
+    two = ring.equilibria.isel(position=[int(np.argmin(np.abs(angles - a))) for a in targets])
     return two["tooth_displacement"], two["stage_angle"].to_numpy(), _outline(ring)
 
 

@@ -26,8 +26,8 @@ def as_runs(runs: Runs) -> dict[str, xr.Dataset]:
 def variable(dataset: xr.Dataset, name: str) -> xr.DataArray:
     """Variable ``name`` of ``dataset``, or one clear line about what it has instead."""
     if name not in dataset:
-        known = ", ".join(sorted(str(key) for key in dataset.variables))
-        raise FlexgearError(f"cannot draw: the dataset has no variable '{name}' (it has {known})")
+        names = ", ".join(sorted(str(key) for key in dataset.variables))
+        raise FlexgearError(f"cannot draw: the dataset has no variable '{name}' (it has {names})")
     return dataset[name]
 
 

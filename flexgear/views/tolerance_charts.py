@@ -80,8 +80,8 @@ def _groups(data: xr.Dataset) -> dict[str, tuple[FloatArray, xr.Dataset]]:
         values = values[np.isfinite(values)]
         if not len(values):
             continue
-        for names, known, _ in groups:
-            if len(known) == len(values) and np.allclose(values, known, rtol=1e-6, atol=0):
+        for names, drawn, _ in groups:
+            if len(drawn) == len(values) and np.allclose(values, drawn, rtol=1e-6, atol=0):
                 names.append(str(group))
                 break
         else:

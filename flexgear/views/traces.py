@@ -230,13 +230,13 @@ def numbers(values: Any) -> Array:
 def listed(values: Array) -> list[float | None]:
     """Numbers to five digits; None where there is none, which plotly leaves out."""
     v = np.asarray(values, float)
-    known = np.isfinite(v)
-    size = np.where(known & (v != 0.0), np.abs(v), 1.0)
+    finite = np.isfinite(v)
+    size = np.where(finite & (v != 0.0), np.abs(v), 1.0)
     places = DIGITS - 1 - np.floor(np.log10(size)).astype(int)  # behind the point
     up, down = (10.0 ** np.clip(sign * places, 0, 300) for sign in (1, -1))
     rounded: list[float | None] = (np.round(v * up / down) * down / up).tolist()
-    if not known.all():
-        rounded = [x if is_known else None for x, is_known in zip(rounded, known, strict=True)]
+    if not finite.all():
+        rounded = [x if is_finite else None for x, is_finite in zip(rounded, finite, strict=True)]
     return rounded
 
 

@@ -17,7 +17,7 @@ from flexgear.cli.check_sections import derived
 from flexgear.files.new_case import Rated
 from flexgear.gears.implausible import implausible
 from flexgear.gears.power_flow import power_flow
-from flexgear.gears.sizing import ARRANGEMENTS, Wanted
+from flexgear.gears.sizing import ARRANGEMENTS, StageRequest
 from flexgear.gears.tooth_numbers import tooth_numbers
 from flexgear.model.errors import InputError
 from flexgear.model.load import case_of_toml
@@ -40,7 +40,7 @@ def wanted_stage(draw, kinds=tuple(ARRANGEMENTS)):
     )
     ratio = ARRANGEMENTS[kind].ratio(draw(st.floats(1.6, 10.5)))
     planets = draw(st.integers(2, 7))
-    return Wanted(ratio, planets, math.nan, math.nan, math.radians(helix), None, double, kind)
+    return StageRequest(ratio, planets, math.nan, math.nan, math.radians(helix), None, double, kind)
 
 
 ends = st.builds(
@@ -151,7 +151,7 @@ def test_a_ratio_that_tooth_numbers_have_is_met(teeth):
 
 def test_bolts_are_of_usual_number_and_fit_in_the_rim():
     """Hold by friction what they say, VDI 2230 in the numbers of an M20 of grade 10.9."""
-    text, (found,) = proposed_case([Wanted(5.5, 3, 1.0, 1.0)], Rated(1.2e5, 5.0))
+    text, (found,) = proposed_case([StageRequest(5.5, 3, 1.0, 1.0)], Rated(1.2e5, 5.0))
     fe = case_of(text).stages[0].ring.fe
     bolts, rim = fe.bolts, fe.rim_thickness
     assert 8 <= bolts.number <= 40
@@ -168,7 +168,9 @@ def test_bolts_are_of_usual_number_and_fit_in_the_rim():
 @pytest.mark.parametrize("torque", [2e2, 2e4])
 @pytest.mark.parametrize("arrangement", ARRANGEMENTS)
 def test_its_bodies_can_be_meshed(arrangement, torque):
-    wanted = Wanted(ARRANGEMENTS[arrangement].ratio(3.5), 4, 1.0, 1.0, arrangement=arrangement)
+    wanted = StageRequest(
+        ARRANGEMENTS[arrangement].ratio(3.5), 4, 1.0, 1.0, arrangement=arrangement
+    )
     text, _ = proposed_case([wanted], Rated(torque, 10.0))
     view = case_of(text).with_(**{"solver.fidelity": "quick"}).view()
     assert ring_source(view).fe_mesh().points.size
@@ -251,13 +253,13 @@ def test_it_asks_on_a_terminal_for_what_is_left_out(flexgear, tmp_path, monkeypa
     assert code == 0, err
     assert out.index("speed of the fast") < out.index("number of planets") < out.index("torque")
     assert "rated speed" not in out  # as it was given
-    expected, _ = proposed_case([Wanted(5.0, 3, 1.0, 1.0)], Rated(1e4, 60 * math.pi / 30))
+    expected, _ = proposed_case([StageRequest(5.0, 3, 1.0, 1.0)], Rated(1e4, 60 * math.pi / 30))
     assert case.read_text() == expected
 
 
 def test_a_larger_module_carries_the_same_in_a_narrower_face():
-    usual = proposed_case([Wanted(5.0, 3, 1.0, 1.0)], Rated(2e4, 6.0))[1][0]
-    larger = Wanted(5.0, 3, 1.0, 1.0, module=1.5 * usual.module)
+    usual = proposed_case([StageRequest(5.0, 3, 1.0, 1.0)], Rated(2e4, 6.0))[1][0]
+    larger = StageRequest(5.0, 3, 1.0, 1.0, module=1.5 * usual.module)
     coarse = proposed_case([larger], Rated(2e4, 6.0))[1][0]
     assert coarse.face_width < usual.face_width
 

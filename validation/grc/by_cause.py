@@ -101,7 +101,7 @@ def _loaded(model: Model, moment: tuple[float, ...]) -> Model:
     """The same under a moment on the carrier, which enters neither matrices nor modes."""
     case = model.case.with_(**{"loads.0.moment": moment})
     loaded = assemble(case, bodies=model.bodies)
-    loaded = replace(loaded, made=replace(model.modal, system=loaded.system))
+    loaded = replace(loaded, shared_modal=replace(model.modal, system=loaded.system))
     vars(loaded)["rim_stress"] = model.rim_stress  # rows by FE meshes alone
     return loaded
 

@@ -150,7 +150,9 @@ class Runs:
         """The same with the manufacturing errors of another case."""
         system = model_of(case, self.bodies, variant).system
         return replace(
-            self.model(variant), system=system, made=replace(self.modal(variant), system=system)
+            self.model(variant),
+            system=system,
+            shared_modal=replace(self.modal(variant), system=system),
         )
 
     # ------------------------------------------------------------------ equilibria, no errors

@@ -47,5 +47,5 @@ class Entries:
 
 
 def _order(place: Place, table: NodeTable) -> tuple[int, int]:
-    known = table.mode_ids.index(place[0]) if place[0] in table.mode_ids else len(table.mode_ids)
-    return known, place[0]
+    number = table.mode_ids.index(place[0]) if place[0] in table.mode_ids else len(table.mode_ids)
+    return number, place[0]

@@ -76,13 +76,13 @@ def _by_head(heads: list[str], row: list[str], where: str, number: int) -> dict[
     """Cells by column; modal coordinates may leave out the empty ones at the end."""
     cells = [cell.strip() for cell in row]
     full = cells + [""] * (len(heads) - len(cells))
-    made = dict(zip(heads, full, strict=False))
-    if len(cells) != len(heads) and any(made.get(f"x_{unit}") for unit in LENGTHS):
+    cells_by_head = dict(zip(heads, full, strict=False))
+    if len(cells) != len(heads) and any(cells_by_head.get(f"x_{unit}") for unit in LENGTHS):
         raise InputError(
             where, f"row {number}", f"has {len(cells)} columns, the first {len(heads)}",
             "give every node all of them",
         )  # fmt: skip
-    return made
+    return cells_by_head
 
 
 def _whole(text: str, where: str, key: str) -> int:

@@ -58,7 +58,7 @@ def read_reduced(
                 str(nodes), role, "is in none of the files",
                 "name the matrices K… and M…, or the files …stiffness and …mass",
             )  # fmt: skip
-    made = ReducedMatrices(
+    reduced = ReducedMatrices(
         name,
         table.names,
         table.positions,
@@ -66,7 +66,7 @@ def read_reduced(
         matrices["mass"],
         matrices.get("recovery"),
     )
-    return made.in_si(units)
+    return reduced.in_si(units)
 
 
 def matrices_of(data: bytes, file: str | Path, table: NodeTable) -> dict[str, Array]:

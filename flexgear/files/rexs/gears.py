@@ -134,24 +134,24 @@ class GearReader:
         self, section: Section, tools: list[Component], gears: list[Component], has_root: bool
     ) -> None:
         """What there is of the tool, in a table behind the gear's."""
-        made = self.case.section(f"{section.header[:-1]}.tool]", section)
+        tool_section = self.case.section(f"{section.header[:-1]}.tool]", section)
         cutters = [tool for tool in tools if tool.kind == "cutter_wheel_tool"]
         teeth = number(cutters, "number_of_teeth", "none")
         if teeth is not None:
-            made.put("teeth", round(teeth.value), teeth.source)
+            tool_section.put("teeth", round(teeth.value), teeth.source)
             shift = number(cutters, "addendum_modification_coefficient", "none")
-            made.take("profile_shift", shift)
+            tool_section.take("profile_shift", shift)
             if not has_root:
-                made.take("tip_diameter_mm", number(cutters, "tip_diameter", "mm"))
+                tool_section.take("tip_diameter_mm", number(cutters, "tip_diameter", "mm"))
         amount = number(tools, "protuberance_amount", "mm")
         allowance = number(tools, "machining_allowance", "mm")
         allowance = allowance or number(self.flanks(gears), "grinding_allowance", "mm")
         if amount is not None and amount.value > 0:
-            made.put("protuberance_mm", amount.value, amount.source)
-            made.take("protuberance_angle_deg", number(tools, "protuberance_angle", "deg"))
+            tool_section.put("protuberance_mm", amount.value, amount.source)
+            tool_section.take("protuberance_angle_deg", number(tools, "protuberance_angle", "deg"))
         most = 0.0 if amount is None else amount.value
         if allowance is not None and allowance.value > 0 and allowance.value <= most:
-            made.put("grinding_allowance_mm", allowance.value, allowance.source)
+            tool_section.put("grinding_allowance_mm", allowance.value, allowance.source)
         elif allowance is not None and allowance.value > 0:
             self.case.warn(
                 f"{section.header}: {allowance.source} is more than the protuberance frees, so "

@@ -18,13 +18,13 @@ def document_of_json(data: Any, where: str) -> Document:
     model = data.get("model") if isinstance(data, dict) else None
     if not isinstance(model, dict):
         raise InputError(where, "model", "is missing", 'a .rexsj file begins with {"model": {…')
-    made = Checked(where)
-    made.other += [f'"{key}"' for key in model if key not in _KNOWN]
+    checked = Checked(where)
+    checked.other += [f'"{key}"' for key in model if key not in _KNOWN]
     for part in _list(model, "components", where):
         attributes = [_attribute(a, where) for a in _list(part, "attributes", where)]
-        made.component(
+        checked.component(
             Component(
-                made.whole(part.get("id"), "component id"),
+                checked.whole(part.get("id"), "component id"),
                 str(part.get("type", "")),
                 str(part.get("name", "") or ""),
                 {a.id: a for a in attributes},
@@ -32,30 +32,30 @@ def document_of_json(data: Any, where: str) -> Document:
         )
     for part in _list(model, "relations", where):
         refs = [
-            (str(ref.get("role", "")), made.whole(ref.get("id"), "ref id"))
+            (str(ref.get("role", "")), checked.whole(ref.get("id"), "ref id"))
             for ref in _list(part, "refs", where)
         ]
-        made.relation(
+        checked.relation(
             Relation(
-                made.whole(part.get("id"), "relation id"),
+                checked.whole(part.get("id"), "relation id"),
                 str(part.get("type", "")),
-                made.whole(part.get("order", 0), "relation order"),
+                checked.whole(part.get("order", 0), "relation order"),
                 tuple(refs),
             )
         )
     for spectrum in _list(model, "load_spectrum", where):
-        number = made.whole(spectrum.get("id", 1), "load_spectrum id")
+        number = checked.whole(spectrum.get("id", 1), "load_spectrum id")
         for case in _list(spectrum, "load_cases", where):
-            key = made.whole(case.get("id", 1), "load_case id")
-            attributes_of = _attributes_of(case, f"load case {key}", made)
-            made.load_case(LoadCase(number, key, attributes_of))
+            key = checked.whole(case.get("id", 1), "load_case id")
+            attributes_of = _attributes_of(case, f"load case {key}", checked)
+            checked.load_case(LoadCase(number, key, attributes_of))
         for total in _list(spectrum, "accumulation", where):
-            made.accumulation(_attributes_of(total, "", made))
+            checked.accumulation(_attributes_of(total, "", checked))
     for total in _list(model, "accumulation", where):
-        made.accumulation(_attributes_of(total, "", made))
+        checked.accumulation(_attributes_of(total, "", checked))
     program = (model.get("applicationId"), model.get("applicationVersion"))
     application = echo(" ".join(str(s) for s in program if s))[1:-1]
-    return made.document(str(model.get("version", "")), application)
+    return checked.document(str(model.get("version", "")), application)
 
 
 def _list(data: dict[str, Any], key: str, where: str) -> list[dict[str, Any]]:
@@ -67,11 +67,13 @@ def _list(data: dict[str, Any], key: str, where: str) -> list[dict[str, Any]]:
     return items
 
 
-def _attributes_of(data: dict[str, Any], text: str, made: Checked) -> list[tuple[int, Attribute]]:
+def _attributes_of(
+    data: dict[str, Any], text: str, checked: Checked
+) -> list[tuple[int, Attribute]]:
     return [
-        (made.whole(part.get("id"), "component id"), _attribute(a, made.where, text))
-        for part in _list(data, "components", made.where)
-        for a in _list(part, "attributes", made.where)
+        (checked.whole(part.get("id"), "component id"), _attribute(a, checked.where, text))
+        for part in _list(data, "components", checked.where)
+        for a in _list(part, "attributes", checked.where)
     ]
 
 

@@ -133,9 +133,9 @@ def choices(ports: list[Port], mobility: int) -> Iterator[tuple[list[Port], list
     speeds = [p for p in ports if p.speed is not None]
     torques = [p for p in ports if p.torque is not None or p.power is not None]
     torques.sort(key=lambda p: (not p.defines_torque, p.drives is False))
-    wanted = len(ports) - mobility
+    torque_count = len(ports) - mobility
     for chosen in itertools.combinations(speeds, min(mobility, len(speeds))):
-        for loaded in itertools.combinations(torques, min(wanted, len(torques))):
+        for loaded in itertools.combinations(torques, min(torque_count, len(torques))):
             yield list(chosen), list(loaded)
 
 

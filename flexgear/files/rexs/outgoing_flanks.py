@@ -60,8 +60,8 @@ class FlanksOut:
                 "manufacturing_step", 1, workpiece=flank, tool=tool, manufacturing_settings=settings
             )
             modifications = gear.modifications.of(names[word])
-            for made in self._ground(modifications, outward(DATUM_SIDE, half)):
-                self.model.relate("reference", origin=flank, referenced=made)
+            for component in self._ground(modifications, outward(DATUM_SIDE, half)):
+                self.model.relate("reference", origin=flank, referenced=component)
 
     def _tool(self, role: str) -> int:
         """The rack or cutter of a gear."""

@@ -42,8 +42,8 @@ class StageWriter:
         else:
             self._direction(section, stage)
         shifts = self._shifts(stage, rack, teeth, distance)
-        wanted = _wanted(stage, rack, teeth, distance)
-        self._backlash(section, stage, rack, wanted, shifts, distance)
+        sums = _wanted(stage, rack, teeth, distance)
+        self._backlash(section, stage, rack, sums, shifts, distance)
         for role in stage.roles:
             self._gear(stage, role, rack, teeth[role], shifts[role])
         return rack
@@ -261,7 +261,7 @@ class StageWriter:
         section: Section,
         stage: RexsStage,
         rack: Rack,
-        wanted: dict[str, float | None],
+        sums: dict[str, float | None],
         shifts: dict[str, Datum],
         distance: Datum | None,
     ) -> None:
@@ -273,7 +273,7 @@ class StageWriter:
         for role, meshes in stage.meshes.items():
             total = self._total_backlash([mesh.stage for mesh in meshes])
             sum_of_shifts = sum(shifts[end].value for end in _pair(stage, role))
-            free = wanted[role]
+            free = sums[role]
             left = 0.0 if free is None else free - sum_of_shifts
             left *= 2 * rack.module * math.sin(rack.pressure_angle)
             key = f"backlash_{role}_mm"
@@ -302,10 +302,10 @@ class StageWriter:
         shifts = {role: self.gears.shift(stage.gears(role), rack) for role in stage.roles}
         hub = "planet" if stage.kind == "planetary" else "gear"
         sums = _wanted(stage, rack, teeth, distance)
-        ring, wanted = shifts.get("ring"), sums.get("ring")
+        ring, of_ring = shifts.get("ring"), sums.get("ring")
         planet = shifts.get(hub)
-        if ring is not None and planet is not None and wanted is not None:
-            fits = [abs(sign * ring.value + planet.value - wanted) for sign in (1, -1)]
+        if ring is not None and planet is not None and of_ring is not None:
+            fits = [abs(sign * ring.value + planet.value - of_ring) for sign in (1, -1)]
             if fits[1] < fits[0] - AGREES:
                 shifts["ring"] = Datum(
                     -ring.value, f"{ring.source}; sign turned, which fits the centre distance"
@@ -323,15 +323,15 @@ class StageWriter:
         stage: RexsStage,
         shifts: dict[str, Datum | None],
         pair: tuple[str, str],
-        wanted: float | None,
+        total_shift: float | None,
         distance: Datum | None,
     ) -> None:
         lacking = [role for role in pair if shifts[role] is None]
-        if not lacking or wanted is None or distance is None:
+        if not lacking or total_shift is None or distance is None:
             return
         total = sum(d.value for role in pair if (d := shifts[role]) is not None)
         for role in lacking:
-            value = (wanted - total) / len(lacking)
+            value = (total_shift - total) / len(lacking)
             value = 0.0 if abs(value) < _NO_SHIFT else value
             why = f"not in the file; without backlash at {distance.source}"
             shifts[role] = Datum(value, f"assumed: {why}")

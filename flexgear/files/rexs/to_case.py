@@ -99,15 +99,15 @@ class _Conversion:
         forces = {name: flow.stage(name).sun_gear_mesh_force for name in stages}
         return {name: force > 0 for name, force in forces.items() if force}
 
-    def _choose(self, wanted: int | None) -> None:
+    def _choose(self, number: int | None) -> None:
         cases = self.document.load_cases
-        if wanted is None and not cases:
+        if number is None and not cases:
             return
-        chosen = next((c for c in cases if wanted in (None, c.id)), None)
+        chosen = next((c for c in cases if number in (None, c.id)), None)
         if chosen is None:
-            known = ", ".join(str(c.id) for c in cases) or "none"
+            numbers = ", ".join(str(c.id) for c in cases) or "none"
             raise InputError(
-                self.where, "load case", f"{wanted} is not there", f"there are: {known}"
+                self.where, "load case", f"{number} is not there", f"there are: {numbers}"
             )
         self.document.take_load_case(chosen)
         for other in cases:

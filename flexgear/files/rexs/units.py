@@ -110,12 +110,12 @@ def known(name: str) -> bool:
     return _plain(name) in _UNITS
 
 
-def factor(unit: str, wanted: str) -> float | None:
-    """What a number in the unit ``unit`` is multiplied with to be in ``wanted``.
+def factor(unit: str, into: str) -> float | None:
+    """What a number in the unit ``unit`` is multiplied with to be in ``into``.
 
     None for an unknown unit or one of another dimension; 1 exactly for the same unit.
     """
-    a, b = _plain(unit), _plain(wanted)
+    a, b = _plain(unit), _plain(into)
     if a == b:
         return 1.0
     if a not in _UNITS or b not in _UNITS or _UNITS[a][0] != _UNITS[b][0]:

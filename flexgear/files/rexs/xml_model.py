@@ -14,15 +14,15 @@ def document_of_xml(root: ET.Element, where: str) -> Document:
     """The model below the root element. InputError for one that is no REXS model."""
     if root.tag != "model":
         raise InputError(where, root.tag, "is the first element", "a REXS file begins with <model>")
-    made = Checked(where)
-    made.other += [
+    checked = Checked(where)
+    checked.other += [
         f"<{e.tag}>" for e in root if e.tag not in ("relations", "components", "load_spectrum")
     ]
     for element in root.findall("components/component"):
         attributes = [_attribute(a) for a in element.iter("attribute")]
-        made.component(
+        checked.component(
             Component(
-                made.whole(element.get("id"), "component id"),
+                checked.whole(element.get("id"), "component id"),
                 element.get("type", ""),
                 element.get("name", ""),
                 {a.id: a for a in attributes},
@@ -30,25 +30,27 @@ def document_of_xml(root: ET.Element, where: str) -> Document:
         )
     for element in root.findall("relations/relation"):
         refs = [
-            (ref.get("role", ""), made.whole(ref.get("id"), "ref id"))
+            (ref.get("role", ""), checked.whole(ref.get("id"), "ref id"))
             for ref in element.iter("ref")
         ]
-        made.relation(
+        checked.relation(
             Relation(
-                made.whole(element.get("id"), "relation id"),
+                checked.whole(element.get("id"), "relation id"),
                 element.get("type", ""),
-                made.whole(element.get("order", "0"), "relation order"),
+                checked.whole(element.get("order", "0"), "relation order"),
                 tuple(refs),
             )
         )
     for spectrum in root.findall("load_spectrum"):
-        number = made.whole(spectrum.get("id", "1"), "load_spectrum id")
+        number = checked.whole(spectrum.get("id", "1"), "load_spectrum id")
         for case in spectrum.findall("load_case"):
-            key = made.whole(case.get("id", "1"), "load_case id")
-            made.load_case(LoadCase(number, key, _attributes_of(case, f"load case {key}", made)))
+            key = checked.whole(case.get("id", "1"), "load_case id")
+            checked.load_case(
+                LoadCase(number, key, _attributes_of(case, f"load case {key}", checked))
+            )
         for total in spectrum.findall("accumulation"):
-            made.accumulation(_attributes_of(total, "", made))
-    return made.document(root.get("version", ""), _application(root))
+            checked.accumulation(_attributes_of(total, "", checked))
+    return checked.document(root.get("version", ""), _application(root))
 
 
 def _application(root: ET.Element) -> str:
@@ -56,9 +58,11 @@ def _application(root: ET.Element) -> str:
     return echo(" ".join(filter(None, application)))[1:-1]
 
 
-def _attributes_of(element: ET.Element, where: str, made: Checked) -> list[tuple[int, Attribute]]:
+def _attributes_of(
+    element: ET.Element, where: str, checked: Checked
+) -> list[tuple[int, Attribute]]:
     return [
-        (made.whole(component.get("id"), "component id"), _attribute(a, where))
+        (checked.whole(component.get("id"), "component id"), _attribute(a, where))
         for component in element.findall("component")
         for a in component.iter("attribute")
     ]

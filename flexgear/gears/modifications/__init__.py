@@ -38,5 +38,5 @@ MODIFICATIONS: tuple[Callable[[FlankModifications, Flank], Gap | None], ...] = (
 
 def gaps_of(of_flank: FlankModifications, flank: Flank) -> list[Gap]:
     """All modifications of one flank of a gear."""
-    gaps = [made(of_flank, flank) for made in MODIFICATIONS]
+    gaps = [gap_of(of_flank, flank) for gap_of in MODIFICATIONS]
     return [gap for gap in gaps if gap is not None]

@@ -138,19 +138,19 @@ _VALUES = {
 def label_and_unit(key: str) -> tuple[str, str]:
     """Words and unit of a key: "base_pitch_mm" -> ("base pitch", "mm")."""
     label, unit = split_unit(key)
-    for pattern, (text, known) in _WORDS.items():
+    for pattern, (text, stated_unit) in _WORDS.items():
         before, _, after = pattern.partition("{part}")
         match = re.fullmatch(f"{re.escape(before)}(.*){re.escape(after)}", key)
         if key == pattern or ("{part}" in pattern and match):
             part = words(match[1]) if match and match.groups() else ""
-            return text.replace("{part}", part), known or unit
+            return text.replace("{part}", part), stated_unit or unit
     return label, unit
 
 
 def row_of(key: str, value: Any, unit: str = "") -> Row:
     """A row of words; unit: of a key that has none of its own."""
-    label, known = label_and_unit(key)
-    unit = known or unit
+    label, stated_unit = label_and_unit(key)
+    unit = stated_unit or unit
     if isinstance(value, Mapping):
         return Row(label, ", ".join(f"{r.label} {with_unit(r.value, r.unit)}" for r in rows_of(value, unit)))
     if isinstance(value, Sequence) and not isinstance(value, str):

@@ -280,8 +280,8 @@ def carrier_fe_mesh(p: CarrierMeshParameters) -> FeMesh:
     """Tetrahedra of the carrier; patches drive, bearing_drive, bearing_far, pin_1 .. pin_N."""
     p.check()
     unit = meshing_unit(p.plate_diameter)
-    made = _in_gmsh(p.in_units_of(unit))
-    return replace(made, points=made.points * unit)
+    fe_mesh = _in_gmsh(p.in_units_of(unit))
+    return replace(fe_mesh, points=fe_mesh.points * unit)
 
 
 def _in_gmsh(p: CarrierMeshParameters) -> FeMesh:

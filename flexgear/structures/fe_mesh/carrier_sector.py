@@ -58,8 +58,8 @@ def _solids(occ: ModuleType, p: CarrierMeshParameters, phi: float) -> list[int]:
         points = [occ.addPoint(r, 0.0, z) for r, z in corners]
         lines = [occ.addLine(a, b) for a, b in zip(points, points[1:] + points[:1], strict=True)]
         face = occ.addPlaneSurface([occ.addCurveLoop(lines)])
-        made = occ.revolve([(2, face)], 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, phi)
-        return next(entity for entity in made if entity[0] == 3)
+        entities = occ.revolve([(2, face)], 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, phi)
+        return next(entity for entity in entities if entity[0] == 3)
 
     hub, seat_drive = p.hub_diameter / 2.0, p.seat_drive_diameter / 2.0
     z_seat, z_end = z_drive - p.seat_drive_width, z_drive - p.hub_length
@@ -88,8 +88,8 @@ def _solids(occ: ModuleType, p: CarrierMeshParameters, phi: float) -> list[int]:
             *(p.center_distance, 0.0, z_drive, 0.0, 0.0, z_far - z_drive, p.pin_bore / 2.0)
         )
         solids, _ = occ.cut(solids, [(3, hole)])
-    made, _ = occ.fragment(solids[:1], solids[1:])
-    return sorted({tag for dim, tag in made if dim == 3})
+    entities, _ = occ.fragment(solids[:1], solids[1:])
+    return sorted({tag for dim, tag in entities if dim == 3})
 
 
 def _same_plane(gmsh: ModuleType, p: CarrierMeshParameters, halves: list[list[int]]) -> None:
@@ -251,5 +251,5 @@ def _half_web(occ: ModuleType, p: CarrierMeshParameters, phi: float) -> tuple[in
             occ.addLine(on_arc, inner),
         ]
     )
-    made = occ.extrude([(2, occ.addPlaneSurface([loop]))], 0.0, 0.0, p.plate_gap)
-    return next(entity for entity in made if entity[0] == 3)
+    entities = occ.extrude([(2, occ.addPlaneSurface([loop]))], 0.0, 0.0, p.plate_gap)
+    return next(entity for entity in entities if entity[0] == 3)

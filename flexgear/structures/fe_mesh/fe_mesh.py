@@ -193,7 +193,7 @@ class FeMesh:
         bad = int((self.corner_jacobians()[0].min(axis=1) <= 0.0).sum())
         if bad:
             raise FlexgearError(f"FE mesh: {bad} cells are inverted or collapsed")
-        known, first = np.unique(facet_keys(self.every_facet, n), return_index=True)
+        mesh_keys, first = np.unique(facet_keys(self.every_facet, n), return_index=True)
         last = self.every_facet[first].max(axis=1)
         for name, ids in self.facets.items():
             if ids.ndim != 2 or ids.shape[1] != sides or len(ids) == 0:
@@ -203,8 +203,8 @@ class FeMesh:
             keys = facet_keys(ids, n)
             if len(np.unique(keys)) != len(keys):
                 raise FlexgearError(f"FE mesh: patch {name} holds a facet twice")
-            at = np.minimum(np.searchsorted(known, keys), len(known) - 1)
-            if (known[at] != keys).any() or (last[at] != ids.max(axis=1)).any():
+            at = np.minimum(np.searchsorted(mesh_keys, keys), len(mesh_keys) - 1)
+            if (mesh_keys[at] != keys).any() or (last[at] != ids.max(axis=1)).any():
                 raise FlexgearError(f"FE mesh: patch {name} holds a facet of no cell")
 
 

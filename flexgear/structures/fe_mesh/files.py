@@ -281,14 +281,14 @@ def _check_size(points: Array, unit: str, expected: float | None, path: Path) ->
     fitting = [
         u for u, factor in UNITS.items() if low <= size / UNITS[unit] * factor <= high and u != unit
     ]
-    known = "" if expected is None else f", not about {expected:.4g} m"
+    comparison = "" if expected is None else f", not about {expected:.4g} m"
     remedy = (
         "set fe_mesh_unit = " + " or ".join(f'"{u}"' for u in fitting)
         if fitting
         else "check the file and the case's dimensions"
     )
     raise InputError(
-        str(path), "fe_mesh_unit", f'in "{unit}" the body measures {size:.4g} m{known}', remedy
+        str(path), "fe_mesh_unit", f'in "{unit}" the body measures {size:.4g} m{comparison}', remedy
     )
 
 
@@ -336,9 +336,9 @@ def _patches(
                 raise InputError(str(path), name, "its facets do not fit the cells", "mesh again")
             continue
         ids = number[np.array(rows, dtype=np.int64)]
-        wanted = facet_keys(ids, n) if ids.min() >= 0 else np.full(len(ids), -1)
-        at = np.minimum(np.searchsorted(keys, wanted), len(keys) - 1)
-        strange = int(np.count_nonzero(keys[at] - wanted))
+        patch_keys = facet_keys(ids, n) if ids.min() >= 0 else np.full(len(ids), -1)
+        at = np.minimum(np.searchsorted(keys, patch_keys), len(keys) - 1)
+        strange = int(np.count_nonzero(keys[at] - patch_keys))
         if strange:
             raise InputError(
                 str(path),
@@ -347,7 +347,7 @@ def _patches(
                 "mesh surface and volume together",
             )
         outward = np.where((count[at] == 1)[:, None], every[first[at]], ids)
-        patches[name] = outward[np.unique(wanted, return_index=True)[1]]
+        patches[name] = outward[np.unique(patch_keys, return_index=True)[1]]
     meant = re.compile(rf"(?:{'|'.join(stems)})_\d+")
     for name in [*required, *filter(meant.fullmatch, deck.node_sets)]:
         if name not in patches and name in deck.node_sets:

@@ -121,8 +121,8 @@ class _Reader:
         elif keyword == "ELEMENT":
             self._element(options, rows)
         elif keyword in ("ELSET", "NSET"):
-            known = self.element_sets if keyword == "ELSET" else self.node_sets
-            into = known.setdefault(self._name(options[keyword]), [])
+            sets = self.element_sets if keyword == "ELSET" else self.node_sets
+            into = sets.setdefault(self._name(options[keyword]), [])
             for row in rows:
                 if "GENERATE" in options:
                     a, b, step = ([int(x) for x in row] + [1])[:3]
@@ -131,7 +131,7 @@ class _Reader:
                     into.extend(range(a, b + 1, step))
                 else:
                     for x in row:
-                        into.extend([int(x)] if x.isdecimal() else known[x.upper()])
+                        into.extend([int(x)] if x.isdecimal() else sets[x.upper()])
         elif keyword == "SURFACE" and options.get("TYPE", "ELEMENT").upper() == "ELEMENT":
             into_surface = self.surfaces.setdefault(self._name(options["NAME"]), [])
             into_surface.extend((row[0], (row + [""])[1].upper()) for row in rows)

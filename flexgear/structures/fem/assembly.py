@@ -58,10 +58,10 @@ class FeModel:
     @cached_property
     def facet_keys(self) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
         """Rising keys (f,) of all facets, the facet number of each, sorted vertices (f, c)."""
-        known = np.sort(self.basis.mesh.facets.T.astype(np.int64), axis=1)
-        keys = facet_key(known, len(self.nodes))
+        vertices = np.sort(self.basis.mesh.facets.T.astype(np.int64), axis=1)
+        keys = facet_key(vertices, len(self.nodes))
         order = np.argsort(keys)
-        return keys[order], order, known
+        return keys[order], order, vertices
 
     @cached_property
     def cell_corners(self) -> NDArray[np.float64]:

@@ -13,13 +13,13 @@ Ints = NDArray[np.int64]
 
 def edge_nodes(model: FeModel, first: Ints, second: Ints) -> Ints:
     """Nodes at the middles of edges between vertices, arrays of one shape."""
-    numbers, known = _edges(model)
+    numbers, keys = _edges(model)
     n = len(model.nodes)
-    wanted = np.minimum(first, second).astype(np.int64) * n + np.maximum(first, second)
-    order = np.argsort(known)
-    place = np.minimum(np.searchsorted(known[order], wanted), len(known) - 1)
+    asked_keys = np.minimum(first, second).astype(np.int64) * n + np.maximum(first, second)
+    order = np.argsort(keys)
+    place = np.minimum(np.searchsorted(keys[order], asked_keys), len(keys) - 1)
     nodes = order[place]
-    if not np.array_equal(known[nodes], wanted):
+    if not np.array_equal(keys[nodes], asked_keys):
         raise FlexgearError("two vertices of the FE mesh have no edge between them")
     return numbers[nodes]
 

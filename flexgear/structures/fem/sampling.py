@@ -130,11 +130,11 @@ def disc_points(
 
 def facet_numbers(model: FeModel, facets: NDArray[np.int64]) -> NDArray[np.int64]:
     """scikit-fem's numbers of facets given by their vertices (k, c), in any order."""
-    wanted = np.sort(np.asarray(facets, dtype=np.int64), axis=1)
-    keys, order, known = model.facet_keys
-    place = np.searchsorted(keys, facet_key(wanted, len(model.nodes)))
+    sorted_facets = np.sort(np.asarray(facets, dtype=np.int64), axis=1)
+    keys, order, vertices = model.facet_keys
+    place = np.searchsorted(keys, facet_key(sorted_facets, len(model.nodes)))
     numbers = order[np.minimum(place, len(order) - 1)]
-    if not np.array_equal(known[numbers], wanted):
+    if not np.array_equal(vertices[numbers], sorted_facets):
         raise FlexgearError("a named patch holds facets that are not faces of the mesh's cells")
     return numbers
 

@@ -38,7 +38,7 @@ class Form(Generic[T]):
     file: str
     version: int
     arrays: Callable[[T], Arrays]
-    made: Callable[[Arrays], T]
+    result: Callable[[Arrays], T]
 
 
 def cached(content: Mapping[str, Any], compute: Callable[[], T], form: Form[T]) -> T:
@@ -50,19 +50,19 @@ def cached(content: Mapping[str, Any], compute: Callable[[], T], form: Form[T]) 
     file = cache_directory() / "influence" / key / f"{form.file}.npz"
     try:
         with np.load(io.BytesIO(unsealed(read_kept(file)))) as arrays:
-            return form.made(dict(arrays))
+            return form.result(dict(arrays))
     except (OSError, ValueError, KeyError):  # none there, or a damaged one: made again
         pass
-    made = compute()
+    influence = compute()
     stream = io.BytesIO()
-    np.savez(stream, **form.arrays(made))  # type: ignore[arg-type]
+    np.savez(stream, **form.arrays(influence))  # type: ignore[arg-type]
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
         write_bytes(file, sealed(stream.getvalue()))
     except (OSError, FlexgearError) as error:
         text = f"cannot keep the influence of a tooth, it is made again next time: {error}"
         warnings.warn(text, FlexgearWarning, stacklevel=2)
-    return made
+    return influence
 
 
 def _numbers(influence: ToothInfluence) -> NDArray[np.float64]:

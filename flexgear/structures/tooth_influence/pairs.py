@@ -70,10 +70,10 @@ def pair_bending(view: StageView, path: GearMeshPath, slices: Slices, force: flo
     flexibility, bodies = np.zeros((len(some), count, count)), []
     beside = np.zeros((len(some), 2, count, count))
     flanks = mating_flanks(path, slices)
-    made = [tooth_influence(view, mating.name) for mating in flanks]
+    influences = [tooth_influence(view, mating.name) for mating in flanks]
     load = line_load(view, stage_geometry(view), path.kind.gear, force)
-    at_tips = _at_tips(path, slices, made, load)
-    for member, (mating, influence) in enumerate(zip(flanks, made, strict=True)):
+    at_tips = _at_tips(path, slices, influences, load)
+    for member, (mating, influence) in enumerate(zip(flanks, influences, strict=True)):
         if influence is None:
             bodies.append(_to_middle(view, mating.tooth, mating.roll))
             continue
@@ -110,10 +110,13 @@ def pair_bending(view: StageView, path: GearMeshPath, slices: Slices, force: flo
 
 
 def _at_tips(
-    path: GearMeshPath, slices: Slices, made: Sequence[ToothInfluence | None], line_load: float
+    path: GearMeshPath,
+    slices: Slices,
+    influences: Sequence[ToothInfluence | None],
+    line_load: float,
 ) -> list[AtTip]:
     """At the slices, of every tip edge that touches; none where a tooth has no influence."""
-    planet, gear = made
+    planet, gear = influences
     if planet is None or gear is None:
         return []
     on, members = _touches(path, slices), (planet, gear)
@@ -147,10 +150,10 @@ class MatingFlank(NamedTuple):
     other_hand: bool
     roll: Array
 
-    def of(self, made: Flank) -> Flank:
+    def of(self, flank: Flank) -> Flank:
         """What was made of the −θ flank of the gear's own hand, as this flank has it."""
-        made = made.mirrored() if self.other_hand else made
-        return made if self.sense > 0 else made.turned()
+        flank = flank.mirrored() if self.other_hand else flank
+        return flank if self.sense > 0 else flank.turned()
 
 
 def mating_flanks(path: GearMeshPath, slices: Slices) -> list[MatingFlank]:

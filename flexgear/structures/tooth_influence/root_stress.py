@@ -128,7 +128,7 @@ def root_influence(
     free[:, 2] &= not plane_strain
     free_dofs, cut = np.flatnonzero(free), (3 * held[:, None] + np.arange(3)).ravel()
     across = _across(segment, j, first)
-    wanted = _stress_rows(model, root.ravel(), across.reshape(-1, 3), young, poisson)
+    stress_rows = _stress_rows(model, root.ravel(), across.reshape(-1, 3), young, poisson)
     factor = Factor(model.stiffness[free_dofs][:, free_dofs].tocsr())
     beside = model.stiffness[cut][:, free_dofs].tocsr()
     nodes, loads = _loaded(segment, model)
@@ -137,10 +137,10 @@ def root_influence(
     for start in range(0, root.size, _TOGETHER):
         some = slice(start, start + _TOGETHER)
         motion = np.zeros((free.size, len(stress[some])))
-        motion[free_dofs] = factor.solve(wanted[some][:, free_dofs].T.toarray())
+        motion[free_dofs] = factor.solve(stress_rows[some][:, free_dofs].T.toarray())
         at = motion.reshape(-1, 3, motion.shape[1])[nodes]
         stress[some] = np.einsum("stnip,stni->pstn", at, loads)
-        of_cut[some] = wanted[some][:, cut].toarray() - (beside @ motion[free_dofs]).T
+        of_cut[some] = stress_rows[some][:, cut].toarray() - (beside @ motion[free_dofs]).T
     stress = stress.reshape(*root.shape, *nodes.shape)
     stress[:, :, 1] = stress[:, ::-1, 1]
     return RootInfluence(

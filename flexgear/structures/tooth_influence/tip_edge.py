@@ -184,10 +184,10 @@ def contact(compliance: Array, gap: Array, load: float) -> tuple[Array, float]:
         approach = (load + solved[:, 1].sum()) / solved[:, 0].sum()
         force = np.zeros(len(gap))
         force[n] = approach * solved[:, 0] - solved[:, 1]
-        wanted = force - scale * (gap + compliance @ force - approach) > 0
-        if (wanted == active).all() or not wanted.any():
+        pressed = force - scale * (gap + compliance @ force - approach) > 0
+        if (pressed == active).all() or not pressed.any():
             break
-        active = wanted
+        active = pressed
     return force, float(approach)
 
 
