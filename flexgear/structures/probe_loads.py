@@ -31,10 +31,12 @@ class ProbeLoad:
         return np.concatenate([self.forces.sum(axis=0), moment])
 
 
-def tooth_lines(model: FeModel, teeth: Iterable[int], face_width: float) -> list[ProbeLoad]:
+def tooth_lines(
+    model: FeModel, teeth: Iterable[int], face_width: float, outward: float
+) -> list[ProbeLoad]:
     """Unit normal loads on flanks: at tip, pitch and root height, over the face and at its ends.
 
-    teeth: 0-based. The ring's tooth points inwards: tip is the flank's smallest radius.
+    teeth: 0-based; outward: +1 where the tip is the flank's largest radius, −1 on a ring.
     """
     loads = []
     half = 0.5 * face_width
@@ -46,9 +48,9 @@ def tooth_lines(model: FeModel, teeth: Iterable[int], face_width: float) -> list
     }
     for tooth in teeth:
         flank = _Flank(model, f"tooth_flank_{tooth + 1:03d}")
-        low, high = flank.radii
-        margin = _MARGIN * (high - low)
-        heights = {"tip": low + margin, "pitch": 0.5 * (low + high), "root": high - margin}
+        tip, root = flank.radii if outward < 0 else flank.radii[::-1]
+        margin = _MARGIN * (root - tip)
+        heights = {"tip": tip + margin, "pitch": 0.5 * (tip + root), "root": root - margin}
         for height, radius in heights.items():
             for end, (a, b) in spans.items():
                 z = 0.5 * (a + b) + 0.5 * (b - a) * x

@@ -9,7 +9,7 @@ from flexgear.structures.fe_mesh.files import (
     require_format,
     write_fe_mesh,
 )
-from flexgear.structures.fe_mesh.groups import Groups, carrier_groups, ring_groups
+from flexgear.structures.fe_mesh.groups import Groups, carrier_groups, planet_groups, ring_groups
 from flexgear.structures.fe_mesh.of_file import mesh_of_file
 from flexgear.structures.fe_mesh.planet import PlanetMeshParameters, planet_fe_mesh
 from flexgear.structures.fe_mesh.ring import RingMeshParameters, ring_fe_mesh
@@ -35,6 +35,7 @@ __all__ = [
     "fe_mesh_case",
     "mesh_of_file",
     "planet_fe_mesh",
+    "planet_groups",
     "read_fe_mesh",
     "require_format",
     "ring_fe_mesh",

@@ -17,7 +17,9 @@ from numpy.typing import NDArray
 
 from flexgear.model.ring_supports import RingSupport
 from flexgear.structures.fe_mesh.carrier import CarrierMeshParameters
+from flexgear.structures.fe_mesh.planet import PlanetMeshParameters
 from flexgear.structures.fe_mesh.ring import RingMeshParameters
+from flexgear.structures.fe_mesh.toothed import ToothedMeshParameters
 
 Array = NDArray[np.float64]
 
@@ -55,8 +57,8 @@ class Family:
 class Groups:
     """All named groups of a body and the lengths that tolerances of their place follow from.
 
-    body: "ring" or "carrier"; radius: where teeth or pins stand, m; pitch: of the ring's teeth
-    round the reference circle, m; face_width: m.
+    body: "ring", "planet" or "carrier"; radius: where teeth or pins stand, m; pitch: of its teeth,
+    of a carrier the ring's, round the reference circle, m; face_width: m.
     """
 
     body: str
@@ -92,21 +94,6 @@ class Groups:
 def ring_groups(p: RingMeshParameters, tie: str, supports: Sequence[RingSupport]) -> Groups:
     """Teeth for either tie, "root" or "flank", fits, and what holds the bolts: walls of holes, or
     the bolted face."""
-    tooth, teeth = p.tooth, p.teeth
-    angles = tooth.pitch_angle * np.arange(teeth, dtype=float)
-    depth = tooth.root_radius - tooth.tip_radius
-    middle = (tooth.tip_radius + tooth.form_radius) / 2.0
-    half = float(tooth.half_angle(middle))
-
-    def of_teeth(part: str, meaning: str, radius: float, offset: float, needed: bool) -> Family:
-        stem = f"tooth_{part}"
-        return Family(
-            *(stem, meaning, _numbered(stem, teeth, 3)),
-            *(_polar(radius, angles + offset), needed, "stage.ring.teeth"),
-            radial=depth,
-            twist=p.helix_rate,
-        )
-
     holes = [s for s in supports if s.end and s.group]
 
     def of_bands(kind: str, meaning: str) -> Family:
@@ -117,9 +104,7 @@ def ring_groups(p: RingMeshParameters, tie: str, supports: Sequence[RingSupport]
         )
 
     families = [
-        of_teeth("root", "base section of tooth j", tooth.root_radius, 0.0, tie == "root"),
-        of_teeth("flank", "flank of tooth j on its -θ side", middle, -half, tie == "flank"),
-        of_teeth("backflank", "flank of tooth j on its +θ side", middle, half, False),
+        *_teeth(p, tie),
         of_bands("fit", "band of housing fit k, as ring.fe.fits lists them"),
         of_bands("spline", "outer spline or lugs k, as ring.fe.splines lists them"),
         Family(
@@ -137,8 +122,44 @@ def ring_groups(p: RingMeshParameters, tie: str, supports: Sequence[RingSupport]
         families.append(
             Family(name, meaning, (name,), place, end in bolted, "stage.ring.fe.end", side=side)  # type: ignore[arg-type]
         )
-    pitch = tooth.pitch_angle * tooth.reference_radius
-    return Groups("ring", tuple(families), tooth.reference_radius, pitch, p.face_width)
+    return _toothed(p, families)
+
+
+def planet_groups(p: PlanetMeshParameters, tie: str) -> Groups:
+    """Teeth for either tie, "root" or "flank", and the bore."""
+    centre = np.array([[0.0, 0.0, _ANYWHERE]])
+    says = "stage.planet.bore_diameter_mm"
+    return _toothed(
+        p, [*_teeth(p, tie), Family("bore", "wall of the bore", ("bore",), centre, True, says)]
+    )
+
+
+def _toothed(p: ToothedMeshParameters, families: Sequence[Family]) -> Groups:
+    radius = p.tooth.reference_radius
+    return Groups(p.part, tuple(families), radius, p.tooth.pitch_angle * radius, p.face_width)
+
+
+def _teeth(p: ToothedMeshParameters, tie: str) -> list[Family]:
+    """Base sections and flanks of a gear's teeth."""
+    tooth, teeth = p.tooth, p.teeth
+    angles = tooth.pitch_angle * np.arange(teeth, dtype=float)
+    middle = (tooth.tip_radius + tooth.form_radius) / 2.0
+    half = float(tooth.half_angle(middle))
+
+    def of_teeth(part: str, meaning: str, radius: float, offset: float, needed: bool) -> Family:
+        stem = f"tooth_{part}"
+        return Family(
+            *(stem, meaning, _numbered(stem, teeth, 3)),
+            *(_polar(radius, angles + offset), needed, f"stage.{p.part}.teeth"),
+            radial=abs(tooth.root_radius - tooth.tip_radius),
+            twist=p.helix_rate,
+        )
+
+    return [
+        of_teeth("root", "base section of tooth j", tooth.root_radius, 0.0, tie == "root"),
+        of_teeth("flank", "flank of tooth j on its -θ side", middle, -half, tie == "flank"),
+        of_teeth("backflank", "flank of tooth j on its +θ side", middle, half, False),
+    ]
 
 
 def carrier_groups(p: CarrierMeshParameters, angles: Array, pitch: float) -> Groups:

@@ -2,7 +2,7 @@
 
 parameters -> FE mesh -> nodes tied to its surfaces -> reduced body with weight, recovery and its
 errors, from the cache where it was made before; or rigid, of the same mass. What a kind of body
-adds to this: ``ring.py``, ``carrier.py``.
+adds to this: ``ring.py``, ``planet.py``, ``carrier.py``.
 """
 
 from __future__ import annotations
@@ -17,17 +17,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from flexgear.model.carrier import Carrier
 from flexgear.model.errors import InputError
+from flexgear.model.fe_mesh_source import FeMeshSource
 from flexgear.model.input_file import MOST_FE_MESH, require_regular
 from flexgear.model.material import Material
 from flexgear.model.names import BodyName, NodeName
-from flexgear.model.ring import Ring
 from flexgear.structures.bodies import Body, rigid_variant
 from flexgear.structures.fe_mesh import (
     CarrierMeshParameters,
     FeMesh,
     Groups,
+    PlanetMeshParameters,
     RingMeshParameters,
     mesh_of_file,
 )
@@ -54,8 +54,8 @@ class FeBody(BodySource):
     from; material; accuracy."""
 
     key: BodyName
-    section: Ring | Carrier
-    mesh: RingMeshParameters | CarrierMeshParameters
+    section: FeMeshSource
+    mesh: RingMeshParameters | PlanetMeshParameters | CarrierMeshParameters
     material: Material
     accuracy: Accuracy
 

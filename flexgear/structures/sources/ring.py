@@ -6,7 +6,7 @@ axis, bolt_01.. on the bolt circles in the bolted faces.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -29,30 +29,25 @@ from flexgear.structures.halves import PLACE, both_halves, mirrored
 from flexgear.structures.progress import Progress, silent
 from flexgear.structures.reduced import ReducedBody
 from flexgear.structures.solids import Solid
-from flexgear.structures.sources.fe_body import FeBody
 from flexgear.structures.sources.source import TiedNode
+from flexgear.structures.sources.toothed import ToothedSource
 from flexgear.structures.springs import Spring, stiffness_at
 from flexgear.structures.store import content_key
 
 if TYPE_CHECKING:
-    from flexgear.structures.fem import FeModel
     from flexgear.structures.fem.elements import FeMeshLike
-    from flexgear.structures.probe_loads import ProbeLoad
 
 Array = NDArray[np.float64]
-_PROBED_TEETH = 12  # teeth whose flanks the static error estimate loads
 
 
 @dataclass(frozen=True, eq=False)
-class RingSource(FeBody):
-    """reference_radius: where tooth nodes stand, m; half_offset: of the mid-planes of both halves
-    of a double-helical ring from z = 0, m; None of a single one; segment: of teeth that may yield
-    along the face beside their nodes, None where they take no shapes; along_face: whether gear
-    meshes distribute load along the face."""
+class RingSource(ToothedSource):
+    """half_offset: of the mid-planes of both halves of a double-helical ring from z = 0, m; None of
+    a single one; segment: of teeth that may yield along the face beside their nodes, None where
+    they take no shapes; along_face: whether gear meshes distribute load along the face."""
 
     section: Ring
     mesh: RingMeshParameters
-    reference_radius: float
     half_offset: float | None
     segment: SegmentParameters | None
     along_face: bool
@@ -74,27 +69,9 @@ class RingSource(FeBody):
         """Teeth for either tie, fits, splines, and what holds the bolts."""
         return ring_groups(self.mesh, self.section.tie, self.held_by)
 
-    @property
-    def repeats(self) -> int:
-        """Its teeth."""
-        return self.mesh.teeth
-
-    @property
-    def ties(self) -> tuple[str, str]:
-        """As the case has them."""
-        return self.section.tie, self.section.tie_kind
-
     def nodes(self, fe_mesh: FeMeshLike | None = None) -> list[TiedNode]:
         """Teeth, then fits, splines and bolts, see `model/ring_supports.py`."""
-        radius, teeth, tie = self.reference_radius, self.mesh.teeth, self.section.tie_kind
-        angles = 2 * np.pi * np.arange(teeth) / teeth
-        places = radius * np.column_stack([np.cos(angles), np.sin(angles), 0 * angles])
-        nodes = [
-            TiedNode(
-                NodeName.of("tooth", j, digits=3), place, tie, f"tooth_{self.section.tie}_{j:03d}"
-            )
-            for j, place in enumerate(places, 1)
-        ]
+        tie, nodes = self.section.tie_kind, self.tooth_nodes
         for s in self.held_by:
             place = np.array(s.place)
             if s.end is not None and fe_mesh is not None:
@@ -107,16 +84,6 @@ class RingSource(FeBody):
         """Its springs to ground, of a double-helical ring those of its left half."""
         springs = [Spring(s.node, np.diag(s.stiffness), s.angle) for s in self.held_by]
         return stiffness_at(springs, node_names)
-
-    def probe_loads(self, model: FeModel) -> Sequence[ProbeLoad]:
-        """Lines on flanks of some teeth, where all flanks are groups of the FE mesh."""
-        from flexgear.structures.probe_loads import tooth_lines
-
-        teeth = self.mesh.teeth
-        if not all(f"tooth_flank_{j + 1:03d}" in model.fe_mesh.facets for j in range(teeth)):
-            return []
-        probed = sorted({k * teeth // _PROBED_TEETH for k in range(_PROBED_TEETH)})
-        return tooth_lines(model, probed, self.mesh.face_width)
 
     def solid(self) -> Solid:
         """Of one half, if double-helical."""
