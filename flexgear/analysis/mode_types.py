@@ -271,7 +271,8 @@ def _separated(parts: Mapping[str, Array], shapes: Array) -> Array:
 
 
 def _cut(shapes: Array, rows: Array) -> list[Array]:
-    """Subspaces by the energy of ``rows``: those without, those with nothing else, the rest."""
+    """Splits a subspace of modes by the share of their motion that ``rows`` see: modes of equal
+    shares, from none of it to all."""
     motion = rows @ shapes
     values, turn = np.linalg.eigh(motion.T @ motion)
     edges = np.flatnonzero(np.diff(values) > 1e-6) + 1

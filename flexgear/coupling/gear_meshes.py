@@ -96,10 +96,13 @@ class BearingElement:
 
 
 class GivenLoad(NamedTuple):
-    """A force (6,) on a block; angle by which the block's frame turns against the force's, −1: not;
-    grows: 1 where it goes with the square of speed, and is given at the rated one; size: by which
-    the vector is multiplied, that at t = 0 of a load history; history: place among the load
-    histories, −1 of a constant one."""
+    """A force and moment (6,) on a block.
+
+    angle: number of the system's angle by which the block's frame turns against that of the force,
+    −1 for none; grows: 1 if the force rises with the square of speed, from its value at rated
+    speed; size: factor on the vector, at t = 0 where it has a history; history: number of its load
+    history, −1 for a constant force.
+    """
 
     block: int
     vector: Array

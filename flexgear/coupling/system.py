@@ -43,7 +43,7 @@ def variant_label(bodies: Iterable[BodyName], rigid: Collection[BodyName]) -> st
 
 @dataclass(frozen=True)
 class StageFrame:
-    """By which of the system's angles the frames of a stage have turned, −1 where one stands.
+    """Numbers of the system's angles by which the frames of a stage turn, −1 for a fixed frame.
 
     theta: the stage's angle θ = φ_carrier − φ_ring, the gear's of a parallel stage; carrier: of
     the carrier, in whose frame all lumped members and the sun are; ring: of the ring, whose own
@@ -228,7 +228,7 @@ class System:
         raise FlexgearError(f"there is no body {body!r} in the system")
 
     def body(self, name: str) -> Body:
-        """One body by name."""
+        """The body of this name."""
         for b in self.bodies:
             if b.name == name:
                 return b

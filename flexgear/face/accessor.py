@@ -71,7 +71,7 @@ class Plots:
 
 
 def _by_file(data: xr.Dataset) -> dict[str, xr.Dataset]:
-    """The dataset under the names of the files of a run that it could be."""
+    """The dataset by the name of the file in which a run keeps such results."""
     if "time" in data.dims:
         return {"transient": data}
     if "stage" in data.attrs:

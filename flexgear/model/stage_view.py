@@ -146,7 +146,7 @@ class StageView:
         return _PARALLEL_WORDS.get(role, role) if self.stage.kind == "parallel" else role
 
     def refuse(self, name: str, problem: str, remedy: str) -> InputError:
-        """The error that says what is wrong with a key of the stage."""
+        """InputError for a key of the stage, named as the case file writes it."""
         return InputError(self.source, self.key(name), problem, remedy)
 
 

@@ -283,7 +283,7 @@ def _load(part: _Part) -> _Part:
 
 
 def _renamed(header: str, path: str) -> str:
-    """A header of another path, its comment where it was if there is room."""
+    """The header with another path; its comment stays in its column where the path leaves room."""
     written = _HEADER.fullmatch(header)
     if written is None or written[2].strip() == path:
         return header

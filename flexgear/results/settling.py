@@ -66,8 +66,8 @@ def window_of(data: xr.Dataset, end: float | None = None) -> Window:
 
 
 def window_edges(span: float, start: float | None = None) -> Array:
-    """Starts of the windows of a run of ``span`` s; start: of the one that figures are taken from,
-    where it is known before."""
+    """Times (w,) s at which the windows of a run of ``span`` s begin. start: of the window that
+    figures are taken from, if the case states it: it is then one of two."""
     if start is not None:
         return np.unique(np.array([0.0, start]))
     return np.asarray(np.arange(WINDOWS) * (span / WINDOWS), dtype=np.float64)

@@ -48,12 +48,12 @@ class StageRun:
         return value if self.view.stage.kind == "planetary" else ABSENT
 
     def nominal_root_stress(self) -> dict[str, float]:
-        """By gear, MPa."""
+        """Nominal root stress of every gear under the forces of the power flow, MPa."""
         stresses = largest_root_stress(self.view, self.flow.gear_mesh_forces)
         return {self.view.part(role): value / 1e6 for role, value in stresses.items()}
 
     def root_stress(self) -> dict[str, Mapping[str, float]]:
-        """By gear, MPa: largest, least, range."""
+        """Largest and least root stress of every gear and their difference, MPa."""
         stresses = root_figures(self.equilibria, self.view.name)
         return {self.view.part(role): stress for role, stress in stresses.items()}
 

@@ -209,7 +209,7 @@ class SteadyRun:
         )
 
     def pairs(self) -> dict[str, float]:
-        """Share of time with so many pairs in contact."""
+        """Share of the time during which 0, 1, 2 … tooth pairs are in contact, by that number."""
         shares = self.ranges.mean["pairs_in_contact"].mean("planet").to_numpy()
         return {str(n): float(s) for n, s in enumerate(shares) if s}
 

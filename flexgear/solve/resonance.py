@@ -24,10 +24,11 @@ SAME_SPEED = 1e-9
 
 
 def resonance_figures(case: Case, campbell: xr.Dataset, modes: xr.Dataset) -> dict[str, Any]:
-    """``resonance`` of a summary; campbell, modes: datasets over the same modes.
+    """Section ``resonance`` of a summary; campbell, modes: datasets of the same modes.
 
-    met: what lies within ``margin`` of a natural frequency at the operating speeds, pairs of modes
-    as one; those that a stage of equal planets excites first, by the force they could raise.
+    ``met`` lists excitations that lie within ``margin`` of a natural frequency at an operating
+    speed; a pair of equal frequencies counts once. Resonances that perfect planets excite come
+    first, then those that errors excite, each by the force that they could raise.
     """
     rows = sorted(_rows(case, campbell, modes), key=_rank)
     return {

@@ -178,7 +178,7 @@ def root_arrays(
 
 
 def _loaded(force: Array) -> NDArray[np.bool_]:
-    """Slots (t, slots) whose pairs have load."""
+    """Whether the tooth pair of each slot (t, slots) carries load."""
     return np.asarray(np.isfinite(force).all(axis=2) & (np.nansum(force, axis=2) > 0.0))
 
 

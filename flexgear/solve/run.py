@@ -237,7 +237,8 @@ def _warnings(model: Model, face_load: Mapping[str, Any]) -> list[str]:
 
 
 def _motions(equilibria: xr.Dataset, transient: xr.Dataset) -> dict[str, float]:
-    """Largest of bodies over both, of teeth over the equilibria, m."""
+    """Largest displacement by body, m: over the equilibria and the transient, of ring teeth over
+    the equilibria alone."""
     motions = largest_motions(motion_histories(equilibria))
     in_time = largest_motions(
         motion_histories(transient.drop_vars("tooth_displacement", errors="ignore"))

@@ -68,7 +68,7 @@ def sealed(data: bytes) -> bytes:
 
 
 def unsealed(data: bytes) -> bytes:
-    """Data of ``sealed``. Raises ValueError where a bit of it has changed."""
+    """The data that ``sealed`` was made of; ValueError if any bit has changed since."""
     seal, _, rest = data.partition(b"\n")
     if seal.decode() != hashlib.sha256(rest).hexdigest():
         raise ValueError("its checksum is wrong")

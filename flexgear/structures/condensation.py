@@ -55,7 +55,7 @@ class Condensation:
 
     @property
     def name(self) -> str:
-        """Of the solver."""
+        """Name of the solver that factored the body."""
         return self.factor.name
 
     @property

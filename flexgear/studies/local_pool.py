@@ -61,7 +61,7 @@ def completed(
 
 
 def _outcome(future: Future[Outcome[Any]]) -> Outcome[Any] | None:
-    """What became of a run; None where its worker was lost."""
+    """Outcome of a run, which may be its error; None if its worker process died."""
     try:
         return future.result()
     except BrokenProcessPool:

@@ -108,7 +108,7 @@ def trains(run: Folder) -> Iterator[Subject]:
 
 
 def stages(run: Folder) -> Iterator[Subject]:
-    """Stages, which draws see as a dataset alone."""
+    """Every stage; its charts draw a dataset and take nothing else."""
     for stage in run.case.stages:
         yield Subject(_words(run, stage.name))
 

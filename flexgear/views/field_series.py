@@ -59,14 +59,14 @@ class _Samples(VTKPythonAlgorithmBase):  # type: ignore[misc]
         self.times, self.grids = list(times), grids
 
     def RequestInformation(self, request: Any, inputs: Any, outputs: Any) -> int:
-        """Tell the times."""
+        """Tells VTK's pipeline at which times there are fields."""
         pipeline, about = vtkStreamingDemandDrivenPipeline, outputs.GetInformationObject(0)
         about.Set(pipeline.TIME_STEPS(), self.times, len(self.times))
         about.Set(pipeline.TIME_RANGE(), [min(self.times), max(self.times)], 2)
         return 1
 
     def RequestData(self, request: Any, inputs: Any, outputs: Any) -> int:
-        """Give the grid at the time that is asked for."""
+        """Hands VTK the grid nearest to the time that it asks for."""
         asked = outputs.GetInformationObject(0).Get(
             vtkStreamingDemandDrivenPipeline.UPDATE_TIME_STEP()
         )

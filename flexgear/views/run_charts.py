@@ -195,7 +195,8 @@ def _mode_shapes(body: str, field: xr.Dataset, bodies: int) -> Drawing:
 
 
 def _rendered(scene: Sequence[Mapping[str, Any]], *shape: Any, **options: Any) -> Drawing:
-    """A render, beside its scene on a screen; NotDrawn where this machine cannot render."""
+    """A 3D picture for the file and the scene that replaces it on a screen; NotDrawn where this
+    machine cannot render."""
     from flexgear.views.probe import require_rendering
     from flexgear.views.render import render_deformed
 

@@ -205,10 +205,11 @@ class Datum:
 
 
 def number(components: Sequence[Component], ids: str | Iterable[str], unit: str) -> Datum | None:
-    """The first of these attributes that these components have, in ``unit``; None without one.
+    """The first of the attributes ``ids`` that any of the components states, in ``unit``; or None.
 
-    Components are alike (both flanks, all planets): the first that has the attribute counts, and
-    what the others say the same is used, too. What cannot be converted stays unused.
+    The components stand for one part (both flanks, all planets): the first that states the
+    attribute decides, and equal statements of the others are marked as used, too. Statements in a
+    unit that cannot be converted stay unused.
     """
     for name in (ids,) if isinstance(ids, str) else ids:
         for k, component in enumerate(components):

@@ -203,7 +203,8 @@ class _StageOut:
     def _gears(
         self, role: str, shaft: int, name: str, place: tuple[float, float, float]
     ) -> list[int]:
-        """One gear for each half; place: of the stage's middle on the gear's axis."""
+        """Adds a gear for each half of the stage and returns their ids; place: of the middle of the
+        stage on the gear's axis."""
         u, v, w = place
         return [
             self.gears.add(

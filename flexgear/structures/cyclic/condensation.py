@@ -135,7 +135,7 @@ class CyclicCondensation:
         return self._each(right, lambda g: self.solver.supported(g, lambda rho: -held @ rho))
 
     def constraint_motion(self, q: Array) -> Array:
-        """Psi q (d, k)."""
+        """Displacement Psi q (d, k) of the body where only its interface moves, by q."""
         out = np.empty((self.dofs, q.shape[1]))
         for block in self.blocks(q.shape[1]):
             out[:, block] = self.solver.motion(q[:, block]).reshape(self.dofs, -1)

@@ -62,7 +62,7 @@ class Circulant:
         return Circulant(sp.kron(self.here, np.eye(3)).tocsr(), ahead)
 
     def less(self, factor: float, other: Circulant) -> Circulant:
-        """A - factor B."""
+        """The matrix A - factor B."""
         return Circulant(self.here - factor * other.here, self.ahead - factor * other.ahead)
 
     def _turned(self, x: Array, forward: bool) -> Array:

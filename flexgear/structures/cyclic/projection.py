@@ -174,7 +174,8 @@ def circulant(blocks: Array) -> Array:
 
 
 def _in_body(matrix: Array, ties: SectorTies) -> Array:
-    """A matrix on [periodic in sector axes, others] on the interface's own dofs; symmetric."""
+    """A symmetric matrix of [periodic dofs in sector axes, other dofs], on the dofs of the
+    interface in their order."""
     out = ties.joined_rows(ties.joined_rows(matrix).T)
     return 0.5 * (out + out.T)
 

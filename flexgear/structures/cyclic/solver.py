@@ -97,7 +97,7 @@ class CyclicSolver:
         return self._field(run), reactions
 
     def reactions(self, load: Array) -> Array:
-        """rho (6 nodes, k) of K x = g + B^T rho, B x = 0."""
+        """Reactions rho (6 nodes, k) of the held interface: K x = g + B^T rho, B x = 0."""
         return self._reactions(self._held(self._begin(load, None), None))
 
     def motion(self, q: Array) -> Array:

@@ -182,7 +182,8 @@ class _LocalBlocks:
         return int(inside[0]) if beyond.max() <= 1 else None
 
     def rows(self, node: int, begin: int) -> sp.csr_matrix:
-        """(6, 3n + 3b) of a tie in the axes of the sector it belongs to."""
+        """Rows (6, 3n + 3b) of the tie of a node on the dofs of sector ``begin``, in that sector's
+        axes."""
         n = len(self.sectors.nodes)
         at = self._at(node)
         ahead = self.sector[at] != begin

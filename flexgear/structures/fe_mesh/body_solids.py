@@ -36,13 +36,13 @@ def ring_solid(p: RingMeshParameters) -> Solid:
 
 
 def planet_solid(p: PlanetMeshParameters) -> Solid:
-    """The planet about its centre."""
+    """Solid of the planet with its bore; the origin is its centre."""
     half = p.face_width / 2.0
     return prism(_outline(p.tooth), -half, half) - cylinder(p.bore_radius, -half, half)
 
 
 def carrier_solid(p: CarrierMeshParameters) -> Solid:
-    """The carrier about the middle between its plates."""
+    """Solid of the carrier; z = 0 is the middle between its plates."""
     gap, bore = p.plate_gap / 2.0, p.hub_bore / 2.0
     drive, far = -gap - p.plate_thickness_drive, gap + p.plate_thickness_far
     seat, end = drive - p.seat_drive_width, drive - p.hub_length

@@ -108,7 +108,8 @@ def toothed_section(
 
 
 def _sector(tooth: ToothGeometry, rim_radius: float, div: SectionDivisions, growth: float) -> Array:
-    """(rows + rim + 1, tooth + 1, 2) m: the tooth on the x axis and the rim below it."""
+    """Points (rows + rim + 1, tooth + 1, 2) m of the tooth on the x axis, from tip to root, and of
+    the rim below it."""
     profile = tooth_profile(tooth, div.flank, div.fillet)
     block = tooth_block(profile, even_columns(len(profile.points), div.tooth + 1))
     half = tooth.pitch_angle * div.tooth / div.around / 2.0 * even_columns(1, div.tooth + 1)[0]

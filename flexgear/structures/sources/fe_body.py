@@ -76,7 +76,7 @@ class FeBody(BodySource):
         """What the reduced body depends on beside all that ``content`` names for every body."""
 
     def content(self) -> dict[str, Any]:
-        """All that the reduced body depends on: what the cache keeps it by."""
+        """All that the reduced body depends on; the cache makes its key of it."""
         return {
             "body": self.key.part,
             "fe_mesh": self._mesh_content(),

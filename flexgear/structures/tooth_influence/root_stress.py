@@ -117,7 +117,8 @@ def root_parameters(
 def root_influence(
     parameters: SegmentParameters, young: float, poisson: float, *, plane_strain: bool = False
 ) -> RootInfluence:
-    """S_f and S_u of the middle tooth of three; E in Pa. plane_strain: no axial displacement."""
+    """Stress in the root of the middle tooth of three per force on its flank (S_f) and per motion
+    of the cut below it (S_u). young: Pa; plane_strain: whether axial displacement is zero."""
     segment = tooth_segment(parameters)
     model = assemble(segment.fe_mesh, young, poisson, density=1.0)
     j, first = parameters.middle, len(segment.roll) - 1
