@@ -10,13 +10,23 @@ WITH_SECTION: Literal["with its section"] = "with its section"
 ABSENT: Any = {}  # value of a figure that is not there
 
 
+class Bars(NamedTuple):
+    """A picture of a figure as bars, by stage and name. section: of the report, where it stands;
+    label: of its axis, without unit; caption; sentence: what it shows."""
+
+    section: str
+    label: str
+    caption: str
+    sentence: str
+
+
 class Figure(NamedTuple):
     """path: keys with dots below those of its section, angle brackets for names of the case;
     unit: "" where it is no number; needed: always, where the section that its path begins with is
     there, or not; of: the value of the path's first key, with all that is below it, of what the
     section is of: ABSENT where there is none, None where it has no number; label: of its rows in
     tables, {name} for angle brackets, "" where they leave it out; printed: unit in tables, where the
-    unit does not say.
+    unit does not say; bars: its picture, if it has one.
     """
 
     path: str
@@ -26,6 +36,7 @@ class Figure(NamedTuple):
     of: Callable[[Any], Any] | None = None
     label: str = ""
     printed: str = ""
+    bars: Bars | None = None
 
     @property
     def names(self) -> list[str]:

@@ -21,7 +21,7 @@ from flexgear.model.member import PlanetBearing
 from flexgear.model.names import MemberName
 from flexgear.model.stage_view import StageView
 from flexgear.model.units import RPM
-from flexgear.results.figure import ABSENT, ALWAYS, WITH_SECTION, Figure, values
+from flexgear.results.figure import ABSENT, ALWAYS, WITH_SECTION, Bars, Figure, values
 from flexgear.results.root_stress import root_figures
 
 Array = NDArray[np.float64]
@@ -164,7 +164,11 @@ SEATS = (
            lambda s: {side: float(load.max()) for side, load in s.seat_loads.items()},
            "largest radial load, {name} side"),
 )  # fmt: skip
-LIVES = (Figure("bearing_life_h.<bearing>", "h", "see below", "", StageRun.lives, "{name}"),)
+LIVES = (
+    Figure("bearing_life_h.<bearing>", "h", "see below", "", StageRun.lives, "{name}", bars=Bars(
+        "bearings", "basic rating life", "Basic rating life of the bearings, ISO 281",
+        "Under the constant load of the same damage over the positions of equilibria.")),
+)  # fmt: skip
 STAGE_FIGURES = (*MESHES, *ROOTS, *PLANET_BEARINGS, *SEATS, *LIVES)
 
 KINEMATICS = (

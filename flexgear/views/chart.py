@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 from flexgear.gears.flanks import modified_flanks
 from flexgear.gears.paths import stage_paths
 from flexgear.model.errors import FlexgearError
+from flexgear.results.figure import Figure
 from flexgear.results.report.wording import of_stage, window_words, with_unit
 from flexgear.results.root_stress import root_extremes
 from flexgear.results.run_folder import Folder, prefix_of
@@ -105,6 +106,14 @@ def runs(run: Folder) -> Iterator[Subject]:
 def trains(run: Folder) -> Iterator[Subject]:
     """The train, by its power flow."""
     yield Subject({}, (run.flow,))
+
+
+def figures(figure: Figure, run: Folder) -> Iterator[Subject]:
+    """A figure of stages in the summary, by stage, if any has it."""
+    stages = run.summary["stages"].items()
+    known = {n: of_stage[figure.names[0]] for n, of_stage in stages if figure.names[0] in of_stage}
+    if known:
+        yield Subject({}, (known,))
 
 
 def stages(run: Folder) -> Iterator[Subject]:

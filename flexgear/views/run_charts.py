@@ -21,6 +21,7 @@ from flexgear.results.report.wording import with_unit
 from flexgear.results.run_folder import RingFolder
 from flexgear.results.settling import settled
 from flexgear.results.spectrum import force_spectra
+from flexgear.results.stage_figures import STAGE_FIGURES
 from flexgear.results.time_figures import ORDERS
 from flexgear.results.tooth_pattern import ToothPattern, gear_pattern, planet_pattern
 from flexgear.views import chart as each
@@ -37,6 +38,7 @@ from flexgear.views import (
 )
 from flexgear.views.campbell_chart import campbell_chart
 from flexgear.views.chart import Chart, Drawing, NotDrawn, Subjects
+from flexgear.views.figure_bars import figure_bars
 from flexgear.views.flank_drawing import flank_drawing
 from flexgear.views.gauge_chart import gauges_chart
 from flexgear.views.mode_charts import modes_chart
@@ -277,6 +279,9 @@ RUN_CHARTS: Sequence[tuple[Subjects, Sequence[Chart]]] = (
             "Work that goes in, and where it goes; the rest is error of the time steps.",
             _energy, "torque_step_{depth}", "energy_kinetic"),
     )),
+    *((partial(each.figures, f), (
+        Chart(f.names[0], f.bars.section, f.bars.caption, f.bars.sentence, partial(figure_bars, f)),
+    )) for f in STAGE_FIGURES if f.bars),
     (each.trains, (
         Chart("power_flow", "power", "Speeds, torques and powers of the members",
             "Power that enters is above zero, power that leaves below.",
