@@ -111,9 +111,10 @@ def trains(run: Folder) -> Iterator[Subject]:
 def figures(figure: Figure, run: Folder) -> Iterator[Subject]:
     """A figure of stages in the summary, by stage, if any has it."""
     stages = run.summary["stages"].items()
-    known = {n: of_stage[figure.names[0]] for n, of_stage in stages if figure.names[0] in of_stage}
-    if known:
-        yield Subject({}, (known,))
+    key = figure.names[0]
+    by_stage = {stage: section[key] for stage, section in stages if key in section}
+    if by_stage:
+        yield Subject({}, (by_stage,))
 
 
 def stages(run: Folder) -> Iterator[Subject]:
