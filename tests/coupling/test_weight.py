@@ -10,8 +10,11 @@ from heavy_stage import SMALL, G, body_mass, mass_of, reactions, solved
 
 from flexgear.analysis.equilibrium import revolution
 from flexgear.analysis.recovery import Recovery
+from flexgear.coupling.assembly import Assembly
 from flexgear.coupling.build import build_system
 from flexgear.coupling.modal import modal_system
+from flexgear.model.names import BodyName
+from flexgear.structures.bodies import rigid_variant
 from flexgear.structures.kinematics import rotation
 
 
@@ -25,6 +28,20 @@ def test_the_housing_carries_the_weight_of_all_bodies(angle):
     weight = mass_of(with_weight.modal.system) * G
     more = reactions(with_weight) - reactions(without)
     assert more[:3] == pytest.approx([0.0, weight, 0.0], abs=1e-8 * weight)
+
+
+@pytest.mark.parametrize("part", ["ring", "carrier"])
+def test_weight_of_a_rigid_fe_body_acts_at_its_centre_of_mass(part):
+    """As unit translations of all of it: force m, moment s × m, the same for flexible and rigid."""
+    case = make_case(**SMALL)
+    flexible = make_bodies(case)[BodyName.of(case.name, part)].as_body()
+    rows = []
+    for body in (flexible, rigid_variant(flexible)):
+        weight = Assembly([body], "test").weight_rows(body.name)
+        rows.append(weight[:3] @ body.rigid_motions)
+        assert not weight[3:].any()
+    assert rows[1] == pytest.approx(rows[0], abs=1e-9 * np.abs(rows[0]).max())
+    assert np.abs(rows[1][:, 5]).max() < 1e-9 * np.abs(rows[1]).max()
 
 
 HEAVIER = 250.0  # kg, each body with it
