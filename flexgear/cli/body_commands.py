@@ -26,6 +26,7 @@ from flexgear.results.origin import origin_of_case
 from flexgear.solve.bodies import named, reduction_limit, rigid_bodies
 from flexgear.solve.reduction_warnings import reduction_warnings
 from flexgear.structures.fe_mesh import FeMesh, Groups, require_format, write_fe_mesh
+from flexgear.structures.sources.fe_body import FeBody
 from flexgear.structures.sources.of_case import fe_sources
 
 Component = Annotated[
@@ -39,14 +40,14 @@ Component = Annotated[
 ]
 
 
-def components(case: Case, name: str) -> dict[BodyName, str]:
-    """FE bodies that ``--component`` means, and how results call them; InputError where there are
-    none."""
+def components(case: Case, name: str) -> dict[str, tuple[BodyName, FeBody]]:
+    """FE bodies that ``--component`` means by what results call them, with what they are made from;
+    InputError where there are none."""
     require_flexible(case)
     chosen = {
-        body: body.part if body.stage == "stage" else str(body)
+        body.part if body.stage == "stage" else str(body): (body, source)
         for view in case.flexible_stages.values()
-        for body in view.fe_bodies
+        for body, source in fe_sources(view).items()
         if name in ("both", body.part, body)
     }
     if not chosen:
@@ -71,11 +72,11 @@ def mesh(
 ) -> None:
     """Generate (or read) the FE meshes of ring and carrier; export one, or list their groups."""
     source = read_case(case, settings, loaded=False)
-    parts, stages = components(source, component), source.flexible_stages
+    parts = components(source, component)
     if groups and export is not None:
         raise InputError("--export", str(export), "writes no list of groups", "leave --groups out")
     if groups:
-        tables = {label: fe_sources(stages[p.stage])[p].groups for p, label in parts.items()}
+        tables = {label: body.groups for label, (_, body) in parts.items()}
         if as_json:
             present("", {name: _groups(g) for name, g in tables.items()}, True)
             return
@@ -85,28 +86,23 @@ def mesh(
             table(name, _families(group))
         return
     if export is not None and len(parts) != 1:
-        first = next(iter(parts.values()))
+        first = next(iter(parts))
         raise InputError("--export", str(export), "takes one component", f"add --component {first}")
     if export is not None:
         require_format(export)
     claim_file(export, origin_of_case(source), force)
     figures = {}
     with progress(quiet) as report:
-        for part, label in parts.items():
+        for label, (_, body) in parts.items():
             report(f"{label}: FE mesh", 0.0)
-            fe_mesh = fe_sources(stages[part.stage])[part].fe_mesh()
+            fe_mesh = body.fe_mesh()
             report(f"{label}: FE mesh", 1.0)
             figures[label] = _figures(fe_mesh)
             if export is not None:
                 write_fe_mesh(fe_mesh, export, source.name)
-    present(f"{source.name}: FE meshes, {_fidelity(source)}", figures, as_json)
+    present(f"{source.name}: FE meshes, {source.solver.fidelity}", figures, as_json)
     if export is not None and not as_json:
         typer.echo(f"\nwrote {export}, lengths in m")
-
-
-def _fidelity(case: Case) -> str:
-    """Of the FE meshes of its flexible stages."""
-    return ", ".join(dict.fromkeys(s.solver.fidelity for s in case.flexible_stages.values()))
 
 
 def _families(groups: Groups) -> dict[str, str]:
@@ -158,22 +154,22 @@ def reduce(
 ) -> None:
     """Reduce ring and carrier to their interface nodes, with error estimates; kept in a cache."""
     source = read_case(case, settings, loaded=False)
-    parts, bodies = components(source, component), {}
+    parts, limit = components(source, component), reduction_limit(source)
     with progress(quiet) as report:
-        for part, label in parts.items():
-            stage, limit = source.flexible_stages[part.stage], reduction_limit(source, part.stage)
-            bodies[part] = fe_sources(stage)[part].reduced(named(label, report), limit)
+        bodies = {
+            name: body.reduced(named(label, report), limit) for label, (name, body) in parts.items()
+        }
     warn(reduction_warnings(source, bodies, rigid_bodies(source)))
     figures = {
-        label: {k: v for k, v in bodies[part].report.items() if not isinstance(v, list)}
-        for part, label in parts.items()
+        label: {k: v for k, v in body.report.items() if not isinstance(v, list)}
+        for label, body in zip(parts, bodies.values(), strict=True)
     }
     rows = (
         figures
         if as_json
         else {name: _rows_of(body_report) for name, body_report in figures.items()}
     )
-    present(f"{source.name}: reductions, {_fidelity(source)}", rows, as_json)
+    present(f"{source.name}: reductions, {source.solver.fidelity}", rows, as_json)
     if not as_json:
         typer.echo(f"\nkept in {cache_directory()}")
 

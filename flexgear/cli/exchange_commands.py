@@ -26,7 +26,6 @@ from flexgear.model.case import Case
 from flexgear.model.errors import InputError
 from flexgear.results.version import version
 from flexgear.solve.bodies import named, reduction_limit
-from flexgear.structures.sources.of_case import fe_sources
 
 
 def import_rexs(
@@ -114,17 +113,15 @@ def _write_reduced(case: Case, folder: Path, form: str, options: ExportOptions) 
         raise InputError("--format", form, "is unknown", f"choose {', '.join(FORMATS)}")
     target = folder_target(folder)
     parts = components(case, options.component)
-    there = [f for label in parts.values() for f in sorted(target.glob(f"{label}[._]*"))]
+    there = [f for label in parts for f in sorted(target.glob(f"{label}[._]*"))]
     if there and not options.force:
         raise InputError(
             "--reduced", str(there[0]), "is there already", "name another folder, or --force"
         )
     written: list[str] = []
     with staged_folder(folder) as stage, progress(options.quiet) as report:
-        for part, label in parts.items():
-            flexible = case.flexible_stages[part.stage]
-            limit = reduction_limit(case, part.stage)
-            body = fe_sources(flexible)[part].reduced(named(label, report), limit)
+        for label, (_, source) in parts.items():
+            body = source.reduced(named(label, report), reduction_limit(case))
             matrices = ReducedMatrices(
                 label,
                 body.node_names,

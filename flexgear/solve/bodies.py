@@ -83,7 +83,7 @@ def reduced_bodies(
         _make_influences(case.view(stage_case.name), named(stage_case.name, progress))
     for name, stage in case.flexible_stages.items():
         report = progress if name == "stage" else named(name, progress)
-        bodies |= stage_bodies(stage, report, reduction_limit(case, name), rigid)
+        bodies |= stage_bodies(stage, report, reduction_limit(case), rigid)
     return bodies
 
 
@@ -101,8 +101,8 @@ def _make_influences(view: StageView, progress: Progress) -> None:
             progress(f"{role}: {label}", 1.0)
 
 
-def reduction_limit(case: Case, stage: str) -> float:
-    """Frequency up to which bodies of a flexible stage are compared with unreduced ones, Hz."""
+def reduction_limit(case: Case) -> float:
+    """Frequency up to which reduced bodies are compared with unreduced ones, Hz."""
     return case_pace(case).reduction_limit
 
 

@@ -27,7 +27,7 @@ def reduction_warnings(
         view = case.view(name.stage)
         if fault := _fault(body.report):
             texts.append(f"{name}: {fault}; {_remedy(view, name.part)}")
-        if fault := _frequency_fault(body.report, reduction_limit(case, name.stage)):
+        if fault := _frequency_fault(body.report, reduction_limit(case)):
             key = view.key(f"{name.part}.fe.fixed_interface_modes")
             texts.append(f"{name}: {fault}; raise {key}")
     return texts

@@ -22,7 +22,6 @@ from flexgear.files.atomic import PathLike
 from flexgear.model.case import Case
 from flexgear.model.errors import FlexgearError, InputError
 from flexgear.model.load import load_case
-from flexgear.model.stage_view import StageView
 from flexgear.results.dataset import provenance, write_netcdf
 from flexgear.results.quantities import MISSING
 from flexgear.solve.bodies import Progress, named, reduction_limit, silent, stage_bodies
@@ -269,12 +268,12 @@ def _prepared(cases: Sequence[Case], progress: Progress) -> tuple[int, dict[str,
     """Reduces ring and carrier of flexible stages, one after the other, into the cache.
 
     Workers then find them there, and each is made once, with all processors. Returns how many
-    different pairs there are, and messages of those that failed by ``_body_key``.
+    different pairs there are, and messages of those that failed by ``bodies_hash``.
     """
     stages = {
-        _body_key(stage): (stage, reduction_limit(case, name))
+        stage.bodies_hash(): (stage, reduction_limit(case))
         for case in cases
-        for name, stage in case.flexible_stages.items()
+        for stage in case.flexible_stages.values()
     }
     different, broken = set(), dict[str, str]()
     for k, (key, (stage, limit)) in enumerate(stages.items(), 1):
@@ -286,11 +285,6 @@ def _prepared(cases: Sequence[Case], progress: Progress) -> tuple[int, dict[str,
             continue
         different.add(tuple(zlib.crc32(p.stiffness.tobytes()) for p in bodies.values()))
     return len(different), broken
-
-
-def _body_key(view: StageView) -> str:
-    """Hash of all sections that ring and carrier depend on, and of some keys beside."""
-    return view.bodies_hash()
 
 
 def _outcomes(
@@ -308,9 +302,8 @@ def _outcomes(
         if isinstance(case, InputError):
             outcomes[k] = Outcome(None, str(case))
             continue
-        faults = [
-            broken[key] for key in map(_body_key, case.flexible_stages.values()) if key in broken
-        ]
+        keys = (stage.bodies_hash() for stage in case.flexible_stages.values())
+        faults = [broken[key] for key in keys if key in broken]
         if faults:
             outcomes[k] = Outcome(None, faults[0])
         elif (stored := store.get(case)) is not None:

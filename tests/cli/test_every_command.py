@@ -9,7 +9,7 @@ from coupled import CLEAN
 from stage_samples import bodies_of, made_of
 from train_contexts import BUNDLED
 
-from flexgear.cli import body_commands, exchange_commands
+from flexgear.cli import body_commands
 from flexgear.cli.entry import app, run
 from flexgear.model.bundled import bundled_cases
 from flexgear.results.summary_keys import json_schema
@@ -67,7 +67,6 @@ def on_cheap_bodies(patch, cache):
     patch.setattr("flexgear.solve.bodies.stage_bodies", lambda s, *_: bodies_of(s))
     patch.setattr("flexgear.studies.sweep.stage_bodies", lambda s, *_: bodies_of(s))
     patch.setattr(body_commands, "fe_sources", made_of(bodies_of))
-    patch.setattr(exchange_commands, "fe_sources", made_of(bodies_of))
 
 
 @pytest.fixture(autouse=True)

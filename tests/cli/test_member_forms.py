@@ -7,7 +7,7 @@ import pytest
 from report_pages import OF_RUNS, require_sound
 from stage_samples import made_of, stiff_stage
 
-from flexgear.cli import body_commands, exchange_commands
+from flexgear.cli import body_commands
 
 STAGE = """
 title = "Small stage"
@@ -133,7 +133,6 @@ def case(request, flexgear, tmp_path, monkeypatch):
     for place in ("solve.bodies", "studies.sweep"):
         monkeypatch.setattr(f"flexgear.{place}.stage_bodies", lambda s, *_: stiff_stage(s))
     monkeypatch.setattr(body_commands, "fe_sources", made_of(stiff_stage))
-    monkeypatch.setattr(exchange_commands, "fe_sources", made_of(stiff_stage))
     path = tmp_path / "mine.toml"
     path.write_text(text(CHOICES[request.param]))
     monkeypatch.chdir(tmp_path)

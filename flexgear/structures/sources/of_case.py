@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import fields
 from typing import Any
 
 import numpy as np
@@ -123,6 +124,7 @@ def _ring_mesh(view: StageView) -> RingMeshParameters:
 def _carrier_mesh(view: StageView) -> CarrierMeshParameters:
     """The carrier of a case, with a pin where each planet stands."""
     stage, carrier = view.stage, view.carrier
+    same = {field.name for field in fields(CarrierMeshParameters)}
     equal = 2.0 * np.pi * np.arange(stage.planets) / stage.planets
     unequal = not np.allclose(stage.planet_angles, equal, rtol=0.0, atol=SAME_ANGLE)
     gears = stage_geometry(view)
@@ -132,24 +134,11 @@ def _carrier_mesh(view: StageView) -> CarrierMeshParameters:
         center_distance=gears.center_distance,
         planet_tip_radius=gears.planet.tip_radius,
         gear_face_width=stage.gear_width,
-        plate_diameter=carrier.plate_diameter,
-        plate_thickness_drive=carrier.plate_thickness_drive,
-        plate_thickness_far=carrier.plate_thickness_far,
-        plate_gap=carrier.plate_gap,
-        web_width=carrier.web_width,
-        web_inner_radius=carrier.web_inner_radius,
-        web_clearance=carrier.web_clearance,
-        pin_diameter=carrier.pin_diameter,
-        pin_bore=carrier.pin_bore,
-        pin_seat_width=carrier.pin_seat_width,
-        hub_outer_diameter=carrier.hub_outer_diameter,
-        hub_bore=carrier.hub_bore,
-        hub_length=carrier.hub_length,
         seat_drive_diameter=carrier.seat_drive.diameter,
         seat_drive_width=carrier.seat_drive.width,
         seat_far_diameter=carrier.seat_far.diameter,
         seat_far_width=carrier.seat_far.width,
-        drive_side=carrier.drive_side,
         fidelity=view.solver.fidelity,
         where=view.source,
+        **{name: getattr(carrier, name) for name in same & Carrier.model_fields.keys()},
     )
