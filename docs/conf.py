@@ -34,6 +34,7 @@ html_math_renderer = "mathml"
 html_copy_source = False
 autodoc_typehints = "description"
 autodoc_member_order = "bysource"
+autodoc_class_signature = "separated"
 sphinx_gallery_conf = {
     "examples_dirs": "examples",
     "gallery_dirs": "gallery",

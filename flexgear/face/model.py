@@ -16,9 +16,11 @@ from flexgear.face.notebook import Progress, html_table, progress_or_bars, silen
 from flexgear.model.arguments import checked
 from flexgear.model.case import Case
 from flexgear.model.drive import TorqueHistory
+from flexgear.model.errors import InputError, echo
+from flexgear.model.read import nearest
 from flexgear.results.dataset_file import dataset_file, reopened
 from flexgear.solve import deformed, model, static, transient
-from flexgear.solve.angles import angles_of_member, reference_member
+from flexgear.solve.angles import lead_angles, reference_member
 from flexgear.solve.bodies import Bodies
 from flexgear.solve.campbell import MARGIN, campbell
 from flexgear.solve.modes import modes, usual_limit
@@ -186,9 +188,14 @@ class Model(model.Model):
         return deformed.mode_field(self, body, mode, angle, largest)
 
     def _reference_angles(self, angle_deg: ArrayLike, member: str) -> NDArray[np.float64]:
-        """Rotations (p,) rad of the reference member."""
+        """Rotations (p,) rad of the reference member; InputError for a member that is at rest."""
         angles = np.radians(np.atleast_1d(np.asarray(angle_deg, dtype=float)))
-        return angles_of_member(self.case, self.flow, angles, member) if member else angles
+        if not member:
+            return angles
+        turning = [name for name, speed in self.flow.speed.items() if speed != 0]
+        if member not in turning:
+            raise InputError("--member", echo(member), "does not turn", nearest(member, turning))
+        return lead_angles(self.case, self.flow, angles, member)
 
     def _repr_html_(self) -> str:
         return html_table(self.facts)

@@ -263,7 +263,6 @@ class OffPath:
     def span(self, approach: float) -> tuple[float, float]:
         """First and last path coordinate, m, at which teeth touch when the gears are ``approach`` m
         closer along the normal N."""
-
         allowed = approach / self.cos_base_helix
         before, after = (0.0 if e is None else e.reach(allowed) for e in (self.before, self.after))
         return self.s_lo - before, self.s_hi + after

@@ -26,8 +26,7 @@ from flexgear.gears.error_cycle import (
 )
 from flexgear.gears.power_flow import PowerFlow
 from flexgear.model.case import Case
-from flexgear.model.errors import FlexgearError, InputError, echo
-from flexgear.model.read import nearest
+from flexgear.model.errors import FlexgearError
 
 Array = NDArray[np.float64]
 ALL_CYCLES = 25_000  # gear-mesh cycles of a linear train that are all looked at
@@ -101,26 +100,16 @@ def reference_member(case: Case, flow: PowerFlow) -> str:
     return next(turning, case.ports[0].member if case.ports else "")
 
 
-def angles_of_member(case: Case, flow: PowerFlow, angles: Array, member: str) -> Array:
-    """Rotations (p,) rad of the reference member at which ``member`` has turned by ``angles`` (p,),
-    both in space and both rising with time. InputError for a member that does not turn."""
-    turning = [name for name, speed in flow.speed.items() if speed != 0]
-    if member not in turning:
-        raise InputError("--member", echo(member), "does not turn", nearest(member, turning))
-    return abs(lead_speed(case, flow) / flow.speed[member]) * angles
+def lead_angles(case: Case, flow: PowerFlow, angles: Array, of: str = "") -> Array:
+    """Rotations (p,) rad of the reference member, as ``static`` and ``modes`` take them, at which a
+    stage or a member has turned by ``angles`` (p,), the first input if none is named.
 
-
-def lead_angles(case: Case, flow: PowerFlow, angles: Array, stage: str = "") -> Array:
-    """Rotations (p,) rad of the lead, as ``static`` and ``modes`` take them, at which a stage has
-    turned by ``angles`` (p,): its carrier against its ring, the gear of a parallel stage; without a
-    stage the first input. All rise with time.
-
-    The lead is neither where only the output's speed is given. What stands still keeps ``angles``.
+    A stage turns by its carrier against its ring, a parallel one by its gear; members turn in
+    space. All rise with time. What does not turn keeps ``angles``.
     """
-    if stage:
-        speed = next(m.theta for m in stage_motions(case, flow) if m.name == stage)
-    else:
-        speed = flow.speed[case.inputs[0].member] if case.inputs else 0.0
+    speeds = {m.name: m.theta for m in stage_motions(case, flow)} | flow.speed
+    of = of or (case.inputs[0].member if case.inputs else "")
+    speed = speeds[of] if of else 0.0
     rate = abs(lead_speed(case, flow) / speed) if speed else 1.0
     return rate * np.asarray(angles, dtype=float)
 
