@@ -3,14 +3,20 @@
 from __future__ import annotations
 
 import textwrap
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 from flexgear.cli.display import Report
-from flexgear.cli.report_page import side_of
+from flexgear.gears.power_flow import PowerFlow
+from flexgear.model.case import Case
+from flexgear.results.report.case_rows import case_tables
+from flexgear.results.report.tables import tables
+from flexgear.results.report.wording import stage_line, with_unit, words
 from flexgear.results.run_folder import Folder, read_folder
+from flexgear.solve.headlines import verdicts
 from flexgear.studies.early_workers import EarlyWorkers
 from flexgear.views import style
 from flexgear.views.chart import Drawing, NotDrawn, Planned, planned
@@ -59,7 +65,37 @@ def drawn_side(
     if content.rings and not content.fields:
         notes = ["no 3D renders: ring and carrier are rigid"]
     shown = [picture for picture in ordered if picture.file is not None]
-    return side_of(content.case, content.flow, content.summary, shown, notes), notes
+    case, flow, summary = content.case, content.flow, content.summary
+    side = Side(
+        name=case.title or case.name,
+        lead=_lead(case, flow, summary),
+        verdicts=verdicts(case, flow, summary),
+        tables=[*tables(case, flow, summary), *case_tables(case)],
+        pictures=shown,
+        version=str(summary["version"]),
+        content_hash=str(summary["content_hash"]),
+        notes=notes,
+    )
+    return side, notes
+
+
+def _lead(case: Case, flow: PowerFlow, summary: Mapping[str, Any]) -> str:
+    """What was computed, on which machine."""
+    stages = "; ".join(f"{words(s.name).capitalize()}: {stage_line(s)}" for s in case.stages)
+    ports = ", ".join(
+        f"{words(name)} {with_unit(abs(flow.speed[name]), 'rad/s')}, "
+        f"{with_unit(abs(torque), 'N m')}"
+        for name, torque in flow.torque.items()
+        if abs(flow.speed[name]) > 0
+    )
+    did = ["natural modes", "equilibria", "load sharing", "steady running in time"]
+    drops = [with_unit(float(depth), "N m") for depth in summary["torque_steps"]]
+    if drops:
+        did.append("torque drops to " + ", ".join(drops))
+    return (
+        f"{stages}. {with_unit(flow.input_power, 'W')} in; {ports}. Bodies: {summary['variant']}. "
+        f"Computed: {', '.join(did)}."
+    )
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from flexgear.gears.power_flow import power_flow
 from flexgear.model.load import load_case
 from flexgear.results.report.case_rows import case_tables
 from flexgear.results.report.parts import SECTIONS
-from flexgear.results.report.stage_rows import stage_tables
+from flexgear.results.report.tables import stage_tables
 from flexgear.results.report.wording import with_unit, split_unit, words
 
 

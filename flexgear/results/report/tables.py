@@ -7,13 +7,14 @@ from dataclasses import replace
 from typing import Any
 
 from flexgear.gears.power_flow import PowerFlow
+from flexgear.gears.report import case_reports
 from flexgear.gears.stage_flow import StageFlow
 from flexgear.model.case import Case
 from flexgear.results.report.figure_rows import rows
 from flexgear.results.report.face_load import face_tables, rim_rows
 from flexgear.results.report.parts import Row, Table
 from flexgear.results.report.sharing import groups_of
-from flexgear.results.report.stage_rows import MESH, stage_tables
+from flexgear.results.report.key_words import rows_of
 from flexgear.results.stage_figures import LIVES, MEMBERS, MESHES, ROOTS, SEATS, TRAIN
 from flexgear.results.time_figures import DISTANCES, DROP, FORCES, RIM, STAGE_DROP, STEADY
 from flexgear.results.report.wording import (
@@ -26,6 +27,12 @@ from flexgear.results.report.wording import (
 )
 
 Summary = Mapping[str, Any]
+GEOMETRY, MESH = "geometry", "meshes"
+GEAR_MESHES = ("gear_mesh", "ring_gear_mesh", "sun_gear_mesh")
+_TITLES = {
+    "not_modelled": "not modelled, with its size",
+    "missing_on_flanks": "missing on modified flanks, least and most",
+}
 ROUNDING = 1e-9
 NOISE = 1e-6  # of a load or an energy: less is rounding of the solver
 TIMES = {
@@ -50,6 +57,15 @@ def tables(case: Case, flow: PowerFlow, summary: Summary) -> list[Table]:
         _accuracy(summary),
     )
     return [table for part in parts for table in part if table.rows]
+
+
+def stage_tables(case: Case) -> Iterator[Table]:
+    """Tables of assembly, gears, gear meshes, modified flanks and what is not modelled."""
+    for stage, report in case_reports(case).items():
+        for name, section_rows in report.items():
+            section = MESH if name in GEAR_MESHES else GEOMETRY
+            title = f"{words(stage)} {_TITLES.get(name, words(name))}".strip()
+            yield Table(section, title, rows_of(section_rows))
 
 
 def _of(stage: str, what: str) -> str:
