@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from typing import NamedTuple
 
@@ -9,13 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexgear.coupling.system import System
+from flexgear.gears.geometry import stage_geometry
 from flexgear.model.case import Case
+from flexgear.model.gauge import Gauge
 from flexgear.model.material import Material
 from flexgear.model.names import BodyName
 from flexgear.model.stage_view import StageView
 from flexgear.solve.bodies import Bodies
 from flexgear.structures.reduced import ReducedBody
-from flexgear.structures.surface_strain import Ray, Surface, gauge_ray
+from flexgear.structures.surface_strain import Ray, Surface
 
 Array = NDArray[np.float64]
 
@@ -39,7 +42,7 @@ def gauge_rows(case: Case, system: System, bodies: Bodies) -> GaugeRows:
         if ring is None:
             strain.append(np.zeros((len(gauges), system.size)))
             continue
-        surface_strain = Surface(ring).strain([gauge_ray(view, gauge) for gauge in gauges])
+        surface_strain = Surface(ring).strain([_ray(view, gauge) for gauge in gauges])
         rows = surface_strain.along([gauge.direction for gauge in gauges])
         for i in np.flatnonzero(np.isnan(rows).any(axis=1)):
             raise view.refuse(
@@ -47,6 +50,22 @@ def gauge_rows(case: Case, system: System, bodies: Bodies) -> GaugeRows:
             )
         strain.append(_placed(system, view, rows))
     return GaugeRows(names, np.vstack(strain))
+
+
+def _ray(view: StageView, gauge: Gauge) -> Ray:
+    """Where a gauge is: on the outer surface, or in a root at the tooth's critical section, which
+    the helix turns with z."""
+    if gauge.tooth is None:
+        assert gauge.angle is not None  # the model wants one of both
+        return Ray(gauge.angle, gauge.z)
+    geometry, stage = stage_geometry(view), view.stage
+    hand = 1.0 if stage.planet_hand == "right" else -1.0
+    twist = hand * math.tan(stage.helix_angle) / geometry.ring.reference_radius
+    section = geometry.ring.root.section
+    angle = math.atan2(section.thickness / 2, section.distance)
+    side = -1.0 if gauge.side == "-theta" else 1.0
+    middle = geometry.ring.pitch_angle * (gauge.tooth - 1) + twist * gauge.z
+    return Ray(middle + side * angle, gauge.z, first=True)
 
 
 def rim_stress_rows(case: Case, system: System, bodies: Bodies) -> Array:

@@ -21,10 +21,6 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from flexgear.gears.geometry import stage_geometry
-from flexgear.gears.tooth import ToothGeometry
-from flexgear.model.gauge import Gauge
-from flexgear.model.stage_view import StageView
 from flexgear.structures.fe_mesh.fe_mesh import FACETS_VTK, HEX_TO_VTK
 from flexgear.structures.reduced import ReducedBody
 
@@ -154,23 +150,3 @@ class Surface:
         rigid = body.rigid_modes()
         symmetric = 0.5 * (out + out.swapaxes(1, 2))
         return symmetric - (symmetric @ rigid) @ np.linalg.pinv(rigid)
-
-
-def gauge_ray(view: StageView, gauge: Gauge) -> Ray:
-    """Where a gauge is: on the outer surface, or in a root at the tooth's critical section, which
-    the helix turns with z."""
-    if gauge.tooth is None:
-        assert gauge.angle is not None  # the model wants one of both
-        return Ray(gauge.angle, gauge.z)
-    geometry, stage = stage_geometry(view), view.stage
-    hand = 1.0 if stage.planet_hand == "right" else -1.0
-    twist = hand * math.tan(stage.helix_angle) / geometry.ring.reference_radius
-    side = -1.0 if gauge.side == "-theta" else 1.0
-    middle = geometry.ring.pitch_angle * (gauge.tooth - 1) + twist * gauge.z
-    return Ray(middle + side * root_angle(geometry.ring), gauge.z, first=True)
-
-
-def root_angle(tooth: ToothGeometry) -> float:
-    """Angle of the critical section from the middle of a ring's tooth, rad."""
-    section = tooth.root.section
-    return math.atan2(section.thickness / 2, section.distance)

@@ -10,7 +10,7 @@ from flexgear.structures.fe_mesh.files import (
     write_fe_mesh,
 )
 from flexgear.structures.fe_mesh.groups import Groups, carrier_groups, planet_groups, ring_groups
-from flexgear.structures.fe_mesh.of_file import mesh_of_file
+from flexgear.structures.fe_mesh.placement import mesh_of_file
 from flexgear.structures.fe_mesh.planet import PlanetMeshParameters, planet_fe_mesh
 from flexgear.structures.fe_mesh.ring import RingMeshParameters, ring_fe_mesh
 from flexgear.structures.fe_mesh.tooth_segment import (
