@@ -22,6 +22,7 @@ from flexgear.model.material import Material
 from flexgear.model.member import CarrierMember, GearMember, Kinematics
 from flexgear.model.member_load import MemberLoad
 from flexgear.model.names import BodyName, Member, MemberName
+from flexgear.model.planet import Planet
 from flexgear.model.ports import Input, Output
 from flexgear.model.read import Written, is_place, put
 from flexgear.model.ring import Ring
@@ -97,7 +98,7 @@ class Case(Section):
         return {s.name: self.view(s.name) for s in self.stages if s.form("ring") == "fe"}
 
     @property
-    def flexible_bodies(self) -> dict[BodyName, Ring | Carrier | Shaft]:
+    def flexible_bodies(self) -> dict[BodyName, Ring | Planet | Carrier | Shaft]:
         """Sections of all bodies that may bend, stage by stage."""
         views = self.flexible_stages.values()
         return {body: section for view in views for body, section in view.flexible_bodies.items()}

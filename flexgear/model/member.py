@@ -10,6 +10,7 @@ from flexgear.model.carrier import Carrier
 from flexgear.model.gauge import Gauge
 from flexgear.model.hub import Hub
 from flexgear.model.modifications import GearModifications, PlanetModifications
+from flexgear.model.planet import Planet
 from flexgear.model.planetary_gears import Gear
 from flexgear.model.ring import Ring
 from flexgear.model.section import Missing, Refusal, Section
@@ -92,9 +93,20 @@ class GearMember(LumpedInertia, Gear):
 
 
 class PlanetGear(GearMember):
-    """A planet. modifications: of its flanks."""
+    """A planet: a lumped gear, or an FE body from its teeth down to its bore, which has its mass.
 
+    fe: the FE body in place of the lumped one. modifications: of its flanks.
+    """
+
+    fe: Planet | None = None
     modifications: PlanetModifications = PlanetModifications()
+
+    @model_validator(mode="after")
+    def _one_body(self) -> PlanetGear:
+        _refuse_lumped(self, self.fe is not None, "fe", "planet_bearing")
+        if self.fe is not None and self.bore_diameter == 0.0:
+            raise Missing("bore_diameter", "is missing beside fe", "give the seat of its bearing")
+        return self
 
 
 class MatedGear(GearMember):

@@ -240,6 +240,9 @@ class Stage(Section):
     def _check_flexible(self) -> None:
         """FE bodies and gears fit one another, and planets are held in all directions."""
         assert self.planet is not None and self.ring is not None and self.carrier is not None
+        if self.double_helical and self.planet.fe is not None:
+            problem = "is not there for planets with two halves of teeth"
+            raise Refusal("planet.fe", problem, "take it out, or make the stage single-helical")
         if self.double_helical and self.ring.fe is not None:
             self._check_halves()
         held = self.planet_bearing.stiffness
@@ -332,7 +335,7 @@ class Stage(Section):
 
 def _bends(data: Mapping[str, Any]) -> bool:
     """Whether a stage's data, read or not yet read, have an FE body or a shaft."""
-    for part, body in (("ring", "fe"), ("carrier", "fe"), ("sun", "shaft")):
+    for part, body in (("ring", "fe"), ("planet", "fe"), ("carrier", "fe"), ("sun", "shaft")):
         member = data.get(part)
         inside = member.get(body) if isinstance(member, Mapping) else getattr(member, body, None)
         if inside is not None:

@@ -15,6 +15,7 @@ from flexgear.model.errors import InputError
 from flexgear.model.material import Material
 from flexgear.model.member import SeatBearing
 from flexgear.model.names import BodyName
+from flexgear.model.planet import Planet
 from flexgear.model.ring import Ring
 from flexgear.model.shaft import Shaft
 from flexgear.model.solver import Solver
@@ -75,15 +76,21 @@ class StageView:
         return part
 
     @property
+    def planet(self) -> Planet:
+        """The FE body of its planets; AttributeError where they are lumped."""
+        part: Planet = _there(self.stage.planet and self.stage.planet.fe, "FE planets")
+        return part
+
+    @property
     def shaft(self) -> Shaft:
         """The sun's shaft; AttributeError where there is none."""
         part: Shaft = _there(self.stage.sun and self.stage.sun.shaft, "sun shaft")
         return part
 
     @property
-    def fe_bodies(self) -> dict[BodyName, Ring | Carrier]:
-        """Sections of its FE bodies."""
-        sections = {part: getattr(self.stage, part) for part in ("ring", "carrier")}
+    def fe_bodies(self) -> dict[BodyName, Ring | Planet | Carrier]:
+        """Sections of its FE bodies; "<stage>.planet" stands for all planets."""
+        sections = {part: getattr(self.stage, part) for part in ("ring", "planet", "carrier")}
         return {
             BodyName.of(self.name, part): member.fe
             for part, member in sections.items()
@@ -91,7 +98,7 @@ class StageView:
         }
 
     @property
-    def flexible_bodies(self) -> dict[BodyName, Ring | Carrier | Shaft]:
+    def flexible_bodies(self) -> dict[BodyName, Ring | Planet | Carrier | Shaft]:
         """Sections of what of it may bend: its FE bodies, and the shaft of its sun."""
         shaft = self.stage.sun and self.stage.sun.shaft
         return self.fe_bodies | ({BodyName.of(self.name, "shaft"): shaft} if shaft else {})

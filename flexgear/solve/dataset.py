@@ -257,8 +257,9 @@ def _nodes(model: Model, part: str, kind: str = "") -> list[tuple[BodyName, Node
         (body, node)
         for stage in model.case.flexible_stages.values()
         for body in stage.fe_bodies
+        if body.part == part
         for node in model.system.body(body).nodes
-        if body.part == part and (not kind or node.kind == kind)
+        if not kind or node.kind == kind
     ]
 
 

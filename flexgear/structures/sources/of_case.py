@@ -12,20 +12,28 @@ from flexgear.gears.tool import plain_tool
 from flexgear.gears.tooth import reference_radius
 from flexgear.model.carrier import Carrier
 from flexgear.model.names import BodyName
+from flexgear.model.planet import Planet
+from flexgear.model.planetary_gears import Gear
 from flexgear.model.ring import Ring
 from flexgear.model.stage_view import StageView
-from flexgear.structures.fe_mesh import CarrierMeshParameters, RingMeshParameters, SegmentParameters
+from flexgear.structures.fe_mesh import (
+    CarrierMeshParameters,
+    PlanetMeshParameters,
+    RingMeshParameters,
+    SegmentParameters,
+)
 from flexgear.structures.fe_mesh.carrier import SAME_ANGLE
 from flexgear.structures.fe_mesh.ring import BLOCK
 from flexgear.structures.sources.carrier import CarrierSource
 from flexgear.structures.sources.fe_body import FeBody
+from flexgear.structures.sources.planet import PlanetSource
 from flexgear.structures.sources.ring import RingSource
 from flexgear.structures.sources.source import Accuracy
 
 
 def fe_sources(view: StageView) -> dict[BodyName, FeBody]:
     """All FE bodies of a stage."""
-    makers = {"ring": ring_source, "carrier": carrier_source}
+    makers = {"ring": ring_source, "planet": planet_source, "carrier": carrier_source}
     return {name: makers[name.part](view) for name in view.fe_bodies}
 
 
@@ -41,6 +49,21 @@ def ring_source(view: StageView) -> RingSource:
         half_offset=view.stage.half_offset if view.stage.double_helical else None,
         segment=_shaped_segment(view),
         along_face=view.gear_mesh.model == "face_load",
+    )
+
+
+def planet_source(view: StageView) -> PlanetSource:
+    """The FE body of its planets, which are alike."""
+    gear = view.stage.planet
+    assert gear is not None
+    return PlanetSource(
+        key=BodyName.of(view.name, "planet"),
+        section=view.planet,
+        mesh=PlanetMeshParameters(bore_diameter=gear.bore_diameter, **_teeth(view, gear)),
+        material=view.material,
+        accuracy=_accuracy(view, view.planet),
+        reference_radius=reference_radius(gear.teeth, view.stage),
+        bearing=view.stage.planet_bearing,
     )
 
 
@@ -73,10 +96,30 @@ def _shaped_segment(view: StageView) -> SegmentParameters | None:
     return influence_parameters(view, "ring")
 
 
-def _accuracy(view: StageView, section: Ring | Carrier) -> Accuracy:
+def _accuracy(view: StageView, section: Ring | Planet | Carrier) -> Accuracy:
     s = view.solver
     modes = section.fixed_interface_modes
     return Accuracy(modes, s.cyclic == "auto", s.reduction_limit, s.fidelity)
+
+
+def _teeth(view: StageView, gear: Gear) -> dict[str, Any]:
+    """What FE meshes of ring and planets have in common."""
+    stage = view.stage
+    return {
+        "teeth": gear.teeth,
+        "normal_module": stage.normal_module,
+        "pressure_angle": stage.pressure_angle,
+        "helix_angle": stage.helix_angle,
+        "hand": stage.planet_hand,
+        "profile_shift": gear.profile_shift,
+        "addendum": gear.addendum,
+        "dedendum": gear.dedendum,
+        "root_fillet": gear.root_fillet,
+        "tool": plain_tool(gear.tool),
+        "face_width": stage.face_width,
+        "fidelity": view.solver.fidelity,
+        "where": view.source,
+    }
 
 
 def _ring_mesh(view: StageView) -> RingMeshParameters:
@@ -84,7 +127,7 @@ def _ring_mesh(view: StageView) -> RingMeshParameters:
 
     Of several bolt circles the FE mesh follows the one with holes, else the innermost.
     """
-    stage, ring, gear = view.stage, view.ring, view.ring_gear
+    ring = view.ring
     circles = sorted(
         (c for c in ring.bolt_circles if c.number),
         key=lambda c: (not c.holes, c.circle_diameter - BLOCK * c.diameter),
@@ -100,24 +143,12 @@ def _ring_mesh(view: StageView) -> RingMeshParameters:
             "first_bolt": ring.first_bolt(circles[0]),
         }
     return RingMeshParameters(
-        teeth=gear.teeth,
-        normal_module=stage.normal_module,
-        pressure_angle=stage.pressure_angle,
-        helix_angle=stage.helix_angle,
-        hand=stage.planet_hand,
-        profile_shift=gear.profile_shift,
-        addendum=gear.addendum,
-        dedendum=gear.dedendum,
-        root_fillet=gear.root_fillet,
-        tool=plain_tool(gear.tool),
-        face_width=stage.face_width,
         rim_thickness=ring.rim_thickness,
         fits=tuple(fit.band for fit in ring.fits),
         splines=tuple(spline.band for spline in ring.splines),
         other_bolts=tuple((c.number, c.circle_diameter, c.diameter) for c in circles[1:]),
-        fidelity=view.solver.fidelity,
-        where=view.source,
         **bolts,
+        **_teeth(view, view.ring_gear),
     )
 
 
