@@ -24,7 +24,7 @@ from flexgear.gears.geometry import PER_PAIR_MODELS, StageGeometry, given_stiffn
 from flexgear.gears.radii import gears_by_role
 from flexgear.gears.stiffness import Law, iso_single_stiffness, parabola, table_law
 from flexgear.gears.waves import iso_mean_stiffness
-from flexgear.gears.weber_banaschek import PairCompliance, pair_compliance
+from flexgear.gears.weber_banaschek import PairCompliance, Side, pair_compliance
 
 if TYPE_CHECKING:
     from flexgear.model.stage_view import StageView
@@ -73,15 +73,21 @@ def compliance(view: StageView, g: StageGeometry, role: str, force: float) -> Pa
 
 
 def pair_law(view: StageView, g: StageGeometry, role: str, force: float) -> Law:
-    """k'(ξ) of the planet with "ring" or "sun", N/m² along the 3D normal, without what the ring's
-    FE mesh holds."""
-    law, whole_tooth = _whole_law(view, g, role, force), view.fe_tie == "flank"
+    """k'(ξ) of the planet with "ring" or "sun", N/m² along the 3D normal, without what FE bodies of
+    the two hold."""
+    law = _whole_law(view, g, role, force)
     split_law = view.gear_mesh.pair_stiffness == "weber-banaschek"
-    per_pair = view.gear_mesh.model in PER_PAIR_MODELS
-    if role != "ring" or view.fe_tie is None or not (whole_tooth or (split_law and per_pair)):
+    sides: tuple[tuple[Side, str], ...] = (("planet", "planet"), ("gear", role))
+    with_root = split_law and view.gear_mesh.model in PER_PAIR_MODELS
+    taken = [
+        (side, tie)
+        for side, name in sides
+        if (tie := view.fe_tie(name)) == "flank" or (tie and with_root)
+    ]
+    if not taken:
         return law
     split = compliance(view, g, role, force)
-    held = split.gear_share if whole_tooth else split.gear.foundation / split.total
+    held = sum(split.share(side, tie) for side, tie in taken)
     return table_law(split.xi, law(split.xi) / (1.0 - held))
 
 

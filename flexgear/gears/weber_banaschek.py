@@ -30,6 +30,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,6 +40,7 @@ from flexgear.gears.hertz import ContactBody, line_contact, relative_radius
 from flexgear.gears.tooth import ToothGeometry, ToothOutline
 
 Array = NDArray[np.float64]
+Side = Literal["planet", "gear"]
 
 
 @dataclass(frozen=True)
@@ -64,10 +66,11 @@ class PairCompliance:
         teeth = self.planet.bending + self.gear.bending
         return teeth + self.planet.foundation + self.gear.foundation + self.contact
 
-    @property
-    def gear_share(self) -> Array:
-        """Share of the gear's tooth and its foundation in the total."""
-        return (self.gear.bending + self.gear.foundation) / self.total
+    def share(self, side: Side, tie: Literal["root", "flank"]) -> Array:
+        """Share of one side in the total that an FE body holds which is tied at the roots of its
+        teeth, their foundation, or at their flanks, the teeth as well."""
+        tooth = self.planet if side == "planet" else self.gear
+        return (tooth.foundation + (tooth.bending if tie == "flank" else 0.0)) / self.total
 
 
 def tooth_compliance(

@@ -111,12 +111,13 @@ class StageView:
             return {}
         return {"drive": carrier.bearing_drive, "far": carrier.bearing_far}
 
-    @property
-    def fe_tie(self) -> Literal["root", "flank"] | None:
-        """How the contact nodes of an FE ring that bends are tied to it; None where the ring is
-        lumped or rigid, so that nothing of its teeth's compliance is in a body."""
-        bends = self.stage.form("ring") == "fe" and self.ring.flexible
-        return self.ring.tie if bends else None
+    def fe_tie(self, role: str) -> Literal["root", "flank"] | None:
+        """How the contact nodes of "ring" or "planet" are tied to an FE body that bends; None of
+        another gear or one that does not bend, so that nothing of its teeth's compliance is in a
+        body."""
+        body = getattr(getattr(self.stage, role), "fe", None)
+        tie: Literal["root", "flank"] | None = body.tie if body and body.flexible else None
+        return tie
 
     def with_rigid_ring(self) -> StageView:
         """The same stage with an FE ring that does not bend."""

@@ -138,7 +138,7 @@ def test_flank_tie_takes_the_ring_tooth_out_of_every_law():
     g = stage_geometry(root)
     xi = np.linspace(0, 1, 21)
     split = compliance(root, g, "ring", force_of(root, "ring"))
-    share = np.interp(xi, split.xi, split.gear_share)
+    share = np.interp(xi, split.xi, split.share("gear", "flank"))
     ratio = law_of(root, "ring")(xi) / law_of(flank, "ring")(xi)
     assert np.allclose(ratio, 1 - share, rtol=2e-3)
     assert 0.05 < share.min() < share.max() < 0.75
@@ -151,6 +151,24 @@ def test_flank_tie_takes_the_ring_tooth_out_of_every_law():
     split = compliance(root, g, "ring", force_of(root, "ring"))
     taken = np.interp(xi, split.xi, split.gear.bending) * math.cos(g.base_helix_angle) ** 2
     assert np.allclose(left[0] - left[1], taken, rtol=5e-3)
+
+
+@pytest.mark.parametrize("role", ["ring", "sun"])
+def test_an_fe_planet_holds_its_share_at_both_gear_meshes(role):
+    """1/k_flank = (1 − Σ shares of FE teeth)/k of lumped ones; at the roots foundations alone."""
+    keys = {"stage.gear_mesh.pair_stiffness": "weber-banaschek", "stage.ring.fe.tie": "flank"}
+    plain, flank, root = (
+        load_case("wind-5mw", {**keys, **more}).view()
+        for more in ({}, {"stage.planet.fe.tie": "flank"}, {"stage.planet.fe.tie": "root"})
+    )
+    g = stage_geometry(plain)
+    xi = np.linspace(0, 1, 21)
+    split = compliance(plain, g, role, force_of(plain, role))
+    ring = split.share("gear", "flank") if role == "ring" else 0.0
+    for case, tie in ((flank, "flank"), (root, "root")):
+        left = np.interp(xi, split.xi, (1 - ring - split.share("planet", tie)) / (1 - ring))
+        assert np.allclose(law_of(plain, role)(xi) / law_of(case, role)(xi), left, rtol=2e-3)
+        assert left.max() < 0.95
 
 
 def test_table_law_reads_the_table():
@@ -177,7 +195,7 @@ def test_flank_tie_takes_the_ring_tooth_out_of_the_mean_of_a_wave():
     )
     g = stage_geometry(root)
     split = compliance(root, g, "ring", force_of(root, "ring"))
-    more = np.trapezoid(1 / (1 - split.gear_share), split.xi)
+    more = np.trapezoid(1 / (1 - split.share("gear", "flank")), split.xi)
     whole, left = (flexible_paths(case)["ring"] for case in (root, flank))
     assert whole.mean_stiffness == pytest.approx(8e9, rel=1e-12)
     assert np.ptp(left.wave) == 0

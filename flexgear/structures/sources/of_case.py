@@ -86,7 +86,11 @@ def _shaped_segment(view: StageView) -> SegmentParameters | None:
     """Of teeth of a ring that may take shapes: where its slices bend each other, it is tied at its
     roots by averaging ties, and not given reduced."""
     ring, mesh = view.ring, view.gear_mesh
-    bent = mesh.model == "face_load" and mesh.tooth_compliance == "fe" and view.fe_tie == "root"
+    bent = (
+        mesh.model == "face_load"
+        and mesh.tooth_compliance == "fe"
+        and view.fe_tie("ring") == "root"
+    )
     shaped = ring.tie_kind == "averaging" and ring.tooth_shapes != "none"
     if not bent or not shaped or ring.fe_mesh == "reduced":
         return None

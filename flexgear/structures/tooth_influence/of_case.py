@@ -33,7 +33,7 @@ def tooth_influence(view: StageView, role: str) -> ToothInfluence | None:
     """Influence of a tooth of "sun", "planet" or "ring" (of a parallel stage's pinion and gear,
     "sun" and "planet"), from the cache or made (half a minute).
 
-    None where an FE ring is tied at its flanks: it has the whole tooth, and only line contact
+    None where an FE body is tied at its flanks: it has the whole tooth, and only line contact
     ("point" at a depth of the tie's choice) stays outside.
     """
     parameters, tied = influence_parameters(view, role), is_tied(view, role)
@@ -94,8 +94,7 @@ def influence_of(
 
 def is_tied(view: StageView, role: str) -> bool:
     """Whether an averaging tie at the tooth's root takes in part of its flexibility."""
-    fe = role == "ring" and view.fe_tie == "root"
-    return fe and view.ring.tie_kind == "averaging"
+    return view.fe_tie(role) == "root" and getattr(view, role).tie_kind == "averaging"
 
 
 def require_influences(view: StageView) -> None:
@@ -114,15 +113,14 @@ def influence_parameters(view: StageView, role: str) -> SegmentParameters | None
     """The segment of a gear.
 
     Three teeth, held at the body's bore (a ring's outer diameter), ``DEEPEST`` below the root at
-    the latest, and at cuts across the rim. A rigid tie at the root of an FE ring holds the tooth's
+    the latest, and at cuts across the rim. A rigid tie at the root of an FE body holds the tooth's
     base section as a clamp does: one tooth, cut off there. InputError where a tooth or the rim
     below it cannot be made.
     """
     tooth = stage_geometry(view).gears[role]
-    in_fe = role == "ring" and view.fe_tie is not None
-    if in_fe and view.fe_tie == "flank":
+    if view.fe_tie(role) == "flank":
         return None
-    alone = in_fe and not is_tied(view, role)
+    alone = view.fe_tie(role) == "root" and not is_tied(view, role)
     _require_teeth(view, role, tooth)
     if alone:
         return _segment(view, role, tooth)
