@@ -105,6 +105,20 @@ def test_overrides_are_checked_like_the_file(key, value, words):
         load_case("wind-5mw", {key: value})
 
 
+@pytest.mark.parametrize(
+    ("key", "value", "words"),
+    [
+        ("stage.planet.bore_diameter_mm", "0", "planet.bore_diameter_mm: is missing beside fe"),
+        ("stage.planet.mass_kg", "400", "planet.mass_kg: is that of a lumped body, but fe"),
+        ("stage.planet.fe.tie", "roots", "planet.fe.tie: 'roots' is unknown"),
+        ("stage.double_helical", "true", "planet.fe: is not there for planets with two halves"),
+    ],
+)
+def test_fe_planets_are_checked(key, value, words):
+    with pytest.raises(InputError, match=words):
+        load_case("wind-5mw", {"stage.planet.fe.flexible": "true", key: value})
+
+
 @settings(max_examples=200, deadline=None)
 @given(
     case=st.sampled_from(["wind-5mw", "lin-parker"]),

@@ -11,23 +11,30 @@ from flexgear.model.load import load_case
 from flexgear.model.stage_view import StageView
 from flexgear.structures.fe_mesh import (
     CarrierMeshParameters,
+    PlanetMeshParameters,
     RingMeshParameters,
     carrier_fe_mesh,
+    planet_fe_mesh,
     ring_fe_mesh,
     write_fe_mesh,
 )
-from flexgear.structures.sources.of_case import carrier_source, ring_source
+from flexgear.structures.sources.of_case import carrier_source, planet_source, ring_source
 
 
 @pytest.fixture(scope="module")
 def case() -> StageView:
-    return load_case("wind-5mw", {"solver.fidelity": "quick"}).view()
+    quick = {"solver.fidelity": "quick", "stage.planet.fe.flexible": "true"}
+    return load_case("wind-5mw", quick).view()
 
 
 def test_the_bundled_case_is_the_generators_default(case: StageView) -> None:
     assert (
         ring_source(case).fe_mesh().content_hash()
         == ring_fe_mesh(RingMeshParameters(fidelity="quick")).content_hash()
+    )
+    assert (
+        planet_source(case).fe_mesh().content_hash()
+        == planet_fe_mesh(PlanetMeshParameters(fidelity="quick")).content_hash()
     )
     ours, default = (
         carrier_source(case).fe_mesh(),
@@ -43,9 +50,9 @@ def test_tooth_equals_the_gear_theory_of_the_same_case(case: StageView, shift: f
         **{"stage.ring.profile_shift": -shift, "stage.planet.profile_shift": shift,
            "stage.sun.profile_shift": -shift}
     )  # fmt: skip
-    theory = stage_geometry(shifted).ring
-    tooth = ring_source(shifted).mesh.tooth
-    assert tooth == theory
+    theory = stage_geometry(shifted)
+    assert ring_source(shifted).mesh.tooth == theory.ring
+    assert planet_source(shifted).mesh.tooth == theory.planet
 
 
 def test_carrier_follows_the_centre_distance_and_the_drive_side(case: StageView) -> None:
@@ -73,19 +80,23 @@ def test_unequal_planets_have_a_carrier_with_its_pins_there(case: StageView) -> 
 
 def test_own_files_are_read_and_checked(case: StageView, tmp_path: Path) -> None:
     write_fe_mesh(ring_source(case).fe_mesh(), tmp_path / "ring.msh")
+    write_fe_mesh(planet_source(case).fe_mesh(), tmp_path / "planet.vtu")
     write_fe_mesh(carrier_source(case).fe_mesh(), tmp_path / "carrier.inp")
     own = case.with_(
         **{
             "stage.ring.fe.fe_mesh_file": str(tmp_path / "ring.msh"),
             "stage.ring.fe.fe_mesh": "file",
             "stage.ring.fe.fe_mesh_unit": "m",
+            "stage.planet.fe.fe_mesh_file": str(tmp_path / "planet.vtu"),
+            "stage.planet.fe.fe_mesh": "file",
+            "stage.planet.fe.fe_mesh_unit": "m",
             "stage.carrier.fe.fe_mesh_file": str(tmp_path / "carrier.inp"),
             "stage.carrier.fe.fe_mesh": "file",
             "stage.carrier.fe.fe_mesh_unit": "m",
         }
     )
-    assert set(ring_source(own).groups.needed) <= set(ring_source(own).fe_mesh().facets)
-    assert set(carrier_source(own).groups.needed) <= set(carrier_source(own).fe_mesh().facets)
+    for body in (ring_source(own), planet_source(own), carrier_source(own)):
+        assert set(body.groups.needed) <= set(body.fe_mesh().facets)
     with pytest.raises(InputError, match='set fe_mesh_unit = "m"'):
         ring_source(own.with_(**{"stage.ring.fe.fe_mesh_unit": "mm"})).fe_mesh()
     with pytest.raises(InputError, match="25 of 120 missing"):
