@@ -13,7 +13,7 @@ that stand against a turning frame, bolts of a ring) is taken as it is, not smea
 
 Rows move with the planets. The teeth of an FE ring pass through the gear mesh instead, so that the
 mean is taken at a place that stands still against the planets: rows on teeth are turned back by
-the ring's advance δ,
+the ring's advance δ, as those on the teeth of FE planets are by theirs,
 
     u(φ_j − δ) = Σ_m D(φ_m − φ_j + δ) R(φ_j − φ_m) u_m,
 
@@ -28,6 +28,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -103,7 +104,12 @@ def _cycle(system: System, of_stage: NDArray[np.bool_]) -> Array:
     )
     count = planets * math.ceil(POSITIONS / planets)
     theta = np.zeros((count, len(system.angles)))
-    theta[:, pairs.angle[m]] = abs(pairs.pitch[m] / pairs.rate[m]) / count * np.arange(count)
+    turn, planets_turn = int(pairs.angle[m]), int(pairs.planet_turns[m])
+    theta[:, turn] = abs(pairs.pitch[m] / pairs.rate[m]) / count * np.arange(count)
+    if planets_turn >= 0:  # FE planets, in a fixed ratio
+        row = system.angles[turn]
+        ratio = float(system.angles[planets_turn] @ row) / float(row @ row)
+        theta[:, planets_turn] = ratio * theta[:, turn]
     return theta
 
 
@@ -218,52 +224,82 @@ def _fewest(rows: Array) -> Array:
     return np.asarray(vectors[:, significant].T @ rows)
 
 
-class _Ends:
-    """Coordinates that a flank's rows act on: its planet's and its gear's, or those of all teeth of
-    a gear whose teeth are blocks."""
+@dataclass(frozen=True)
+class _Teeth:
+    """Teeth of a gear that are blocks from ``first`` on, at angles ``place`` (z,) rad; turns: angle
+    by which they pass their gear mesh, backwards where sense is 1, −1: they stand."""
 
-    def __init__(self, pairs: PairData, m: int) -> None:
-        teeth = int(pairs.gear_teeth[m]) if pairs.per_tooth[m] else 1
-        self.first, self.turns = int(pairs.gear_block[m]), int(pairs.turns[m])
-        self.teeth = teeth if pairs.per_tooth[m] else 0
-        blocks = np.concatenate([[pairs.planet_block[m]], self.first + np.arange(teeth)])
-        self.columns = (6 * blocks[:, None] + np.arange(6)).ravel().astype(np.int64)
-        place = pairs.tooth_position[self.first : self.first + teeth]
-        self.place = np.arctan2(place[:, 1], place[:, 0])
+    first: int
+    place: Array
+    turns: int
+    sense: float
 
-    def coefficients(self, rows: Rows, at: IntArray, angles: Array, start: Array) -> Array:
-        """Rows ``at`` on ``columns`` (n, c), teeth turned back by their advance since ``start``."""
-        out = np.zeros((len(at), len(self.columns)))
-        for row, i in zip(out, at, strict=True):
-            row[:6] = rows.coef[i, 0]
-            for a in range(1, int(rows.width[i])):
-                if self.teeth:
-                    advance = (
-                        float(angles[self.turns] - start[self.turns]) if self.turns >= 0 else 0.0
-                    )
-                    tooth = int(rows.blocks[i, a]) - self.first
-                    row[6:] += self._turned_back(rows.coef[i, a], tooth, advance)
-                else:
-                    row[6:] += rows.coef[i, a]
-        return out
+    def advance(self, angles: Array, start: Array) -> float:
+        """How far they have gone back between two sets of angles (A,), rad."""
+        if self.turns < 0:
+            return 0.0
+        return self.sense * float(angles[self.turns] - start[self.turns])
 
-    def _turned_back(self, wrench: Array, tooth: int, advance: float) -> Array:
+    def turned_back(self, wrench: Array, tooth: int, advance: float) -> Array:
         """A wrench (6,) on a tooth as one on all teeth (6 z,) that moves it back by ``advance``."""
+        count = len(self.place)
         if advance == 0.0:
-            out = np.zeros((self.teeth, 6))
+            out = np.zeros((count, 6))
             out[tooth] = wrench
             return out.ravel()
         away = self.place - self.place[tooth]
-        share = _kernel(away + advance, self.teeth)
+        share = _kernel(away + advance, count)
         c, s = share * np.cos(away), share * np.sin(away)
         x, y, z = wrench[0::3], wrench[1::3], wrench[2::3]
-        out = np.empty((self.teeth, 6))
+        out = np.empty((count, 6))
         out[:, 0::3], out[:, 1::3] = (
             np.outer(c, x) - np.outer(s, y),
             np.outer(s, x) + np.outer(c, y),
         )
         out[:, 2::3] = np.outer(share, z)
         return out.ravel()
+
+
+class _Ends:
+    """Blocks that a flank's rows act on: its planet's and its gear's, and all teeth of either whose
+    teeth are blocks."""
+
+    def __init__(self, pairs: PairData, m: int) -> None:
+        gear, planet = int(pairs.gear_block[m]), int(pairs.planet_tooth_block[m])
+        self.teeth: list[_Teeth] = []
+        if pairs.per_tooth[m]:
+            place = _angles(pairs.tooth_position, gear, int(pairs.gear_teeth[m]))
+            self.teeth.append(_Teeth(gear, place, int(pairs.turns[m]), 1.0))
+        if pairs.planet_turns[m] >= 0:
+            place = _angles(pairs.tooth_position, planet, int(pairs.planet_teeth[m]))
+            self.teeth.append(_Teeth(planet, place, int(pairs.planet_turns[m]), -1.0))
+        alone = [int(pairs.planet_block[m]), *([] if pairs.per_tooth[m] else [gear])]
+        blocks = [*alone, *(t.first + k for t in self.teeth for k in range(len(t.place)))]
+        self.columns = (6 * np.array(blocks)[:, None] + np.arange(6)).ravel().astype(np.int64)
+        starts = np.cumsum([6 * len(alone), *(6 * len(t.place) for t in self.teeth)]).tolist()
+        self._of_teeth = [slice(a, b) for a, b in pairwise(starts)]
+        self._of_block = {block: slice(6 * k, 6 * k + 6) for k, block in enumerate(alone)}
+
+    def coefficients(self, rows: Rows, at: IntArray, angles: Array, start: Array) -> Array:
+        """Rows ``at`` on ``columns`` (n, c), teeth turned back by their advance since ``start``."""
+        out = np.zeros((len(at), len(self.columns)))
+        for row, i in zip(out, at, strict=True):
+            for a in range(int(rows.width[i])):
+                block, wrench = int(rows.blocks[i, a]), rows.coef[i, a]
+                if block in self._of_block:
+                    row[self._of_block[block]] += wrench
+                    continue
+                for teeth, columns in zip(self.teeth, self._of_teeth, strict=True):
+                    if 0 <= block - teeth.first < len(teeth.place):
+                        advance = teeth.advance(angles, start)
+                        row[columns] += teeth.turned_back(wrench, block - teeth.first, advance)
+        return out
+
+
+def _angles(positions: Array, first: int, teeth: int) -> Array:
+    """Angles (z,) of the tooth nodes from block ``first`` on, rad."""
+    place = positions[first : first + teeth]
+    return np.arctan2(place[:, 1], place[:, 0])
 
 
 def _kernel(x: Array, count: int) -> Array:

@@ -147,10 +147,11 @@ class Recovery:
         for bearing in self.modal.system.bearings:
             stop = at + len(bearing.components)
             if bearing.name == name:
-                # a spring may say outer less inner
+                # a spring may say outer less inner, in the outer ring's frame
                 sign = np.sign(np.sum(rows * (at_height(-bearing.z) @ bearing.relative)))
                 force[:, bearing.components] = sign * self.result.support_load[:, at:stop]
-                force = self._turned(bearing.angle, force, -1) @ at_height(bearing.z)
+                turned = force if sign < 0 else self._turned(bearing.angle, force, -1)
+                force = turned @ at_height(bearing.z)
             at = stop
         assert at + len(pairs.load_block) == self.result.support_load.shape[1]
         return force

@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 from flexgear.analysis.kernels.active_dofs import AT_ONCE, COUNTS, ActiveDofs, Channels, DofVectors
 from flexgear.analysis.kernels.contact_newton import contact_problem, law_space
@@ -135,7 +137,18 @@ def channels(modal: ModalSystem, h: Array, inverse: Array, beta: float) -> Chann
     first = np.concatenate(
         [np.arange(0, block_channels, 6), block_channels + ports + 2 * np.arange(count)]
     )
-    return Channels(modes, _spans(p), displacement, np.ascontiguousarray(residual), first)
+    part = _parts(displacement[0] != 0.0, block_channels)
+    return Channels(modes, _spans(p), displacement, np.ascontiguousarray(residual), first, part)
+
+
+def _parts(moves: NDArray[np.bool_], block_channels: int) -> IntArray:
+    """Part of the train (B,) that each block is on, 0 with ports and lines of action; moves (n_c,
+    n_c): which channels move which."""
+    of_channel = connected_components(coo_array(moves), directed=False)[1]
+    heads = set(of_channel[block_channels:].tolist())
+    of_block = of_channel[:block_channels:6]
+    others = {part: k for k, part in enumerate(sorted({*of_block.tolist()} - heads), 1)}
+    return np.array([others.get(int(part), 0) for part in of_block], dtype=np.int64)
 
 
 def _spans(p: Array) -> IntArray:
@@ -167,7 +180,8 @@ def active_dofs(modal: ModalSystem, sizes: int) -> ActiveDofs:
 
 def _most_blocks(pairs: PairData, blocks: int) -> int:
     """Blocks that rows of one step and of the one before may act on beyond lines of action."""
-    teeth = 2 * pairs.slots * int(pairs.per_tooth.sum())
+    on_teeth = (pairs.per_tooth == 1).sum() + (pairs.planet_turns >= 0).sum()
+    teeth = 2 * pairs.slots * int(on_teeth)
     beyond = int((covered(pairs) == 1).sum())
     several = (pairs.support_block, pairs.bearing_block, pairs.load_block)
     return min(blocks, teeth + beyond + sum(np.asarray(s).size for s in several))

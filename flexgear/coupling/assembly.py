@@ -10,6 +10,7 @@ from scipy import linalg
 
 from flexgear.coupling.bearings import LawBearing, own_law
 from flexgear.coupling.gear_meshes import BearingElement, ExtraRows, GivenLoad
+from flexgear.coupling.laws.law import CENTERING
 from flexgear.coupling.links import add_spring, invariant_part, joint_parts, rotating_rows
 from flexgear.coupling.system import Link, RotatingFrameSupport
 from flexgear.model.errors import InputError
@@ -187,6 +188,22 @@ class Assembly:
         if moves:
             nodes.append(self.contact_node(housing, -1))
         self._turning_rows(rest, nodes)
+
+    def turning_link(
+        self, name: str, first: Array, second: Array, matrix: Array, angle: int
+    ) -> None:
+        """A spring on the motion first − R(θ) second (6, d), θ being the system's ``angle``.
+
+        A small share of it stays a constant spring on ``first``, as bearings with a law of their
+        own keep one: what the spring holds is not loose without its turning rows.
+        """
+        add_spring(self.stiffness, first, CENTERING * matrix)
+        ends = [self.contact_node(first, -1), self.contact_node(second, angle)]
+        for value, vector in zip(*rotating_rows((1.0 - CENTERING) * matrix), strict=True):
+            self.support_rows.append((float(value), [(ends[0], vector), (ends[1], -vector)]))
+        self.rotating_frame_supports.append(
+            RotatingFrameSupport(name, first, second, matrix, -1, angle)
+        )
 
     def joint(
         self, name: str, first: Array, second: Array, matrix: Array, angles: tuple[int, int]

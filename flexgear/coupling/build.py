@@ -127,7 +127,12 @@ def _frame(b: TrainAssembly, number: int) -> StageFrame:
         turns = _pin_rotation(b, number) if several else rotation(b, carrier)
     ring_turns = np.zeros(b.a.size) if ring in held else rotation(b, ring)
     theta = b.angle(turns - ring_turns)
-    return StageFrame(theta, *(b.angle(row) if row.any() else -1 for row in (turns, ring_turns)))
+    of_carrier, of_ring = (b.angle(row) if row.any() else -1 for row in (turns, ring_turns))
+    planets = -1
+    if any(m.floats for m in b.members[number]):
+        radii = stage_radii(b.case.view(stage.name))
+        planets = b.angle(-radii.ring / radii.planet * (turns - ring_turns))
+    return StageFrame(theta, of_carrier, of_ring, planets)
 
 
 def _pin_rotation(b: TrainAssembly, number: int) -> Array:
@@ -157,7 +162,10 @@ def _tie_and_mesh(b: TrainAssembly, number: int, rims: Mapping[str, RimFlexibili
         for connection in connections(b.case.view(stage.name)):
             connect(b, number, connection)
     blocks = _gear_blocks(b, number)
-    rigid = any(m.body.rigid and not m.lumped for m in b.bodies_of(f"{stage.name}.ring"))
+    flexible = {m.part for m in b.members[number] if m.contacts and not m.body.rigid}
+    view = b.case.view(stage.name)
+    gears = {m.part for m in b.members[number] if m.part in ("ring", "planet")}
+    rigid = [part for part in gears - flexible if view.fe_tie(part)]
     flow, rim = b.flow.stage(stage.name), rims.get(stage.name)
     b.sets += stage_sets(b.case, number, flow, frame, blocks, b.bending, rim, rigid)
 
@@ -175,10 +183,13 @@ def _gear_blocks(b: TrainAssembly, number: int) -> GearBlocks:
         if len(nodes) == 1:
             blocks[m.part, m.planet, m.side] = GearBlock(first)
             continue
+        rigid = first if m.floats else None
+        nodes = nodes[1:] if m.floats else nodes
+        first += int(m.floats)
         places = np.array([m.body.position(node) for node in nodes])
         for k, side in enumerate(sides := b.case.stages[number].sides):
             half = slice(k * len(nodes) // len(sides), (k + 1) * len(nodes) // len(sides))
-            blocks[m.part, m.planet, side] = GearBlock(first + half.start, places[half])
+            blocks[m.part, m.planet, side] = GearBlock(first + half.start, places[half], rigid)
     return GearBlocks(blocks)
 
 

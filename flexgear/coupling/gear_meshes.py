@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from flexgear.coupling.gear_mesh_tables import slice_tables, stiffness_tables
 from flexgear.coupling.laws import law_number
 from flexgear.coupling.pair_data import (
     FACE_LOAD,
@@ -23,7 +24,6 @@ from flexgear.coupling.pair_data import (
 from flexgear.gears.contact import GearMeshPath
 from flexgear.gears.errors import PairErrors
 from flexgear.gears.gear_mesh_kind import GearMeshKind
-from flexgear.gears.slices import Slices
 from flexgear.model.errors import FlexgearError
 
 Array = NDArray[np.float64]
@@ -48,9 +48,11 @@ class GearMeshSet:
     carrier_angle: which is the carrier's absolute angle; phi (N,) planet angles, rad;
     planet_blocks (N,), gear_block: blocks; tooth_positions (z, 3): where every tooth of the gear
     is a block, else None; turns: angle by which the gear's frame lags the planets', −1 for the
-    same frame; carries: on the flanks that carry the rated torque; one_sided: pairs only push;
-    equivalent_mass: kg on the line of action, for pair damping c = 2 ζ √(k m); model: PER_PAIR,
-    SUMMED, WAVE or FACE_LOAD.
+    same frame; planet_teeth (N,), planet_tooth_positions (N, z_p, 3): block of tooth 0 and places
+    of all where every tooth of the planets is a block, planet_turns: angle by which these have
+    turned in the planets' axes; carries: on the flanks that carry the rated torque; one_sided:
+    pairs only push; equivalent_mass: kg on the line of action, for pair damping c = 2 ζ √(k m);
+    model: PER_PAIR, SUMMED, WAVE or FACE_LOAD.
     """
 
     path: GearMeshPath
@@ -68,6 +70,9 @@ class GearMeshSet:
     equivalent_mass: float
     damping_ratio: float
     model: int = PER_PAIR
+    planet_teeth: Sequence[int] = ()
+    planet_tooth_positions: Sequence[Array] = ()
+    planet_turns: int = -1
 
 
 @dataclass(frozen=True)
@@ -156,17 +161,23 @@ def pair_data(sets: Sequence[GearMeshSet], blocks: int, extra: ExtraRows | None 
     """Arrays of all gear meshes; blocks: number of contact blocks. FlexgearError where a body has
     not as many tooth nodes as its gear has teeth."""
     extra = extra or ExtraRows()
-    start, step, k_table, z_table, gap_table = _tables(sets)
+    paths = [s.path for s in sets]
+    start, step, k_table, z_table, gap_table = stiffness_tables(paths, [s.model for s in sets])
     columns, positions = _Columns(), np.zeros((max(blocks, 1), 3))
     for number, s in enumerate(sets):
-        if s.tooth_positions is not None:
-            if len(s.tooth_positions) != s.path.gear_teeth:
+        teeth = [(s.gear_block, s.tooth_positions, s.path.gear_teeth)]
+        teeth += [
+            (first, places, s.path.planet_teeth)
+            for first, places in zip(s.planet_teeth, s.planet_tooth_positions, strict=True)
+        ]
+        for first, places, count in teeth:
+            if places is None:
+                continue
+            if len(places) != count:
                 raise FlexgearError(
-                    f"the {s.path.kind} body has {len(s.tooth_positions)} tooth nodes for "
-                    f"{s.path.gear_teeth} teeth"
+                    f"a body of the {s.path.kind} has {len(places)} tooth nodes for {count} teeth"
                 )
-            first = s.gear_block
-            positions[first : first + len(s.tooth_positions)] = s.tooth_positions
+            positions[first : first + count] = places
         for i in range(len(s.phi)):
             _enter(columns, s, number, i, _opposite(sets, s, i))
     c = columns
@@ -184,7 +195,7 @@ def pair_data(sets: Sequence[GearMeshSet], blocks: int, extra: ExtraRows | None 
         k_table=k_table,
         z_table=z_table,
         gap_table=gap_table,
-        slice_table=_slice_tables(sets, k_table.shape[1]),
+        slice_table=slice_tables(paths, k_table.shape[1]),
         radial=c.reals("radial", 2),
         normal=c.reals("normal", 2),
         tangent_point=c.reals("tangent_point", 2),
@@ -221,8 +232,8 @@ def pair_data(sets: Sequence[GearMeshSet], blocks: int, extra: ExtraRows | None 
 
 _INTS = (
     "sided", "model", "kind", "carries", "opposite", "angle", "turns", "planet_block", "gear_block",
-    "per_tooth", "table", "gear_tooth0", "gear_step", "gear_teeth", "planet_tooth0", "planet_step",
-    "planet_teeth", "slices", "bent",
+    "per_tooth", "planet_tooth_block", "planet_turns", "table", "gear_tooth0", "gear_step",
+    "gear_teeth", "planet_tooth0", "planet_step", "planet_teeth", "slices", "bent",
 )  # fmt: skip
 _REALS = (
     "phi", "center_distance", "s0", "rate", "pitch", "s_lo", "s_hi", "path_lo", "path_hi", "slope",
@@ -251,6 +262,8 @@ def _enter(c: _Columns, s: GearMeshSet, table: int, i: int, opposite: int) -> No
         planet_block=s.planet_blocks[i],
         gear_block=s.gear_block,
         per_tooth=int(s.tooth_positions is not None),
+        planet_tooth_block=s.planet_teeth[i] if s.planet_teeth else -1,
+        planet_turns=s.planet_turns,
         s0=p.s0[i],
         rate=p.rate,
         pitch=p.base_pitch,
@@ -316,69 +329,6 @@ def _opposite(sets: Sequence[GearMeshSet], s: GearMeshSet, i: int) -> int:
             return at + i
         at += len(other.phi)
     return -1
-
-
-def _tables(sets: Sequence[GearMeshSet]) -> tuple[Array, Array, Array, Array, Array]:
-    """Tables of equal length on uniform grids: start, step, stiffness, centroid, gap."""
-    size = max((len(s.path.s_grid) for s in sets if s.model != WAVE), default=2)
-    size = max([size, *(len(s.path.slices.s) for s in sets if s.path.slices is not None)])
-    size = max([size, *(len(s.path.wave) for s in sets if s.path.wave is not None)])
-    start, step, k, z, gap = [], [], [], [], []
-    for s in sets:
-        p = s.path
-        if s.model == WAVE:
-            if p.wave is None:
-                raise FlexgearError(f"the {p.kind} gear mesh has no stiffness wave")
-            period = np.arange(len(p.wave) + 1) / len(p.wave)
-            share = np.arange(size) / size
-            start.append(0.0)
-            step.append(1.0)
-            k.append(np.interp(share, period, [*p.wave, p.wave[0]]))
-            z.append(np.zeros(size))
-            gap.append(np.zeros(size))
-            continue
-        path_grid = p.s_grid if p.slices is None else p.slices.s
-        grid = np.linspace(path_grid[0], path_grid[-1], size)
-        start.append(grid[0])
-        step.append(grid[1] - grid[0])
-        if p.slices is not None:
-            k.append(np.interp(grid, path_grid, p.slices.on_path))
-            z.append(np.interp(grid, path_grid, p.slices.centre))
-            gap.append(np.zeros(size))
-            continue
-        k.append(np.interp(grid, p.s_grid, p.k_grid))
-        z.append(np.interp(grid, p.s_grid, p.zc_grid))
-        gap.append(np.interp(grid, p.s_grid, p.gap_grid))
-    return np.array(start), np.array(step), np.array(k), np.array(z), np.array(gap)
-
-
-def _slice_tables(sets: Sequence[GearMeshSet], size: int) -> Array:
-    """Tables of slices beside those of ``_tables``, zero where a set has none (K, T, …)."""
-    columns = [_of_slices(s.path.slices) for s in sets if s.path.slices is not None]
-    if not columns:
-        return np.zeros((len(sets), 0, 0))
-    out = np.zeros((len(sets), size, max(c.shape[1] for c in columns)))
-    for table, s in zip(out, sets, strict=True):
-        if s.path.slices is None:
-            continue
-        path_grid = s.path.slices.s
-        grid = np.linspace(path_grid[0], path_grid[-1], size)
-        for j, column in enumerate(_of_slices(s.path.slices).T):
-            table[:, j] = np.interp(grid, path_grid, column)
-    return out
-
-
-def _of_slices(slices: Slices) -> Array:
-    """Columns of a table of slices, (S, …): ``PairData.slice_table``."""
-    bending, count = slices.bending, len(slices.s)
-    beside = np.zeros((count, 8)) if bending is None else bending.beside.reshape(count, 8)
-    whole = np.column_stack([slices.radius, slices.stiffness.sum(axis=1), beside])
-    columns = [whole, slices.z, slices.stiffness, slices.gap]
-    if bending is not None:
-        columns += [bending.scale, bending.limit, bending.lower]
-    if slices.narrowing is not None:
-        columns.append(slices.narrowing)
-    return np.hstack(columns)
 
 
 def _padded(lines: Sequence[object]) -> Array:

@@ -10,6 +10,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from flexgear.gears.contact import planet_tooth_angle, ring_start
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.radii import StageRadii, gears_by_role, stage_radii
 from flexgear.model.case import Case
@@ -19,6 +20,7 @@ from flexgear.model.names import SIDES, BodyName, MemberName
 from flexgear.model.stage import Stage
 from flexgear.model.stage_view import StageView
 from flexgear.structures.bodies import Body, lumped_body, rigid_variant, stiffened
+from flexgear.structures.floating import floating
 from flexgear.structures.reduced import ReducedBody
 from flexgear.structures.shaft import BeamSection, shaft_body
 from flexgear.structures.sources.of_case import fe_sources
@@ -31,11 +33,14 @@ RIM_MODULES = 4.0  # rim of a ring outside its root circle where none is given, 
 @dataclass(frozen=True)
 class Port:
     """Where others touch a body: a node; its motion in axes turned by ``axes`` (rad) about z, at a
-    point that is ``arm`` (m) along their x away and moves with it rigidly."""
+    point that is ``arm`` (m) along their x away and moves with it rigidly. floats: the node has the
+    elastic displacement alone, in a frame that turns, beside the rigid motion of the body's first
+    node."""
 
     node: str
     axes: float = 0.0
     arm: float = 0.0
+    floats: bool = False
 
 
 @dataclass(frozen=True)
@@ -60,6 +65,11 @@ class Member:
     mass: float = 0.0
     inertia: float = 0.0
     tilt: float = 0.0
+
+    @property
+    def floats(self) -> bool:
+        """Whether its contacts are its rigid motion, then the elastic displacement of its teeth."""
+        return any(port.floats for port in self.ports.values())
 
     @property
     def lumped(self) -> bool:
@@ -90,6 +100,10 @@ def stage_members(
         form = stage.form(part)
         if form == "lumped":
             out += _lumped(case, stage, part)
+            continue
+        if part == "planet":
+            name = BodyName.of(stage.name, part)
+            out += _fe_planets(case, stage, bodies.get(name), name in rigid)
             continue
         for name in body_names(stage, part):
             if form == "beam":
@@ -194,6 +208,26 @@ def _flexible(case: Case, stage: Stage, part: str, body: Body) -> Member:
         ports[pin] = Port(pin, -stage.planet_angles[pin.number - 1])
     frame: Literal["carrier", "ring"] = "ring" if part == "ring" else "carrier"
     return Member(body, part, ports, teeth, frame, name.side, name.planet)
+
+
+def _fe_planets(case: Case, stage: Stage, reduced: AnyBody | None, rigid: bool) -> list[Member]:
+    """Planets of one reduced body, each turned so that its teeth stand where they mesh; rigid ones
+    are lumped bodies."""
+    if rigid:
+        return _lumped(case, stage, "planet")
+    if not isinstance(reduced, ReducedBody):
+        raise FlexgearError(f"the reduced planet of stage {stage.name} is missing")
+    g, out = stage_geometry(case.view(stage.name)), []
+    turned = planet_tooth_angle(g, ring_start(g, np.asarray(stage.planet_angles)))
+    for name, angle in zip(body_names(stage, "planet"), turned, strict=True):
+        body = floating(reduced, name, float(angle))
+        ports = {"gear": Port(name), "bore": Port("bore", floats=True)}
+        contacts = [name, *(node for node in body.nodes[1:] if node.kind == "tooth")]
+        mass, tilt, polar = (float(body.mass[i, i]) for i in (0, 3, 5))
+        out.append(
+            Member(body, "planet", ports, contacts, "carrier", "", name.planet, mass, polar, tilt)
+        )
+    return out
 
 
 def _lumped(case: Case, stage: Stage, part: str) -> list[Member]:

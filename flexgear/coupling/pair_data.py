@@ -45,6 +45,9 @@ class PairData(NamedTuple):
     planet_block: IntArray  # (M,)
     gear_block: IntArray  # (M,) block of the gear, or of its tooth 0
     per_tooth: IntArray  # (M,) 1 where every tooth of the gear is a block
+    planet_tooth_block: IntArray  # (M,) block of the planet's tooth 0 where every tooth of it is
+    # one, which then holds its elastic displacement; −1: none is
+    planet_turns: IntArray  # (M,) angle by which the teeth's frame has turned in the planet's axes
     tooth_position: Array  # (B, 3) by block, used where teeth are blocks, m
     s0: Array  # (M,) m
     rate: Array  # (M,) m/rad

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -29,10 +29,11 @@ Array = NDArray[np.float64]
 @dataclass(frozen=True, eq=False)
 class GearBlock:
     """Contact block of a gear, or of its first tooth where each tooth is one: then their positions
-    (z, 3) m."""
+    (z, 3) m, and the block of the rigid motion beside which they have elastic displacements."""
 
     first: int
     teeth: Array | None = None
+    rigid: int | None = None
 
 
 @dataclass(frozen=True)
@@ -54,12 +55,12 @@ def stage_sets(
     blocks: GearBlocks,
     bending: bool = True,
     rim: RimFlexibility | None = None,
-    rigid_ring: bool = False,
+    rigid: Collection[str] = (),
 ) -> list[GearMeshSet]:
     """Gear meshes of stage ``number`` of a train; bending: slices bend each other where the case
     says so, by influences from the cache or made (half a minute each); rim: what the teeth of its
-    ring yield besides; rigid_ring: of an FE ring, whose teeth then have all their compliance in the
-    gear mesh, as those of a lumped ring.
+    ring yield besides; rigid: FE members whose teeth have all their compliance in the gear mesh,
+    as those of lumped ones.
 
     With the linear law only the flank that carries the rated torque is there. Pair damping takes
     the equivalent mass on the line of action, 1/m = r_bp²/J_p + r_b²/J, without the second term
@@ -67,7 +68,7 @@ def stage_sets(
     """
     stage, out = case.stages[number], []
     options, view = stage.gear_mesh, case.view(stage.name)
-    view = view.with_rigid_ring() if rigid_ring else view
+    view = view.with_rigid(rigid)
     paths, radii = stage_paths(view, flow.gear_mesh_forces), stage_radii(view)
     errors = stage_errors(view, paths)
     first, second = ("pinion", "gear") if stage.kind == "parallel" else ("sun", "planet")
@@ -94,6 +95,8 @@ def stage_sets(
             path = replace(path, slices=lines)
         gear = blocks.of(part, side)
         numbers = range(stage.planets) if second == "planet" else [-1]
+        planets = [blocks.of(second, side, i) for i in numbers]
+        floating = [p for p in planets if p.rigid is not None]
         out.append(
             GearMeshSet(
                 path=path,
@@ -102,7 +105,7 @@ def stage_sets(
                 angle=frame.theta,
                 carrier_angle=frame.carrier,
                 phi=np.asarray(stage.planet_angles, dtype=float),
-                planet_blocks=[blocks.of(second, side, i).first for i in numbers],
+                planet_blocks=[p.first if p.rigid is None else p.rigid for p in planets],
                 gear_block=gear.first,
                 tooth_positions=gear.teeth,
                 turns=-1 if gear.teeth is None else frame.theta,
@@ -111,6 +114,9 @@ def stage_sets(
                 equivalent_mass=1.0 / inverse,
                 damping_ratio=options.damping_ratio,
                 model=model_number(options.model),
+                planet_teeth=[p.first for p in floating],
+                planet_tooth_positions=[p.teeth for p in floating if p.teeth is not None],
+                planet_turns=frame.planets if floating else -1,
             )
         )
     return out
@@ -126,7 +132,8 @@ def blocks_anywhere(case: Case, number: int) -> GearBlocks:
     """Blocks of a stage of which only the gear meshes' own properties are asked."""
     stage, blocks = case.stages[number], dict[tuple[str, int, str], GearBlock]()
     for part in (*stage.members, "planet"):
-        member = stage.member(part) if stage.form(part) == "fe" else None
+        fe = part != "planet" and stage.form(part) == "fe"
+        member = stage.member(part) if fe else None
         teeth = np.zeros((member.teeth, 3)) if isinstance(member, GearMember) else None
         for name in body_names(stage, part):
             blocks[part, name.planet, name.side] = GearBlock(0, teeth)

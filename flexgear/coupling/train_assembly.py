@@ -81,6 +81,12 @@ def connect(b: TrainAssembly, stage: int, c: Connection) -> None:
     first, angle = b.rows(*c.first), int(getattr(b.frames[stage], c.frame)) if c.frame else -1
     if c.second is not None:
         second = b.rows(*c.second)
+        if b.member_of[c.second[0]].port(c.second[1]).floats:
+            apart, planets = first - b.rows(c.second[0], "gear"), b.frames[stage].planets
+            b.a.turning_link(c.name, apart, second, c.matrix, planets)
+            if c.bearing is not None:
+                b.a.law_bearing(c.name, second, apart, c.bearing, planets)
+            return
         if c.reaches:
             second = rigid_rows(b.place(*c.first), b.place(*c.second)) @ second
         b.a.link(c.name, turn(c.axes).T @ (first - second), c.matrix, c.kind)

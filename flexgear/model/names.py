@@ -82,6 +82,11 @@ class BodyName(_Name):
         text = f"{stage}.{part}{which}" if stage else f"{part}{which}"
         return cls(text, stage=stage, part=part, planet=planet, side=side)
 
+    @property
+    def alike(self) -> Self:
+        """What it is one of: "<stage>.planet" of a planet, the body itself of any other."""
+        return self if self.planet < 0 else self.of(self.stage, self.part)
+
     @classmethod
     def parse(cls, text: str) -> Self:
         """A label of a result."""

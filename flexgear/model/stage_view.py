@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
@@ -119,9 +119,10 @@ class StageView:
         tie: Literal["root", "flank"] | None = body.tie if body and body.flexible else None
         return tie
 
-    def with_rigid_ring(self) -> StageView:
-        """The same stage with an FE ring that does not bend."""
-        return self.with_(**{f"stages.{self.name}.ring.fe.flexible": False})
+    def with_rigid(self, parts: Collection[str]) -> StageView:
+        """The same stage with FE bodies of some members that do not bend."""
+        changes = {f"stages.{self.name}.{part}.fe.flexible": False for part in parts}
+        return self.with_(**changes) if changes else self
 
     @property
     def gear_mesh(self) -> GearMesh:

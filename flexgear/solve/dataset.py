@@ -162,7 +162,7 @@ def _reduction_errors(model: Model) -> dict[str, float]:
         f"{name}_{kind}": float(body.report[kind])
         for name, body in model.bodies.items()
         for kind in ("static_error", "frequency_error")
-        if body.report.get(kind) is not None and not model.system.body(name).rigid
+        if body.report.get(kind) is not None and name not in model.system.rigid_bodies
     }
 
 
@@ -248,7 +248,14 @@ def _bolts(model: Model) -> list[str]:
 
 def _supports(model: Model) -> list[str]:
     """Springs between two nodes beside bolts."""
-    return [x.name for x in model.system.links if len(x.rows) == 6 and x.kind != "bolt"]
+    links = [x.name for x in model.system.links if len(x.rows) == 6 and x.kind != "bolt"]
+    return [*links, *_turning(model)]
+
+
+def _turning(model: Model) -> list[str]:
+    """Bearings of FE planets, which turn in their own frames."""
+    links = {link.name for link in model.system.links}
+    return [x.name for x in model.system.rotating_frame_supports if x.name not in links]
 
 
 def _nodes(model: Model, part: str, kind: str = "") -> list[tuple[BodyName, NodeName]]:
@@ -284,5 +291,6 @@ def _node_labels(model: Model, name: str, nodes: list[tuple[BodyName, NodeName]]
 def planet_bearings(model: Model, recovery: Recovery) -> dict[str, Array]:
     """Forces (t, 3) of planets on their pins, radial, tangential, axial, N, by bearing."""
     names = [link.name for link in model.system.links if link.kind == "planet_bearing"]
+    names += _turning(model)
     # links pull the pin towards the planet: pin − planet is their motion
     return {name: -recovery.link_force(name)[:, :3] for name in names}

@@ -18,19 +18,34 @@ from flexgear.results.fields import field_dataset
 from flexgear.results.labelled_dataset import variable
 from flexgear.solve.dataset import result_attrs
 from flexgear.solve.model import Model, rated_rotations
+from flexgear.structures.floating import elastic_modes
+from flexgear.structures.reduced import ReducedBody
 from flexgear.structures.strain import stress_of_strain
 
 LEAST_ENERGY = 1e-12  # share of a mode's kinetic energy: a body with less of it stands still
 
 
 def bending_bodies(model: Model) -> list[BodyName]:
-    """Finite-element bodies that bend: "stage.ring", "stage.carrier"; those with an FE mesh."""
+    """Finite-element bodies that bend: "stage.ring", "stage.planet_1"; those with an FE mesh."""
     return [
-        name
-        for name, body in model.bodies.items()
-        if len(body.points)  # a body that was given reduced has none
-        and not model.system.body(name).rigid
+        body.name
+        for body in model.system.bodies
+        if not body.rigid
+        and (reduced := model.bodies.get(body.name.alike)) is not None
+        and len(reduced.points)  # a body that was given reduced has none
     ]
+
+
+def reduced_field(
+    model: Model, body: str, coordinates: NDArray[np.float64]
+) -> tuple[ReducedBody, NDArray[np.float64]]:
+    """The reduced body of one of ``bending_bodies``, and its coordinates at those (d[, k]) that the
+    body has in the system: of a planet its elastic displacement in its own frame alone."""
+    name = BodyName.parse(body)
+    reduced = model.bodies[name.alike]
+    if name == name.alike:
+        return reduced, coordinates
+    return reduced, elastic_modes(reduced)[1] @ coordinates[6:]
 
 
 def require_bending(model: Model, body: str) -> None:
@@ -89,7 +104,8 @@ def mode_field(
         problem = f"{mode} is not there"
         raise InputError("mode_field", "mode", problem, f"take 1 … {len(modes.frequencies)}")
     shape = modes.shapes[model.system.slice_of(body), mode - 1]
-    displacement = model.bodies[BodyName.parse(body)].recover(shape)
+    reduced, at_mode = reduced_field(model, body, shape)
+    displacement = reduced.recover(at_mode)
     moved = np.linalg.norm(displacement, axis=-1).max()
     if not modes.energy[body][mode - 1] > LEAST_ENERGY:
         raise InputError("mode_field", body, f"stands still in mode {mode}", "take another mode")
@@ -101,9 +117,8 @@ def _field(
     model: Model, body: str, coordinates: NDArray[np.float64], attrs: dict[str, float]
 ) -> xr.Dataset:
     """Displacement and stress of a body at its reduced coordinates."""
-    name = BodyName.parse(body)
-    reduced = model.bodies[name]
-    material = model.case.view(name.stage).material
+    reduced, coordinates = reduced_field(model, body, coordinates)
+    material = model.case.view(BodyName.parse(body).stage).material
     strain = reduced.strain(coordinates)
     stress = stress_of_strain(strain, material.young_modulus, material.poisson_ratio)
     field, made_by = reduced.recover(coordinates), result_attrs(model)

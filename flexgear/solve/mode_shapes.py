@@ -6,9 +6,8 @@ import numpy as np
 import xarray as xr
 
 from flexgear.analysis.modes import Modes
-from flexgear.model.names import BodyName
 from flexgear.results.quantities import AXES
-from flexgear.solve.deformed import require_bending
+from flexgear.solve.deformed import reduced_field, require_bending
 from flexgear.solve.model import Model
 
 SHOWN = 4  # modes of a body
@@ -39,12 +38,11 @@ def mode_shapes(model: Model, body: str, modes: Modes) -> xr.Dataset:
     ``deformed``.
     """
     require_bending(model, body)
-    reduced = model.bodies[BodyName.parse(body)]
-    dofs = model.system.slice_of(body)
-    numbers = moving_modes(modes, body)
+    dofs, numbers = model.system.slice_of(body), moving_modes(modes, body)
+    reduced, at_modes = reduced_field(model, body, modes.shapes[dofs][:, numbers])
     shapes = np.zeros((len(numbers), len(reduced.points), 3))
-    for shape, k in zip(shapes, numbers, strict=True):
-        field = reduced.recover(modes.shapes[dofs, k])
+    for shape, coordinates in zip(shapes, at_modes.T, strict=True):
+        field = reduced.recover(coordinates)
         shape[:] = field / np.linalg.norm(field, axis=-1).max()
     attributes = {"units": "1", "long_name": "displacement in a mode over the largest of the body"}
     return xr.Dataset(

@@ -117,8 +117,9 @@ def models_of(
 
 
 def _fields(model: Model, ideal: Model) -> dict[BodyName, xr.Dataset]:
-    """Of every body that bends: deformed without errors, and its shapes in the natural modes."""
-    names = bending_bodies(model)
+    """Of every body that bends, of planets the first: deformed without errors, and its shapes in
+    the natural modes."""
+    names = [name for name in bending_bodies(model) if name.planet <= 0]
     modes = lowest_modes(model) if names else None
     return {
         name: deformed(ideal, name).merge(mode_shapes(model, name, modes), combine_attrs="override")

@@ -40,6 +40,8 @@ class Channels(NamedTuple):
     displacement: Array  # (L, n_c, n_c) G = Φ βh² D Φᵀ + R, m/N
     residual: Array  # (n_c, n_c) R, m/N
     first: IntArray  # (B + M,) first channel of a block, then of a line of action
+    part: IntArray  # (B,) number of the part of the train that a block is on: parts do not move
+    # each other; ports and lines of action are on part 0
 
 
 class ActiveDofs(NamedTuple):
@@ -95,14 +97,19 @@ def _place(active, channels, group, size):
 
 
 @njit(**INNER)
-def _place_rows(active, channels, rows, n, on_lines):
-    """Append the lines of action of rows, or else the blocks beyond them."""
+def _place_lines(active, channels, rows, n):
+    """Append the lines of action of rows."""
     for i in range(n):
-        row = rows.row[i]
-        if on_lines and row.line >= 0:
-            _place(active, channels, active.counts[0].blocks + row.line, 2)
-        if not on_lines:
-            for a in range(row.beyond, row.width):
+        if rows.row[i].line >= 0:
+            _place(active, channels, active.counts[0].blocks + rows.row[i].line, 2)
+
+
+@njit(**INNER)
+def _place_blocks(active, channels, rows, n, part):
+    """Append the blocks on one part of the train beyond the lines of action of rows."""
+    for i in range(n):
+        for a in range(rows.row[i].beyond, rows.row[i].width):
+            if channels.part[rows.blocks[i, a]] == part:
                 _place(active, channels, rows.blocks[i, a], 6)
 
 
@@ -110,7 +117,7 @@ def _place_rows(active, channels, rows, n, on_lines):
 def gather(active, channels, rows, n, last_rows, last):
     """Make the dofs of n rows active, and those of rows of the last step; True where they change.
 
-    Dofs stay active until a row needs others.
+    Dofs stay active until a row needs others. Those on one part of the train stand side by side.
     """
     if _all_placed(active, rows, n):
         return False
@@ -119,11 +126,14 @@ def gather(active, channels, rows, n, last_rows, last):
     for p in range(counts.ports):
         active.channel[p] = 6 * counts.blocks + p
     counts.dofs = counts.ports
-    for on_lines in (True, False):
-        _place_rows(active, channels, rows, n, on_lines)
-        _place_rows(active, channels, last_rows, last, on_lines)
-        if on_lines:
-            counts.head = counts.dofs
+    _place_lines(active, channels, rows, n)
+    _place_lines(active, channels, last_rows, last)
+    counts.head, parts = counts.dofs, 0
+    for block in range(channels.part.shape[0]):
+        parts = max(parts, channels.part[block] + 1)
+    for part in range(parts):
+        _place_blocks(active, channels, rows, n, part)
+        _place_blocks(active, channels, last_rows, last, part)
     for d in range(counts.dofs):
         c = active.channel[d]
         active.span[d, 0], active.span[d, 1] = channels.span[c, 0], channels.span[c, 1]

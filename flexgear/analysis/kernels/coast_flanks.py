@@ -57,6 +57,14 @@ def _gear_approach(mesh, theta, x, y):
     return mesh.cos_b * mesh.normal_x * (math.cos(angle) * x + math.sin(angle) * y)
 
 
+@njit(**INNER)
+def _planet_tooth_approach(mesh, theta, x, y):
+    """Approach of a planet's tooth at the line of centres, from its elastic displacement in the
+    frame of the planet's teeth."""
+    angle = theta[mesh.planet_turns]
+    return -mesh.cos_b * mesh.normal_x * (math.cos(angle) * x - math.sin(angle) * y)
+
+
 @njit(**PART)
 def _beside_rotation(x, y, turned, place):
     """Motion of a tooth's node less what its own rotation moves the node by. It stands a little
@@ -85,6 +93,9 @@ def look_at_rest(gears, rows, pairs, theta, motion, m, active_flanks):
     if mesh.per_tooth == 1:
         x, y = _beside_rotation(x, y, turned, gears.tooth_position[rows.blocks[r, 1]])
     radial += _gear_approach(mesh, theta, x, y)
+    if mesh.planet_turns >= 0:
+        c = 6 * rows.blocks[r, rows.row[r].width - 1]
+        radial += _planet_tooth_approach(mesh, theta, motion[c], motion[c + 1])
     left = _margins_left(meshes[mesh.opposite], radial, delta, 0.0)
     active_flanks[mesh.opposite] = 1 if left < 1.0 else 0
 
@@ -98,7 +109,7 @@ def _radial_approach(data, work, level, m, r):
     force, eta, rate = work.dofs.force, modes.free, modes.free_rate
     line = 6 * counts.blocks + counts.ports + 2 * meshes.shape[0] + m
     radial, nearing = channel_motion(channels, active, line, eta, rate, force)
-    if rows.row[r].beyond < rows.row[r].width:
+    if rows.row[r].beyond == 1:
         d, place = np.int64(rows.place[r, 1]), gears.tooth_position[rows.blocks[r, 1]]
         x, x_speed = dof_motion(active, level, d, eta, rate, force)
         y, y_speed = dof_motion(active, level, d + 1, eta, rate, force)
@@ -107,6 +118,12 @@ def _radial_approach(data, work, level, m, r):
         radial += _gear_approach(meshes[m], theta, x, y)
         x, y = _beside_rotation(x_speed, y_speed, turning, place)
         nearing += _gear_approach(meshes[m], theta, x, y)
+    if meshes[m].planet_turns >= 0:
+        d = np.int64(rows.place[r, rows.row[r].width - 1])
+        x, x_speed = dof_motion(active, level, d, eta, rate, force)
+        y, y_speed = dof_motion(active, level, d + 1, eta, rate, force)
+        radial += _planet_tooth_approach(meshes[m], theta, x, y)
+        nearing += _planet_tooth_approach(meshes[m], theta, x_speed, y_speed)
     return radial, nearing
 
 

@@ -51,9 +51,11 @@ def add_row(rows, i, factor, vector):
 @njit(**PART)
 def _image_of_blocks(active, level, row, coef, place, image):
     """G V and R V of the blocks of one row beyond its line, at the dofs of the rows from it on;
-    whether they move lines of action, too."""
+    whether they move lines of action, too, and the ranges (first, stop) of ``image`` that the
+    first of them moves and that the others do."""
     table, head, width = active.receptance[level], active.counts[0].head, 2 * active.counts[0].dofs
     linked, start = False, 2 * row.since - 2 * row.since % SIMD
+    first, stop, others, end = width, ZERO, width, ZERO
     for a in range(row.beyond, row.width):
         for p in range(SIX):
             linked = linked or active.reach[place[a] + p, 0] < 2 * head
@@ -63,11 +65,14 @@ def _image_of_blocks(active, level, row, coef, place, image):
         d = np.int64(place[a])
         low, high = reach_of(active.reach, d, 6, head, row.since)
         if a == row.beyond:
-            put_six(image[start : padded(high)], coef[a], table[d : d + 6], start)
+            first, stop = low, high
+            fill(image[start:low], 0.0)
+            put_six(image[low : padded(high)], coef[a], table[d : d + 6], low)
             fill(image[padded(high) : padded(width)], 0.0)
         else:
+            others, end = min(others, low), max(end, high)
             add_six(image[low : padded(high)], coef[a], table[d : d + 6], low)
-    return linked
+    return linked, np.uint64(first), np.uint64(stop), np.uint64(others), np.uint64(end)
 
 
 @njit(**INNER, fastmath=FAST)
@@ -82,12 +87,15 @@ def row_receptances(active, level, share, rows, n, vectors, displacement, rate):
     of_line, image = vectors.of_line[:width], vectors.image
     for j in range(count):
         d, linked, blocks = row[j].dof, False, row[j].beyond < row[j].width
+        first = stop = others = end = np.uint64(0)
         if d >= 0:
             put_two(of_line, 1.0, table[d], row[j].along, table[d + 1])
         else:
             fill(of_line, 0.0)
         if blocks:
-            linked = _image_of_blocks(active, level, row[j], coef[j], place[j], image)
+            linked, first, stop, others, end = _image_of_blocks(
+                active, level, row[j], coef[j], place[j], image
+            )
         for i in range(j, count):
             g = r = 0.0
             if row[i].dof >= 0:
@@ -96,6 +104,8 @@ def row_receptances(active, level, share, rows, n, vectors, displacement, rate):
                 r = of_line[at + ONE] + along * of_line[at + TWO + ONE]
             for a in range(row[i].beyond, row[i].width if blocks else ZERO):
                 v, at = coef[i, a], TWO * place[i, a]
+                if not (first <= at < stop or others <= at < end):
+                    continue  # on another part of the train
                 for p in range(SIX):
                     g += v[p] * image[at + TWO * p]
                     r += v[p] * image[at + TWO * p + ONE]

@@ -46,7 +46,8 @@ def _record(ints: str, reals: str) -> np.dtype[Any]:
 
 
 GEAR_MESH = _record(
-    "sided model kind carries opposite angle turns planet_block gear_block per_tooth table "
+    "sided model kind carries opposite angle turns planet_block gear_block per_tooth "
+    "planet_tooth_block planet_turns table "
     "gear_tooth0 gear_step gear_teeth planet_tooth0 planet_step planet_teeth slices bent slots "
     "places",
     "phi center_distance s0 rate pitch s_lo s_hi slope half_face z_offset planet_arm gear_arm "
@@ -249,7 +250,7 @@ def law_functions(data: PairData) -> tuple[object, ...]:
 def pair_rows(data: PairData, machines: int = 0) -> Rows:
     """Empty work space for ``data``, with room for so many rows and elements more at ports."""
     pairs, fixed = max(1, len(data.s0) * data.slots), _fixed_rows(data)
-    blocks = data.slots + 1  # teeth of a gear that are blocks, and the planet
+    blocks = 2 * data.slots + 2  # planet, gear, and teeth of both that are blocks
     rows = rows_of_pair(data) * pairs + extra_rows(data) + machines
     elements = pairs + len(fixed.element) + machines
     parameters = max(fixed.parameters.shape[1], slice_parameters(data))

@@ -24,6 +24,7 @@ import numpy as np
 
 from flexgear.compiled import INNER, PART, UNCOUNTED, ZERO, as_read, njit
 from flexgear.coupling.kernels.elements import PAIR_LAWS, Rows, packed
+from flexgear.coupling.kernels.fixed_rows import fixed_rows
 from flexgear.coupling.laws import COUPLED_SLICES_LAW, SLICES_LAW
 from flexgear.coupling.laws.slices import COUNT, FIRST, RELAXATION
 from flexgear.coupling.pair_data import (
@@ -82,7 +83,7 @@ def _first_and_last(mesh, base):
     point, or where teeth are bodies of their own both that lie next to it."""
     if mesh.model == WAVE:
         place = (mesh.s_pitch - base) / mesh.pitch
-        if mesh.per_tooth == 1:
+        if mesh.per_tooth == 1 or mesh.planet_turns >= 0:
             return math.floor(place), math.floor(place) + 1
         return math.floor(place + 0.5), math.floor(place + 0.5)
     reach = abs(mesh.slope) * mesh.half_face
@@ -119,7 +120,7 @@ def _find_pairs(gears, m, theta, pairs, p):
         s, z, gap = base + k * mesh.pitch, 0.0, 0.0
         if mesh.model == WAVE:
             stiffness = _periodic(table, (s - mesh.s_lo) / mesh.pitch)
-            if mesh.per_tooth == 1:  # handed over from tooth to tooth as they pass the pitch point
+            if high > low:  # handed over from tooth to tooth as they pass the pitch point
                 stiffness *= 1.0 - abs(s - mesh.s_pitch) / mesh.pitch
         else:
             stiffness, z, gap = _tabled(table, mesh.table_start, mesh.table_step, s)
@@ -175,11 +176,20 @@ def _gear_end(coef, share, n, at, arm):
 
 
 @njit(**PART)
+def _tooth_end(gears, coef, block, share, n, at):
+    """The same at the node of a tooth; at: C, in its body's frame."""
+    centre = gears.tooth_position[block]
+    x, y, z = at[0] - centre[0], at[1] - centre[1], at[2] - centre[2]
+    _gear_end(coef, share, n, (x, y, z), x * n[1] - y * n[0])
+
+
+@njit(**PART)
 def _fill_row(gears, m, turn, rows, n, span, away):
     """Row n from pairs first … stop − 1 of gear mesh m: one pair, or all at the pitch point.
 
-    turn: cosine and sine of the planet's angle in the gear's frame; span: first, stop; away: m
-    along the face from the centre of the pair's contact line.
+    turn: cosine and sine of the planet's angle in the gear's frame, then of the angle of its teeth
+    in its own axes; span: first, stop; away: m along the face from the centre of the pair's
+    contact line.
     """
     first, stop = span
     mesh, row, pairs = gears.mesh[m], rows.row[n], rows.pair
@@ -190,7 +200,7 @@ def _fill_row(gears, m, turn, rows, n, span, away):
         s = pairs[first].s + mesh.slope * z
     cx, cy = mesh.tangent_x - s * mesh.normal_x, mesh.tangent_y - s * mesh.normal_y
     cz = mesh.z_offset + z
-    ca, sa = turn
+    ca, sa, cp, sp = turn
     bx, by, nz = mesh.cos_b * mesh.normal_x, mesh.cos_b * mesh.normal_y, mesh.sin_b
     normal = (ca * bx - sa * by, sa * bx + ca * by, nz)
     px = mesh.center_distance + cx
@@ -205,15 +215,19 @@ def _fill_row(gears, m, turn, rows, n, span, away):
         pair.row, pair.rows = n, 1
         if mesh.per_tooth == 1:
             blocks[width] = mesh.gear_block + pair.tooth
-            centre = gears.tooth_position[blocks[width]]
-            at = (x - centre[0], y - centre[1], cz - centre[2])
-            arm = at[0] * normal[1] - at[1] * normal[0]
-            _gear_end(coef[width], pair.share, normal, at, arm)
+            _tooth_end(gears, coef[width], blocks[width], pair.share, normal, (x, y, cz))
             width += 1
     if mesh.per_tooth == 0:
         blocks[width] = mesh.gear_block
         _gear_end(coef[width], 1.0, normal, (x, y, cz), mesh.gear_arm)
         width += 1
+    if mesh.planet_turns >= 0:
+        normal = (cp * bx + sp * by, cp * by - sp * bx, nz)
+        x, y = cp * cx + sp * cy, cp * cy - sp * cx
+        for q in range(first, stop):
+            blocks[width] = mesh.planet_tooth_block + pairs[q].planet_tooth
+            _tooth_end(gears, coef[width], blocks[width], -pairs[q].share, normal, (x, y, cz))
+            width += 1
     row.width, row.line, row.along = width, m, nz * s + mesh.cos_b * z
     row.kind, row.owner, row.sided, row.following = mesh.kind, m, mesh.sided, 0
     row.stiffness, row.damping = total, mesh.damping * math.sqrt(total)
@@ -269,10 +283,13 @@ def _rows_of_pairs(gears, m, theta, rows, counts, span):
     count, made = counts
     first, stop = span
     mesh = gears.mesh[m]
-    turn = (mesh.radial_x, mesh.radial_y)
+    ca, sa, cp, sp = mesh.radial_x, mesh.radial_y, 1.0, 0.0
     if mesh.turns >= 0:
         c, s = math.cos(theta[mesh.turns]), math.sin(theta[mesh.turns])
-        turn = (c * turn[0] - s * turn[1], s * turn[0] + c * turn[1])
+        ca, sa = c * ca - s * sa, s * ca + c * sa
+    if mesh.planet_turns >= 0:
+        cp, sp = math.cos(theta[mesh.planet_turns]), math.sin(theta[mesh.planet_turns])
+    turn = (ca, sa, cp, sp)
     while first < stop:
         if mesh.model == FACE_LOAD:
             if _slices_of_pair(gears, m, turn, rows, count, made, first):
@@ -294,44 +311,6 @@ def _rows_of_pairs(gears, m, theta, rows, counts, span):
     return count, made
 
 
-@njit(**INNER)
-def _turned(vector, angle, coef):
-    """Components of a 6-vector along axes turned by ``angle`` about z."""
-    ca, sa = math.cos(angle), math.sin(angle)
-    for o in range(0, 6, 3):
-        coef[o] = ca * vector[o] + sa * vector[o + 1]
-        coef[o + 1] = -sa * vector[o] + ca * vector[o + 1]
-        coef[o + 2] = vector[o + 2]
-
-
-@njit(**PART)
-def _fixed_rows(fixed, places, theta, rows, counts):
-    """Rows and elements of supports, bearings and given forces after ``counts``, which carry on
-    something after the ``places`` of gear meshes; new counts."""
-    count, made = counts
-    for f in range(fixed.row.shape[0]):
-        fixed_part, row = fixed.row[f], rows.row[count + f]
-        row.kind, row.owner, row.stiffness = fixed_part.kind, fixed_part.owner, fixed_part.stiffness
-        row.sided, row.line, row.beyond, row.following = 0, -1, 0, 0
-        row.along, row.damping, row.offset = 0.0, 0.0, 0.0
-        width = 0
-        for e in range(2):
-            end = fixed.end[f, e]
-            if end.block >= 0:
-                rows.blocks[count + f, width] = end.block
-                angle = theta[end.angle] if end.angle >= 0 else 0.0
-                _turned(fixed.vector[f, e], angle, rows.coef[count + f, width])
-                width += 1
-        row.width = width
-    for e in range(fixed.element.shape[0]):
-        fixed_part, element = fixed.element[e], rows.element[made + e]
-        element.law, element.rows = fixed_part.law, fixed_part.rows
-        element.first, element.place = count + fixed_part.first, places + e
-        for p in range(fixed.parameters.shape[1]):
-            rows.parameters[made + e, p] = fixed.parameters[e, p]
-    return count + fixed.row.shape[0], made + fixed.element.shape[0]
-
-
 @njit(**UNCOUNTED)
 def fill_rows(elements, theta, active_flanks, rows):
     """Fill ``rows`` at the angles ``theta`` (A,) rad; (rows, elements, tooth pairs).
@@ -346,7 +325,7 @@ def fill_rows(elements, theta, active_flanks, rows):
             stop = _find_pairs(gears, m, theta, rows.pair, pairs)
             count, made = _rows_of_pairs(gears, m, theta, rows, (count, made), (pairs, stop))
             pairs = stop
-    n, made = _fixed_rows(elements.fixed, places, theta, rows, (count, made))
+    n, made = fixed_rows(elements.fixed, places, theta, rows, (count, made))
     return n, made, pairs
 
 

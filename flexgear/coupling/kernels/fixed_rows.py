@@ -1,0 +1,45 @@
+"""Rows that are always there: supports in turning frames, bearings with a law, given forces."""
+
+from __future__ import annotations
+
+import math
+
+from flexgear.compiled import INNER, PART, njit
+
+
+@njit(**INNER)
+def _turned(vector, angle, coef):
+    """Components of a 6-vector along axes turned by ``angle`` about z."""
+    ca, sa = math.cos(angle), math.sin(angle)
+    for o in range(0, 6, 3):
+        coef[o] = ca * vector[o] + sa * vector[o + 1]
+        coef[o + 1] = -sa * vector[o] + ca * vector[o + 1]
+        coef[o + 2] = vector[o + 2]
+
+
+@njit(**PART)
+def fixed_rows(fixed, places, theta, rows, counts):
+    """Rows and elements of supports, bearings and given forces after ``counts``, which carry on
+    something after the ``places`` of gear meshes; new counts."""
+    count, made = counts
+    for f in range(fixed.row.shape[0]):
+        fixed_part, row = fixed.row[f], rows.row[count + f]
+        row.kind, row.owner, row.stiffness = fixed_part.kind, fixed_part.owner, fixed_part.stiffness
+        row.sided, row.line, row.beyond, row.following = 0, -1, 0, 0
+        row.along, row.damping, row.offset = 0.0, 0.0, 0.0
+        width = 0
+        for e in range(2):
+            end = fixed.end[f, e]
+            if end.block >= 0:
+                rows.blocks[count + f, width] = end.block
+                angle = theta[end.angle] if end.angle >= 0 else 0.0
+                _turned(fixed.vector[f, e], angle, rows.coef[count + f, width])
+                width += 1
+        row.width = width
+    for e in range(fixed.element.shape[0]):
+        fixed_part, element = fixed.element[e], rows.element[made + e]
+        element.law, element.rows = fixed_part.law, fixed_part.rows
+        element.first, element.place = count + fixed_part.first, places + e
+        for p in range(fixed.parameters.shape[1]):
+            rows.parameters[made + e, p] = fixed.parameters[e, p]
+    return count + fixed.row.shape[0], made + fixed.element.shape[0]

@@ -1,0 +1,88 @@
+"""Planets as FE bodies in the coupled system: their teeth turn past the gear meshes.
+
+The body is one of beams (``beam_planet``): the same from tooth to tooth, and of any stiffness.
+"""
+
+import numpy as np
+import pytest
+from beam_planet import beam_planet
+from coupled import make_bodies, make_case
+
+from flexgear.analysis.equilibrium import revolution
+from flexgear.analysis.kernels.energy import LEFT_OVER
+from flexgear.coupling.build import build_system
+from flexgear.coupling.modal import static_system
+from flexgear.gears.geometry import stage_geometry
+from flexgear.model.names import BodyName
+from flexgear.solve.model import model_of
+from flexgear.solve.static import static
+from flexgear.solve.transient import simulate
+from flexgear.structures.bodies import rigid_variant
+
+PLANETS = {"stage.planet.fe.tie": "root"}
+TORQUE = 4e6
+
+
+def coupled(stiffer=1.0, rigid=("ring", "carrier"), **keys):
+    """The system of the stage with planets of beams, and its case."""
+    view = make_case(**PLANETS, **keys)
+    g = stage_geometry(view)
+    body = beam_planet(g.planet.teeth, 0.9 * g.planet.root_radius, young=2.06e12 * stiffer)
+    bodies = {**make_bodies(view), BodyName.of(view.name, "planet"): body}
+    parts = {
+        name: rigid_variant(body.as_body()) if name.part in rigid else body
+        for name, body in bodies.items()
+    }
+    return build_system(view.case, parts, [name for name in bodies if name.part in rigid]), view
+
+
+def equilibria(system, cycles=1):
+    """At three places of some gear-mesh cycles."""
+    pairs, places = system.pairs, np.array([0.0, 0.3, 0.7])
+    theta = abs(pairs.pitch[0] / pairs.rate[0]) * np.concatenate([places + k for k in range(cycles)])
+    angles = np.zeros((len(theta), len(system.input_rows)))
+    angles[:, 0] = theta / (system.angles[pairs.angle[0]] @ system.rolling)[0]
+    return revolution(static_system(system), angles, TORQUE)
+
+
+def test_stiff_planets_carry_as_lumped_ones():
+    lumped, stiff, soft = (
+        equilibria(coupled(**k)[0])
+        for k in ({"rigid": ("ring", "carrier", "planet")}, {"stiffer": 1e7}, {})
+    )
+    scale = lumped.pair_load.max()
+    np.testing.assert_allclose(stiff.pair_load, lumped.pair_load, atol=1e-6 * scale)
+    assert np.abs(soft.pair_load - lumped.pair_load).max() > 0.01 * scale
+    assert soft.closure.max() < 1e-8
+
+
+def test_every_gear_mesh_cycle_is_like_the_first_though_other_teeth_of_the_planets_mesh():
+    result = equilibria(coupled()[0], cycles=4)
+    first, *others = np.split(result.pair_load, 4)
+    for other in others:
+        # pairs change places with every cycle
+        np.testing.assert_allclose(
+            np.sort(other, axis=2), np.sort(first, axis=2), atol=1e-8 * first.max()
+        )
+    teeth = [set(t[t >= 0].tolist()) for t in np.split(result.pair_tooth, 4)]
+    assert teeth[0] != teeth[1]
+
+
+@pytest.mark.parametrize("model", ["per_pair", "face_load"])
+def test_gear_meshes_and_bearings_of_fe_planets_balance(model):
+    """Around the planet's axis the tangential forces of sun and ring balance, and across it the
+    bearing takes both."""
+    system, view = coupled(**{"stage.gear_mesh.model": model})
+    model = model_of(view.case, system)
+    data = static(model, [0.0, 0.4])
+    force = data.gear_mesh_force
+    np.testing.assert_allclose(force.sel(gear_mesh=force.gear_mesh[:5]), force.sel(gear_mesh=force.gear_mesh[5:10]), rtol=1e-9)
+
+
+def test_the_energy_of_a_transient_closes():
+    system, view = coupled()
+    run = simulate(model_of(view.case, system), duration=0.02, energy=True)
+    data = run.data
+    left = sum(sign * data[f"energy_{name}"] for name, sign in LEFT_OVER.items())
+    work = float(np.abs(data.energy_input_work).max())
+    assert float(np.abs(left - left[0]).max()) < 1e-6 * work
