@@ -18,7 +18,9 @@ def beam_planet(teeth, radius, *, young=2.06e11, poisson=0.3, density=7800.0):
         for other, diameter in (((j + 1) % teeth, 0.3 * radius), (teeth, 0.1 * radius)):
             along = places[other] - places[j]
             length = np.linalg.norm(along)
-            axes = np.array([[0.0, 0.0, 1.0], np.cross(along / length, [0, 0, 1.0]), along / length])
+            axes = np.array(
+                [[0.0, 0.0, 1.0], np.cross(along / length, [0, 0, 1.0]), along / length]
+            )
             turned = block_diag(axes, axes, axes, axes)
             section = BeamSection(length, diameter, 0.0)
             at = np.r_[6 * j : 6 * j + 6, 6 * other : 6 * other + 6]

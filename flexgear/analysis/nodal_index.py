@@ -78,8 +78,8 @@ def nodal_indices(system: System, shapes: Array, stage: str, angles: Sequence[fl
 
 
 def _of_planets(system: System, names: list[str], shapes: Array) -> Array:
-    """Energy (N // 2 + 1, m) of planets, in their axes, by wave from planet to planet; of FE planets,
-    each of which has turned by another angle, that of their mean axes."""
+    """Energy (N // 2 + 1, m) of planets, in their axes, by wave from planet to planet; of FE
+    planets, each of which has turned by another angle, that of their mean axes."""
     starts = [system.slice_of(name).start for name in names]
     count = min(system.body(names[0]).size, 6)
     dofs = [slice(start, start + count) for start in starts]

@@ -51,7 +51,9 @@ def components(case: Case, name: str) -> dict[str, tuple[BodyName, FeBody]]:
         if name in ("both", body.part, body)
     }
     if not chosen:
-        raise InputError("--component", name, "is not a component", "name ring, planet, carrier or both")
+        raise InputError(
+            "--component", name, "is not a component", "name ring, planet, carrier or both"
+        )
     return chosen
 
 
