@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from flexgear import load_case
 from flexgear.model.bundled import bundled_text
-from flexgear.model.load import load_case
 
 STEEL = """
 [material]

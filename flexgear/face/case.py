@@ -13,6 +13,7 @@ from flexgear.model import case, load
 from flexgear.model.arguments import checked
 from flexgear.model.case_files import resolve_files
 from flexgear.model.faults import input_error
+from flexgear.model.names import BodyName
 from flexgear.model.read import Written, lists_of, to_si
 from flexgear.model.section import Section
 from flexgear.results.report.wording import stage_line
@@ -20,6 +21,7 @@ from flexgear.results.report.wording import stage_line
 if TYPE_CHECKING:
     from flexgear.face.model import Model
     from flexgear.solve.run import Run
+    from flexgear.structures.reduced import ReducedBody
 
 
 class Case(case.Case):
@@ -54,18 +56,26 @@ class Case(case.Case):
         return Case.of(super().with_(**changes))
 
     @checked
-    def assemble(self, rigid: str | Sequence[str] = (), progress: Progress | None = None) -> Model:
+    def assemble(
+        self,
+        rigid: str | Sequence[str] = (),
+        *,
+        bodies: Mapping[str, ReducedBody] | None = None,
+        progress: Progress | None = None,
+    ) -> Model:
         """All bodies meshed, reduced (or read from the cache) and coupled.
 
         rigid: "ring", "carrier", "shaft" of all flexible stages, "stage_1.ring" of one, or "all":
-        they are neither meshed nor reduced. progress: called with a stage of the work and the share
-        of it that is done; a notebook shows bars by itself. InputError for a case that cannot work:
+        they are neither meshed nor reduced. bodies: all flexible bodies by name, as reduced ones of
+        one's own: {"stage.ring": body}. progress: called with a stage of the work and the share of
+        it that is done; a notebook shows bars by itself. InputError for a case that cannot work:
         gears that do not mesh, bodies that cannot be meshed, members that are loose.
         """
         from flexgear.face.model import assembled
 
         parts = (rigid,) if isinstance(rigid, str) else tuple(rigid)
-        return assembled(self, parts, progress=progress_or_bars(progress))
+        named = None if bodies is None else {BodyName.parse(n): b for n, b in bodies.items()}
+        return assembled(self, parts, bodies=named, progress=progress_or_bars(progress))
 
     @checked
     def run(

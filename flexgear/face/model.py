@@ -198,7 +198,7 @@ class Model(model.Model):
         return lead_angles(self.case, self.flow, angles, member)
 
     def _repr_html_(self) -> str:
-        return html_table(self.facts)
+        return html_table({**self.facts, "angles of": self.reference_member})
 
 
 def assembled(

@@ -79,10 +79,10 @@ def _adapters(
 
 def _adapter(argument: inspect.Parameter, names: dict[str, Any]) -> Callable[[Any], object]:
     hint_text = str(argument.annotation)
-    if hint_text.startswith("Mapping[str, ArrayLike"):
-        return lambda value: _require(isinstance(value, Mapping))
+    optional = argument.default is None
+    if hint_text.startswith("Mapping["):  # of keys and values that the function looks at
+        return lambda value: _require(isinstance(value, Mapping) or (optional and value is None))
     if "ArrayLike" in hint_text:  # a union of all that NumPy could turn into one
-        optional = argument.default is None
         return lambda value: None if optional and value is None else np.asarray(value, dtype=float)
     try:
         hint = eval(hint_text, names)  # an annotation of flexgear's own source

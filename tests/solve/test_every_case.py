@@ -51,6 +51,16 @@ def test_every_variable_is_in_the_schema_with_axes_unit_and_meaning(result):
     assert set(data.dims) <= set(data.coords)
 
 
+def test_every_picture_of_a_result_is_drawn(result):
+    kind, data = result
+    plots = data.fg.plot
+    assert {"static": "power_flow", "modes": "campbell"}.get(
+        kind, "transient_displacements"
+    ) in dir(plots)
+    for name in dir(plots):
+        assert getattr(plots, name)().axes, name
+
+
 def test_every_result_says_whose_it_is_and_how_good(model, result):
     name, data = result
     assert data.attrs["content_hash"] == model.case.content_hash()

@@ -4,9 +4,6 @@ import numpy as np
 import pytest
 from trains import stage_train
 
-from flexgear.solve.model import assemble
-from flexgear.solve.transient import simulate
-
 STEPS = {
     "solver.time_step_s": "1e-5", "solver.step_time_step_s": "1e-5",
     "solver.output_interval_s": "1e-4", "solver.duration_s": "0.02", "solver.settle_s": "0",
@@ -17,8 +14,7 @@ MASS, RADIUS = 4.0, 0.12  # of a planet, and of the pins' circle: (26 + 34) modu
 
 def run(folder, rated, turning="true", **keys):
     own = {"inputs.0.speed_rpm": str(rated), "gyroscopic": turning}
-    case = stage_train(folder, **{**STEPS, **own, **keys})
-    return simulate(assemble(case)).data
+    return stage_train(folder, **{**STEPS, **own, **keys}).assemble().transient()
 
 
 def test_a_train_at_half_speed_is_one_rated_at_half_speed(tmp_path):

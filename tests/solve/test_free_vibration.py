@@ -11,13 +11,7 @@ import pytest
 from lumped_stage import lin_parker
 from trains import STEEL, free_stage, write
 
-from flexgear.coupling.build import build_system
-from flexgear.model.errors import InputError
-from flexgear.model.load import load_case
-from flexgear.solve.campbell import campbell
-from flexgear.solve.model import model_of
-from flexgear.solve.modes import modes
-from flexgear.solve.static import static
+from flexgear import InputError, load_case
 
 SUN, CARRIER = 2e8, 7e8  # N/m, of u = r θ
 TURNING = {
@@ -48,10 +42,6 @@ support = { tangential_n_per_m = 3e7 }
 )
 
 
-def modes_of(train, **options):
-    return modes(model_of(train, build_system(train)), **options)
-
-
 def test_two_gears_on_torsional_springs(tmp_path):
     """det(K − ω² J) = 0 with K = k_m (r1, r2)(r1, r2)ᵀ + diag(k1, k2), r the base radii."""
     r = np.array([0.02, 0.05]) * np.cos(np.radians(20))
@@ -68,7 +58,7 @@ def test_two_gears_on_torsional_springs(tmp_path):
         a = np.prod(inertia)
         b = -(k[0, 0] * inertia[1] + k[1, 1] * inertia[0])
         known = np.sort(np.roots([a, b, np.linalg.det(k) if held else 0.0]))
-        found = modes_of(load_case(write(tmp_path, text)))["frequency"].to_numpy()
+        found = load_case(write(tmp_path, text)).assemble().modes()["frequency"].to_numpy()
         assert (2 * np.pi * found) ** 2 == pytest.approx(known, rel=1e-9, abs=1e-3)
 
 
@@ -77,15 +67,15 @@ def test_a_planetary_stage_with_all_members_on_springs(tmp_path, planets):
     """Frequencies of an independent assembly; none is zero."""
     train = free_stage(tmp_path, **TURNING, **{"stage.planets": str(planets)})
     assert train.held_members() == ()
-    found = modes_of(train)["frequency"].to_numpy()
+    found = train.assemble().modes()["frequency"].to_numpy()
     known = lin_parker(planets, sun_torsion=SUN, carrier_torsion=CARRIER).modes()[0]
     assert found == pytest.approx(known, rel=1e-9)
     assert found[0] > 100.0
 
 
 def test_without_ports_the_modes_are_those_of_the_bundled_case(tmp_path):
-    loaded = modes_of(load_case("lin-parker"))
-    free = modes_of(free_stage(tmp_path))
+    loaded = load_case("lin-parker").assemble().modes()
+    free = free_stage(tmp_path).assemble().modes()
     assert free["frequency"].to_numpy() == pytest.approx(loaded["frequency"].to_numpy(), rel=1e-9)
     assert free["frequency"][0] == 0.0
     assert list(free["type"].to_numpy()) == list(loaded["type"].to_numpy())
@@ -94,8 +84,8 @@ def test_without_ports_the_modes_are_those_of_the_bundled_case(tmp_path):
 def test_a_member_held_by_name_has_no_rotation(tmp_path):
     """The limit of a stiff spring."""
     stiff = {"stage.sun.support.tangential_n_per_m": "1e14"}
-    held = modes_of(free_stage(tmp_path, held='["stage.sun"]'))["frequency"].to_numpy()
-    limit = modes_of(free_stage(tmp_path, **stiff))["frequency"].to_numpy()
+    held = free_stage(tmp_path, held='["stage.sun"]').assemble().modes()["frequency"].to_numpy()
+    limit = free_stage(tmp_path, **stiff).assemble().modes()["frequency"].to_numpy()
     assert limit[: len(held)] == pytest.approx(held, rel=1e-4)
     assert len(limit) == len(held) + 1
 
@@ -104,8 +94,7 @@ def test_whirl_about_steady_speed(tmp_path):
     """All bodies in the carrier's frame, M q̈ + 2Ω m E q̇ + (K − Ω² m) q, by the companion matrix."""
     port = '[[inputs]]\nmember = "stage.carrier"\nspeed_rpm = 6000\n'
     train = free_stage(tmp_path, port, gyroscopic="true", **TURNING)
-    model = model_of(train, build_system(train))
-    data = campbell(model, factors=[0.0, 1.0])
+    data = train.assemble().campbell(factors=[0.0, 1.0])
     own = lin_parker(4, sun_torsion=SUN, carrier_torsion=CARRIER)
     size, speed = len(own.mass), 6000 * np.pi / 30
     turning, pushing = np.zeros((size, size)), np.zeros((size, size))
@@ -127,9 +116,9 @@ def test_whirl_about_steady_speed(tmp_path):
 
 
 def test_analyses_refuse_it_from_python(tmp_path):
-    train = free_stage(tmp_path)
+    model = free_stage(tmp_path).assemble()
     with pytest.raises(InputError, match="free vibration"):
-        static(model_of(train, build_system(train)), [0.0])
+        model.static()
 
 
 @pytest.mark.parametrize(

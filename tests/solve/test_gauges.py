@@ -6,13 +6,8 @@ import numpy as np
 import pytest
 from small_train import SMALL_STAGE
 
-from flexgear.model.errors import InputError
-from flexgear.model.load import load_case
+from flexgear import InputError, load_case
 from flexgear.results.time_figures import rim_stress
-from flexgear.solve.deformed import deformed
-from flexgear.solve.model import assemble
-from flexgear.solve.static import static
-from flexgear.solve.transient import transient
 from flexgear.structures.surface_strain import Ray, Surface
 
 STAGE = SMALL_STAGE.read_text(encoding="utf-8")
@@ -46,12 +41,12 @@ def case_of(folder, gauges=GAUGES):
 
 @pytest.fixture(scope="module")
 def model(tmp_path_factory):
-    return assemble(case_of(tmp_path_factory.mktemp("gauges")))
+    return case_of(tmp_path_factory.mktemp("gauges")).assemble()
 
 
 @pytest.fixture(scope="module")
 def turn(model):
-    return static(model, np.linspace(0, 2 * np.pi, 48, endpoint=False))
+    return model.static(np.arange(0, 360, 7.5))
 
 
 def test_a_gauge_sees_the_star_pass_once_a_planet(turn):
@@ -73,8 +68,8 @@ def test_strain_grows_with_torque_like_the_deflection_of_teeth(model, turn):
     """Backlash is closed on one side: the ring alone is linear in its loads; nothing moves without
     torque."""
     torque = model.system.rated_torque
-    free = static(model, 0.1, torque=1e-6 * torque)["gauge_strain"]
-    loaded = static(model, 0.1)["gauge_strain"]
+    free = model.static(6.0, torque=1e-6 * torque)["gauge_strain"]
+    loaded = model.static(6.0)["gauge_strain"]
     assert np.abs(free).max() < 1e-4 * np.abs(loaded).max()
 
 
@@ -84,7 +79,7 @@ def test_rim_stress_is_that_of_the_gauges_and_in_the_summary(model, turn):
     ring, material = model.bodies["stage.ring"], model.case.view().material
     surface = Surface(ring)
     vertices, weights, _ = surface.meeting(Ray(0.0, 0.0))
-    field = deformed(model, "stage.ring")["stress"].to_numpy()
+    field = model.deformed("stage.ring")["stress"].to_numpy()
     # of the field, with the normal stress that a mesh so coarse leaves there, taken off
     nu = material.poisson_ratio
     normal, hoop = (weights @ field[vertices])[:2]
@@ -96,7 +91,7 @@ def test_rim_stress_is_that_of_the_gauges_and_in_the_summary(model, turn):
 
 
 def test_samples_of_a_transient_are_the_strain_of_its_fields(model):
-    run = transient(model, duration=2e-3, fields=["stage.ring"])
+    run = model.transient(duration=2e-3, fields=["stage.ring"])
     strain, ring = run["gauge_strain"], model.bodies["stage.ring"]
     own = run["fe_coordinate"].to_numpy()
     vertices, weights, base = Surface(ring).meeting(Ray(np.radians(5), 0.0))

@@ -8,10 +8,6 @@ from stage_samples import cheap_stage
 from trains import STEEL, write
 
 import flexgear as fg
-from flexgear.solve.model import assemble
-from flexgear.solve.modes import modes
-from flexgear.solve.static import static
-from flexgear.solve.transient import transient
 
 TRAIN = (
     STEEL
@@ -34,9 +30,9 @@ PINNED = {  # what a train does not take over from the case of its stage
     "solver.output_interval_s": "1e-3",
 }  # fmt: skip
 RESULTS = {
-    "static": lambda model: static(model, carrier_angle=np.radians([0.0, 20.0, 40.0])),
-    "modes": lambda model: modes(model, limit_hz=500.0),
-    "transient": lambda model: transient(model, duration=0.03),
+    "static": lambda model: model.static([0.0, 20.0, 40.0]),
+    "modes": lambda model: model.modes(limit_hz=500.0),
+    "transient": lambda model: model.transient(duration=0.03),
 }
 
 
@@ -44,7 +40,7 @@ RESULTS = {
 def models(tmp_path_factory):
     train = fg.load_case(write(tmp_path_factory.mktemp("train"), TRAIN), PINNED)
     alone = fg.load_case("wind-5mw", PINNED)
-    return [assemble(case, bodies=cheap_stage(case.view())) for case in (alone, train)]
+    return [case.assemble(bodies=cheap_stage(case.view())) for case in (alone, train)]
 
 
 @pytest.mark.parametrize("result", RESULTS)

@@ -7,10 +7,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from flexgear.model.load import load_case
-from flexgear.solve.model import assemble
+from flexgear import load_case
 from flexgear.solve.small_motion import large_motions, largest_motions, motion_histories
-from flexgear.solve.static import static
 from flexgear.studies.measures import WARNING
 from flexgear.studies.sweep import failures, planned, run_sweep
 
@@ -81,8 +79,8 @@ def test_sweeps_keep_a_warning_for_each_point(tmp_path, monkeypatch):
 
 
 def test_the_figure_in_it_is_the_displacement_of_the_bodies():
-    model = assemble(load_case("lin-parker", SOFT))
-    data = static(model, [0.0, 0.3])
+    model = load_case("lin-parker", SOFT).assemble()
+    data = model.static([0, 17])
     (text,) = large_motions(model.case, largest_motions(motion_histories(data)))
     across = data["body_displacement"].sel(body="stage.planet_1", dof=["ux", "uy"])
     most = float(np.sqrt((across**2).sum("dof")).max())

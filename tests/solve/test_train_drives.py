@@ -4,11 +4,6 @@ import numpy as np
 import pytest
 from trains import stage_train
 
-from flexgear.solve.model import assemble
-from flexgear.solve.run import run
-from flexgear.solve.static import static
-from flexgear.solve.transient import simulate
-
 HOUSING = {
     "housing.kind": "lumped",
     "housing.mass_kg": "4000",
@@ -23,8 +18,7 @@ SHORT = {"solver.duration_s": "0.02", "solver.settle_s": "0"}
 
 def test_the_torque_follows_the_drive_and_energy_is_accounted_for(tmp_path):
     steps = {"drive.kind": "steps", "drive.times_s": "[0, 0.01]", "drive.torques_nm": "[800, 400]"}
-    case = stage_train(tmp_path, **SHORT, **steps)
-    found = simulate(assemble(case), energy=True).data
+    found = stage_train(tmp_path, **SHORT, **steps).assemble().transient(energy=True)
     torque, time = found["port_torque"].to_numpy()[:, 0], found["time"].to_numpy()
     assert torque[time <= 0.01] == pytest.approx(800)
     assert torque[time > 0.0101] == pytest.approx(400)
@@ -36,7 +30,7 @@ def test_the_torque_follows_the_drive_and_energy_is_accounted_for(tmp_path):
 def test_a_run_studies_torque_drops(tmp_path):
     drops = {"drive.steps.torques_nm": "[200]", "drive.steps.start_s": "0.004",
              "drive.steps.duration_s": "0.004", "drive.steps.after_s": "0.004"}  # fmt: skip
-    found = run(stage_train(tmp_path, **SHORT, **drops))
+    found = stage_train(tmp_path, **SHORT, **drops).run()
     (figures,) = found.summary["torque_steps"]["200"].values()
     data = found.datasets["torque_step_200"]
     least = float(data["gear_mesh_force"].sel(gear_mesh="stage sun 1").min())
@@ -50,7 +44,7 @@ def test_a_housing_on_a_stiff_mount_is_ground(tmp_path):
     stiff = {k: "1e13" if k.startswith("housing.mount") else v for k, v in HOUSING.items()}
     soft = stage_train(tmp_path, **{"stage.sun.support.radial_n_per_m": "1e8"}, **HOUSING)
     held = stage_train(tmp_path, **{"stage.sun.support.radial_n_per_m": "1e8"}, **stiff)
-    a, b, c = (static(assemble(case), [0.0, 0.1]) for case in (plain, held, soft))
+    a, b, c = (case.assemble().static([0.0, 6.0]) for case in (plain, held, soft))
     force = a["gear_mesh_force"].to_numpy()
     assert b["gear_mesh_force"].to_numpy() == pytest.approx(force, rel=1e-4)
     assert c["gear_mesh_force"].to_numpy().sum() == pytest.approx(force.sum(), rel=1e-4)
