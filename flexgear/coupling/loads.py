@@ -7,12 +7,12 @@ from numpy.typing import NDArray
 
 from flexgear.coupling.gear_meshes import GivenLoad
 from flexgear.coupling.members import Member
-from flexgear.coupling.rotor_terms import frame_matrices, orbit_force, planet_axes
 from flexgear.coupling.train_assembly import TrainAssembly, end_rows, ends_of
 from flexgear.gears.radii import stage_radii
 from flexgear.model.errors import InputError
 from flexgear.model.member_load import varying
 from flexgear.model.names import MemberName
+from flexgear.model.stage import Stage
 from flexgear.structures.kinematics import turn
 
 Array = NDArray[np.float64]
@@ -27,10 +27,9 @@ def given_loads(b: TrainAssembly) -> list[GivenLoad]:
         for m in b.members[number]:
             if any(b.case.gravity):
                 out.append(_weight(b, number, m))
-            if b.case.gyroscopic and m.planet >= 0:
-                block = b.block_of[m.body.name]
-                force = orbit_force(stage, m, radius, speed)
-                out.append(GivenLoad(block, force, grows=1))
+            if b.case.gyroscopic and m.planet >= 0:  # centrifugal, in the planet's own axes
+                force = np.r_[m.mass * radius * speed**2, np.zeros(5)]
+                out.append(GivenLoad(b.block_of[m.body.name], force, grows=1))
     if any(b.case.gravity) and b.a.has("housing"):
         node = _new_block(b, b.a.weight_rows("housing"))
         out.append(GivenLoad(node, np.r_[b.case.gravity, 0, 0, 0]))
@@ -47,7 +46,7 @@ def _weight(b: TrainAssembly, number: int, m: Member) -> GivenLoad:
         size = m.mass
     else:
         block = _new_block(b, b.a.weight_rows(m.body.name))
-    vector = turn(-planet_axes(b.case.stages[number], m)) @ np.r_[b.case.gravity, 0, 0, 0]
+    vector = turn(-_planet_axes(b.case.stages[number], m)) @ np.r_[b.case.gravity, 0, 0, 0]
     return GivenLoad(block, size * vector, b.body_angle(number, m))
 
 
@@ -71,7 +70,7 @@ def _given_load(b: TrainAssembly, k: int) -> list[GivenLoad]:
             'give the load in fixed axes, frame = "fixed"',
         )  # fmt: skip
     angle = angle if load.frame == "fixed" else -1
-    to_body = turn(-planet_axes(b.case.stages[number], m))
+    to_body = turn(-_planet_axes(b.case.stages[number], m))
     if not load.is_history:
         return [GivenLoad(block, to_body @ load.first, angle)]
     return [
@@ -120,7 +119,7 @@ def frame_forces(
             spin = flow.planet_speed if m.planet >= 0 else b.flow.speed[member]
             frame = spin if m.frame == "ring" else carrier
             at = b.a.slice_of(m.body.name)
-            turning[at, at], centripetal[at, at] = frame_matrices(m, frame, spin)
+            turning[at, at], centripetal[at, at] = _frame_matrices(m, frame, spin)
     return (
         without_rolling(turning, rolling, input_rows),
         without_rolling(centripetal, rolling, input_rows),
@@ -138,3 +137,27 @@ def without_rolling(matrix: Array, rolling: Array, input_rows: Array) -> Array:
     """
     rest = np.eye(len(matrix)) - rolling @ input_rows
     return np.asarray(rest.T @ matrix @ rest)
+
+
+def _planet_axes(stage: Stage, m: Member) -> float:
+    """Constant angle of a body's axes in its stage's frame, rad."""
+    if m.planet >= 0:
+        return stage.planet_angles[m.planet]
+    return m.port("gear").axes
+
+
+def _frame_matrices(m: Member, frame_speed: float, spin: float) -> tuple[Array, Array]:
+    """G and C (d, d) of a lumped body in a frame that turns at ``frame_speed``, rad/s.
+
+    M q̈ + G q̇ + (K − C) q with E = [[0, −1], [1, 0]]: translations G = 2 m ω E, C = m ω²; tilts of
+    a body of polar inertia J_p that spins at Ω (absolute) G = (2 J_t ω − J_p Ω) E and
+    C = J_t ω² − J_p Ω ω (Genta 2005, Dynamics of Rotating Systems, §2.6, in rotating axes).
+    """
+    turning, centripetal = np.zeros((6, 6)), np.zeros((6, 6))
+    e = np.array([[0.0, -1.0], [1.0, 0.0]])
+    w = frame_speed
+    turning[:2, :2], centripetal[:2, :2] = 2 * m.mass * w * e, m.mass * w**2 * np.eye(2)
+    turning[3:5, 3:5] = (2 * m.tilt * w - m.inertia * spin) * e
+    centripetal[3:5, 3:5] = (m.tilt * w**2 - m.inertia * spin * w) * np.eye(2)
+    dofs = m.body.node_map
+    return dofs.T @ turning @ dofs, dofs.T @ centripetal @ dofs

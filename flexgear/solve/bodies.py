@@ -23,8 +23,6 @@ from flexgear.structures.sources.of_case import fe_sources
 from flexgear.structures.tooth_influence import root_of_case, tooth_influence
 
 _BYTES = {"quick": 1e9, "standard": 2e9, "fine": 4e9}  # that two generated bodies take to reduce
-
-
 Bodies = Mapping[BodyName, ReducedBody]
 
 
@@ -39,7 +37,6 @@ def stage_bodies(
     limit_hz: frequency up to which they are compared with the unreduced bodies; rigid: bodies that
     are not made.
     """
-
     sources = {name: s for name, s in fe_sources(view).items() if name not in rigid}
     makers = {
         name: lambda report, s=source: s.whole(s.reduced(report, limit_hz))
@@ -52,7 +49,8 @@ def stage_bodies(
 def _made(
     makers: Mapping[BodyName, Callable[[Progress], ReducedBody]], progress: Progress, at_once: int
 ) -> dict[BodyName, ReducedBody]:
-    """All that is wanted; so many threads of them, as half of the work runs in one thread."""
+    """Reduced bodies of all makers, ``at_once`` of them at a time, each in a thread: half of the
+    work runs in one."""
     stop = threading.Event()
 
     def watched(stage: str, share: float) -> None:

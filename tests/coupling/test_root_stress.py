@@ -18,7 +18,7 @@ from flexgear.solve.root_stress import ring_roots, tooth_roots
 from flexgear.solve.static import position_figures
 from flexgear.solve.transient import transient
 from flexgear.structures.fe_mesh import SegmentDivisions
-from flexgear.structures.tooth_influence import roots_of_pairs
+from flexgear.structures.tooth_influence import roots as tables
 from flexgear.structures.tooth_influence.of_case import root_segment
 from flexgear.structures.tooth_influence.root_stress import root_influence
 
@@ -44,7 +44,7 @@ def roots():
         for slot in ("planet", "sun", "ring")
     }
     with pytest.MonkeyPatch.context() as patch:
-        for user in (roots_of_pairs, bodies):
+        for user in (tables, bodies):
             patch.setattr(user, "root_of_case", lambda view, slot: found[slot])
         yield found
 
@@ -96,9 +96,7 @@ def test_neighbours_count_where_they_are():
     """Of pairs a base pitch apart, each one tooth further on against +θ."""
     stress = np.zeros((2, 1, 3, 2, 1, 2))
     stress[:, 0, :, 0] = np.array([1.0, 10.0, 100.0])[:, None, None]
-    roots = roots_of_pairs.PairRoots(
-        "sun", 1, -1, np.array([0.0, 1.0]), stress, np.array([-1.0, 1.0])
-    )
+    roots = tables.PairRoots("sun", 1, -1, np.array([0.0, 1.0]), stress, np.array([-1.0, 1.0]))
     s = np.array([[0.1, 0.4, 0.7]])
     force = np.array([[[1.0], [2.0], [np.nan]]])
     found = tooth_roots(roots, s, force, 0.3).tension[0, :, 0, 0]

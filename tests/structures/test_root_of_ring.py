@@ -18,7 +18,7 @@ from flexgear.structures.tooth_influence.root_stress import (
     root_influence,
     root_parameters,
 )
-from flexgear.structures.tooth_influence.roots_of_ring import both_cuts, ring_root_rows
+from flexgear.structures.tooth_influence.roots import both_cuts, ring_root_rows
 
 YOUNG, POISSON = 2.1e11, 0.3
 CASE = load_case("wind-5mw", {"stage.helix_angle_deg": "0"}).view()

@@ -8,8 +8,7 @@ from flexgear.structures.tooth_influence.of_case import (
 )
 from flexgear.structures.tooth_influence.pairs import pair_bending
 from flexgear.structures.tooth_influence.rim import rim_bending
-from flexgear.structures.tooth_influence.roots_of_pairs import PairRoots, pair_roots
-from flexgear.structures.tooth_influence.roots_of_ring import ring_root_rows
+from flexgear.structures.tooth_influence.roots import PairRoots, pair_roots, ring_root_rows
 
 __all__ = [
     "PairRoots",
