@@ -140,7 +140,9 @@ MESHES = (
            of=lambda s: s.cycles),
 )  # fmt: skip
 ROOTS = (
-    Figure("nominal_root_stress_mpa.<gear>", "MPa", "see below", of=StageRun.nominal_root_stress),
+    Figure("nominal_root_stress_mpa.<gear>", "MPa",
+           "ISO 6336-3 without load factors, of a planet the larger of its gear meshes",
+           of=StageRun.nominal_root_stress),
     Figure("root_stress_mpa.<gear>.max", "MPa",
            'largest stress in the fillets, of `gear_mesh.root_stress = "fe"`', "",
            StageRun.root_stress, "{name}, largest"),
@@ -160,14 +162,16 @@ PLANET_BEARINGS = (
            of=StageRun.nominal_life),
 )  # fmt: skip
 SEATS = (
-    Figure("carrier_bearing_force_n.<seat>", "N", "see below", "",
+    Figure("carrier_bearing_force_n.<seat>", "N", "largest radial load of the bearing on each seat "
+           "of an FE carrier over the rated equilibria of the run", "",
            lambda s: {side: float(load.max()) for side, load in s.seat_loads.items()},
            "largest radial load, {name} side"),
 )  # fmt: skip
 LIVES = (
-    Figure("bearing_life_h.<bearing>", "h", "see below", "", StageRun.lives, "{name}", bars=Bars(
-        "bearings", "basic rating life", "Basic rating life of the bearings, ISO 281",
-        "Under the constant load of the same damage over the positions of equilibria.")),
+    Figure("bearing_life_h.<bearing>", "h", "L₁₀ₕ of planets' bearings and carriers' seats under the "
+           "constant load of the same damage over the equilibria", "", StageRun.lives, "{name}",
+           bars=Bars("bearings", "basic rating life", "Basic rating life of the bearings, ISO 281",
+                     "Under the constant load of the same damage over the positions of equilibria.")),
 )  # fmt: skip
 STAGE_FIGURES = (*MESHES, *ROOTS, *PLANET_BEARINGS, *SEATS, *LIVES)
 

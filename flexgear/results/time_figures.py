@@ -263,8 +263,9 @@ def rim_stress(equilibria: xr.Dataset, stage: str) -> dict[str, float]:
 
 
 RIM = (  # of ``rim_stress``
-    Figure("rim_stress_mpa.min", "MPa", "see below", of=dict, label="least"),
-    Figure("rim_stress_mpa.max", "MPa", "largest", label="largest"),
+    Figure("rim_stress_mpa.min", "MPa", "least stress along the circumference outside on the ring, "
+           "at any tooth in equilibria over a turn", of=dict, label="least"),
+    Figure("rim_stress_mpa.max", "MPa", "largest there", label="largest"),
     Figure("rim_stress_mpa.range_max", "MPa", "how far it ranges at one place, the worst one",
            label="range at one place as planets pass, largest"),
     Figure("rim_stress_mpa.range_mean", "MPa", "the same, mean of all places",
