@@ -6,13 +6,9 @@ import numpy as np
 import pytest
 from stage_samples import stiff_stage
 
+from flexgear import load_case, power_flow
 from flexgear.coupling.pace import case_pace
-from flexgear.gears.power_flow import power_flow
 from flexgear.model.bundled import bundled_text
-from flexgear.model.load import load_case
-from flexgear.solve.model import assemble
-from flexgear.solve.static import static as equilibria
-from flexgear.solve.transient import transient
 
 PLANETS, SUN, PLANET, RING = 4, 23, 33, 89
 HELIX, TORQUE, SPEED = math.radians(15), 200.0, 8000.0
@@ -33,12 +29,12 @@ def case():
 @pytest.fixture(scope="module")
 def model(case):
     """Ring and carrier stiff, of the size of the case."""
-    return assemble(case, bodies=stiff_stage(case.view()))
+    return case.assemble(bodies=stiff_stage(case.view()))
 
 
 @pytest.fixture(scope="module")
 def static(model):
-    return equilibria(model, np.radians([0.0, 5.0, 77.0]))
+    return model.static([0.0, 5.0, 77.0])
 
 
 def of(static, support):
@@ -118,7 +114,7 @@ def test_hands_push_sun_and_ring_apart_and_tilt_planets(static):
 
 
 def test_a_short_run_holds_the_load(model):
-    run = transient(model, duration=4 / FREQUENCY)
+    run = model.transient(duration=4 / FREQUENCY)
     ring = run.gear_mesh_force.values[:, :PLANETS].mean()
     assert ring == pytest.approx(NORMAL, rel=0.02)
     speeds = run.input_speed.values * 30 / math.pi

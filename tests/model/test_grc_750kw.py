@@ -6,11 +6,8 @@ import numpy as np
 import pytest
 from stage_samples import stiff_stage
 
+from flexgear import load_case, power_flow
 from flexgear.analysis.equilibrium import equilibrium
-from flexgear.gears.power_flow import power_flow
-from flexgear.model.load import load_case
-from flexgear.solve.model import assemble
-from flexgear.solve.static import static as equilibria
 
 RATIO = (1 + 99 / 21) * 82 / 23 * 88 / 22
 PIN = 325e3 / (3 * 0.010 / math.cos(math.radians(7.5)) * (21 + 39) / 2)
@@ -19,8 +16,8 @@ RPM = math.pi / 30
 
 def static_of(**settings):
     case = load_case("grc-750kw", settings)
-    model = assemble(case, bodies=stiff_stage(case.view("lss")))
-    return equilibria(model, np.radians(np.arange(0.0, 360.0, 30.0)))
+    model = case.assemble(bodies=stiff_stage(case.view("lss")))
+    return model.static(np.arange(0.0, 360.0, 30.0))
 
 
 def test_speeds_and_torques():
@@ -62,7 +59,7 @@ def test_bearings_with_clearance_find_their_side_under_moments():
     case = load_case("grc-750kw", {"gravity_m_per_s2": "[0, -0.1, 0]"})
     bodies = stiff_stage(case.view("lss"))
     for x, y in ((300e3, 0.0), (-300e3, 0.0), (0.0, 300e3)):
-        loaded = assemble(case.with_(**{"loads.0.moment": (x, y, 0.0)}), bodies=bodies)
+        loaded = case.with_(**{"loads.0.moment": (x, y, 0.0)}).assemble(bodies=bodies)
         found = equilibrium(loaded.modal, 0.0, loaded.system.rated_torque)
         assert found.closure.max() < 1e-8
         assert found.active_flanks[0].tolist() == loaded.system.pairs.carries.tolist()

@@ -6,12 +6,8 @@ import numpy as np
 import pytest
 from stage_samples import stiff_stage
 
-from flexgear.gears.power_flow import power_flow
+from flexgear import load_case, power_flow
 from flexgear.model.bundled import bundled_text
-from flexgear.model.load import load_case
-from flexgear.solve.model import assemble
-from flexgear.solve.static import static as equilibria
-from flexgear.solve.transient import transient
 
 PLANETS, SUN, PLANET, RING = 4, 21, 27, 75
 HELIX, TORQUE, SPEED = math.radians(15), 250.0, 3000.0
@@ -23,12 +19,12 @@ AXIAL = TANGENTIAL * math.tan(HELIX)
 @pytest.fixture(scope="module")
 def model():
     case = load_case("star-ring")
-    return assemble(case, bodies=stiff_stage(case.view()))
+    return case.assemble(bodies=stiff_stage(case.view()))
 
 
 @pytest.fixture(scope="module")
 def static(model):
-    return equilibria(model, np.radians([0.0, 5.0, 77.0]))
+    return model.static([0.0, 5.0, 77.0])
 
 
 def of(static, support):
@@ -84,7 +80,7 @@ def test_equilibrium_is_that_of_the_hand_calculation(static):
 
 
 def test_a_short_run_turns_the_ring(model):
-    run = transient(model, duration=2e-3)
+    run = model.transient(duration=2e-3)
     turned = run.ring_angle.values[-1, 0] - run.ring_angle.values[0, 0]
     span = float(run.time.values[-1] - run.time.values[0])
     assert turned == pytest.approx(-SPEED * SUN / RING * math.pi / 30 * span, rel=1e-3)
