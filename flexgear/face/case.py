@@ -65,7 +65,7 @@ class Case(case.Case):
     ) -> Model:
         """All bodies meshed, reduced (or read from the cache) and coupled.
 
-        rigid: "ring", "carrier", "shaft" of all flexible stages, "stage_1.ring" of one, or "all":
+        rigid: "ring", "carrier", "planet", "shaft" of all flexible stages, "stage_1.ring" or "all":
         they are neither meshed nor reduced. bodies: all flexible bodies by name, as reduced ones of
         one's own: {"stage.ring": body}. progress: called with a stage of the work and the share of
         it that is done; a notebook shows bars by itself. InputError for a case that cannot work:

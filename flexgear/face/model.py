@@ -45,8 +45,8 @@ class Model(model.Model):
     def rigid(self, *parts: str) -> Model:
         """The same with more bodies rigid.
 
-        parts: "ring", "carrier", "shaft" of all flexible stages, "stage_1.ring" of one; all bodies
-        if none is named.
+        parts: "ring", "carrier", "planet", "shaft" of all flexible stages, "stage_1.ring" of one;
+        all bodies if none is named.
         """
         names = (*self.rigid_parts, *(parts or ("all",)))
         other = assembled(self.case, names, bodies=self.bodies)
