@@ -21,7 +21,7 @@ STEP, SHARE = 1e-4, 2e4
 def gathered(active, channels, rows, n, last_rows, last):
     changed = ad.gather(active, channels, rows, n, last_rows, last)
     ad.gather_receptance(active, channels, 0)
-    row_receptances.place_rows(active, rows, n)
+    row_receptances.place_rows(active, channels, rows, n)
     return changed
 
 

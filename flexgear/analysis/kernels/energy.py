@@ -146,7 +146,7 @@ def motion_before(active, level, eta, spare, dofs, force):
 
 
 @njit(**INNER)
-def settle(laws, modal, count, n, state, work, ledger):
+def settle(laws, modal, channels, count, n, state, work, ledger):
     """Book one step from ``state`` to the new modal motion in ``work.modes.free``.
 
     work.dofs holds the motion of the active dofs at the last step in ``before``, at this one in
@@ -176,7 +176,7 @@ def settle(laws, modal, count, n, state, work, ledger):
         _approach(rows, n, dofs.before, before)
         _book_work(rows, lost[FRESH], now, before, n, energy)
         was = beside + _potential(laws, rows, count, before, space, lost[SPARE])
-        place_rows(active, last, booked.rows)
+        place_rows(active, channels, last, booked.rows)
         _approach(last, booked.rows, dofs.motion, now)
         put(before[0], last_delta[: booked.rows])
         _book_work(last, lost[LAST], now, before, booked.rows, energy)

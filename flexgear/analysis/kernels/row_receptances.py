@@ -5,20 +5,24 @@ from __future__ import annotations
 import numpy as np
 
 from flexgear.analysis.kernels.active_dofs import ONE, SIX, TWO, reach_of
-from flexgear.analysis.kernels.vectors import SIMD, add_six, fill, padded, put_six, put_two
+from flexgear.analysis.kernels.vectors import add_six, fill, padded, put_six, put_two
 from flexgear.compiled import FAST, INNER, PART, ZERO, njit
+
+MOST_PARTS = 62  # that have a bit of their own; the others share one
 
 
 @njit(**INNER)
-def place_rows(active, rows, n):
-    """Note in n rows which active dofs they act on: see ``Rows``."""
+def place_rows(active, channels, rows, n):
+    """Note in n rows which active dofs and parts they act on: see ``Rows``."""
     blocks, since = active.counts[0].blocks, active.counts[0].dofs
     for i in range(n - 1, -1, -1):
         row = rows.row[i]
-        row.dof = active.place[blocks + row.line] if row.line >= 0 else -1
+        row.dof, row.parts = active.place[blocks + row.line] if row.line >= 0 else -1, 0
         for a in range(row.beyond, row.width):
-            rows.place[i, a] = active.place[rows.blocks[i, a]]
-            since = min(since, active.place[rows.blocks[i, a]])
+            block = rows.blocks[i, a]
+            rows.place[i, a] = active.place[block]
+            since = min(since, active.place[block])
+            row.parts |= 1 << min(channels.part[block], MOST_PARTS)
         row.since = since
 
 
@@ -53,25 +57,27 @@ def _image_of_blocks(active, level, row, coef, place, image):
     """G V and R V of the blocks of one row beyond its line, at the dofs of the rows from it on;
     whether they move lines of action, too, and the ranges (first, stop) of ``image`` that the
     first of them moves and that the others do."""
-    table, head, width = active.receptance[level], active.counts[0].head, 2 * active.counts[0].dofs
-    linked, start = False, 2 * row.since - 2 * row.since % SIMD
-    first, stop, others, end = width, ZERO, width, ZERO
-    for a in range(row.beyond, row.width):
-        for p in range(SIX):
-            linked = linked or active.reach[place[a] + p, 0] < 2 * head
-    if linked:
-        start = 0
+    table, head = active.receptance[level], active.counts[0].head
+    linked, first, stop, others, end = False, ZERO, ZERO, ZERO, ZERO
     for a in range(row.beyond, row.width):
         d = np.int64(place[a])
+        for p in range(d, d + 6):
+            linked = linked or active.reach[p, 0] < 2 * head
         low, high = reach_of(active.reach, d, 6, head, row.since)
+        after = padded(high)
         if a == row.beyond:
-            first, stop = low, high
-            fill(image[start:low], 0.0)
-            put_six(image[low : padded(high)], coef[a], table[d : d + 6], low)
-            fill(image[padded(high) : padded(width)], 0.0)
+            first, stop = low, after
+            put_six(image[low:after], coef[a], table[d : d + 6], low)
+        elif end == ZERO and (low >= stop or after <= first):
+            others, end = low, after
+            put_six(image[low:after], coef[a], table[d : d + 6], low)
         else:
-            others, end = min(others, low), max(end, high)
-            add_six(image[low : padded(high)], coef[a], table[d : d + 6], low)
+            begin, beyond = (low, after) if end == ZERO else (min(low, others), max(after, end))
+            for k in range(begin, beyond):  # what no block before has moved
+                if not (first <= k < stop or others <= k < end):
+                    image[k] = 0.0
+            others, end = begin, beyond
+            add_six(image[low:after], coef[a], table[d : d + 6], low)
     return linked, np.uint64(first), np.uint64(stop), np.uint64(others), np.uint64(end)
 
 
@@ -102,7 +108,8 @@ def row_receptances(active, level, share, rows, n, vectors, displacement, rate):
                 at, along = TWO * np.uint64(row[i].dof), row[i].along
                 g = of_line[at] + along * of_line[at + TWO]
                 r = of_line[at + ONE] + along * of_line[at + TWO + ONE]
-            for a in range(row[i].beyond, row[i].width if blocks else ZERO):
+            shares = blocks and row[i].parts & row[j].parts != 0
+            for a in range(row[i].beyond, row[i].width if shares else ZERO):
                 v, at = coef[i, a], TWO * place[i, a]
                 if not (first <= at < stop or others <= at < end):
                     continue  # on another part of the train

@@ -105,7 +105,7 @@ def _build(data, share, prescribed, state, work, ledger, level):
     set_loads(share, prescribed, elements.fixed, rows, count)
     gather(active, channels, rows, n, ledger.rows, ledger.booked[0].rows)
     gather_receptance(active, channels, level)
-    place_rows(active, rows, n)
+    place_rows(active, channels, rows, n)
     return n, count, pairs
 
 
@@ -199,7 +199,7 @@ def _book(laws, data, level, n, count, state, work, ledger):
     apply_receptance(active, level, dofs.force, dofs.image)
     for d in range(many):
         dofs.motion[d] = dofs.free[d] + dofs.image[2 * d] - dofs.given[d]
-    settle(laws, modal, count, n, state, work, ledger)
+    settle(laws, modal, data.channels, count, n, state, work, ledger)
     fill(force, 0.0)
     for d in range(many):
         force[active.channel[d]] = dofs.force[d]

@@ -60,7 +60,7 @@ FIXED_END = _record("block angle", "")
 FIXED_ELEMENT = _record("law first rows grows history", "")
 
 ROW = _record(
-    "kind owner sided width line beyond after following dof since",
+    "kind owner sided width line beyond after following dof since parts",
     "along stiffness damping offset",
 )
 PAIR = _record("row rows mesh slot tooth planet_tooth place", "stiffness share s z error")
@@ -109,7 +109,8 @@ class Rows(NamedTuple):
     # along: ζ on this line, m; stiffness N/m; damping N s/m; offset: error − gap, m; after: first
     # row of the next pair, following: how many rows from there on yield to this one; dof: first
     # active dof of its line, of a machine's row that of its port, −1 none; since: first active dof
-    # behind lines and ports that the row or one after it acts on (``analysis.kernels.active_dofs``)
+    # behind lines and ports that the row or one after it acts on; parts: bits of the parts of the
+    # train that its blocks are on (``analysis.kernels.active_dofs``)
     yields: Array  # (R, FOLLOWING) m/N, by which a row yields to forces on those that follow it
     blocks: IntArray  # (R, B)
     place: NDArray[np.uint64]  # (R, B) first active dof of a block beyond
