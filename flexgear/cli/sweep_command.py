@@ -26,8 +26,7 @@ from flexgear.cli.outputs import Force, claim_folder, folder_named
 from flexgear.files.atomic import file_target, staged_folder
 from flexgear.model.errors import FlexgearError, InputError
 from flexgear.results.origin import origin_of_case
-from flexgear.studies.case_measures import MEASURES
-from flexgear.studies.measures import WARNING
+from flexgear.studies.measures import MEASURES, WARNING
 from flexgear.studies.sweep import failures, finished, planned, run_sweep, save_sweep
 from flexgear.studies.sweep_keys import FORMS, WHERE, Values, parse_setting
 from flexgear.views import style

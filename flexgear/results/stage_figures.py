@@ -168,10 +168,10 @@ SEATS = (
            "largest radial load, {name} side"),
 )  # fmt: skip
 LIVES = (
-    Figure("bearing_life_h.<bearing>", "h", "L₁₀ₕ of planets' bearings and carriers' seats under the "
-           "constant load of the same damage over the equilibria", "", StageRun.lives, "{name}",
+    Figure("bearing_life_h.<bearing>", "h", "L₁₀ₕ of planets' bearings and carriers' seats under "
+           "the constant load of the same damage over the equilibria", "", StageRun.lives, "{name}",
            bars=Bars("bearings", "basic rating life", "Basic rating life of the bearings, ISO 281",
-                     "Under the constant load of the same damage over the positions of equilibria.")),
+                     "Under the constant load of the same damage over the equilibria.")),
 )  # fmt: skip
 STAGE_FIGURES = (*MESHES, *ROOTS, *PLANET_BEARINGS, *SEATS, *LIVES)
 

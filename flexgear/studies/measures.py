@@ -1,17 +1,317 @@
-"""All measures of a parameter study by name."""
+"""Measures of a parameter study: modes, power flow, bearing life, load sharing, loads, motions."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
 
+import numpy as np
+import xarray as xr
+
+from flexgear.gears.bearing_life import BALL, ROLLER, life_ratio
+from flexgear.gears.error_cycle import TrainTurn, error_cycle
+from flexgear.gears.power_flow import PowerFlow, power_flow
+from flexgear.gears.stage_flow import StageFlow
 from flexgear.model.case import Case
-from flexgear.model.errors import InputError
+from flexgear.model.errors import FlexgearError, InputError
 from flexgear.model.read import nearest
-from flexgear.studies.case_measures import MEASURES, Point, usual_measures
-from flexgear.studies.measure import Measure, MeasuredValues, array
+from flexgear.results.flanks import GEARS, tooth_loads
+from flexgear.results.labelled_dataset import groups_in
+from flexgear.results.sinks import Ranges
+from flexgear.results.stage_part import stage_part
+from flexgear.results.time_figures import axis_distance, central_distance
+from flexgear.solve.angles import samples_of_stage, stage_motions
+from flexgear.solve.bodies import reduced_bodies
+from flexgear.solve.model import Model, assemble
+from flexgear.solve.sharing import shared_stages, stages_sharing
+from flexgear.solve.small_motion import large_motions, largest_motions, motion_histories
+from flexgear.solve.static import static
+from flexgear.solve.transient import simulate, train_histories
+from flexgear.studies.measure import (
+    Measure,
+    MeasuredValues,
+    array,
+    frequencies,
+    frequencies_by_type,
+    largest,
+)
 
+FLOAT_CYCLES = 120  # gear-mesh cycles of each stage in which displacements are looked at
+STATISTICS = ("mean", "largest")
 WARNING = "warning"
 FE_ONLY = ("tooth_load", "tooth_displacement")
+
+
+@dataclass(frozen=True)
+class Point:
+    """A case and the one it is compared with; what several measures need is worked out once."""
+
+    case: Case
+    reference: Case
+    modes: int
+
+    @cached_property
+    def flow(self) -> PowerFlow:
+        """Speeds, torques and powers."""
+        return power_flow(self.case)
+
+    @cached_property
+    def model(self) -> Model:
+        """The case put together."""
+        return assemble(self.case, bodies=reduced_bodies(self.case))
+
+    @cached_property
+    def sharing(self) -> list[xr.Dataset]:
+        """Quasi-static load sharing of every stage with planets, over its error cycle."""
+        stages = shared_stages(self.model)
+        if not stages:
+            raise FlexgearError("no stage that turns has planets that share a load")
+        return [stages_sharing(self.model, stage) for stage in stages]
+
+    @cached_property
+    def equilibria(self) -> xr.Dataset:
+        """Equilibria in gear-mesh cycles of every stage.
+
+        They are spread over the cycle of all errors there may be, so that the same positions are
+        looked at whichever errors a study sets to zero.
+        """
+        case = self.case
+        motions = tuple(
+            replace(m, turn=TrainTurn(error_cycle(stage), m.turn.rate))
+            for m, stage in zip(stage_motions(case, self.flow), case.stages, strict=True)
+        )
+        lead = [
+            samples_of_stage(case, motions, k, FLOAT_CYCLES, linear=False).angles
+            for k, motion in enumerate(motions)
+            if motion.theta != 0
+        ]
+        return static(self.model, np.concatenate(lead))
+
+    @cached_property
+    def transient(self) -> tuple[xr.Dataset, Ranges]:
+        """Transient at rated torque, without its samples, and their ranges after settling."""
+        rest = Ranges(train_histories)
+        return simulate(self.model, sink=rest).data, rest
+
+    @property
+    def warnings(self) -> list[str]:
+        """Motions that are not small, of what measures asked for, or of the equilibrium where the
+        lead is at zero; none where the train was not put together or carries nothing."""
+        solved = self.__dict__
+        if "model" not in solved or self.case.output is None:
+            return []
+        still = solved["equilibria"] if "equilibria" in solved else static(self.model)
+        motions = largest_motions(motion_histories(still))
+        if "transient" in solved:
+            in_time = largest_motions(solved["transient"][1].largest)
+            motions |= {name: max(size, motions[name]) for name, size in in_time.items()}
+        return large_motions(self.case, motions)
+
+
+def _members(point: Point, name: str, units: str, about: str) -> MeasuredValues:
+    values: dict[str, float] = getattr(point.flow, name)
+    return {name: array(list(values.values()), units, about, member=list(values))}
+
+
+def _speeds(point: Point) -> MeasuredValues:
+    stages = point.flow.stages
+    return {
+        **_members(point, "speed", "rad/s", "speed of the member"),
+        "planet_relative_speed": _of_stages(
+            stages, lambda s: s.planet_relative_speed, "rad/s", "speed of planets to their carrier"
+        ),
+        "gear_mesh_frequency": _of_stages(
+            stages, lambda s: s.gear_mesh_frequency, "Hz", "gear-mesh frequency"
+        ),
+    }
+
+
+def _torques(point: Point) -> MeasuredValues:
+    about = "torque by the rest of the train on the member"
+    return {"torque": _members(point, "branch_torque", "N m", about)["branch_torque"]}
+
+
+def _powers(point: Point) -> MeasuredValues:
+    flow, about = point.flow, "power that enters the stage at the member"
+    return {
+        "power": _members(point, "branch_power", "W", about)["branch_power"],
+        "rolling_power": _of_stages(
+            flow.stages, lambda s: s.stage_power, "W", "rolling power of the stage, sun to ring"
+        ),
+        "circulating_power": array(flow.circulating_power, "W", "power round closed loops"),
+    }
+
+
+def _mean_forces(point: Point) -> MeasuredValues:
+    forces: dict[str, Callable[[StageFlow], float]] = {
+        "mean_sun_gear_mesh_force": lambda s: abs(s.sun_gear_mesh_force),
+        "mean_ring_gear_mesh_force": lambda s: abs(s.ring_gear_mesh_force),
+        "mean_planet_bearing_force": lambda s: s.planet_bearing_force,
+    }
+    return {
+        name: _of_stages(point.flow.stages, of, "N", f"{name.replace('_', ' ')} of a planet")
+        for name, of in forces.items()
+    }
+
+
+def _bearing_life(point: Point) -> MeasuredValues:
+    """L₁₀ in time over that of the unchanged case; stages that carry nothing are left out."""
+    reference_stages = {s.name: s for s in power_flow(point.reference).stages}
+    lives = {
+        s.name: (s, reference_stages[s.name]) for s in point.flow.stages if s.kind == "planetary"
+    }
+    loaded = {
+        name: pair
+        for name, pair in lives.items()
+        if all(s.planet_bearing_force and s.planet_relative_speed for s in pair)
+    }
+    kinds = {"ball": BALL, "roller": ROLLER}
+    values = [
+        [
+            life_ratio(
+                s.planet_bearing_force, s.planet_relative_speed,
+                r.planet_bearing_force, r.planet_relative_speed, exponent,
+            )
+            for s, r in loaded.values()
+        ]
+        for exponent in kinds.values()
+    ]  # fmt: skip
+    about = (
+        "basic rating life of planet bearings under nominal loads over that of the unchanged case"
+    )
+    return {"life_ratio": array(values, "1", about, bearing=list(kinds), stage=list(loaded))}
+
+
+def _of_stages(
+    stages: tuple[StageFlow, ...], of: Callable[[StageFlow], float], units: str, about: str
+) -> xr.DataArray:
+    return array([of(s) for s in stages], units, about, stage=[s.name for s in stages])
+
+
+def _load_sharing(point: Point) -> MeasuredValues:
+    coefficients = xr.concat([d["load_sharing_coefficient"] for d in point.sharing], "group")
+    return {"load_sharing": _coefficients(coefficients, "quasi-static load sharing")}
+
+
+def _transient_sharing(point: Point) -> MeasuredValues:
+    data, _ = point.transient
+    if "load_sharing_coefficient" not in data:
+        raise FlexgearError("no stage has planets that share a load")
+    coefficients = data["load_sharing_coefficient"]
+    return {"transient_sharing": _coefficients(coefficients, "load sharing after settling")}
+
+
+def _coefficients(coefficients: xr.DataArray, about: str) -> xr.DataArray:
+    """Coefficients by definition and group of gear meshes."""
+    values = coefficients.transpose("definition", "group")
+    names = {d: [str(n) for n in values[d].to_numpy()] for d in ("definition", "group")}
+    return array(values.to_numpy(), "1", f"{about}, largest of the planets", **names)
+
+
+def _gear_mesh_forces(point: Point) -> MeasuredValues:
+    forces = {
+        name: force
+        for data in point.sharing
+        for name, force in _by_group(data, "cycle_maximum").items()
+    }
+    about = "largest quasi-static gear-mesh force of a planet"
+    return {"gear_mesh_force_max": largest(forces, "N", about, "group")}
+
+
+def _transient_forces(point: Point) -> MeasuredValues:
+    _, rest = point.transient
+    forces = _by_group(rest.largest, "gear_mesh_force")
+    about = "largest gear-mesh force of a planet after settling"
+    return {"transient_force_max": largest(forces, "N", about, "group")}
+
+
+def _by_group(data: xr.Dataset, name: str) -> dict[str, xr.DataArray]:
+    """Values of gear meshes that share a load."""
+    return {group: data[name].isel(gear_mesh=at) for group, at in groups_in(data).items()}
+
+
+def _displacements(point: Point) -> MeasuredValues:
+    far = axis_distance(point.equilibria)
+    samples = [d for d in far.dims if d != "body"]
+    return {"displacement": _distances(far.mean(samples), far.max(samples), "quasi-static")}
+
+
+def _transient_displacements(point: Point) -> MeasuredValues:
+    _, rest = point.transient
+    mean, most = (d["axis_distance"] for d in (rest.mean, rest.largest))
+    return {"transient_displacement": _distances(mean, most, "after settling")}
+
+
+def _distances(mean: xr.DataArray, most: xr.DataArray, about: str) -> xr.DataArray:
+    """Mean and largest distance (body,) of central members from their axis, rolling taken off."""
+    far = [central_distance(distance, most) for distance in (mean, most)]
+    return array(
+        np.stack(far), "m", f"distance of the member from its axis, {about}",
+        statistic=STATISTICS, body=[str(n) for n in far[0]["body"].to_numpy()],
+    )  # fmt: skip
+
+
+def _tooth_load(point: Point) -> MeasuredValues:
+    """Of rings with tooth nodes; the flank that carries."""
+    loads = {
+        f"{stage} {gear}": tooth_loads(stage_part(point.equilibria, stage), gear).to_numpy()
+        for stage in _rings(point)
+        for gear in GEARS
+    }
+    return {"tooth_load": largest(loads, "N", "largest load of a tooth pair", "gear_mesh")}
+
+
+def _tooth_displacement(point: Point) -> MeasuredValues:
+    stages = _rings(point)
+    largest_of = [
+        np.abs(stage_part(point.equilibria, s)["tooth_displacement"].to_numpy()).max(axis=(0, 1))
+        for s in stages
+    ]
+    about = "largest displacement of a ring tooth node, fixed axes"
+    return {"tooth_displacement": array(largest_of, "m", about, stage=stages, axis=list("xyz"))}
+
+
+def _rings(point: Point) -> list[str]:
+    stages = list(point.case.fe_ring_stages)
+    if not stages:
+        raise FlexgearError("no stage has a ring with tooth nodes")
+    return stages
+
+
+MEASURES = (
+    Measure(
+        "frequencies",
+        "lowest natural frequencies and their types",
+        lambda p: frequencies(p.model, p.modes),
+    ),
+    Measure(
+        "frequencies_by_type",
+        "lowest natural frequencies of every type of mode",
+        lambda p: frequencies_by_type(p.model, p.modes),
+    ),
+    Measure("load_sharing", "quasi-static load sharing by three definitions", _load_sharing),
+    Measure("gear_mesh_forces", "largest quasi-static gear-mesh forces", _gear_mesh_forces),
+    Measure("displacements", "quasi-static floats of suns, rings, carriers", _displacements),
+    Measure("transient_sharing", "load sharing of a transient", _transient_sharing),
+    Measure("transient_forces", "largest gear-mesh forces of a transient", _transient_forces),
+    Measure(
+        "transient_displacements",
+        "floats of suns, rings, carriers in a transient",
+        _transient_displacements,
+    ),
+    Measure("speeds", "speeds of members and planets, gear-mesh frequencies", _speeds),
+    Measure("torques", "torques on all members", _torques),
+    Measure("powers", "powers of members, rolling and circulating power", _powers),
+    Measure("mean_forces", "mean forces of gear meshes and planet bearings", _mean_forces),
+    Measure("tooth_load", "largest load of a tooth pair of rings that bend", _tooth_load),
+    Measure(
+        "tooth_displacement",
+        "largest displacement of the tooth nodes of rings that bend",
+        _tooth_displacement,
+    ),
+    Measure("bearing_life", "rating life of planet bearings over that of the case", _bearing_life),
+)
 
 
 def measures_of(case: Case) -> dict[str, Measure]:
@@ -20,20 +320,15 @@ def measures_of(case: Case) -> dict[str, Measure]:
 
 
 def chosen_measures(case: Case, names: Sequence[str]) -> tuple[str, ...]:
-    """The named measures, or the usual ones; InputError for one that is not known."""
-    if not names:
-        return usual_measures(case)
-    measures_by_name = measures_of(case)
+    """The named measures, or frequencies and load sharing; InputError for one that is not there."""
+    by_name = measures_of(case)
     for name in names:
-        if name in FE_ONLY and name not in measures_by_name:
-            raise InputError(
-                "--measure", name, "needs a ring that bends", nearest(name, list(measures_by_name))
-            )
-        if name not in measures_by_name:
-            raise InputError(
-                "--measure", name, "is no measure", nearest(name, list(measures_by_name))
-            )
-    return tuple(dict.fromkeys(names))
+        if name not in by_name:
+            problem = "needs a ring that bends" if name in FE_ONLY else "is no measure"
+            raise InputError("--measure", name, problem, nearest(name, list(by_name)))
+    shared = any(stage.planets > 1 for stage in case.stages)
+    usual = ("frequencies", "load_sharing" if shared else "speeds")
+    return tuple(dict.fromkeys(names)) or usual
 
 
 def measured(case: Case, reference: Case, names: Sequence[str], modes: int) -> MeasuredValues:
@@ -41,13 +336,9 @@ def measured(case: Case, reference: Case, names: Sequence[str], modes: int) -> M
 
     reference: the case without the sweep's changes; modes: how many natural modes are listed.
     """
-    point, measures_by_name, figures = (
-        Point(case, reference, modes),
-        measures_of(case),
-        MeasuredValues(),
-    )
+    point, figures = Point(case, reference, modes), MeasuredValues()
     for name in names:
-        figures |= measures_by_name[name].of(point)
+        figures |= measures_of(case)[name].of(point)
     if lines := point.warnings:
         figures[WARNING] = array("; ".join(lines), "", "what to mind at the point")
     return figures
