@@ -51,15 +51,15 @@ def _weight(b: TrainAssembly, number: int, m: Member) -> GivenLoad:
 
 
 def _given_load(b: TrainAssembly, k: int) -> list[GivenLoad]:
-    """The load that the case lists as number k, on a member where it meets the rest of the train or
-    on any lumped body; a history component by component."""
+    """The load that the case lists as number k, on a member where it meets the rest of the train;
+    a history component by component."""
     load, places = b.case.loads[k], _places(b)
     if load.member not in places:
         raise InputError(
             b.case.source, f"loads[{k}].member", f"{load.member} cannot be loaded",
             f"name one of {', '.join(sorted(places))}",
         )  # fmt: skip
-    number, m = places[load.member]
+    number, m = places[MemberName.parse(load.member)]
     block = b.block_of.get(load.member, -1)  # of one lumped body; halves of a ring share it
     if not m.lumped or block < 0:
         block = _new_block(b, end_rows(b, load.member))
@@ -80,17 +80,13 @@ def _given_load(b: TrainAssembly, k: int) -> list[GivenLoad]:
     ]
 
 
-def _places(b: TrainAssembly) -> dict[str, tuple[int, Member]]:
-    """What can be loaded: by name its stage and its body, one of the halves of a ring."""
-    out: dict[str, tuple[int, Member]] = {}
-    for number, members in enumerate(b.members):
-        for m in members:
-            member = MemberName.of(b.case.stages[number].name, m.part)
-            if m.planet >= 0:
-                out[m.body.name] = (number, m)
-            elif ends_of(b, member):
-                out.setdefault(member, (number, m))
-    return out
+def _places(b: TrainAssembly) -> dict[MemberName, tuple[int, Member]]:
+    """What can be loaded: members by name, with the number of their stage and their first body."""
+    return {
+        member: (b.case.stage_index(member), b.bodies_of(member)[0])
+        for member in b.case.member_names()
+        if ends_of(b, member)
+    }
 
 
 def _new_block(b: TrainAssembly, rows: Array) -> int:
