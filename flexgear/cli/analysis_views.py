@@ -129,7 +129,8 @@ def farthest(distances_um: Mapping[str, float]) -> Iterator[Length]:
 
 def neglected_lines(model: Model, lengths: Iterator[Length], torque_share: float) -> list[str]:
     """Sentences about effects that are left out and not small against these figures."""
-    effects = beside_lengths(model.case, model.flow, lengths, torque_share)
+    rigid = {body.name.alike for body in model.system.bodies if body.rigid}
+    effects = beside_lengths(model.case, model.flow, lengths, torque_share, rigid)
     return [str(effect["sentence"]) for effect in effects]
 
 

@@ -1,4 +1,4 @@
-"""Commands about ring and carrier: FE meshes and reductions."""
+"""Commands about FE bodies: their meshes and reductions."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ Component = Annotated[
     typer.Option(
         "--component",
         "-c",
-        metavar="ring|carrier|both",
+        metavar="ring|planet|carrier|all",
         help="Which component; stage_1.ring in a train with several flexible stages.",
     ),
 ]
@@ -48,18 +48,18 @@ def components(case: Case, name: str) -> dict[str, tuple[BodyName, FeBody]]:
         body.part if body.stage == "stage" else str(body): (body, source)
         for view in case.flexible_stages.values()
         for body, source in fe_sources(view).items()
-        if name in ("both", body.part, body)
+        if name in ("all", body.part, body)
     }
     if not chosen:
         raise InputError(
-            "--component", name, "is not a component", "name ring, planet, carrier or both"
+            "--component", name, "is not a component", "name ring, planet, carrier or all"
         )
     return chosen
 
 
 def mesh(
     case: CaseName,
-    component: Component = "both",
+    component: Component = "all",
     export: Annotated[
         Path | None,
         file_option("--export", "Write .vtu, .msh or .inp with the patches."),
@@ -72,7 +72,7 @@ def mesh(
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
-    """Generate (or read) the FE meshes of ring and carrier; export one, or list their groups."""
+    """Generate (or read) FE meshes of ring, planets and carrier; export one, or list groups."""
     source = read_case(case, settings, loaded=False)
     parts = components(source, component)
     if groups and export is not None:
@@ -149,12 +149,12 @@ def _figures(fe_mesh: FeMesh) -> dict[str, Any]:
 
 def reduce(
     case: CaseName,
-    component: Component = "both",
+    component: Component = "all",
     settings: Settings = None,
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
-    """Reduce ring and carrier to their interface nodes, with error estimates; kept in a cache."""
+    """Reduce FE bodies to their interface nodes, with error estimates; kept in a cache."""
     source = read_case(case, settings, loaded=False)
     parts, limit = components(source, component), reduction_limit(source)
     with progress(quiet) as report:

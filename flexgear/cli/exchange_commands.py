@@ -60,14 +60,14 @@ def export(
         typer.Option(
             "--reduced",
             metavar="DIR",
-            help="Reduced ring and carrier: stiffness, mass, table of nodes.",
+            help="Reduced FE bodies: stiffness, mass, table of nodes.",
             parser=folder_named,
         ),
     ] = None,
     form: Annotated[
         str, typer.Option("--format", metavar="op4|mtx|npz", help="Of the reduced matrices.")
     ] = "op4",
-    component: Component = "both",
+    component: Component = "all",
     recovery: Annotated[
         bool, typer.Option("--recovery", help="The way back to the FE mesh's vertices, too.")
     ] = False,

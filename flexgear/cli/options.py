@@ -26,7 +26,7 @@ AsJson = Annotated[bool, typer.Option("--json", help="Print JSON, for programs."
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress, only the outcome.")]
 Rigid = Annotated[
     list[str] | None,
-    typer.Option("--rigid", metavar="PART", help="Make ring, carrier, shaft or all rigid."),
+    typer.Option("--rigid", metavar="PART", help="Make ring, planet, carrier, shaft or all rigid."),
 ]
 Workers = Annotated[
     int | None,

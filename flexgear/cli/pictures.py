@@ -63,7 +63,7 @@ def drawn_side(
     ordered = [pictures[name] for name in drawn.plan]
     notes = [picture.caption for picture in ordered if picture.file is None][:1]
     if content.rings and not content.fields:
-        notes = ["no 3D renders: ring and carrier are rigid"]
+        notes = ["no 3D renders: no FE body is flexible"]
     shown = [picture for picture in ordered if picture.file is not None]
     case, flow, summary = content.case, content.flow, content.summary
     side = Side(

@@ -16,7 +16,8 @@ u = Σ aₙ cos nθ + bₙ sin nθ outward, v = −∫u dθ round the rim, secti
 
 Tooth forces act at the working circles r_w (v + (r_w − R) ψ along them), the pin presses on half of
 the bore by a cosine. Free but for these, so rollers that fill the bore would hold it rounder: what
-comes out is the most that a rim gives way along the lines of action.
+comes out is the most that a rim gives way along the lines of action. Planets that are flexible FE
+bodies ovalise in the model, so nothing of it is estimated for them.
 
 **A pin** inside its planet is a beam built in at both plates, its force even over the seat: its
 middle against the seat's ends
@@ -49,7 +50,7 @@ Array = NDArray[np.float64]
 
 def neglected_effects(view: StageView, forces: Mapping[str, float]) -> dict[str, float]:
     """Sizes under the normal forces of one gear mesh of "sun" and "ring", N, with their units in
-    the keys; rims of planets with a bore and pins of an FE carrier only."""
+    the keys; rims of planets with a bore that are no flexible FE bodies, pins of an FE carrier."""
     g, stage = stage_geometry(view), view.stage
     effects = {"coefficient_of_friction": FRICTION}
     for role in g.gear_meshes:
@@ -62,7 +63,7 @@ def neglected_effects(view: StageView, forces: Mapping[str, float]) -> dict[str,
     normal = {
         role: halves * abs(forces[role]) * math.cos(g.base_helix_angle) for role in g.gear_meshes
     }
-    if stage.planet.bore_diameter > 0.0:
+    if stage.planet.bore_diameter > 0.0 and view.fe_tie("planet") is None:
         for role, size in _planet_rim(view, g, normal, 0.5 * stage.planet.bore_diameter).items():
             effects[RIM_KEYS[role]] = 1e6 * size
     if view.stage.form("carrier") == "fe":

@@ -9,7 +9,7 @@ compared by which the teeth of a planet give way.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -104,15 +104,18 @@ def neglected(case: Case, flow: PowerFlow, summary: Mapping[str, Any]) -> list[d
 
 
 def beside_lengths(
-    case: Case, flow: PowerFlow, figures: Iterable[Length], torque_share: float = 1.0
+    case: Case,
+    flow: PowerFlow,
+    figures: Iterable[Length],
+    torque_share: float = 1.0,
+    rigid: Collection[BodyName] = (),
 ) -> Iterator[dict[str, Any]]:
-    """The same of lengths; torque_share: of the rated torque, at which they are."""
+    """The same of lengths; torque_share: of the rated torque, at which they are; rigid: bodies that
+    do not bend in the model, whatever the case says."""
     for figure in figures:
-        effects = {
-            name: size
-            for name, (size, _) in _effects(case, flow, figure.stage, torque_share).items()
-            if size > SMALL * figure.value
-        }
+        rated = effects_of(case, flow, figure.stage, rigid)
+        sizes = {name: abs(torque_share) * size for name, (size, _) in rated.items()}
+        effects = {n: size for n, size in sizes.items() if size > SMALL * figure.value}
         if effects:
             left = " and ".join(f"{EFFECTS[n]} (up to {_about(x)})" for n, x in effects.items())
             yield {
@@ -128,7 +131,7 @@ def beside_lengths(
 def _beside_sharing(case: Case, flow: PowerFlow, sharing: Sharing) -> list[dict[str, Any]]:
     """K of a stage, whose errors meet softer paths with what is left out."""
     k = max(x for x in (sharing.in_equilibria, sharing.in_time) if x is not None)
-    effects = _effects(case, flow, sharing.stage)
+    effects = effects_of(case, flow, sharing.stage)
     soft = sum(way for _, way in effects.values())
     teeth = _teeth(case, flow, sharing.stage)
     if k - 1.0 < UNEVEN or soft <= SMALL * teeth:
@@ -148,14 +151,15 @@ def _beside_sharing(case: Case, flow: PowerFlow, sharing: Sharing) -> list[dict[
     ]
 
 
-def _effects(
-    case: Case, flow: PowerFlow, stage: str, share: float = 1.0
+def effects_of(
+    case: Case, flow: PowerFlow, stage: str, rigid: Collection[BodyName] = ()
 ) -> dict[str, tuple[float, float]]:
-    """By name the largest length of an effect, and by how much with it a planet gives way along
-    both lines of action together, m; empty where the stage has none."""
+    """By name the largest length of an effect at rated torque, and by how much with it a planet
+    gives way along both lines of action together, m; empty where the stage has none."""
     if all(s.name != stage for s in case.stages):
         return {}
     view = case.view(stage)
+    view = view.with_rigid([name.part for name in view.fe_bodies if name in rigid])
     sizes = neglected_effects(view, flow.stage(stage).gear_mesh_forces)
     rims = [sizes[key] for key in RIM_KEYS.values() if key in sizes]
     effects = {"rim": (max(rims), sum(rims))} if rims else {}
@@ -163,10 +167,7 @@ def _effects(
         meshes = stage_geometry(view).gear_meshes.values()
         pin = sizes["pin_bends_in_planet_um"]
         effects["pin"] = pin, pin * sum(math.cos(m.working_angle) for m in meshes)
-    scale = 1e-6 * abs(share)
-    return {
-        name: (scale * size, scale * deflection) for name, (size, deflection) in effects.items()
-    }
+    return {name: (1e-6 * size, 1e-6 * more) for name, (size, more) in effects.items()}
 
 
 def _about(size: float) -> str:

@@ -74,3 +74,12 @@ def test_sizes_follow_what_the_case_has(name):
     for key, size in found.items():
         linear = key.endswith(("_um", "_n"))
         assert twice[key] == pytest.approx((2 if linear else 1) * size)
+
+
+def test_planets_that_ovalise_in_the_model_are_not_estimated():
+    case = load_case("wind-5mw")
+    lumped = neglected_effects(case.view(), forces := power_flow(case).stages[0].gear_mesh_forces)
+    case = case.with_(**{"stage.planet.fe.tie": "root"})
+    flexible = neglected_effects(case.view(), forces)
+    assert not any(key.startswith("free_planet_rim") for key in flexible)
+    assert neglected_effects(case.view().with_rigid(["planet"]), forces) == lumped

@@ -6,6 +6,7 @@ import pytest
 
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.load import load_case
+from flexgear.model.names import BodyName
 from flexgear.results.report.wording import with_unit
 from flexgear.solve.neglected import Length, beside_lengths, neglected
 
@@ -76,3 +77,11 @@ def test_softer_paths_stand_beside_load_sharing():
 def test_an_even_share_and_a_large_figure_need_no_word():
     assert neglected(CASE, FLOW, summary(1.0002, 2000.0)) == []
     assert neglected(CASE, FLOW, summary(1.0002, 0.0)) == []
+
+
+def test_rims_of_fe_planets_are_neglected_where_they_are_rigid():
+    case = CASE.with_(**{"stage.planet.fe.tie": "root"})
+    shape = [Length("Ring shape", "stage", 33e-6, "")]
+    (flexible,) = beside_lengths(case, FLOW, shape)
+    (rigid,) = beside_lengths(case, FLOW, shape, rigid={BodyName.of("stage", "planet")})
+    assert list(flexible["effects_um"]) == ["pin"] and list(rigid["effects_um"]) == ["rim", "pin"]

@@ -7,7 +7,7 @@ from typing import Any
 
 from flexgear.results.report.wording import number, window_words, with_unit, words
 from flexgear.solve.headlines.declaration import Answer, Findings, Headline, Level
-from flexgear.solve.neglected import EFFECTS, Length, transmission_errors
+from flexgear.solve.neglected import EFFECTS, Length, effects_of, transmission_errors
 from flexgear.solve.small_motion import CONSEQUENCE, motion_shares, motions_of_summary
 
 
@@ -61,8 +61,10 @@ def _neglected(findings: Findings) -> Iterator[Answer]:
         sentences += [r["sentence"] for r in of_stage if "load_sharing" in r]
         shown = f"up to {number(max(effects.values()), 3)} µm"
         yield Answer("watch", stage, max(effects.values()), shown, " ".join(sentences))
-    if not by_stage:
-        about = " and ".join(EFFECTS.values())
+    case, flow = findings.case, findings.flow
+    small = {name for s in case.stages for name in effects_of(case, flow, s.name)}
+    if small and not by_stage:
+        about = " and ".join(text for name, text in EFFECTS.items() if name in small)
         yield Answer("good", "", None, "small", f"Up to a tenth of the figures: {about}.")
 
 
