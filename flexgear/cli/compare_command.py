@@ -121,11 +121,13 @@ def _variants(case: Case, positions: int, as_json: bool, quiet: bool) -> None:
         f"{titled_by_stage(case.name, stage)}: equilibria at rated torque over "
         f"{math.degrees(period):g} deg of the carrier"
     )
-    typer.echo("  flexible        K mean    K max   tooth load kN   tooth node µm   sun mrad")
+    wide = max(14, *(len(label) + 1 for label in figures))
+    head = f"  {'flexible':<{wide}}"
+    typer.echo(f"{head}  K mean    K max   tooth load kN   tooth node µm   sun mrad")
     for label, row in figures.items():
         k = row["load_sharing"]
         typer.echo(
-            f"  {label:<14}{k['mean']:8.4f} {k['max']:8.4f}"
+            f"  {label:<{wide}}{k['mean']:8.4f} {k['max']:8.4f}"
             f" {row['ring_tooth_load_n_max'] / 1e3:15.1f}"
             f" {row['tooth_displacement_um_max']:15.1f} {row['sun_wind_up_mrad_mean']:11.3f}"
         )

@@ -49,6 +49,7 @@ class Assembly:
         self.node_angles: list[int] = []
         self.stands: dict[str, Array] = {}  # of a stage in an FE housing, m
         self.support_rows: list[tuple[float, list[tuple[int, Array]]]] = []
+        self.support_names: list[str] = []  # of each of these rows
 
     def body(self, name: str) -> Body:
         """One body by name."""
@@ -187,7 +188,7 @@ class Assembly:
         nodes = [self.contact_node(rows, angle)]
         if moves:
             nodes.append(self.contact_node(housing, -1))
-        self._turning_rows(rest, nodes)
+        self._turning_rows(name, rest, nodes)
 
     def turning_link(
         self, name: str, first: Array, second: Array, matrix: Array, angle: int
@@ -201,6 +202,7 @@ class Assembly:
         ends = [self.contact_node(first, -1), self.contact_node(second, angle)]
         for value, vector in zip(*rotating_rows((1.0 - CENTERING) * matrix), strict=True):
             self.support_rows.append((float(value), [(ends[0], vector), (ends[1], -vector)]))
+            self.support_names.append(name)
         self.rotating_frame_supports.append(
             RotatingFrameSupport(name, first, second, matrix, -1, angle)
         )
@@ -224,14 +226,14 @@ class Assembly:
         self.links.append(Link(name, both, mean))
         if np.abs(rest).max() <= 1e-12 * np.abs(matrix).max():
             return
-        self._turning_rows(
-            rest, [self.contact_node(first, angles[0]), self.contact_node(second, angles[1])]
-        )
+        ends = [self.contact_node(first, angles[0]), self.contact_node(second, angles[1])]
+        self._turning_rows(name, rest, ends)
 
-    def _turning_rows(self, rest: Array, nodes: Sequence[int]) -> None:
+    def _turning_rows(self, name: str, rest: Array, nodes: Sequence[int]) -> None:
         for value, vector in zip(*rotating_rows(rest), strict=True):
             ends = [(n, vector[6 * k : 6 * k + 6]) for k, n in enumerate(nodes)]
             self.support_rows.append((float(value), ends))
+            self.support_names.append(name)
 
     def rotation(self, body: str) -> Array:
         """Coordinates (d,) of a unit rotation of one body about the axis of its frame."""

@@ -270,6 +270,7 @@ def _system(b: TrainAssembly, rigid_bodies: Collection[BodyName]) -> System:
             if m.frame == "ring" and not m.lumped
         },
         rotating_frame_supports=tuple(a.rotating_frame_supports),
+        support_names=tuple(a.support_names),
         damping=Damping(
             d.ratio if modal else 0.0, 0.0 if modal else d.alpha, 0.0 if modal else d.beta
         ),

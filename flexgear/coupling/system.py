@@ -129,7 +129,8 @@ class System:
     rated, rad/s; gear_meshes: label of every gear mesh m; gyroscopic, centripetal: (d, d) at rated
     speed, for M q̈ + G q̇ + (K − C) q, or None; rigid_bodies: those that do not bend of the bodies
     that may; variant: ``variant_label``; ring_frames: of FE rings by body which of the angles their
-    frame has turned by, −1 where it stands.
+    frame has turned by, −1 where it stands; support_names: of the support or joint that each of the
+    rows of turning supports belongs to.
     """
 
     variant: str
@@ -159,6 +160,7 @@ class System:
     header: dict[str, float | str] = field(default_factory=dict)
     frames: dict[str, StageFrame] = field(default_factory=dict)
     ring_frames: dict[str, int] = field(default_factory=dict)
+    support_names: tuple[str, ...] = ()
 
     @property
     def carrier_angle(self) -> Array:

@@ -191,7 +191,8 @@ def shown_bodies(system: System) -> Iterator[tuple[str, str, str]]:
     """Name in results, body and node of lumped bodies and of those that bend."""
     for body in system.bodies:
         part = body.name.part
-        node = body.node_names[0] if len(body.node_names) == 1 else NODES.get(part, "")
+        single = len(body.node_names) == 1 or part == "planet"  # an FE planet: its rigid motion
+        node = body.node_names[0] if single else NODES.get(part, "")
         if node not in body.node_names or part == "output":
             continue
         yield result_name(body.name), body.name, node

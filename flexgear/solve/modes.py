@@ -102,15 +102,25 @@ def contributions(model: Model, contact: ContactSprings) -> dict[str, tuple[Arra
         rows = np.vstack([flank.rows for flank in flanks])
         matrix = linalg.block_diag(*(flank.matrix for flank in flanks))
         shares[f"{name.group} gear mesh {name.planet}"] = rows, matrix
-    for kind, label in ((SUPPORT, "turning supports"), (BEARING, "bearings with clearance")):
-        if kind in contact.others:
-            shares[label] = contact.others[kind].rows, contact.others[kind].matrix
+    for support in dict.fromkeys(system.support_names):
+        at = [k for k, other in enumerate(system.support_names) if other == support]
+        turning = contact.others[SUPPORT]
+        springs = turning.rows[at], turning.matrix[np.ix_(at, at)]
+        shares[support] = _together(shares[support], springs) if support in shares else springs
+    if BEARING in contact.others:
+        bearings = contact.others[BEARING]
+        shares["bearings with clearance"] = bearings.rows, bearings.matrix
     for body in system.bodies:
         if not body.rigid:
             place = np.zeros((body.size, system.size))
             place[:, system.slice_of(body.name)] = np.eye(body.size)
             shares[body.name] = (place, body.stiffness)
     return shares
+
+
+def _together(first: tuple[Array, Array], second: tuple[Array, Array]) -> tuple[Array, Array]:
+    """Springs of two sets of rows as one."""
+    return np.vstack([first[0], second[0]]), linalg.block_diag(first[1], second[1])
 
 
 def mode_rows(data: xr.Dataset) -> list[dict[str, Any]]:
