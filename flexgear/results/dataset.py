@@ -22,7 +22,6 @@ from flexgear.results.netcdf import Encoding, NewFile, read
 from flexgear.results.version import version
 
 
-
 def provenance(
     *, case: str, variant: str, content_hash: str, parameters: Mapping[str, Any], **more: Any
 ) -> dict[str, Any]:

@@ -17,7 +17,6 @@ from flexgear.model.errors import FlexgearError
 from flexgear.results.sinks import Ranges
 
 
-
 def energy_residual(data: xr.Dataset) -> NDArray[np.float64]:
     """Residual (t,) over the peak elastic energy of a dataset with energy_* in J."""
     account = energy_account(data)

@@ -89,9 +89,9 @@ def edge_warnings(figures: Mapping[str, Mapping[str, Any]]) -> list[str]:
             most = max(every, key=lambda x: float(x[size]))
             texts.append(
                 f"{group}: {edge_text} up to {most[size]:.4g} N/mm, and more than {limit} mean "
-           "line load "
+                "line load "
                 f"of {most['mean_line_load_n_per_mm']:.4g} N/mm at {100 * most[often]:.3g} % of "
-           "the "
+                "the "
                 f"positions; {remedy}"
             )
     return texts

@@ -11,7 +11,6 @@ from numpy.typing import ArrayLike, NDArray
 from flexgear.results.quantities import AXES
 from flexgear.structures.strain import COMPONENTS, von_mises
 
-
 _HOW = "of the gradient fitted to displacements around a vertex, one value for all cells there"
 
 

@@ -21,12 +21,12 @@ class Bars(NamedTuple):
 
 
 class Figure(NamedTuple):
-    """path: keys with dots below those of its section, angle brackets for names of the case;
-    unit: "" where it is no number; needed: always, where the section that its path begins with is
-    there, or not; of: the value of the path's first key, with all that is below it, of what the
-    section is of: ABSENT where there is none, None where it has no number; label: of its rows in
-    tables, {name} for angle brackets, "" where they leave it out; printed: unit in tables, where the
-    unit does not say; bars: its picture, if it has one.
+    """path: keys with dots below those of its section, angle brackets for names of the case; unit:
+    "" where it is no number; needed: always, where the section that its path begins with is there,
+    or not; of: the value of the path's first key, with all that is below it, of what the section is
+    of: ABSENT where there is none, None where it has no number; label: of its rows in tables,
+    {name} for angle brackets, "" where they leave it out; printed: unit in tables, where the unit
+    does not say; bars: its picture, if it has one.
     """
 
     path: str

@@ -10,10 +10,10 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
-from flexgear.results.load_sharing import load_sharing, mesh_load_factor, planet_load_factors
-from flexgear.results.running_sharing import DEFINITIONS, RunningSharing
 from flexgear.model.names import GearMeshName
 from flexgear.results.labelled_dataset import groups_of
+from flexgear.results.load_sharing import load_sharing, mesh_load_factor, planet_load_factors
+from flexgear.results.running_sharing import DEFINITIONS, RunningSharing
 
 Array = NDArray[np.float64]
 ROUNDING = 1e-9  # of the largest force of a train: below it a gear mesh carries nothing
@@ -74,8 +74,8 @@ class SharingCoefficients:
             group.close_window()
 
     def coefficients(self, first: int = 0) -> dict[str, Array]:
-        """ "load_sharing_coefficient" (definitions, groups) and "planet_coefficient" (definitions, G)
-        from the window ``first`` on, "mesh_load_factor" (groups,)."""
+        """ "load_sharing_coefficient" (definitions, groups) and "planet_coefficient" (definitions,
+        G) from the window ``first`` on, "mesh_load_factor" (groups,)."""
         planets = np.full((len(DEFINITIONS), self._count), np.nan)
         for at, group in self._groups:
             planets[:, at] = [group.planets(d, first) for d in DEFINITIONS]

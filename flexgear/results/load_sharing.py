@@ -9,9 +9,10 @@ Papers that look at the maximum of each gear-mesh cycle k define
 
 where the maxima of planets need not fall together, so that B stays below the largest K. They then
 differ: the mean-based factor of Hu et al. 2023 (eqs. 19, 20) is max_k B_ik, the cycle-based factor
-of Ren et al. 2021 (eqs. 21 to 24) 1 + max_k |B_ik − 1|, which counts a planet that carries too little as well. Hu's eq. 19 as printed
-runs its maxima over all planets and cycles at once, which makes it 1 whatever the forces are; the
-text beside it and eq. 20 only make sense planet by planet and cycle by cycle.
+of Ren et al. 2021 (eqs. 21 to 24) 1 + max_k |B_ik − 1|, which counts a planet that carries too
+little as well. Hu's eq. 19 as printed runs its maxima over all planets and cycles at once, which
+makes it 1 whatever the forces are; the text beside it and eq. 20 only make sense planet by planet
+and cycle by cycle.
 """
 
 from __future__ import annotations
@@ -142,9 +143,9 @@ def sharing_by(
 ) -> LoadSharing:
     """Load sharing of the gear-mesh forces (t, N) of one gear mesh side by a named definition.
 
-    "instantaneous": K_i(t) = N F_i/ΣF, largest over time; "mean-based" and "cycle-based": see the head
-    of this file. Reversed torque (ΣF < 0 on average) counts as carried. FlexgearError where the
-    planets together carry nothing in some cycle, so that there is nothing to share.
+    "instantaneous": K_i(t) = N F_i/ΣF, largest over time; "mean-based" and "cycle-based": see the
+    head of this file. Reversed torque (ΣF < 0 on average) counts as carried. FlexgearError where
+    the planets together carry nothing in some cycle, so that there is nothing to share.
     """
     if definition not in get_args(Definition):
         raise FlexgearError(

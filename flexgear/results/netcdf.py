@@ -1,10 +1,10 @@
 """netCDF-4 files, written and read through HDF5 alone.
 
 A netCDF-4 file is an HDF5 file in which axes are dimension scales (netCDF-4 file format
-specification, Unidata). Of xarray's engines h5netcdf looks every axis of every variable up again and
-again (half a second for a file of a run, of which there are twenty), and the netCDF library in C ends
-the process with a fault where two threads use it, if only to let go of files. h5py may be used by
-any thread. What is written here, both engines read.
+specification, Unidata). Of xarray's engines h5netcdf looks every axis of every variable up again
+and again (half a second for a file of a run, of which there are twenty), and the netCDF library in
+C ends the process with a fault where two threads use it, if only to let go of files. h5py may be
+used by any thread. What is written here, both engines read.
 """
 
 from __future__ import annotations
@@ -53,7 +53,8 @@ class NewFile:
         return self._file[name].dtype  # type: ignore[no-any-return]
 
     def put(self, name: str, values: NDArray[Any], rows: slice | None = None) -> None:
-        """Values of a variable, or some rows of it along its first axis. OSError where the disk refuses."""
+        """Values of a variable, or some rows of it along its first axis. OSError where the disk
+        refuses."""
         self._file[name][... if rows is None else rows] = values
         self._disk.require()
 
@@ -114,9 +115,7 @@ class _Disk:
 def _fill(file: h5py.File, data: xr.Dataset, encoding: Encoding, long: Mapping[str, int]) -> None:
     sizes = {str(d): long.get(str(d), n) for d, n in data.sizes.items()}
     auxiliary = {
-        str(c): {*data.variables[c].dims}
-        for c in data.coords
-        if data.variables[c].dims != (c,)
+        str(c): {*data.variables[c].dims} for c in data.coords if data.variables[c].dims != (c,)
     }
     attached: set[str] = set()
     coords = {*map(str, data.coords)}
@@ -150,7 +149,8 @@ def _stored(
     encoding: Encoding,
     long: Mapping[str, int],
 ) -> h5py.Dataset:
-    """Write a variable with its attributes; its values only where none of its axes grows with time."""
+    """Write a variable with its attributes; its values only where none of its axes grows with
+    time."""
     values, options = variable.to_numpy(), dict(encoding.get(name, {}))
     text, truth = values.dtype.kind in "UO", values.dtype.kind == "b"
     dtype = h5py.string_dtype() if text else options.pop("dtype", "i1" if truth else values.dtype)

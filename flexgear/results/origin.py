@@ -16,9 +16,9 @@ from pathlib import Path
 from typing import Any
 
 from flexgear.model.case import Case
-from flexgear.model.stage_view import StageView
 from flexgear.model.errors import InputError
 from flexgear.model.input_file import MOST_CASE, read_text, require_regular
+from flexgear.model.stage_view import StageView
 
 _MOST = 1 << 40  # bytes of a dataset, of which only the attributes are read
 _REPORT = re.compile(r'<meta name="flexgear-case" content="([^"]*)">')

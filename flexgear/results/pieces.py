@@ -1,4 +1,5 @@
-"""A dataset in a file taken piece by piece: nothing that grows with its length comes into memory."""
+"""A dataset in a file taken piece by piece: nothing that grows with its length comes into
+memory."""
 
 from __future__ import annotations
 

@@ -21,9 +21,13 @@ RESULT_COORDINATES: dict[str, Coordinate] = {
     "bearing": Coordinate("", "bearing or support", "name"),
     "bearing_row": Coordinate("1", "row of rollers, from 1 at -z"),
     "tooth_angle": Coordinate("rad", "angle of the ring tooth's centre"),
-    "lead_angle": Coordinate("rad", "rotation of the first port of given speed that turns, as asked for"),
+    "lead_angle": Coordinate(
+        "rad", "rotation of the first port of given speed that turns, as asked for"
+    ),
     "turning_stage": Coordinate("", "stage, by the angle that its teeth mesh at"),
-    "flank": Coordinate("", "one flank of a gear mesh: stage, kind, side, planet, drive or coast", "flank_stage"),
+    "flank": Coordinate(
+        "", "one flank of a gear mesh: stage, kind, side, planet, drive or coast", "flank_stage"
+    ),
     "flank_stage": Coordinate("", "stage of the flank"),
     "flank_kind": Coordinate("", "ring or sun"),
     "flank_side": Coordinate("", "half of a double-helical stage"),
@@ -31,14 +35,20 @@ RESULT_COORDINATES: dict[str, Coordinate] = {
     "flank_sense": Coordinate("", "drive: carries under rated torque; coast: the other"),
     "slice": Coordinate("1", "slice of a contact line, from 1 at -z"),
     "face": Coordinate("1", "place along the face over its width, from -1/2 at -z to 1/2"),
-    "cause": Coordinate("", "what misaligns a gear mesh: a body or bearing, errors, modified flanks"),
-    "pair_member": Coordinate("", "of a tooth pair: planet (gear of a parallel stage), or gear: its mate"),
+    "cause": Coordinate(
+        "", "what misaligns a gear mesh: a body or bearing, errors, modified flanks"
+    ),
+    "pair_member": Coordinate(
+        "", "of a tooth pair: planet (gear of a parallel stage), or gear: its mate"
+    ),
     "fillet": Coordinate("", "fillet of a tooth: on its -theta or +theta side"),
     "gear_mesh_order": Coordinate("1", "order of the gear mesh, from 1"),
     "gear_mesh_phase": Coordinate("1", "gear-mesh cycles from the first position on"),
     "bolt": Coordinate("", "bolt of a ring", "name"),
     "fe_coordinate_of": Coordinate("", "FE body that a coordinate belongs to", "name"),
-    "support": Coordinate("", "bearing, fit, spline, joint or other spring between two nodes", "name"),
+    "support": Coordinate(
+        "", "bearing, fit, spline, joint or other spring between two nodes", "name"
+    ),
     "tooth_stage": Coordinate("", "stage of the ring tooth"),
     "tooth_side": Coordinate("", "half of a double-helical ring that the tooth is of"),
     "gauge": Coordinate("", "virtual strain gauge: stage and name", "name"),
@@ -64,12 +74,16 @@ RESULT_COORDINATES: dict[str, Coordinate] = {
     "spring": Coordinate("", "link, support, gear mesh or body that is strained"),
     "motion": Coordinate("", "part of the kinetic energy: motion of central members, or planets"),
     "speed_factor": Coordinate("1", "speed over rated speed"),
-    "excitation": Coordinate("", "order of a gear-mesh frequency, of a shaft's turn or of passing planets"),
+    "excitation": Coordinate(
+        "", "order of a gear-mesh frequency, of a shaft's turn or of passing planets"
+    ),
     "excitation_stage": Coordinate("", "stage that it belongs to"),
     "excitation_kind": Coordinate("", "gear mesh, shaft or planet pass"),
     "excitation_order": Coordinate("1", "order of the harmonic"),
     "crossing": Coordinate("1", "number of the crossing, from 1"),
-    "meeting": Coordinate("1", "number of a mode that an excitation meets at an operating speed, from 1"),
+    "meeting": Coordinate(
+        "1", "number of a mode that an excitation meets at an operating speed, from 1"
+    ),
     "harmonic": Coordinate("Hz", "frequency of an error of gears or of a gear mesh"),
 }
 
@@ -93,7 +107,9 @@ RESULT_QUANTITIES: dict[str, Quantity] = {
         (S,), "J", "work of changing pair stiffness and contact vectors"
     ),
     "energy_load_work": Quantity((S,), "J", "work done by weight and loads given from outside"),
-    "input_angle": Quantity((S, "input_coordinate"), "rad", "rotation of members that turn independently"),
+    "input_angle": Quantity(
+        (S, "input_coordinate"), "rad", "rotation of members that turn independently"
+    ),
     "input_speed": Quantity((S, "input_coordinate"), "rad/s", "their speed"),
     "stage_angle": Quantity(
         (S, "turning_stage"), "rad", "turn of the carrier (mean of the pins) against the ring; gear"
@@ -124,12 +140,34 @@ RESULT_QUANTITIES: dict[str, Quantity] = {
     "pair_planet_tooth": Quantity(
         (S, "flank", "slot"), "1", "tooth of the planet in a pair, from 1; 0: no pair"
     ),
-    "path_start": Quantity(("flank",), "m", "path coordinate where the path of contact starts, at the root of the planet"),
-    "path_end": Quantity(("flank",), "m", "path coordinate where it ends, at the tip of the planet"),
-    "planet_base_diameter": Quantity(("flank",), "m", "base diameter of the planet, or of the gear of a parallel stage"),
+    "path_start": Quantity(
+        ("flank",),
+        "m",
+        "path coordinate where the path of contact starts, at the root of the planet",
+    ),
+    "path_end": Quantity(
+        ("flank",), "m", "path coordinate where it ends, at the tip of the planet"
+    ),
+    "planet_base_diameter": Quantity(
+        ("flank",), "m", "base diameter of the planet, or of the gear of a parallel stage"
+    ),
     "gear_base_diameter": Quantity(("flank",), "m", "base diameter of ring, sun or pinion"),
-    "gear_roll_offset": Quantity(("flank",), "m", "roll length of ring, sun or pinion at path coordinate 0; a ring's grows with it, others' fall"),
-    "face_section": Quantity(("flank",), "1", "length of the pieces of the face whose mean line load K_Hβ takes, over the face width; 0: at one place"),
+    "gear_roll_offset": Quantity(
+        ("flank",),
+        "m",
+        (
+            "roll length of ring, sun or pinion at path coordinate 0; a ring's grows "
+            "with it, others' fall"
+        ),
+    ),
+    "face_section": Quantity(
+        ("flank",),
+        "1",
+        (
+            "length of the pieces of the face whose mean line load K_Hβ takes, over the "
+            "face width; 0: at one place"
+        ),
+    ),
     "line_load": Quantity(
         (S, "flank", "slot", "slice"),
         "N/m",
@@ -154,11 +192,27 @@ RESULT_QUANTITIES: dict[str, Quantity] = {
     "largest_line_load": Quantity(
         (S, "flank"), "N/m", "largest line load of any pair, continued to the ends of its line"
     ),
-    "mean_line_load": Quantity((S, "flank"), "N/m", "force of the gear mesh over the length that its contact lines have on the path of contact", missing="without load"),
-    "instantaneous_peak_factor": Quantity((S, "flank"), "1", "largest over mean line load", missing="without load"),
-    "tip_load_share": Quantity((S, "flank"), "1", "share of the load that tip edges carry off the path of contact", missing="without load"),
+    "mean_line_load": Quantity(
+        (S, "flank"),
+        "N/m",
+        "force of the gear mesh over the length that its contact lines have on the path of contact",
+        missing="without load",
+    ),
+    "instantaneous_peak_factor": Quantity(
+        (S, "flank"), "1", "largest over mean line load", missing="without load"
+    ),
+    "tip_load_share": Quantity(
+        (S, "flank"),
+        "1",
+        "share of the load that tip edges carry off the path of contact",
+        missing="without load",
+    ),
     "tip_line_load": Quantity((S, "flank"), "N/m", "largest line load off the path of contact"),
-    "face_end_line_load": Quantity((S, "flank"), "N/m", "largest line load in the last slice of a contact line at an end of the face"),
+    "face_end_line_load": Quantity(
+        (S, "flank"),
+        "N/m",
+        "largest line load in the last slice of a contact line at an end of the face",
+    ),
     "largest_contact_pressure": Quantity(
         (S, "flank"), "Pa", "largest Hertz pressure at the middle of any slice"
     ),
@@ -171,8 +225,8 @@ RESULT_QUANTITIES: dict[str, Quantity] = {
     "root_side": Quantity(
         ("flank", "pair_member"),
         "1",
-        "side of the teeth where load on the flank stretches the fillet: -1 that of -theta, 1 that of "
-        "+theta, 0 of stages without gear_mesh.root_stress",
+        "side of the teeth where load on the flank stretches the fillet: -1 that of -theta, 1 that "
+        "of +theta, 0 of stages without gear_mesh.root_stress",
     ),
     "face_root_stress": Quantity(
         (S, "flank", "pair_member", "face"),
@@ -207,7 +261,10 @@ RESULT_QUANTITIES: dict[str, Quantity] = {
     "unloaded_transmission_error": Quantity(
         (S, "flank"),
         "m",
-        "approach at which rigid flanks without tilt touch first, by errors and ground flanks alone",
+        (
+            "approach at which rigid flanks without tilt touch first, by errors and "
+            "ground flanks alone"
+        ),
         missing="without a pair",
     ),
     "transmission_error_order": Quantity(
@@ -262,7 +319,9 @@ RESULT_QUANTITIES: dict[str, Quantity] = {
     ),
     "port_torque": Quantity((S, "port"), "N m", "torque from outside on the member, about +z"),
     "applied_load": Quantity(
-        (S, "load", "dof"), "N, N m", "force and moment that the case puts on a member, in its frame"
+        (S, "load", "dof"),
+        "N, N m",
+        "force and moment that the case puts on a member, in its frame",
     ),
     "port_speed": Quantity((S, "port"), "rad/s", "speed of the member, elastic motion included"),
     "gear_mesh_force": Quantity(

@@ -6,10 +6,10 @@ so the stress ranges at a place along the face
 
     Δσ(z) = max(0, max σ(z)) − min(0, min σ(z))
 
-over the positions, in the worst tooth and the worst of the fillets that are stretched. Of an FE ring
-every tooth is followed through all positions, its rim's bending between loads included. (The other
-fillet of a tooth that carries on one flank is pressed harder than its own one is stretched, but
-cracks grow in tension.)
+over the positions, in the worst tooth and the worst of the fillets that are stretched. Of an FE
+ring every tooth is followed through all positions, its rim's bending between loads included. (The
+other fillet of a tooth that carries on one flank is pressed harder than its own one is stretched,
+but cracks grow in tension.)
 """
 
 from __future__ import annotations
@@ -50,7 +50,9 @@ def gears_of(data: xr.Dataset, stage: str) -> Iterator[tuple[str, xr.Dataset]]:
     """Gears of a stage that have root stress, and their part of the data: (…, flank, …)."""
     of_stage = data.isel(flank=data["flank_stage"].to_numpy() == stage)
     for kind in dict.fromkeys(map(str, of_stage["flank_kind"].to_numpy())):
-        mate = of_stage.isel(flank=of_stage["flank_kind"].to_numpy() == kind).sel(pair_member="gear")
+        mate = of_stage.isel(flank=of_stage["flank_kind"].to_numpy() == kind).sel(
+            pair_member="gear"
+        )
         yield from _loaded(kind, mate)
     yield from _loaded("planet", of_stage.sel(pair_member="planet"))
 

@@ -53,7 +53,8 @@ class RunningSharing:
             sense.windows.append(_Largest(sense.open.shape[1]))
 
     def planets(self, definition: Definition, first: int = 0) -> Array:
-        """Coefficients (N,) of the planets from the window ``first`` on; NaN where there are none."""
+        """Coefficients (N,) of the planets from the window ``first`` on; NaN where there are
+        none."""
         windows = self._senses[0 if self._sum >= 0 else 1].windows[first:]
         largest = np.max([window.figures[definition] for window in windows], axis=0)
         enough = definition == "instantaneous" or (

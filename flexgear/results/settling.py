@@ -6,11 +6,11 @@ left from the start does, and dies out:
     D_w = max over window w of |x(t) − x(t − P)|,   x: gear-mesh forces, places of bodies
 
 The run is cut into equal windows. It has settled at the first window from which on D exceeds its
-largest value in the second half of the run by no more than a share of the peak-to-peak of x there. It
-has not where D rises from quarter to quarter by more than that share to the end, or still falls by
-twice as much from the third to the last. Runout and weight change x once a turn, but over one period of the gear mesh
-hardly, so that they do not pass for start-up. Nothing that grows with the run is kept: D, least and
-largest x of every window, and the samples of one period.
+largest value in the second half of the run by no more than a share of the peak-to-peak of x there.
+It has not where D rises from quarter to quarter by more than that share to the end, or still falls
+by twice as much from the third to the last. Runout and weight change x once a turn, but over one
+period of the gear mesh hardly, so that they do not pass for start-up. Nothing that grows with the
+run is kept: D, least and largest x of every window, and the samples of one period.
 """
 
 from __future__ import annotations
@@ -37,8 +37,8 @@ STILL = 1e-3  # of the largest value of its kind, the same
 
 @dataclass(frozen=True)
 class Window:
-    """The part of a run that figures are taken from: start and end, s; settled: None where the run is
-    too short to tell or its drive changes; sentence: how that is known, for people."""
+    """The part of a run that figures are taken from: start and end, s; settled: None where the run
+    is too short to tell or its drive changes; sentence: how that is known, for people."""
 
     start: float
     end: float
@@ -53,12 +53,16 @@ class Window:
     @property
     def figures(self) -> dict[str, Any]:
         """As a summary holds it."""
-        return {"window_s": [self.start, self.end], "settled": self.settled, "settling": self.sentence}
+        return {
+            "window_s": [self.start, self.end],
+            "settled": self.settled,
+            "settling": self.sentence,
+        }
 
 
 def window_of(data: xr.Dataset, end: float | None = None) -> Window:
-    """The window of a transient that its attributes name; of earlier versions without how. end: of a
-    run without its samples, s."""
+    """The window of a transient that its attributes name; of earlier versions without how. end: of
+    a run without its samples, s."""
     word = data.attrs.get("settled", "not known")
     settled = next((value for value, text in _WORDS.items() if text == word), None)
     end = float(data.variables[TIME][-1]) if end is None else end
@@ -153,8 +157,11 @@ class Settling:
         """The window that figures are to be taken from; all of the run where it has not settled."""
         whole, periods = Window(0.0, self._span, None, ""), self._span / self._period
         if periods < FEWEST or np.isinf(self._difference[WINDOWS // 4 :]).any():
-            return replace(whole, sentence=f"{periods:.3g} periods of the slowest gear mesh are too "
-                           "few to tell whether it has settled")  # fmt: skip
+            return replace(
+                whole,
+                sentence=f"{periods:.3g} periods of the slowest gear mesh are too "
+                "few to tell whether it has settled",
+            )
         limit = SHARE * self._peak_to_peak(slice(WINDOWS // 2, None))
         quarters = self._difference.reshape(4, WINDOWS // 4, self._difference.shape[1]).max(axis=1)
         rise = np.diff(quarters[1:], axis=0)
@@ -167,10 +174,12 @@ class Settling:
         above = (self._difference > quarters[2:].max(axis=0) + limit).any(axis=1)
         first = int(np.flatnonzero(above)[-1]) + 1 if above.any() else 0
         return Window(
-            float(window_edges(self._span)[first]), self._span, True,
+            float(window_edges(self._span)[first]),
+            self._span,
+            True,
             f"from there on vibration repeats from one gear-mesh period to the next within "
             f"{100 * SHARE:g} % of its peak-to-peak",
-        )  # fmt: skip
+        )
 
     def _watched(self, data: xr.Dataset) -> Array:
         """Gear-mesh forces and places of bodies across their axes, (t, n)."""

@@ -1,7 +1,7 @@
 """Where the samples of a long run go: into memory, into figures, or several ways at once.
 
-A sink is told what is coming, gets labelled chunks, and in the end what is known only then. It keeps
-no chunk unless it says so: what a run needs in memory does not grow with its duration.
+A sink is told what is coming, gets labelled chunks, and in the end what is known only then. It
+keeps no chunk unless it says so: what a run needs in memory does not grow with its duration.
 """
 
 from __future__ import annotations

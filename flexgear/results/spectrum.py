@@ -3,8 +3,8 @@
     A(f) = 2/Σ w_j |Σ_j w_j (x_j − x̄) e^{−2πi f t_j}|
 
 with the Hann window w: a sine between the ends of the history shows its own amplitude at its
-frequency. The order is f over the gear-mesh frequency; what passes once a turn of the carrier stands
-beside an order by 1/z of the ring.
+frequency. The order is f over the gear-mesh frequency; what passes once a turn of the carrier
+stands beside an order by 1/z of the ring.
 """
 
 from __future__ import annotations
@@ -21,7 +21,8 @@ HIGHEST = 10.5  # order
 
 
 def amplitudes(values: ArrayLike, step: float) -> tuple[Array, Array]:
-    """Frequencies (f,) in Hz and amplitudes (..., f) of histories (..., t) sampled every step, s."""
+    """Frequencies (f,) in Hz and amplitudes (..., f) of histories (..., t) sampled every step,
+    s."""
     x = np.asarray(values, dtype=float)
     window = np.hanning(x.shape[-1] + 2)[1:-1]
     spectrum = np.abs(np.fft.rfft((x - x.mean(axis=-1, keepdims=True)) * window, axis=-1))

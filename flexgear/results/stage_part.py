@@ -56,7 +56,8 @@ def ring_sharing(part: xr.Dataset) -> xr.DataArray:
 
 
 def ring_force_spread(part: xr.Dataset) -> xr.DataArray:
-    """(max F − min F) / rated mean F (sample,) of the ring's gear meshes, of the part of a stage."""
+    """(max F − min F) / rated mean F (sample,) of the ring's gear meshes, of the part of a
+    stage."""
     ring = of_kind(part, "ring")
     force = ring["gear_mesh_force"]
     spread = planet_force_spread(force.to_numpy(), float(ring["rated_gear_mesh_force"].mean()))

@@ -24,8 +24,8 @@ LOWEST = 12  # modes that a summary lists
 def build_summary(**pieces: Any) -> dict[str, Any]:
     """The summary from its pieces (keywords are keys of ``summary_keys``), in plain types.
 
-    Further keys are kept; what has no number is None. Raises FlexgearError naming every missing key and every value that is
-    not finite.
+    Further keys are kept; what has no number is None. Raises FlexgearError naming every missing key
+    and every value that is not finite.
     """
     summary = plain({"schema_version": VERSION, **pieces})
     faults = [f"{key} is missing" for key in lacking(summary)]

@@ -12,13 +12,13 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from flexgear.results import tolerance_statistics as statistics
 from flexgear.files.atomic import PathLike
+from flexgear.model.names import GearMeshName
+from flexgear.results import tolerance_statistics as statistics
 from flexgear.results.dataset import write_netcdf
+from flexgear.results.labelled_dataset import GEAR_MESH, GROUP, fields_of, groups_of
 from flexgear.results.load_sharing import mesh_load_factor
 from flexgear.results.quantities import Quantity
-from flexgear.model.names import GearMeshName
-from flexgear.results.labelled_dataset import GEAR_MESH, GROUP, fields_of, groups_of
 from flexgear.results.result_quantities import RESULT_QUANTITIES
 
 Array = NDArray[np.float64]
@@ -119,7 +119,10 @@ def tolerance_dataset(
         "group": groups,
         "gear_mesh": list(gear_meshes),
     }
-    of_groups, of_gear_meshes = fields_of(groups, GROUP, "group_"), fields_of(gear_meshes, GEAR_MESH)
+    of_groups, of_gear_meshes = (
+        fields_of(groups, GROUP, "group_"),
+        fields_of(gear_meshes, GEAR_MESH),
+    )
     coords |= {name: ("group", values) for name, values in of_groups.items()}
     coords |= {name: ("gear_mesh", values) for name, values in of_gear_meshes.items()}
     if not sizes:
@@ -222,7 +225,9 @@ def _spread_figures(of_group: xr.Dataset, name: str, factor: float = 1.0) -> dic
     }
 
 
-def _interval(of_group: xr.Dataset, name: str, factor: float = 1.0) -> dict[str, float | None] | None:
+def _interval(
+    of_group: xr.Dataset, name: str, factor: float = 1.0
+) -> dict[str, float | None] | None:
     interval = {part: _number(factor * of_group[f"{name}{end}"]) for end, part in PARTS}
     return None if interval["value"] is None else interval
 

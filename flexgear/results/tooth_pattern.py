@@ -34,7 +34,9 @@ def carrying_sets(data: xr.Dataset, stage: str) -> list[tuple[str, str]]:
     of_stage = data.isel(flank=data["flank_stage"].to_numpy() == stage)
     carries = of_stage["face_line_load"].max(["position", "face"]).to_numpy() > 0
     both = zip(of_stage["flank_kind"].to_numpy(), of_stage["flank_side"].to_numpy(), strict=True)
-    return list(dict.fromkeys((str(k), str(s)) for (k, s), c in zip(both, carries, strict=True) if c))
+    return list(
+        dict.fromkeys((str(k), str(s)) for (k, s), c in zip(both, carries, strict=True) if c)
+    )
 
 
 def gear_pattern(data: xr.Dataset, stage: str, kind: str, side: str) -> ToothPattern:
@@ -98,7 +100,8 @@ def _places(flank: xr.Dataset, roll: Array, base: float) -> _Places:
 
 def _pattern(title: str, which: str, flanks: list[_Places]) -> ToothPattern:
     roll, face, load = (
-        np.concatenate([getattr(flank, name) for flank in flanks]) for name in ("roll", "face", "load")
+        np.concatenate([getattr(flank, name) for flank in flanks])
+        for name in ("roll", "face", "load")
     )
     teeth = np.concatenate([flank.teeth[which] for flank in flanks])
     diameter = 2.0 * np.hypot(flanks[0].base, roll)

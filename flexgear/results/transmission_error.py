@@ -31,7 +31,9 @@ def order_amplitudes(phase: Array, values: Array, orders: int) -> Array:
     inside = 2.0 * np.pi * (phase - cycle)
     cycle_columns = (cycle[:, None] == np.unique(cycle)).astype(float)
     waves = np.arange(1, orders + 1) * inside[:, None]
-    terms = np.hstack([np.cos(waves), np.sin(waves), cycle_columns, cycle_columns * (inside - np.pi)[:, None]])
+    terms = np.hstack(
+        [np.cos(waves), np.sin(waves), cycle_columns, cycle_columns * (inside - np.pi)[:, None]]
+    )
     coefficients = np.linalg.lstsq(terms, values, rcond=None)[0]
     return np.hypot(coefficients[:orders], coefficients[orders : 2 * orders])
 

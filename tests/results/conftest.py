@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
+from flexgear.model.names import GearMeshName
 from flexgear.results.dataset import provenance
 from flexgear.results.flanks import PARTS
-from flexgear.results.stage_part import stage_part
-from flexgear.model.names import GearMeshName
-from flexgear.results.labelled_dataset import labelled_dataset
 from flexgear.results.group_sharing import sharing_histories
+from flexgear.results.labelled_dataset import labelled_dataset
+from flexgear.results.stage_part import stage_part
 
 KINDS = ("ring", "sun")
 FLANKS = (("drive", "pair"), ("coast", "coast_pair"))

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from flexgear.model.errors import FlexgearError
-from flexgear.results.stage_part import of_kind, ring_sharing
 from flexgear.results.dataset import load, save
+from flexgear.results.stage_part import of_kind, ring_sharing
 
 
 def test_every_variable_has_a_unit_and_a_meaning(make_run):

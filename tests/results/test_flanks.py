@@ -5,6 +5,7 @@ import pytest
 import xarray as xr
 
 from flexgear.model.errors import FlexgearError
+from flexgear.results.figure import values
 from flexgear.results.flanks import (
     carrying_flank,
     carrying_pairs,
@@ -13,7 +14,6 @@ from flexgear.results.flanks import (
     tooth_loads,
 )
 from flexgear.results.stage_part import of_kind, stage_part
-from flexgear.results.figure import values
 from flexgear.results.time_figures import STAGE_DROP, StageDrop
 
 
@@ -58,7 +58,9 @@ def test_exchanged_flanks_have_the_same_figures(both_flanks, both_runs):
 
 def test_flanks_may_take_turns(both_flanks):
     ahead, back = both_flanks
-    turning = xr.concat([ahead.isel(time=slice(5)), back.isel(time=slice(5, None))], "time", data_vars="minimal")
+    turning = xr.concat(
+        [ahead.isel(time=slice(5)), back.isel(time=slice(5, None))], "time", data_vars="minimal"
+    )
     assert carrying_flank(turning, "ring") == "drive and coast"
     expected = np.broadcast_to(np.arange(20)[:, None] >= 5, (20, 5))
     np.testing.assert_array_equal(coast_carries(turning, "ring"), expected)

@@ -16,7 +16,11 @@ def data():
     rng = np.random.default_rng(3)
     return xr.Dataset(
         {
-            "force": (("time", "gear_mesh"), rng.normal(size=(7, 3)), {"units": "N", "missing": ""}),
+            "force": (
+                ("time", "gear_mesh"),
+                rng.normal(size=(7, 3)),
+                {"units": "N", "missing": ""},
+            ),
             "tooth": (("time", "gear_mesh", "slot"), rng.integers(0, 99, (7, 3, 2)).astype("i2")),
             "factor": ((), 1.25, {"long_name": "Übersetzung µ"}),
             "loaded": ("gear_mesh", np.array([True, False, True])),
@@ -32,10 +36,15 @@ def data():
             "case": "mine",
         },
         attrs={
-            "title": "flexgear µ", "empty": "", "count": 3, "share": 0.1,
-            "parameters": "x" * 200_000, "names": ["a", "b c"], "vector": np.array([1.0, 2.0]),
+            "title": "flexgear µ",
+            "empty": "",
+            "count": 3,
+            "share": 0.1,
+            "parameters": "x" * 200_000,
+            "names": ["a", "b c"],
+            "vector": np.array([1.0, 2.0]),
         },
-    )  # fmt: skip
+    )
 
 
 @pytest.mark.parametrize("engine", ["h5netcdf", "netcdf4"])

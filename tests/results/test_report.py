@@ -9,7 +9,7 @@ from flexgear.model.load import load_case
 from flexgear.results.report.case_rows import case_tables
 from flexgear.results.report.parts import SECTIONS
 from flexgear.results.report.tables import stage_tables
-from flexgear.results.report.wording import with_unit, split_unit, words
+from flexgear.results.report.wording import split_unit, with_unit, words
 
 
 @pytest.mark.parametrize(

@@ -61,7 +61,11 @@ def test_every_stage_has_its_own_entries_under_their_own_names(two_stages):
         part = stage_part(data, name)
         assert set(part) == set(data)
         np.testing.assert_array_equal(part["stage_angle"], data["stage_angle"][:, number])
-        for dim, coordinate in (("gear_mesh", "stage"), ("flank", "flank_stage"), ("tooth", "tooth_stage")):
+        for dim, coordinate in (
+            ("gear_mesh", "stage"),
+            ("flank", "flank_stage"),
+            ("tooth", "tooth_stage"),
+        ):
             wanted = data[dim].values[data[coordinate].values == name]
             np.testing.assert_array_equal(part[dim], wanted)
         for dim in ("body", "bolt", "carrier_node", "bearing"):

@@ -8,10 +8,10 @@ import xarray as xr
 
 from flexgear.files.atomic import write_json
 from flexgear.model.errors import FlexgearError
+from flexgear.results.figure import values
 from flexgear.results.flanks import pairs_of
 from flexgear.results.quantities import MISSING
 from flexgear.results.stage_part import stage_part
-from flexgear.results.figure import values
 from flexgear.results.summary import build_summary
 from flexgear.results.time_figures import (
     STAGE_DROP,
@@ -53,23 +53,37 @@ def pieces(make_run):
         "second_reduction": {
             "flexible": {"kept_modes": 96, "modes_limit_hz": 1329.0, "modes_estimate": 0.008}
         },
-        "kinematics": {"stage": {
-            "carrier_speed_rpm": 11.27, "pin_speed_rpm": 11.27, "sun_speed_rpm": 50.1,
-            "gear_mesh_frequency_hz": 17.5, "contact_ratio_ring": 2.7, "contact_ratio_sun": 2.4,
-            "expected_ring_mesh_force_n": 4e5,
-        }},
-        "steady": {"stage": values(STEADY, SteadyRun(
-            "stage", {"flexible": run, "rigid": make_run("rigid")}, star(make_run)
-        ))},
-        "torque_steps": {
-            "2e6": {"flexible": drop_summary(run) | {"stage": drop_of(run)}}
+        "kinematics": {
+            "stage": {
+                "carrier_speed_rpm": 11.27,
+                "pin_speed_rpm": 11.27,
+                "sun_speed_rpm": 50.1,
+                "gear_mesh_frequency_hz": 17.5,
+                "contact_ratio_ring": 2.7,
+                "contact_ratio_sun": 2.4,
+                "expected_ring_mesh_force_n": 4e5,
+            }
         },
-        "system": dict.fromkeys(("bodies", "coordinates", "kept_modes", "modes_limit_hz", "modes_estimate"), 1),
+        "steady": {
+            "stage": values(
+                STEADY,
+                SteadyRun("stage", {"flexible": run, "rigid": make_run("rigid")}, star(make_run)),
+            )
+        },
+        "torque_steps": {"2e6": {"flexible": drop_summary(run) | {"stage": drop_of(run)}}},
+        "system": dict.fromkeys(
+            ("bodies", "coordinates", "kept_modes", "modes_limit_hz", "modes_estimate"), 1
+        ),
         "power_flow": {"mobility": 1, "input_power_w": 1.0, "members": {}},
         "stages": {"stage": {"gear_mesh_frequency_hz": 1.0, "sun_gear_mesh_force_n": 1.0}},
         "modes": {"lowest": [], "types": {}},
         "resonance": {
-            "margin": 0.1, "speed_factors": [1.0], "orders": {}, "ideal": 0, "errors": 0, "met": [],
+            "margin": 0.1,
+            "speed_factors": [1.0],
+            "orders": {},
+            "ideal": 0,
+            "errors": 0,
+            "met": [],
         },
         "load_sharing": {"quasi_static": {}, "transient": {}},
         "transient": {"duration_s": 1, "steps": 1, "displacement_um_max": {}},

@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 
 from flexgear.model.errors import FlexgearError
-from flexgear.results.dataset import load, save
 from flexgear.model.names import GearMeshName
-from flexgear.results.labelled_dataset import groups_of, labelled_dataset
-from flexgear.results.result_quantities import RESULT_COORDINATES, RESULT_QUANTITIES
+from flexgear.results.dataset import load, save
 from flexgear.results.group_sharing import (
     sharing_coefficients,
     sharing_figures,
     sharing_histories,
 )
+from flexgear.results.labelled_dataset import groups_of, labelled_dataset
+from flexgear.results.result_quantities import RESULT_COORDINATES, RESULT_QUANTITIES
 
 NAMES = [
     *[GearMeshName.of("stage_1", kind, "", i) for kind in ("ring", "sun") for i in (1, 2, 3)],
@@ -50,8 +50,10 @@ def dataset(**changes):
 def test_gear_meshes_are_found_by_label_and_by_part():
     data = dataset()
     assert data["gear_mesh"].values[[0, 3, -1]].tolist() == [
-        "stage_1 ring 1", "stage_1 sun 1", "stage_2 sun 1",
-    ]  # fmt: skip
+        "stage_1 ring 1",
+        "stage_1 sun 1",
+        "stage_2 sun 1",
+    ]
     own = data["gear_mesh_force"].where((data.stage == "stage_1") & (data.planet == 2), drop=True)
     assert own["kind"].values.tolist() == ["ring", "sun"]
     assert data["group"].values.tolist() == ["stage_1 ring", "stage_1 sun"]
@@ -119,8 +121,11 @@ def test_what_cannot_be_said_has_no_number():
     assert np.isnan(nothing["load_sharing_coefficient"]).all()
     figures = sharing_figures(dataset(**few), "stage_1 ring")
     assert figures == {
-        "instantaneous": pytest.approx(1.2), "mean-based": None, "cycle-based": None, "iec_61400_4": 1.1,
-    }  # fmt: skip
+        "instantaneous": pytest.approx(1.2),
+        "mean-based": None,
+        "cycle-based": None,
+        "iec_61400_4": 1.1,
+    }
 
 
 def test_reversed_torque_counts_as_carried():

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from flexgear.model.errors import FlexgearError
+from flexgear.results.labelled_dataset import labelled_dataset
 from flexgear.results.summary import build_summary, modes_summary
 from flexgear.results.time_figures import displacement_summary
-from flexgear.results.labelled_dataset import labelled_dataset
 
 
 def test_missing_and_infinite_figures_are_named():

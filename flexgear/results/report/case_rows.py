@@ -13,18 +13,35 @@ from flexgear.results.report.parts import Row, Table
 from flexgear.results.report.wording import with_unit, words
 
 UNITS = {
-    "length": "m", "angle": "angle", "time": "s", "frequency": "Hz", "rate": "1/s", "speed": "rad/s",
-    "torque": "N m", "force": "N", "power": "W", "acceleration": "m/s²", "stiffness": "N/m",
-    "rotational stiffness": "N m/rad", "rotational damping": "N m s/rad",
-    "stiffness per face width": "N/m²", "modulus": "Pa", "density": "kg/m³", "mass": "kg",
+    "length": "m",
+    "angle": "angle",
+    "time": "s",
+    "frequency": "Hz",
+    "rate": "1/s",
+    "speed": "rad/s",
+    "torque": "N m",
+    "force": "N",
+    "power": "W",
+    "acceleration": "m/s²",
+    "stiffness": "N/m",
+    "rotational stiffness": "N m/rad",
+    "rotational damping": "N m s/rad",
+    "stiffness per face width": "N/m²",
+    "modulus": "Pa",
+    "density": "kg/m³",
+    "mass": "kg",
     "inertia": "kg m²",
-}  # fmt: skip
+}
 MOST = 12  # entries of a list that are written out
 
 
 def case_tables(case: Case) -> list[Table]:
     """Every parameter: one table for each stage and each other part of the case."""
-    top = [Row("name", case.name), Row("title", case.title or "–"), Row("kinematics", case.kinematics)]
+    top = [
+        Row("name", case.name),
+        Row("title", case.title or "–"),
+        Row("kinematics", case.kinematics),
+    ]
     tables = [Table("case", "general", top)]
     for stage in case.stages:
         tables.append(Table("case", words(stage.name or "stage"), list(_rows(stage))))

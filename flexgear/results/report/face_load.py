@@ -39,7 +39,9 @@ def face_tables(summary: Mapping[str, Any]) -> Iterator[Table]:
         title = f"{variant}, misalignment over the face by cause, planet misaligned most"
         yield Table("face", title, causes)
         rows = [r for name, every in groups.items() for r in _of_cycles(name, every)]
-        yield Table("face", f"{variant}, gear-mesh cycles without errors, largest of the planets", rows)
+        yield Table(
+            "face", f"{variant}, gear-mesh cycles without errors, largest of the planets", rows
+        )
 
 
 def rim_rows(reduction: Mapping[str, Any]) -> Iterator[Row]:
@@ -71,6 +73,9 @@ def _of_cycles(name: str, every: Sequence[Mapping[str, Any]]) -> Iterator[Row]:
             yield Row(f"{name}, stiffness of the gear mesh, {key}", 1e6 * size, "N/m")
     yield from _largest(name, every, CYCLE_FIGURES)
     for key, label in ORDERS.items():
-        amplitudes = zip(*(flank_figures[key][:SHOWN] for flank_figures in every if key in flank_figures), strict=True)
+        amplitudes = zip(
+            *(flank_figures[key][:SHOWN] for flank_figures in every if key in flank_figures),
+            strict=True,
+        )
         for order, sizes in enumerate(amplitudes, 1):
             yield Row(f"{name}, {label}, order {order}", 1e-6 * max(sizes), "m")

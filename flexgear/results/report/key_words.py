@@ -16,9 +16,9 @@ from flexgear.results.report.wording import (
     FACTOR,
     digits_of,
     number,
-    with_unit,
     scale,
     split_unit,
+    with_unit,
     words,
 )
 
@@ -46,24 +46,36 @@ _WORDS = {
     "backlash_um": ("normal backlash", ""),
     "backlash_by": ("teeth thinned for it by", ""),
     "errors_close_up_to_um": ("closed of it by errors of manufacture, at most", ""),
-    "place_of_first_pair_in_pitches": ("first pair of planet 1, from the start of the path", _PITCHES),
+    "place_of_first_pair_in_pitches": (
+        "first pair of planet 1, from the start of the path",
+        _PITCHES,
+    ),
     "phase_of_planets_in_pitches": ("phases of the planets against planet 1", _PITCHES),
     "stiffness": ("model of the stiffness", ""),
     "mean_stiffness_n_per_m": ("stiffness of all pairs together, mean", ""),
     "least_stiffness_n_per_m": ("stiffness of all pairs together, least", ""),
     "largest_stiffness_n_per_m": ("stiffness of all pairs together, largest", ""),
     "pair_stiffness_peak_n_per_m": ("largest stiffness of one pair", ""),
-    "iso_single_stiffness_n_per_mm_um": ("stiffness of one pair per face width, c′ of ISO 6336-1", ""),
+    "iso_single_stiffness_n_per_mm_um": (
+        "stiffness of one pair per face width, c′ of ISO 6336-1",
+        "",
+    ),
     "nominal_contact_pressure_mpa": (
-        "nominal contact pressure at the pitch point (ISO 6336-2, no load factors)", ""),
+        "nominal contact pressure at the pitch point (ISO 6336-2, no load factors)",
+        "",
+    ),
     "nominal_root_stress_iso_6336_3_{part}_mpa": (
-        "nominal root stress of the {part} (ISO 6336-3, no load factors)", ""),
+        "nominal root stress of the {part} (ISO 6336-3, no load factors)",
+        "",
+    ),
     "form_and_notch_factor_{part}": ("form factor and notch factor of the {part}", ""),
     "coefficient_of_friction": ("coefficient of friction, assumed", ""),
     "friction_loss_share_{part}": ("power lost in friction, of that passing the {part}", _SHARE),
     "friction_force_{part}_n": ("friction force, across the line of action, {part}", ""),
     "free_planet_rim_gives_way_{part}_um": (
-        "oval planet rim, the most that it yields at the {part}", ""),
+        "oval planet rim, the most that it yields at the {part}",
+        "",
+    ),
     "pin_bends_in_planet_um": ("bending of a pin inside its planet", ""),
     "gear_mesh_frequency_hz": ("gear-mesh frequency", ""),
     "rolling_power_w": ("rolling power, from sun to ring as the carrier sees it", ""),
@@ -75,8 +87,13 @@ _WORDS = {
     "planet_speed_in_carrier_rpm": ("speed of a planet relative to the carrier", ""),
     "planet_bearing_force_n": ("load of a planet's bearings", ""),
     "planet_bearing_force_direction_deg": (
-        "its direction, from radial outward in the sense of rotation", ""),
-    "nominal_planet_bearing_life_h": ("basic rating life of a planet bearing (ISO 281), nominal load", ""),
+        "its direction, from radial outward in the sense of rotation",
+        "",
+    ),
+    "nominal_planet_bearing_life_h": (
+        "basic rating life of a planet bearing (ISO 281), nominal load",
+        "",
+    ),
     "error_cycle_gear_meshes": ("errors repeat after so many gear-mesh periods", ""),
     "error_cycle_turns": ("errors repeat after so many turns", ""),
     "error_cycle_s": ("errors repeat after", ""),
@@ -124,7 +141,7 @@ _WORDS = {
     "frequency_error_on_these_supports": ("on the supports of the case", ""),
     "tie": ("teeth or bores are tied to their node at", ""),
     "frequency_error": ("frequency error", _SHARE),
-}  # fmt: skip
+}
 _VALUES = {
     "per_pair": "each pair of teeth is a spring",
     "face_load": "each pair of teeth in slices along the face",
@@ -152,7 +169,10 @@ def row_of(key: str, value: Any, unit: str = "") -> Row:
     label, stated_unit = label_and_unit(key)
     unit = stated_unit or unit
     if isinstance(value, Mapping):
-        return Row(label, ", ".join(f"{r.label} {with_unit(r.value, r.unit)}" for r in rows_of(value, unit)))
+        return Row(
+            label,
+            ", ".join(f"{r.label} {with_unit(r.value, r.unit)}" for r in rows_of(value, unit)),
+        )
     if isinstance(value, Sequence) and not isinstance(value, str):
         return Row(label, listed(value, unit))
     if isinstance(value, bool):

@@ -17,12 +17,18 @@ MARKS: dict[Level, str] = {
 }
 
 SECTIONS = {  # in the order of the page: heading and what the section answers
-    "geometry": ("Geometry", "Gears, centre distances and what holds them, as the case gives them."),
+    "geometry": (
+        "Geometry",
+        "Gears, centre distances and what holds them, as the case gives them.",
+    ),
     "power": ("Power flow", "Speeds, torques and powers of the members in steady running."),
     "meshes": ("Gear meshes", "Contact ratios, gear-mesh forces and what each tooth pair carries."),
     "face": ("Load along the face", "How evenly teeth carry along the face, and what tilts them."),
-    "sharing": ("Load sharing", "How evenly the planets share the load. K is the largest load of a planet over "
-                "the mean of all, at the worst instant; 1 is perfectly even."),
+    "sharing": (
+        "Load sharing",
+        "How evenly the planets share the load. K is the largest load of a planet over "
+        "the mean of all, at the worst instant; 1 is perfectly even.",
+    ),
     "tolerance": ("Tolerance study", "How far random errors of the parts spread the load sharing."),
     "bearings": ("Bearings", "What the planet bearings carry, and their basic rating life."),
     "deflections": ("Deflections", "How far ring, carrier, sun and planets move under load."),
@@ -30,7 +36,7 @@ SECTIONS = {  # in the order of the page: heading and what the section answers
     "modes": ("Natural modes", "Frequencies, what moves in them, and what excites them."),
     "accuracy": ("Accuracy", "How far reduction, time step and equilibrium can be trusted."),
     "case": ("The case", "Every parameter of the run, defaults included."),
-}  # fmt: skip
+}
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,7 @@
 """The load sharing factor of a run, one definition: K = N max F/ΣF, the largest at any instant.
 
-It is found twice, in equilibria, which hold errors and deflections, and in time, where vibration adds to
-the planets' forces; the standard's value (IEC 61400-4) is one of equilibria.
+It is found twice, in equilibria, which hold errors and deflections, and in time, where vibration
+adds to the planets' forces; the standard's value (IEC 61400-4) is one of equilibria.
 """
 
 from __future__ import annotations
@@ -15,14 +15,15 @@ from flexgear.results.report.wording import factor, titled_by_stage, window_word
 
 APART = 0.01  # by which factors in equilibria and in time differ before a sentence says why
 DEFINITION = (
-    "K is the largest load of a planet over the mean of all, at the worst instant: in equilibria from "
-    "errors and deflections alone, in time with the vibration of the gear meshes."
+    "K is the largest load of a planet over the mean of all, at the worst instant: in equilibria "
+    "from errors and deflections alone, in time with the vibration of the gear meshes."
 )
 
 
 @dataclass(frozen=True)
 class Sharing:
-    """K of one stage, at whichever of its gear meshes it is largest; None where it was not looked at.
+    """K of one stage, at whichever of its gear meshes it is largest; None where it was not looked
+    at.
 
     assumed: by IEC 61400-4 for the number of planets; window: what K in time is the largest of;
     halves: largest K of each half of a double-helical stage, by its name.
@@ -66,7 +67,9 @@ def sharings(load_sharing: Mapping[str, Any]) -> Iterator[Sharing]:
             if group_figures["instantaneous"] is not None:
                 stage[column].append(group_figures["instantaneous"])  # type: ignore[union-attr]
                 of_sides = halves.setdefault(group.stage, {})
-                of_sides[group.side] = max(of_sides.get(group.side, 0.0), group_figures["instantaneous"])
+                of_sides[group.side] = max(
+                    of_sides.get(group.side, 0.0), group_figures["instantaneous"]
+                )
     for name, (equilibria, times, assumed) in stages.items():
         if equilibria or times:
             static, dynamic = (max(factors, default=None) for factors in (equilibria, times))

@@ -10,21 +10,21 @@ from flexgear.gears.power_flow import PowerFlow
 from flexgear.gears.report import case_reports
 from flexgear.gears.stage_flow import StageFlow
 from flexgear.model.case import Case
-from flexgear.results.report.figure_rows import rows
 from flexgear.results.report.face_load import face_tables, rim_rows
+from flexgear.results.report.figure_rows import rows
+from flexgear.results.report.key_words import rows_of
 from flexgear.results.report.parts import Row, Table
 from flexgear.results.report.sharing import groups_of
-from flexgear.results.report.key_words import rows_of
-from flexgear.results.stage_figures import LIVES, MEMBERS, MESHES, ROOTS, SEATS, TRAIN
-from flexgear.results.time_figures import DISTANCES, DROP, FORCES, RIM, STAGE_DROP, STEADY
 from flexgear.results.report.wording import (
     FACTOR,
     excitation_words,
     of_stage,
-    with_unit,
     window_words,
+    with_unit,
     words,
 )
+from flexgear.results.stage_figures import LIVES, MEMBERS, MESHES, ROOTS, SEATS, TRAIN
+from flexgear.results.time_figures import DISTANCES, DROP, FORCES, RIM, STAGE_DROP, STEADY
 
 Summary = Mapping[str, Any]
 GEOMETRY, MESH = "geometry", "meshes"
@@ -104,8 +104,16 @@ def _coefficients(figures: Mapping[str, Any]) -> Iterator[Row]:
     for group, group_figures in groups_of(figures).items():
         name = words(group)
         yield Row(f"{name}, K at the worst instant", group_figures["instantaneous"], FACTOR)
-        yield Row(f"{name}, mean-based factor (largest loads of gear-mesh cycles)", group_figures.get("mean-based"), FACTOR)
-        yield Row(f"{name}, cycle-based factor (the same, lightly loaded planets too)", group_figures.get("cycle-based"), FACTOR)
+        yield Row(
+            f"{name}, mean-based factor (largest loads of gear-mesh cycles)",
+            group_figures.get("mean-based"),
+            FACTOR,
+        )
+        yield Row(
+            f"{name}, cycle-based factor (the same, lightly loaded planets too)",
+            group_figures.get("cycle-based"),
+            FACTOR,
+        )
         yield Row(f"{name}, assumed by IEC 61400-4", group_figures["iec_61400_4"], FACTOR)
 
 
@@ -118,7 +126,11 @@ def _bearings(case: Case, flow: PowerFlow, summary: Summary) -> Iterator[Table]:
             Row("load of a planet's bearings", figures["planet_bearing_force_n"], "N"),
             Row("of it tangential, against the rotation", at.planet_bearing_tangential, "N"),
             Row("of it radial, outward", _beside(at.planet_bearing_radial, at), "N"),
-            Row("speed of a planet relative to the carrier", figures["planet_speed_in_carrier_rpm"], "r/min"),
+            Row(
+                "speed of a planet relative to the carrier",
+                figures["planet_speed_in_carrier_rpm"],
+                "r/min",
+            ),
             Row("bearings side by side", case.stage(at.name).planet_bearing.count),
             Row("basic rating life (ISO 281), nominal", nominal, "h"),
         ]
@@ -220,11 +232,14 @@ def _accuracy(summary: Summary) -> Iterator[Table]:
             Row("time step, steady running", solver.get("time_step_s"), "s"),
             Row("time step, torque drop", solver.get("step_time_step_s"), "s"),
             Row("steps of steady running", summary["transient"]["steps"]),
-            _share("forces left over in the equilibria, of the load", summary.get("equilibrium_closure_max")),
+            _share(
+                "forces left over in the equilibria, of the load",
+                summary.get("equilibrium_closure_max"),
+            ),
             _share("energy not accounted for", summary["energy_residual"]),
             _share("harmonic against transient", summary["harmonic"].get("largest_difference")),
         ],
-    )  # fmt: skip
+    )
     for name, reduction in summary.get("reduction", {}).items():
         lines = [
             Row("degrees of freedom of the FE mesh", summary["fe"][name]["dofs"]),

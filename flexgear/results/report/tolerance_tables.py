@@ -18,7 +18,8 @@ _RARE = 0.05  # share of sets above the standard's value that is let pass
 
 
 def tolerance_tables(summary: Mapping[str, Any]) -> list[Table]:
-    """Spread of every figure of the study by group of gear meshes; summary: ``tolerance_summary``."""
+    """Spread of every figure of the study by group of gear meshes; summary:
+    ``tolerance_summary``."""
     drawn = [
         Row("sets of parts", summary["samples"]),
         Row("of them without an equilibrium, left out", summary["failed"]),
@@ -40,7 +41,9 @@ def _spread(figures: Mapping[str, Any], unit: str, confidence: float) -> Iterato
         yield Row(f"{percent} % of sets stay below", (quantile or {}).get("value"), unit)
         if quantile is not None:
             ends = " … ".join(with_unit(quantile[end]) for end in ("low", "high"))
-            yield Row(f"{percent} % of sets, {100 * confidence:g} % interval", f"{ends} {unit}".rstrip())
+            yield Row(
+                f"{percent} % of sets, {100 * confidence:g} % interval", f"{ends} {unit}".rstrip()
+            )
     if figures.get("iec_61400_4") is not None:
         yield Row("assumed by IEC 61400-4", figures["iec_61400_4"])
         above = figures["share_above_iec_61400_4"]
@@ -48,7 +51,8 @@ def _spread(figures: Mapping[str, Any], unit: str, confidence: float) -> Iterato
 
 
 def tolerance_verdicts(summary: Mapping[str, Any]) -> list[Verdict]:
-    """How many sets exceed what IEC 61400-4 assumes, by group, and sets that have no equilibrium."""
+    """How many sets exceed what IEC 61400-4 assumes, by group, and sets that have no
+    equilibrium."""
     verdicts = [
         _verdict(words(group), figures) for group, figures in summary["load_sharing"].items()
     ]

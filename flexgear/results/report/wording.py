@@ -99,8 +99,8 @@ def window_words(figures: Mapping[str, Any]) -> str:
 
 
 def words(name: str) -> str:
-    """A name of a figure, case key or body as words: "stage_1.ring" -> "stage 1 ring"; the only stage
-    of a case, which is called "stage", is not said: "stage.ring" -> "ring"."""
+    """A name of a figure, case key or body as words: "stage_1.ring" -> "stage 1 ring"; the only
+    stage of a case, which is called "stage", is not said: "stage.ring" -> "ring"."""
     parts = re.split(r"[._\s]+", re.sub(r"^stage[. ](?=\w)", "", name))
     return " ".join(_ALWAYS.get(p.lower(), p) for p in parts if p)
 
