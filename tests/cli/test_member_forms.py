@@ -22,9 +22,11 @@ pressure_angle_deg = 20
 face_width_mm = 20
 backlash_ring_mm = 0.05
 backlash_sun_mm = 0.05
-planet = { teeth = 21, bore_diameter_mm = 16 }
 planet_bearing = { radial_n_per_m = 2e8, axial_n_per_m = 5e7, tilt_nm_per_rad = 1e4 }
 errors = { pin_tangential_um = [20, 0, 0] }
+[stage.planet]
+teeth = 21
+bore_diameter_mm = 16
 [stage.sun]
 teeth = 18
 support = { radial_n_per_m = 1e6, axial_n_per_m = 1e8, tilt_nm_per_rad = 1e3 }
@@ -58,6 +60,7 @@ axial_n_per_m = 1e8
 tilt_nm_per_rad = 2e4
 """,
     "sun": "",
+    "planet": "",
 }
 BODIES = {
     "ring": """
@@ -103,6 +106,7 @@ axial_n_per_m = 1e8
 tilt_nm_per_rad = 1e3
 torsion_nm_per_rad = 1e5
 """,
+    "planet": "[stage.planet.fe]\n",
 }
 BEHIND_A_SHAFT = """inertia_kg_m2 = 0.002
 mass_kg = 1
@@ -134,7 +138,7 @@ def case(request, flexgear, tmp_path, monkeypatch):
         monkeypatch.setattr(f"flexgear.{place}.stage_bodies", lambda s, *_: stiff_stage(s))
     monkeypatch.setattr(body_commands, "fe_sources", made_of(stiff_stage))
     path = tmp_path / "mine.toml"
-    path.write_text(text(CHOICES[request.param]))
+    path.write_text(text(CHOICES.get(request.param, (request.param,))))
     monkeypatch.chdir(tmp_path)
     return path
 
@@ -169,6 +173,13 @@ def test_every_command_takes_it(case, flexgear):
         code, _, err = flexgear(command, case, *options)
         assert code == (0 if has_fe_bodies else 2), (command, err)
         assert has_fe_bodies or err.count("\n") == 1
+
+
+@pytest.mark.parametrize("case", ["planet"], indirect=True)
+def test_commands_take_fe_planets_beside_lumped_members(case, flexgear):
+    for command in ("check", "static", "modes", "simulate", "compare"):
+        code, out, err = flexgear(command, case, *COMMANDS[command])
+        assert (code, bool(out)) == (0, True), (command, err)
 
 
 @pytest.mark.slow
