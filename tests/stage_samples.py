@@ -58,7 +58,8 @@ def reduced(body) -> ReducedBody:
 def made_of(bodies):
     """In the place of ``fe_sources``: sources whose reduced bodies are these of a stage."""
     return lambda stage: {
-        name: SimpleNamespace(reduced=lambda *_, b=body: b) for name, body in bodies(stage).items()
+        name: SimpleNamespace(reduced=lambda *_, b=body: b, fe_mesh=fe_sources(stage)[name].fe_mesh)
+        for name, body in bodies(stage).items()
     }
 
 

@@ -196,7 +196,8 @@ def test_rigid_motion_makes_no_force_and_carries_the_mass(pair):
 def test_error_estimates_agree(pair, supports):
     model, _, whole, by_sectors = pair
     if "tooth_flank_001" in model.fe_mesh.facets:
-        loads = [replace(p, node=f"tooth_{int(p.node[6:])}") for p in tooth_lines(model, [4], 0.1)]
+        lines = tooth_lines(model, [4], 0.1, outward=-1.0)
+        loads = [replace(p, node=f"tooth_{int(p.node[6:])}") for p in lines]
     else:
         patch = facet_sample(model, model.fe_mesh.facets["patch_003"])
         forces = np.where(patch.points[:, 2:] > 0.05, [1.0, 2.0, 0.5], 0.0)
