@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from flexgear.analysis.kernels.active_dofs import ONE, SIX, TWO, reach_of
-from flexgear.analysis.kernels.vectors import add_six, fill, padded, put_six, put_two
+from flexgear.analysis.kernels.vectors import SIMD, add_six, fill, padded, put_six, put_two
 from flexgear.compiled import FAST, INNER, PART, ZERO, njit
 
+WHOLE_BLOCK = 12  # numbers of a block: G and R of six dofs
 MOST_PARTS = 62  # that have a bit of their own; the others share one
 
 
@@ -64,7 +65,11 @@ def _image_of_blocks(active, level, row, coef, place, image):
         for p in range(d, d + 6):
             linked = linked or active.reach[p, 0] < 2 * head
         low, high = reach_of(active.reach, d, 6, head, row.since)
-        after = padded(high)
+        # whole blocks, as a row that meets one reads all of it
+        low -= max(low - 2 * head, ZERO) % WHOLE_BLOCK
+        low -= low % SIMD
+        after = padded(high + max(2 * head - high, ZERO))
+        after = padded(after + -(after - 2 * head) % WHOLE_BLOCK)
         if a == row.beyond:
             first, stop = low, after
             put_six(image[low:after], coef[a], table[d : d + 6], low)
