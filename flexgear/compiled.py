@@ -19,6 +19,7 @@ import hashlib
 import os
 import shutil
 import tempfile
+import threading
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -43,6 +44,7 @@ SOURCES = (  # of what is compiled, and of the named tuples and constants that i
 )
 ROOM = 2**26  # bytes that the machine code of all loops takes at most
 MOST_FOLDERS = 4  # of earlier sources that are kept: of other versions, and of edits
+_SETTING = threading.RLock()
 WARNED = "FLEXGEAR_COMPILES_IN_MEMORY"  # environment variable: a program of the same tree warned
 
 # a division by zero is not looked for, as in NumPy: looking costs a branch each
@@ -126,13 +128,15 @@ def _remove_old(folders: Path, current: Path) -> None:
 
 @contextmanager
 def _numba_keeps_in(folder: Path | None) -> Iterator[None]:
-    """Functions decorated inside are kept in a folder; those of other packages are not."""
-    before = numba.config.CACHE_DIR
-    numba.config.CACHE_DIR = before if folder is None else str(folder)
-    try:
-        yield
-    finally:
-        numba.config.CACHE_DIR = before
+    """Functions decorated inside are kept in a folder; those of other packages are not. One thread
+    at a time: the setting is numba's own for all of them."""
+    with _SETTING:
+        before = numba.config.CACHE_DIR
+        numba.config.CACHE_DIR = before if folder is None else str(folder)
+        try:
+            yield
+        finally:
+            numba.config.CACHE_DIR = before
 
 
 def _warn_once() -> None:

@@ -8,12 +8,16 @@ import re
 import shutil
 import subprocess
 import sys
+import threading
+import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
+import numba
 import pytest
 
 import flexgear
-from flexgear.compiled import SOURCES
+from flexgear.compiled import SOURCES, cached, code_folder
 
 ROOT = Path(flexgear.__file__).parent
 CALLER = """
@@ -129,3 +133,25 @@ def test_code_of_another_level_of_optimisation_is_kept_apart():
         for level in ("1", "3")
     }  # fmt: skip
     assert len(prints) == 2
+
+
+def test_threads_that_compile_at_once_do_not_take_the_folder_from_each_other():
+    together = threading.Barrier(2)
+
+    def compiled(wait, cache):
+        """A stand-in for a decorator of numba's, which reads the folder before and after."""
+
+        def decorate(function):
+            before = numba.config.CACHE_DIR
+            time.sleep(wait)
+            return before, numba.config.CACHE_DIR
+
+        return decorate
+
+    def one(wait):
+        together.wait()
+        return cached(compiled, wait=wait)(len)
+
+    with ThreadPoolExecutor(2) as pool:
+        folders = list(pool.map(one, [0.1, 0.3]))
+    assert folders == [(str(code_folder()), str(code_folder()))] * 2
