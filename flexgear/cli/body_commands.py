@@ -41,8 +41,8 @@ Component = Annotated[
 
 
 def components(case: Case, name: str) -> dict[str, tuple[BodyName, FeBody]]:
-    """FE bodies that ``--component`` means by what results call them, with what they are made from;
-    InputError where there are none."""
+    """FE bodies that the option ``--component`` selects, each with its source, by the names that
+    results give them. InputError where it selects none."""
     require_flexible(case)
     chosen = {
         body.part if body.stage == "stage" else str(body): (body, source)

@@ -37,8 +37,8 @@ app = typer.Typer(
 )
 
 
-def _version(asked: bool) -> None:
-    if asked:
+def _version(print_version: bool) -> None:
+    if print_version:
         from flexgear.results.version import version  # reading it takes a while
 
         typer.echo(f"flexgear {version()}")

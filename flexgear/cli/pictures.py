@@ -64,14 +64,14 @@ def drawn_side(
     notes = [picture.caption for picture in ordered if picture.file is None][:1]
     if content.rings and not content.fields:
         notes = ["no 3D renders: no FE body is flexible"]
-    shown = [picture for picture in ordered if picture.file is not None]
+    with_files = [picture for picture in ordered if picture.file is not None]
     case, flow, summary = content.case, content.flow, content.summary
     side = Side(
         name=case.title or case.name,
         lead=_lead(case, flow, summary),
         verdicts=verdicts(case, flow, summary),
         tables=[*tables(case, flow, summary), *case_tables(case)],
-        pictures=shown,
+        pictures=with_files,
         version=str(summary["version"]),
         content_hash=str(summary["content_hash"]),
         notes=notes,

@@ -71,12 +71,12 @@ def _support_matrix(support: Support, radius: float) -> Array:
 
 
 def _of_lumped(view: StageView, part: str) -> Iterator[Connection]:
-    """Supports of a lumped member, of both halves of a ring."""
+    """Support of each body of a lumped member: of both halves of a double-helical ring."""
     support = view.stage.member(part).support
-    matrix = _support_matrix(support, reference_radius(view.stage, part, stage_radii(view)))
+    radius = reference_radius(view.stage, part, stage_radii(view))
+    matrix = linear_part(support, _support_matrix(support, radius))
     for body in body_names(view.stage, part):
         place = SupportName.of(body, "support")
-        matrix = linear_part(support, matrix)
         yield from _held(place, (body, "gear"), matrix, view.key(f"{part}.support"), support)
 
 
@@ -183,7 +183,8 @@ def _bearing(
 def _held(
     place: SupportName, end: End, matrix: Array, key: str, bearing: Bearing | None = None
 ) -> Iterator[Connection]:
-    """A support that may resist rotation about the axis, which is the same in any frame."""
+    """A support on the housing as two springs: its torsional stiffness about the axis, which is the
+    same in every frame, and the rest, in the carrier's frame."""
     torsion, rest = np.zeros((6, 6)), np.array(matrix)
     torsion[5, 5], rest[5, 5] = matrix[5, 5], 0.0
     yield Connection(SupportName.of(place.place, "torsion"), end, None, torsion)

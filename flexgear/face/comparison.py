@@ -23,7 +23,7 @@ class Comparison:
 
     @property
     def figures(self) -> xr.Dataset:
-        """Largest values over the samples, by run: ``gear_mesh_force`` (run, gear_mesh) N and
+        """Maximum over all samples of each run: ``gear_mesh_force`` (run, gear_mesh), N, and
         ``planet_load_factor`` (run, gear_mesh)."""
         names = ["gear_mesh_force", "planet_load_factor"]
         largest = [

@@ -82,7 +82,7 @@ class Planned(NamedTuple):
     arguments: tuple[Any, ...]
 
     def draw(self) -> Any:
-        """A figure or a ``Drawing``."""
+        """The picture, drawn: a matplotlib figure, or what saves a rendered scene as a file."""
         return self.chart.draw(*self.arguments)
 
 

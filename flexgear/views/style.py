@@ -103,7 +103,7 @@ def styled(function: Callable[P, R]) -> Callable[P, R]:
 
 
 class NotebookFigure(Figure):
-    """A figure that a notebook shows, though pyplot does not know it."""
+    """A matplotlib figure made without pyplot, which a notebook shows as a PNG picture."""
 
     def _repr_png_(self) -> bytes:
         picture = BytesIO()

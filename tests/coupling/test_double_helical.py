@@ -118,3 +118,12 @@ def test_a_load_on_a_ring_of_two_halves_is_shared_by_them():
     wanted = np.array([*force, *moment])
     assert more[0] == pytest.approx(wanted, abs=1e-8 * np.abs(wanted).max())
     assert np.abs(more[1] - more[2]).max() < 0.2 * np.abs(more[1]).max()
+
+
+def test_supports_with_clearance_are_the_same_on_both_halves_of_a_ring():
+    case = load_case("herringbone", overrides={"stage.ring.support.clearance_um": 20.0})
+    links = {link.name: link.matrix for link in build_system(case).links}
+    left, right = (links[f"stage.ring_{side}_support"] for side in ("left", "right"))
+    np.testing.assert_array_equal(left, right)
+    assert left[2, 2] == 1e10
+    assert 0.0 < left[0, 0] < 1e-3 * 1e10  # centred in its clearance

@@ -107,7 +107,7 @@ class ToothedMeshParameters:
         return max(least, ceil(_PITCH_LAYERS[self.fidelity] * pitches))
 
     def reject(self, key: str, problem: str, remedy: str) -> NoReturn:
-        """InputError that names a key of the gear."""
+        """Raise InputError for a key of this gear's section, as "stage.ring.fe.rim_thickness"."""
         raise InputError(self.where, f"stage.{self.part}.{key}", problem, remedy)
 
     def check(self) -> None:

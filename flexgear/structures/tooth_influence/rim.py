@@ -165,7 +165,7 @@ def rim_error(rim: RimFlexibility, influence: ToothInfluence, tooth: ToothGeomet
 
 
 def first_line(p: SegmentParameters) -> ToothLine:
-    """Of the first tooth of a ring."""
+    """Line along the flank of the first tooth of a ring, at the reference circle."""
     return ToothLine(0.0, p.tooth.reference_radius, p.helix_rate, p.face_width)
 
 
