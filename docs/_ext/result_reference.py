@@ -4,7 +4,8 @@ from pathlib import Path
 
 from sphinx.application import Sphinx
 
-from flexgear.results.result_quantities import RESULT_COORDINATES, RESULT_QUANTITIES
+from flexgear.results.result_coordinates import RESULT_COORDINATES
+from flexgear.results.result_quantities import RESULT_QUANTITIES
 from flexgear.results.summary_keys import KEYS
 from flexgear.solve.headlines import HEADLINES
 

@@ -16,7 +16,8 @@ from numpy.typing import ArrayLike, NDArray
 from flexgear.model.errors import FlexgearError
 from flexgear.model.names import GearMeshName, GroupName
 from flexgear.results.quantities import AXES, DOFS, S
-from flexgear.results.result_quantities import RESULT_COORDINATES, RESULT_QUANTITIES
+from flexgear.results.result_coordinates import RESULT_COORDINATES
+from flexgear.results.result_quantities import RESULT_QUANTITIES
 
 Labels = Mapping[str, Sequence[Any]]
 DIRECTIONS = ("radial", "tangential", "axial")

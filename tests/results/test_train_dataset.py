@@ -14,7 +14,8 @@ from flexgear.results.group_sharing import (
     sharing_histories,
 )
 from flexgear.results.labelled_dataset import groups_of, labelled_dataset
-from flexgear.results.result_quantities import RESULT_COORDINATES, RESULT_QUANTITIES
+from flexgear.results.result_coordinates import RESULT_COORDINATES
+from flexgear.results.result_quantities import RESULT_QUANTITIES
 
 NAMES = [
     *[GearMeshName.of("stage_1", kind, "", i) for kind in ("ring", "sun") for i in (1, 2, 3)],
