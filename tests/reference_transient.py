@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from flexgear.analysis.contact_springs import row_vectors
 from flexgear.analysis.kernels.step import BETA, GAMMA
+from flexgear.analysis.modes import row_vectors
 from flexgear.analysis.transient import Drive
 from flexgear.coupling.kernels.elements import pair_rows
 from flexgear.coupling.kernels.pairs import build_rows

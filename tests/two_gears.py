@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from flexgear.analysis.contact_springs import row_vectors
+from flexgear.analysis.modes import row_vectors
 from flexgear.analysis.start import start_state
 from flexgear.analysis.transient import Collector, Drive, collected, transient
 from flexgear.coupling.build import build_system

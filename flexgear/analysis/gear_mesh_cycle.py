@@ -34,14 +34,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from flexgear.analysis.contact_springs import (
+from flexgear.analysis.equilibrium import Equilibrium, revolution
+from flexgear.analysis.line_loads import LineLoads, line_loads
+from flexgear.analysis.modes import (
     ContactSprings,
     FlankCycle,
     Springs,
     other_springs,
 )
-from flexgear.analysis.equilibrium import Equilibrium, revolution
-from flexgear.analysis.line_loads import LineLoads, line_loads
 from flexgear.coupling.kernels.elements import Rows, packed, pair_rows
 from flexgear.coupling.kernels.neighbours import between_rows
 from flexgear.coupling.kernels.pairs import build_rows, fill_rows

@@ -1,4 +1,8 @@
-"""What the steps of a run work with: constants of its step sizes, and work space."""
+"""What the steps of a run work with: constants of its step sizes, work space, accelerations.
+
+Steps of average acceleration need the acceleration they start from. A step with h = 0 moves
+nothing, D = 1 and G = R: it finds the contact forces of the motion as it is, hence accelerations.
+"""
 
 from __future__ import annotations
 
@@ -16,21 +20,22 @@ from flexgear.analysis.kernels.energy import BOOKED, ENERGIES, Ledger
 from flexgear.analysis.kernels.frame_forces import FrameData
 from flexgear.analysis.kernels.machines import BRAKE, CONTROLLER, MACHINE, SPEED, port_space
 from flexgear.analysis.kernels.pair_loads import empty_pair_loads
-from flexgear.analysis.kernels.step import BETA, GAMMA
+from flexgear.analysis.kernels.refinement import control
+from flexgear.analysis.kernels.step import BETA, GAMMA, advance
 from flexgear.analysis.kernels.step_arrays import (
     ModalData,
     ModalSpace,
     Samples,
     Space,
+    State,
     StepData,
     Work,
 )
 from flexgear.analysis.kernels.vectors import SIMD, aligned, rounded_up
-from flexgear.coupling.action_lines import action_lines, covered
-from flexgear.coupling.kernels.elements import packed, pair_rows, widest
+from flexgear.coupling.kernels.elements import law_functions, packed, pair_rows, widest
 from flexgear.coupling.machines import Brake, Controller, GivenSpeed
 from flexgear.coupling.modal import ModalSystem
-from flexgear.coupling.pair_data import PairData
+from flexgear.coupling.pair_data import PairData, action_lines, covered
 from flexgear.coupling.system import System
 
 Array = NDArray[np.float64]
@@ -225,3 +230,44 @@ def packed_machines(system: System) -> Any:
         elif isinstance(machine, GivenSpeed):
             record["kind"] = SPEED
     return out
+
+
+NEVER = 2  # ticks between samples, of which one is taken
+
+
+def at_rest(data: StepData) -> StepData:
+    """The same system with a step of no duration as its only one."""
+    modal = data.modal._replace(h=np.zeros(1), inverse=np.ones((1, data.modal.omega2.size)))
+    channels = data.channels._replace(displacement=data.channels.residual[None])
+    return data._replace(modal=modal, channels=channels)
+
+
+def accelerate(
+    modal: ModalSystem, resting: StepData, state: State, prescribed: Array, space: Space
+) -> int:
+    """Set accelerations and stored forces by a step of no duration; ``space`` is ready for such.
+
+    prescribed (P + L,): of the machines, rates rad/s² of given speeds, and of loads. Returns 0,
+    or 1 without a solution.
+    """
+    status, _ = advance(
+        resting, law_functions(modal.system.pairs), prescribed[None], 0, state, space,
+        empty_samples(modal, 0), control(1, every=NEVER),
+    )  # fmt: skip
+    return int(status)
+
+
+def consistent_acceleration(
+    modal: ModalSystem, data: StepData, state: State, prescribed: Array, space: Space
+) -> int:
+    """Set accelerations (and stored forces) so that the equation of motion holds now.
+
+    prescribed (P + L,): as of ``accelerate``. A jump of a torque moves the quasi-static part at
+    once; the ledger books it. Returns 0, or 1 without a solution. ``space`` is then ready for
+    ``data``.
+    """
+    resting = at_rest(data)
+    begin(space, resting)
+    status = accelerate(modal, resting, state, prescribed, space)
+    begin(space, data)
+    return status

@@ -43,8 +43,12 @@ from flexgear.solve.long_run import TimedRun, refuse_endless
 from flexgear.solve.model import Model, assemble
 from flexgear.solve.modes import modes as natural_modes
 from flexgear.solve.modes import usual_limit
-from flexgear.solve.reduction_warnings import reduction_warnings
-from flexgear.solve.small_motion import large_motions, largest_motions, motion_histories
+from flexgear.solve.result_warnings import (
+    large_motions,
+    largest_motions,
+    motion_histories,
+    reduction_warnings,
+)
 from flexgear.solve.static import static as equilibria
 from flexgear.solve.transient import cut_short, stepping_of, train_histories
 from flexgear.solve.transient import simulate as run_transient

@@ -25,19 +25,23 @@ from flexgear.results.report.wording import titled_by_stage, window_words, with_
 from flexgear.results.sinks import Ranges
 from flexgear.results.stage_part import ring_force_spread, ring_sharing, stage_part
 from flexgear.results.time_figures import displacement_summary, stage_histories
-from flexgear.solve.campbell import IDEAL, crossing_rows
-from flexgear.solve.excitation import LEAST
+from flexgear.solve.campbell import IDEAL, LEAST, crossing_rows
 from flexgear.solve.headlines.solution import balance_sentence
 from flexgear.solve.model import Model
 from flexgear.solve.modes import mode_rows, top_shares
-from flexgear.solve.neglected import Length, beside_lengths
 from flexgear.solve.resonance import (
     gear_mesh_orders,
     resonance_figures,
     resonance_verdict,
     span,
 )
-from flexgear.solve.small_motion import large_motions, largest_motions, motion_histories
+from flexgear.solve.result_warnings import (
+    Length,
+    beside_lengths,
+    large_motions,
+    largest_motions,
+    motion_histories,
+)
 from flexgear.solve.static import position_figures
 
 

@@ -24,7 +24,7 @@ from flexgear.model.errors import InputError
 from flexgear.model.names import BodyName
 from flexgear.results.origin import origin_of_case
 from flexgear.solve.bodies import named, reduction_limit, rigid_bodies
-from flexgear.solve.reduction_warnings import reduction_warnings
+from flexgear.solve.result_warnings import reduction_warnings
 from flexgear.structures.fe_mesh import FeMesh, Groups, require_format, write_fe_mesh
 from flexgear.structures.sources.fe_body import FeBody
 from flexgear.structures.sources.of_case import fe_sources

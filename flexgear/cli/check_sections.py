@@ -7,10 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from flexgear.coupling.build import build_system
+from flexgear.coupling.build import build_system, rigid_system
 from flexgear.coupling.pace import case_pace, pace_sections
 from flexgear.coupling.port_machines import machine_words
-from flexgear.coupling.workable import rigid_system
 from flexgear.gears.bearing_life import planet_bearing_life_hours
 from flexgear.gears.power_flow import PowerFlow, power_flow
 from flexgear.gears.radii import stage_radii

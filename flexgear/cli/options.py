@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from flexgear.coupling.workable import require_workable
+from flexgear.coupling.build import require_workable
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
 from flexgear.model.load import load_case

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from flexgear.coupling.assembly import TrainAssembly, end_rows, ends_of
 from flexgear.coupling.gear_meshes import GivenLoad
 from flexgear.coupling.members import Member
-from flexgear.coupling.train_assembly import TrainAssembly, end_rows, ends_of
 from flexgear.gears.radii import stage_radii
 from flexgear.model.errors import InputError
 from flexgear.model.member_load import varying

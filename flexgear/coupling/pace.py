@@ -22,8 +22,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
+from flexgear.coupling.connections import blocks_anywhere, stage_sets
 from flexgear.coupling.gear_meshes import GearMeshSet
-from flexgear.coupling.stage_meshes import blocks_anywhere, stage_sets
 from flexgear.coupling.system import StageFrame
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.case import Case

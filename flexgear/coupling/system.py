@@ -14,10 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
 
-from flexgear.coupling.bearings import LawBearing
 from flexgear.coupling.gear_meshes import GearMeshLabel
 from flexgear.coupling.machines import Brake, Machine
 from flexgear.coupling.pair_data import PairData
+from flexgear.coupling.springs import LawBearing
 from flexgear.model.errors import FlexgearError
 from flexgear.model.names import BodyName
 from flexgear.structures.bodies import Body

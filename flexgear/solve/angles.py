@@ -13,7 +13,7 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import NDArray
 
-from flexgear.coupling.links import invariant_part
+from flexgear.coupling.springs import invariant_part
 from flexgear.gears.error_cycle import (
     AngleSamples,
     ErrorCycle,

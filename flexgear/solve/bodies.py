@@ -8,8 +8,8 @@ from concurrent.futures import ThreadPoolExecutor
 
 import psutil  # type: ignore[import-untyped]
 
+from flexgear.coupling.connections import bend_each_other
 from flexgear.coupling.pace import case_pace
-from flexgear.coupling.stage_meshes import bend_each_other
 from flexgear.gears.geometry import stage_geometry
 from flexgear.model.case import Case
 from flexgear.model.errors import FlexgearError, InputError, echo

@@ -27,8 +27,7 @@ from flexgear.results.group_sharing import DEFINITIONS, sharing_histories
 from flexgear.results.labelled_dataset import GEAR_MESH, fields_of, labelled_dataset
 from flexgear.solve.angles import given_speeds
 from flexgear.solve.face_load import face_arrays, face_labels
-from flexgear.solve.labels import flank_name
-from flexgear.solve.model import Model
+from flexgear.solve.model import Model, flank_name
 
 Array = NDArray[np.float64]
 NODES = {"shaft": "sun", "carrier": "drive"}  # nodes that stand for bodies of a flexible stage

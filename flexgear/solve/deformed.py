@@ -1,4 +1,4 @@
-"""Displacement fields of FE bodies, in equilibrium or at a sample of a transient."""
+"""Displacement fields of FE bodies: in equilibrium, at a sample of a transient, in a mode."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from flexgear.analysis.equilibrium import revolution
+from flexgear.analysis.modes import Modes
 from flexgear.analysis.recovery import Recovery
 from flexgear.analysis.transient import Transient
 from flexgear.model.errors import InputError
@@ -16,6 +17,7 @@ from flexgear.model.names import BodyName
 from flexgear.model.read import nearest
 from flexgear.results.fields import field_dataset
 from flexgear.results.labelled_dataset import variable
+from flexgear.results.quantities import AXES
 from flexgear.solve.dataset import result_attrs
 from flexgear.solve.model import Model, rated_rotations
 from flexgear.structures.floating import elastic_modes
@@ -145,3 +147,51 @@ def _at(run: xr.Dataset, body: str, time: float) -> tuple[NDArray[np.float64], d
     sample = run.sel(time=time, method="nearest")
     coordinates = sample["fe_coordinate"].to_numpy()[np.array(bodies) == body]
     return coordinates.astype(float), {"time": float(sample["time"])}
+
+
+SHOWN = 4  # modes of a body
+LEAST_SHARE = 0.1  # of a mode's kinetic energy in a body that it moves
+APART = 0.01  # of a frequency: modes nearer to each other are one shape, turned
+
+
+def lowest_modes(model: Model) -> Modes:
+    """Modes at rest with the mean stiffness of the gear meshes, up to the band's top."""
+    return model.natural_modes(model.pace.band)
+
+
+def moving_modes(modes: Modes, body: str) -> list[int]:
+    """Indices of the lowest modes in which a body has a tenth of the kinetic energy or more; of
+    modes that turn into each other, as those of round bodies do in pairs, the first."""
+    indices: list[int] = []
+    for k in np.flatnonzero((modes.energy[body] >= LEAST_SHARE) & (modes.frequencies > 0.0)):
+        if not indices or modes.frequencies[k] > (1.0 + APART) * modes.frequencies[indices[-1]]:
+            indices.append(int(k))
+    return indices[:SHOWN]
+
+
+def mode_shapes(model: Model, body: str, modes: Modes) -> xr.Dataset:
+    """``mode_displacement`` (mode, vertex, axis), u = Φ_r φ over the largest |u| of the mode, and
+    ``frequency`` (mode,) Hz of a body in its ``moving_modes``.
+
+    body: one of ``bending_bodies``; mode: numbers from 1 as in ``modes``. Vertices are those of
+    ``deformed``.
+    """
+    require_bending(model, body)
+    dofs, numbers = model.system.slice_of(body), moving_modes(modes, body)
+    reduced, at_modes = reduced_field(model, body, modes.shapes[dofs][:, numbers])
+    shapes = np.zeros((len(numbers), len(reduced.points), 3))
+    for shape, coordinates in zip(shapes, at_modes.T, strict=True):
+        field = reduced.recover(coordinates)
+        shape[:] = field / np.linalg.norm(field, axis=-1).max()
+    attributes = {"units": "1", "long_name": "displacement in a mode over the largest of the body"}
+    return xr.Dataset(
+        {
+            "mode_displacement": (("mode", "vertex", "axis"), shapes, attributes),
+            "frequency": (
+                "mode",
+                modes.frequencies[numbers],
+                {"units": "Hz", "long_name": "natural frequency"},
+            ),
+        },
+        coords={"mode": [k + 1 for k in numbers], "axis": list(AXES)},
+    )

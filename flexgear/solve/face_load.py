@@ -7,18 +7,24 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from flexgear.analysis.edge_loads import edge_loads
 from flexgear.analysis.equilibrium import Equilibrium
-from flexgear.analysis.gear_mesh_state import first_touch, gear_mesh_stiffness, pairs_at
-from flexgear.analysis.line_loads import LineLoads, line_loads
-from flexgear.analysis.misalignment import CAUSES, tilt_by_cause
+from flexgear.analysis.line_loads import (
+    CAUSES,
+    LineLoads,
+    edge_loads,
+    first_touch,
+    gear_mesh_stiffness,
+    line_loads,
+    pairs_at,
+    tilt_by_cause,
+)
 from flexgear.analysis.recovery import Recovery
 from flexgear.analysis.transient import Transient
 from flexgear.coupling.pair_data import KINDS, PairData
 from flexgear.gears.face_load import with_ends
 from flexgear.gears.hertz import ContactBody, line_contact, relative_radius
 from flexgear.solve.model import Model
-from flexgear.solve.root_stress import FILLETS, MEMBERS, root_arrays
+from flexgear.solve.stresses import FILLETS, MEMBERS, root_arrays
 
 Array = NDArray[np.float64]
 

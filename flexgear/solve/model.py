@@ -10,22 +10,20 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from flexgear.analysis.contact_springs import ContactSprings, springs_at
 from flexgear.analysis.gear_mesh_cycle import mean_springs, springs_under_load
-from flexgear.analysis.modes import Modes, modes
+from flexgear.analysis.modes import ContactSprings, Modes, modes, springs_at
 from flexgear.analysis.recovery import Output
-from flexgear.coupling.build import build_system
+from flexgear.coupling.build import build_system, require_workable
+from flexgear.coupling.gear_meshes import GearMeshLabel
 from flexgear.coupling.modal import ModalSystem, chosen_modal, static_system
 from flexgear.coupling.pace import Pace, case_pace
 from flexgear.coupling.system import System
-from flexgear.coupling.workable import require_workable
 from flexgear.gears.power_flow import PowerFlow, power_flow
 from flexgear.model.case import Case
-from flexgear.model.names import BodyName
+from flexgear.model.names import BodyName, GearMeshName
+from flexgear.results.group_sharing import without_rounding
 from flexgear.solve.bodies import Bodies, Progress, reduced_bodies, rigid_bodies, silent
-from flexgear.solve.gauges import GaugeRows, gauge_rows, rim_stress_rows
-from flexgear.solve.labels import GearMeshes, gear_meshes_of, rated_forces
-from flexgear.solve.root_stress import RootTables
+from flexgear.solve.stresses import GaugeRows, RootTables, gauge_rows, rim_stress_rows
 
 Array = NDArray[np.float64]
 
@@ -223,3 +221,51 @@ def rated_rotations(system: System, lead: Array) -> Array:
     first = next((abs(w) for w in speeds if w != 0), 0.0)
     rates = speeds / first if first else np.eye(1, len(speeds))[0]
     return np.multiply.outer(np.asarray(lead, dtype=float), rates)
+
+
+@dataclass(frozen=True)
+class GearMeshes:
+    """names: (G,) gear meshes; sign (M, G): +1 of the flank that carries rated torque, −1 of the
+    other; carrying: (G,) number m of the carrying flank in the system."""
+
+    names: tuple[GearMeshName, ...]
+    sign: Array
+    carrying: NDArray[np.int64]
+
+    def forces(self, pair_load: Array) -> Array:
+        """Gear-mesh forces (t, G) in N of pair loads (t, M, slots): drive less coast flank."""
+        largest = float(np.abs(pair_load).max(initial=0.0))
+        return without_rounding(pair_load.sum(axis=-1) @ self.sign, largest)
+
+    def of_stage(self, stage: str) -> list[int]:
+        """Places of a stage's gear meshes."""
+        return [k for k, name in enumerate(self.names) if name.stage == stage]
+
+
+def flank_name(case: Case, label: GearMeshLabel) -> GearMeshName:
+    """The gear mesh that a flank belongs to."""
+    stage, kind = case.stages[label.stage].name, label.kind.gear
+    return GearMeshName.of(stage, kind, label.side, label.planet + 1)
+
+
+def gear_meshes_of(case: Case, system: System) -> GearMeshes:
+    """Labels and signs, in the order of the system: stage by stage, kind, side, planet."""
+    carries = np.asarray(system.pairs.carries)
+    names: dict[GearMeshName, int] = {}
+    column, sign, carrying = [], [], {}
+    for m, label in enumerate(system.gear_meshes):
+        name = flank_name(case, label)
+        g = names.setdefault(name, len(names))
+        column.append(g)
+        sign.append(1.0 if carries[m] else -1.0)
+        if carries[m]:
+            carrying[g] = m
+    matrix = np.zeros((len(column), len(names)))
+    matrix[np.arange(len(column)), column] = sign
+    order = np.array([carrying[g] for g in range(len(names))], dtype=np.int64)
+    return GearMeshes(tuple(names), matrix, order)
+
+
+def rated_forces(flow: PowerFlow, names: tuple[GearMeshName, ...]) -> Array:
+    """Mean gear-mesh forces (G,) at rated torque, N, positive on the flank that carries."""
+    return np.array([abs(getattr(flow.stage(n.stage), f"{n.kind}_gear_mesh_force")) for n in names])

@@ -9,9 +9,9 @@ import xarray as xr
 from numpy.typing import NDArray
 from scipy import linalg
 
-from flexgear.analysis.contact_springs import ContactSprings
+from flexgear.analysis.mode_excitation import ABSENT, MIXED, UNEVEN, nodal_indices
 from flexgear.analysis.mode_types import PARTS, classify, members, strain_shares
-from flexgear.analysis.nodal_index import ABSENT, MIXED, UNEVEN, nodal_indices
+from flexgear.analysis.modes import ContactSprings
 from flexgear.coupling.pair_data import BEARING, SUPPORT
 from flexgear.model.errors import InputError
 from flexgear.results.labelled_dataset import labelled_dataset

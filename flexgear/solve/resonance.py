@@ -9,13 +9,12 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from flexgear.analysis.nodal_index import folded
+from flexgear.analysis.mode_excitation import folded
 from flexgear.model.case import Case
 from flexgear.model.names import GEAR_MESH
 from flexgear.results.report.parts import Level
 from flexgear.results.report.wording import excitation_words, with_unit, words
-from flexgear.solve.campbell import ERRORS, IDEAL
-from flexgear.solve.excitation import LEAST
+from flexgear.solve.campbell import ERRORS, IDEAL, LEAST
 from flexgear.solve.modes import index_word
 
 LISTED = 24  # meetings that a summary lists

@@ -37,28 +37,31 @@ from flexgear.results.version import version
 from flexgear.solve.angles import lead_speed, one_turn, stage_motions
 from flexgear.solve.bodies import Bodies, Progress, rigid_bodies, silent
 from flexgear.solve.campbell import campbell
-from flexgear.solve.deformed import bending_bodies, deformed
-from flexgear.solve.gear_mesh_cycles import gear_mesh_cycles, sliced_stages
-from flexgear.solve.harmonic import harmonic_data, harmonic_figures, train_harmonic
+from flexgear.solve.deformed import bending_bodies, deformed, lowest_modes, mode_shapes
 from flexgear.solve.headlines import headlines
-from flexgear.solve.linear import why_not_linear
-from flexgear.solve.mode_shapes import lowest_modes, mode_shapes
+from flexgear.solve.linear import harmonic_data, harmonic_figures, train_harmonic, why_not_linear
 from flexgear.solve.model import Model, assemble
 from flexgear.solve.modes import modes, usual_limit
-from flexgear.solve.neglected import neglected
-from flexgear.solve.reduction_warnings import reduction_warnings
 from flexgear.solve.resonance import resonance_figures
-from flexgear.solve.run_figures import (
+from flexgear.solve.result_warnings import (
+    large_motions,
+    largest_motions,
+    motion_histories,
+    neglected,
+    reduction_warnings,
+)
+from flexgear.solve.run_transients import (
     bodies_summary,
+    dataset_name,
+    drop_name,
     residual_of_run,
     stages_summary,
     transient_summary,
+    transients,
     unsettled_lines,
 )
-from flexgear.solve.run_transients import dataset_name, drop_name, transients
 from flexgear.solve.sharing import shared_stages, sharing_attrs, stages_sharing
-from flexgear.solve.small_motion import large_motions, largest_motions, motion_histories
-from flexgear.solve.static import static
+from flexgear.solve.static import gear_mesh_cycles, sliced_stages, static
 from flexgear.solve.transient import cut_short
 from flexgear.structures.linalg.threads import single_threaded_blas
 

@@ -5,19 +5,21 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from flexgear.analysis.step_plan import FineWindow, Stepping
+from flexgear.analysis.step_plan import Adaptive, FineWindow, Stepping
 from flexgear.analysis.transient import Collector, Steps, Transient
 from flexgear.analysis.transient import transient as step_through
-from flexgear.coupling.pace import case_pace, timed_drops
+from flexgear.coupling.pace import Pace, case_pace, timed_drops
 from flexgear.gears.power_flow import PowerFlow
 from flexgear.model.case import Case
 from flexgear.model.drive import TorqueHistory
 from flexgear.model.errors import InputError
+from flexgear.model.solver import Solver
 from flexgear.results.group_sharing import SharingCoefficients
 from flexgear.results.labelled_dataset import coordinate, variable
 from flexgear.results.settling import Settling, Window, cut, window_edges
@@ -30,7 +32,6 @@ from flexgear.solve.deformed import body_coordinates, require_bending
 from flexgear.solve.long_run import LongRun, TimedRun
 from flexgear.solve.machines import braked, ends_of, require_brakes
 from flexgear.solve.model import Model
-from flexgear.solve.stepping import adaptive_steps, step_attributes
 
 Array = NDArray[np.float64]
 SAMPLES_AT_REST = 100
@@ -285,3 +286,16 @@ def train_histories(data: xr.Dataset) -> xr.Dataset:
     """What of a transient the command line gives the range of."""
     names = ["input_speed", "port_torque", "gear_mesh_force"]
     return data[names].assign(axis_distance=axis_distance(data))
+
+
+def adaptive_steps(solver: Solver, pace: Pace) -> Adaptive | None:
+    """Step sizes by an error estimate, or None where they are given."""
+    if solver.step_tolerance == 0.0:
+        return None
+    return Adaptive(solver.step_tolerance, pace.shortest_time_step, pace.longest_time_step)
+
+
+def step_attributes(steps: Steps) -> dict[str, Any]:
+    """Attributes of a dataset: steps taken, steps refused, and how many of which size."""
+    sizes = ", ".join(f"{h:.4g} s: {count}" for h, count in sorted(steps.by_size.items()))
+    return {"steps": steps.taken, "steps_refused": steps.refused, "step_sizes": sizes}

@@ -18,8 +18,7 @@ from flexgear.model.case import Case
 from flexgear.model.units import RPM
 from flexgear.results.group_sharing import sharing_figures
 from flexgear.solve.bodies import Progress, silent
-from flexgear.solve.harmonic import harmonic_data, train_harmonic
-from flexgear.solve.linear import why_not_linear
+from flexgear.solve.linear import harmonic_data, train_harmonic, why_not_linear
 from flexgear.solve.model import Model
 from flexgear.solve.run_transients import is_static
 from flexgear.solve.sharing import shared_stages, stages_sharing

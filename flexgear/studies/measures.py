@@ -24,8 +24,8 @@ from flexgear.results.time_figures import axis_distance, central_distance
 from flexgear.solve.angles import samples_of_stage, stage_motions
 from flexgear.solve.bodies import reduced_bodies
 from flexgear.solve.model import Model, assemble
+from flexgear.solve.result_warnings import large_motions, largest_motions, motion_histories
 from flexgear.solve.sharing import shared_stages, stages_sharing
-from flexgear.solve.small_motion import large_motions, largest_motions, motion_histories
 from flexgear.solve.static import static
 from flexgear.solve.transient import simulate, train_histories
 from flexgear.studies.measure import (

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from itertools import islice
 
-from flexgear.coupling.workable import require_workable
+from flexgear.coupling.build import require_workable
 from flexgear.files.new_case import Rated, new_case_text
 from flexgear.gears.implausible import implausible
 from flexgear.gears.power_flow import power_flow

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from flexgear.coupling.workable import require_workable
+from flexgear.coupling.build import require_workable
 from flexgear.files.atomic import PathLike
 from flexgear.model.case import Case
 from flexgear.model.errors import FlexgearError, InputError

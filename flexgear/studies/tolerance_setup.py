@@ -9,9 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexgear.analysis.equilibrium import Equilibrium
-from flexgear.analysis.error_sets import ErrorSets, GapSets
+from flexgear.analysis.error_sets import (
+    ErrorSets,
+    ErrorStudy,
+    GapSets,
+    error_study,
+    gear_mesh_forces,
+)
 from flexgear.analysis.line_loads import line_loads
-from flexgear.analysis.many_errors import ErrorStudy, error_study, gear_mesh_forces
 from flexgear.coupling.gear_meshes import GearMeshLabel
 from flexgear.coupling.pair_data import PairData
 from flexgear.coupling.system import System

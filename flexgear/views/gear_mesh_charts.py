@@ -1,6 +1,6 @@
 """Transmission error, loaded and unloaded, with its orders, and gear-mesh stiffness, over cycles.
 
-Datasets are those of ``solve.gear_mesh_cycles``; where it looks at several cycles curves show the
+Datasets are those of ``gear_mesh_cycles``; where it looks at several cycles curves show the
 first, orders come from all.
 """
 

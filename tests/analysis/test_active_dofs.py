@@ -9,10 +9,9 @@ from flexgear.analysis.kernels import active_dofs as ad
 from flexgear.analysis.kernels import row_receptances
 from flexgear.analysis.kernels.static_contact import eliminate, solve_dense
 from flexgear.analysis.step_space import begin, step_data, work_space
-from flexgear.coupling.action_lines import action_lines
 from flexgear.coupling.kernels.pairs import fill_rows
 from flexgear.coupling.modal import modal_system
-from flexgear.coupling.pair_data import carrying_flanks
+from flexgear.coupling.pair_data import action_lines, carrying_flanks
 
 STEP, SHARE = 1e-4, 2e4
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from coupled import TORQUE, make_bodies, make_case, make_system, named, shaped
 
-from flexgear.analysis.contact_springs import springs_at
 from flexgear.analysis.equilibrium import equilibrium, revolution
+from flexgear.analysis.modes import springs_at
 from flexgear.analysis.recovery import Recovery, channel_forces
 from flexgear.coupling.modal import modal_system
 from flexgear.gears.geometry import stage_geometry

@@ -8,10 +8,9 @@ import pytest
 from scipy.linalg import eigh, expm
 from two_gears import TORQUE, Exact, stepped, two_gears
 
-from flexgear.analysis.consistent_acceleration import consistent_acceleration
 from flexgear.analysis.kernels.energy import LEFT_OVER
 from flexgear.analysis.start import start_state
-from flexgear.analysis.step_space import step_data, work_space
+from flexgear.analysis.step_space import consistent_acceleration, step_data, work_space
 from flexgear.analysis.transient import Drive, prescribed_values
 from flexgear.coupling.machines import Brake, Controller, GivenSpeed, GivenTorque
 from flexgear.coupling.system import Damping

@@ -11,8 +11,7 @@ from coupled import TORQUE
 from error_samples import picked, random_sets, revolutions
 from trains import stage_train
 
-from flexgear.analysis.error_sets import ErrorSets, no_errors
-from flexgear.analysis.many_errors import error_study, gear_mesh_forces
+from flexgear.analysis.error_sets import ErrorSets, error_study, gear_mesh_forces, no_errors
 from flexgear.coupling.build import build_system
 from flexgear.coupling.modal import modal_system
 from flexgear.model.errors import FlexgearError

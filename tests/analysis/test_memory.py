@@ -5,12 +5,16 @@ import pytest
 from coupled import make_system
 from trains import stage_train
 
-from flexgear.analysis.consistent_acceleration import consistent_acceleration
 from flexgear.analysis.kernels.refinement import control
 from flexgear.analysis.kernels.step import advance
 from flexgear.analysis.kernels.step_arrays import Space
 from flexgear.analysis.start import start_state
-from flexgear.analysis.step_space import empty_samples, step_data, work_space
+from flexgear.analysis.step_space import (
+    consistent_acceleration,
+    empty_samples,
+    step_data,
+    work_space,
+)
 from flexgear.analysis.transient import largest_rated_load
 from flexgear.coupling.build import build_system
 from flexgear.coupling.kernels.elements import law_functions

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from scipy import linalg
 
-from flexgear.analysis.contact_springs import springs_at
-from flexgear.analysis.modes import modes
+from flexgear.analysis.modes import modes, springs_at
 
 
 @pytest.fixture(scope="module")

@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from flexgear.analysis.contact_springs import rows_at
+from flexgear.analysis.modes import rows_at
 from flexgear.analysis.step_space import step_data
 from flexgear.coupling.modal import ModalSystem
 

@@ -10,8 +10,8 @@ import scipy.linalg as sla
 from benchmarks.record import Comparison, Report
 from benchmarks.stages import steady_run
 from benchmarks.timing import interleaved
-from flexgear.analysis.contact_springs import row_vectors, rows_at
 from flexgear.analysis.equilibrium import revolution
+from flexgear.analysis.modes import row_vectors, rows_at
 from flexgear.coupling.kernels.neighbours import between_rows
 from flexgear.coupling.laws.slices import COUNT, FIRST
 from flexgear.model.load import load_case

@@ -11,7 +11,7 @@ import numpy as np
 from benchmarks.record import Curve, Report
 from benchmarks.stages import Run, cheap_system, planet_system, steady_run
 from benchmarks.timing import interleaved
-from flexgear.analysis.contact_springs import rows_at
+from flexgear.analysis.modes import rows_at
 from flexgear.coupling.modal import ModalSystem, modal_system
 from flexgear.structures.linalg.threads import single_threaded_blas
 

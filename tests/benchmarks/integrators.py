@@ -10,8 +10,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from benchmarks.stages import copied
-from flexgear.analysis.consistent_acceleration import accelerate, at_rest
-from flexgear.analysis.step_space import begin, step_data, work_space
+from flexgear.analysis.step_space import accelerate, at_rest, begin, step_data, work_space
 from flexgear.analysis.transient import State
 from flexgear.coupling.modal import ModalSystem
 

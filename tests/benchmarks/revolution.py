@@ -11,8 +11,8 @@ from coupled import TORQUE
 from benchmarks.record import Comparison, Report
 from benchmarks.stages import real_system
 from benchmarks.timing import interleaved
-from flexgear.analysis.contact_springs import row_vectors, rows_at
 from flexgear.analysis.equilibrium import revolution
+from flexgear.analysis.modes import row_vectors, rows_at
 from flexgear.analysis.recovery import Recovery
 from flexgear.coupling.modal import ModalSystem, modal_system
 from flexgear.coupling.pair_data import by_kind

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from coupled import CLEAN, make_bodies, stage_system
 
-from flexgear.analysis.contact_springs import rows_at
-from flexgear.coupling.action_lines import action_lines, covered
+from flexgear.analysis.modes import rows_at
+from flexgear.coupling.pair_data import action_lines, covered
 from flexgear.model.load import load_case
 
 VARIANTS = ((), ("ring",), ("ring", "carrier", "shaft"))

@@ -7,9 +7,9 @@ import pytest
 from trains import stage_train
 from two_gears import GEARS
 
-from flexgear.analysis.contact_springs import rows_at
 from flexgear.analysis.equilibrium import revolution
 from flexgear.analysis.line_loads import line_loads
+from flexgear.analysis.modes import rows_at
 from flexgear.coupling.build import build_system
 from flexgear.coupling.modal import modal_system
 from flexgear.model.load import load_case

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from turning_ring import cheap, held_case, lumped
 
-from flexgear.analysis.contact_springs import springs_at
 from flexgear.analysis.gyroscopic import whirl_modes
+from flexgear.analysis.modes import springs_at
 from flexgear.coupling.build import build_system
 from flexgear.model.case import validated_case
 from flexgear.model.read import Written

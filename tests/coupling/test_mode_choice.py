@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from reference_transient import damping_matrix
 from scipy import linalg
 
-from flexgear.analysis.contact_springs import row_vectors, rows_at
+from flexgear.analysis.modes import row_vectors, rows_at
 from flexgear.analysis.recovery import Recovery
 from flexgear.analysis.transient import Collector, Drive, collected, transient
 from flexgear.coupling.build import build_system

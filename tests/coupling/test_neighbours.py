@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 from train_contexts import rigid_stage
 
-from flexgear.analysis.contact_springs import rows_at
 from flexgear.analysis.equilibrium import revolution
-from flexgear.analysis.gear_mesh_state import gear_mesh_stiffness
-from flexgear.analysis.line_loads import interpolated, line_loads
+from flexgear.analysis.line_loads import gear_mesh_stiffness, interpolated, line_loads
+from flexgear.analysis.modes import rows_at
 from flexgear.coupling.kernels.neighbours import row_stiffness
 from flexgear.coupling.pair_data import OF_LINE
 from flexgear.gears.paths import stage_paths

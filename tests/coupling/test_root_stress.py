@@ -14,8 +14,8 @@ from flexgear.model.load import load_case
 from flexgear.results.root_stress import root_figures
 from flexgear.solve import bodies
 from flexgear.solve.dataset import equilibrium_data
-from flexgear.solve.root_stress import ring_roots, tooth_roots
 from flexgear.solve.static import position_figures
+from flexgear.solve.stresses import ring_roots, tooth_roots
 from flexgear.solve.transient import transient
 from flexgear.structures.fe_mesh import SegmentDivisions
 from flexgear.structures.tooth_influence import roots as tables

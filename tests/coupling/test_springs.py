@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from coupled import make_bodies, make_case, named, stage_system
 
-from flexgear.coupling.links import invariant_part
+from flexgear.coupling.springs import invariant_part
 from flexgear.structures.sources.of_case import carrier_source, ring_source
 
 STIFFNESS = {  # no two alike

@@ -4,13 +4,12 @@ import numpy as np
 import pytest
 from coupled import TORQUE, make_bodies, make_case, make_system, shaped
 
-from flexgear.analysis.contact_springs import springs_at
 from flexgear.analysis.equilibrium import equilibrium, revolution
-from flexgear.analysis.modes import modes
+from flexgear.analysis.modes import modes, springs_at
 from flexgear.analysis.recovery import Recovery, channel_forces
 from flexgear.analysis.transient import Collector, Drive, collected, transient
-from flexgear.coupling.links import invariant_part, rotating_rows
 from flexgear.coupling.modal import modal_system
+from flexgear.coupling.springs import invariant_part, rotating_rows
 from flexgear.model.errors import InputError
 from flexgear.structures.kinematics import turn
 

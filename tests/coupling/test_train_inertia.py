@@ -10,8 +10,8 @@ from trains import STEEL, stage_train, write
 
 from flexgear.analysis.equilibrium import revolution
 from flexgear.coupling.build import build_system
-from flexgear.coupling.links import behind_spline
 from flexgear.coupling.modal import modal_system
+from flexgear.coupling.springs import behind_spline
 from flexgear.gears.geometry import stage_geometry
 from flexgear.model.load import load_case
 

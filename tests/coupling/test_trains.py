@@ -9,9 +9,8 @@ import pytest
 from coupled import make_bodies, make_system, stage_system
 from trains import STEEL, stage_train, write
 
-from flexgear.analysis.contact_springs import springs_at
 from flexgear.analysis.equilibrium import revolution
-from flexgear.analysis.modes import modes
+from flexgear.analysis.modes import modes, springs_at
 from flexgear.analysis.recovery import Recovery
 from flexgear.coupling.build import build_system
 from flexgear.coupling.modal import modal_system

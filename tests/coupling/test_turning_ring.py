@@ -6,16 +6,14 @@ import numpy as np
 import pytest
 from turning_ring import HUB, STANDS, SUPPORT, cheap, held_case, lumped
 
-from flexgear.analysis.contact_springs import springs_at
 from flexgear.analysis.equilibrium import revolution
 from flexgear.analysis.kernels.energy import LEFT_OVER
 from flexgear.analysis.mode_types import classify, members
-from flexgear.analysis.modes import modes
+from flexgear.analysis.modes import modes, springs_at
 from flexgear.analysis.recovery import Recovery
 from flexgear.analysis.transient import Collector, Drive, collected, transient
-from flexgear.coupling.build import build_system
+from flexgear.coupling.build import build_system, require_workable
 from flexgear.coupling.modal import modal_system
-from flexgear.coupling.workable import require_workable
 from flexgear.gears.power_flow import power_flow
 from flexgear.structures.kinematics import rotation, turn
 

@@ -9,8 +9,7 @@ from coupled import make_bodies, stage_system
 from train_contexts import MIXED
 from trains import stage_train, write
 
-from flexgear.coupling.build import build_system
-from flexgear.coupling.workable import require_workable
+from flexgear.coupling.build import build_system, require_workable
 from flexgear.model.bundled import bundled_cases
 from flexgear.model.errors import InputError
 from flexgear.model.load import load_case

@@ -18,7 +18,7 @@ from flexgear.results.pieces import between, pieces
 from flexgear.results.stage_part import of_kind, ring_force_spread, ring_sharing, stage_part
 from flexgear.results.time_figures import STAGE_DROP, STEADY, StageDrop, SteadyRun
 from flexgear.solve.long_run import TimedRun
-from flexgear.solve.run_figures import transient_summary
+from flexgear.solve.run_transients import transient_summary
 
 SAMPLES = 5000
 AT_ONCE = 2**16

@@ -5,7 +5,7 @@ import pytest
 from flexgear.model.bundled import bundled_cases
 from flexgear.model.load import load_case
 from flexgear.solve.bodies import reduced_bodies, rigid_bodies
-from flexgear.solve.reduction_warnings import reduction_warnings
+from flexgear.solve.result_warnings import reduction_warnings
 
 FLEXIBLE = ["wind-5mw", "ev-reducer", "star-ring", "grc-750kw"]
 

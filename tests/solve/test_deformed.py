@@ -5,8 +5,7 @@ import pytest
 from stage_samples import stage_with_vertices
 
 from flexgear.model.errors import InputError
-from flexgear.solve.deformed import deformed, mode_field
-from flexgear.solve.mode_shapes import LEAST_SHARE, lowest_modes, mode_shapes
+from flexgear.solve.deformed import LEAST_SHARE, deformed, lowest_modes, mode_field, mode_shapes
 from flexgear.solve.transient import transient
 from flexgear.views.render import field_grid
 

@@ -7,14 +7,12 @@ import pytest
 from train_contexts import rigid_stage
 
 from flexgear.analysis.equilibrium import revolution
-from flexgear.analysis.gear_mesh_state import gear_mesh_stiffness
-from flexgear.analysis.line_loads import line_loads
+from flexgear.analysis.line_loads import gear_mesh_stiffness, line_loads
 from flexgear.gears.geometry import stage_geometry
 from flexgear.model.load import load_case
 from flexgear.results.face_load import cycle_figures
 from flexgear.results.transmission_error import order_amplitudes, with_orders
-from flexgear.solve.gear_mesh_cycles import gear_mesh_cycles
-from flexgear.solve.static import static
+from flexgear.solve.static import gear_mesh_cycles, static
 from flexgear.views.gear_mesh_charts import stiffness_chart, transmission_error_chart
 
 BASE = load_case("wind-5mw").with_(

@@ -10,7 +10,7 @@ import pytest
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.load import load_case
 from flexgear.solve.headlines import HEADLINES, headlines, plain_warnings, verdicts
-from flexgear.solve.small_motion import large_motions
+from flexgear.solve.result_warnings import large_motions
 
 
 def shared(k: float) -> dict[str, Any]:

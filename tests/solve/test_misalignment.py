@@ -5,7 +5,7 @@ import pytest
 from stage_samples import cheap_stage
 from train_contexts import rigid_stage
 
-from flexgear.analysis.misalignment import CAUSES, OF_BODIES
+from flexgear.analysis.line_loads import CAUSES, OF_BODIES
 from flexgear.gears.geometry import stage_geometry
 from flexgear.model.load import load_case
 from flexgear.results.face_load import face_figures, misalignment_of_groups

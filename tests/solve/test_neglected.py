@@ -8,7 +8,7 @@ from flexgear.gears.power_flow import power_flow
 from flexgear.model.load import load_case
 from flexgear.model.names import BodyName
 from flexgear.results.report.wording import with_unit
-from flexgear.solve.neglected import Length, beside_lengths, neglected
+from flexgear.solve.result_warnings import Length, beside_lengths, neglected
 
 CASE = load_case("wind-5mw")
 FLOW = power_flow(CASE)

@@ -7,7 +7,7 @@ from train_contexts import mixed
 
 from flexgear.model.load import load_case
 from flexgear.solve.bodies import rigid_bodies
-from flexgear.solve.reduction_warnings import PROMISED, reduction_warnings
+from flexgear.solve.result_warnings import PROMISED, reduction_warnings
 
 
 @pytest.fixture(scope="module")

@@ -11,10 +11,9 @@ from train_contexts import bundled, one_stage, put_together
 from trains import STAGE, write
 from two_gears import GEARS
 
-from flexgear.analysis.nodal_index import ABSENT, UNEVEN, excited_index, folded
+from flexgear.analysis.mode_excitation import ABSENT, UNEVEN, excited_index, folded
 from flexgear.model.load import load_case
-from flexgear.solve.campbell import ERRORS, IDEAL, campbell
-from flexgear.solve.excitation import excitations, operating_factors
+from flexgear.solve.campbell import ERRORS, IDEAL, campbell, excitations, operating_factors
 from flexgear.solve.model import assemble
 from flexgear.solve.modes import modes, nodal_index
 from flexgear.solve.resonance import resonance_figures, resonance_verdict

@@ -17,7 +17,7 @@ from flexgear.results.stage_part import of_kind
 from flexgear.results.summary import lacking
 from flexgear.solve import run as solve
 from flexgear.solve.bodies import rigid_bodies
-from flexgear.solve.run_figures import depth_name
+from flexgear.solve.run_transients import depth_name
 from flexgear.solve.static import static
 from flexgear.solve.transient import simulate
 

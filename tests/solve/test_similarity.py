@@ -17,11 +17,10 @@ from flexgear.model.units import DIMENSIONS
 from flexgear.results.flanks import pairs_of
 from flexgear.solve.bodies import reduced_bodies
 from flexgear.solve.campbell import campbell
-from flexgear.solve.harmonic import harmonic_data, train_harmonic
-from flexgear.solve.linear import why_not_linear
+from flexgear.solve.linear import harmonic_data, train_harmonic, why_not_linear
 from flexgear.solve.modes import modes
 from flexgear.solve.run import run
-from flexgear.solve.run_figures import kinematics
+from flexgear.solve.run_transients import kinematics
 from flexgear.solve.sharing import stages_sharing
 from flexgear.solve.static import position_figures, static
 from flexgear.solve.transient import simulate, torque_drop

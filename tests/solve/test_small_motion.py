@@ -8,7 +8,7 @@ import pytest
 import xarray as xr
 
 from flexgear import load_case
-from flexgear.solve.small_motion import large_motions, largest_motions, motion_histories
+from flexgear.solve.result_warnings import large_motions, largest_motions, motion_histories
 from flexgear.studies.measures import WARNING
 from flexgear.studies.sweep import failures, planned, run_sweep
 

@@ -12,7 +12,7 @@ from flexgear.model.load import load_case
 from flexgear.model.names import BodyName
 from flexgear.results.energy_balance import energy_residual
 from flexgear.results.settling import SHARE, settled
-from flexgear.solve.harmonic import fitted_amplitudes, harmonic_data, train_harmonic
+from flexgear.solve.linear import fitted_amplitudes, harmonic_data, train_harmonic
 from flexgear.solve.static import static
 from flexgear.solve.transient import simulate, usual_duration
 

@@ -5,9 +5,8 @@ import pytest
 from coupled import named
 from turning_ring import HUB, held_case
 
-from flexgear.analysis.contact_springs import springs_at
 from flexgear.analysis.equilibrium import revolution
-from flexgear.analysis.modes import modes
+from flexgear.analysis.modes import modes, springs_at
 from flexgear.analysis.recovery import Recovery
 from flexgear.coupling.build import build_system
 from flexgear.coupling.modal import modal_system

@@ -11,8 +11,7 @@ from small_train import ALONE, FLEXIBLE
 from stage_samples import cheap_stage
 from trains import stage_train
 
-from flexgear.analysis.contact_springs import springs_at
-from flexgear.analysis.modes import modes
+from flexgear.analysis.modes import modes, springs_at
 from flexgear.coupling.build import build_system
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.errors import FlexgearError, FlexgearWarning, InputError

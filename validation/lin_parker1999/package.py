@@ -9,9 +9,8 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from flexgear.analysis.contact_springs import springs_at
 from flexgear.analysis.mode_types import classify, members
-from flexgear.analysis.modes import modes
+from flexgear.analysis.modes import modes, springs_at
 from flexgear.coupling.build import build_system
 from flexgear.model.load import load_case
 from lin_parker1999 import equations

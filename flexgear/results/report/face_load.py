@@ -65,7 +65,7 @@ def _largest(
 
 
 def _of_cycles(name: str, every: Sequence[Mapping[str, Any]]) -> Iterator[Row]:
-    """What ``solve.gear_mesh_cycles`` found; nothing of flanks that do not carry throughout."""
+    """What ``gear_mesh_cycles`` found; nothing of flanks that do not carry throughout."""
     stiffness = [flank_figures[STIFFNESS] for flank_figures in every if STIFFNESS in flank_figures]
     for key, pick in (("min", min), ("mean", max), ("max", max)):
         if stiffness:

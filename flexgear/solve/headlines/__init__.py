@@ -11,14 +11,12 @@ from flexgear.gears.power_flow import PowerFlow
 from flexgear.model.case import Case
 from flexgear.results.report.parts import Level, Verdict
 from flexgear.results.report.wording import words
-from flexgear.solve.headlines.bearings import BEARING_LIFE
 from flexgear.solve.headlines.declaration import Answer, Findings, Headline
 from flexgear.solve.headlines.loads import LARGEST_FORCE, LOAD_SHARING
-from flexgear.solve.headlines.motions import DEFLECTIONS, NEGLECTED, TRANSMISSION_ERROR
-from flexgear.solve.headlines.resonances import RESONANCE
+from flexgear.solve.headlines.motions import DEFLECTIONS, NEGLECTED, RESONANCE, TRANSMISSION_ERROR
+from flexgear.solve.headlines.ratings import BEARING_LIFE, FLANK_PRESSURE, ROOT_STRESS
 from flexgear.solve.headlines.solution import SOLUTION
-from flexgear.solve.headlines.stresses import FLANK_PRESSURE, ROOT_STRESS
-from flexgear.solve.small_motion import large_motions, motions_of_summary
+from flexgear.solve.result_warnings import large_motions, motions_of_summary
 
 HEADLINES: tuple[Headline, ...] = (
     LARGEST_FORCE, LOAD_SHARING, ROOT_STRESS, FLANK_PRESSURE, BEARING_LIFE, RESONANCE, DEFLECTIONS,

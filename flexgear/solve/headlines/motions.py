@@ -1,4 +1,4 @@
-"""Headlines of motion: deflections beside clearances, transmission error, neglected effects."""
+"""Headlines of motion: deflections, transmission error, neglected effects, resonance."""
 
 from __future__ import annotations
 
@@ -7,8 +7,16 @@ from typing import Any
 
 from flexgear.results.report.wording import number, window_words, with_unit, words
 from flexgear.solve.headlines.declaration import Answer, Findings, Headline, Level
-from flexgear.solve.neglected import EFFECTS, Length, effects_of, transmission_errors
-from flexgear.solve.small_motion import CONSEQUENCE, motion_shares, motions_of_summary
+from flexgear.solve.resonance import resonance_verdict
+from flexgear.solve.result_warnings import (
+    CONSEQUENCE,
+    EFFECTS,
+    Length,
+    effects_of,
+    motion_shares,
+    motions_of_summary,
+    transmission_errors,
+)
 
 
 def _deflections(findings: Findings) -> Iterator[Answer]:
@@ -82,4 +90,19 @@ NEGLECTED = Headline(
     "neglected_effects", "Neglected effects", "µm",
     "largest effect that the models leave out and that is not small against a figure", "accuracy",
     _neglected, "a tenth of the figure",
+)  # fmt: skip
+
+
+def _resonance(findings: Findings) -> Iterator[Answer]:
+    figures = findings.summary.get("resonance")  # runs before 0.3 have none
+    if figures is not None:
+        level, shown, sentence = resonance_verdict(figures)
+        nearest = min((abs(row["away"]) for row in figures["met"]), default=None)
+        yield Answer(level, "", nearest, shown, sentence, None)
+
+
+RESONANCE = Headline(
+    "resonance", "Resonance", "1",
+    "least distance of an excitation at an operating speed from a natural frequency that it meets, "
+    "over that frequency; null: none within the margin", "modes", _resonance,
 )  # fmt: skip

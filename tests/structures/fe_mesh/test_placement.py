@@ -9,7 +9,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 from small_train import FLEXIBLE
 
-from flexgear.coupling.workable import require_workable
+from flexgear.coupling.build import require_workable
 from flexgear.model.errors import InputError
 from flexgear.model.load import load_case
 from flexgear.model.stage_view import StageView
