@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 from plain_meshes import annulus
 
-from flexgear.structures.fe_mesh.ring import RingMeshParameters, ring_fe_mesh
+from flexgear.structures.fe_mesh.gears import RingMeshParameters, ring_fe_mesh
 from flexgear.structures.fem import (
     assemble,
     averaging_tie,

@@ -1,10 +1,15 @@
-"""Small structured meshes the tests make themselves."""
+"""Small structured meshes the tests make themselves, and their matrices by plain scikit-fem."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
 
 import numpy as np
+from skfem import Basis, BilinearForm, ElementVector
+from skfem.helpers import dot
+from skfem.models.elasticity import lame_parameters, linear_elasticity
+
+from flexgear.structures.fem.assembly import INTEGRATION_ORDER, scalar_basis
 
 FROM_VTK = [6, 2, 5, 7, 1, 3, 4, 0]
 TO_VTK = [7, 4, 1, 5, 6, 2, 0, 3]
@@ -100,3 +105,16 @@ def _quads(number: np.ndarray) -> np.ndarray:
     return np.stack(
         [number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]], -1
     ).reshape(-1, 4)
+
+
+def plain_matrices(fe_mesh, young_modulus, poisson_ratio, density):
+    """Stiffness (N/m) and mass (kg) CSR by plain forms, slow and short; dofs of `assemble`."""
+    scalar = scalar_basis(fe_mesh)
+    basis = Basis(scalar.mesh, ElementVector(scalar.elem), intorder=INTEGRATION_ORDER)
+
+    @BilinearForm
+    def inertia(u, v, _):
+        return density * dot(u, v)
+
+    elasticity = linear_elasticity(*lame_parameters(young_modulus, poisson_ratio))
+    return elasticity.assemble(basis).tocsr(), inertia.assemble(basis).tocsr()

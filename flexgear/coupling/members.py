@@ -20,8 +20,7 @@ from flexgear.model.names import SIDES, BodyName, MemberName
 from flexgear.model.stage import Stage
 from flexgear.model.stage_view import StageView
 from flexgear.structures.bodies import Body, lumped_body, rigid_variant, stiffened
-from flexgear.structures.floating import floating
-from flexgear.structures.reduced import ReducedBody
+from flexgear.structures.reduced import ReducedBody, floating
 from flexgear.structures.shaft import BeamSection, shaft_body
 from flexgear.structures.sources.of_case import fe_sources
 

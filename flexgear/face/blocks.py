@@ -21,7 +21,7 @@ from flexgear.structures.reduced import ReducedBody
 from flexgear.structures.reduction import reduce_body
 
 if TYPE_CHECKING:
-    from flexgear.structures.fem.scikit import Mesh
+    from flexgear.structures.fem.assembly import Mesh
 
 
 def geometry(case: Case, stage: str = "") -> StageGeometry:

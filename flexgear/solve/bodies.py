@@ -17,8 +17,7 @@ from flexgear.model.names import BodyName
 from flexgear.model.read import nearest
 from flexgear.model.stage_view import StageView
 from flexgear.structures.linalg.threads import single_threaded_blas
-from flexgear.structures.progress import Progress, silent
-from flexgear.structures.reduced import ReducedBody
+from flexgear.structures.reduced import Progress, ReducedBody, silent
 from flexgear.structures.sources.of_case import fe_sources
 from flexgear.structures.tooth_influence import root_of_case, tooth_influence
 

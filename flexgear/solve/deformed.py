@@ -20,8 +20,7 @@ from flexgear.results.labelled_dataset import variable
 from flexgear.results.quantities import AXES
 from flexgear.solve.dataset import result_attrs
 from flexgear.solve.model import Model, rated_rotations
-from flexgear.structures.floating import elastic_modes
-from flexgear.structures.reduced import ReducedBody
+from flexgear.structures.reduced import ReducedBody, elastic_modes
 from flexgear.structures.strain import stress_of_strain
 
 LEAST_ENERGY = 1e-12  # share of a mode's kinetic energy: a body with less of it stands still

@@ -1,4 +1,6 @@
-"""Bodies as the coupled system sees them: mass, stiffness and named 6-dof nodes.
+"""Bodies as the coupled system sees them, and springs that hold them.
+
+Bodies as the coupled system sees them: mass, stiffness and named 6-dof nodes.
 
 A body has coordinates ``q`` (d,). The motion of its nodes is ``node_map @ q`` with six rows a
 node in the order ux, uy, uz, rx, ry, rz (m, rad). A reduced finite-element body, a beam, a lumped
@@ -8,11 +10,16 @@ by a transformation that returns a new body.
 Coordinates are the node dofs followed by modal ones (Craig–Bampton, beams); the rigid motion of
 the frame's origin (rigid and lumped bodies); or that motion followed by elastic coordinates
 (``floating``). ``rigid_motions`` says for all of them which coordinates move the body as rigid.
+
+Springs that hold bodies, for the coupled system and the error estimates alike.
+
+A spring acts on the motion of one interface node against its surroundings, in axes turned about z:
+those of a bolt point outward along the radius, tangentially and along z.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -20,7 +27,7 @@ from numpy.typing import NDArray
 
 from flexgear.model.errors import FlexgearError
 from flexgear.model.names import BodyName, NodeName
-from flexgear.structures.kinematics import rigid_rows
+from flexgear.structures.kinematics import rigid_rows, turn
 
 Array = NDArray[np.float64]
 
@@ -131,3 +138,31 @@ def node_motions(positions: Array, size: int) -> Array:
 def stiffened(body: Body, factor: float) -> Body:
     """The same body with its elastic stiffness multiplied by ``factor``."""
     return replace(body, stiffness=body.stiffness * factor)
+
+
+@dataclass(frozen=True, eq=False)
+class Spring:
+    """matrix: (6, 6) SI in axes that are turned by angle (rad) against those of the body."""
+
+    node: NodeName
+    matrix: Array = field(repr=False)
+    angle: float = 0.0
+
+    @property
+    def axes(self) -> Array:
+        """(6, 6) that takes a motion in the body's axes to the spring's."""
+        return turn(self.angle).T
+
+    @property
+    def in_body(self) -> Array:
+        """Stiffness (6, 6) in the body's axes."""
+        return self.axes.T @ self.matrix @ self.axes
+
+
+def stiffness_at(springs: list[Spring], node_names: tuple[str, ...]) -> Array:
+    """Stiffness (6 n, 6 n) of springs to ground at the nodes of a body."""
+    out = np.zeros((6 * len(node_names),) * 2)
+    for spring in springs:
+        at = slice(6 * node_names.index(spring.node), 6 * node_names.index(spring.node) + 6)
+        out[at, at] += spring.in_body
+    return out

@@ -21,10 +21,9 @@ from numpy.typing import NDArray
 
 from flexgear.model.errors import FlexgearError
 from flexgear.structures.fem import FeModel, Interface
-from flexgear.structures.linalg.cholesky import Factor
-from flexgear.structures.linalg.inverses import scaled_inverse
-from flexgear.structures.linalg.tall_products import dot
-from flexgear.structures.progress import Progress
+from flexgear.structures.linalg.dense import dot, scaled_inverse
+from flexgear.structures.linalg.sparse import Factor
+from flexgear.structures.reduced import Progress
 
 Array = NDArray[np.float64]
 

@@ -1,11 +1,32 @@
-r"""A reduced body: mass and stiffness on named 6-dof nodes and modal coordinates.
+"""Reduced bodies; as floating ones, and both halves of a ring.
+
+Progress of long work: a stage in words and the share of it that is done.
+
+A reduced body: mass and stiffness on named 6-dof nodes and modal coordinates.
 
 u ~ Psi q_b + Phi eta, coordinates q = [q_b, eta]; q_b = six dofs (ux, uy, uz in m; tx, ty, tz in
 rad) of each node in node order, eta scaled by Phi^T M Phi = I (kg^(1/2) m).
+
+A free reduced body by the rigid motion of its mean axes and elastic coordinates beside it.
+
+    u = R r + Φ e,   K Φ = M Φ diag(ω²),   Φᵀ M Φ = 1,   Rᵀ M Φ = 0
+
+R: rigid motion of the body about the origin of its frame, r its six components; Φ: all modes of
+the free body but the six rigid ones. Mean axes move by r; relative to them the body has neither
+momentum nor angular momentum. A body may then turn with its axes by any angle while e stays small.
+
+The ring of a double-helical stage: its left half (−z) and the mirror image as one body.
+
+Halves are two rings with supports of their own; nothing of the body lies between them. With the
+reflection z → −z of a node's motion, S = diag(1, 1, −1, −1, −1, 1), which leaves fixed-interface
+modes as they are, the right half has M' = S M S, K' = S K S, Ψ' = diag(1, 1, −1) Ψ S. What the left
+half calls "tooth_001", "bolt_01" is "tooth_left_001", "bolt_left_01" in the whole, and
+"tooth_right_001", … its image.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
@@ -13,12 +34,20 @@ from typing import Any
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
+from scipy import linalg
+from scipy.linalg import block_diag
 
-from flexgear.model.names import BodyName, NodeName
-from flexgear.structures.bodies import Body, node_motions
-from flexgear.structures.kinematics import rigid_motion
+from flexgear.model.names import SIDES, BodyName, NodeName
+from flexgear.structures.bodies import Body, Spring, node_motions
+from flexgear.structures.kinematics import rigid_motion, rotation, turn
 from flexgear.structures.strain import strain_of_gradient, vertex_gradient
 from flexgear.structures.tooth_shapes import RimFlexibility
+
+Progress = Callable[[str, float], None]
+
+
+def silent(stage: str, fraction: float) -> None:
+    """Progress that nobody watches."""
 
 
 def _no_probes() -> NDArray[np.float64]:
@@ -114,3 +143,102 @@ class ReducedBody:
         ``strain.COMPONENTS``, from the displacements of the vertices around each."""
         rows = (self.vertex_gradient @ self.recover(q)).reshape(len(self.points), 3, 3)
         return strain_of_gradient(rows.swapaxes(1, 2))
+
+
+Array = NDArray[np.float64]
+
+
+def elastic_modes(reduced: ReducedBody) -> tuple[Array, Array]:
+    """ω² (m,) in rad²/s², rising, and Φ (d, m) of a free body, m = d − 6.
+
+    Φ e are coordinates of the reduced body, which ``recover`` and ``strain`` take.
+    """
+    values, shapes = linalg.eigh(reduced.stiffness, reduced.mass)
+    values, shapes = values[6:], shapes[:, 6:]
+    rigid = reduced.rigid_modes()
+    momentum = rigid.T @ reduced.mass
+    return values, shapes - rigid @ np.linalg.solve(momentum @ rigid, momentum @ shapes)
+
+
+def floating(reduced: ReducedBody, name: BodyName, turned: float = 0.0) -> Body:
+    """The body in coordinates q = [r (6), e (m)]: M = diag(M_6, 1), K = diag(0, ω²).
+
+    name: of the body and of its first node, which moves with the mean axes, by r, at the origin;
+    the nodes of the reduced body follow, each with its elastic displacement alone, Φ e. turned:
+    angle of the body's axes about z from those of r and of all nodes, rad.
+    """
+    values, shapes = elastic_modes(reduced)
+    rigid = reduced.rigid_modes()
+    nodes = shapes[: reduced.interface_dofs].reshape(-1, 6, len(values))
+    size = 6 + len(values)
+    return Body(
+        name=name,
+        node_names=(name, *reduced.node_names),
+        positions=np.vstack([np.zeros(3), reduced.positions @ rotation(turned).T]),
+        mass=linalg.block_diag(
+            turn(turned) @ rigid.T @ reduced.mass @ rigid @ turn(turned).T, np.eye(len(values))
+        ),
+        stiffness=np.diag(np.concatenate([np.zeros(6), values])),
+        node_map=linalg.block_diag(np.eye(6), (turn(turned) @ nodes).reshape(-1, len(values))),
+        rigid_motions=np.eye(size, 6),
+    )
+
+
+MIRROR = np.array([1.0, 1.0, -1.0, -1.0, -1.0, 1.0])  # of a node's motion, in the plane z = 0
+PLACE = MIRROR[:3]
+
+
+def mirrored(springs: Sequence[Spring]) -> list[Spring]:
+    """Springs of the left half on nodes of both: those of the right are their mirror image."""
+    left = [Spring(s.node.of_half("left"), s.matrix, s.angle) for s in springs]
+    across = np.outer(MIRROR, MIRROR)
+    return left + [Spring(s.node.of_half("right"), across * s.matrix, s.angle) for s in springs]
+
+
+def both_halves(half: ReducedBody, offset: float) -> ReducedBody:
+    """Both halves as one body; offset: of their mid-planes from z = 0, m.
+
+    Coordinates: six of every node of the left half, of the right, then their modes. ``report`` is
+    that of one half; the loads of its static check are left out.
+    """
+    nodes, inner = half.interface_dofs, half.n_modes
+    sign = np.concatenate([np.tile(MIRROR, len(half.node_names)), np.ones(inner)])
+    # both halves one after the other -> nodes of both, then modes of both
+    coordinates = np.arange(nodes + inner)
+    order = np.concatenate(
+        [
+            coordinates[:nodes],
+            nodes + inner + coordinates[:nodes],
+            coordinates[nodes:],
+            nodes + inner + coordinates[nodes:],
+        ]
+    )
+    across = np.outer(sign, sign)
+    lift = np.array([0.0, 0.0, offset])
+    return half.with_(
+        node_names=tuple(n.of_half(side) for side in SIDES for n in half.nodes),
+        positions=np.vstack([half.positions - lift, half.positions * PLACE + lift]),
+        mass=_in_order(block_diag(half.mass, across * half.mass), order),
+        stiffness=_in_order(block_diag(half.stiffness, across * half.stiffness), order),
+        n_modes=2 * inner,
+        points=np.vstack([half.points - lift, half.points * PLACE + lift]),
+        cells=np.vstack([half.cells, half.cells + len(half.points)]),
+        recovery=_recovery(half, sign.astype(np.float32), order),
+        probe_cases=(),
+        probe_loads=np.zeros((2, 0, 0)),
+    )
+
+
+def _in_order(matrix: Array, order: NDArray[np.int64]) -> Array:
+    return np.ascontiguousarray(matrix[np.ix_(order, order)])
+
+
+def _recovery(
+    half: ReducedBody, sign: NDArray[np.float32], order: NDArray[np.int64]
+) -> NDArray[np.float32]:
+    rows = np.tile(PLACE.astype(np.float32), len(half.points))
+    image = rows[:, None] * half.recovery * sign
+    whole = np.zeros((2 * len(half.recovery), 2 * half.recovery.shape[1]), dtype=np.float32)
+    whole[: len(half.recovery), : half.recovery.shape[1]] = half.recovery
+    whole[len(half.recovery) :, half.recovery.shape[1] :] = image
+    return whole[:, order]

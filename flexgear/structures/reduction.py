@@ -30,14 +30,12 @@ from numpy.typing import NDArray
 
 from flexgear.model.errors import FlexgearError
 from flexgear.structures.condensation import Condensation, condense_whole, free
-from flexgear.structures.cyclic.condensation import CyclicCondensation
+from flexgear.structures.cyclic.condensation import CyclicCondensation, condense_by_sectors
 from flexgear.structures.cyclic.modes import cyclic_modes
-from flexgear.structures.cyclic.path import condense_by_sectors
 from flexgear.structures.fem import FeModel, Interface
 from flexgear.structures.linalg.lanczos import Eigenpairs, NotConverged, all_modes, lowest_modes
 from flexgear.structures.linalg.threads import single_threaded_blas
-from flexgear.structures.progress import Progress, silent
-from flexgear.structures.reduced import ReducedBody
+from flexgear.structures.reduced import Progress, ReducedBody, silent
 
 LANCZOS_BLOCK = 4  # vectors a step: CHOLMOD solves one at a time, and small blocks need fewer
 _TOLERANCE = 1e-8

@@ -18,7 +18,7 @@ from flexgear.structures.fe_mesh import FeMesh
 from flexgear.structures.fe_mesh.fe_mesh import EDGES_VTK
 from flexgear.structures.fe_mesh.inp import write_inp
 from flexgear.structures.fem import assemble
-from flexgear.structures.linalg.cholesky import Factor
+from flexgear.structures.linalg.sparse import Factor
 from flexgear.structures.linalg.threads import THREADS, single_threaded_blas
 
 MODES = {"quick": 8, "full": 24}

@@ -71,8 +71,8 @@ def run(report: Report, size: str) -> None:
 
 def by_sectors(case: StageView, fe_mesh: FeMesh, count: int) -> tuple[np.ndarray, np.ndarray]:
     """Interface stiffness N/m and frequencies Hz, one sector of the ring's teeth at a time."""
-    from flexgear.structures.cyclic.path import sector_counts
-    from flexgear.structures.fem.unassembled import UnassembledModel
+    from flexgear.structures.cyclic.condensation import sector_counts
+    from flexgear.structures.fem.assembly import UnassembledModel
 
     m = case.material
     model = UnassembledModel(fe_mesh, m.young_modulus, m.poisson_ratio, m.density)

@@ -9,7 +9,7 @@ from flexgear.model.load import load_case
 from flexgear.solve import bodies
 from flexgear.structures.sources.carrier import CarrierSource
 from flexgear.structures.sources.fe_body import FeBody
-from flexgear.structures.sources.ring import RingSource
+from flexgear.structures.sources.gears import RingSource
 
 STAGE_BODIES = bodies.stage_bodies
 

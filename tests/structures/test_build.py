@@ -19,8 +19,8 @@ from flexgear.solve.model import assemble
 from flexgear.solve.static import static
 from flexgear.structures.fe_mesh import FeMesh, write_fe_mesh
 from flexgear.structures.kinematics import rotation, turn
+from flexgear.structures.sources.gears import RingSource
 from flexgear.structures.sources.of_case import carrier_source, ring_source
-from flexgear.structures.sources.ring import RingSource
 
 SOURCES = {"ring": ring_source, "carrier": carrier_source}
 

@@ -7,14 +7,13 @@ import numpy as np
 import pytest
 import scipy.linalg as sla
 import scipy.sparse as sp
-from plain_meshes import TO_VTK, annulus, box, tetrahedra
+from plain_meshes import TO_VTK, annulus, box, plain_matrices, tetrahedra
 from scipy.sparse.linalg import eigsh, spsolve
 from scipy.spatial import cKDTree
 from skfem import Basis
 from skfem.models.poisson import mass
 
 from flexgear.structures.fem import assemble, point_sample
-from flexgear.structures.fem.forms import plain_matrices
 from flexgear.structures.linalg.threads import single_threaded_blas
 
 STEEL = (210e9, 0.3, 7850.0)

@@ -5,9 +5,8 @@ import pytest
 from cheap_bodies import cheap_ring
 
 from flexgear.model.names import NodeName
-from flexgear.structures.halves import MIRROR, PLACE, both_halves
 from flexgear.structures.kinematics import rigid_motion, rigid_rows
-from flexgear.structures.reduced import ReducedBody
+from flexgear.structures.reduced import MIRROR, PLACE, ReducedBody, both_halves
 
 OFFSET, MODES = 0.2, 3
 

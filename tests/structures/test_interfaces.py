@@ -7,7 +7,7 @@ from flexgear.model.load import load_case
 from flexgear.model.stage_view import StageView
 from flexgear.structures.fe_mesh import FeMesh
 from flexgear.structures.fem import Interface
-from flexgear.structures.fem.unassembled import UnassembledModel
+from flexgear.structures.fem.assembly import UnassembledModel
 from flexgear.structures.sources.of_case import ring_source
 
 

@@ -18,12 +18,11 @@ from flexgear.model.names import BodyName
 from flexgear.model.planet import Planet
 from flexgear.structures.bodies import rigid_variant, stiffened
 from flexgear.structures.fe_mesh import FeMesh, PlanetMeshParameters
-from flexgear.structures.fe_mesh.body_solids import mesh_solid
-from flexgear.structures.floating import elastic_modes, floating
+from flexgear.structures.fe_mesh.solids import mesh_solid
 from flexgear.structures.kinematics import rigid_rows, turn
 from flexgear.structures.linalg.threads import single_threaded_blas
-from flexgear.structures.reduced import ReducedBody
-from flexgear.structures.sources.planet import PlanetSource
+from flexgear.structures.reduced import ReducedBody, elastic_modes, floating
+from flexgear.structures.sources.gears import PlanetSource
 from flexgear.structures.sources.source import Accuracy
 
 YOUNG, POISSON, DENSITY = 210e9, 0.3, 7850.0

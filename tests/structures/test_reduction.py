@@ -13,7 +13,7 @@ from scipy.sparse.linalg import eigsh, spsolve
 
 from flexgear.model.errors import FlexgearError
 from flexgear.structures import condensation
-from flexgear.structures.estimate import compare_frequencies, probed, static_errors
+from flexgear.structures.estimate import ProbeLoad, compare_frequencies, probed, static_errors
 from flexgear.structures.fem import (
     assemble,
     averaging_tie,
@@ -24,7 +24,6 @@ from flexgear.structures.fem import (
     rigid_tie,
 )
 from flexgear.structures.linalg.threads import single_threaded_blas
-from flexgear.structures.probe_loads import ProbeLoad
 from flexgear.structures.reduction import reduce, reduce_body
 
 STEEL = (210e9, 0.3, 7850.0)

@@ -11,14 +11,14 @@ from flexgear.gears.paths import stage_paths
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.load import load_case
 from flexgear.results.report.face_load import rim_rows
-from flexgear.structures import probe_loads
+from flexgear.structures import estimate
 from flexgear.structures.fe_mesh import SegmentDivisions
 from flexgear.structures.fem import averaging_tie, facet_sample, point_sample
 from flexgear.structures.kinematics import rigid_motion, rotation, turn
 from flexgear.structures.reduced import ReducedBody
 from flexgear.structures.sources.of_case import ring_source
-from flexgear.structures.tooth_influence import of_case, pairs, rim, ring_shapes
-from flexgear.structures.tooth_influence.ring_shapes import (
+from flexgear.structures.tooth_influence import of_case, pairs, rim
+from flexgear.structures.tooth_influence.rim import (
     cut_flexibility,
     rim_flexibility,
     shape_tie,
@@ -45,9 +45,7 @@ class Ring:
         self.supports = source.supports(self.condensed.interface.node_names, self.stiffness)
         segment = source.segment
         self.first, self.cut = rim.first_line(segment), rim.cut_of(segment)
-        self.shapes = ring_shapes.ring_shapes(
-            self.model, self.condensed, self.first, TEETH, self.cut
-        )
+        self.shapes = rim.ring_shapes(self.model, self.condensed, self.first, TEETH, self.cut)
         self.rim = rim_flexibility(self.shapes, self.stiffness, self.supports, self.first)
         self.held = np.linalg.inv(self.stiffness + self.supports)
 
@@ -64,10 +62,10 @@ class Line:
     def __init__(self, ring, tooth):
         share, weights = np.polynomial.legendre.leggauss(12)
         self.line = replace(ring.first, angle=2 * np.pi * tooth / TEETH)
-        flank = probe_loads._Flank(ring.model, f"tooth_flank_{tooth + 1:03d}")
+        flank = estimate._Flank(ring.model, f"tooth_flank_{tooth + 1:03d}")
         z = 0.5 * self.line.face_width * share
         points, normals = flank.at(self.line.radius, z)
-        sample = point_sample(ring.model, points, weights, slack=probe_loads._SLACK)
+        sample = point_sample(ring.model, points, weights, slack=estimate._SLACK)
         parts = [sp.diags_array(n) @ sample.interpolation for n in normals.T]
         self.rows = sp.kron(parts[0], [[1, 0, 0]])
         for c in (1, 2):
@@ -87,7 +85,7 @@ class Line:
 @pytest.fixture(scope="module")
 def ring():
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(ring_shapes, "TEETH", 1)  # all are alike
+        patch.setattr(rim, "TEETH", 1)  # all are alike
         return Ring()
 
 

@@ -5,7 +5,7 @@ import pytest
 from plain_meshes import annulus
 
 from flexgear.structures.fem import assemble, facet_sample
-from flexgear.structures.linalg.cholesky import Factor
+from flexgear.structures.linalg.sparse import Factor
 from flexgear.structures.strain import (
     strain_of_gradient,
     stress_of_strain,

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 import scipy.linalg as sla
 
-from flexgear.structures.fe_mesh.body_solids import mesh_solid, ring_solid
-from flexgear.structures.fe_mesh.ring import RingMeshParameters, ring_fe_mesh
+from flexgear.structures.fe_mesh.gears import RingMeshParameters, ring_fe_mesh
+from flexgear.structures.fe_mesh.solids import mesh_solid, ring_solid
 from flexgear.structures.fem import assemble, averaging_tie, facet_sample, interface_of
 from flexgear.structures.reduction import reduce_body
 

@@ -14,7 +14,7 @@ from flexgear.model.errors import FlexgearWarning, InputError
 from flexgear.model.load import load_case
 from flexgear.structures.fe_mesh import SegmentDivisions, SegmentParameters, tooth_segment
 from flexgear.structures.tooth_influence import ToothInfluence, of_case
-from flexgear.structures.tooth_influence.flank import flank_compliance, flank_normals
+from flexgear.structures.tooth_influence.influence import flank_compliance, flank_normals
 from flexgear.structures.tooth_influence.influence_cache import TOOTH, cached
 from flexgear.structures.tooth_influence.of_case import influence_of
 

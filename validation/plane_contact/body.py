@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from skfem import Basis, ElementTriP2, ElementVector, FacetBasis, MeshTri
 from skfem.models.elasticity import lame_parameters, linear_elasticity
 
-from flexgear.structures.linalg.cholesky import Factor
+from flexgear.structures.linalg.sparse import Factor
 
 Array = NDArray[np.float64]
 ELEMENT = ElementVector(ElementTriP2())

@@ -18,7 +18,7 @@ from flexgear.model.load import load_case
 from flexgear.structures.fe_mesh import tooth_segment
 from flexgear.structures.fem import assemble, facet_nodes
 from flexgear.structures.tooth_influence import of_case, pair_bending, pairs
-from flexgear.structures.tooth_influence.flank import carried_by_tie, held_flexibility, root_tie
+from flexgear.structures.tooth_influence.influence import carried_by_tie, held_flexibility, root_tie
 from flexgear.views.style import save_figure
 
 HERE = Path(__file__).parent

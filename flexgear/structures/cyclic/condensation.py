@@ -1,4 +1,6 @@
-r"""Static condensation of a body of equal sectors; `Condensation`'s counterpart.
+"""Static condensation of a body of equal sectors.
+
+Static condensation of a body of equal sectors; `Condensation`'s counterpart.
 
 Constraint modes are held only where few large sectors meet. With Psi_t the motion of the body under
 its periodic ties, the others free, Y = the solution under C^T and H, G as in `cyclic/solver.py`,
@@ -7,12 +9,14 @@ its periodic ties, the others free, Y = the solution under C^T and H, G as in `c
     K_bb = [K_t 0; 0 0] + [-H I]^T G^{-1} [-H I],
 
 where columns of Psi_t for one sector give all others by rotation. Fields are in sector form,
-(3n z, k), dofs of one local node after another, see `cyclic/matrices.py`.
+(3n z, k), dofs of one local node after another, see `cyclic/sectors.py`.
+
+Whether a body is reduced by its sectors, and why not.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -22,25 +26,27 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from flexgear.model.errors import FlexgearError
-from flexgear.structures.cyclic.matrices import (
-    Circulant,
-    from_sectors,
-    sector_matrices,
-    to_sectors,
-)
+from flexgear.structures.cyclic.borders import rigid_fields
 from flexgear.structures.cyclic.projection import (
     SectorMotion,
     condensed_stiffness,
     project_constraint_modes,
     sector_motion,
 )
-from flexgear.structures.cyclic.rigid import rigid_fields
-from flexgear.structures.cyclic.sectors import Sectors
+from flexgear.structures.cyclic.sectors import (
+    LEAST,
+    Circulant,
+    Sectors,
+    find_sectors,
+    from_sectors,
+    sector_matrices,
+    to_sectors,
+)
 from flexgear.structures.cyclic.solver import CyclicSolver
 from flexgear.structures.cyclic.ties import SectorTies, sector_ties
 from flexgear.structures.fem import FeModel, Interface
-from flexgear.structures.linalg.elimination import Elimination, minimum_degree_order
-from flexgear.structures.linalg.tall_products import dot
+from flexgear.structures.linalg.dense import dot
+from flexgear.structures.linalg.sparse import Elimination, minimum_degree_order
 from flexgear.structures.linalg.threads import shared
 
 Array = NDArray[np.float64]
@@ -256,3 +262,27 @@ def _graph(model: FeModel, sectors: Sectors) -> sp.csr_matrix:
         (np.ones(len(cell)), (cell, cells[cell, at])), (len(cells), sectors.interior)
     )
     return (member.T @ member).tocsr()
+
+
+def sector_counts(repeats: int) -> tuple[int, ...]:
+    """Numbers of sectors a body with so many teeth or pins may have, most first."""
+    return tuple(z for z in range(repeats, LEAST - 1, -1) if repeats % z == 0)
+
+
+def condense_by_sectors(
+    model: FeModel, interface: Interface, counts: Sequence[int]
+) -> tuple[CyclicCondensation | None, str]:
+    """The condensation by sectors, or None; and which path that is, in words."""
+    if not counts:
+        return None, "general: sectors not asked for"
+    if interface.expansion is not None:
+        return None, "general: rigid ties"
+    for count in counts:
+        sectors = find_sectors(model, (count,))
+        if sectors is None:
+            continue
+        parts = cyclic_parts(model, interface, sectors)
+        if parts is None:
+            return None, "general: no tie that every sector has lies within its sector"
+        return parts, parts.path
+    return None, "general: the FE mesh does not repeat by sectors"

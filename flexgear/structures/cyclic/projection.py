@@ -22,7 +22,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from flexgear.compiled import njit
-from flexgear.structures.cyclic.matrices import Circulant
+from flexgear.structures.cyclic.sectors import Circulant
 from flexgear.structures.cyclic.solver import CyclicSolver
 from flexgear.structures.cyclic.ties import SectorTies
 from flexgear.structures.linalg.threads import THREADS, shared

@@ -1,4 +1,8 @@
-r"""Solutions of a body of equal sectors with the motion of its interface given.
+"""Solutions of a body of equal sectors.
+
+What a solution by sectors holds on its way; letters as in `solver.py`.
+
+Solutions of a body of equal sectors with the motion of its interface given.
 
     K x = g + B^T rho,   B x = q,
 
@@ -25,23 +29,51 @@ No matrix of the size of the body times the interface is ever held.
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from flexgear.structures.cyclic.harmonics import Harmonics
-from flexgear.structures.cyclic.passes import Pass, UnevenTies
-from flexgear.structures.cyclic.rigid import with_rigid, without_rigid
+from flexgear.structures.cyclic.borders import Harmonics, with_rigid, without_rigid
 from flexgear.structures.cyclic.ties import SectorTies
-from flexgear.structures.linalg.elimination import Elimination
-from flexgear.structures.linalg.inverses import balanced_inverse, scaled_inverse
-from flexgear.structures.linalg.tall_products import times
+from flexgear.structures.linalg.dense import balanced_inverse, scaled_inverse, times
+from flexgear.structures.linalg.sparse import Elimination
 from flexgear.structures.linalg.threads import CHUNK, THREADS, shared
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
+
+
+@dataclass(eq=False)
+class Pass:
+    """Intermediate results of a solution under k load vectors.
+
+    pieces: for groups of neighbouring sectors, which these are and an array (i + 2b + t + v,
+    sectors k) whose first i rows hold f; empty where there are no loads. d (t, z, k): D^{-1} (q_t -
+    Z_t^T f). border (b, z, k): x_b. q0 (m, k): motion of the other ties while they are free. mu
+    (m, k): forces in the other ties, with the sign reversed.
+    """
+
+    pieces: list[tuple[slice, Array]]
+    d: Array
+    border: Array
+    q0: Array
+    mu: Array
+
+
+@dataclass(frozen=True, eq=False)
+class UnevenTies:
+    """Rows of the other ties that touch this sector but not every sector alike (bolts).
+
+    at (r,): which of the m rows of all other ties they are; z (i, r): their columns of Z_o;
+    e (t, r): their columns of E^T.
+    """
+
+    at: Ints
+    z: Array
+    e: Array
 
 
 class CyclicSolver:
@@ -56,7 +88,7 @@ class CyclicSolver:
     ) -> None:
         """interior: factor of [K B^T C^T; B 0 0; C 0 0], C the share in even others.
 
-        rigid: R (3n + 3b, 6) of `cyclic/rigid.py`, or no columns where inertia stands in K too;
+        rigid: R (3n + 3b, 6) of `cyclic/borders.py`, or no columns where inertia stands in K too;
         definite: whether the held body is, its interior always.
         """
         self._interior, self._ties = interior, ties

@@ -9,10 +9,14 @@ from flexgear.structures.fe_mesh.files import (
     require_format,
     write_fe_mesh,
 )
+from flexgear.structures.fe_mesh.gears import (
+    PlanetMeshParameters,
+    RingMeshParameters,
+    planet_fe_mesh,
+    ring_fe_mesh,
+)
 from flexgear.structures.fe_mesh.groups import Groups, carrier_groups, planet_groups, ring_groups
 from flexgear.structures.fe_mesh.placement import mesh_of_file
-from flexgear.structures.fe_mesh.planet import PlanetMeshParameters, planet_fe_mesh
-from flexgear.structures.fe_mesh.ring import RingMeshParameters, ring_fe_mesh
 from flexgear.structures.fe_mesh.tooth_segment import (
     SegmentDivisions,
     SegmentParameters,

@@ -17,9 +17,11 @@ from numpy.typing import NDArray
 
 from flexgear.model.ring_supports import RingSupport
 from flexgear.structures.fe_mesh.carrier import CarrierMeshParameters
-from flexgear.structures.fe_mesh.planet import PlanetMeshParameters
-from flexgear.structures.fe_mesh.ring import RingMeshParameters
-from flexgear.structures.fe_mesh.toothed import ToothedMeshParameters
+from flexgear.structures.fe_mesh.gears import (
+    PlanetMeshParameters,
+    RingMeshParameters,
+    ToothedMeshParameters,
+)
 
 Array = NDArray[np.float64]
 

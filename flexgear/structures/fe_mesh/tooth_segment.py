@@ -1,4 +1,4 @@
-"""A few teeth of one gear as hexahedra: true flanks and fillets, the rim below, helix.
+r"""A few teeth of one gear as hexahedra: true flanks and fillets, the rim below, helix.
 
 Frame: the gear's axis is z, z = 0 the middle of the face; the middle of tooth j = 0 … n − 1 of the
 segment stands at (j − (n − 1)/2) 2π/z_gear at z = 0. A point (r, θ, z) of the section moves to
@@ -9,7 +9,7 @@ Section of one tooth (an external one; a ring's has its tip inside)::
         tip                  Columns: one layer of stated depth under both flanks, ``tooth``
        +-+--+-+              columns between them. Rows: ``flank`` elements of equal length along
        | |  | |              the involute, ``fillet`` elements along the root that the tool leaves,
-       +-+--+-+              shorter where it turns; they bow as ``tooth_block`` has them, down to
+       +-+--+-+              shorter where it turns; they bow as ``section`` has them, down to
       / /    \\ \\             the base section, the surface that a ring's root tie acts on.
      +-+------+-+--+
      | |      | |  |
@@ -35,7 +35,7 @@ from numpy.typing import NDArray
 from flexgear.gears.tooth import ToothGeometry
 from flexgear.model.errors import FlexgearError
 from flexgear.structures.fe_mesh.fe_mesh import HEX_FROM_VTK, FeMesh
-from flexgear.structures.fe_mesh.tooth_block import (
+from flexgear.structures.fe_mesh.section import (
     ToothProfile,
     base_section_angle,
     base_section_depth,

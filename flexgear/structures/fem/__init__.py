@@ -1,11 +1,16 @@
 """Finite elements: stiffness, mass and interface ties. The only place that imports scikit-fem."""
 
-from flexgear.structures.fem.assembly import FeModel, assemble
-from flexgear.structures.fem.gradient import element_gradient
-from flexgear.structures.fem.nodes import edge_nodes, facet_nodes, nodes_between
-from flexgear.structures.fem.plane import plane_strain
-from flexgear.structures.fem.sampling import Sample, disc_points, facet_sample, point_sample
-from flexgear.structures.fem.scikit import solid_mesh
+from flexgear.structures.fem.assembly import FeModel, assemble, plane_strain, solid_mesh
+from flexgear.structures.fem.sampling import (
+    Sample,
+    disc_points,
+    edge_nodes,
+    element_gradient,
+    facet_nodes,
+    facet_sample,
+    nodes_between,
+    point_sample,
+)
 from flexgear.structures.fem.ties import Interface, averaging_tie, interface_of, rigid_tie, seat_tie
 
 __all__ = [

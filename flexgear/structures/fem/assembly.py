@@ -1,4 +1,15 @@
-r"""Stiffness and mass of linear elasticity, assembled by batched matrix products.
+r"""Elements and FE models.
+
+Which scikit-fem element stands for which cells.
+
+Quadratic interpolation on straight-edged geometry: 20-node serendipity on 8-vertex hexahedra,
+10-node on 4-vertex tetrahedra. Integration order 4 is 3 x 3 x 3 Gauss points on hexahedra, exact
+for the mass matrix of a parallelepiped, and is what CalculiX takes for C3D20. Cells come in
+scikit-fem's vertex order, right-handed (see `flexgear.structures.fe_mesh.fe_mesh`).
+
+A mesh of scikit-fem as one that assembly takes.
+
+Stiffness and mass of linear elasticity, assembled by batched matrix products.
 
 With the scalar shape functions N_a of an element and
 
@@ -11,22 +22,117 @@ the element matrices are
 
 G of a chunk of elements is one batched product (3a x q)(q x 3b) over quadrature points q.
 Dofs are node-major: dof = 3 node + (0, 1, 2) for x, y, z. Units SI. Source: any text on finite
-elements; the same integrals as `skfem.models.elasticity` (see `forms.py`), equal to rounding.
+elements; the same integrals as `skfem.models.elasticity`, equal to rounding.
+
+A body whose matrices are assembled when somebody asks for them, or for a part of its cells.
+
+Plane strain on quadrilaterals, for small parts that are the same all along the face.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Protocol
 
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
-from skfem import CellBasis
+from skfem import (
+    Basis,
+    CellBasis,
+    Element,
+    ElementHexS2,
+    ElementQuad2,
+    ElementTetP2,
+    ElementVector,
+    Mesh,
+    MeshHex,
+    MeshQuad,
+    MeshTet,
+)
+from skfem.assembly.basis.abstract_basis import AbstractBasis
+from skfem.models.elasticity import lame_parameters, linear_elasticity
 
-from flexgear.structures.fem.elements import FeMeshLike, scalar_basis
+from flexgear.model.errors import InputError
 from flexgear.structures.kinematics import rigid_motion
+
+INTEGRATION_ORDER = 4
+_MESHES = {"hex": MeshHex, "tet": MeshTet}
+_ELEMENTS = {"hex": ElementHexS2, "tet": ElementTetP2}
+
+
+class FeMeshLike(Protocol):
+    """What assembly needs of a finite-element mesh (see `flexgear.structures.fe_mesh`)."""
+
+    @property
+    def points(self) -> NDArray[np.float64]:
+        """Vertices (n, 3), m."""
+
+    @property
+    def cells(self) -> NDArray[np.int64]:
+        """Vertex numbers (m, 8) or (m, 4)."""
+
+    @property
+    def kind(self) -> str:
+        """ "hex" or "tet"."""
+
+    @property
+    def facets(self) -> Mapping[str, NDArray[np.int64]]:
+        """Patch name -> vertex numbers (k, 4) or (k, 3)."""
+
+
+def scalar_basis(fe_mesh: FeMeshLike) -> CellBasis:
+    """Scalar quadratic basis on the cells; node n of it carries dofs 3n, 3n+1, 3n+2 (x, y, z).
+
+    Vertices come first and keep their numbers, edge midpoints follow.
+    """
+    return CellBasis(*_mesh_and_element(fe_mesh), intorder=INTEGRATION_ORDER)
+
+
+def numbering(fe_mesh: FeMeshLike) -> AbstractBasis:
+    """Numbers and places of the same basis's nodes, its functions not evaluated anywhere."""
+    nowhere = (np.zeros((3, 0)), np.zeros(0))
+    basis = AbstractBasis(*_mesh_and_element(fe_mesh), quadrature=nowhere)
+    basis.nelems = basis.mesh.nelements
+    return basis
+
+
+def _mesh_and_element(fe_mesh: FeMeshLike) -> tuple[Mesh, Element]:
+    kind = fe_mesh.kind
+    cells = np.ascontiguousarray(np.asarray(fe_mesh.cells).T)
+    points = np.ascontiguousarray(np.asarray(fe_mesh.points, dtype=float).T)
+    return _MESHES[kind](points, cells), _ELEMENTS[kind]()
+
+
+_KINDS: dict[type[Mesh], str] = {MeshHex: "hex", MeshTet: "tet"}
+
+
+@dataclass(frozen=True, eq=False)
+class SolidMesh:
+    """Vertices (n, 3) m, cells (m, 8) or (m, 4), and patches by name, their facets (k, 4) or
+    (k, 3) in cyclic order, as ``FeMeshLike`` has them."""
+
+    points: NDArray[np.float64]
+    cells: NDArray[np.int64]
+    kind: str
+    facets: Mapping[str, NDArray[np.int64]]
+
+
+def solid_mesh(mesh: Mesh) -> SolidMesh:
+    """The mesh with its named boundaries as patches; InputError for other cells than hexahedra and
+    tetrahedra with straight edges."""
+    kind = _KINDS.get(type(mesh))
+    if kind is None:
+        problem = f"is a {type(mesh).__name__}"
+        raise InputError("reduce_mesh", "mesh", problem, "give a MeshHex or a MeshTet")
+    facets, boundaries = mesh.facets.T.astype(np.int64), mesh.boundaries or {}
+    patches = {str(name): facets[np.asarray(numbers)] for name, numbers in boundaries.items()}
+    points, cells = np.ascontiguousarray(mesh.p.T), np.ascontiguousarray(mesh.t.T)
+    return SolidMesh(points, cells.astype(np.int64), kind, patches)
+
 
 _CHUNK = 1024  # elements whose matrices are held at once
 
@@ -171,3 +277,67 @@ class _Pattern:
         bsr = sp.bsr_matrix((blocks, self.indices, self.indptr), shape=(3 * self.n, 3 * self.n))
         matrix = bsr.tocsr()
         return 0.5 * (matrix + matrix.T.tocsr())
+
+
+@dataclass(frozen=True)
+class _Cells:
+    """Some cells of a mesh as a mesh of their own, without patches."""
+
+    points: NDArray[np.float64]
+    cells: NDArray[np.int64]
+    kind: str
+    facets: dict[str, NDArray[np.int64]]
+
+
+class UnassembledModel(FeModel):
+    """The same body as `assemble` makes: E in Pa, density in kg/m3."""
+
+    def __init__(
+        self, fe_mesh: FeMeshLike, young_modulus: float, poisson_ratio: float, density: float
+    ) -> None:
+        basis = numbering(fe_mesh)
+        put = object.__setattr__  # the class is frozen
+        put(self, "fe_mesh", fe_mesh)
+        put(self, "basis", basis)
+        put(self, "nodes", np.ascontiguousarray(basis.doflocs.T))
+        put(self, "_material", (young_modulus, poisson_ratio, density))
+
+    @cached_property
+    def whole(self) -> FeModel:
+        """With the matrices of all cells."""
+        return assemble(self.fe_mesh, *self._material)  # type: ignore[attr-defined]
+
+    @property
+    def stiffness(self) -> sp.csr_matrix:  # type: ignore[override]
+        """K (3n, 3n)."""
+        return self.whole.stiffness
+
+    @property
+    def scalar_mass(self) -> sp.csr_matrix:  # type: ignore[override]
+        """(n, n) with M = scalar_mass (x) I_3."""
+        return self.whole.scalar_mass
+
+    def part(self, cells: NDArray[np.int64]) -> tuple[FeModel, NDArray[np.int64]]:
+        """Some cells alone, and which node of this body each of their nodes is."""
+        corners = np.asarray(self.fe_mesh.cells)[cells]
+        vertices, numbers = np.unique(corners, return_inverse=True)
+        points = np.asarray(self.fe_mesh.points)[vertices]
+        small = _Cells(points, numbers.reshape(corners.shape), self.fe_mesh.kind, {})
+        model = assemble(small, *self._material)  # type: ignore[attr-defined]
+        nodes = np.empty(len(model.nodes), dtype=np.int64)
+        nodes[model.basis.element_dofs] = self.basis.element_dofs[:, cells]
+        return model, nodes
+
+
+def plane_strain(
+    points: NDArray[np.float64], cells: NDArray[np.int64], young: float, poisson: float
+) -> tuple[NDArray[np.float64], sp.csr_matrix]:
+    """Nodes (n, 2), m, and stiffness (2n, 2n), N/m per m of face, of quadratic quadrilaterals with
+    straight sides; dofs 2 n and 2 n + 1 are x and y of node n.
+
+    points: vertices (p, 2), m; cells: (m, 4) of them, round each cell; young: Pa.
+    """
+    fe_mesh = MeshQuad(np.ascontiguousarray(points.T), np.ascontiguousarray(cells.T))
+    basis = Basis(fe_mesh, ElementVector(ElementQuad2()))
+    stiffness = linear_elasticity(*lame_parameters(young, poisson)).assemble(basis)
+    return np.ascontiguousarray(basis.doflocs[:, ::2].T), stiffness.tocsr()

@@ -1,4 +1,11 @@
-"""Sample points of a displacement field with weights: on facets of a patch, or anywhere inside."""
+"""Nodes and sample points of an FE model, and fields and gradients there.
+
+Nodes of the quadratic basis by the vertices they belong to.
+
+Sample points of a displacement field with weights: on facets of a patch, or anywhere inside.
+
+Gradients of FE fields at the vertices of their mesh, from the elements' own functions.
+"""
 
 from __future__ import annotations
 
@@ -11,8 +18,47 @@ from skfem.quadrature import get_quadrature
 from skfem.refdom import RefQuad, RefTri
 
 from flexgear.model.errors import FlexgearError
-from flexgear.structures.fem.assembly import FeModel, facet_key
-from flexgear.structures.fem.elements import INTEGRATION_ORDER
+from flexgear.structures.fem.assembly import INTEGRATION_ORDER, FeModel, facet_key
+
+Ints = NDArray[np.int64]
+
+
+def edge_nodes(model: FeModel, first: Ints, second: Ints) -> Ints:
+    """Nodes at the middles of edges between vertices, arrays of one shape."""
+    numbers, keys = _edges(model)
+    n = len(model.nodes)
+    asked_keys = np.minimum(first, second).astype(np.int64) * n + np.maximum(first, second)
+    order = np.argsort(keys)
+    place = np.minimum(np.searchsorted(keys[order], asked_keys), len(keys) - 1)
+    nodes = order[place]
+    if not np.array_equal(keys[nodes], asked_keys):
+        raise FlexgearError("two vertices of the FE mesh have no edge between them")
+    return numbers[nodes]
+
+
+def facet_nodes(model: FeModel, facets: Ints) -> Ints:
+    """All nodes (k,) of facets given by their vertices (f, 3 or 4) in cyclic order."""
+    middles = edge_nodes(model, facets, np.roll(facets, -1, axis=1))
+    return np.unique(np.concatenate([facets.ravel(), middles.ravel()]))
+
+
+def nodes_between(model: FeModel, free: Ints, border: Ints) -> Ints:
+    """The vertices ``free`` and the middles of edges that join them with one another or with
+    ``border``."""
+    numbers, _ = _edges(model)
+    ends = model.basis.mesh.edges
+    is_free, inside = (np.zeros(len(model.nodes), dtype=bool) for _ in range(2))
+    is_free[free] = True
+    inside[free] = inside[border] = True
+    between = (is_free[ends[0]] & inside[ends[1]]) | (is_free[ends[1]] & inside[ends[0]])
+    return np.concatenate([np.unique(free), numbers[between]])
+
+
+def _edges(model: FeModel) -> tuple[Ints, Ints]:
+    """Node and key of every edge of the mesh."""
+    ends = np.sort(model.basis.mesh.edges.astype(np.int64), axis=0)
+    return model.basis.edge_dofs[0].astype(np.int64), ends[0] * len(model.nodes) + ends[1]
+
 
 _INSIDE = 1e-6
 _FACETS = {3: RefTri, 4: RefQuad}
@@ -228,3 +274,25 @@ def _interpolation(
     return sp.coo_matrix(
         (values[keep], (rows[keep], nodes.ravel()[keep])), shape=(len(nodes), count)
     ).tocsr()
+
+
+def element_gradient(model: FeModel, vertices: NDArray[np.int64]) -> sp.csr_matrix:
+    """D (3k, n): rows 3i + j give ∂f/∂x_j at vertex i of nodal values f (n,), the mean over the
+    elements that meet there of the derivative of their functions."""
+    cells, basis = model.basis.mesh.t, model.basis
+    place = np.full(len(model.nodes), -1)
+    place[vertices] = np.arange(len(vertices))
+    rows, columns, values = [], [], []
+    for corner, at in enumerate(place[cells]):
+        inside = np.flatnonzero(at >= 0)
+        local = basis.elem.refdom.p[:, [corner]]
+        inverse = basis.mapping.invDF(local, inside)[..., 0]  # (reference, x, cell)
+        for a, nodes in enumerate(basis.element_dofs[:, inside]):
+            slope = np.asarray(basis.elem.lbasis(local, a)[1])[:, 0]
+            rows.append((3 * at[inside] + np.arange(3)[:, None]).ravel())
+            columns.append(np.broadcast_to(nodes, (3, len(inside))).ravel())
+            values.append(np.einsum("ijc,i->jc", inverse, slope).ravel())
+    table = (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns)))
+    total = sp.csr_matrix(table, shape=(3 * len(vertices), len(model.nodes)))
+    count = np.bincount(place[cells].ravel() + 1, minlength=len(vertices) + 1)[1:]
+    return (sp.diags_array(np.repeat(1.0 / count, 3)) @ total).tocsr()

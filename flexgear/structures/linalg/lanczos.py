@@ -26,7 +26,7 @@ import numpy as np
 import scipy.linalg as sla
 from numpy.typing import NDArray
 
-from flexgear.structures.linalg.tall_products import dot, subtract, times_in_place
+from flexgear.structures.linalg.dense import dot, subtract, times_in_place
 from flexgear.structures.linalg.threads import shared
 
 Array = NDArray[np.float64]

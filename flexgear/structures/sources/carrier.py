@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from flexgear.model.carrier import Carrier
 from flexgear.model.member import SeatBearing
 from flexgear.model.names import NodeName
+from flexgear.structures.bodies import Spring, stiffness_at
 from flexgear.structures.fe_mesh import (
     CarrierMeshParameters,
     FeMesh,
@@ -23,17 +24,15 @@ from flexgear.structures.fe_mesh import (
     carrier_fe_mesh,
     carrier_groups,
 )
-from flexgear.structures.fe_mesh.body_solids import carrier_solid
 from flexgear.structures.fe_mesh.fe_mesh import facet_areas
-from flexgear.structures.solids import Solid
+from flexgear.structures.fe_mesh.solids import Solid, carrier_solid
 from flexgear.structures.sources.fe_body import FeBody
 from flexgear.structures.sources.source import TiedNode
-from flexgear.structures.springs import Spring, stiffness_at
 
 if TYPE_CHECKING:
+    from flexgear.structures.estimate import ProbeLoad
     from flexgear.structures.fem import FeModel
-    from flexgear.structures.fem.elements import FeMeshLike
-    from flexgear.structures.probe_loads import ProbeLoad
+    from flexgear.structures.fem.assembly import FeMeshLike
 
 Array = NDArray[np.float64]
 SEATS = ("drive", "bearing_drive", "bearing_far")
@@ -97,7 +96,7 @@ class CarrierSource(FeBody):
 
     def probe_loads(self, model: FeModel) -> Sequence[ProbeLoad]:
         """Pressure on the seats of all pins."""
-        from flexgear.structures.probe_loads import pin_pressures
+        from flexgear.structures.estimate import pin_pressures
 
         return pin_pressures(model, len(self.pin_angles), np.asarray(self.pin_angles))
 

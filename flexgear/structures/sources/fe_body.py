@@ -2,7 +2,7 @@
 
 parameters -> FE mesh -> nodes tied to its surfaces -> reduced body with weight, recovery and its
 errors, from the cache where it was made before; or rigid, of the same mass. What a kind of body
-adds to this: ``ring.py``, ``planet.py``, ``carrier.py``.
+adds to this: ``gears.py``, ``carrier.py``.
 """
 
 from __future__ import annotations
@@ -31,18 +31,16 @@ from flexgear.structures.fe_mesh import (
     RingMeshParameters,
     mesh_of_file,
 )
-from flexgear.structures.fe_mesh.body_solids import mesh_solid
+from flexgear.structures.fe_mesh.solids import Solid, mesh_solid
 from flexgear.structures.kinematics import rigid_rows
-from flexgear.structures.progress import Progress, silent
-from flexgear.structures.reduced import ReducedBody
-from flexgear.structures.solids import Solid
+from flexgear.structures.reduced import Progress, ReducedBody, silent
 from flexgear.structures.sources.matrices import given_body
 from flexgear.structures.sources.source import Accuracy, BodySource
 from flexgear.structures.store import cached, content_key, is_kept
 
 if TYPE_CHECKING:
     from flexgear.structures.fem import FeModel, Interface
-    from flexgear.structures.fem.unassembled import UnassembledModel
+    from flexgear.structures.fem.assembly import UnassembledModel
     from flexgear.structures.reduction import AnyCondensation
 
 Array = NDArray[np.float64]

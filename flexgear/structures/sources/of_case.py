@@ -23,11 +23,10 @@ from flexgear.structures.fe_mesh import (
     SegmentParameters,
 )
 from flexgear.structures.fe_mesh.carrier import SAME_ANGLE
-from flexgear.structures.fe_mesh.ring import BLOCK
+from flexgear.structures.fe_mesh.gears import BLOCK
 from flexgear.structures.sources.carrier import CarrierSource
 from flexgear.structures.sources.fe_body import FeBody
-from flexgear.structures.sources.planet import PlanetSource
-from flexgear.structures.sources.ring import RingSource
+from flexgear.structures.sources.gears import PlanetSource, RingSource
 from flexgear.structures.sources.source import Accuracy
 
 

@@ -8,8 +8,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from flexgear.structures import estimate, probe_loads
-from flexgear.structures.cyclic.path import sector_counts
+from flexgear.structures import estimate
+from flexgear.structures.cyclic.condensation import sector_counts
 from flexgear.structures.fe_mesh import FeMesh
 from flexgear.structures.fem import (
     FeModel,
@@ -22,11 +22,10 @@ from flexgear.structures.fem import (
     rigid_tie,
     seat_tie,
 )
+from flexgear.structures.fem.assembly import UnassembledModel
 from flexgear.structures.fem.ties import Tie
-from flexgear.structures.fem.unassembled import UnassembledModel
 from flexgear.structures.linalg.threads import single_threaded_blas
-from flexgear.structures.progress import Progress
-from flexgear.structures.reduced import ReducedBody
+from flexgear.structures.reduced import Progress, ReducedBody
 from flexgear.structures.reduction import AnyCondensation, condense, reduce
 from flexgear.structures.sources.source import BodySource, TiedNode
 from flexgear.structures.store import content_key
@@ -97,7 +96,7 @@ def reduced_body(source: BodySource, progress: Progress) -> ReducedBody:
         "tie_kind": tie_kind,
         "fidelity": source.accuracy.fidelity,
         "supports_key": content_key(supports=supports),
-        "static_end_share": probe_loads.END_SHARE,
+        "static_end_share": estimate.END_SHARE,
         "compared_to_hz": max(limit, float(frequencies.full[-1])),
         "compared_frequencies_hz": frequencies.full.tolist(),
         "compared_errors": frequencies.errors.tolist(),

@@ -15,9 +15,9 @@ from flexgear.model.names import BodyName, NodeName
 from flexgear.structures.fe_mesh import FeMesh
 
 if TYPE_CHECKING:
+    from flexgear.structures.estimate import ProbeLoad
     from flexgear.structures.fem import FeModel
-    from flexgear.structures.fem.elements import FeMeshLike
-    from flexgear.structures.probe_loads import ProbeLoad
+    from flexgear.structures.fem.assembly import FeMeshLike
 
 Array = NDArray[np.float64]
 

@@ -1,11 +1,11 @@
 """Surface of the layer under a flank near the tip edge, where half of the body is missing.
 
-The dip of line contact that ``flank`` takes off is that of a layer bonded to a rigid base. Inside a
-flank Hertz's line contact in a half plane, with the layer's constant κ, stands for it (``hertz``):
+The dip of line contact that is taken off an influence is that of a layer bonded to a rigid base.
+Inside a flank Hertz's line contact in a half plane with the layer's κ (``hertz``), stands for it:
 
     K_∞(r) = (2c/π) [ln(h/r) + κ − ½],   r = |x − y|,  c = (1 − ν²)/E
 
-At the tip the layer ends, and so does the same layer of the FE segment: what ``flank`` takes off
+At the tip the layer ends, and so does the same layer of the FE segment: what is taken off
 there has the end in it. Both layers are solved here in plane strain by finite elements on the same
 nodes, a line of them from the edge inwards,
 
@@ -30,7 +30,7 @@ from numpy.typing import NDArray
 
 from flexgear.gears.hertz import layer_share
 from flexgear.structures.fem import plane_strain
-from flexgear.structures.linalg.flexibility import flexibility
+from flexgear.structures.linalg.sparse import flexibility
 
 Array = NDArray[np.float64]
 # in depths of the layer; half as long elements change the approach at an edge by 0.1 %

@@ -11,8 +11,7 @@ from flexgear.gears.tooth import ToothGeometry
 from flexgear.model.material import Material
 from flexgear.model.stage_view import StageView
 from flexgear.structures.fe_mesh import SegmentDivisions, SegmentParameters, tooth_segment
-from flexgear.structures.tooth_influence.flank import flank_compliance
-from flexgear.structures.tooth_influence.influence import ToothInfluence
+from flexgear.structures.tooth_influence.influence import ToothInfluence, flank_compliance
 from flexgear.structures.tooth_influence.influence_cache import ROOT, TOOTH, cached
 from flexgear.structures.tooth_influence.root_stress import (
     DEPTH,

@@ -34,10 +34,9 @@ from flexgear.structures.fe_mesh import (
     tooth_segment,
 )
 from flexgear.structures.fem import FeModel, assemble, element_gradient, facet_nodes
-from flexgear.structures.linalg.cholesky import Factor
+from flexgear.structures.linalg.sparse import Factor
 from flexgear.structures.strain import strain_of_gradient, stress_of_strain
-from flexgear.structures.tooth_influence.flank import flank_nodes, flank_normals
-from flexgear.structures.tooth_influence.influence import ToothInfluence
+from flexgear.structures.tooth_influence.influence import ToothInfluence, flank_nodes, flank_normals
 
 Array = NDArray[np.float64]
 

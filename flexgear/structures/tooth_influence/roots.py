@@ -22,9 +22,9 @@ from scipy.spatial import cKDTree
 from flexgear.gears.contact import GearMeshPath
 from flexgear.gears.slices import Slices
 from flexgear.model.stage_view import StageView
-from flexgear.structures.field_at import FieldAt
 from flexgear.structures.kinematics import rotation
 from flexgear.structures.reduced import ReducedBody
+from flexgear.structures.surface_strain import FieldAt
 from flexgear.structures.tooth_influence.of_case import root_of_case
 from flexgear.structures.tooth_influence.pairs import mating_flanks, some_places, widths
 from flexgear.structures.tooth_influence.root_stress import HALF_TURN, RootInfluence

@@ -6,9 +6,9 @@ import scipy.linalg as sla
 from cyclic_samples import TEETH, plain_ring
 
 from flexgear.structures.cyclic import modes
-from flexgear.structures.cyclic.path import condense_by_sectors
-from flexgear.structures.cyclic.spectrum import held_value, lowest_values
-from flexgear.structures.linalg.inverses import (
+from flexgear.structures.cyclic.condensation import condense_by_sectors
+from flexgear.structures.cyclic.modes import held_value, lowest_values
+from flexgear.structures.linalg.dense import (
     balanced_inverse,
     hermitian_inverse,
     signed_hermitian_inverse,
@@ -145,6 +145,6 @@ def test_inverses_that_were_forgotten_are_made_anew(ring, monkeypatch):
     _, _, parts = ring
     g = np.random.default_rng(3).standard_normal((parts.dofs, 2))
     before = parts.fixed_solve(g)
-    monkeypatch.setattr("flexgear.structures.cyclic.harmonics._LARGE", 0)
+    monkeypatch.setattr("flexgear.structures.cyclic.borders._LARGE", 0)
     parts.solver.border_harmonics.forget()
     assert np.array_equal(parts.fixed_solve(g), before)

@@ -9,7 +9,13 @@ from cyclic_samples import STEEL, TEETH, bent, plain_ring, ring_ties, toothed_ri
 from plain_meshes import annulus
 
 from flexgear.model.errors import FlexgearError
-from flexgear.structures.estimate import compare_frequencies, probed, static_errors
+from flexgear.structures.estimate import (
+    ProbeLoad,
+    compare_frequencies,
+    probed,
+    static_errors,
+    tooth_lines,
+)
 from flexgear.structures.fem import (
     assemble,
     averaging_tie,
@@ -17,10 +23,9 @@ from flexgear.structures.fem import (
     interface_of,
     rigid_tie,
 )
-from flexgear.structures.fem.unassembled import UnassembledModel
+from flexgear.structures.fem.assembly import UnassembledModel
 from flexgear.structures.kinematics import turn
 from flexgear.structures.linalg.threads import single_threaded_blas
-from flexgear.structures.probe_loads import ProbeLoad, tooth_lines
 from flexgear.structures.reduction import reduce, reduce_body
 
 MODES = 20

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from cyclic_samples import TEETH, plain_ring
 
-from flexgear.structures.cyclic.path import condense_by_sectors
-from flexgear.structures.cyclic.rigid import rigid_fields, with_rigid, without_rigid
+from flexgear.structures.cyclic.borders import rigid_fields, with_rigid, without_rigid
+from flexgear.structures.cyclic.condensation import condense_by_sectors
 
 
 @pytest.fixture(scope="module")

@@ -8,18 +8,17 @@ import scipy.sparse as sp
 from cyclic_samples import STEEL, TEETH, bent, plain_ring, renumbered, toothed_ring_mesh
 from plain_meshes import annulus, box, tetrahedra
 
-from flexgear.structures.cyclic.condensation import cyclic_parts
-from flexgear.structures.cyclic.matrices import (
+from flexgear.structures.cyclic.condensation import condense_by_sectors, cyclic_parts, sector_counts
+from flexgear.structures.cyclic.sectors import (
     Circulant,
+    find_sectors,
     from_sectors,
     sector_matrices,
     to_sectors,
 )
-from flexgear.structures.cyclic.path import condense_by_sectors, sector_counts
-from flexgear.structures.cyclic.sectors import find_sectors
 from flexgear.structures.cyclic.ties import sector_ties
 from flexgear.structures.fem import assemble, averaging_tie, facet_sample, interface_of
-from flexgear.structures.fem.unassembled import UnassembledModel
+from flexgear.structures.fem.assembly import UnassembledModel
 from flexgear.structures.kinematics import rotation
 
 

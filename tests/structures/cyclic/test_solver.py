@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from flexgear.model.errors import FlexgearError
-from flexgear.structures.cyclic.harmonics import Harmonics
-from flexgear.structures.cyclic.path import condense_by_sectors
+from flexgear.structures.cyclic.borders import Harmonics
+from flexgear.structures.cyclic.condensation import condense_by_sectors
 from flexgear.structures.linalg.lanczos import NotConverged, lowest_modes
 
 

@@ -9,7 +9,7 @@ from scipy.spatial import cKDTree
 
 from flexgear.model.errors import InputError
 from flexgear.structures.fe_mesh import FeMesh, PlanetMeshParameters, planet_fe_mesh
-from flexgear.structures.fe_mesh.body_solids import mesh_solid, planet_solid
+from flexgear.structures.fe_mesh.solids import mesh_solid, planet_solid
 
 
 @pytest.fixture(scope="module")

@@ -11,7 +11,7 @@ from scipy.spatial import cKDTree
 from flexgear.gears.tool import PlainTool
 from flexgear.model.errors import FlexgearError, InputError
 from flexgear.structures.fe_mesh import FeMesh, RingMeshParameters, carrier_fe_mesh, ring_fe_mesh
-from flexgear.structures.fe_mesh.toothed import layer_positions
+from flexgear.structures.fe_mesh.gears import layer_positions
 
 from .small_bodies import small_carrier, small_ring
 

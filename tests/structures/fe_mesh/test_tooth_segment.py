@@ -8,7 +8,7 @@ import pytest
 
 from flexgear.gears.tooth import ToothGeometry, tooth_geometry
 from flexgear.model.errors import FlexgearError
-from flexgear.structures.fe_mesh.ring import RingMeshParameters, ring_fe_mesh
+from flexgear.structures.fe_mesh.gears import RingMeshParameters, ring_fe_mesh
 from flexgear.structures.fe_mesh.tooth_segment import (
     SegmentDivisions,
     SegmentParameters,

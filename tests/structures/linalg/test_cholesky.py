@@ -6,8 +6,7 @@ import scipy.sparse as sp
 from plain_meshes import annulus
 
 from flexgear.structures.fem import assemble
-from flexgear.structures.linalg.cholesky import Factor
-from flexgear.structures.linalg.flexibility import flexibility
+from flexgear.structures.linalg.sparse import Factor, flexibility
 
 RANDOM = np.random.default_rng(11)
 

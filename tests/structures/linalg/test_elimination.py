@@ -6,7 +6,7 @@ import scipy.sparse as sp
 from plain_meshes import annulus
 
 from flexgear.structures.fem import assemble
-from flexgear.structures.linalg.elimination import Elimination, minimum_degree_order
+from flexgear.structures.linalg.sparse import Elimination, minimum_degree_order
 
 INNER, OUTER, TIES = 300, 42, 6
 RANDOM = np.random.default_rng(5)

@@ -1,4 +1,13 @@
-"""A ring: teeth inside, held by fits, splines and bolts; of a double-helical stage both halves.
+"""Gears as FE bodies: what all have in common, planet, ring.
+
+A body with teeth: a node a tooth, tied to its root or flank, and the loads that judge it.
+
+A planet: teeth outside, carried by its bearing in the bore. All planets of a stage are the same
+body, reduced once.
+
+Nodes, in order: tooth_001.. at the reference circle and mid-face, bore on the axis at mid-face.
+
+A ring: teeth inside, held by fits, splines and bolts; of a double-helical stage both halves.
 
 Nodes, in order: tooth_001.. at the reference circle and mid-face, fit_1.. and spline_1.. on the
 axis, bolt_01.. on the bolt circles in the bolted faces.
@@ -6,38 +15,128 @@ axis, bolt_01.. on the bolt circles in the bolted faces.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from flexgear.model.member import PlanetBearing
 from flexgear.model.names import NodeName
+from flexgear.model.planet import Planet
 from flexgear.model.ring import End, Ring
 from flexgear.model.ring_supports import RingSupport, ring_supports
+from flexgear.structures.bodies import Spring, stiffness_at
 from flexgear.structures.fe_mesh import (
     FeMesh,
     Groups,
+    PlanetMeshParameters,
     RingMeshParameters,
     SegmentParameters,
+    planet_fe_mesh,
+    planet_groups,
     ring_fe_mesh,
     ring_groups,
 )
-from flexgear.structures.fe_mesh.body_solids import ring_solid
-from flexgear.structures.halves import PLACE, both_halves, mirrored
-from flexgear.structures.progress import Progress, silent
-from flexgear.structures.reduced import ReducedBody
-from flexgear.structures.solids import Solid
+from flexgear.structures.fe_mesh.solids import Solid, planet_solid, ring_solid
+from flexgear.structures.reduced import PLACE, Progress, ReducedBody, both_halves, mirrored, silent
+from flexgear.structures.sources.fe_body import FeBody
 from flexgear.structures.sources.source import TiedNode
-from flexgear.structures.sources.toothed import ToothedSource
-from flexgear.structures.springs import Spring, stiffness_at
 from flexgear.structures.store import content_key
 
 if TYPE_CHECKING:
-    from flexgear.structures.fem.elements import FeMeshLike
+    from flexgear.structures.estimate import ProbeLoad
+    from flexgear.structures.fem import FeModel
+    from flexgear.structures.fem.assembly import FeMeshLike
+
 
 Array = NDArray[np.float64]
+_PROBED_TEETH = 12  # teeth whose flanks the static error estimate loads
+
+
+@dataclass(frozen=True, eq=False)
+class ToothedSource(FeBody):
+    """reference_radius: where tooth nodes stand, m."""
+
+    section: Ring | Planet
+    mesh: RingMeshParameters | PlanetMeshParameters
+    reference_radius: float
+
+    @property
+    def repeats(self) -> int:
+        """Its teeth."""
+        return self.mesh.teeth
+
+    @property
+    def ties(self) -> tuple[str, str]:
+        """As the case has them."""
+        return self.section.tie, self.section.tie_kind
+
+    @property
+    def tooth_nodes(self) -> list[TiedNode]:
+        """tooth_001.. at the reference circle and mid-face."""
+        radius, teeth, tie = self.reference_radius, self.mesh.teeth, self.section.tie_kind
+        angles = 2 * np.pi * np.arange(teeth) / teeth
+        places = radius * np.column_stack([np.cos(angles), np.sin(angles), 0 * angles])
+        return [
+            TiedNode(
+                NodeName.of("tooth", j, digits=3), place, tie, f"tooth_{self.section.tie}_{j:03d}"
+            )
+            for j, place in enumerate(places, 1)
+        ]
+
+    def probe_loads(self, model: FeModel) -> Sequence[ProbeLoad]:
+        """Lines on flanks of some teeth, where all flanks are groups of the FE mesh."""
+        from flexgear.structures.estimate import tooth_lines
+
+        teeth = self.mesh.teeth
+        if not all(f"tooth_flank_{j + 1:03d}" in model.fe_mesh.facets for j in range(teeth)):
+            return []
+        probed = sorted({k * teeth // _PROBED_TEETH for k in range(_PROBED_TEETH)})
+        return tooth_lines(model, probed, self.mesh.face_width, self.mesh.tooth.outward)
+
+
+BORE = "bore"
+
+
+@dataclass(frozen=True, eq=False)
+class PlanetSource(ToothedSource):
+    """bearing: in its bore."""
+
+    section: Planet
+    mesh: PlanetMeshParameters
+    bearing: PlanetBearing
+
+    @property
+    def groups(self) -> Groups:
+        """Teeth for either tie, and the bore."""
+        return planet_groups(self.mesh, self.section.tie)
+
+    def nodes(self, fe_mesh: FeMeshLike | None = None) -> list[TiedNode]:
+        """Teeth, then the bore, a seat of the bearing about the axis."""
+        return [*self.tooth_nodes, TiedNode(NodeName.parse(BORE), np.zeros(3), "seat", BORE)]
+
+    def supports(self, node_names: tuple[str, ...], stiffness: Array) -> Array:
+        """Its bearing on a pin that stands still, and its bore held against rotation."""
+        spring = Spring(NodeName.parse(BORE), np.asarray(self.bearing.matrix))
+        supports = stiffness_at([spring], node_names)
+        held = 6 * node_names.index(BORE) + 5
+        supports[held, held] += 1e3 * stiffness[held, held]
+        return supports
+
+    def solid(self) -> Solid:
+        """About its centre."""
+        return planet_solid(self.mesh)
+
+    def _generated(self) -> FeMesh:
+        return planet_fe_mesh(self.mesh)
+
+    def _content(self) -> Mapping[str, Any]:
+        return {
+            "ties": [self.section.tie, self.section.tie_kind],
+            "teeth": [self.mesh.teeth, self.reference_radius],
+        }
 
 
 @dataclass(frozen=True, eq=False)

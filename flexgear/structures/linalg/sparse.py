@@ -1,4 +1,14 @@
-r"""Elimination of the first rows of a sparse matrix, for many columns at a time.
+"""Sparse symmetric matrices: factors by CHOLMOD, elimination of the first rows, flexibilities.
+
+Sparse Cholesky factorisation, used many times, by CHOLMOD.
+
+    P A P^T = L L^T
+
+with P the fill-reducing order that CHOLMOD finds (approximate minimum degree). Both halves of a
+solve are open: W = L^{-1} P B^T has few entries where B^T has few.
+Source: Chen, Davis, Hager, Rajamanickam 2008, ACM TOMS 35:22; Python interface: CVXOPT.
+
+Elimination of the first rows of a sparse matrix, for many columns at a time.
 
 With inner rows i, outer rows b and constraint rows c,
 
@@ -11,19 +21,123 @@ given, D large enough that it is definite; its factor holds L, W^T of the outer 
 CHOLMOD solves one column at a time, so solutions are sweeps of our own through its columns: they
 take all columns of a right side together, and up to four columns of the factor that have the same
 rows. Source of the order: Amestoy, Davis, Duff 1996, SIAM J. Matrix Anal. Appl. 17:886.
+
+Flexibility R^T K^{-1} R of a sparse matrix for many loads on few rows.
+
+Loaded rows are eliminated last. With P K P^T = L L^T in that order W = L^{-1} P R has entries in
+loaded rows only, and R^T K^{-1} R = W^T W, symmetric and never indefinite by construction.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
 import numpy as np
 import scipy.sparse as sp
-from cvxopt import amd
+from cvxopt import amd, cholmod, spmatrix
+from cvxopt import matrix as dense_of
 from numpy.typing import NDArray
 
 from flexgear.compiled import njit
-from flexgear.structures.linalg.cholesky import factor_in_order, to_cvxopt
 
 Array = NDArray[np.float64]
+
+_SOLVE, _FORWARD, _BACKWARD, _PERMUTE, _PERMUTE_BACK = 0, 4, 5, 7, 8  # CHOLMOD's `sys`
+
+
+class Factor:
+    """L of a symmetric positive definite matrix (n, n), CSR.
+
+    Raises numpy.linalg.LinAlgError where the matrix is not positive definite.
+    """
+
+    name = "cholmod"
+
+    def __init__(self, matrix: sp.csr_matrix, order: NDArray[np.int64] | None = None) -> None:
+        """order: of elimination (n,), rows of the matrix; found by CHOLMOD if left out."""
+        lower = to_cvxopt(sp.tril(matrix))
+        if order is None:
+            self._factor = _factored(lower)
+        else:
+            with _options(nmethods=1):  # no other order is tried
+                self._factor = _factored(lower, dense_of(np.asarray(order, dtype=np.int64)))
+
+    def solve(self, right: Array) -> Array:
+        """x (n, k) with A x = right (n, k)."""
+        return self._each(right, _SOLVE)
+
+    def forward(self, right: Array) -> Array:
+        """f = L^{-1} P right (n, k)."""
+        return self._each(right, _PERMUTE, _FORWARD)
+
+    def forward_sparse(self, right: sp.csr_matrix) -> sp.csr_matrix:
+        """The same of a sparse right (n, k): only what its entries reach is computed."""
+        solution = to_cvxopt(right)
+        for step in (_PERMUTE, _FORWARD):
+            solution = cholmod.spsolve(self._factor, solution, sys=step)
+        return _to_scipy(solution).tocsr()
+
+    def backward(self, f: Array) -> Array:
+        """x = P^T L^{-T} f (n, k)."""
+        return self._each(f, _BACKWARD, _PERMUTE_BACK)
+
+    def _each(self, right: Array, *steps: int) -> Array:
+        """right (n, k) or (n,) after some of CHOLMOD's steps."""
+        room = dense_of(0.0, (len(right), right.size // len(right)))
+        view = np.asarray(room)  # the same memory, columns contiguous
+        view[:] = right.reshape(view.shape)
+        for step in steps:
+            cholmod.solve(self._factor, room, sys=step)
+        return np.ascontiguousarray(view).reshape(right.shape)
+
+
+def factor_in_order(matrix: sp.csr_matrix) -> sp.csc_matrix:
+    """L (n, n) with matrix = L L^T, rows of a column rising, without another order of the rows.
+
+    Raises numpy.linalg.LinAlgError where the matrix is not positive definite.
+    """
+    with _options(nmethods=1, postorder=False):  # the order given, and no other
+        order = dense_of(np.arange(matrix.shape[0]))
+        factor = _factored(to_cvxopt(sp.tril(matrix)), order)
+        return _to_scipy(cholmod.getfactor(factor))
+
+
+@contextmanager
+def _options(**chosen: Any) -> Iterator[None]:
+    """CHOLMOD's options inside the block."""
+    before = dict(cholmod.options)
+    cholmod.options.update(chosen)
+    try:
+        yield
+    finally:
+        cholmod.options.clear()
+        cholmod.options.update(before)
+
+
+def to_cvxopt(matrix: sp.sparray) -> spmatrix:
+    """The same matrix for CVXOPT."""
+    entries = sp.coo_matrix(matrix)
+    rows, columns = (dense_of(i.astype(np.int64)) for i in (entries.row, entries.col))
+    return spmatrix(dense_of(entries.data.astype(float)), rows, columns, matrix.shape)
+
+
+def _to_scipy(matrix: spmatrix) -> sp.csc_matrix:
+    begins, rows, data = (np.array(part).ravel() for part in matrix.CCS)
+    return sp.csc_matrix((data, rows, begins), matrix.size)
+
+
+def _factored(lower: spmatrix, order: Any = None) -> Any:
+    """CHOLMOD's factor of a symmetric matrix of which the lower triangle is given."""
+    factor = cholmod.symbolic(lower) if order is None else cholmod.symbolic(lower, p=order)
+    try:
+        cholmod.numeric(lower, factor)
+    except ArithmeticError:
+        raise np.linalg.LinAlgError("the matrix is not positive definite") from None
+    return factor
+
+
 Ints = NDArray[np.int64]
 
 _TOGETHER = 4  # columns of the factor, known to the compiler
@@ -176,3 +290,17 @@ def backward(
             inverse = 1 / data[first]
             for c in range(k):
                 x[a, c] *= inverse
+
+
+def flexibility(matrix: sp.csr_matrix, loads: sp.csc_matrix) -> NDArray[np.float64]:
+    """R^T K^{-1} R (k, k) of K (n, n), symmetric positive definite, and R (n, k).
+
+    Raises numpy.linalg.LinAlgError where K is not positive definite.
+    """
+    loaded = np.zeros(matrix.shape[0], dtype=bool)
+    loaded[loads.tocsc().indices] = True
+    rest = np.flatnonzero(~loaded)
+    first = rest[minimum_degree_order(matrix[rest][:, rest])] if len(rest) else rest
+    factor = Factor(matrix, np.concatenate([first, np.flatnonzero(loaded)]))
+    w = factor.forward_sparse(loads)
+    return (w.T @ w).toarray()

@@ -1,0 +1,402 @@
+"""FE meshes of gears with their teeth: what all have in common, planet, ring.
+
+What FE meshes of gears with their teeth and rims have in common: parameters, layers, extrusion.
+
+Frame: origin at the gear's centre and mid-face, z the axis of rotation; the middle of tooth j
+(0-based) is at the angle 2πj/z at z = 0; patches are numbered from 1 (tooth_root_001 is j = 0).
+
+Helix: a point (r, θ, z) of the section moves to θ + κ z f(r), κ = h tan β/r_ref, h = +1 for a
+right-hand gear, f = 1 where the rim is a body of revolution.
+
+Patches
+  tooth_flank_NNN      involute flank on the -θ side
+  tooth_backflank_NNN  involute flank on the +θ side
+  tooth_root_NNN       the tooth's base section: the *interior* facets between the ends of its two
+                       roots on the root circle, bowed a tip radius of the tool into the rim,
+                       symmetric about the tooth's middle
+  end_minus, end_plus  plane faces at -b/2 and +b/2
+
+Planet with its teeth as hexahedra: teeth outside, rim inwards down to the bore, helix.
+
+Frame, helix and patches of teeth and ends: as above. f = 1: the rim is a body of revolution.
+``bore`` is the wall of the bore.
+
+Ring gear with its teeth as hexahedra: transverse section, layers along the axis, helix.
+
+Frame, helix and patches of teeth and ends: as above. The flank on the -θ side is the one that
+planets press when the carrier turns by +z and drives. f = 1, for the rim is a body of revolution;
+with bolt holes only from the tooth's tip to the root circle, falling as 1 - 3t² + 2t³ to 0 at the
+inside of the straight holes.
+
+More patches
+  fit_1, spline_1 ..   bands of the outer cylinder, in the order given
+  bolt_NN              walls of the bolt holes, when there are holes
+  outer                outer cylinder
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from functools import cached_property
+from math import ceil, pi, tan
+from typing import ClassVar, Literal, NoReturn
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexgear.gears.tool import PLAIN_TOOL, PlainTool
+from flexgear.gears.tooth import ToothGeometry, tooth_geometry
+from flexgear.model.errors import InputError
+from flexgear.model.names import NodeName
+from flexgear.model.section import Refusal
+from flexgear.structures.fe_mesh.fe_mesh import HEX_FROM_VTK, FeMesh
+from flexgear.structures.fe_mesh.section import (
+    SectionDivisions,
+    ToothedSection,
+    toothed_section,
+    with_bolt_holes,
+)
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Fidelity = Literal["quick", "standard", "fine"]
+Band = tuple[float, float]
+
+DIVISIONS: dict[str, tuple[SectionDivisions, int]] = {  # section, least number of layers
+    "quick": (SectionDivisions(tooth=1, flank=1, fillet=1, rim=2), 3),
+    "standard": (SectionDivisions(tooth=2, flank=2, fillet=2, rim=4), 4),
+    "fine": (SectionDivisions(tooth=3, flank=3, fillet=2, rim=5), 6),
+}
+_PITCH_LAYERS = {"quick": 3, "standard": 4, "fine": 4}  # n in which the helix turns by a pitch:
+# fewer make coarse rims within a tooth too soft (their chords leave it by r (2π/z)²/(8 n²))
+GROWTH = {"quick": 1.4, "standard": 1.3, "fine": 1.15}
+
+
+@dataclass(frozen=True)
+class ToothedMeshParameters:
+    """What the FE mesh of every gear depends on; m and rad. Defaults are those of a ring.
+
+    Coefficients addendum, dedendum, root_fillet and profile_shift are multiples of the normal
+    module; the sign of profile_shift is stated in gears/tooth.py. tool: what cuts it. where: what
+    the values are from. part: of the stage, "ring" or "planet", as keys in messages name it.
+    """
+
+    part: ClassVar[str]
+
+    teeth: int = 93
+    normal_module: float = 18e-3
+    pressure_angle: float = 20.0 * pi / 180.0
+    helix_angle: float = 7.5 * pi / 180.0
+    hand: Literal["right", "left"] = "right"
+    profile_shift: float = 0.0
+    addendum: float = 1.0
+    dedendum: float = 1.25
+    root_fillet: float = 0.38
+    tool: PlainTool = PLAIN_TOOL
+    face_width: float = 0.43
+    fidelity: Fidelity = "standard"
+    where: str = "case"
+
+    @cached_property
+    def tooth(self) -> ToothGeometry:
+        """The tooth; InputError, with key and remedy, where its profile cannot be drawn."""
+        try:
+            tooth = tooth_geometry(self, self, internal=self.part == "ring")
+        except Refusal as fault:
+            self.reject(fault.key, fault.problem, fault.remedy)
+        if tooth.tip_radius <= tooth.base_radius:
+            self.reject(
+                "addendum",
+                f"the tip circle ({tooth.tip_radius * 1e3:.1f} mm) lies inside the base circle "
+                f"({tooth.base_radius * 1e3:.1f} mm), where no involute exists",
+                "lower the addendum or the profile shift, or use more teeth",
+            )
+        if tooth.outward * (tooth.tip_radius - tooth.root_radius) <= 0.0:
+            self.reject("dedendum", "leaves no tooth between root and tip circle", "raise it")
+        if tooth.half_angle(tooth.tip_radius) <= 0.0:
+            self.reject("addendum", "the tooth is pointed before its tip circle", "lower it")
+        return tooth
+
+    @property
+    def helix_rate(self) -> float:
+        """κ = h tan β/r_ref, rad/m."""
+        sign = 1.0 if self.hand == "right" else -1.0
+        return sign * tan(self.helix_angle) / self.tooth.reference_radius
+
+    @property
+    def least_layers(self) -> int:
+        """Layers along the face that teeth and helix need at least."""
+        pitches = abs(self.helix_rate) * self.face_width / self.tooth.pitch_angle
+        least = DIVISIONS[self.fidelity][1]
+        return max(least, ceil(_PITCH_LAYERS[self.fidelity] * pitches))
+
+    def reject(self, key: str, problem: str, remedy: str) -> NoReturn:
+        """Raise InputError for a key of this gear's section, as "stage.ring.fe.rim_thickness"."""
+        raise InputError(self.where, f"stage.{self.part}.{key}", problem, remedy)
+
+    def check(self) -> None:
+        """Raise InputError, naming the key and the remedy, if no gear can be made."""
+        if self.fidelity not in DIVISIONS:
+            problem = f"{self.fidelity!r} is unknown"
+            raise InputError(self.where, "solver.fidelity", problem, "quick, standard or fine")
+        if self.face_width <= 0.0:
+            remedy = "give the gear's face width"
+            raise InputError(self.where, "stage.face_width", "must be above 0", remedy)
+        _ = self.tooth
+
+
+def layer_positions(face_width: float, bands: tuple[Band, ...], least: int) -> Array:
+    """Layer borders from -b/2 to b/2: at every band's edge, and no layer thicker than b/least
+    where at least one more fits; bands at the ends count as layers, the middle shares the rest."""
+    half = face_width / 2.0
+    marks = [-half, half]
+    for edge in sorted({e for band in bands for e in band}):
+        if min(abs(edge - m) for m in marks) > 0.01 * face_width:
+            marks.append(edge)
+    marks.sort()
+    spans = np.diff(marks)
+    counts = np.ones(len(spans), dtype=int)
+    while counts.sum() < least:
+        counts[int(np.argmax(spans / counts))] += 1
+    thickest = 2.5 * face_width / least
+    counts = np.maximum(counts, [ceil(s / thickest - 1e-9) for s in spans])
+    parts = [
+        np.linspace(a, b, n + 1)[:-1] for a, b, n in zip(marks[:-1], marks[1:], counts, strict=True)
+    ]
+    return np.concatenate([*parts, [half]])
+
+
+def extruded(
+    section: ToothedSection,
+    twist: Array | float,
+    z: Array,
+    walls: Iterable[tuple[str, Ints, Ints | None]],
+) -> FeMesh:
+    """Hexahedra over a section with the patches of its teeth, walls and ends.
+
+    twist: κ f(r) of the section's points (n,) or of all, rad/m; z: layer borders, m; walls: more
+    patches, each by name, edges of the section (k, 2) and layers, None for all.
+    """
+    n, layers = len(section.radius), len(z) - 1
+    angle = section.angle[None, :] + np.broadcast_to(twist, n)[None, :] * z[:, None]
+    points = np.stack(
+        [
+            section.radius * np.cos(angle),
+            section.radius * np.sin(angle),
+            np.broadcast_to(z[:, None], angle.shape),
+        ],
+        axis=2,
+    ).reshape(-1, 3)
+    level = n * np.arange(layers)[:, None, None]
+    vtk = np.concatenate([section.quads + level, section.quads + level + n], axis=2).reshape(-1, 8)
+
+    def wall(lines: Ints, chosen: Ints | None) -> Ints:
+        """(k, 2) section edges -> (k layers, 4) facets."""
+        step = level if chosen is None else level[chosen]
+        a, b = lines[None, :, 0] + step[:, :, 0], lines[None, :, 1] + step[:, :, 0]
+        return np.stack([a, b, b + n, a + n], axis=2).reshape(-1, 4)
+
+    facets: dict[str, Ints] = {}
+    for name in ("flank", "backflank", "root"):
+        for j, lines in enumerate(section.tooth_lines[name], 1):
+            facets[f"tooth_{name}_{j:03d}"] = wall(lines, None)
+    facets |= {name: wall(lines, chosen) for name, lines, chosen in walls}
+    facets["end_minus"] = section.quads[:, ::-1]
+    facets["end_plus"] = section.quads + n * layers
+    return FeMesh(points, vtk[:, HEX_FROM_VTK], "hex", facets)
+
+
+@dataclass(frozen=True)
+class PlanetMeshParameters(ToothedMeshParameters):
+    """Everything the planet's FE mesh depends on; m and rad. Defaults are those of a planet of the
+    default ring."""
+
+    part = "planet"
+
+    teeth: int = 33
+    dedendum: float = 1.4
+    root_fillet: float = 0.39
+    bore_diameter: float = 0.42
+
+    @property
+    def size(self) -> float:
+        """Largest dimension, m."""
+        return 2.0 * self.tooth.tip_radius
+
+    @property
+    def bore_radius(self) -> float:
+        """m."""
+        return self.bore_diameter / 2.0
+
+    def check(self) -> None:
+        """Raise InputError, naming the key and the remedy, if no planet can be made."""
+        super().check()
+        rim = self.tooth.root_radius - self.bore_radius
+        if self.bore_diameter <= 0.0:
+            problem = "is missing: an FE planet is carried at its bore"
+            self.reject("bore_diameter_mm", problem, "give the diameter of the bearing's seat")
+        if rim < self.normal_module:
+            problem = f"leaves a rim of {rim * 1e3:.2f} mm below the teeth, less than one module"
+            self.reject("bore_diameter_mm", problem, "lower it")
+
+
+def planet_fe_mesh(p: PlanetMeshParameters) -> FeMesh:
+    """Hexahedra of the planet with its teeth and the patches listed in the module's head."""
+    p.check()
+    section = toothed_section(p.tooth, p.bore_radius, DIVISIONS[p.fidelity][0], GROWTH[p.fidelity])
+    z = layer_positions(p.face_width, (), p.least_layers)
+    return extruded(section, p.helix_rate, z, [("bore", section.rim, None)])
+
+
+_HOLE_ROWS = {"quick": (2, 1, 1), "standard": (3, 1, 1), "fine": (4, 1, 2)}  # see ring_holes.py
+BLOCK = 1.7  # inner border of a bolt's block, in bolt radii from the bolt's axis
+
+
+@dataclass(frozen=True)
+class RingMeshParameters(ToothedMeshParameters):
+    """Everything the ring's FE mesh depends on; m and rad.
+
+    fits: (z_low, z_high) of each housing fit's band, splines likewise. Bolt k is at
+    first_bolt_angle + 2πk/bolts on the bolt circle, and named from first_bolt on. other_bolts:
+    (number, circle diameter, diameter) of more circles, without holes.
+    """
+
+    part = "ring"
+
+    rim_thickness: float = 0.205
+    bolts: int = 25
+    bolt_circle_diameter: float = 1.97
+    bolt_diameter: float = 0.056
+    bolt_holes: bool = False
+    first_bolt_angle: float = 0.0
+    first_bolt: int = 1
+    fits: tuple[Band, ...] = ((-0.215, -0.155), (0.155, 0.215))
+    splines: tuple[Band, ...] = ()
+    other_bolts: tuple[tuple[int, float, float], ...] = ()
+
+    @property
+    def size(self) -> float:
+        """Largest dimension, m."""
+        return 2.0 * self.outer_radius
+
+    @property
+    def outer_radius(self) -> float:
+        """Outer radius of the rim, m."""
+        return self.tooth.root_radius + self.rim_thickness
+
+    @property
+    def bands(self) -> list[tuple[NodeName, Band]]:
+        """Bands of the outer cylinder by the names of their groups."""
+        fits = [(NodeName.of("fit", k), band) for k, band in enumerate(self.fits, 1)]
+        return fits + [(NodeName.of("spline", k), band) for k, band in enumerate(self.splines, 1)]
+
+    @property
+    def straight_radius(self) -> float:
+        """Radius beyond which the section is not twisted, m: inside bolt holes, whose axes are
+        straight; without any, the rim is a body of revolution and all of it may be twisted."""
+        if not self.has_holes:
+            return np.inf
+        return self.bolt_circle_diameter / 2.0 - BLOCK * self.bolt_diameter / 2.0
+
+    @property
+    def has_holes(self) -> bool:
+        """Whether there are bolts whose holes are meshed."""
+        return self.bolt_holes and self.bolts > 0
+
+    def check(self) -> None:
+        """Raise InputError, naming the key and the remedy, if no ring can be made."""
+        super().check()
+        tooth, width = self.tooth, self.face_width
+        if self.rim_thickness < self.normal_module:
+            self.reject(
+                "fe.rim_thickness",
+                f"{self.rim_thickness * 1e3:.1f} mm is thinner than one module",
+                "the rim is counted outside the root circle; give at least one module",
+            )
+        if self.bolts:
+            radius, hole = self.bolt_circle_diameter / 2.0, self.bolt_diameter / 2.0
+            room = self.straight_radius - tooth.root_radius
+            if room < 0.1 * self.rim_thickness or radius - hole < tooth.root_radius:
+                self.reject(
+                    "fe.bolts.circle_diameter",
+                    f"bolts on {radius * 2e3:.0f} mm leave no rim below the teeth's root at "
+                    f"{tooth.root_radius * 2e3:.0f} mm",
+                    "raise it or lower the bolts' diameter",
+                )
+            if self.has_holes and abs(self.helix_rate) * width / 2.0 * radius > room:
+                self.reject(
+                    "fe.bolts.holes",
+                    f"the helix cannot fade over the {room * 1e3:.0f} mm between the teeth's "
+                    "root and the holes, whose axes are straight",
+                    "leave the holes out, or raise circle_diameter",
+                )
+            if not radius + (1.2 if self.bolt_holes else 1.0) * hole < self.outer_radius:
+                self.reject(
+                    "fe.bolts.circle_diameter",
+                    f"bolts on {radius * 2e3:.0f} mm break through the outer diameter of "
+                    f"{self.outer_radius * 2e3:.0f} mm",
+                    "lower it or raise rim_thickness",
+                )
+            if 2.0 * radius * np.sin(pi / self.bolts) < 1.2 * self.bolt_diameter:
+                self.reject(
+                    "fe.bolts.number",
+                    "neighbouring bolts overlap",
+                    "use fewer or thinner bolts",
+                )
+        for number, circle, diameter in self.other_bolts:
+            parted = replace(self, bolts=number, bolt_circle_diameter=circle, other_bolts=())
+            replace(parted, bolt_diameter=diameter, bolt_holes=False).check()
+        for name, (low, high) in self.bands:
+            tolerance = 1e-9 * width
+            if not -width / 2 - tolerance <= low < high <= width / 2 + tolerance:
+                self.reject(
+                    f"fe.{name.kind}s",
+                    f"a band from {low * 1e3:.1f} to {high * 1e3:.1f} mm is not on the face of "
+                    f"±{width * 5e2:.1f} mm",
+                    "move it or make it narrower",
+                )
+        if self.has_holes:  # whether there is room for them shows in the section
+            _section(self)
+
+
+def ring_fe_mesh(p: RingMeshParameters) -> FeMesh:
+    """Hexahedra of the ring gear with its teeth and the patches listed in the module's head."""
+    p.check()
+    section = _section(p)
+    z = layer_positions(p.face_width, p.fits + p.splines, p.least_layers)
+    middle = (z[:-1] + z[1:]) / 2.0
+    walls: list[tuple[str, Ints, Ints | None]] = []
+    for name, (low, high) in p.bands:
+        inside = np.flatnonzero((middle > low) & (middle < high))
+        if len(inside) == 0:
+            key = f"fe.{name.kind}s.{name.number - 1}"
+            p.reject(key, "the band is too narrow", "make it wider")
+        walls.append((name, section.rim, inside))
+    walls += [(f"bolt_{k:02d}", lines, None) for k, lines in enumerate(section.holes, p.first_bolt)]
+    return extruded(section, _twist(p, section.radius), z, [*walls, ("outer", section.rim, None)])
+
+
+def _section(p: RingMeshParameters) -> ToothedSection:
+    divisions, growth = DIVISIONS[p.fidelity][0], GROWTH[p.fidelity]
+    if not p.has_holes:
+        return toothed_section(p.tooth, p.outer_radius, divisions, growth)
+    below = replace(divisions, rim=max(divisions.rim // 2, 1))
+    return with_bolt_holes(
+        toothed_section(p.tooth, p.straight_radius, below, growth),
+        p.outer_radius,
+        p.first_bolt_angle + 2.0 * pi * np.arange(p.bolts) / p.bolts,
+        p.bolt_circle_diameter / 2.0,
+        p.bolt_diameter / 2.0,
+        _HOLE_ROWS[p.fidelity],
+        p.where,
+    )
+
+
+def _twist(p: RingMeshParameters, radius: Array) -> Array:
+    """κ f(r), rad/m: f = 1 to the root circle, 0 from the straight radius on, C¹ between."""
+    if not p.has_holes:
+        return np.full_like(radius, p.helix_rate)
+    root = p.tooth.root_radius
+    t = np.clip((radius - root) / (p.straight_radius - root), 0.0, 1.0)
+    return p.helix_rate * (1.0 - 3.0 * t**2 + 2.0 * t**3)

@@ -1,0 +1,334 @@
+r"""Transverse sections of gears as quadrilaterals: teeth, rim, bolt holes.
+
+The block of quadrilaterals of one tooth, from its tip circle to its base section.
+
+Frame of ``gears.tooth``: the tooth on the x axis. Rows follow the profile from the tip (row 0) over
+the involute and the root that the tool leaves to the base section, which runs from root to root
+just above the middle of the spaces beside the tooth and bows one tip radius of the tool into the
+rim (that opens its corners). With the profile (x, y) of the +θ side and places −1 ≤ a ≤ 1 across,
+
+    P(row, a) = (x + (1 − s²) [√(r_a² − a² y_0²) − x_0] + s² d b(a),  a y),
+
+s: share of the profile's length from the tip, d: depth of the bow at a = 0, b(a) = t + t² − t³ with
+t = 1 − |a|. Nodes of the profile lie on it exactly.
+
+Transverse section of a gear with its rim as quadrilaterals, z-periodic and mirror-symmetric.
+
+One sector (tip at the top, rim at the bottom), repeated z times::
+
+        tip                     A   the tooth's block (``tooth_block``): rows along involute and
+       +---+                        root, down to the base section, the patch "root" of the tooth
+       | A |                    B   below the tooth, base section to the rim's other edge: outside
+      /     \                       on a ring, inside on an external gear
+     +-------+----+             C   below the root land, between neighbouring teeth: one column
+     |   B   | C  |                 without nodes of its own
+     +-------+----+
+
+Bolt holes in the ring's section: quadrilaterals only, whatever the numbers of teeth and bolts.
+
+The rim is a structured grid with whole columns to every tooth. Teeth and bolts share no factor, so
+each bolt takes the block of columns nearest to its axis; the block's inside is replaced by rings
+of quadrilaterals between the block's border and the hole's true circle (an O-grid)::
+
+    +--+--+--+--+          The hole lies exactly on its axis; the block is off by half a column
+    |  \ | |  / |          at most. Border and hole carry the same number of nodes, and the spokes
+    +---(   )---+          are straight lines through the bolt's axis.
+    |  / | |  \ |
+    +--+--+--+--+
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
+from math import ceil, pi
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexgear.gears.tooth import ToothGeometry
+from flexgear.model.errors import InputError
+
+Array = NDArray[np.float64]
+
+_LAND = 0.2  # least width between neighbouring base sections, in tip radii of the tool
+
+
+def base_section_angle(tooth: ToothGeometry) -> float:
+    """Half angle of a tooth's base section, rad: to the root circle, and never wholly up to the
+    next tooth's."""
+    land = _LAND * tooth.tool.tip_radius / tooth.root_radius
+    return min(tooth.root.end_angle, (tooth.pitch_angle - land) / 2.0)
+
+
+def base_section_depth(tooth: ToothGeometry) -> float:
+    """How far the base section bows below the root circle at the tooth's middle, m."""
+    return tooth.tool.tip_radius
+
+
+@dataclass(frozen=True)
+class ToothProfile:
+    """The +θ side of a tooth from its tip to its base section: ``points`` (rows + 1, 2) m, the
+    first of them at roll lengths ``roll`` (flank + 1,) m of the involute."""
+
+    tooth: ToothGeometry
+    points: Array
+    roll: Array
+
+
+def tooth_profile(tooth: ToothGeometry, flank: int, root: int) -> ToothProfile:
+    """So many elements along the involute, of equal length, and along the root."""
+    tip, form = tooth.roll_length(tooth.tip_radius), tooth.roll_length(tooth.form_radius)
+    # arc length along an involute is ρ²/(2 r_b)
+    roll = np.sqrt(np.linspace(tip**2, form**2, flank + 1))
+    radius = np.hypot(tooth.base_radius, roll)
+    half = tooth.half_angle(radius)
+    upper = radius[:, None] * np.column_stack([np.cos(half), np.sin(half)])
+    lower = tooth.root.points(root, base_section_angle(tooth))
+    return ToothProfile(tooth, np.concatenate([upper, lower[1:]]), roll)
+
+
+def tooth_block(profile: ToothProfile, across: Array) -> Array:
+    """Nodes (rows + 1, columns, 2) m at places ``across`` (rows + 1, columns) from −1 to 1."""
+    tooth, (x, y) = profile.tooth, profile.points.T
+    arc = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(x), np.diff(y)))])
+    share = (arc[:, None] / arc[-1]) ** 2
+    at_tip = np.sqrt(tooth.tip_radius**2 - (across * y[0]) ** 2) - x[0]
+    depth = tooth.root_radius - tooth.outward * base_section_depth(tooth) - x[-1]
+    t = 1.0 - np.abs(across)
+    bow = (1.0 - share) * at_tip + share * depth * (t + t**2 - t**3)
+    return np.stack([x[:, None] + bow, y[:, None] * across], axis=2)
+
+
+def even_columns(rows: int, columns: int) -> Array:
+    """Places across (rows, columns) at equal steps, symmetric to the last digit."""
+    places = np.linspace(-1.0, 1.0, columns)
+    return np.tile(0.5 * (places - places[::-1]), (rows, 1))
+
+
+def graded(rows: int, growth: float) -> Array:
+    """Shares (rows + 1,) from 0 to 1 of steps that grow by a ratio."""
+    steps = growth ** np.arange(rows)
+    return np.concatenate([[0.0], np.cumsum(steps) / steps.sum()])
+
+
+def quads_of(grid: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Quadrilaterals (…, 4) of a grid of node numbers (…, rows, columns)."""
+    corners = (grid[..., :-1, :-1], grid[..., 1:, :-1], grid[..., 1:, 1:], grid[..., :-1, 1:])
+    return np.stack(corners, axis=-1).reshape(-1, 4)
+
+
+def counter_clockwise(points: Array, quads: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Quadrilaterals (m, 4) over points (n, 2), turned round where they run clockwise."""
+    at = points[quads]
+    d1, d2 = at[:, 2] - at[:, 0], at[:, 3] - at[:, 1]
+    clockwise = d1[:, 0] * d2[:, 1] - d1[:, 1] * d2[:, 0] < 0.0
+    return np.where(clockwise[:, None], quads[:, ::-1], quads)
+
+
+Ints = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class SectionDivisions:
+    """Number of elements: across the tooth, along involute and root, from base section to edge."""
+
+    tooth: int
+    flank: int
+    fillet: int
+    rim: int
+
+    @property
+    def around(self) -> int:
+        """Columns of one tooth sector."""
+        return self.tooth + 1
+
+
+@dataclass(frozen=True)
+class ToothedSection:
+    """Quadrilaterals in the transverse plane; walls along z over edges have outward normals.
+
+    radius, angle: (n,) m, rad; quads: (m, 4) counter-clockwise; tooth_lines: "flank" (-θ side),
+    "backflank" (+θ side), "root" (base section) -> (z, k, 2) node ids; rim: (k, 2) the rim's edge;
+    holes: (n_b, k, 2) or empty.
+    """
+
+    radius: Array
+    angle: Array
+    quads: Ints
+    tooth_lines: dict[str, Ints]
+    rim: Ints
+    holes: Ints = field(default_factory=lambda: np.zeros((0, 0, 2), dtype=np.int64))
+
+    @property
+    def points(self) -> Array:
+        """(n, 2) m."""
+        return np.column_stack([self.radius * np.cos(self.angle), self.radius * np.sin(self.angle)])
+
+
+def toothed_section(
+    tooth: ToothGeometry, rim_radius: float, divisions: SectionDivisions, growth: float = 1.0
+) -> ToothedSection:
+    """Structured section between the teeth's tips and a circle of nodes equally spaced.
+
+    growth: ratio of successive radial element sizes away from the base section.
+    """
+    block = _sector(tooth, rim_radius, divisions, growth)
+    (rows, columns), teeth = block.shape[:2], np.arange(tooth.teeth)
+    radius = np.hypot(block[..., 0], block[..., 1])
+    radius[-1] = rim_radius
+    angle = np.arctan2(block[..., 1], block[..., 0])
+    node = np.arange(tooth.teeth * rows * columns).reshape(-1, rows, columns)
+    base = divisions.flank + divisions.fillet
+    land = np.stack([node[:, base:, -1], np.roll(node, -1, axis=0)[:, base:, 0]], axis=2)
+    quads = np.concatenate([quads_of(node), quads_of(land)])
+
+    def lines(nodes: Ints) -> Ints:
+        """Edges (z, k, 2) between neighbours in z rows of k + 1 nodes."""
+        ends = [nodes[:, :-1], nodes[:, 1:]]
+        return np.stack(ends if tooth.internal else ends[::-1], axis=2)
+
+    flank = slice(divisions.flank + 1)
+    following = np.concatenate([node[:, -1], np.roll(node[:, -1, :1], -1, axis=0)], axis=1)
+    section = ToothedSection(
+        np.tile(radius.ravel(), tooth.teeth),
+        (angle.ravel() + tooth.pitch_angle * teeth[:, None]).ravel(),
+        quads,
+        {
+            "flank": lines(node[:, flank, 0]),
+            "backflank": lines(node[:, flank, -1])[..., ::-1],
+            "root": lines(node[:, base]),
+        },
+        lines(following).reshape(-1, 2),
+    )
+    return replace(section, quads=counter_clockwise(section.points, quads))
+
+
+def _sector(tooth: ToothGeometry, rim_radius: float, div: SectionDivisions, growth: float) -> Array:
+    """Points (rows + rim + 1, tooth + 1, 2) m of the tooth on the x axis, from tip to root, and of
+    the rim below it."""
+    profile = tooth_profile(tooth, div.flank, div.fillet)
+    block = tooth_block(profile, even_columns(len(profile.points), div.tooth + 1))
+    half = tooth.pitch_angle * div.tooth / div.around / 2.0 * even_columns(1, div.tooth + 1)[0]
+    foot = rim_radius * np.column_stack([np.cos(half), np.sin(half)])
+    down = graded(div.rim, growth)[1:, None, None]
+    return np.concatenate([block, block[-1] + down * (foot - block[-1])])
+
+
+def with_bolt_holes(
+    inner: ToothedSection,
+    outer_radius: float,
+    bolt_angles: Array,
+    bolt_circle_radius: float,
+    hole_radius: float,
+    rows: tuple[int, int, int],
+    where: str = "case",
+) -> ToothedSection:
+    """Continue a toothed section outward through the bolt holes to the outer radius.
+
+    inner: its outer circle becomes the inner border of the blocks; bolt_angles (n_b,) rad;
+    rows: (block, outside the block, O-grid rings).
+    """
+    block_rows, outer_rows, rings = rows
+    start = _ordered(inner)
+    columns = len(start)
+    low = float(inner.radius[start[0]])
+    high = min(2.0 * bolt_circle_radius - low, outer_radius)
+    if high > outer_radius - 0.3 * hole_radius:
+        high, outer_rows = outer_radius, 0
+    radii = np.concatenate(
+        [
+            np.linspace(low, high, block_rows + 1)[1:],
+            np.linspace(high, outer_radius, outer_rows + 1)[1:],
+        ]
+    )
+    n = len(inner.radius)
+    angles = inner.angle[start]
+    radius = np.concatenate([inner.radius, np.repeat(radii, columns)])
+    angle = np.concatenate([inner.angle, np.tile(angles, len(radii))])
+    node = np.vstack([start, n + np.arange(len(radii) * columns).reshape(-1, columns)])
+    ahead = np.roll(node, -1, axis=1)
+    grid = np.stack([node[:-1], node[1:], ahead[1:], ahead[:-1]], axis=2)  # (row, column, 4)
+
+    column = 2.0 * pi / columns * bolt_circle_radius
+    # wide enough for a hole that is half a column off the block's middle
+    across = max(round((high - low) / column), ceil(1.0 + 2.6 * hole_radius / column))
+    first = _first_columns(bolt_angles - angles[0], columns, across, where)
+    solid = np.ones((len(radii), columns), dtype=bool)
+    new_xy, new_quads, holes, total = [], [], [], len(radius)
+    xy = np.column_stack([radius * np.cos(angle), radius * np.sin(angle)])
+    for k, at in enumerate(first):
+        inside = (at + np.arange(across)) % columns
+        solid[:block_rows, inside] = False
+        cols = (at + np.arange(across + 1)) % columns
+        block = node[: block_rows + 1, cols]
+        border = np.concatenate(  # counter-clockwise from the inner far corner
+            [block[0, ::-1][:-1], block[:-1, 0], block[-1, :-1], block[::-1, -1][:-1]]
+        )
+        centre = bolt_circle_radius * np.array([np.cos(bolt_angles[k]), np.sin(bolt_angles[k])])
+        grid_xy, layers = _o_grid(xy[border], border, centre, hole_radius, rings, total)
+        new_xy.append(grid_xy)
+        total += len(grid_xy)
+        new_quads += [
+            np.column_stack([outside, np.roll(outside, -1), np.roll(within, -1), within])
+            for outside, within in pairwise(layers)
+        ]
+        # the wall's outward normal points to the bolt's axis: clockwise round the hole
+        holes.append(np.column_stack([np.roll(layers[-1], -1), layers[-1]]))
+    added = np.concatenate(new_xy)
+    radius = np.concatenate([radius, np.hypot(added[:, 0], added[:, 1])])
+    angle = np.concatenate([angle, np.arctan2(added[:, 1], added[:, 0])])
+    quads = np.concatenate([inner.quads, grid[solid], *new_quads])
+    used, quads = np.unique(quads, return_inverse=True)
+    number = np.full(len(radius), -1, dtype=np.int64)
+    number[used] = np.arange(len(used))
+    return ToothedSection(
+        radius[used],
+        angle[used],
+        quads.reshape(-1, 4),
+        {name: number[ids] for name, ids in inner.tooth_lines.items()},
+        number[np.column_stack([node[-1], ahead[-1]])],
+        number[np.stack(holes)],
+    )
+
+
+def _first_columns(angles: Array, columns: int, across: int, where: str) -> Ints:
+    """First column (n_b,) of the block round each bolt; angles (n_b,) rad, from column 0 on."""
+    first = np.round(angles / (2.0 * pi / columns) - across / 2.0).astype(np.int64)
+    spacing = np.diff(np.sort(first % columns), append=np.min(first % columns) + columns)
+    if len(angles) > 1 and spacing.min() < across:
+        raise InputError(
+            where,
+            "stage.ring.fe.bolts.number",
+            "the bolt holes are too close to each other for the FE mesh",
+            "use fewer or thinner bolts, or stage.ring.fe.bolts.holes = false",
+        )
+    return first
+
+
+def _o_grid(
+    around: Array, border: Ints, centre: Array, radius: float, rings: int, first: int
+) -> tuple[Array, list[Ints]]:
+    """Places (rings b, 2) of new nodes from a block's border to a hole, and the numbers (b,) of all
+    rings of nodes from the border inward; new ones count from ``first``.
+
+    around: places (b, 2) of the border's nodes; centre, radius: of the hole, m.
+    """
+    spoke = around - centre
+    on_hole = centre + radius * spoke / np.linalg.norm(spoke, axis=1)[:, None]
+    shares = np.arange(1, rings + 1) / rings
+    places = [(1.0 - t) * around + t * on_hole for t in shares]
+    numbers = first + np.arange(rings * len(border)).reshape(rings, -1)
+    return np.concatenate(places), [border, *numbers]
+
+
+def _ordered(section: ToothedSection) -> Ints:
+    """Nodes of the section's outer circle, counter-clockwise."""
+    follows = dict(section.rim.tolist())
+    at = first = int(section.rim[0, 0])
+    nodes = []
+    while True:
+        nodes.append(at)
+        at = follows[at]
+        if at == first:
+            return np.array(nodes, dtype=np.int64)
