@@ -21,9 +21,7 @@ from flexgear.model.errors import FlexgearError
 from flexgear.model.names import BodyName, MemberName
 from flexgear.model.units import RPM
 from flexgear.results.labelled_dataset import groups_in
-from flexgear.views.campbell_chart import campbell_chart
 from flexgear.views.dense import close_up, draw, is_dense, orbit, say_envelope
-from flexgear.views.mode_charts import modes_chart
 from flexgear.views.select import variable
 from flexgear.views.style import (
     KILO,
@@ -39,15 +37,6 @@ from flexgear.views.style import (
 
 if TYPE_CHECKING:
     from flexgear.gears.power_flow import PowerFlow
-
-__all__ = [
-    "campbell_chart",
-    "displacements_chart",
-    "gear_mesh_forces",
-    "modes_chart",
-    "power_flow_chart",
-    "sharing_chart",
-]
 
 MEMBER_COLOURS = {
     "sun": "#D55E00",
