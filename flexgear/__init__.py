@@ -21,14 +21,14 @@ TYPE_CHECKING = False  # as in typing, which takes a while to load
 if TYPE_CHECKING:
     from typing import Any
 
+    from flexgear.face.accessor import Comparison as Comparison
+    from flexgear.face.accessor import compare as compare
     from flexgear.face.blocks import contact_paths as contact_paths
     from flexgear.face.blocks import geometry as geometry
     from flexgear.face.blocks import pair_stiffness as pair_stiffness
     from flexgear.face.blocks import reduce_mesh as reduce_mesh
     from flexgear.face.case import Case as Case
     from flexgear.face.case import load_case as load_case
-    from flexgear.face.comparison import Comparison as Comparison
-    from flexgear.face.comparison import compare as compare
     from flexgear.face.model import Model as Model
     from flexgear.face.runs import Run as Run
     from flexgear.face.runs import read_run as read_run
@@ -53,8 +53,8 @@ _HOME = {
     "Run": "flexgear.face.runs",
     "read_run": "flexgear.face.runs",
     "report": "flexgear.face.runs",
-    "Comparison": "flexgear.face.comparison",
-    "compare": "flexgear.face.comparison",
+    "Comparison": "flexgear.face.accessor",
+    "compare": "flexgear.face.accessor",
     "FlexgearError": "flexgear.model.errors",
     "InputError": "flexgear.model.errors",
     "geometry": "flexgear.face.blocks",

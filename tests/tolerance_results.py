@@ -7,7 +7,7 @@ import json
 import numpy as np
 
 from flexgear.model.names import GearMeshName
-from flexgear.results.dataset import provenance
+from flexgear.results.dataset_file import provenance
 from flexgear.results.tolerance_dataset import tolerance_dataset
 
 GROUPS = (("stage_1", "ring", 3), ("stage_1", "sun", 3), ("stage_2", "ring", 4))

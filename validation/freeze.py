@@ -33,7 +33,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 import flexgear as fg
-from flexgear.cli.check_sections import derived
+from flexgear.cli.case_commands import derived
 from flexgear.model.bundled import bundled_cases
 from flexgear.solve.model import assemble
 from flexgear.solve.modes import modes

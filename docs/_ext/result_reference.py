@@ -4,9 +4,9 @@ from pathlib import Path
 
 from sphinx.application import Sphinx
 
-from flexgear.results.result_coordinates import RESULT_COORDINATES
+from flexgear.results.quantities import RESULT_COORDINATES
 from flexgear.results.result_quantities import RESULT_QUANTITIES
-from flexgear.results.summary_keys import KEYS
+from flexgear.results.summary import KEYS
 from flexgear.solve.headlines import HEADLINES
 
 HEAD = """# Variables and figures of results

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
+from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
@@ -21,8 +24,7 @@ from flexgear.cli.analysis_views import (
     show_transient,
     transient_figures,
 )
-from flexgear.cli.display import Report, present, progress, warn
-from flexgear.cli.long_runs import Save, run_sinks, saved_names
+from flexgear.cli.display import Report, present, progress, size_text, warn
 from flexgear.cli.options import AsJson, CaseName, Quiet, Rigid, Settings, read_case, rigid_parts
 from flexgear.cli.outputs import Force, OutFile, claim_file
 from flexgear.coupling.pace import too_coarse
@@ -30,12 +32,18 @@ from flexgear.gears.power_flow import power_flow
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
 from flexgear.model.units import RPM
-from flexgear.results.energy_balance import energy_account, largest_residual
+from flexgear.results.dataset_file import chosen, dataset_file
 from flexgear.results.origin import origin_of_case
+from flexgear.results.result_quantities import RESULT_QUANTITIES
 from flexgear.results.settling import WindowedRanges, window_edges, window_of
-from flexgear.results.sinks import Ranges, Several
+from flexgear.results.sinks import Coming, DatasetSink, Ranges, Several
 from flexgear.results.summary import finite, sharing_summary_of
-from flexgear.results.time_figures import distance_summary, force_ranges
+from flexgear.results.time_figures import (
+    distance_summary,
+    energy_account,
+    force_ranges,
+    largest_residual,
+)
 from flexgear.solve.angles import lead_angles
 from flexgear.solve.bodies import reduced_bodies, rigid_bodies
 from flexgear.solve.campbell import campbell as over_speed
@@ -240,3 +248,58 @@ def _figures(model: Model, run: TimedRun, rest: Ranges) -> dict[str, Any]:
         "load_sharing": sharing_summary_of(run.data),
         "distance_from_axis_um_max": distance_summary(most["axis_distance"]),
     }
+
+
+Save = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--save", metavar="NAME", help="Variable to write to --out; repeatable. All if left out."
+    ),
+]
+Say = Callable[[str], None]
+
+
+def saved_names(save: Sequence[str] | None, out: Path | None) -> list[str]:
+    """Names of ``--save``; InputError for one that no run has, and where nothing is written."""
+    names = [n.strip() for text in save or [] for n in text.split(",") if n.strip()]
+    if names and out is None:
+        raise InputError("--save", names[0], "has no file to go to", "add --out FILE")
+    for name in names:
+        if name not in RESULT_QUANTITIES:
+            raise InputError("--save", name, "is not a variable", "e.g. gear_mesh_force")
+    return names
+
+
+@contextlib.contextmanager
+def run_sinks(out: Path | None, names: Sequence[str], quiet: bool) -> Iterator[list[DatasetSink]]:
+    """Sinks that say what is coming and write it to ``out``, which is there when the block ends."""
+    watchers: list[DatasetSink] = [] if quiet else [Forecast(out, names)]
+    if out is None:
+        yield watchers
+        return
+    with dataset_file(out, names) as file:
+        yield [*watchers, file]
+
+
+class Forecast:
+    """A sink that says how much is coming, on stderr, and keeps nothing."""
+
+    def __init__(self, out: Path | None, names: Sequence[str]) -> None:
+        self._out, self._names = out, names
+
+    def begin(self, coming: Coming) -> None:
+        """Say it."""
+        typer.echo(f"transient: {self._size_text(coming)}", err=True)
+
+    def append(self, data: object) -> None:
+        """It was said before."""
+
+    def finish(self, last: object) -> None:
+        """It was said before."""
+
+    def _size_text(self, coming: Coming) -> str:
+        parts = [f"{coming.samples} samples"]
+        if self._out is not None:
+            written = Coming(chosen(coming.pattern, self._names), coming.samples)
+            parts.append(f"{size_text(written.size)} in {self._out} before compression")
+        return ", ".join(parts)

@@ -17,7 +17,7 @@ from flexgear.cli.display import as_json_text, key_table, shown, table
 from flexgear.cli.outputs import save_or_rescue
 from flexgear.model.names import GEAR_MESH, PLANET_PASS, SHAFT, BodyName
 from flexgear.model.units import RPM
-from flexgear.results.dataset import save
+from flexgear.results.dataset_file import save
 from flexgear.results.flanks import GEARS, flank_names
 from flexgear.results.harmonics import radial_harmonics, star_angle
 from flexgear.results.report.sharing import DEFINITION

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
+import numpy as np
 import typer
 
-from flexgear.cli.check_sections import Sections, derived, with_reasons
 from flexgear.cli.display import as_json_text, present, table, warn
 from flexgear.cli.options import AsJson, CaseName, Settings, read_case
 from flexgear.cli.outputs import (
@@ -21,17 +22,28 @@ from flexgear.cli.outputs import (
     folder_named,
     with_schema,
 )
+from flexgear.coupling.build import build_system, rigid_system
+from flexgear.coupling.pace import case_pace, pace_sections
+from flexgear.coupling.port_machines import machine_words
 from flexgear.files.atomic import file_target, staged_folder, write_bytes, write_json
+from flexgear.gears.bearing_life import planet_bearing_life_hours
 from flexgear.gears.implausible import implausible
-from flexgear.gears.power_flow import power_flow
+from flexgear.gears.power_flow import PowerFlow, power_flow
+from flexgear.gears.radii import stage_radii
+from flexgear.gears.report import case_reports
+from flexgear.gears.stage_flow import StageFlow
 from flexgear.model.bundled import bundled_cases, bundled_text
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
 from flexgear.model.input_file import MOST_CASE, read_bytes, read_text
 from flexgear.model.load import load_case
 from flexgear.model.schema import json_schema
+from flexgear.model.units import RPM
 from flexgear.model.upgrade import upgraded
 from flexgear.results.origin import origin_of_case
+from flexgear.results.report.key_words import row_of
+from flexgear.results.report.wording import with_unit
+from flexgear.solve.angles import StageMotion, stage_motions
 
 
 def check(
@@ -156,7 +168,155 @@ def schema(
 
 
 def _summary_schema() -> dict[str, Any]:
-    from flexgear.results import summary_keys
+    from flexgear.results import summary
     from flexgear.solve.headlines import rows_schema
 
-    return summary_keys.json_schema({"headlines": rows_schema()})
+    return summary.json_schema({"headlines": rows_schema()})
+
+
+ROUNDING = 1e-9
+Sections = dict[str, dict[str, Any]]
+
+
+def derived(case: Case) -> Sections:
+    """All derived figures by section. InputError or FlexgearError for a train that cannot run."""
+    flow = power_flow(case)
+    running = {} if case.output is None else _running(case, flow)
+    return {
+        **{
+            f"{stage} {name}".strip(): section
+            for stage, report in case_reports(case).items()
+            for name, section in report.items()
+        },
+        "speeds_rpm": {m: w * RPM for m, w in flow.speed.items()},
+        **running,
+        **_rayleigh(case),
+        "system": _system(case),
+        "case": {"name": case.name, "content_hash": case.content_hash()},
+    }
+
+
+def _running(case: Case, flow: PowerFlow) -> Sections:
+    """What follows from torques and speeds: members, stages, the whole train."""
+    motions, sections = stage_motions(case, flow), _members(flow)
+    lives = planet_bearing_life_hours(case, flow)
+    for stage, motion in zip(flow.stages, motions, strict=True):
+        before = f"{stage.name} " if len(flow.stages) > 1 else ""
+        rows = _stage(case, stage, motion)
+        if math.isfinite(lives.get(stage.name, math.inf)):
+            rows["nominal_planet_bearing_life_h"] = lives[stage.name]
+        sections[f"{before}running"] = rows
+    sections["machines"] = dict(machine_words(case))
+    sections["power"] = {
+        "independent_speeds": flow.mobility,
+        "input_power_w": flow.input_power,
+        "circulating_power_w": flow.circulating_power,
+    }
+    sections |= pace_sections(case_pace(case), case.solver)
+    return sections
+
+
+def _members(flow: PowerFlow) -> Sections:
+    """Torque by the rest of the train and power into the stage, of every member."""
+    return {
+        "torques_on_the_stages_nm": dict(flow.branch_torque),
+        "powers_into_the_stages_w": dict(flow.branch_power),
+        "torques_from_outside_nm": dict(flow.torque),
+    }
+
+
+def _stage(case: Case, stage: StageFlow, motion: StageMotion) -> dict[str, Any]:
+    rows: dict[str, Any] = {
+        "gear_mesh_frequency_hz": stage.gear_mesh_frequency,
+        "rolling_power_w": stage.stage_power,
+        "circulating_power_w": stage.circulating_power,
+    }
+    if stage.kind == "parallel":
+        rows["gear_mesh_force_n"] = abs(stage.sun_gear_mesh_force)
+        rows["tangential_force_n"] = abs(stage.sun_working_force)
+    else:
+        rows |= {
+            "sun_gear_mesh_force_n": abs(stage.sun_gear_mesh_force),
+            "ring_gear_mesh_force_n": abs(stage.ring_gear_mesh_force),
+            "sun_tangential_force_n": abs(stage.sun_working_force),
+            "ring_tangential_force_n": abs(stage.ring_working_force),
+            "planet_speed_rpm": stage.planet_speed * RPM,
+            "planet_speed_in_carrier_rpm": stage.planet_relative_speed * RPM,
+            "planet_bearing_force_n": stage.planet_bearing_force,
+            "planet_bearing_force_direction_deg": math.degrees(_direction(case, stage)),
+        }
+    cycle = motion.cycle
+    rows["error_cycle_gear_meshes"] = cycle.gear_meshes
+    rows["error_cycle_turns"] = float(cycle.turns)
+    if math.isfinite(motion.error_period):
+        rows["error_cycle_s"] = motion.error_period
+    return rows
+
+
+def _direction(case: Case, stage: StageFlow) -> float:
+    """Direction of the force on a pin, rad from radial outward in the sense of rotation.
+
+    Teeth push a planet outward at the sun and inward at the ring, whichever flanks carry.
+    """
+    radii = stage_radii(case.view(stage.name))
+    outward = abs(stage.sun_gear_mesh_force) * math.sin(radii.sun_angle)
+    inward = abs(stage.ring_gear_mesh_force) * math.sin(radii.ring_angle)
+    tangential = abs(stage.sun_gear_mesh_force) * math.cos(radii.sun_angle)
+    tangential += abs(stage.ring_gear_mesh_force) * math.cos(radii.ring_angle)
+    sense = math.copysign(1.0, -stage.planet_bearing_tangential)
+    return math.atan2(sense * tangential, outward - inward)
+
+
+def _rayleigh(case: Case) -> Sections:
+    """What Rayleigh damping, which is that of springs and masses, does not act on: rotations of
+    gears against each other that nothing but teeth resists."""
+    if case.damping.kind != "rayleigh":
+        return {}
+    system = rigid_system(case)
+    loose = system.rigid.shape[1] - system.rolling.shape[1]
+    if not loose:
+        return {}
+    moves = {
+        body.name: np.abs(system.rigid[system.slice_of(body.name)]).max(initial=0.0)
+        for body in system.bodies
+    }
+    turning = [name for name, size in moves.items() if size > ROUNDING * max(moves.values())]
+    ratios = {stage.name: stage.gear_mesh.damping_ratio for stage in case.stages}
+    key = "gear_mesh.damping_ratio"
+    acts = ", ".join(f"{name}.{key} = {ratio:g}" for name, ratio in ratios.items())
+    return {
+        "rayleigh_damping": {
+            "rayleigh_acts_on": "what bearings, supports, shafts and bodies give way",
+            "rayleigh_leaves_undamped": f"{loose} motion{'s' * (loose > 1)} in which only teeth "
+            f"hold {', '.join(turning)} against each other",
+            "damping_there": f"that of the teeth alone, {acts}",
+        }
+    }
+
+
+def _system(case: Case) -> dict[str, Any]:
+    """Bodies and degrees of freedom; flexible stages are only named, as they take minutes."""
+    if case.flexible_stages:
+        return {"flexible_stages": list(case.flexible_stages)}
+    system = build_system(case)
+    return {
+        "bodies": len(system.bodies),
+        "degrees_of_freedom": system.size,
+        "gear_meshes": len(system.gear_meshes),
+        "gyroscopic": system.gyroscopic is not None,
+        "free_vibration": case.output is None,
+    }
+
+
+def with_reasons(sections: Sections) -> Sections:
+    """For people: what a solver's figure follows from stands behind it, where it is not given."""
+    reasons = sections.get("solver_reasons", {})
+    rows = {}
+    for key, value in sections.get("solver", {}).items():
+        row = row_of(key, value)
+        reason = next((why for name, why in reasons.items() if key.startswith(name)), "")
+        rows[key] = with_unit(row.value, row.unit) + (f"   ({reason})" if reason else "")
+    shown = {
+        name: rows if name == "solver" else section_rows for name, section_rows in sections.items()
+    }
+    return {name: section_rows for name, section_rows in shown.items() if name != "solver_reasons"}

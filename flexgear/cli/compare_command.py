@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import itertools
 import math
+import tempfile
 from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
 import typer
 
-from flexgear.cli.compare_runs import compare_runs
 from flexgear.cli.display import present, progress, warn
 from flexgear.cli.options import (
     AsJson,
@@ -20,12 +20,16 @@ from flexgear.cli.options import (
     read_case,
     require_flexible,
 )
-from flexgear.cli.outputs import Force, Interactive, file_option
+from flexgear.cli.outputs import Force, Interactive, claim_file, file_option
+from flexgear.cli.pictures import Sheet, drawn_side, imported
 from flexgear.coupling.system import variant_label
 from flexgear.model.case import Case
+from flexgear.model.errors import InputError
 from flexgear.results.flanks import tooth_loads
+from flexgear.results.origin import Origin
 from flexgear.results.report.sharing import DEFINITION
 from flexgear.results.report.wording import factor, titled_by_stage
+from flexgear.results.run_folder import Folder, complete, read_folder
 from flexgear.results.stage_part import displacement_of, stage_part
 from flexgear.results.time_figures import sharing_summary
 from flexgear.solve.angles import lead_angles
@@ -37,6 +41,8 @@ from flexgear.solve.run_transients import is_static
 from flexgear.solve.static import static
 from flexgear.studies.compare import against as side_by_side
 from flexgear.studies.compare import compare_sharing
+from flexgear.studies.early_workers import EarlyWorkers
+from flexgear.views.report import Side, write_report
 
 COLUMNS = {"instantaneous": "K", "mean-based": "mean-based", "cycle-based": "cycle-based"}
 POSITIONS = 40
@@ -172,3 +178,44 @@ def _sharing(case: Case, cycles: int | None, as_json: bool, quiet: bool) -> None
 
 def _cell(value: float | None) -> str:
     return f"{'–' if value is None else factor(value):>12}"
+
+
+PAGE = Path("comparison.html")
+
+
+def compare_runs(
+    first: str, second: str, out: Path | None, interactive: bool, force: bool, quiet: bool
+) -> None:
+    """Write the report of two folders of runs and say where it is."""
+    folders = [_folder(name) for name in (first, second)]
+    runs = [read_folder(folder) for folder in folders]
+    target = PAGE if out is None else out
+    if target.suffix != ".html":
+        raise InputError("--out", str(target), "is no page", "name a file that ends in .html")
+    names = " against ".join(run.case.name for run in runs)
+    claim_file(target, Origin(names), force)
+    with (
+        EarlyWorkers(True, imported) as workers,
+        tempfile.TemporaryDirectory(prefix="flexgear-") as place,
+    ):
+        sides = [
+            _side(run, Sheet(folder, Path(place) / str(k)), workers, quiet)
+            for k, (run, folder) in enumerate(zip(runs, folders, strict=True))
+        ]
+        write_report(target, names, names, sides, interactive)
+    typer.echo(f"compared {first} (A) with {second} (B) in {target}")
+
+
+def _folder(name: str) -> Path:
+    """The folder of a run; InputError where it is none."""
+    if not Path(name).is_dir():
+        problem = "is no folder of a run"
+        remedy = "name two folders that `flexgear run` wrote, or a case alone"
+        raise InputError("compare", name, problem, remedy)
+    return Path(name)
+
+
+def _side(content: Folder, sheet: Sheet, workers: EarlyWorkers, quiet: bool) -> Side:
+    """One run's side of the page."""
+    with complete(sheet.source), progress(quiet) as report:
+        return drawn_side(content, sheet, report, workers)[0]

@@ -11,8 +11,8 @@ import numpy as np
 import typer
 
 from flexgear.cli.body_commands import Component, components
-from flexgear.cli.commands import without_collection
 from flexgear.cli.display import as_json_text, progress
+from flexgear.cli.entry import without_collection
 from flexgear.cli.options import AsJson, CaseName, Quiet, Settings, read_case
 from flexgear.cli.outputs import file_option, folder_named, with_schema
 from flexgear.files.atomic import file_target, folder_target, staged_folder, write_bytes

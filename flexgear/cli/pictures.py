@@ -12,8 +12,7 @@ from typing import Any
 from flexgear.cli.display import Report
 from flexgear.gears.power_flow import PowerFlow
 from flexgear.model.case import Case
-from flexgear.results.report.case_rows import case_tables
-from flexgear.results.report.tables import tables
+from flexgear.results.report.tables import case_tables, tables
 from flexgear.results.report.wording import stage_line, with_unit, words
 from flexgear.results.run_folder import Folder, read_folder
 from flexgear.solve.headlines import verdicts

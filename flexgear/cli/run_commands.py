@@ -25,7 +25,7 @@ from flexgear.cli.outputs import (
 from flexgear.files.atomic import staged_folder, write_json
 from flexgear.gears.power_flow import PowerFlow
 from flexgear.model.case import Case
-from flexgear.results.dataset import save
+from flexgear.results.dataset_file import save
 from flexgear.results.origin import origin_of_case
 from flexgear.results.report.parts import MARKS, Verdict
 from flexgear.results.report.wording import with_unit

@@ -24,7 +24,7 @@ from flexgear.files.atomic import staged_folder, write_json
 from flexgear.model.case import Case
 from flexgear.model.errors import FlexgearError
 from flexgear.results.origin import origin_of_case
-from flexgear.results.report.case_rows import case_tables
+from flexgear.results.report.tables import case_tables
 from flexgear.results.report.tolerance_tables import SECTION, tolerance_tables, tolerance_verdicts
 from flexgear.results.tolerance_dataset import save_tolerance, tolerance_summary
 from flexgear.studies.tolerance import finished, forget

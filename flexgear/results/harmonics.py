@@ -1,16 +1,12 @@
-"""Radial harmonics of a ring: what its star is made of.
-
-u_r(φ_j) = u_x cos φ_j + u_y sin φ_j at equally spaced angles φ_j = 2πj/z + φ_0, and
-
-    u_r(φ) = Σ_n |c_n| cos(n φ − arg c_n),   c_n = (2/z) Σ_j u_r(φ_j) e^{i n φ_j}   (c_0: 1/z).
-
-A star that turns by θ has arg(c_n)/n growing by θ, modulo 2π/n.
-"""
+"""Fourier series of results: shape of a ring, spectra of forces, orders of transmission errors."""
 
 from __future__ import annotations
 
 import numpy as np
+import xarray as xr
 from numpy.typing import ArrayLike, NDArray
+
+from flexgear.results.labelled_dataset import coordinate, groups_in, variable
 
 Array = NDArray[np.float64]
 
@@ -53,3 +49,77 @@ def angle_difference(a: ArrayLike, b: ArrayLike, order: int) -> Array:
     period = 2 * np.pi / order
     difference = np.asarray(a, dtype=float) - np.asarray(b, dtype=float)
     return np.asarray(np.mod(difference + period / 2, period) - period / 2)
+
+
+MOST = 2**17  # samples that are looked at, the last ones
+HIGHEST = 10.5  # order
+
+
+def amplitudes(values: ArrayLike, step: float) -> tuple[Array, Array]:
+    """Frequencies (f,) in Hz and amplitudes (..., f) of histories (..., t) sampled every step,
+    s."""
+    x = np.asarray(values, dtype=float)
+    window = np.hanning(x.shape[-1] + 2)[1:-1]
+    spectrum = np.abs(np.fft.rfft((x - x.mean(axis=-1, keepdims=True)) * window, axis=-1))
+    hz = np.fft.rfftfreq(x.shape[-1], step).astype(float)
+    return hz, np.asarray(2 * spectrum / window.sum())
+
+
+def force_spectra(data: xr.Dataset, stage: str, frequency: float) -> xr.Dataset:
+    """Spectra of the gear-mesh forces of a stage's first planet in a settled transient.
+
+    Variable amplitude (gear_mesh, order) in N by kind and side, attribute mean_n; frequency: of the
+    gear mesh, Hz.
+    Orders go as far as the samples tell, 10 at most.
+    """
+    last = data.isel(time=slice(-MOST, None))
+    first_planet = np.flatnonzero((last["stage"] == stage) & (last["planet"] == 1))
+    forces = last["gear_mesh_force"].isel(gear_mesh=first_planet).transpose("gear_mesh", "time")
+    force = forces.to_numpy()
+    time = last["time"].to_numpy()
+    hz, amplitude = amplitudes(force, float(time[-1] - time[0]) / (len(time) - 1))
+    order = hz / frequency
+    in_range = (order > 0) & (order <= HIGHEST)
+    return xr.Dataset(
+        {"amplitude": (("gear_mesh", "order"), amplitude[:, in_range], {"units": "N"})},
+        {"gear_mesh": [g.part for g in groups_in(forces)], "order": order[in_range]},
+        {"mean_n": float(np.abs(force).mean())},
+    )
+
+
+ERRORS = ("transmission_error", "unloaded_transmission_error")
+
+
+def positions_for(orders: int) -> int:
+    """Least positions of a gear-mesh cycle for so many orders, a mean and a slope."""
+    return 2 * orders + 4
+
+
+def order_amplitudes(phase: Array, values: Array, orders: int) -> Array:
+    """Amplitudes (N,) of orders 1 … N; phase (p,) in cycles, values (p,) m."""
+    cycle = np.floor(phase + 1e-9).astype(int)
+    inside = 2.0 * np.pi * (phase - cycle)
+    cycle_columns = (cycle[:, None] == np.unique(cycle)).astype(float)
+    waves = np.arange(1, orders + 1) * inside[:, None]
+    terms = np.hstack(
+        [np.cos(waves), np.sin(waves), cycle_columns, cycle_columns * (inside - np.pi)[:, None]]
+    )
+    coefficients = np.linalg.lstsq(terms, values, rcond=None)[0]
+    return np.hypot(coefficients[:orders], coefficients[orders : 2 * orders])
+
+
+def with_orders(data: xr.Dataset, phase: Array, orders: int) -> xr.Dataset:
+    """The dataset of equilibria with the orders of loaded and unloaded transmission errors; missing
+    of flanks that do not carry throughout. phase (p,): of the gear mesh at its positions, in
+    cycles."""
+    variables = {}
+    for name in ERRORS:
+        values = data[name].transpose("position", "flank").to_numpy()
+        amplitudes = np.full((values.shape[1], orders), np.nan)
+        for m in np.flatnonzero(np.isfinite(values).all(axis=0)):
+            amplitudes[m] = order_amplitudes(phase, values[:, m], orders)
+        variables[f"{name}_order"] = variable(f"{name}_order", amplitudes)
+    return data.assign(variables).assign_coords(
+        gear_mesh_order=coordinate("gear_mesh_order", "gear_mesh_order", np.arange(1, orders + 1)),
+        gear_mesh_phase=coordinate("gear_mesh_phase", "position", phase),
+    )

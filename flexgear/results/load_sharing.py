@@ -17,14 +17,18 @@ and cycle by cycle.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import math
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal, get_args
+from typing import Any, Literal, get_args
 
 import numpy as np
+import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from flexgear.model.errors import FlexgearError
+from flexgear.model.names import GearMeshName
+from flexgear.results.labelled_dataset import groups_of
 
 Array = NDArray[np.float64]
 Definition = Literal["instantaneous", "mean-based", "cycle-based"]
@@ -168,3 +172,184 @@ def sharing_by(
 def system_coefficient(sides: Iterable[LoadSharing]) -> float:
     """The largest coefficient of all gear meshes and sides (Ren et al. 2021, eq. 24)."""
     return max(side.coefficient for side in sides)
+
+
+DEFINITIONS: tuple[Definition, ...] = get_args(Definition)
+FEWEST = 4.0  # samples a gear-mesh cycle whose maximum is to be seen
+
+
+class RunningSharing:
+    """Coefficients of N planets that share a load. samples_per_cycle: of their gear mesh.
+
+    Windows that are closed are kept apart, so that coefficients can be of the later ones alone.
+    """
+
+    def __init__(self, planets: int, samples_per_cycle: float) -> None:
+        self._per_cycle = samples_per_cycle
+        self._senses = [_Sense(planets, sense, samples_per_cycle) for sense in (1.0, -1.0)]
+        self._sum, self._samples = 0.0, 0
+
+    def append(self, force: ArrayLike) -> None:
+        """Some samples more of the gear-mesh forces (t, N), N."""
+        f = np.asarray(force, dtype=float)
+        if not len(f):
+            return
+        self._sum += float(f.sum())
+        for sense in self._senses:
+            sense.append(f, self._samples)
+        self._samples += len(f)
+
+    def close_window(self) -> None:
+        """What comes is of the next window; a gear-mesh cycle in both counts in the later one."""
+        for sense in self._senses:
+            sense.windows.append(_Largest(sense.open.shape[1]))
+
+    def planets(self, definition: Definition, first: int = 0) -> Array:
+        """Coefficients (N,) of the planets from the window ``first`` on; NaN where there are
+        none."""
+        windows = self._senses[0 if self._sum >= 0 else 1].windows[first:]
+        largest = np.max([window.figures[definition] for window in windows], axis=0)
+        enough = definition == "instantaneous" or (
+            self._per_cycle >= FEWEST and self._samples >= self._per_cycle
+        )
+        if not (enough and all(window.loaded for window in windows) and np.isfinite(largest).all()):
+            return np.full_like(largest, math.nan)
+        return np.asarray(largest)
+
+
+class _Largest:
+    """Coefficients of one window. loaded: whether the load has the sense in every sample."""
+
+    def __init__(self, planets: int) -> None:
+        self.loaded = True
+        self.figures = {d: np.full(planets, -math.inf) for d in DEFINITIONS}
+
+    def take(self, definition: Definition, largest: Array) -> None:
+        """Look at shares of the forces (k, N) of samples or cycles."""
+        figure = planet_figures(definition, shares(largest)).max(axis=0)
+        self.figures[definition] = np.maximum(self.figures[definition], figure)
+
+
+class _Sense:
+    """Coefficients by window if the load has one sense."""
+
+    def __init__(self, planets: int, sense: float, per_cycle: float) -> None:
+        self._sense, self._per_cycle = sense, per_cycle
+        self._cycles, self.open = 0, np.zeros((0, planets))
+        self.windows = [_Largest(planets)]
+
+    def append(self, force: Array, before: int) -> None:
+        """Some samples more, of which there were some before."""
+        force, window = self._sense * force, self.windows[-1]
+        carried = carry_together(force) & (force.sum(axis=1) > 0)
+        window.loaded = window.loaded and bool(np.all(carried))
+        if window.loaded:
+            window.take("instantaneous", force)
+        if self._per_cycle < FEWEST:
+            return
+        first, held = before - len(self.open), np.concatenate([self.open, force])
+        starts = cycle_starts(before + len(force), self._per_cycle, self._cycles) - first
+        self.open = held[starts[-1] :]
+        self._cycles += len(starts) - 1
+        if window.loaded and len(starts) > 1:
+            largest = np.maximum.reduceat(held[: starts[-1]], starts[:-1], axis=0)
+            for definition in DEFINITIONS[1:]:
+                window.take(definition, largest)
+
+
+ROUNDING = 1e-9  # of the largest force of a train: below it a gear mesh carries nothing
+
+
+def without_rounding(force: ArrayLike, largest: float = 0.0) -> Array:
+    """Forces (t, G) of all gear meshes of a train, zero where they are rounding of the largest.
+
+    largest: of the loads that they are made of, N. Without torque errors may press one stage, or
+    both flanks of a gear mesh, and what others carry is left over from that.
+    """
+    f = np.asarray(force, dtype=float)
+    return np.where(np.abs(f) > ROUNDING * np.abs(f).max(initial=largest), f, 0.0)
+
+
+def sharing_histories(
+    force: ArrayLike, rated: ArrayLike, gear_meshes: Sequence[GearMeshName]
+) -> dict[str, Array]:
+    """ "load_sharing" (t, groups) and "planet_load_factor" (t, G) of forces (t, G) in N.
+
+    force: of all gear meshes; rated: (G,) mean force at rated torque. Both are NaN where
+    ``carry_together`` says no, and the latter where a gear mesh has nobody to share with.
+    """
+    f, mean = without_rounding(force), np.asarray(rated, dtype=float)
+    groups = groups_of(gear_meshes)
+    factor = np.full(f.shape, np.nan)
+    largest = np.full((len(f), len(groups)), np.nan)
+    for k, at in enumerate(groups.values()):
+        factor[:, at] = planet_load_factors(f[:, at], float(mean[at].mean()))
+        largest[:, k] = load_sharing(f[:, at], float(mean[at].mean()))
+    return {"load_sharing": largest, "planet_load_factor": factor}
+
+
+class SharingCoefficients:
+    """Coefficients of all gear meshes of a train, from forces that come piece by piece.
+
+    samples_per_cycle: by stage. What cannot be said (too few samples a cycle, no load) is NaN.
+    """
+
+    def __init__(
+        self, gear_meshes: Sequence[GearMeshName], samples_per_cycle: Mapping[str, float]
+    ) -> None:
+        self._groups = [
+            (at, RunningSharing(len(at), samples_per_cycle[group.stage]))
+            for group, at in groups_of(gear_meshes).items()
+        ]
+        self._count = len(gear_meshes)
+
+    def append(self, force: ArrayLike) -> None:
+        """Some samples more of the gear-mesh forces (t, G), N."""
+        f = without_rounding(force)
+        for at, group in self._groups:
+            group.append(f[:, at])
+
+    def close_window(self) -> None:
+        """What comes is of the next window."""
+        for _, group in self._groups:
+            group.close_window()
+
+    def coefficients(self, first: int = 0) -> dict[str, Array]:
+        """ "load_sharing_coefficient" (definitions, groups) and "planet_coefficient" (definitions,
+        G) from the window ``first`` on, "mesh_load_factor" (groups,)."""
+        planets = np.full((len(DEFINITIONS), self._count), np.nan)
+        for at, group in self._groups:
+            planets[:, at] = [group.planets(d, first) for d in DEFINITIONS]
+        largest = [planets[:, at].max(axis=1) for at, _ in self._groups]
+        assumed = [mesh_load_factor(len(at)) for at, _ in self._groups]
+        return {
+            "load_sharing_coefficient": np.reshape(largest, (-1, len(DEFINITIONS))).T,
+            "planet_coefficient": planets,
+            "mesh_load_factor": np.array([math.nan if a is None else a for a in assumed]),
+        }
+
+
+def sharing_coefficients(
+    force: ArrayLike,
+    gear_meshes: Sequence[GearMeshName],
+    samples_per_cycle: Mapping[str, float],
+) -> dict[str, Array]:
+    """``SharingCoefficients`` of forces (t, G) in N that are all there."""
+    running = SharingCoefficients(gear_meshes, samples_per_cycle)
+    running.append(force)
+    return running.coefficients()
+
+
+def sharing_figures(data: xr.Dataset, group: str) -> dict[str, Any]:
+    """Figures of one group of a dataset, for summaries: None where there is no number."""
+    of_group = data.sel(group=group)
+    figures: dict[str, Any] = {
+        str(d): _number(of_group["load_sharing_coefficient"].sel(definition=d))
+        for d in data["definition"].to_numpy()
+    }
+    figures["iec_61400_4"] = _number(of_group["mesh_load_factor"])
+    return figures
+
+
+def _number(value: xr.DataArray) -> float | None:
+    return float(value) if np.isfinite(value) else None

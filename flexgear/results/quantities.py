@@ -1,4 +1,4 @@
-"""What declares a variable of a result: dimensions, unit, meaning; names of axes.
+"""Axes of results: names, units and meanings of coordinates; what declares a variable.
 
 The first dimension is that of the samples, "time" for a transient and "position" for a series of
 equilibria; it is written here as "sample". Frames and signs are those of docs/conventions.md. Only
@@ -42,3 +42,82 @@ MISSING = "missing"  # attribute of variables that may lack values: when they do
 UNLOADED = "where the planets together carry less than 3 % of rated, or of the largest of them"
 DOFS = ("ux", "uy", "uz", "rx", "ry", "rz")
 AXES = ("x", "y", "z")
+
+
+RESULT_COORDINATES: dict[str, Coordinate] = {
+    "time": Coordinate("s", "time"),
+    "position": Coordinate("1", "number of the equilibrium position, from 0"),
+    "planet": Coordinate("1", "planet number, from 1"),
+    "slot": Coordinate("1", "place of a tooth pair among those in contact, from 1"),
+    "tooth": Coordinate("1", "ring tooth number, from 1", "tooth_stage"),
+    "axis": Coordinate("", "direction"),
+    "dof": Coordinate("", "u in m or N, r in rad or N m"),
+    "carrier_node": Coordinate("", "interface node of the carrier", "name"),
+    "bearing": Coordinate("", "bearing or support", "name"),
+    "bearing_row": Coordinate("1", "row of rollers, from 1 at -z"),
+    "tooth_angle": Coordinate("rad", "angle of the ring tooth's centre"),
+    "lead_angle": Coordinate(
+        "rad", "rotation of the first port of given speed that turns, as asked for"
+    ),
+    "turning_stage": Coordinate("", "stage, by the angle that its teeth mesh at"),
+    "flank": Coordinate(
+        "", "one flank of a gear mesh: stage, kind, side, planet, drive or coast", "flank_stage"
+    ),
+    "flank_stage": Coordinate("", "stage of the flank"),
+    "flank_kind": Coordinate("", "ring or sun"),
+    "flank_side": Coordinate("", "half of a double-helical stage"),
+    "flank_planet": Coordinate("1", "planet number, from 1"),
+    "flank_sense": Coordinate("", "drive: carries under rated torque; coast: the other"),
+    "slice": Coordinate("1", "slice of a contact line, from 1 at -z"),
+    "face": Coordinate("1", "place along the face over its width, from -1/2 at -z to 1/2"),
+    "cause": Coordinate(
+        "", "what misaligns a gear mesh: a body or bearing, errors, modified flanks"
+    ),
+    "pair_member": Coordinate(
+        "", "of a tooth pair: planet (gear of a parallel stage), or gear: its mate"
+    ),
+    "fillet": Coordinate("", "fillet of a tooth: on its -theta or +theta side"),
+    "gear_mesh_order": Coordinate("1", "order of the gear mesh, from 1"),
+    "gear_mesh_phase": Coordinate("1", "gear-mesh cycles from the first position on"),
+    "bolt": Coordinate("", "bolt of a ring", "name"),
+    "fe_coordinate_of": Coordinate("", "FE body that a coordinate belongs to", "name"),
+    "support": Coordinate(
+        "", "bearing, fit, spline, joint or other spring between two nodes", "name"
+    ),
+    "tooth_stage": Coordinate("", "stage of the ring tooth"),
+    "tooth_side": Coordinate("", "half of a double-helical ring that the tooth is of"),
+    "gauge": Coordinate("", "virtual strain gauge: stage and name", "name"),
+    "tooth_number": Coordinate("1", "number of the tooth in its ring, from 1"),
+    "gear_mesh": Coordinate("", "gear mesh of a train: stage, kind, side, planet", "stage"),
+    "stage": Coordinate("", "stage of the gear mesh"),
+    "kind": Coordinate("", "ring or sun; of a parallel stage the pinion counts as sun"),
+    "side": Coordinate("", "half of a double-helical stage: left (-z) or right"),
+    "group": Coordinate("", "gear meshes that share the load of a stage", "group_stage"),
+    "group_stage": Coordinate("", "stage of the group"),
+    "group_kind": Coordinate("", "ring or sun"),
+    "group_side": Coordinate("", "half of a double-helical stage"),
+    "body": Coordinate("", "lumped body, or node that stands for a body that bends", "name"),
+    "inertia": Coordinate("", "body that can move, with what moves inside it if it bends", "name"),
+    "member": Coordinate("", "member of a stage that turns about its axis", "name"),
+    "input_coordinate": Coordinate("", "member whose rotation is independent"),
+    "port": Coordinate("", "member where torque acts from outside"),
+    "load": Coordinate("", "load on a member, as the case lists them: number, member, frame"),
+    "direction": Coordinate("", "radial outward, tangential, axial, in the planet's axes"),
+    "definition": Coordinate("", "definition of the load sharing factor"),
+    "cycle": Coordinate("1", "evaluated gear-mesh cycle, from 1"),
+    "mode": Coordinate("1", "number of the mode, from 1"),
+    "spring": Coordinate("", "link, support, gear mesh or body that is strained"),
+    "motion": Coordinate("", "part of the kinetic energy: motion of central members, or planets"),
+    "speed_factor": Coordinate("1", "speed over rated speed"),
+    "excitation": Coordinate(
+        "", "order of a gear-mesh frequency, of a shaft's turn or of passing planets"
+    ),
+    "excitation_stage": Coordinate("", "stage that it belongs to"),
+    "excitation_kind": Coordinate("", "gear mesh, shaft or planet pass"),
+    "excitation_order": Coordinate("1", "order of the harmonic"),
+    "crossing": Coordinate("1", "number of the crossing, from 1"),
+    "meeting": Coordinate(
+        "1", "number of a mode that an excitation meets at an operating speed, from 1"
+    ),
+    "harmonic": Coordinate("Hz", "frequency of an error of gears or of a gear mesh"),
+}

@@ -22,7 +22,7 @@ from flexgear.model.stage_view import StageView
 from flexgear.results.dataset_file import reopened
 from flexgear.results.settling import settled
 from flexgear.results.stage_part import stage_part
-from flexgear.results.summary_keys import VERSION, lacking
+from flexgear.results.summary import VERSION, lacking
 
 FIELDS = "deformed_"  # how datasets of displacement fields begin
 _MOST = 256 * MEGABYTE  # of a case with a long torque series

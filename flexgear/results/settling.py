@@ -23,8 +23,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from flexgear.results.pieces import between
-from flexgear.results.sinks import TIME, Coming, Ranges
+from flexgear.results.sinks import TIME, Coming, Ranges, between
 
 Array = NDArray[np.float64]
 SHARE = 0.05  # of the peak-to-peak, by which figures may still differ from settled ones

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from flexgear.model.names import BodyName, MemberName
 from flexgear.results.load_sharing import planet_force_spread
-from flexgear.results.result_coordinates import RESULT_COORDINATES
+from flexgear.results.quantities import RESULT_COORDINATES
 
 OTHER = {"left": "right", "right": "left"}
 

@@ -13,17 +13,17 @@ from typing import Any, cast
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
+from flexgear.analysis.kernels.energy import LEFT_OVER
 from flexgear.model.errors import FlexgearError
 from flexgear.model.names import BodyName
 from flexgear.model.units import RPM
-from flexgear.results.contact_share import pairs_in_contact
 from flexgear.results.figure import ALWAYS, WITH_SECTION, Figure, values
-from flexgear.results.flanks import GEARS, carrying_pairs, flank_histories
+from flexgear.results.flanks import GEARS, carrying_pairs, flank_histories, pairs_in_contact
 from flexgear.results.harmonics import radial_harmonics
 from flexgear.results.labelled_dataset import groups_in
-from flexgear.results.pieces import ranges_of
-from flexgear.results.sinks import TIME, Ranges
+from flexgear.results.sinks import TIME, Ranges, ranges_of
 from flexgear.results.stage_part import (
     halves,
     of_kind,
@@ -281,3 +281,35 @@ def _by_label(sizes: xr.DataArray, by: float = 1.0) -> dict[str, Any]:
 
 def _number(value: xr.DataArray) -> float | None:
     return float(value) if np.isfinite(value) else None
+
+
+def energy_residual(data: xr.Dataset) -> NDArray[np.float64]:
+    """Residual (t,) over the peak elastic energy of a dataset with energy_* in J."""
+    account = energy_account(data)
+    left = account["left"].to_numpy()
+    return np.asarray((left - left[0]) / _peak(account["elastic"]))
+
+
+def energy_account(data: xr.Dataset) -> xr.Dataset:
+    """Over the samples of a dataset with energy_*: "left", what is stored less what entered, and
+    "elastic", of structure and tooth pairs, J."""
+    missing = [n for e in LEFT_OVER if (n := f"energy_{e}") not in data]
+    if missing:
+        raise FlexgearError(f"no energy balance without {', '.join(missing)}")
+    left = sum((sign * data[f"energy_{n}"] for n, sign in LEFT_OVER.items()), xr.DataArray(0.0))
+    elastic = data["energy_elastic"] + data["energy_pair_elastic"]
+    return xr.Dataset({"left": left, "elastic": elastic})
+
+
+def largest_residual(ranges: Ranges) -> float:
+    """Largest size of the residual, of ``Ranges(energy_account)``."""
+    first = float(ranges.first["left"])
+    most = max(float(ranges.largest["left"]) - first, first - float(ranges.least["left"]))
+    return most / _peak(ranges.largest["elastic"])
+
+
+def _peak(elastic: xr.DataArray) -> float:
+    peak = float(elastic.max())
+    if peak <= 0:
+        raise FlexgearError("no energy balance: the run holds no elastic energy")
+    return peak

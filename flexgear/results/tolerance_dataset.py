@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from flexgear.files.atomic import PathLike
 from flexgear.model.names import GearMeshName
 from flexgear.results import tolerance_statistics as statistics
-from flexgear.results.dataset import write_netcdf
+from flexgear.results.dataset_file import write_netcdf
 from flexgear.results.labelled_dataset import GEAR_MESH, GROUP, fields_of, groups_of
 from flexgear.results.load_sharing import mesh_load_factor
 from flexgear.results.quantities import Quantity

@@ -22,9 +22,9 @@ from flexgear.coupling.pair_data import WAVE
 from flexgear.coupling.system import System
 from flexgear.model.case import Case
 from flexgear.model.names import BodyName, NodeName
-from flexgear.results.dataset import provenance
-from flexgear.results.group_sharing import DEFINITIONS, sharing_histories
+from flexgear.results.dataset_file import provenance
 from flexgear.results.labelled_dataset import GEAR_MESH, fields_of, labelled_dataset
+from flexgear.results.load_sharing import DEFINITIONS, sharing_histories
 from flexgear.solve.angles import given_speeds
 from flexgear.solve.face_load import face_arrays, face_labels
 from flexgear.solve.model import Model, flank_name

@@ -15,8 +15,7 @@ from flexgear.analysis.transient import Transient
 from flexgear.model.errors import InputError
 from flexgear.model.names import BodyName
 from flexgear.model.read import nearest
-from flexgear.results.fields import field_dataset
-from flexgear.results.labelled_dataset import variable
+from flexgear.results.labelled_dataset import field_dataset, variable
 from flexgear.results.quantities import AXES
 from flexgear.solve.dataset import result_attrs
 from flexgear.solve.model import Model, rated_rotations

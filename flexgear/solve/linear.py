@@ -29,8 +29,8 @@ from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.pair_data import WAVE
 from flexgear.coupling.system import System
 from flexgear.model.errors import FlexgearError
-from flexgear.results.group_sharing import sharing_coefficients
 from flexgear.results.labelled_dataset import groups_of, labelled_dataset, variable
+from flexgear.results.load_sharing import sharing_coefficients
 from flexgear.results.settling import settled
 from flexgear.solve.angles import lead_speed, samples_of_stage, stage_motions
 from flexgear.solve.dataset import body_rows, result_attrs, result_labels

@@ -21,7 +21,7 @@ from flexgear.coupling.system import System
 from flexgear.gears.power_flow import PowerFlow, power_flow
 from flexgear.model.case import Case
 from flexgear.model.names import BodyName, GearMeshName
-from flexgear.results.group_sharing import without_rounding
+from flexgear.results.load_sharing import without_rounding
 from flexgear.solve.bodies import Bodies, Progress, reduced_bodies, rigid_bodies, silent
 from flexgear.solve.stresses import GaugeRows, RootTables, gauge_rows, rim_stress_rows
 

@@ -21,11 +21,9 @@ import xarray as xr
 from flexgear.coupling.pace import timed_drops
 from flexgear.model.case import Case
 from flexgear.model.errors import FlexgearError
-from flexgear.results.energy_balance import energy_account, largest_residual
 from flexgear.results.figure import values
-from flexgear.results.pieces import between, ranges_of
 from flexgear.results.settling import settled, window_of
-from flexgear.results.sinks import DatasetSink
+from flexgear.results.sinks import DatasetSink, between, ranges_of
 from flexgear.results.stage_figures import KINEMATICS, STAGE_FIGURES, StageRun
 from flexgear.results.summary import finite
 from flexgear.results.time_figures import (
@@ -36,6 +34,8 @@ from flexgear.results.time_figures import (
     StageDrop,
     SteadyRun,
     drop_summary,
+    energy_account,
+    largest_residual,
     rim_stress,
 )
 from flexgear.solve.angles import stage_motions

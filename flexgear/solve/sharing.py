@@ -15,13 +15,13 @@ from numpy.typing import NDArray
 from flexgear.analysis.equilibrium import revolution
 from flexgear.coupling.system import System
 from flexgear.model.errors import FlexgearError
-from flexgear.results.group_sharing import (
+from flexgear.results.labelled_dataset import labelled_dataset
+from flexgear.results.load_sharing import (
+    cycle_maxima,
     sharing_coefficients,
     sharing_histories,
     without_rounding,
 )
-from flexgear.results.labelled_dataset import labelled_dataset
-from flexgear.results.load_sharing import cycle_maxima
 from flexgear.solve.angles import (
     cycles_of_train,
     lead_speed,

@@ -19,11 +19,11 @@ from flexgear.gears.bearing_life import bearing_life_hours
 from flexgear.model.member import PlanetBearing
 from flexgear.model.names import MemberName
 from flexgear.results.face_load import face_figures
-from flexgear.results.group_sharing import without_rounding
+from flexgear.results.harmonics import positions_for, with_orders
 from flexgear.results.labelled_dataset import coordinate, groups_in
-from flexgear.results.root_stress import root_extremes
+from flexgear.results.load_sharing import without_rounding
+from flexgear.results.stage_figures import root_extremes
 from flexgear.results.time_figures import displacement_summary
-from flexgear.results.transmission_error import positions_for, with_orders
 from flexgear.solve.angles import lead_speed, stage_motions
 from flexgear.solve.bodies import Progress, silent
 from flexgear.solve.dataset import equilibrium_data

@@ -20,8 +20,8 @@ from flexgear.model.case import Case
 from flexgear.model.drive import TorqueHistory
 from flexgear.model.errors import InputError
 from flexgear.model.solver import Solver
-from flexgear.results.group_sharing import SharingCoefficients
 from flexgear.results.labelled_dataset import coordinate, variable
+from flexgear.results.load_sharing import SharingCoefficients
 from flexgear.results.settling import Settling, Window, cut, window_edges
 from flexgear.results.sinks import Coming, DatasetSink, Gathered, Several
 from flexgear.results.time_figures import axis_distance

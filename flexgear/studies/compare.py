@@ -16,7 +16,7 @@ from flexgear.gears.bearing_life import (
 from flexgear.gears.power_flow import PowerFlow, power_flow
 from flexgear.model.case import Case
 from flexgear.model.units import RPM
-from flexgear.results.group_sharing import sharing_figures
+from flexgear.results.load_sharing import sharing_figures
 from flexgear.solve.bodies import Progress, silent
 from flexgear.solve.linear import harmonic_data, train_harmonic, why_not_linear
 from flexgear.solve.model import Model

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from flexgear.model.errors import FlexgearError, InputError
 from flexgear.results.version import version
-from flexgear.studies.outcome import DIED, Outcome, on_one_thread
+from flexgear.studies.early_workers import DIED, Outcome, on_one_thread
 
 if TYPE_CHECKING:
     from distributed import Client

@@ -1,20 +1,46 @@
-"""Many independent runs: in this process where they are short, else on others or a cluster."""
+"""Many independent runs: in this process where they are short, else on others or a cluster.
+
+Processes of this machine are started and ended by loky, which talks to them through pipes: nothing
+listens. Every worker is a pool of one, so that a lost worker blames the one run it had begun. That
+run is begun again; a run that takes three workers with it is given up. Workers do not hear Ctrl-C,
+which ends this process's work and thereby theirs; they also end when this process does, however it
+does.
+"""
 
 from __future__ import annotations
 
+import contextlib
+import multiprocessing
+import os
+import pickle
+import threading
 import time
+import warnings
+from collections import Counter, deque
 from collections.abc import Callable, Generator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, wait
 from contextlib import closing
-from typing import TypeVar
+from multiprocessing.connection import Connection
+from typing import Any, TypeVar
 
+from loky.process_executor import BrokenProcessPool, ProcessPoolExecutor
 from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
 
-from flexgear.studies.outcome import Outcome, outcome_of, processors
+from flexgear.studies.early_workers import (
+    DIED,
+    Outcome,
+    deaf_children,
+    on_one_thread,
+    outcome_of,
+    processors,
+    silenced,
+)
 
 S = TypeVar("S")
 J = TypeVar("J")
 R = TypeVar("R")
 
+LOST = 3  # workers that a run may lose
 STARTING = 8.0  # s that workers have to save before it pays to start them
 
 
@@ -48,23 +74,114 @@ def run_jobs(
                     yield here - 1, outcome_of(function, shared, job)
     if here == len(jobs):
         return
-    with closing(_elsewhere(function, shared, jobs[here:], workers, scheduler)) as rest:
+    if scheduler is not None:
+        from flexgear.studies import dask_pool  # loaded where it is needed
+
+        rest = dask_pool.completed(function, shared, jobs[here:], scheduler)
+    else:
+        rest = completed(function, shared, jobs[here:], workers or processors())
+    with closing(rest):
         for k, outcome in rest:
             yield here + k, outcome
 
 
-def _elsewhere(
-    function: Callable[[S, J], R],
-    shared: S,
-    jobs: Sequence[J],
-    workers: int | None,
-    scheduler: str | None,
+def completed(
+    function: Callable[[S, J], R], shared: S, jobs: Sequence[J], workers: int
 ) -> Generator[tuple[int, Outcome[R]], None, None]:
-    """Runs in other processes; either library is loaded where it is needed."""
-    if scheduler is not None:
-        from flexgear.studies import dask_pool
+    """Number and outcome of every job as it is done, function(shared, job) in some worker.
 
-        return dask_pool.completed(function, shared, jobs, scheduler)
-    from flexgear.studies import local_pool
+    workers: processes, at most. Everything must be picklable, of modules that workers can import.
+    Closing the iterator, or an exception in it, ends all workers.
+    """
+    waiting, losses = deque(range(len(jobs))), Counter[int]()
+    with _Workers(pickle.dumps((function, shared))) as pool:
+        running: dict[Future[Outcome[Any]], tuple[ProcessPoolExecutor, int]] = {}
+        idle = [pool.start() for _ in range(min(workers, len(jobs)))]
+        while waiting or running:
+            while waiting and idle:
+                k = waiting.popleft()
+                future, worker = pool.begin(idle.pop(), pickle.dumps(jobs[k]))
+                running[future] = worker, k
+            for future in wait(running, return_when=FIRST_COMPLETED).done:
+                worker, k = running.pop(future)
+                idle.append(worker)
+                outcome = _outcome(future)
+                losses[k] += outcome is None
+                if outcome is None and losses[k] < LOST:
+                    waiting.append(k)
+                else:
+                    yield k, outcome or Outcome(None, DIED)
 
-    return local_pool.completed(function, shared, jobs, workers or processors())
+
+def _outcome(future: Future[Outcome[Any]]) -> Outcome[Any] | None:
+    """Outcome of a run, which may be its error; None if its worker process died."""
+    try:
+        return future.result()
+    except BrokenProcessPool:
+        return None
+    except Exception as error:  # on the way there or back
+        text = " ".join(str(error).split())
+        return Outcome(None, f"its result could not be sent ({type(error).__name__}: {text})")
+
+
+class _Workers:
+    """Pools of one process each, which know what all runs share; they end with the block."""
+
+    def __init__(self, common: bytes) -> None:
+        self._common = common
+        self._pools: list[ProcessPoolExecutor] = []
+        self._theirs, self._ours = multiprocessing.Pipe(duplex=False)
+
+    def __enter__(self) -> _Workers:
+        # workers that have grown are replaced by loky between two runs; nothing to worry about
+        warnings.filterwarnings("ignore", category=UserWarning, module="loky")
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        for pool in self._pools:
+            pool.shutdown(kill_workers=True)
+        self._ours.close()
+        self._theirs.close()
+
+    def start(self) -> ProcessPoolExecutor:
+        """A worker; its process starts with its first run."""
+        arguments = (self._common, self._theirs)
+        self._pools.append(ProcessPoolExecutor(1, initializer=_prepare, initargs=arguments))
+        return self._pools[-1]
+
+    def begin(
+        self, worker: ProcessPoolExecutor, job: bytes
+    ) -> tuple[Future[Outcome[Any]], ProcessPoolExecutor]:
+        """A run begun on a worker, or on another in its place where it was lost meanwhile."""
+        with deaf_children():
+            while True:
+                try:
+                    return worker.submit(_run, job), worker
+                except BrokenProcessPool:
+                    self._pools.remove(worker)
+                    worker.shutdown()
+                    worker = self.start()
+
+
+# --- on a worker ---------------------------------------------------------------------------------
+
+_common = b""  # function and what all runs share, a pickle
+
+
+def _prepare(common: bytes, parent: Connection) -> None:
+    """At a worker's start. parent: a pipe that has an end when the parent has."""
+    global _common
+    _common = common
+    silenced()
+    threading.Thread(target=_end_with, args=(parent,), daemon=True).start()
+
+
+def _end_with(parent: Connection) -> None:
+    with contextlib.suppress(OSError, EOFError):
+        parent.poll(None)
+    os._exit(1)
+
+
+def _run(job: bytes) -> Outcome[Any]:
+    function, shared = pickle.loads(_common)
+    return on_one_thread(function, shared, pickle.loads(job))

@@ -7,6 +7,7 @@ safe, so that an interrupted sweep goes on where it stopped.
 
 from __future__ import annotations
 
+import json
 import zlib
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import closing
@@ -22,14 +23,14 @@ from flexgear.files.atomic import PathLike
 from flexgear.model.case import Case
 from flexgear.model.errors import FlexgearError, InputError
 from flexgear.model.load import load_case
-from flexgear.results.dataset import provenance, write_netcdf
+from flexgear.results.dataset_file import provenance, write_netcdf
 from flexgear.results.quantities import MISSING
 from flexgear.solve.bodies import Progress, named, reduction_limit, silent, stage_bodies
 from flexgear.studies.dask_pool import reach
+from flexgear.studies.early_workers import Outcome
 from flexgear.studies.job_pool import run_jobs
-from flexgear.studies.measure import MeasuredValues
-from flexgear.studies.measures import chosen_measures, measured
-from flexgear.studies.outcome import Outcome
+from flexgear.studies.measures import MeasuredValues, chosen_measures, measured
+from flexgear.studies.study_store import StudyStore, study_store
 from flexgear.studies.sweep_keys import (
     WHERE,
     Point,
@@ -41,7 +42,48 @@ from flexgear.studies.sweep_keys import (
     swept_key,
     values_of,
 )
-from flexgear.studies.sweep_store import PointStore, point_store
+
+FORMAT = 3  # of the files, and of the numerics behind them; raise it when either changes
+
+
+@dataclass(frozen=True)
+class PointStore:
+    """Points of one sweep by their cases."""
+
+    parts: StudyStore
+
+    def get(self, case: Case) -> MeasuredValues | None:
+        """What was found at a point; None where nothing was kept or it is damaged."""
+        stored = self.parts.get(_name(case))
+        if stored is None:
+            return None
+        plain = json.loads(stored)
+        return {name: xr.DataArray.from_dict(array) for name, array in plain.items()}
+
+    def put(self, case: Case, figures: MeasuredValues) -> None:
+        """Keep a point. FlexgearWarning where the disk refuses."""
+        plain = {name: array.to_dict() for name, array in figures.items()}
+        self.parts.put(_name(case), json.dumps(plain).encode())
+
+    def clear(self) -> None:
+        """Forget the sweep."""
+        self.parts.clear()
+
+
+def point_store(base: Case, keys: Sequence[str], measures: Sequence[str], modes: int) -> PointStore:
+    """Where the points of a sweep are kept: by all that they depend on beside their own cases."""
+    content = {
+        "format": FORMAT,
+        "model": base.content_hash(),
+        "keys": list(keys),
+        "measures": list(measures),
+        "modes": modes,
+    }
+    return PointStore(study_store("sweep", content))
+
+
+def _name(case: Case) -> str:
+    return f"{case.content_hash()}.json"
 
 
 @dataclass(frozen=True)

@@ -35,14 +35,16 @@ from flexgear.solve.model import Model, assemble, rated_rotations
 from flexgear.studies.modify import UNIT, gap_factors
 from flexgear.studies.tolerance_samples import (
     DrawnError,
+    StagePaths,
     Values,
     drawn_errors,
+    error_sets,
     nominal,
+    paths_of,
     pitch_seeds,
     sample_values,
     with_sample,
 )
-from flexgear.studies.tolerance_sets import StagePaths, error_sets, paths_of
 
 Array = NDArray[np.float64]
 

@@ -13,9 +13,9 @@ from flexgear.gears.paths import stage_paths
 from flexgear.model.errors import FlexgearError
 from flexgear.results.figure import Figure
 from flexgear.results.report.wording import of_stage, window_words, with_unit
-from flexgear.results.root_stress import root_extremes
 from flexgear.results.run_folder import Folder, prefix_of
 from flexgear.results.settling import window_of
+from flexgear.results.stage_figures import root_extremes
 from flexgear.results.tooth_pattern import carrying_sets
 
 

@@ -1,22 +1,32 @@
-"""Bars and balances: radial harmonics, load sharing by variant, energy."""
+"""Bars, balances, gauges and spectra."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from flexgear.model.errors import FlexgearError
+from flexgear.results import figure as declared
+from flexgear.results.report.parts import row
+from flexgear.results.report.wording import number, scale, words
 from flexgear.views.select import variable
 from flexgear.views.style import (
     DEFORMED_COLOUR,
+    KILO,
+    MICRO,
     NEUTRAL,
+    PLANET_COLOURS,
     FloatArray,
     panels,
+    planet_colour,
     styled,
+    text_only,
     variant_colours,
 )
 
@@ -156,3 +166,80 @@ def draw_residual(axes: Axes, time: FloatArray, left: FloatArray, peak: float) -
 def residual_energy(changes: Mapping[str, FloatArray]) -> FloatArray:
     """Change of stored energy minus what entered (J) over time."""
     return np.asarray(sum(v if term in STORED else -v for term, v in changes.items()))
+
+
+@styled
+def figure_bars(figure: declared.Figure, stages: Mapping[str, Any]) -> Figure:
+    """A bar for the value of every stage, or for each of its values by name; a colour a stage."""
+    bars = [
+        (stage, name, row(figure, value))
+        for stage, of_stage in stages.items()
+        for name, value in (of_stage if isinstance(of_stage, Mapping) else {"": of_stage}).items()
+    ]
+    unit, by = scale([float(bar.value or 0.0) for *_, bar in bars], bars[0][2].unit)
+    sizes = [by * float(bar.value or 0.0) for *_, bar in bars]
+    colours = [
+        PLANET_COLOURS[list(stages).index(stage) % len(PLANET_COLOURS)] for stage, *_ in bars
+    ]
+    labels = [words(f"{stage} {name}") or words(stage) for stage, name, _ in bars]
+    drawing, axes = panels(1, 1, height_mm=26 + 7.0 * len(bars))
+    ax, at = axes[0, 0], np.arange(len(bars))
+    drawn = ax.barh(at, sizes, 0.7, color=colours)
+    ax.bar_label(drawn, [number(size) for size in sizes], padding=2, fontsize=7.5)
+    ax.set_yticks(at, labels)
+    ax.invert_yaxis()
+    ax.set_xlabel(f"{figure.bars.label if figure.bars else figure.meaning} ({unit})")
+    ax.xaxis.set_major_locator(MaxNLocator(5))
+    ax.xaxis.set_major_formatter(lambda value, _: number(value))
+    ax.grid(axis="y", visible=False)
+    ax.margins(x=0.15)
+    ax.tick_params(axis="y", length=0)
+    return drawing
+
+
+@styled
+def gauges_chart(data: xr.Dataset) -> Figure:
+    """Strain (µm/m) of every gauge, a panel each, over time in a transient and over the rotation of
+    the lead in equilibria."""
+    strain = variable(data, "gauge_strain") * MICRO
+    if "time" in data.dims:
+        at, label = data["time"].to_numpy(), "time (s)"
+    else:
+        at, label = np.degrees(data["input_angle"].to_numpy()[:, 0]), "rotation of the lead (°)"
+    names = [str(name) for name in data["gauge"].to_numpy()]
+    figure, axes = panels(len(names), 1, height_mm=16 + 34 * len(names), sharex=True)
+    for ax, name in zip(axes[:, 0], names, strict=True):
+        values = strain.sel(gauge=name).to_numpy()
+        ax.plot(at, values, lw=0.9)
+        ax.set_title(f"{name}: {values.min():.1f} … {values.max():.1f} µm/m")
+        ax.set_ylabel("strain (µm/m)")
+    axes[-1, 0].set_xlabel(label)
+    figure.align_ylabels(axes[:, 0])
+    return figure
+
+
+CONSTANT = 1e-7  # of the mean force, rounding of what is kept in single precision
+DECADES = 5  # below the largest amplitude that are shown
+
+
+@styled
+def spectrum_chart(spectra: xr.Dataset) -> Figure:
+    """Amplitude (N) over order, a line for each kind of gear mesh; whole orders are dotted."""
+    figure, axes = panels(1, 1, height_mm=75)
+    ax = axes[0, 0]
+    order, amplitude = spectra["order"].to_numpy(), spectra["amplitude"].to_numpy()
+    mean = float(spectra.attrs["mean_n"])
+    if float(np.max(amplitude, initial=0.0)) <= CONSTANT * mean:
+        return text_only(f"The forces are constant, {KILO * mean:.4g} kN: no amplitudes to show")
+    for k, name in enumerate(spectra["gear_mesh"].to_numpy()):
+        ax.plot(order, amplitude[k], color=planet_colour(k + 1), lw=0.9, label=str(name))
+    top = float(np.max(amplitude, initial=0.0))
+    ax.set_yscale("log")
+    ax.set_ylim(top * 10.0**-DECADES, 2 * top)
+    for n in range(1, int(order.max(initial=0.0)) + 1):
+        ax.axvline(n, color="#9CA3AF", ls=":", lw=0.8)
+    ax.set_xlabel("order of the gear mesh (–)")
+    ax.set_ylabel("amplitude of the force (N)")
+    if len(amplitude) > 1:
+        ax.legend(loc="upper right")
+    return figure

@@ -1,25 +1,36 @@
-"""Load along the face: curves with their factor, maps over the flank, what misaligns it.
+"""Flanks under load: line load along the face, contact patterns, misalignment, root stress,
+transmission error and stiffness over gear-mesh cycles.
 
 Datasets are those of equilibria whose pairs have slices: ``face_line_load``, ``line_load`` with
-``slice_position`` and ``slice_path``, ``gear_mesh_misalignment_by_cause`` by flank.
+``slice_position`` and ``slice_path``, ``gear_mesh_misalignment_by_cause`` by flank; and those of
+``solve.gear_mesh_cycles``, of whose cycles curves show the first, while orders come from all.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 import xarray as xr
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from scipy.interpolate import griddata
 
 from flexgear.gears.face_load import factor_along, mean_along
 from flexgear.model.names import FlankName
+from flexgear.results.stage_figures import gears_of
+from flexgear.results.tooth_pattern import ToothPattern
 from flexgear.views.style import (
     MICRO,
+    N_PER_M_TO_N_PER_UM,
     NEUTRAL,
+    ORIGINAL_COLOUR,
     SEQUENTIAL_MAP,
+    SPLIT_COLOUR,
     FloatArray,
+    new_figure,
     panels,
     planet_colour,
     styled,
@@ -162,3 +173,161 @@ def legend(figure: Figure, axes: FloatArray) -> None:
     """One legend below all axes, of what the first one shows."""
     handles, labels = axes[0, 0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=min(len(labels), 6))
+
+
+COLUMNS = 8
+GAP = 0.12  # between flanks, of their size
+
+
+@styled
+def tooth_rows_chart(pattern: ToothPattern) -> Figure:
+    """One flank a tooth, numbered, rows from above: largest line load (N/mm) over face (across)
+    and diameter (upwards); scales stand at the first flank of the last row."""
+    teeth = len(pattern.line_load)
+    columns = min(COLUMNS, teeth)
+    rows = math.ceil(teeth / columns)
+    figure = new_figure(28 + 14 * rows)
+    ax = figure.subplots()
+    load = pattern.line_load * N_PER_MM
+    largest = float(np.nanmax(load))
+    across, upward = (
+        (edges - edges[0]) / (edges[-1] - edges[0]) for edges in (pattern.face, pattern.diameter)
+    )
+    for tooth, cells in enumerate(load):
+        x, y = (tooth % columns) * (1 + GAP), (rows - 1 - tooth // columns) * (1 + 3 * GAP)
+        shown = ax.pcolormesh(
+            x + across, y + upward, cells, cmap=SEQUENTIAL_MAP, vmin=0.0, vmax=largest
+        )
+        ax.text(x, y + 1.01, str(tooth + 1), fontsize=5.5, color=NEUTRAL, va="bottom")
+    ends = [f"{MILLI * edge:.4g}".replace("-", "−") for edge in (pattern.face[0], pattern.face[-1])]
+    ax.set_xticks([0.0, 1.0], ends)
+    ax.set_yticks([0.0, 1.0], [f"{MILLI * d:.4g}" for d in pattern.diameter[[0, -1]]])
+    ax.set_xlabel("along the face, −z to +z (mm)", loc="left")
+    ax.set_ylabel("diameter (mm)", loc="bottom")
+    ax.set_xlim(-GAP, columns * (1 + GAP))
+    ax.set_ylim(-GAP, rows * (1 + 3 * GAP))
+    ax.grid(visible=False)
+    for spine in ax.spines.values():
+        spine.set_visible(False)
+    ax.set_title(f"{pattern.title}, {teeth} teeth: largest {largest:.4g} N/mm")
+    figure.colorbar(shown, ax=ax, label="largest line load (N/mm)", pad=0.01)
+    return figure
+
+
+MEGA = 1e-6  # Pa -> MPa
+TOOTH = "#333333"
+SIDES = {"-theta": "−θ", "+theta": "+θ"}
+
+
+@styled
+def root_stress_chart(data: xr.Dataset, stage: str) -> Figure:
+    """Of each gear of a stage (MPa). Left: largest stress in the roots that carry in the gear
+    meshes of planet 1 over the turn of the lead, thin the least in the other fillets of these
+    teeth; of an FE ring the largest in both fillets of its first tooth, too. Right: along the face
+    where the largest is largest, of every planet."""
+    gears = dict(gears_of(data, stage))
+    figure, axes = panels(len(gears), 2, height_mm=26 + 46 * len(gears), sharex="col", sharey="row")
+    turn = np.degrees(data["input_angle"].to_numpy()[:, 0])
+    for (left, right), (gear, of_gear) in zip(axes, gears.items(), strict=True):
+        for k in range(of_gear.sizes["flank"]):
+            of_flank = of_gear.isel(flank=k)
+            planet, kind = int(of_flank["flank_planet"]), str(of_flank["flank_kind"].item())
+            dashed = gear == "planet" and kind == "sun"
+            look = {"color": planet_colour(planet), "ls": "--" if dashed else "-"}
+            if planet == 1:
+                title = f"planet with the {kind}" if gear == "planet" else None
+                left.plot(turn, of_flank["root_stress"] * MEGA, lw=0.9, label=title, **look)
+                pressed = of_flank["face_root_compression"].min("face") * MEGA
+                left.plot(turn, pressed, lw=0.4, **look)
+            _along(
+                right, of_flank, look, f"planet {planet}" if kind == gear or kind == "ring" else ""
+            )
+        if gear == "ring" and "tooth_root_stress" in of_gear:
+            _first_tooth(left, turn, of_gear, stage)
+        left.set_title(f"{gear}: largest {float(of_gear['root_stress'].max()) * MEGA:.0f} MPa")
+        left.set_ylabel("root stress (MPa)")
+        for ax in (left, right):
+            ax.axhline(0.0, color=NEUTRAL, lw=0.5, zorder=1)
+    axes[-1, 0].set_xlabel("rotation of the lead (°)")
+    axes[-1, 1].set_xlabel(ALONG_FACE)
+    shown = [ax.get_legend_handles_labels() for ax in (*axes[:, 0], axes[0, 1])]
+    by_label = {
+        label: line for lines, title in shown for line, label in zip(lines, title, strict=True)
+    }
+    figure.legend(by_label.values(), by_label, loc="outside lower center", ncols=4)
+    return figure
+
+
+def _along(ax: Axes, of_flank: xr.Dataset, look: dict[str, Any], label: str) -> None:
+    worst = int(np.nanargmax(of_flank["root_stress"].to_numpy()))
+    at = of_flank.isel(position=worst)
+    ax.plot(of_flank["face"], at["face_root_stress"] * MEGA, lw=0.9, label=label or None, **look)
+    ax.plot(of_flank["face"], at["face_root_compression"] * MEGA, lw=0.4, **look)
+
+
+def _first_tooth(ax: Axes, turn: Any, of_gear: xr.Dataset, stage: str) -> None:
+    first = int(np.argmax(of_gear["tooth_stage"].to_numpy() == stage))
+    for fillet, style in zip(of_gear["fillet"].to_numpy(), ("-", ":"), strict=True):
+        stress = of_gear["tooth_root_stress"].isel(tooth=first).sel(fillet=fillet) * MEGA
+        ax.plot(
+            turn,
+            stress,
+            style,
+            color=TOOTH,
+            lw=0.8,
+            label=f"ring tooth 1, fillet at {SIDES[str(fillet)]}",
+        )
+
+
+PHASE = "gear-mesh cycle (–)"
+STATES = (
+    ("transmission_error", "under load", ORIGINAL_COLOUR),
+    ("unloaded_transmission_error", "unloaded", SPLIT_COLOUR),
+)
+
+
+@styled
+def transmission_error_chart(data: xr.Dataset) -> Figure:
+    """Transmission error of planet 1 over a gear-mesh cycle less its mean, µm along the line of
+    action, and its amplitudes by order of the gear mesh, under load and unloaded."""
+    groups = {title: flanks[0] for title, flanks in carrying(data)}
+    height = 14 + 52 * len(groups)
+    figure, axes = panels(len(groups), 2, height_mm=height, width_ratios=[3, 2])
+    first = data.isel(position=data["gear_mesh_phase"].to_numpy() < 1.0 - 1e-9)
+    for (left, right), (title, name) in zip(axes, groups.items(), strict=True):
+        notes = []
+        for k, (error, state, colour) in enumerate(STATES):
+            values = first[error].sel(flank=name).to_numpy() * MICRO
+            notes.append(f"{values.mean():.4g} ± {0.5 * np.ptp(values):.3g} µm {state}")
+            phase = first["gear_mesh_phase"].to_numpy()
+            left.plot(phase, values - values.mean(), color=colour, label=state)
+            orders = data["gear_mesh_order"].to_numpy()
+            amplitude = data[f"{error}_order"].sel(flank=name).to_numpy() * MICRO
+            right.bar(orders + 0.4 * (k - 0.5), amplitude, 0.4, color=colour)
+        planet = int(data["flank_planet"].sel(flank=name))
+        left.set_title(f"{title}, planet {planet}: mean " + "; ".join(notes))
+        left.set(xlabel=PHASE, ylabel="less its mean (µm)", xlim=(0.0, 1.0))
+        right.set(xlabel="order of the gear mesh (–)", ylabel="amplitude (µm)")
+        right.set_xticks(orders[:: max(1, len(orders) // 10)])
+    legend(figure, axes)
+    return figure
+
+
+@styled
+def stiffness_chart(data: xr.Dataset) -> Figure:
+    """Stiffness of every gear mesh (N/µm along the line of action) over a gear-mesh cycle."""
+    groups = dict(carrying(data))
+    figure, axes = panels(len(groups), 1, height_mm=14 + 48 * len(groups), sharex=True)
+    first = data.isel(position=data["gear_mesh_phase"].to_numpy() < 1.0 - 1e-9)
+    for ax, (title, flanks) in zip(axes[:, 0], groups.items(), strict=True):
+        for name in flanks:
+            planet = int(data["flank_planet"].sel(flank=name))
+            stiffness = first["gear_mesh_stiffness"].sel(flank=name) * N_PER_M_TO_N_PER_UM
+            label = f"planet {planet}"
+            ax.plot(first["gear_mesh_phase"], stiffness, color=planet_colour(planet), label=label)
+        mean = float(data["gear_mesh_stiffness"].sel(flank=flanks).mean()) * N_PER_M_TO_N_PER_UM
+        ax.set_title(f"{title}: mean {mean:,.0f} N/µm".replace(",", "\u2009"))
+        ax.set(ylabel="N/µm", xlim=(0.0, 1.0))
+    axes[-1, 0].set_xlabel(PHASE)
+    legend(figure, axes)
+    return figure

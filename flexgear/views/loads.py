@@ -16,8 +16,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
 from flexgear.model.errors import FlexgearError
-from flexgear.results.flanks import carrying_flank, carrying_pairs
-from flexgear.results.stiffness_split import stiffness_split
+from flexgear.results.flanks import carrying_flank, carrying_pairs, stiffness_split
 from flexgear.views.select import (
     Runs,
     Window,

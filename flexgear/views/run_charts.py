@@ -15,38 +15,22 @@ import xarray as xr
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.stage_flow import StageFlow
 from flexgear.model.errors import FlexgearError
-from flexgear.results.harmonics import radial_harmonics
-from flexgear.results.pieces import between
+from flexgear.results.harmonics import force_spectra, radial_harmonics
 from flexgear.results.report.wording import with_unit
 from flexgear.results.run_folder import RingFolder
 from flexgear.results.settling import settled
-from flexgear.results.spectrum import force_spectra
+from flexgear.results.sinks import between
 from flexgear.results.stage_figures import STAGE_FIGURES
 from flexgear.results.time_figures import ORDERS
 from flexgear.results.tooth_pattern import ToothPattern, gear_pattern, planet_pattern
 from flexgear.views import chart as each
-from flexgear.views import (
-    charts,
-    displacements,
-    face_load_charts,
-    gear_mesh_charts,
-    histories,
-    loads,
-    sharing_charts,
-    star,
-    style,
-)
-from flexgear.views.campbell_chart import campbell_chart
+from flexgear.views import charts, face_load_charts, histories, loads, sharing_charts, star, style
 from flexgear.views.chart import Chart, Drawing, NotDrawn, Subjects
-from flexgear.views.figure_bars import figure_bars
-from flexgear.views.flank_drawing import flank_drawing
-from flexgear.views.gauge_chart import gauges_chart
-from flexgear.views.mode_charts import modes_chart
-from flexgear.views.pattern_charts import tooth_rows_chart
-from flexgear.views.root_stress_chart import root_stress_chart
+from flexgear.views.charts import figure_bars, gauges_chart, spectrum_chart
+from flexgear.views.face_load_charts import root_stress_chart, tooth_rows_chart
+from flexgear.views.mode_charts import campbell_chart, modes_chart
 from flexgear.views.select import thinned
-from flexgear.views.spectrum_chart import spectrum_chart
-from flexgear.views.stage_drawing import front_drawing, section_drawing
+from flexgear.views.stage_drawing import flank_drawing, front_drawing, section_drawing
 
 DPI = 150  # of pictures, which are as wide as a page
 MOST_SHOWN = 4000  # samples of a transient in a picture
@@ -243,10 +227,10 @@ RUN_CHARTS: Sequence[tuple[Subjects, Sequence[Chart]]] = (
     (each.rings_in_time, (
         Chart("{prefix}tooth_node_1", "deflections",
             "{ring}Displacement of ring tooth node 1, {window}", NODE,
-            lambda ring: displacements.tooth_node_displacement(ring.steady)),
+            lambda ring: histories.tooth_node_displacement(ring.steady)),
         Chart("{prefix}tooth_displacement_map", "deflections",
             "{ring}x displacement of all tooth nodes, {window}", NODE,
-            lambda ring: displacements.tooth_displacement_map(_first(ring))),
+            lambda ring: histories.tooth_displacement_map(_first(ring))),
         Chart("{prefix}ring_tooth_loads", "meshes", "{ring}Load of the ring's tooth pairs, "
             f"{TEETH_SHOWN} pitches; dashed: by stiffness alone", PAIRS,
             lambda ring: _pair_loads(ring, "ring")),
@@ -259,10 +243,10 @@ RUN_CHARTS: Sequence[tuple[Subjects, Sequence[Chart]]] = (
             lambda ring: loads.engagement_map(_first(ring))),
         Chart("{prefix}sun_displacement", "deflections",
             "{ring}Displacement of the sun, axes of the carrier, {window}", MOVE,
-            lambda ring: displacements.sun_displacement(ring.steady)),
+            lambda ring: histories.sun_displacement(ring.steady)),
         Chart("{prefix}planet_displacement", "deflections",
             "{ring}Displacement of planet 1, its own axes, {window}", MOVE,
-            lambda ring: displacements.planet_displacement(ring.steady)),
+            lambda ring: histories.planet_displacement(ring.steady)),
         Chart("{prefix}load_sharing", "sharing", "{ring}Load sharing in time, {window}", SHARES,
             lambda ring: histories.load_sharing(ring.steady)),
     )),
@@ -337,11 +321,11 @@ RUN_CHARTS: Sequence[tuple[Subjects, Sequence[Chart]]] = (
             "Transmission error{of}, planet 1, over a gear-mesh cycle without errors",
             "How far the gears stay behind where they would be if they were rigid and perfect; its "
             "swing is what is heard, order by order. Unloaded: by ground flanks alone.",
-            gear_mesh_charts.transmission_error_chart, "gear_mesh_cycles_{stage}"),
+            face_load_charts.transmission_error_chart, "gear_mesh_cycles_{stage}"),
         Chart("face_stiffness_{stage}", "face",
             "Stiffness of the gear meshes{of} over a cycle",
             "Slope of the force as all tooth pairs close alike, under load: of the teeth, without "
-            "gear bodies.", gear_mesh_charts.stiffness_chart, "gear_mesh_cycles_{stage}"),
+            "gear bodies.", face_load_charts.stiffness_chart, "gear_mesh_cycles_{stage}"),
         Chart("sharing_{stage}", "sharing", "Load sharing{of}, quasi-static, over one turn", SHARES,
             sharing_charts.sharing_chart, "sharing_{stage}"),
     )),

@@ -5,6 +5,8 @@ Lines keep their envelope where they have more points than a screen.
 
 from __future__ import annotations
 
+import re
+import unicodedata
 from collections.abc import Iterator
 from typing import Any
 
@@ -16,8 +18,6 @@ from matplotlib.image import AxesImage
 from matplotlib.lines import Line2D
 from matplotlib.patches import FancyArrowPatch, Patch, Rectangle
 from numpy.typing import NDArray
-
-from flexgear.views.plain_math import plain_math
 
 Array = NDArray[Any]
 POINTS = 12_000  # of all lines of a panel
@@ -249,3 +249,27 @@ def colour_of(value: Any) -> str:
     if a >= 0.999:
         return to_hex((r, g, b))
     return f"rgba({round(255 * r)},{round(255 * g)},{round(255 * b)},{a:.3g})"
+
+
+def plain_math(text: str) -> str:
+    """Mathtext as the HTML that plotly knows: "$θ_c$" -> "θ<sub>c</sub>"; other text escaped."""
+    escaped = text.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")
+    return re.sub(r"\$([^$]*)\$", lambda m: _math(m[1]), escaped).replace("\n", "<br>")
+
+
+def _math(text: str) -> str:
+    text = re.sub(r"\\(?:mathrm|mathit|text)\{([^}]*)\}", r"\1", text)
+    text = re.sub(r"\\([A-Za-z]+)", _greek, text)
+    for sign, tag in (("_", "sub"), ("\\^", "sup")):
+        text = re.sub(rf"{sign}\{{([^}}]*)\}}", rf"<{tag}>\1</{tag}>", text)
+        text = re.sub(rf"{sign}(\w)", rf"<{tag}>\1</{tag}>", text)
+    return text.replace("\\,", " ").replace("\\", "")
+
+
+def _greek(command: re.Match[str]) -> str:
+    """Letter of a command like \\gamma; any other command as it stands."""
+    size = "CAPITAL" if command[1][0].isupper() else "SMALL"
+    try:
+        return unicodedata.lookup(f"GREEK {size} LETTER {command[1].upper()}")
+    except KeyError:
+        return command[0]

@@ -7,7 +7,7 @@ import pytest
 from stage_samples import doubtful_stage, made_of
 
 from flexgear.cli import body_commands
-from flexgear.results.dataset import load
+from flexgear.results.dataset_file import load
 
 
 def test_static_closes_and_balances(flexgear, tmp_path):

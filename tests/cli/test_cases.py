@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from two_gears import GEARS
 
-from flexgear.cli.check_sections import derived
+from flexgear.cli.case_commands import derived
 from flexgear.coupling.build import build_system
 from flexgear.coupling.modal import modal_system
 from flexgear.model.bundled import bundled_text

@@ -15,7 +15,7 @@ from flexgear.files.matrices.reading import read_reduced
 from flexgear.files.rexs.reading import read_rexs
 from flexgear.files.rexs.to_case import case_of_document
 from flexgear.model.errors import FlexgearError, InputError
-from flexgear.results.dataset import load
+from flexgear.results.dataset_file import load
 from flexgear.results.run_folder import complete, read_folder
 from flexgear.structures import store
 

@@ -6,7 +6,7 @@ import shutil
 
 import pytest
 
-from flexgear.cli import doctor_command
+from flexgear.cli import system_commands
 from flexgear.model.errors import FlexgearError
 
 
@@ -14,7 +14,7 @@ from flexgear.model.errors import FlexgearError
 def healthy(monkeypatch, tmp_path):
     monkeypatch.setenv("FLEXGEAR_CACHE", str(tmp_path / "cache"))
     monkeypatch.setattr("flexgear.views.probe.require_rendering", lambda: None)
-    monkeypatch.setattr(doctor_command, "_loads", lambda library: True)
+    monkeypatch.setattr(system_commands, "_loads", lambda library: True)
     monkeypatch.setattr(importlib.metadata, "requires", lambda name: ["numpy>=1.26", "x>=1; extra"])
 
 
@@ -33,8 +33,8 @@ def test_all_is_well(flexgear):
 
 
 def test_missing_libraries_come_with_their_line(flexgear, monkeypatch):
-    monkeypatch.setattr(doctor_command.sys, "platform", "linux")
-    monkeypatch.setattr(doctor_command, "_loads", lambda library: library != "libEGL.so.1")
+    monkeypatch.setattr(system_commands.sys, "platform", "linux")
+    monkeypatch.setattr(system_commands, "_loads", lambda library: library != "libEGL.so.1")
     code, found = findings(flexgear)
     assert code == 1
     assert "libEGL.so.1" in found["system libraries"]["found"]
@@ -59,7 +59,7 @@ def test_rendering_cache_and_disk(flexgear, monkeypatch):
         raise FlexgearError("no GL")
 
     monkeypatch.setattr("flexgear.views.probe.require_rendering", refuses)
-    monkeypatch.setattr(doctor_command, "_writable", lambda folder: folder.name != "cache")
+    monkeypatch.setattr(system_commands, "_writable", lambda folder: folder.name != "cache")
     usage = shutil.disk_usage("/")._replace(free=1 << 20)
     monkeypatch.setattr(shutil, "disk_usage", lambda place: usage)
     code, found = findings(flexgear)
@@ -70,5 +70,5 @@ def test_rendering_cache_and_disk(flexgear, monkeypatch):
 
 
 def test_a_place_that_cannot_be_written(flexgear, monkeypatch):
-    monkeypatch.setattr(doctor_command, "_writable", lambda folder: False)
+    monkeypatch.setattr(system_commands, "_writable", lambda folder: False)
     assert "FLEXGEAR_CACHE" in findings(flexgear)[1]["cache"]["mend"]

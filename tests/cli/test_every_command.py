@@ -12,7 +12,7 @@ from train_contexts import BUNDLED
 from flexgear.cli import body_commands
 from flexgear.cli.entry import app, run
 from flexgear.model.bundled import bundled_cases
-from flexgear.results.summary_keys import json_schema
+from flexgear.results.summary import json_schema
 from flexgear.solve.headlines import rows_schema
 
 SUMMARY_SCHEMA = json_schema({"headlines": rows_schema()})

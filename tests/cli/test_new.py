@@ -13,7 +13,7 @@ from hypothesis import Phase, assume, given, settings
 from hypothesis import strategies as st
 
 import flexgear as fg
-from flexgear.cli.check_sections import derived
+from flexgear.cli.case_commands import derived
 from flexgear.files.new_case import Rated
 from flexgear.gears.implausible import implausible
 from flexgear.gears.power_flow import power_flow

@@ -7,7 +7,7 @@ import pytest
 from small_train import SMALL_STAGE
 
 from flexgear.cli.entry import run
-from flexgear.results.dataset import load
+from flexgear.results.dataset_file import load
 
 BEFORE, REST = SMALL_STAGE.read_text().split("[stage.ring.fe.bolts]\n")
 SPLINE = """fixed_interface_modes = 4

@@ -10,11 +10,11 @@ from flexgear.cli import pictures, run_commands
 from flexgear.cli.entry import run
 from flexgear.model.errors import FlexgearError
 from flexgear.results import dataset_file
-from flexgear.results.dataset import load
+from flexgear.results.dataset_file import load
 from flexgear.results.stage_part import stage_part
-from flexgear.results.summary_keys import lacking
+from flexgear.results.summary import lacking
 from flexgear.solve.headlines import plain_warnings
-from flexgear.studies.outcome import Outcome
+from flexgear.studies.early_workers import Outcome
 
 FAST = [
     "--set", "solver.gear_mesh_orders=5",

@@ -9,7 +9,7 @@ import pytest
 from stage_samples import cheap_stage
 
 from flexgear.cli import display
-from flexgear.results.dataset import load
+from flexgear.results.dataset_file import load
 from flexgear.results.flanks import pairs_of
 from flexgear.results.stage_part import stage_part
 from flexgear.solve import long_run

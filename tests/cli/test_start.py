@@ -7,7 +7,7 @@ import sys
 import numpy as np
 import pytest
 
-from flexgear.cli.commands import COMMANDS, UNCOMPILED, is_compiled, whole_command
+from flexgear.cli.entry import COMMANDS, UNCOMPILED, is_compiled, whole_command
 from flexgear.coupling.build import build_system
 from flexgear.model.load import load_case
 

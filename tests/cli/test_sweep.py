@@ -11,7 +11,7 @@ import pytest
 from interrupts import interrupted, processes_with, wait_until
 from PIL import Image
 
-from flexgear.results.dataset import load
+from flexgear.results.dataset_file import load
 from flexgear.studies import sweep as study
 
 KEY = "stage.planet_bearing.radial_n_per_m"

@@ -15,7 +15,7 @@ from PIL import Image
 from report_pages import require_sound
 from stage_samples import cheap_stage
 
-from flexgear.results.dataset import load
+from flexgear.results.dataset_file import load
 from flexgear.results.report.wording import number
 from flexgear.studies import tolerance as study
 

@@ -7,7 +7,7 @@ from report_pages import OF_RUNS, require_sound
 from train_contexts import BUNDLED, MIXED
 from trains import STAGE, write
 
-from flexgear.results.dataset import load
+from flexgear.results.dataset_file import load
 from flexgear.results.run_folder import read_folder, tuples_of
 
 QUICK = ["--set", "solver.settle_s=0.01", "--set", "solver.duration_s=0.04"]

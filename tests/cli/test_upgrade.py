@@ -11,7 +11,7 @@ from small_train import SMALL, SMALL_STAGE
 
 from flexgear.model.errors import InputError
 from flexgear.model.load import load_case
-from flexgear.results.summary_keys import VERSION
+from flexgear.results.summary import VERSION
 
 PORTS = """\
 # [bearings.sun]           # left out: the sun floats

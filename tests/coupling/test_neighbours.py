@@ -14,7 +14,7 @@ from flexgear.coupling.pair_data import OF_LINE
 from flexgear.gears.paths import stage_paths
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.load import load_case
-from flexgear.results.energy_balance import energy_residual
+from flexgear.results.time_figures import energy_residual
 from flexgear.solve.transient import transient
 from flexgear.structures.fe_mesh import SegmentDivisions
 from flexgear.structures.tooth_influence import pair_bending, pairs

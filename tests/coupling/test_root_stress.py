@@ -11,7 +11,7 @@ from flexgear.analysis.equilibrium import revolution
 from flexgear.analysis.line_loads import line_loads
 from flexgear.analysis.recovery import Recovery
 from flexgear.model.load import load_case
-from flexgear.results.root_stress import root_figures
+from flexgear.results.stage_figures import root_figures
 from flexgear.solve import bodies
 from flexgear.solve.dataset import equilibrium_data
 from flexgear.solve.static import position_figures

@@ -17,7 +17,7 @@ from flexgear.gears.face_load import factor_along, mean_along, with_ends
 from flexgear.gears.slices import Line, cut
 from flexgear.model.errors import FlexgearError
 from flexgear.model.load import load_case
-from flexgear.results.energy_balance import energy_residual
+from flexgear.results.time_figures import energy_residual
 from flexgear.solve.static import static
 from flexgear.solve.transient import transient
 

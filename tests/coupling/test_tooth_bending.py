@@ -11,7 +11,7 @@ from flexgear.analysis.line_loads import line_loads
 from flexgear.coupling.laws import COUPLED_SLICES_LAW, respond
 from flexgear.coupling.pair_data import OF_LINE
 from flexgear.model.load import load_case
-from flexgear.results.energy_balance import energy_residual
+from flexgear.results.time_figures import energy_residual
 from flexgear.solve.static import static
 from flexgear.solve.transient import transient
 from flexgear.structures.fe_mesh import SegmentDivisions

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from gears.stages import UNLOADED, paths_of, planetary, seen
 
-from flexgear.cli.check_sections import derived
+from flexgear.cli.case_commands import derived
 from flexgear.gears.implausible import implausible
 from flexgear.gears.power_flow import power_flow
 from flexgear.gears.report import stage_report

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from flexgear.model.names import GearMeshName
-from flexgear.results.dataset import provenance
+from flexgear.results.dataset_file import provenance
 from flexgear.results.flanks import PARTS
-from flexgear.results.group_sharing import sharing_histories
 from flexgear.results.labelled_dataset import labelled_dataset
+from flexgear.results.load_sharing import sharing_histories
 from flexgear.results.stage_part import stage_part
 
 KINDS = ("ring", "sun")

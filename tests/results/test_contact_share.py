@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from flexgear.results.contact_share import contact_share, expected_contact_share
+from flexgear.results.flanks import contact_share, expected_contact_share
 
 
 def test_counts():

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from flexgear.model.errors import FlexgearError
-from flexgear.results.dataset import load, save
+from flexgear.results.dataset_file import load, save
 from flexgear.results.stage_part import of_kind, ring_sharing
 
 
@@ -89,7 +89,7 @@ import resource, sys
 import numpy as np
 from flexgear.model.errors import FlexgearError
 from flexgear.results.stage_part import of_kind, ring_sharing
-from flexgear.results.dataset import save
+from flexgear.results.dataset_file import save
 from flexgear.results.dataset_file import dataset_file
 from flexgear.results.labelled_dataset import labelled_dataset
 from flexgear.results.sinks import Coming

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from flexgear.model.errors import FlexgearError
-from flexgear.results.energy_balance import energy_residual
 from flexgear.results.labelled_dataset import labelled_dataset
+from flexgear.results.time_figures import energy_residual
 
 
 def account(lost: float = 0.0):

@@ -1,6 +1,6 @@
 """Tables of the load along the face: largest of the planets, units, and runs that hold less."""
 
-from flexgear.results.report.face_load import face_tables
+from flexgear.results.report.tables import face_tables
 
 OLD = {
     "k_h_beta": 1.5,

@@ -6,9 +6,8 @@ import pytest
 
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.load import load_case
-from flexgear.results.report.case_rows import case_tables
 from flexgear.results.report.parts import SECTIONS
-from flexgear.results.report.tables import stage_tables
+from flexgear.results.report.tables import case_tables, stage_tables
 from flexgear.results.report.wording import split_unit, with_unit, words
 
 

@@ -5,8 +5,7 @@ import pytest
 import xarray as xr
 
 from flexgear.model.errors import FlexgearError
-from flexgear.results.load_sharing import sharing_by
-from flexgear.results.running_sharing import DEFINITIONS, RunningSharing
+from flexgear.results.load_sharing import DEFINITIONS, RunningSharing, sharing_by
 from flexgear.results.sinks import Ranges
 
 CUTS = ((), (1,), (3, 4, 50), (7, 7, 120, 399), tuple(range(1, 400)))

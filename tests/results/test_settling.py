@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from flexgear.results.running_sharing import DEFINITIONS, RunningSharing
+from flexgear.results.load_sharing import DEFINITIONS, RunningSharing
 from flexgear.results.settling import SHARE, WINDOWS, Settling, WindowedRanges, cut, window_edges
 from flexgear.results.sinks import Ranges
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from flexgear.results.spectrum import amplitudes, force_spectra
+from flexgear.results.harmonics import amplitudes, force_spectra
 
 
 def test_a_sine_shows_its_amplitude_at_its_frequency():

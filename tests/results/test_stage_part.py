@@ -9,8 +9,7 @@ from train_contexts import put_together
 from trains import STEEL, write
 
 from flexgear.model.load import load_case
-from flexgear.results.dataset import save
-from flexgear.results.dataset_file import open_lazily
+from flexgear.results.dataset_file import open_lazily, save
 from flexgear.results.flanks import pairs_of
 from flexgear.results.stage_part import (
     displacement_of,

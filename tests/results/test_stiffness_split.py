@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from flexgear.results.stiffness_split import stiffness_split
+from flexgear.results.flanks import stiffness_split
 
 POSITIVE = st.floats(1.0, 1e9)
 

@@ -5,7 +5,7 @@ import copy
 import jsonschema
 import pytest
 
-from flexgear.results.summary_keys import KEYS, VERSION, json_schema, lacking
+from flexgear.results.summary import KEYS, VERSION, json_schema, lacking
 from flexgear.solve.headlines import HEADLINES, rows_schema
 
 SCHEMA = json_schema({"headlines": rows_schema()})

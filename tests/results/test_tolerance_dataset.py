@@ -10,7 +10,7 @@ import pytest
 import xarray as xr
 from tolerance_results import study_data
 
-from flexgear.results.dataset import load
+from flexgear.results.dataset_file import load
 from flexgear.results.tolerance_dataset import failed, save_tolerance, tolerance_summary
 
 

@@ -8,7 +8,7 @@ from flexgear.gears.geometry import stage_geometry
 from flexgear.model.load import load_case
 from flexgear.results.tooth_pattern import carrying_sets, gear_pattern, planet_pattern
 from flexgear.solve.static import static
-from flexgear.views.pattern_charts import tooth_rows_chart
+from flexgear.views.face_load_charts import tooth_rows_chart
 
 CASE = load_case("wind-5mw").with_(
     **{"stage.gear_mesh.model": "face_load", "stage.gear_mesh.slices": 5}

@@ -7,14 +7,14 @@ import pytest
 
 from flexgear.model.errors import FlexgearError
 from flexgear.model.names import GearMeshName
-from flexgear.results.dataset import load, save
-from flexgear.results.group_sharing import (
+from flexgear.results.dataset_file import load, save
+from flexgear.results.labelled_dataset import groups_of, labelled_dataset
+from flexgear.results.load_sharing import (
     sharing_coefficients,
     sharing_figures,
     sharing_histories,
 )
-from flexgear.results.labelled_dataset import groups_of, labelled_dataset
-from flexgear.results.result_coordinates import RESULT_COORDINATES
+from flexgear.results.quantities import RESULT_COORDINATES
 from flexgear.results.result_quantities import RESULT_QUANTITIES
 
 NAMES = [

@@ -6,8 +6,7 @@ from stage_samples import bodies_of
 
 import flexgear as fg
 from flexgear.model.bundled import bundled_cases
-from flexgear.results.quantities import MISSING
-from flexgear.results.result_coordinates import RESULT_COORDINATES
+from flexgear.results.quantities import MISSING, RESULT_COORDINATES
 from flexgear.results.result_quantities import RESULT_QUANTITIES
 
 SAMPLED = ("time", "position", "mode", "speed_factor")

@@ -11,9 +11,9 @@ from flexgear.analysis.line_loads import gear_mesh_stiffness, line_loads
 from flexgear.gears.geometry import stage_geometry
 from flexgear.model.load import load_case
 from flexgear.results.face_load import cycle_figures
-from flexgear.results.transmission_error import order_amplitudes, with_orders
+from flexgear.results.harmonics import order_amplitudes, with_orders
 from flexgear.solve.static import gear_mesh_cycles, static
-from flexgear.views.gear_mesh_charts import stiffness_chart, transmission_error_chart
+from flexgear.views.face_load_charts import stiffness_chart, transmission_error_chart
 
 BASE = load_case("wind-5mw").with_(
     **{"stage.gear_mesh.model": "face_load", "stage.gear_mesh.slices": 5}

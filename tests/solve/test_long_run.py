@@ -20,8 +20,7 @@ from flexgear.analysis.transient import Collector, Drive, transient
 from flexgear.model.errors import FlexgearError, InputError
 from flexgear.model.load import load_case
 from flexgear.results import dataset_file as files
-from flexgear.results.dataset import encoding_of, load, save
-from flexgear.results.dataset_file import dataset_file
+from flexgear.results.dataset_file import dataset_file, encoding_of, load, save
 from flexgear.results.settling import WindowedRanges, window_edges
 from flexgear.results.sinks import Several
 from flexgear.solve import long_run

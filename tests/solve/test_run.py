@@ -11,8 +11,7 @@ from flexgear.coupling.system import variant_label
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.errors import FlexgearError
 from flexgear.model.load import load_case
-from flexgear.results.contact_share import expected_contact_share
-from flexgear.results.flanks import pairs_of
+from flexgear.results.flanks import expected_contact_share, pairs_of
 from flexgear.results.stage_part import of_kind
 from flexgear.results.summary import lacking
 from flexgear.solve import run as solve

@@ -9,7 +9,7 @@ from small_train import SMALL_STAGE
 from train_contexts import bundled, put_together
 from trains import STAGE, STEEL, stage_train, write
 
-from flexgear.cli.check_sections import derived
+from flexgear.cli.case_commands import derived
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.load import load_case
 from flexgear.model.names import BodyName

@@ -10,8 +10,8 @@ from flexgear.coupling.pace import ACCURACY
 from flexgear.model.errors import FlexgearError, InputError
 from flexgear.model.load import load_case
 from flexgear.model.names import BodyName
-from flexgear.results.energy_balance import energy_residual
 from flexgear.results.settling import SHARE, settled
+from flexgear.results.time_figures import energy_residual
 from flexgear.solve.linear import fitted_amplitudes, harmonic_data, train_harmonic
 from flexgear.solve.static import static
 from flexgear.solve.transient import simulate, usual_duration

@@ -10,7 +10,7 @@ import scipy.sparse as sp
 from flexgear.gears.paths import stage_paths
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.load import load_case
-from flexgear.results.report.face_load import rim_rows
+from flexgear.results.report.tables import rim_rows
 from flexgear.structures import estimate
 from flexgear.structures.fe_mesh import SegmentDivisions
 from flexgear.structures.fem import averaging_tie, facet_sample, point_sample

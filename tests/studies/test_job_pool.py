@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 
 from flexgear.model.errors import FlexgearError
-from flexgear.studies import dask_pool, job_pool, local_pool
+from flexgear.studies import dask_pool, job_pool
+from flexgear.studies.early_workers import Outcome
 from flexgear.studies.job_pool import run_jobs
-from flexgear.studies.outcome import Outcome
 
 
 def times(shared, x):
@@ -26,7 +26,7 @@ def elsewhere(monkeypatch):
         for k in reversed(range(len(jobs))):
             yield k, Outcome(function(shared, jobs[k]))
 
-    monkeypatch.setattr(local_pool, "completed", completed)
+    monkeypatch.setattr(job_pool, "completed", completed)
     monkeypatch.setattr(dask_pool, "completed", completed)
     monkeypatch.setattr(job_pool, "processors", lambda: 2)
     return given

@@ -12,8 +12,8 @@ from interrupts import hear_interrupts, listening, processes_with, wait_until
 from threadpoolctl import threadpool_info
 
 from flexgear.model.errors import FlexgearError
-from flexgear.studies.local_pool import completed
-from flexgear.studies.outcome import DIED
+from flexgear.studies.early_workers import DIED
+from flexgear.studies.job_pool import completed
 
 pytestmark = pytest.mark.slow
 posix = pytest.mark.skipif(sys.platform == "win32", reason="signals are those of POSIX")
@@ -64,7 +64,7 @@ def sleep(folder, number):
 """
 MAIN = """
 import sys
-from flexgear.studies.local_pool import completed
+from flexgear.studies.job_pool import completed
 from sleepers import sleep
 list(completed(sleep, sys.argv[1], range(4), workers=2))
 """

@@ -7,7 +7,7 @@ import pytest
 from threadpoolctl import threadpool_info
 
 from flexgear.model.errors import FlexgearError, InputError
-from flexgear.studies.outcome import Outcome, on_one_thread, outcome_of
+from flexgear.studies.early_workers import Outcome, on_one_thread, outcome_of
 
 
 @pytest.mark.parametrize(

@@ -16,7 +16,7 @@ from flexgear.coupling.build import build_system
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.errors import FlexgearError, FlexgearWarning, InputError
 from flexgear.model.load import load_case
-from flexgear.results.dataset import load
+from flexgear.results.dataset_file import load
 from flexgear.solve import bodies as solve_bodies
 from flexgear.solve.model import assemble
 from flexgear.solve.sharing import stages_sharing

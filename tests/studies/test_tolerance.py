@@ -29,10 +29,9 @@ from flexgear.solve.face_load import along_face, largest_line_load
 from flexgear.solve.model import assemble
 from flexgear.studies import tolerance as study
 from flexgear.studies import tolerance_setup
-from flexgear.studies.outcome import Outcome
-from flexgear.studies.tolerance import finished, forget, tolerance
+from flexgear.studies.early_workers import Outcome
+from flexgear.studies.tolerance import batch_store, finished, forget, tolerance
 from flexgear.studies.tolerance_samples import drawn_errors, sample_values, with_sample
-from flexgear.studies.tolerance_store import batch_store
 
 PIN = "tolerance.errors.pin_tangential.standard_deviation_um"
 ROOM = {"stage.planet.teeth": "16", "stage.ring.teeth": "58", "stage.ring.addendum": "0.6"}

@@ -11,12 +11,13 @@ from flexgear.coupling.build import build_system
 from flexgear.model.load import load_case
 from flexgear.studies.tolerance_samples import (
     drawn_errors,
+    error_sets,
     nominal,
+    paths_of,
     pitch_seeds,
     sample_values,
     with_sample,
 )
-from flexgear.studies.tolerance_sets import error_sets, paths_of
 
 TRAIN_TOLERANCE = """
 [tolerance.errors]

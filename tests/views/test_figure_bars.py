@@ -4,7 +4,7 @@ import numpy as np
 
 from flexgear.results.figure import Bars, Figure
 from flexgear.results.stage_figures import LIVES
-from flexgear.views.figure_bars import figure_bars
+from flexgear.views.charts import figure_bars
 
 STRESS = Figure(
     "stress_mpa", "MPa", "stress", bars=Bars("face", "stress", "Stress", "A bar a stage.")

@@ -8,8 +8,8 @@ import pytest
 from flexgear.gears.flanks import GearFlank
 from flexgear.gears.modifications import Flank, gaps_of
 from flexgear.model.modifications import FlankModifications, Relief
-from flexgear.views.flank_drawing import flank_drawing
 from flexgear.views.interactive import panels_of
+from flexgear.views.stage_drawing import flank_drawing
 
 FLANKS = {
     "external": Flank(tip=0.030, root=0.010, half_face=0.05, base_radius=0.06),

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from flexgear.model.errors import FlexgearError
-from flexgear.views import charts, displacements, histories
+from flexgear.views import charts, histories
 from flexgear.views.style import DEFORMED_COLOUR, VARIANT_COLOURS
 
 
@@ -43,28 +43,28 @@ def test_torque_drop_has_five_panels_with_units(dropped):
 
 
 def test_tooth_node_has_three_directions_in_micrometres(steady):
-    figure = displacements.tooth_node_displacement(steady)
+    figure = histories.tooth_node_displacement(steady)
     assert [ax.get_ylabel() for ax in figure.axes] == ["X (µm)", "Y (µm)", "Z (µm)"]
     x = line_of(figure.axes[0], VARIANT_COLOURS["flexible"]).get_ydata()
     assert np.max(x) == pytest.approx(30.0, rel=1e-3)
     with pytest.raises(FlexgearError, match="there are 93"):
-        displacements.tooth_node_displacement(steady, tooth=94)
+        histories.tooth_node_displacement(steady, tooth=94)
 
 
 def test_planet_motion_without_the_carriers_rotation(steady):
-    figure = displacements.planet_displacement(steady, center_distance=0.545)
+    figure = histories.planet_displacement(steady, center_distance=0.545)
     tangential = line_of(figure.axes[1], VARIANT_COLOURS["flexible"]).get_ydata()
     np.testing.assert_allclose(tangential, -320.0, rtol=1e-6)
 
 
 def test_sun_motion(steady):
-    figure = displacements.sun_displacement(steady)
+    figure = histories.sun_displacement(steady)
     assert [ax.get_ylabel() for ax in figure.axes] == ["x (µm)", "y (µm)", "z (µm)"]
 
 
 @pytest.mark.parametrize("axis", ["x", "y", "z"])
 def test_tooth_map_holds_every_tooth(steady, axis):
-    figure = displacements.tooth_displacement_map(steady["flexible"], axis, samples=200)
+    figure = histories.tooth_displacement_map(steady["flexible"], axis, samples=200)
     mesh = figure.axes[0].collections[0]
     assert mesh.get_array().shape == (93, 200)
     assert mesh.norm.vmin == -mesh.norm.vmax

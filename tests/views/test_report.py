@@ -21,7 +21,6 @@ from flexgear.results.report.parts import Row, Table, Verdict
 from flexgear.structures.fe_mesh.fe_mesh import HEX_TO_VTK
 from flexgear.views import report
 from flexgear.views.interactive import panels_of
-from flexgear.views.plain_math import plain_math
 from flexgear.views.render import deformation_exaggeration
 from flexgear.views.report import (
     MOST_PLOTS,
@@ -41,7 +40,7 @@ from flexgear.views.scenes import (
     triangles_of_each,
 )
 from flexgear.views.style import panels, save_figure
-from flexgear.views.traces import envelope
+from flexgear.views.traces import envelope, plain_math
 
 PLOTS = re.compile(r'id="plots">([^<]*)<')
 needs_plotly = pytest.mark.skipif(plotly_script() is None, reason="plotly is not installed")

@@ -11,10 +11,10 @@ from flexgear.gears.power_flow import power_flow
 from flexgear.model.errors import FlexgearError
 from flexgear.model.load import load_case
 from flexgear.model.names import GearMeshName
-from flexgear.results.group_sharing import sharing_histories
 from flexgear.results.labelled_dataset import labelled_dataset
+from flexgear.results.load_sharing import sharing_histories
 from flexgear.views import mode_charts, sharing_charts
-from flexgear.views.campbell_chart import (
+from flexgear.views.mode_charts import (
     BACKWARD,
     FORWARD,
     STRAIGHT,

@@ -9,9 +9,7 @@ import numpy as np
 import xarray as xr
 
 from flexgear.coupling.system import System
-from flexgear.results.contact_share import contact_share, expected_contact_share
-from flexgear.results.flanks import pairs_of
-from flexgear.results.stiffness_split import stiffness_split
+from flexgear.results.flanks import contact_share, expected_contact_share, pairs_of, stiffness_split
 from tan2023 import measures
 from tan2023.measures import Passage
 from tan2023.runs import EIGHT, FLEXIBLE, RIGID, Runs, label, model_of, validation_case

@@ -10,10 +10,9 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from flexgear.model.names import MemberName, NodeName
-from flexgear.results.flanks import pairs_of
+from flexgear.results.flanks import pairs_of, stiffness_split
 from flexgear.results.harmonics import angle_difference, radial_harmonics, star_angle
 from flexgear.results.stage_part import displacement_of
-from flexgear.results.stiffness_split import stiffness_split
 
 Array = NDArray[np.float64]
 MICRO = 1e6

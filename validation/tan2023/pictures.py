@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from flexgear.model.errors import FlexgearError
-from flexgear.views import displacements, histories, loads
+from flexgear.views import histories, loads
 from flexgear.views.probe import require_rendering
 from flexgear.views.style import DEFORMED_COLOUR, ORIGINAL_COLOUR, panels, styled
 from tan2023.measures import RPM
@@ -131,12 +131,12 @@ def figure_12(runs: Runs) -> Figure:
 
 @picture(13, "X displacement of all ring tooth nodes")
 def figure_13(runs: Runs) -> Figure:
-    return displacements.tooth_displacement_map(runs.steady["flexible"], "x")
+    return histories.tooth_displacement_map(runs.steady["flexible"], "x")
 
 
 @picture(14, "Sun displacement, steady", CUT)
 def figure_14(runs: Runs) -> Figure:
-    return displacements.sun_displacement(runs.steady, window=NEAR)
+    return histories.sun_displacement(runs.steady, window=NEAR)
 
 
 @picture(
@@ -146,14 +146,14 @@ def figure_14(runs: Runs) -> Figure:
     f"(positive with the rotation), z axial. {CUT}",
 )
 def figure_15(runs: Runs) -> Figure:
-    return displacements.planet_displacement(
+    return histories.planet_displacement(
         runs.steady, 1, window=NEAR, center_distance=runs.geometry.center_distance
     )
 
 
 @picture(16, "Ring tooth node 1, steady")
 def figure_16(runs: Runs) -> Figure:
-    return displacements.tooth_node_displacement(runs.steady, 1)
+    return histories.tooth_node_displacement(runs.steady, 1)
 
 
 @picture(17, "Tooth loads of sun and planet 1, steady")
@@ -173,20 +173,20 @@ def figure_19(runs: Runs) -> Figure:
 
 @picture(20, "Sun displacement in a torque drop to 4e5 N·m")
 def figure_20(runs: Runs) -> Figure:
-    return displacements.sun_displacement(runs.main_drop, x="time", window=DROP)
+    return histories.sun_displacement(runs.main_drop, x="time", window=DROP)
 
 
 @picture(21, "Planet 1 displacement in a torque drop to 4e5 N·m", "Against the carrier's drive "
          "flange, as in Figure 15.")  # fmt: skip
 def figure_21(runs: Runs) -> Figure:
-    return displacements.planet_displacement(
+    return histories.planet_displacement(
         runs.main_drop, 1, x="time", window=DROP, center_distance=runs.geometry.center_distance
     )
 
 
 @picture(22, "Ring tooth node 1 in a torque drop to 4e5 N·m")
 def figure_22(runs: Runs) -> Figure:
-    return displacements.tooth_node_displacement(runs.main_drop, 1, x="time", window=DROP)
+    return histories.tooth_node_displacement(runs.main_drop, 1, x="time", window=DROP)
 
 
 @picture(23, "Tooth loads of sun and planet 1 in the torque drop", "Linear contact, as in the "

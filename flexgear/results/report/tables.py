@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
+
+from pydantic import BaseModel
 
 from flexgear.gears.power_flow import PowerFlow
 from flexgear.gears.report import case_reports
 from flexgear.gears.stage_flow import StageFlow
 from flexgear.model.case import Case
-from flexgear.results.report.face_load import face_tables, rim_rows
-from flexgear.results.report.figure_rows import rows
+from flexgear.model.names import FlankName
+from flexgear.model.units import Quantity
+from flexgear.results.face_load import CYCLE_FIGURES, FLANK_FIGURES, misalignment_of_groups
+from flexgear.results.figure import Figure
 from flexgear.results.report.key_words import rows_of
-from flexgear.results.report.parts import Row, Table
+from flexgear.results.report.parts import Row, Table, row, rows
 from flexgear.results.report.sharing import groups_of
 from flexgear.results.report.wording import (
     FACTOR,
@@ -255,3 +259,154 @@ def _accuracy(summary: Summary) -> Iterator[Table]:
     times = {n: value for n, value in summary["timing_s"].items() if n not in side_by_side}
     lines = [Row(TIMES.get(name, words(name)), value, "s") for name, value in times.items()]
     yield Table("accuracy", "wall time", lines)
+
+
+ORDERS = {
+    "transmission_error_orders_um": "transmission error",
+    "unloaded_transmission_error_orders_um": "unloaded transmission error",
+}
+STIFFNESS = "gear_mesh_stiffness_n_per_um"
+SHOWN = 3  # orders of the gear mesh
+
+
+def face_tables(summary: Mapping[str, Any]) -> Iterator[Table]:
+    """By variant: every group of gear meshes over a turn, causes of misalignment, gear-mesh cycles;
+    of its planets the largest. Of runs of earlier versions what they hold of it."""
+    for variant, flanks in summary.get("face_load", {}).items():
+        groups: dict[str, list[Mapping[str, Any]]] = {}
+        for flank, values in flanks.items():
+            groups.setdefault(words(FlankName.parse(flank).group), []).append(values)
+        rows = [r for name, every in groups.items() for r in _largest(name, every, FLANK_FIGURES)]
+        yield Table("face", f"{variant}, equilibria, largest of the planets", rows)
+        split = {n: values for n, values in flanks.items() if "misalignment_by_cause_um" in values}
+        causes = [
+            Row(f"{words(group)}, {cause}", 1e-6 * size, "m")
+            for group, shares in misalignment_of_groups(split).items()
+            for cause, size in shares.items()
+        ]
+        title = f"{variant}, misalignment over the face by cause, planet misaligned most"
+        yield Table("face", title, causes)
+        rows = [r for name, every in groups.items() for r in _of_cycles(name, every)]
+        yield Table(
+            "face", f"{variant}, gear-mesh cycles without errors, largest of the planets", rows
+        )
+
+
+def rim_rows(reduction: Mapping[str, Any]) -> Iterator[Row]:
+    """Of a ring's reduction: how much of a tooth's bending along the face its rim adds, and whether
+    tooth pairs take it in."""
+    if "rim_error" in reduction:
+        rim_text = "counted" if reduction["rim_counts"] else "left out"
+        label = f"bending of the rim along the face within a tooth, of the tooth's own ({rim_text})"
+        yield Row(label, reduction["rim_error"], "share")
+
+
+def _largest(
+    name: str, every: Sequence[Mapping[str, Any]], figures: Sequence[Figure]
+) -> Iterator[Row]:
+    """Rows of figures, of several flanks the largest of each."""
+    for figure in figures:
+        sizes = [of_flank[figure.path] for of_flank in every if figure.path in of_flank]
+        if figure.label and sizes:
+            largest = row(figure, max(sizes, key=abs))
+            yield replace(largest, label=f"{name}, {largest.label}")
+
+
+def _of_cycles(name: str, every: Sequence[Mapping[str, Any]]) -> Iterator[Row]:
+    """What ``gear_mesh_cycles`` found; nothing of flanks that do not carry throughout."""
+    stiffness = [flank_figures[STIFFNESS] for flank_figures in every if STIFFNESS in flank_figures]
+    for key, pick in (("min", min), ("mean", max), ("max", max)):
+        if stiffness:
+            size = pick(flank_figures[key] for flank_figures in stiffness)
+            yield Row(f"{name}, stiffness of the gear mesh, {key}", 1e6 * size, "N/m")
+    yield from _largest(name, every, CYCLE_FIGURES)
+    for key, label in ORDERS.items():
+        amplitudes = zip(
+            *(flank_figures[key][:SHOWN] for flank_figures in every if key in flank_figures),
+            strict=True,
+        )
+        for order, sizes in enumerate(amplitudes, 1):
+            yield Row(f"{name}, {label}, order {order}", 1e-6 * max(sizes), "m")
+
+
+UNITS = {
+    "length": "m",
+    "angle": "angle",
+    "time": "s",
+    "frequency": "Hz",
+    "rate": "1/s",
+    "speed": "rad/s",
+    "torque": "N m",
+    "force": "N",
+    "power": "W",
+    "acceleration": "m/s²",
+    "stiffness": "N/m",
+    "rotational stiffness": "N m/rad",
+    "rotational damping": "N m s/rad",
+    "stiffness per face width": "N/m²",
+    "modulus": "Pa",
+    "density": "kg/m³",
+    "mass": "kg",
+    "inertia": "kg m²",
+}
+MOST = 12  # entries of a list that are written out
+
+
+def case_tables(case: Case) -> list[Table]:
+    """Every parameter: one table for each stage and each other part of the case."""
+    top = [
+        Row("name", case.name),
+        Row("title", case.title or "–"),
+        Row("kinematics", case.kinematics),
+    ]
+    tables = [Table("case", "general", top)]
+    for stage in case.stages:
+        tables.append(Table("case", words(stage.name or "stage"), list(_rows(stage))))
+    for name in type(case).model_fields:
+        value = getattr(case, name)
+        if isinstance(value, BaseModel):
+            tables.append(Table("case", words(name), list(_rows(value))))
+        elif name != "stages" and isinstance(value, tuple) and value and _is_model(value[0]):
+            rows = [row for k, item in enumerate(value) for row in _rows(item, f"{k + 1} · ")]
+            tables.append(Table("case", words(name), rows))
+    return [table for table in tables if table.rows]
+
+
+def _is_model(value: Any) -> bool:
+    return isinstance(value, BaseModel)
+
+
+def _rows(section: BaseModel, before: str = "") -> Iterator[Row]:
+    """Rows of a section and of those inside it; what is not given is left out."""
+    for name, field in type(section).model_fields.items():
+        value = getattr(section, name)
+        label = before + words(name)
+        if isinstance(value, BaseModel):
+            yield from _rows(value, f"{label} · ")
+        elif isinstance(value, tuple) and value and _is_model(value[0]):
+            for k, item in enumerate(value):
+                yield from _rows(item, f"{label} {k + 1} · ")
+        elif value is not None and value != ():
+            unit = next((UNITS.get(m.dimension, "") for m in _marks(field)), "")
+            yield Row(label, _text(value, unit))
+
+
+def _marks(field: Any) -> Iterator[Quantity]:
+    """Quantities that a field's annotation carries, also inside an optional or a list."""
+    yield from (m for m in field.metadata if isinstance(m, Quantity))
+    yield from _inside(field.annotation)
+
+
+def _inside(annotation: Any) -> Iterator[Quantity]:
+    yield from (m for m in getattr(annotation, "__metadata__", ()) if isinstance(m, Quantity))
+    for part in getattr(annotation, "__args__", ()):
+        yield from _inside(part)
+
+
+def _text(value: Any, unit: str) -> str:
+    if isinstance(value, tuple):
+        shown = ", ".join(_text(v, unit) for v in value[:MOST])
+        return shown if len(value) <= MOST else f"{shown}, … ({len(value)} values)"
+    if isinstance(value, bool | str | int | float):
+        return with_unit(float(value) if unit else value, unit)
+    return str(value)

@@ -1,4 +1,4 @@
-"""What this system has and lacks, each lack with the line that mends it."""
+"""Commands about this machine: the cache of bodies, and what the system lacks."""
 
 from __future__ import annotations
 
@@ -13,13 +13,16 @@ import tempfile
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Annotated
 
 import typer
 
-from flexgear.cli.display import as_json_text, size_text
+from flexgear.cli.display import as_json_text, size_text, table
 from flexgear.cli.options import AsJson
 from flexgear.files.cache_folder import cache_directory
+from flexgear.model.errors import FlexgearError
 from flexgear.results.version import version
+from flexgear.structures import cache as store
 
 LIBRARIES = {  # what gmsh and VTK load on Linux, and the package of Debian and Ubuntu that has it
     "libGL.so.1": "libgl1", "libEGL.so.1": "libegl1", "libGLU.so.1": "libglu1-mesa",
@@ -163,3 +166,30 @@ def _writable(folder: Path) -> bool:
             return True
     except OSError:
         return False
+
+
+def cache(
+    clear: Annotated[bool, typer.Option("--clear", help="Remove all of it.")] = False,
+    as_json: AsJson = False,
+) -> None:
+    """Place, size and entries of the cache; a body that is missing there is made again."""
+    place = store.cache_directory()
+    try:
+        entries = store.clear() if clear else store.entries()
+    except OSError as error:
+        text = error.strerror or error
+        raise FlexgearError(f"the cache {place}: {error.filename or ''}: {text}") from error
+    kinds = {
+        name: [entry.size for entry in entries if entry.kind == kind]
+        for kind, name in store.KINDS.items()
+    }
+    if as_json:
+        figures = {n: {"entries": len(s), "size_bytes": sum(s)} for n, s in kinds.items()}
+        size = sum(entry.size for entry in entries)
+        out = {"place": str(place), "cleared": clear, "size_bytes": size, "kinds": figures}
+        typer.echo(as_json_text(out))
+        return
+    rows = {n: f"{len(s)} in {size_text(sum(s))}" for n, s in kinds.items()}
+    table(f"{'removed from' if clear else 'kept in'} {place}", rows)
+    if not clear:
+        typer.echo("\nFLEXGEAR_CACHE names another place; flexgear cache --clear empties it")
