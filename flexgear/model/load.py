@@ -27,9 +27,6 @@ from flexgear.model.stage import Stage
 from flexgear.model.stage_names import numbered, of_only_stage
 from flexgear.model.upgrade import refuse_earlier_file, refuse_earlier_key
 
-__all__ = ["Case", "load_case"]
-
-
 def load_case(source: str | Path, overrides: Mapping[str, object] | None = None) -> Case:
     """Read a TOML file or a bundled case by name; overrides are keyed like the TOML keys.
 
