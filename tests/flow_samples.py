@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
+from flexgear.model.bodies import Material
 from flexgear.model.case import Case
-from flexgear.model.joint import Joint
-from flexgear.model.material import Material
-from flexgear.model.ports import Input, Output
 from flexgear.model.stage import Stage
+from flexgear.model.train import Input, Joint, Output
 
 STEEL = Material(young_modulus=206e9, poisson_ratio=0.3, density=7850.0)
 HOLD = {"support": {"tangential": 1e9}}

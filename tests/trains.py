@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from flexgear import load_case
-from flexgear.model.bundled import bundled_text
+from flexgear.model.load import bundled_text
 
 STEEL = """
 [material]

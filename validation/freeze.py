@@ -34,7 +34,7 @@ from numpy.typing import NDArray
 
 import flexgear as fg
 from flexgear.cli.case_commands import derived
-from flexgear.model.bundled import bundled_cases
+from flexgear.model.load import bundled_cases
 from flexgear.solve.model import assemble
 from flexgear.solve.modes import modes
 from flexgear.solve.static import static

@@ -5,8 +5,7 @@ from pathlib import Path
 from sphinx.application import Sphinx
 
 from flexgear.model.case import Case
-from flexgear.model.keys import Key, keys, sections
-from flexgear.model.meaning import prose, words
+from flexgear.model.schema import Key, keys, prose, sections, words
 from flexgear.model.section import Section, section_of
 from flexgear.model.units import unit_name
 

@@ -26,17 +26,16 @@ from flexgear.coupling.build import build_system, rigid_system
 from flexgear.coupling.pace import case_pace, pace_sections
 from flexgear.coupling.port_machines import machine_words
 from flexgear.files.atomic import file_target, staged_folder, write_bytes, write_json
-from flexgear.gears.bearing_life import planet_bearing_life_hours
+from flexgear.gears.bearings import planet_bearing_life_hours
 from flexgear.gears.implausible import implausible
 from flexgear.gears.power_flow import PowerFlow, power_flow
 from flexgear.gears.radii import stage_radii
 from flexgear.gears.report import case_reports
 from flexgear.gears.stage_flow import StageFlow
-from flexgear.model.bundled import bundled_cases, bundled_text
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
 from flexgear.model.input_file import MOST_CASE, read_bytes, read_text
-from flexgear.model.load import load_case
+from flexgear.model.load import bundled_cases, bundled_text, load_case
 from flexgear.model.schema import json_schema
 from flexgear.model.units import RPM
 from flexgear.model.upgrade import upgraded

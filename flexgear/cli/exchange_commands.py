@@ -17,9 +17,8 @@ from flexgear.cli.options import AsJson, CaseName, Quiet, Settings, read_case
 from flexgear.cli.outputs import file_option, folder_named, with_schema
 from flexgear.files.atomic import file_target, folder_target, staged_folder, write_bytes
 from flexgear.files.matrices.body import ReducedMatrices
-from flexgear.files.matrices.writing import FORMATS, write_reduced
-from flexgear.files.rexs.from_case import model_of_case
-from flexgear.files.rexs.not_written import not_written
+from flexgear.files.matrices.exchange import FORMATS, write_reduced
+from flexgear.files.rexs.from_case import model_of_case, not_written
 from flexgear.files.rexs.reading import read_rexs
 from flexgear.files.rexs.to_case import Imported, case_of_document
 from flexgear.model.case import Case

@@ -54,16 +54,16 @@ from flexgear.coupling.system import (
     variant_label,
     without_rigid_forces,
 )
+from flexgear.gears.error_cycle import longest_time_step
 from flexgear.gears.geometry import stage_geometry
-from flexgear.gears.kinematics import longest_time_step
 from flexgear.gears.paths import require_assembly, stage_paths
 from flexgear.gears.power_flow import power_flow
 from flexgear.gears.radii import stage_radii
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
-from flexgear.model.joint import Joint
 from flexgear.model.names import MOUNT, BodyName, MemberName, NodeName
 from flexgear.model.stage_view import StageView, inside
+from flexgear.model.train import Joint
 from flexgear.structures.bodies import Body, lumped_body
 from flexgear.structures.reduced import ReducedBody
 from flexgear.structures.shaft import BeamSection, beam_element

@@ -15,11 +15,11 @@ from flexgear.coupling.springs import linear_part
 from flexgear.coupling.system import StageFrame
 from flexgear.gears.errors import stage_errors
 from flexgear.gears.geometry import stage_geometry
-from flexgear.gears.laws import line_load
 from flexgear.gears.paths import stage_paths
 from flexgear.gears.radii import stage_radii
 from flexgear.gears.slices import Nominal, bent
 from flexgear.gears.stage_flow import StageFlow
+from flexgear.gears.stiffness import line_load
 from flexgear.model.case import Case
 from flexgear.model.member import GearMember, Support
 from flexgear.model.names import BodyName, MemberName, SupportName

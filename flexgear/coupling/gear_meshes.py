@@ -20,9 +20,8 @@ from flexgear.coupling.pair_data import (
     WAVE,
     PairData,
 )
-from flexgear.gears.contact import GearMeshPath
+from flexgear.gears.contact import GearMeshKind, GearMeshPath
 from flexgear.gears.errors import PairErrors
-from flexgear.gears.gear_mesh_kind import GearMeshKind
 from flexgear.gears.slices import Slices
 from flexgear.model.errors import FlexgearError
 

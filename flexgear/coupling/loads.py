@@ -10,9 +10,9 @@ from flexgear.coupling.gear_meshes import GivenLoad
 from flexgear.coupling.members import Member
 from flexgear.gears.radii import stage_radii
 from flexgear.model.errors import InputError
-from flexgear.model.member_load import varying
 from flexgear.model.names import MemberName
 from flexgear.model.stage import Stage
+from flexgear.model.train import varying
 from flexgear.structures.kinematics import turn
 
 Array = NDArray[np.float64]

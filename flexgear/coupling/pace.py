@@ -27,8 +27,7 @@ from flexgear.coupling.gear_meshes import GearMeshSet
 from flexgear.coupling.system import StageFrame
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.case import Case
-from flexgear.model.drive import TorqueDrops
-from flexgear.model.machine import machines_of, series_of
+from flexgear.model.machine import TorqueDrops, machines_of, series_of
 from flexgear.model.solver import MOST_REFINED, Solver
 
 STEPS = 40  # a period of the band's top in steady running

@@ -28,7 +28,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexgear.coupling.laws import LAWS
-from flexgear.gears.gear_mesh_kind import GearMeshKind
+from flexgear.gears.contact import GearMeshKind
 from flexgear.structures.kinematics import rotation
 
 Array = NDArray[np.float64]

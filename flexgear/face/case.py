@@ -11,7 +11,7 @@ from pydantic import ValidationError
 from flexgear.face.notebook import Progress, html_table, progress_or_bars
 from flexgear.model import case, load
 from flexgear.model.arguments import checked
-from flexgear.model.case_files import resolve_files
+from flexgear.model.content import resolve_files
 from flexgear.model.faults import input_error
 from flexgear.model.names import BodyName
 from flexgear.model.read import Written, lists_of, to_si

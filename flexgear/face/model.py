@@ -15,8 +15,8 @@ from flexgear.face import accessor as accessor  # datasets have ``.fg`` from her
 from flexgear.face.notebook import Progress, html_table, progress_or_bars, silent
 from flexgear.model.arguments import checked
 from flexgear.model.case import Case
-from flexgear.model.drive import TorqueHistory
 from flexgear.model.errors import InputError, echo
+from flexgear.model.machine import TorqueHistory
 from flexgear.model.read import nearest
 from flexgear.results.dataset_file import dataset_file, reopened
 from flexgear.solve import deformed, model, static, transient

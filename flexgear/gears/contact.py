@@ -23,12 +23,12 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from enum import StrEnum
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from flexgear.gears.gear_mesh_kind import GearMeshKind
 from flexgear.gears.geometry import StageGeometry
 from flexgear.gears.off_path import OffPath
 from flexgear.gears.slices import Slices
@@ -36,6 +36,40 @@ from flexgear.gears.stiffness import Law, pair_stiffness
 
 if TYPE_CHECKING:
     from flexgear.model.stage import Stage
+
+
+class GearMeshKind(StrEnum):
+    """Gear mesh of planets with the ring or the sun, on their drive or coast flanks.
+
+    A parallel stage has those of the sun, its pinion, only.
+    """
+
+    RING = "ring"
+    SUN = "sun"
+    RING_COAST = "ring_coast"
+    SUN_COAST = "sun_coast"
+
+    @classmethod
+    def both(cls, gear: str) -> tuple[GearMeshKind, GearMeshKind]:
+        """On drive and on coast flanks of "ring" or "sun"."""
+        drive, coast = (kind for kind in cls if kind.gear == gear)
+        return drive, coast
+
+    @property
+    def internal(self) -> bool:
+        """Whether the planets run inside the gear."""
+        return self in (GearMeshKind.RING, GearMeshKind.RING_COAST)
+
+    @property
+    def gear(self) -> str:
+        """Name of the gear: "ring" or "sun"."""
+        return "ring" if self.internal else "sun"
+
+    @property
+    def coast(self) -> bool:
+        """Whether it is on the coast flanks."""
+        return self in (GearMeshKind.RING_COAST, GearMeshKind.SUN_COAST)
+
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]

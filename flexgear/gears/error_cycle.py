@@ -31,8 +31,9 @@ from flexgear.gears.radii import gears_by_role
 from flexgear.model.errors import FlexgearError
 
 if TYPE_CHECKING:
-    from flexgear.model.gear_errors import GearErrors
+    from flexgear.model.gear_mesh import GearErrors
     from flexgear.model.stage import Stage
+
 
 Array = NDArray[np.float64]
 
@@ -183,3 +184,15 @@ def _common(periods: Sequence[Fraction]) -> Fraction:
     return Fraction(
         math.lcm(*(p.numerator for p in periods)), math.gcd(*(p.denominator for p in periods))
     )
+
+
+LEAST_STEPS = 4  # of a transient in a gear-mesh period
+
+
+def longest_time_step(gear_mesh_frequency: float) -> float:
+    """A quarter of a gear-mesh period, s; infinite at rest.
+
+    With longer steps pairs come and go unseen between two of them, and stiffness that rises and
+    falls once a period is not followed.
+    """
+    return 1.0 / (LEAST_STEPS * gear_mesh_frequency) if gear_mesh_frequency else math.inf

@@ -46,15 +46,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from flexgear.gears.contact import GearMeshPath
+from flexgear.gears.contact import GearMeshKind, GearMeshPath
 from flexgear.gears.flanks import flank_name
-from flexgear.gears.gear_mesh_kind import GearMeshKind
 from flexgear.gears.paths import PathKey
 from flexgear.gears.radii import gears_by_role
 from flexgear.gears.tooth import transverse_angle
 
 if TYPE_CHECKING:
-    from flexgear.model.gear_errors import GearErrors
+    from flexgear.model.gear_mesh import GearErrors
     from flexgear.model.stage import Stage
     from flexgear.model.stage_view import StageView
 

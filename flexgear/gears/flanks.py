@@ -19,8 +19,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from flexgear.gears.contact import GearMeshPath
-from flexgear.gears.gear_mesh_kind import GearMeshKind
+from flexgear.gears.contact import GearMeshKind, GearMeshPath
 from flexgear.gears.geometry import PER_PAIR_MODELS
 from flexgear.gears.modifications import Flank, Gap, gaps_of
 from flexgear.gears.profile_contact import FlankPair

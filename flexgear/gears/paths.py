@@ -26,19 +26,17 @@ from numpy.typing import NDArray
 
 from flexgear.gears.contact import (
     ASSEMBLY_TOLERANCE,
+    GearMeshKind,
     GearMeshPath,
     assembly_mismatch,
     gear_mesh_path,
     planetary_paths,
 )
 from flexgear.gears.flanks import flank_pairs
-from flexgear.gears.gear_mesh_kind import GearMeshKind
 from flexgear.gears.geometry import PER_PAIR_MODELS, StageGeometry, stage_geometry
-from flexgear.gears.laws import line_load, mean_stiffness, pair_law
 from flexgear.gears.profile_contact import FlankPair, ProfileContact, profile_contact
 from flexgear.gears.slices import Line, cut
-from flexgear.gears.stiffness import Law
-from flexgear.gears.waves import stiffness_wave
+from flexgear.gears.stiffness import Law, line_load, mean_stiffness, pair_law, stiffness_wave
 
 if TYPE_CHECKING:
     from flexgear.model.stage_view import StageView

@@ -12,18 +12,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from flexgear.gears.backlash import backlash_source
-from flexgear.gears.contact import ASSEMBLY_TOLERANCE, GearMeshPath
+from flexgear.gears.contact import ASSEMBLY_TOLERANCE, GearMeshKind, GearMeshPath
 from flexgear.gears.errors import PairErrors, errors_closing, stage_errors
-from flexgear.gears.flank_pressure import pitch_point_pressure
 from flexgear.gears.flanks import GearFlank, modified_flanks
-from flexgear.gears.gear_mesh_kind import GearMeshKind
-from flexgear.gears.geometry import PER_PAIR_MODELS, StageGeometry, stage_geometry
-from flexgear.gears.laws import iso_peak
+from flexgear.gears.geometry import PER_PAIR_MODELS, StageGeometry, backlash_source, stage_geometry
 from flexgear.gears.neglected_effects import neglected_effects
+from flexgear.gears.nominal_stress import RootStress, pitch_point_pressure, stage_root_stress
 from flexgear.gears.paths import assembly_misfit, stage_paths
 from flexgear.gears.power_flow import power_flow
-from flexgear.gears.root_stress import RootStress, stage_root_stress
+from flexgear.gears.stiffness import iso_peak
 from flexgear.gears.tool import CutterTool
 from flexgear.gears.tooth import ToothGeometry
 

@@ -1,4 +1,6 @@
-"""Stiffness of a tooth pair along the path of contact and along the helical contact line.
+"""Stiffness of tooth pairs and gear meshes: laws along the path of contact, contact lines, waves.
+
+Stiffness of a tooth pair along the path of contact and along the helical contact line.
 
 k'(ξ) is the stiffness per unit face width along the 3D line of action, ξ ∈ [0, 1] the place on the
 path of contact. A pair whose contact line has s(z) = s + t z holds
@@ -7,15 +9,56 @@ path of contact. A pair whose contact line has s(z) = s + t z holds
 
 over the part of the face inside the path. Both follow exactly from the running integrals of k'
 and k' ξ on a fine grid, so a spur pair is the limit t → 0 of the same rule.
+
+Stiffness of a whole gear mesh as a periodic wave over one base pitch, and its mean.
+
+x is the share of a base pitch from s = s_lo on; pairs are on the path for s − s_lo ∈ [0, ε p_b]
+modulo p_b. With k̄ the mean of the wave and ε_α, ε_β transverse contact and overlap ratio:
+
+    constant      k̄
+    rectangular   (k̄/ε_α) n(x),  n(x) pairs on the path
+    fourier       k̄ [1 + Σ_{h=1…H} c_h cos 2πh (x − ε_α/2)],
+                  c_h = 2 sin(πhε_α)/(πhε_α) · sin(πhε_β)/(πhε_β)
+
+The last is n(x), smeared over the face by the helix: the total length of contact lines of a helical
+gear mesh, and the rectangular wave for ε_β = 0. n(x) is ε + Σ 2 sin(πhε)/(πh) cos 2πh(x − ε/2).
+Hu et al. 2023, eq. 4 is the same for ε_β = 0 with k_single = k̄/ε_α = k_max − k_min and the origin
+in the middle of the stretch with two pairs (1 < ε < 2), which makes the sign (−1)^h; its print has
+(−1)^{-1} for that and the carrier's frequency in place of the gear mesh's.
+
+Mean after ISO 6336-1:2006, 9.3.2: c_γ = c' (0.75 ε_α + 0.25) per face width.
+
+Stiffness law of a tooth pair that a stage asks for, and the mean of its gear mesh.
+
+Per-pair models have the shape of their law; a mean that is given scales it. Waves (constant,
+rectangular, fourier) have pairs of one stiffness per length of contact line, k' = k̄/(ε_α b), whose
+sum has the mean k̄: the one that the case gives, else c_γ b of ISO 6336-1.
+
+What the ring's FE mesh holds is not counted again: of a law k' the share σ(ξ) of the compliance
+(Weber and Banaschek's split) that is in the FE mesh is taken out, k'/(1 − σ). With the tie "flank"
+σ is the ring's tooth and its foundation; with "root" it is the foundation (the rim below the
+tooth), which is taken out of the law "weber-banaschek" only: ISO's c' and tables stay as they are.
+
+``force`` is the normal force (N) of one gear mesh of "sun" or "ring" at rated load. Only
+Weber–Banaschek's split depends on it, by the logarithm of Hertz's contact.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
+
+from flexgear.gears.geometry import PER_PAIR_MODELS, StageGeometry, given_stiffness
+from flexgear.gears.radii import gears_by_role
+from flexgear.gears.weber_banaschek import PairCompliance, Side, pair_compliance
+
+if TYPE_CHECKING:
+    from flexgear.model.stage_view import StageView
+
 
 Array = NDArray[np.float64]
 Law = Callable[[Array], Array]
@@ -105,3 +148,160 @@ def _at(places: Array, values: Array, running: Array, xi: Array, power: int = 0)
     if power == 0:
         return running[j] + d * (values[j] + 0.5 * slope * d)
     return running[j] + d * (values[j] * x + 0.5 * d * (values[j] + slope * x) + slope * d * d / 3)
+
+
+SAMPLES = 1024
+
+
+def stiffness_wave(
+    model: str,
+    mean: float,
+    contact_ratio: float,
+    overlap_ratio: float = 0.0,
+    harmonics: int = 5,
+    samples: int = SAMPLES,
+) -> Array:
+    """The wave at x = j/samples, (samples,) N/m, by ``model``; its mean is ``mean``.
+
+    Samples of the rectangular wave are means over cells of 1/samples round x, so that the mean is
+    kept whatever the contact ratio. Raises ValueError for a model that is no wave.
+    """
+    x = np.arange(samples) / samples
+    if model == "constant":
+        return np.full(samples, mean)
+    if model == "rectangular":
+        half = 0.5 / samples
+        return mean / contact_ratio * pairs_on_path(x - half, x + half, contact_ratio)
+    if model == "fourier":
+        # more terms than half the samples cannot be told apart
+        orders = np.arange(1.0, min(harmonics, (samples - 1) // 2) + 1)
+        waves = np.cos(2 * np.pi * np.outer(x - contact_ratio / 2, orders))
+        return mean * (1 + waves @ wave_coefficients(contact_ratio, overlap_ratio, orders))
+    raise ValueError(f"{model!r} is no stiffness wave")
+
+
+def pairs_on_path(low: Array, high: Array, contact_ratio: float) -> Array:
+    """Number of pairs on the path, averaged over x from ``low`` to ``high``."""
+    first = math.floor(-float(np.max(high))) - 1
+    last = math.ceil(contact_ratio - float(np.min(low))) + 1
+    k = np.arange(first, last + 1)[:, None]
+    inside = np.minimum(high + k, contact_ratio) - np.maximum(low + k, 0.0)
+    return np.clip(inside, 0.0, None).sum(axis=0) / (high - low)
+
+
+def wave_coefficients(contact_ratio: float, overlap_ratio: float, orders: Array) -> Array:
+    """c_h of the orders h, over the mean; np.sinc(x) is sin(πx)/(πx)."""
+    return 2 * np.sinc(orders * contact_ratio) * np.sinc(orders * overlap_ratio)
+
+
+def iso_mean_stiffness(peak: float, contact_ratio: float, face_width: float) -> float:
+    """c_γ b, N/m along the 3D normal; peak: c' per face width along it, N/m².
+
+    ISO gives the factor for ε_α ≥ 1.2 and says that below c_γ may be up to a tenth smaller.
+    """
+    return peak * (0.75 * contact_ratio + 0.25) * face_width
+
+
+def iso_peak(view: StageView, role: str) -> float:
+    """c' of ISO 6336-1 with "sun" or "ring", N/m² along the 3D normal."""
+    stage, gears = view.stage, gears_by_role(view.stage)
+    # index 1 of ISO is the pinion, the smaller of two external gears
+    first, second = gears["planet"], gears[role]
+    if role != "ring" and second.teeth < first.teeth:
+        first, second = second, first
+    return iso_single_stiffness(
+        teeth=(first.teeth, second.teeth),
+        internal=role == "ring",
+        shifts=(first.profile_shift, 0.0 if role == "ring" else second.profile_shift),
+        dedendum=0.5 * (first.dedendum + second.dedendum),
+        pressure_angle=stage.pressure_angle,
+        helix_angle=stage.helix_angle,
+        young_modulus=view.material.young_modulus,
+    )
+
+
+def line_load(view: StageView, g: StageGeometry, role: str, force: float) -> float:
+    """w = |F| cosβ_b/(ε_α b), N/m: the gear-mesh force over the mean length of contact."""
+    length = g.gear_meshes[role].transverse_contact_ratio * view.stage.face_width
+    return abs(force) * math.cos(g.base_helix_angle) / length
+
+
+def compliance(view: StageView, g: StageGeometry, role: str, force: float) -> PairCompliance:
+    """Weber–Banaschek split of the planet with "ring" or "sun". InputError without load."""
+    if force == 0:
+        raise view.refuse(
+            "gear_mesh.pair_stiffness",
+            f"weber-banaschek needs a load, but no torque passes the gear mesh ({role})",
+            "load the train, or use iso6336",
+        )
+    return pair_compliance(
+        g.planet,
+        g.gears[role],
+        g.gear_meshes[role],
+        young=view.material.young_modulus,
+        poisson=view.material.poisson_ratio,
+        line_load=line_load(view, g, role, force),
+    )
+
+
+def pair_law(view: StageView, g: StageGeometry, role: str, force: float) -> Law:
+    """k'(ξ) of the planet with "ring" or "sun", N/m² along the 3D normal, without what FE bodies of
+    the two hold."""
+    law = _whole_law(view, g, role, force)
+    split_law = view.gear_mesh.pair_stiffness == "weber-banaschek"
+    sides: tuple[tuple[Side, str], ...] = (("planet", "planet"), ("gear", role))
+    with_root = split_law and view.gear_mesh.model in PER_PAIR_MODELS
+    taken = [
+        (side, tie)
+        for side, name in sides
+        if (tie := view.fe_tie(name)) == "flank" or (tie and with_root)
+    ]
+    if not taken:
+        return law
+    split = compliance(view, g, role, force)
+    held = sum(split.share(side, tie) for side, tie in taken)
+    return table_law(split.xi, law(split.xi) / (1.0 - held))
+
+
+def mean_stiffness(view: StageView, g: StageGeometry, role: str, force: float) -> float:
+    """Mean of one gear mesh (of one half, if double-helical), N/m along the 3D normal."""
+    return law_mean(pair_law(view, g, role, force), view, g, role)
+
+
+def law_mean(law: Law, view: StageView, g: StageGeometry, role: str) -> float:
+    """Mean over a base pitch of all pairs together, ε_α b ∫ k'(ξ) dξ, N/m."""
+    xi = np.linspace(0.0, 1.0, 2001)
+    values = law(xi)
+    mean = float(np.sum(0.5 * (values[1:] + values[:-1]))) / (len(xi) - 1)
+    return g.gear_meshes[role].transverse_contact_ratio * view.stage.face_width * mean
+
+
+def _whole_law(view: StageView, g: StageGeometry, role: str, force: float) -> Law:
+    """k'(ξ) with all that both teeth and their foundations give."""
+    stiffness = given_stiffness(view, role)
+    if view.gear_mesh.model not in PER_PAIR_MODELS:
+        ratio, width = g.gear_meshes[role].transverse_contact_ratio, view.stage.face_width
+        mean = (
+            iso_mean_stiffness(iso_peak(view, role), ratio, width)
+            if stiffness is None
+            else stiffness
+        )
+        return lambda xi: np.full_like(xi, mean / (ratio * width))
+    law = _shape(view, g, role, force)
+    if stiffness is None:
+        return law
+    scale = stiffness / law_mean(law, view, g, role)
+    return lambda xi: scale * law(xi)
+
+
+def _shape(view: StageView, g: StageGeometry, role: str, force: float) -> Law:
+    options = view.gear_mesh
+    if options.pair_stiffness == "weber-banaschek":
+        split = compliance(view, g, role, force)
+        cos_bb = math.cos(g.base_helix_angle)
+        return table_law(split.xi, 1.0 / (split.total * cos_bb**2))
+    if options.pair_stiffness == "table":
+        assert options.table is not None  # the model refuses a table law without tables
+        table = getattr(options.table, role)
+        return table_law(np.asarray(table.position), np.asarray(table.stiffness))
+    return parabola(iso_peak(view, role), options.end_ratio)

@@ -31,8 +31,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from flexgear.gears.tool import CutterTool, GeneratingTool, RackTool, ToolData, rounded
-from flexgear.gears.tooth_root import ToothRoot
+from flexgear.gears.tool import CutterTool, GeneratingTool, RackTool, ToolData, ToothRoot, rounded
 from flexgear.model.section import Refusal
 
 Array = NDArray[np.float64]

@@ -1,14 +1,18 @@
-"""Content hashes: what a case says physically, whatever its spelling."""
+"""Content of a case and of the files that it names: paths, digests, hash."""
 
 from __future__ import annotations
 
 import hashlib
 import json
+import os
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 from flexgear.model.errors import InputError
 from flexgear.model.input_file import MOST_FE_MESH, require_regular
+from flexgear.model.modifications import flank_tables, read_flank_table
+from flexgear.model.time_series import Followed, read_load_series, read_time_series
 
 
 def content_hash(data: Any) -> str:
@@ -38,3 +42,67 @@ def _canonical(value: Any) -> Any:
     if isinstance(value, float):
         return f"{value:.12g}"
     return value
+
+
+def history_sections(data: dict[str, Any]) -> Iterator[dict[str, Any]]:
+    """Sections with a history in the SI data of a case: drive, and machines of the ports."""
+    ports = [*(data.get("inputs") or ()), data.get("output")]
+    machines = [port.get("machine") for port in ports if isinstance(port, dict)]
+    yield from (section for section in (data.get("drive"), *machines) if isinstance(section, dict))
+
+
+def load_sections(data: dict[str, Any]) -> Iterator[dict[str, Any]]:
+    """Loads on members in the SI data of a case."""
+    yield from (section for section in data.get("loads") or () if isinstance(section, dict))
+
+
+def read_histories(data: dict[str, Any], folder: Path) -> None:
+    """Points of all series of kind csv; their files become absolute, from ``folder``."""
+    for section in (*history_sections(data), *load_sections(data)):
+        if isinstance(section.get("file"), str):
+            section["file"] = os.path.abspath(folder / os.path.expanduser(section["file"]))
+    for section in load_sections(data):
+        if isinstance(section.get("file"), str):
+            section["times"], section["forces"], section["moments"] = read_load_series(
+                Path(section["file"])
+            )
+    for section in history_sections(data):
+        if isinstance(section.get("file"), str) and section.get("kind") == "csv":
+            what: Followed = "speed" if section.get("law") in ("speed", "controller") else "torque"
+            section["times"], section[f"{what}s"] = read_time_series(Path(section["file"]), what)
+
+
+_OF_BODIES = ("fe_mesh_file", "fe_mesh_mass_file", "fe_mesh_nodes")
+
+
+def resolve_files(data: dict[str, Any], folder: Path) -> None:
+    """Paths in SI data of a case become absolute, from ``folder``; tables and histories are
+    read."""
+    for inside, key in _files(data):
+        if isinstance(inside[key], str):
+            inside[key] = os.path.abspath(folder / os.path.expanduser(inside[key]))
+    for table in flank_tables(data):
+        if isinstance(table.get("file"), str):
+            table |= read_flank_table(Path(table["file"]))
+    read_histories(data, folder)
+
+
+def digest_files(data: dict[str, Any]) -> None:
+    """Files in dumped data are replaced by what is in them."""
+    for inside, key in _files(data):
+        inside[key] = file_digest(inside[key])
+
+
+def _files(data: dict[str, Any]) -> Iterator[tuple[dict[str, Any], str]]:
+    """Sections that name a file, and the key."""
+    sections: list[tuple[Any, str]] = [(section, "file") for section in history_sections(data)]
+    sections += [(section, "file") for section in (*load_sections(data), *flank_tables(data))]
+    sections += [(data.get("housing"), key) for key in _OF_BODIES]
+    for stage in data.get("stages", ()):
+        for name in ("ring", "carrier"):
+            member = stage.get(name)
+            body = member.get("fe") if isinstance(member, dict) else None
+            sections += [(body, key) for key in _OF_BODIES]
+    yield from (
+        (inside, key) for inside, key in sections if isinstance(inside, dict) and key in inside
+    )

@@ -1,18 +1,212 @@
-"""JSON schema (draft 7) of a case file, made from the model: for editors, taplo, Even Better TOML.
-
-It knows every key with its units, ranges and words. Relations between keys are left to ``flexgear
-check``. What a section must have is asked for but in a stage that takes the rest from another case.
-"""
+"""Keys of case files: meaning, unit, limits; as rows and as a JSON schema."""
 
 from __future__ import annotations
 
+import inspect
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 from flexgear.model.case import Case
-from flexgear.model.keys import Key, keys, sections
-from flexgear.model.section import Section
+from flexgear.model.section import Section, is_list, quantity_of, section_of, takes_one
 from flexgear.model.stage import Stage
-from flexgear.model.units import unit_name
+from flexgear.model.units import Quantity, unit_name
+
+_NAME = r"[a-z][a-z0-9_]*(?: \([^()]*\))?"  # with a remark: tilt_inertia (about a diameter)
+_HEAD = re.compile(rf"(?:^|(?<=[.;)] ))({_NAME}(?:, {_NAME})*): ")
+_WORD = re.compile(r"^([a-z][a-z0-9_-]*) {2,}(\S.*)$", re.MULTILINE)
+
+
+def meaning(section: type[Section], name: str) -> str:
+    """What a field means, "" where nobody says."""
+    description = section.model_fields[name].description
+    for cls in _sources(section):
+        description = description or _meanings(cls).get(name)
+    return description or ""
+
+
+def prose(section: type[Section]) -> str:
+    """What a section's docstring says of it as a whole."""
+    paragraphs = _paragraphs(section)
+    return "\n\n".join(p for p in (_before_keys(section, p) for p in paragraphs) if p)
+
+
+def words(section: type[Section], name: str) -> dict[str, str]:
+    """Words that a field takes, with what they mean where a docstring lists them."""
+    annotation = str(section.model_fields[name].annotation)
+    meanings: dict[str, str] = {}
+    for cls in reversed(_sources(section)):
+        listed = _listed(cls)
+        if listed and all(f"'{word}'" in annotation for word in listed):
+            meanings |= listed
+    return meanings
+
+
+def _sources(section: type[Section]) -> tuple[type[Section], ...]:
+    """The section, those it inherits from, and those whose fields it repeats (``same_as``)."""
+    classes = [c for c in section.__mro__ if issubclass(c, Section) and c is not Section]
+    return (*classes, *(other for cls in classes for other in getattr(cls, "same_as", ())))
+
+
+def _paragraphs(section: type[Section]) -> list[str]:
+    return inspect.cleandoc(section.__dict__.get("__doc__") or "").split("\n\n")
+
+
+def _before_keys(section: type[Section], paragraph: str) -> str:
+    """What a paragraph says before it says of the first field."""
+    if _is_list(paragraph):
+        return ""
+    text = " ".join(paragraph.split())
+    heads = _heads(section, text)
+    return text[: heads[0].start()].strip() if heads else text
+
+
+def _heads(section: type[Section], text: str) -> list[re.Match[str]]:
+    """Beginnings "name: " or "one, other: " of what is said of fields."""
+    fields = section.model_fields
+    return [m for m in _HEAD.finditer(text) if _names(m).keys() <= fields.keys()]
+
+
+def _names(head: re.Match[str]) -> dict[str, str]:
+    """Fields that a head names, with the remark behind each."""
+    parts = (re.fullmatch(r"(\w+)(?: \((.*)\))?", p) for p in re.findall(_NAME, head[1]))
+    return {p[1]: p[2] or "" for p in parts if p}
+
+
+@cache
+def _meanings(section: type[Section]) -> dict[str, str]:
+    """Field and what the section's own docstring says of it."""
+    meanings: dict[str, str] = {}
+    for paragraph in _paragraphs(section):
+        text = " ".join(paragraph.split())
+        heads = _heads(section, text)
+        ends = [*(m.start() for m in heads[1:]), len(text)]
+        for head, end in zip(heads, ends, strict=False):
+            meaning = text[head.end() : end].strip().rstrip(";.,")
+            meanings |= {n: f"{meaning} ({r})" if r else meaning for n, r in _names(head).items()}
+    return meanings
+
+
+def _is_list(paragraph: str) -> bool:
+    return bool(_WORD.match(paragraph))
+
+
+@cache
+def _listed(section: type[Section]) -> dict[str, str]:
+    """Words with their meanings that the section's own docstring lists."""
+    meanings: dict[str, str] = {}
+    for paragraph in filter(_is_list, _paragraphs(section)):
+        word = ""
+        for line in paragraph.splitlines():
+            begins = _WORD.match(line)
+            word = begins[1] if begins else word
+            meanings[word] = (
+                f"{meanings.get(word, '')} {begins[2] if begins else line.strip()}".strip()
+            )
+    return meanings
+
+
+NOT_WRITTEN = {(Case, "source")}  # fields that reading a file sets
+
+
+@dataclass(frozen=True)
+class Key:
+    """One field of a section, in the words of a case file.
+
+    schema: JSON schema of its value in SI. inner: the section that it holds; several: a list of
+    them, or one where one_too. meaning: without unit and range.
+    """
+
+    name: str
+    quantity: Quantity | None
+    schema: dict[str, Any]
+    required: bool
+    inner: type[Section] | None
+    several: bool
+    one_too: bool
+    meaning: str
+
+    @property
+    def spellings(self) -> dict[str, str]:
+        """Key as it is written and its unit's suffix ("" for none), the usual one first."""
+        if self.quantity is None:
+            return {self.name: ""}
+        return {f"{self.name}_{s}": s for s in self.quantity.suffixes}
+
+    @property
+    def default(self) -> Any:
+        """In SI; None where the key has none that can be written."""
+        return self.schema.get("default")
+
+    def in_unit(self, suffix: str) -> dict[str, Any]:
+        """``schema`` with limits and default in a unit."""
+        if self.quantity is None:
+            return self.schema
+        scaled = _scaled(self.schema, self.quantity, suffix)
+        assert isinstance(scaled, dict)
+        return scaled
+
+
+def keys(section: type[Section]) -> Iterator[Key]:
+    """Keys of a section in the order of its fields."""
+    properties = section.model_json_schema(ref_template="{model}")["properties"]
+    for name, field in section.model_fields.items():
+        if (section, name) in NOT_WRITTEN:
+            continue
+        inner = section_of(section, name)
+        yield Key(
+            name=name,
+            quantity=quantity_of(section, name),
+            schema={} if inner else _writable(properties[name]),
+            required=field.is_required(),
+            inner=inner,
+            several=inner is not None and is_list(section, name),
+            one_too=takes_one(section, name),
+            meaning=meaning(section, name),
+        )
+
+
+def sections(root: type[Section] = Case) -> list[type[Section]]:
+    """The section and all below it, each once, in the order in which they are met."""
+    classes: list[type[Section]] = []
+    rest = [root]
+    while rest:
+        annotation = rest.pop(0)
+        if annotation in classes:
+            continue
+        classes.append(annotation)
+        rest = [
+            inner for name in annotation.model_fields if (inner := section_of(annotation, name))
+        ] + rest
+    return classes
+
+
+def _writable(schema: dict[str, Any]) -> dict[str, Any]:
+    """A field's schema without what TOML cannot write (null) and what is said elsewhere."""
+    choices = [choice for choice in schema.get("anyOf", ()) if choice != {"type": "null"}]
+    content = {k: v for k, v in schema.items() if k not in ("title", "description", "anyOf")}
+    if content.get("default", 0) in (None, "", []):
+        content.pop("default")
+    return {
+        **content,
+        **(choices[0] if len(choices) == 1 else {"anyOf": choices} if choices else {}),
+    }
+
+
+_LIMITS = ("minimum", "maximum", "exclusiveMinimum", "exclusiveMaximum", "default")
+
+
+def _scaled(schema: Any, quantity: Quantity, suffix: str, key: str = "") -> Any:
+    if isinstance(schema, dict):
+        return {k: _scaled(v, quantity, suffix, k) for k, v in schema.items()}
+    if isinstance(schema, (list, tuple)):
+        return [_scaled(v, quantity, suffix, key) for v in schema]
+    if key in _LIMITS and isinstance(schema, (int, float)):
+        return float(f"{quantity.from_si(schema, suffix):.12g}")
+    return schema
+
 
 Schema = dict[str, Any]
 _PART = "-part"  # a section that may lack what another case says

@@ -8,10 +8,8 @@ from typing import Any, ClassVar, Literal
 
 from pydantic import Field, ValidationError, model_validator
 
-from flexgear.model.gauge import check_gauges
-from flexgear.model.gear_errors import GearErrors
-from flexgear.model.gear_mesh import GearMesh
-from flexgear.model.material import Material
+from flexgear.model.bodies import Material
+from flexgear.model.gear_mesh import GearErrors, GearMesh
 from flexgear.model.member import (
     CarrierMember,
     GearMember,
@@ -20,6 +18,7 @@ from flexgear.model.member import (
     PlanetGear,
     RingGear,
     SunGear,
+    check_gauges,
 )
 from flexgear.model.planetary_gears import PlanetaryGears, check_bore, required_hand
 from flexgear.model.ring import Ring

@@ -8,22 +8,17 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
-from flexgear.model.carrier import Carrier
-from flexgear.model.case_files import digest_files
-from flexgear.model.content import content_hash
+from flexgear.model.bodies import Carrier, Material, Planet, Shaft
+from flexgear.model.content import content_hash, digest_files
 from flexgear.model.errors import InputError
-from flexgear.model.material import Material
 from flexgear.model.member import SeatBearing
 from flexgear.model.names import BodyName
-from flexgear.model.planet import Planet
 from flexgear.model.ring import Ring
-from flexgear.model.shaft import Shaft
 from flexgear.model.solver import Solver
 
 if TYPE_CHECKING:
     from flexgear.model.case import Case
-    from flexgear.model.gear_errors import GearErrors
-    from flexgear.model.gear_mesh import GearMesh
+    from flexgear.model.gear_mesh import GearErrors, GearMesh
     from flexgear.model.member import RingGear
     from flexgear.model.stage import Stage
 

@@ -1,12 +1,19 @@
-"""Histories from CSV files: a column time_s and what is followed, row by row."""
+"""Histories over time: written in a case or read from a CSV file."""
 
 from __future__ import annotations
 
 from pathlib import Path
 from typing import Literal
 
-from flexgear.model.csv_table import read_table
+import numpy as np
+import scipy  # which loads its parts as they are named
+from numpy.typing import ArrayLike, NDArray
+from pydantic import Field, model_validator
+
 from flexgear.model.errors import InputError
+from flexgear.model.input_file import read_table
+from flexgear.model.section import Missing, Refusal, Section
+from flexgear.model.units import Speed, Time, Torque
 
 Followed = Literal["torque", "speed"]
 Points = tuple[float, ...]
@@ -58,3 +65,116 @@ def _series(
     if len(times) < 2:
         raise InputError(where, series, f"has {len(times)} rows", "give at least two")
     return tuple(times), {name: tuple(column) for name, column in histories.items()}
+
+
+Array = NDArray[np.float64]
+_SAME_TIME = 1e-12  # of a time; a step at 1 s counts from the first instant after 1 s
+_MOST: dict[Followed, tuple[float, str]] = {"torque": (1e9, "1e9 N m"), "speed": (1e4, "1e4 rad/s")}
+
+
+class TimeHistory(Section):
+    """A torque or a speed over time; what is left out is the rated one.
+
+    constant  ``torque`` or ``speed`` at all times
+    steps     ``torques[k]`` or ``speeds[k]`` for times[k] < t <= times[k+1]; the first holds before
+    ramp      straight lines between the points of time, constant outside
+    csv       as ramp, the points read from ``file``, columns time_s and torque_nm or speed_rpm;
+              between points of a speed a smooth curve without overshoot (Fritsch, Butland 1984), as
+              every kink of a given speed is a jump of its torque
+
+    kind: form of the history. torque, speed: of a constant one. times: of its points, rising.
+    torques, speeds: at these times. file: CSV of the points.
+    """
+
+    kind: Literal["constant", "steps", "ramp", "csv"] = "constant"
+    torque: Torque | None = Field(default=None, ge=-1e9, le=1e9)
+    speed: Speed | None = Field(default=None, ge=-1e4, le=1e4)
+    times: tuple[Time, ...] = ()
+    torques: tuple[Torque, ...] = ()
+    speeds: tuple[Speed, ...] = ()
+    file: str | None = None
+
+    @property
+    def followed(self) -> Followed:
+        """What it is a history of."""
+        return "torque"
+
+    @model_validator(mode="after")
+    def _complete(self) -> TimeHistory:
+        what = self.followed
+        other = "speed" if what == "torque" else "torque"
+        for key in (other, f"{other}s"):
+            if getattr(self, key) not in (None, ()):
+                raise Refusal(key, f"is given where a {what} is followed", f"give {what} instead")
+        if self.kind == "constant":
+            return self
+        if self.kind == "csv" and self.file is None and not self.times:
+            columns = "time_s and torque_nm" if what == "torque" else "time_s and speed_rpm"
+            raise Missing("file", "is missing", f"name a CSV file with {columns}")
+        if len(self.times) != len(self.values) or not self.times:
+            raise Refusal(
+                "times",
+                f"{len(self.times)} times and {len(self.values)} {what}s",
+                f"a history of kind {self.kind!r} needs as many times as {what}s",
+            )
+        if np.any(np.diff(self.times) <= 0):
+            raise Refusal("times", "do not rise", "put them in order, each once")
+        most, limit = _MOST[what]
+        if max(abs(x) for x in self.values) > most:
+            raise Refusal(f"{what}s", f"are beyond {limit}", "check the unit")
+        return self
+
+    @property
+    def is_series(self) -> bool:
+        """Whether the history changes continuously: a ramp, or the points of a file."""
+        return self.kind in ("ramp", "csv")
+
+    @property
+    def values(self) -> tuple[float, ...]:
+        """Torques or speeds at ``times``."""
+        return self.torques if self.followed == "torque" else self.speeds
+
+    def steady(self, rated: float) -> float:
+        """Torque or speed of a constant history: as given, or the rated one."""
+        level = self.torque if self.followed == "torque" else self.speed
+        return rated if level is None else level
+
+    def at(self, time: ArrayLike, rated: float) -> Array:
+        """Torque, N m, or speed, rad/s, at the times given, s; same shape."""
+        t = np.asarray(time, dtype=float)
+        if self.kind == "constant":
+            return np.full(t.shape, self.steady(rated))
+        times, values = np.asarray(self.times), np.asarray(self.values)
+        if self.kind == "steps":
+            at = np.searchsorted(times + _SAME_TIME * np.abs(times), t, side="left") - 1
+            return values[np.clip(at, 0, len(values) - 1)]
+        if self._smooth:
+            curve = scipy.interpolate.PchipInterpolator(times, values)
+            return np.asarray(curve(np.clip(t, times[0], times[-1])))
+        return np.interp(t, times, values)
+
+    def rate_at(self, time: ArrayLike) -> Array:
+        """Its rate of change, in N m/s or rad/s², at times beside jumps and kinks; same shape."""
+        t = np.asarray(time, dtype=float)
+        if self.kind in ("constant", "steps"):
+            return np.zeros(t.shape)
+        times, values = np.asarray(self.times), np.asarray(self.values)
+        within = (t > times[0]) & (t < times[-1])
+        if self._smooth:
+            return np.where(within, scipy.interpolate.PchipInterpolator(times, values)(t, 1), 0.0)
+        slopes = np.append(np.diff(values) / np.diff(times), 0.0)
+        return np.where(within, slopes[np.searchsorted(times, t, side="right") - 1], 0.0)
+
+    @property
+    def _smooth(self) -> bool:
+        return self.kind == "csv" and self.followed == "speed" and len(self.times) > 1
+
+    def change_times(self) -> tuple[float, ...]:
+        """Times at which it jumps, s."""
+        return self.times[1:] if self.kind == "steps" else ()
+
+    def kinks(self) -> tuple[float, ...]:
+        """Times at which its rate jumps, s."""
+        if self._smooth:
+            return (self.times[0], self.times[-1])
+        return self.times if self.kind in ("ramp", "csv") else ()

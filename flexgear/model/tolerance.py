@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, ClassVar, Literal
 from pydantic import Field, model_validator
 
 from flexgear.model.errors import echo
-from flexgear.model.gear_errors import GearErrors
+from flexgear.model.gear_mesh import GearErrors
 from flexgear.model.modifications import FlankModifications
 from flexgear.model.read import nearest
 from flexgear.model.section import Refusal, Section

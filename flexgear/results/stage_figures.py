@@ -12,10 +12,10 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from flexgear.gears.bearing_life import bearing_life_hours
+from flexgear.gears.bearings import bearing_life_hours
 from flexgear.gears.geometry import StageGeometry, stage_geometry
+from flexgear.gears.nominal_stress import largest_root_stress
 from flexgear.gears.power_flow import PowerFlow
-from flexgear.gears.root_stress import largest_root_stress
 from flexgear.gears.stage_flow import StageFlow
 from flexgear.model.member import PlanetBearing
 from flexgear.model.names import MemberName

@@ -13,10 +13,9 @@ from flexgear.coupling.machines import Brake
 from flexgear.coupling.modal import ModalSystem
 from flexgear.gears.power_flow import PowerFlow
 from flexgear.model.case import Case
-from flexgear.model.drive import TorqueHistory
 from flexgear.model.errors import InputError
-from flexgear.model.machine import Machine, machine_of, machines_of
-from flexgear.model.member_load import MemberLoad, load_histories
+from flexgear.model.machine import Machine, TorqueHistory, machine_of, machines_of
+from flexgear.model.train import MemberLoad, load_histories
 from flexgear.solve.model import Model
 
 Array = NDArray[np.float64]

@@ -23,9 +23,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from flexgear.gears.backlash import least_backlash
-from flexgear.gears.gear_mesh_kind import GearMeshKind
-from flexgear.gears.geometry import bottom_clearance, stage_geometry
+from flexgear.gears.contact import GearMeshKind
+from flexgear.gears.geometry import bottom_clearance, least_backlash, stage_geometry
 from flexgear.gears.neglected_effects import RIM_KEYS, neglected_effects
 from flexgear.gears.paths import stage_paths
 from flexgear.gears.power_flow import PowerFlow

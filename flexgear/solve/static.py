@@ -15,7 +15,7 @@ import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from flexgear.analysis.equilibrium import revolution
-from flexgear.gears.bearing_life import bearing_life_hours
+from flexgear.gears.bearings import bearing_life_hours
 from flexgear.model.member import PlanetBearing
 from flexgear.model.names import MemberName
 from flexgear.results.face_load import face_figures

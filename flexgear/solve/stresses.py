@@ -19,9 +19,9 @@ from flexgear.gears.contact import GearMeshPath
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.paths import PathKey, stage_paths
 from flexgear.gears.power_flow import PowerFlow
+from flexgear.model.bodies import Material
 from flexgear.model.case import Case
-from flexgear.model.gauge import Gauge
-from flexgear.model.material import Material
+from flexgear.model.member import Gauge
 from flexgear.model.names import BodyName
 from flexgear.model.stage_view import StageView
 from flexgear.solve.bodies import Bodies

@@ -17,8 +17,8 @@ from flexgear.analysis.transient import transient as step_through
 from flexgear.coupling.pace import Pace, case_pace, timed_drops
 from flexgear.gears.power_flow import PowerFlow
 from flexgear.model.case import Case
-from flexgear.model.drive import TorqueHistory
 from flexgear.model.errors import InputError
+from flexgear.model.machine import TorqueHistory
 from flexgear.model.solver import Solver
 from flexgear.results.labelled_dataset import coordinate, variable
 from flexgear.results.load_sharing import SharingCoefficients

@@ -15,8 +15,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from flexgear.files.atomic import remove_stale
 from flexgear.files.cache_folder import cache_directory
-from flexgear.files.stage import remove_stale
 
 KINDS = {
     "reduced": "reduced bodies",

@@ -21,8 +21,8 @@ from typing import Any, BinaryIO
 import numpy as np
 from numpy.typing import NDArray
 
+from flexgear.files.atomic import private_folder, remove_stale
 from flexgear.files.cache_folder import cache_directory
-from flexgear.files.stage import private_folder, remove_stale
 from flexgear.model.errors import FlexgearWarning
 from flexgear.model.input_file import open_regular, read_kept
 from flexgear.structures.cache import remove, sealed, unsealed

@@ -7,7 +7,7 @@ from typing import Any
 
 import xarray as xr
 
-from flexgear.gears.bearing_life import (
+from flexgear.gears.bearings import (
     BALL,
     ROLLER,
     planet_bearing_life_hours,

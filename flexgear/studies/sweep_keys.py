@@ -17,7 +17,7 @@ import numpy as np
 
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError, echo
-from flexgear.model.gear_errors import PLANET_LISTS
+from flexgear.model.gear_mesh import PLANET_LISTS
 from flexgear.model.read import is_place, match_key
 from flexgear.model.section import Section, is_list, quantity_of, section_of
 from flexgear.model.stage_names import numbered

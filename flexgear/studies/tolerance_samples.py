@@ -20,9 +20,8 @@ from scipy.special import ndtr, ndtri
 from flexgear.analysis.error_sets import ErrorSets
 from flexgear.coupling.gear_meshes import GearMeshLabel
 from flexgear.coupling.pair_data import PairData
-from flexgear.gears.contact import GearMeshPath
+from flexgear.gears.contact import GearMeshKind, GearMeshPath
 from flexgear.gears.errors import PairErrors, stage_errors
-from flexgear.gears.gear_mesh_kind import GearMeshKind
 from flexgear.gears.paths import PathKey, stage_paths
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.case import Case

@@ -20,8 +20,7 @@ from matplotlib.patches import Patch
 from flexgear.gears.flanks import GearFlank
 from flexgear.gears.geometry import StageGeometry, stage_geometry
 from flexgear.gears.tooth import ToothGeometry
-from flexgear.model.carrier import Carrier
-from flexgear.model.shaft import Shaft
+from flexgear.model.bodies import Carrier, Shaft
 from flexgear.model.stage_view import StageView
 from flexgear.views.style import (
     MICRO,

@@ -13,7 +13,7 @@ import pytest
 from interrupts import hear_interrupts
 
 from flexgear.cli import case_commands
-from flexgear.model.bundled import bundled_text
+from flexgear.model.load import bundled_text
 
 TEXT = bundled_text("wind-5mw")
 FLEXGEAR = [sys.executable, "-c", "from flexgear.cli import main; main()"]

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from rexs_samples import planetary
 
-from flexgear.files.matrices.reading import read_reduced
+from flexgear.files.matrices.exchange import read_reduced
 from flexgear.files.rexs.reading import read_rexs
 from flexgear.files.rexs.to_case import case_of_document
 from flexgear.model.errors import FlexgearError, InputError

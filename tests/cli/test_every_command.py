@@ -11,7 +11,7 @@ from train_contexts import BUNDLED
 
 from flexgear.cli import body_commands
 from flexgear.cli.entry import app, run
-from flexgear.model.bundled import bundled_cases
+from flexgear.model.load import bundled_cases
 from flexgear.results.summary import json_schema
 from flexgear.solve.headlines import rows_schema
 

@@ -9,7 +9,7 @@ from rexs_samples import planetary, three_stages
 from stage_samples import made_of
 
 from flexgear.cli import body_commands
-from flexgear.files.matrices.reading import read_reduced
+from flexgear.files.matrices.exchange import read_reduced
 from flexgear.structures.reduced import ReducedBody
 
 

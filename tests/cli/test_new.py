@@ -17,8 +17,7 @@ from flexgear.cli.case_commands import derived
 from flexgear.files.new_case import Rated
 from flexgear.gears.implausible import implausible
 from flexgear.gears.power_flow import power_flow
-from flexgear.gears.sizing import ARRANGEMENTS, StageRequest
-from flexgear.gears.tooth_numbers import tooth_numbers
+from flexgear.gears.sizing import ARRANGEMENTS, StageRequest, tooth_numbers
 from flexgear.model.errors import InputError
 from flexgear.model.load import case_of_toml
 from flexgear.solve.model import assemble

@@ -13,7 +13,7 @@ import xarray as xr
 from flexgear.cli import analysis_commands, run_commands
 from flexgear.cli.display import by_figure
 from flexgear.files import atomic
-from flexgear.model.bundled import bundled_text
+from flexgear.model.load import bundled_text
 from flexgear.results.origin import Origin, origin_of
 
 PIN = "tolerance.errors.pin_tangential.standard_deviation_um=10"

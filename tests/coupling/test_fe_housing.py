@@ -14,7 +14,7 @@ from flexgear.analysis.recovery import Recovery
 from flexgear.coupling.build import build_system
 from flexgear.coupling.modal import modal_system
 from flexgear.files.matrices.body import ReducedMatrices
-from flexgear.files.matrices.writing import write_reduced
+from flexgear.files.matrices.exchange import write_reduced
 from flexgear.model.errors import InputError
 from flexgear.model.load import load_case
 from flexgear.structures.kinematics import rigid_rows

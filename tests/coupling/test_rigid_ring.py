@@ -5,8 +5,8 @@ import pytest
 from coupled import make_case, make_system
 
 from flexgear.gears.geometry import stage_geometry
-from flexgear.gears.laws import compliance, pair_law
 from flexgear.gears.power_flow import power_flow
+from flexgear.gears.stiffness import compliance, pair_law
 
 WEBER = {"stage.gear_mesh.pair_stiffness": "weber-banaschek"}
 

@@ -14,7 +14,7 @@ from flexgear.coupling.laws import law_number, respond
 from flexgear.coupling.laws.rollers import roller_loads, roller_parameters, roller_stiffness
 from flexgear.coupling.modal import modal_system
 from flexgear.model.errors import InputError
-from flexgear.model.rollers import Rollers
+from flexgear.model.springs import Rollers
 
 N = 10 / 9
 

@@ -10,9 +10,8 @@ from train_contexts import MIXED
 from trains import stage_train, write
 
 from flexgear.coupling.build import build_system, require_workable
-from flexgear.model.bundled import bundled_cases
 from flexgear.model.errors import InputError
-from flexgear.model.load import load_case
+from flexgear.model.load import bundled_cases, load_case
 
 SPATIAL = 'kinematics = "spatial"\n'
 FIRST = "stages.first."

@@ -9,8 +9,8 @@ import numpy as np
 from flexgear.gears.errors import stage_errors
 from flexgear.gears.paths import stage_paths
 from flexgear.gears.power_flow import power_flow
+from flexgear.model.bodies import Material
 from flexgear.model.load import load_case
-from flexgear.model.material import Material
 from flexgear.model.stage import Stage
 from flexgear.model.stage_view import StageView
 

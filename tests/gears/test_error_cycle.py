@@ -24,7 +24,7 @@ from flexgear.gears.error_cycle import (
     train_cycle,
 )
 from flexgear.model.errors import FlexgearError
-from flexgear.model.gear_errors import GearErrors
+from flexgear.model.gear_mesh import GearErrors
 from flexgear.model.load import load_case
 
 TEETH = st.integers(5, 14)

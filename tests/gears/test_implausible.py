@@ -4,13 +4,12 @@ import math
 
 import pytest
 
-from flexgear.gears.flank_pressure import pitch_point_pressure
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.implausible import implausible
+from flexgear.gears.nominal_stress import pitch_point_pressure
 from flexgear.gears.power_flow import power_flow
-from flexgear.model.bundled import bundled_cases
 from flexgear.model.errors import InputError
-from flexgear.model.load import load_case
+from flexgear.model.load import bundled_cases, load_case
 
 
 def doubts(name, changes=()):

@@ -8,9 +8,9 @@ import pytest
 from gears.stages import UNLOADED, helical, pair_indices, parallel, paths_of, planetary, seen
 
 from flexgear.gears.geometry import stage_geometry
-from flexgear.gears.laws import law_mean, mean_stiffness, pair_law
 from flexgear.gears.paths import stage_paths
 from flexgear.gears.power_flow import power_flow
+from flexgear.gears.stiffness import law_mean, mean_stiffness, pair_law
 from flexgear.model.errors import InputError
 from flexgear.model.load import load_case
 

@@ -13,8 +13,7 @@ from flexgear.gears.paths import stage_paths
 from flexgear.gears.slices import Line, cut
 from flexgear.model.case import case_of_dict
 from flexgear.model.errors import InputError
-from flexgear.model.flank_table import FlankTable
-from flexgear.model.modifications import EndRelief, FlankModifications, Relief
+from flexgear.model.modifications import EndRelief, FlankModifications, FlankTable, Relief
 from flexgear.results.run_folder import tuples_of
 
 EXTERNAL = Flank(tip=0.030, root=0.010, half_face=0.05, base_radius=0.06)

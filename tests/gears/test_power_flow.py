@@ -13,7 +13,7 @@ from flexgear.gears.power_flow import PowerFlow, power_flow
 from flexgear.gears.radii import stage_radii
 from flexgear.gears.stage_flow import stage_flow
 from flexgear.model.load import load_case
-from flexgear.model.member_load import MemberLoad
+from flexgear.model.train import MemberLoad
 
 teeth = st.integers(20, 60)
 speeds = st.floats(-50.0, 50.0).filter(lambda v: abs(v) > 1e-3)

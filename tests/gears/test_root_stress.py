@@ -9,13 +9,13 @@ from gears.plain_gear import Gear
 from scipy.optimize import brentq
 
 from flexgear.gears.geometry import stage_geometry
-from flexgear.gears.power_flow import power_flow
-from flexgear.gears.root_stress import (
+from flexgear.gears.nominal_stress import (
     outer_single_contact,
     stage_root_stress,
     virtual_teeth,
     virtual_tooth,
 )
+from flexgear.gears.power_flow import power_flow
 from flexgear.gears.tool import CutterTool, PlainTool
 from flexgear.gears.tooth import tooth_geometry
 from flexgear.model.load import load_case

@@ -7,9 +7,16 @@ import pytest
 from gears.stages import flexible_paths
 
 from flexgear.gears.geometry import stage_geometry
-from flexgear.gears.laws import compliance, iso_peak, pair_law
 from flexgear.gears.power_flow import power_flow
-from flexgear.gears.stiffness import iso_single_stiffness, pair_stiffness, parabola, table_law
+from flexgear.gears.stiffness import (
+    compliance,
+    iso_peak,
+    iso_single_stiffness,
+    pair_law,
+    pair_stiffness,
+    parabola,
+    table_law,
+)
 from flexgear.gears.tooth import ToothOutline
 from flexgear.gears.weber_banaschek import tooth_compliance
 from flexgear.model.load import load_case

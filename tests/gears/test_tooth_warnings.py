@@ -9,10 +9,9 @@ from cut_teeth.of_case import gear_of
 from gears.plain_gear import Gear
 
 from flexgear.gears.geometry import stage_geometry
+from flexgear.gears.implausible import lowest_contact, tooth_warnings, trimmed
 from flexgear.gears.tool import PlainTool
-from flexgear.gears.tooth_warnings import lowest_contact, tooth_warnings, trimmed
-from flexgear.model.bundled import bundled_cases
-from flexgear.model.load import load_case
+from flexgear.model.load import bundled_cases, load_case
 
 PROFILE_A = {"stage.planet.dedendum": "1.25", "stage.planet.root_fillet": "0.38"}
 SPUR = {"stage.helix_angle_deg": "0"}

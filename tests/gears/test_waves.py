@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from flexgear.gears.waves import (
+from flexgear.gears.stiffness import (
     iso_mean_stiffness,
     pairs_on_path,
     stiffness_wave,

@@ -4,9 +4,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from flexgear.model.bundled import bundled_text
 from flexgear.model.errors import FlexgearError, InputError
-from flexgear.model.load import load_case
+from flexgear.model.load import bundled_text, load_case
 
 
 def refused(path, old, new, words):

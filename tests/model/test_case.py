@@ -7,10 +7,9 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from flexgear.model.bundled import bundled_cases, bundled_text
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
-from flexgear.model.load import case_of_toml, load_case
+from flexgear.model.load import bundled_cases, bundled_text, case_of_toml, load_case
 from flexgear.model.springs import Bearing
 
 

@@ -8,7 +8,7 @@ from stage_samples import stiff_stage
 
 from flexgear import load_case, power_flow
 from flexgear.coupling.pace import case_pace
-from flexgear.model.bundled import bundled_text
+from flexgear.model.load import bundled_text
 
 PLANETS, SUN, PLANET, RING = 4, 23, 33, 89
 HELIX, TORQUE, SPEED = math.radians(15), 200.0, 8000.0

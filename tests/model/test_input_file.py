@@ -6,10 +6,9 @@ import sys
 import pytest
 
 from flexgear.model import input_file
-from flexgear.model.bundled import bundled_text
 from flexgear.model.content import file_digest
 from flexgear.model.errors import InputError
-from flexgear.model.load import load_case
+from flexgear.model.load import bundled_text, load_case
 from flexgear.structures.fe_mesh.files import read_fe_mesh
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="pipes and devices are of POSIX")

@@ -5,9 +5,9 @@ import pytest
 from trains import STAGE, stage_train, write
 
 from flexgear.model.errors import InputError
-from flexgear.model.history import TimeHistory
 from flexgear.model.load import load_case
 from flexgear.model.machine import Machine, machines_of
+from flexgear.model.time_series import TimeHistory
 
 AT = "inputs.0.machine."
 OUT = "output.machine."

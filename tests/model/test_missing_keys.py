@@ -4,9 +4,8 @@ import re
 
 import pytest
 
-from flexgear.model.bundled import bundled_text
 from flexgear.model.errors import InputError
-from flexgear.model.load import load_case
+from flexgear.model.load import bundled_text, load_case
 
 
 def without(folder, name, *keys):

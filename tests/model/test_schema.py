@@ -6,11 +6,8 @@ import tomllib
 import jsonschema
 import pytest
 
-from flexgear.model.bundled import bundled_cases, bundled_text
-from flexgear.model.keys import keys, sections
-from flexgear.model.load import case_of_toml
-from flexgear.model.meaning import prose, words
-from flexgear.model.schema import json_schema
+from flexgear.model.load import bundled_cases, bundled_text, case_of_toml
+from flexgear.model.schema import json_schema, keys, prose, sections, words
 from flexgear.model.section import Section
 
 SCHEMA = json_schema()

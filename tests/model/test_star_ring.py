@@ -7,7 +7,7 @@ import pytest
 from stage_samples import stiff_stage
 
 from flexgear import load_case, power_flow
-from flexgear.model.bundled import bundled_text
+from flexgear.model.load import bundled_text
 
 PLANETS, SUN, PLANET, RING = 4, 21, 27, 75
 HELIX, TORQUE, SPEED = math.radians(15), 250.0, 3000.0

@@ -5,11 +5,10 @@ import math
 import pytest
 from small_train import SMALL
 
-from flexgear.model.bundled import bundled_text
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
-from flexgear.model.gear_errors import GearErrors
-from flexgear.model.load import load_case
+from flexgear.model.gear_mesh import GearErrors
+from flexgear.model.load import bundled_text, load_case
 from flexgear.model.tolerance import ErrorDistributions
 
 PIN = "tolerance.errors.pin_radial"

@@ -7,7 +7,7 @@ from small_train import ALONE, FLEXIBLE, SMALL
 
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
-from flexgear.model.gear_errors import GearErrors
+from flexgear.model.gear_mesh import GearErrors
 from flexgear.model.load import load_case
 
 
@@ -146,7 +146,7 @@ def test_a_stage_of_another_case_is_changed_as_any_other(write):
 
 
 def test_a_flexible_stage_by_file_beside_the_train(write, tmp_path):
-    from flexgear.model.bundled import bundled_text
+    from flexgear.model.load import bundled_text
 
     (tmp_path / "low.toml").write_text(bundled_text("wind-5mw"), encoding="utf-8")
     by_file = load_case(write(FLEXIBLE.replace('"wind-5mw"', '"low.toml"')))

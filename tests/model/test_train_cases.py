@@ -6,9 +6,8 @@ import re
 import pytest
 
 from flexgear.gears.geometry import stage_geometry
-from flexgear.model.bundled import bundled_cases, bundled_text
 from flexgear.model.case import Case
-from flexgear.model.load import load_case
+from flexgear.model.load import bundled_cases, bundled_text, load_case
 
 TRAINS = ["double-rotor-5mw", "herringbone", "lin-parker", "nrel-5mw", "pitch-drive"]
 COORDINATES = {"fixed": 0, "torsional": 1, "planar": 3, "axial": 4, "spatial": 6}

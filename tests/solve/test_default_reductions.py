@@ -2,8 +2,7 @@
 
 import pytest
 
-from flexgear.model.bundled import bundled_cases
-from flexgear.model.load import load_case
+from flexgear.model.load import bundled_cases, load_case
 from flexgear.solve.bodies import reduced_bodies, rigid_bodies
 from flexgear.solve.result_warnings import reduction_warnings
 

@@ -5,7 +5,7 @@ import pytest
 from stage_samples import bodies_of
 
 import flexgear as fg
-from flexgear.model.bundled import bundled_cases
+from flexgear.model.load import bundled_cases
 from flexgear.results.quantities import MISSING, RESULT_COORDINATES
 from flexgear.results.result_quantities import RESULT_QUANTITIES
 

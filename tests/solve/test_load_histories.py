@@ -12,7 +12,7 @@ from flexgear.coupling.build import build_system
 from flexgear.coupling.modal import modal_system
 from flexgear.model.errors import InputError
 from flexgear.model.load import load_case
-from flexgear.model.member_load import load_histories
+from flexgear.model.train import load_histories
 from flexgear.solve.machines import ends_of
 from flexgear.solve.model import model_of
 from flexgear.solve.static import static

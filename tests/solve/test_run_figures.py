@@ -6,7 +6,7 @@ from coupled import make_bodies, make_case
 from heavy_stage import SMALL, G
 
 from flexgear.coupling.build import build_system
-from flexgear.gears.bearing_life import ROLLER, rating_life_hours
+from flexgear.gears.bearings import ROLLER, rating_life_hours
 from flexgear.solve.model import model_of
 from flexgear.solve.run_transients import stages_summary
 from flexgear.solve.static import static

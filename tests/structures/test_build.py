@@ -12,7 +12,7 @@ from flexgear.coupling.build import build_system
 from flexgear.coupling.modal import modal_system
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.power_flow import power_flow
-from flexgear.model.gear_errors import GearErrors
+from flexgear.model.gear_mesh import GearErrors
 from flexgear.model.load import load_case
 from flexgear.results.stage_part import of_kind, stage_part
 from flexgear.solve.model import assemble

@@ -7,7 +7,7 @@ import pytest
 from stage_samples import cheap_stage
 
 from flexgear.files.matrices.body import ReducedMatrices
-from flexgear.files.matrices.writing import write_reduced
+from flexgear.files.matrices.exchange import write_reduced
 from flexgear.model.errors import InputError
 from flexgear.model.load import load_case
 from flexgear.results.flanks import pairs_of

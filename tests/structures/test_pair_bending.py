@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from flexgear.gears.geometry import stage_geometry
-from flexgear.gears.laws import compliance
 from flexgear.gears.paths import stage_paths
 from flexgear.gears.power_flow import power_flow
 from flexgear.gears.slices import Nominal, bent
+from flexgear.gears.stiffness import compliance
 from flexgear.model.load import load_case
 from flexgear.structures.fe_mesh import SegmentDivisions
 from flexgear.structures.tooth_influence import of_case, pair_bending, pairs

@@ -12,10 +12,9 @@ from scipy.sparse.linalg import LinearOperator, SuperLU, eigsh, splu
 from skfem.helpers import dot
 from skfem.models.elasticity import lame_parameters, linear_elasticity
 
-from flexgear.model.material import Material
+from flexgear.model.bodies import Material, Planet
 from flexgear.model.member import PlanetBearing
 from flexgear.model.names import BodyName
-from flexgear.model.planet import Planet
 from flexgear.structures.bodies import rigid_variant, stiffened
 from flexgear.structures.fe_mesh import FeMesh, PlanetMeshParameters
 from flexgear.structures.fe_mesh.solids import mesh_solid

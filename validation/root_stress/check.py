@@ -15,17 +15,16 @@ from matplotlib.figure import Figure
 from plane_contact.body import Elastic
 
 from flexgear.gears.geometry import stage_geometry
-from flexgear.gears.power_flow import power_flow
-from flexgear.gears.radii import gears_by_role
-from flexgear.gears.root_stress import (
+from flexgear.gears.nominal_stress import (
     outer_single_contact,
     root_stress,
     virtual_tooth,
 )
+from flexgear.gears.power_flow import power_flow
+from flexgear.gears.radii import gears_by_role
 from flexgear.gears.tool import PlainTool
 from flexgear.gears.tooth import base_helix_angle, tooth_geometry, transverse_angle
-from flexgear.model.bundled import bundled_cases
-from flexgear.model.load import load_case
+from flexgear.model.load import bundled_cases, load_case
 from flexgear.structures.fe_mesh import SegmentParameters
 from flexgear.structures.tooth_influence.root_stress import (
     DEPTH,

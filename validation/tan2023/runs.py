@@ -21,7 +21,7 @@ from flexgear.analysis.transient import Collector, Drive, collected, transient
 from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.system import System, variant_label
 from flexgear.gears.geometry import StageGeometry, stage_geometry
-from flexgear.model.gear_errors import GearErrors
+from flexgear.model.gear_mesh import GearErrors
 from flexgear.model.load import load_case
 from flexgear.model.names import BodyName
 from flexgear.model.stage_view import StageView

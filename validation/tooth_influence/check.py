@@ -9,11 +9,10 @@ import pytest
 from matplotlib.figure import Figure
 
 from flexgear.gears.geometry import stage_geometry
-from flexgear.gears.laws import iso_peak
 from flexgear.gears.paths import stage_paths
 from flexgear.gears.power_flow import power_flow
 from flexgear.gears.slices import Nominal, bent
-from flexgear.gears.waves import iso_mean_stiffness
+from flexgear.gears.stiffness import iso_mean_stiffness, iso_peak
 from flexgear.model.load import load_case
 from flexgear.structures.fe_mesh import tooth_segment
 from flexgear.structures.fem import assemble, facet_nodes

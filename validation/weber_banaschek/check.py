@@ -11,8 +11,8 @@ from matplotlib.figure import Figure
 from plane_teeth import HELD, deflection, hertz, load_at
 
 from flexgear.gears.geometry import stage_geometry
-from flexgear.gears.laws import compliance, line_load
 from flexgear.gears.power_flow import power_flow
+from flexgear.gears.stiffness import compliance, line_load
 from flexgear.gears.weber_banaschek import tooth_compliance
 from flexgear.model.load import load_case
 from flexgear.views.style import save_figure

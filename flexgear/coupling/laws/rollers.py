@@ -21,8 +21,7 @@ import math
 import numpy as np
 
 from flexgear.coupling.laws.law import Array, Law, compiled_law
-from flexgear.model.rollers import Rollers
-from flexgear.model.springs import Bearing
+from flexgear.model.springs import Bearing, Rollers
 
 EXPONENT = 10.0 / 9.0
 LOOSE = 1e-4  # share of the linear stiffness in the tangent of a bearing without load

@@ -1,11 +1,22 @@
-"""Stiffness and mass of a reduced body on six-dof nodes, and what they must fulfil.
+"""Reduced matrices of a body on six-dof nodes, their table of nodes, and checks of both.
+
+Stiffness and mass of a reduced body on six-dof nodes, and what they must fulfil.
 
 Coordinates: ux, uy, uz (m), rx, ry, rz (rad) of each node in the order of the table, then modal
 ones. A free body has K R = 0 for its six rigid motions R, whose mass is Rᵀ M R.
+
+The table of nodes beside reduced matrices, as CSV.
+
+Columns: row (first row of the node in the matrices, from 1; six follow one another), id, name, and
+x, y, z with their unit: x_m or x_mm. Rows without a position are modal coordinates.
 """
 
 from __future__ import annotations
 
+import csv
+import io
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -13,7 +24,8 @@ import numpy as np
 import scipy.linalg
 from numpy.typing import NDArray
 
-from flexgear.model.errors import InputError
+from flexgear.model.errors import InputError, echo
+from flexgear.model.input_file import MEGABYTE, MOST_MATRICES
 
 Array = NDArray[np.float64]
 SYMMETRIC = 1e-6  # of the largest entry of the two rows, scaled by their diagonals
@@ -195,3 +207,125 @@ def _flexible_modes(body: ReducedMatrices, where: str) -> float:
             where, "mass", "is not positive definite", "export the consistent mass"
         ) from None
     return float(np.sqrt(max(squares[6], 0.0)) / (2 * np.pi))
+
+
+@dataclass(frozen=True, eq=False)
+class NodeTable:
+    """Nodes in the order of the matrices: ids as the program numbers them, positions (n, 3) m;
+    mode_ids: ids of the modal coordinates behind them."""
+
+    ids: tuple[int, ...]
+    names: tuple[str, ...]
+    positions: Array
+    mode_ids: tuple[int, ...] = ()
+
+
+def table_text(names: tuple[str, ...], positions: Array, modes: int) -> str:
+    """The table as CSV; ids count from 1 through nodes and modes."""
+    out = io.StringIO()
+    rows = csv.writer(out, lineterminator="\n")
+    rows.writerow(["row", "id", "name", "x_m", "y_m", "z_m"])
+    for k, (name, place) in enumerate(zip(names, positions, strict=True)):
+        rows.writerow([6 * k + 1, k + 1, name, *(repr(float(v)) for v in place)])
+    for k in range(modes):
+        rows.writerow([6 * len(names) + k + 1, len(names) + k + 1, f"mode_{k + 1:03d}", "", "", ""])
+    return out.getvalue()
+
+
+def read_table(text: str, where: str) -> NodeTable:
+    """A table from CSV. InputError for what cannot be read."""
+    try:
+        rows = [row for row in csv.reader(io.StringIO(text)) if any(c.strip() for c in row)]
+    except csv.Error as error:
+        raise InputError(where, "table", f"cannot be read: {error}", "save it as CSV") from None
+    heads = [head.strip().lower() for head in rows[0]] if rows else []
+    unit = next((u for u in LENGTHS if {f"{axis}_{u}" for axis in "xyz"} <= {*heads}), None)
+    if unit is None:
+        raise InputError(
+            where, "columns", f"{echo(', '.join(heads))} lack positions",
+            "give id, name, x_m, y_m, z_m (or x_mm …)",
+        )  # fmt: skip
+    entries = [_by_head(heads, row, where, number) for number, row in enumerate(rows[1:], 2)]
+    if "row" in heads:
+        entries.sort(key=lambda row: _whole(row["row"], where, "row"))
+    axes = [f"{axis}_{unit}" for axis in "xyz"]
+    nodes = [row for row in entries if row.get(axes[0])]
+    modes = [row for row in entries if not row.get(axes[0])]
+    ids = [_whole(row.get("id", str(k)), where, "id") for k, row in enumerate(nodes, 1)]
+    if not nodes or len({*ids}) < len(ids):
+        problem = "are there twice" if nodes else "are none"
+        raise InputError(where, "nodes", problem, "give each node one row with an id of its own")
+    places = [[_number(row[axis], where, axis) for axis in axes] for row in nodes]
+    names = [row.get("name") or f"node_{k}" for k, row in zip(ids, nodes, strict=True)]
+    mode_ids = tuple(_whole(row["id"], where, "id") for row in modes if row.get("id"))
+    return NodeTable(tuple(ids), tuple(names), LENGTHS[unit] * np.array(places), mode_ids)
+
+
+def _by_head(heads: list[str], row: list[str], where: str, number: int) -> dict[str, str]:
+    """Cells by column; modal coordinates may leave out the empty ones at the end."""
+    cells = [cell.strip() for cell in row]
+    full = cells + [""] * (len(heads) - len(cells))
+    cells_by_head = dict(zip(heads, full, strict=False))
+    if len(cells) != len(heads) and any(cells_by_head.get(f"x_{unit}") for unit in LENGTHS):
+        raise InputError(
+            where, f"row {number}", f"has {len(cells)} columns, the first {len(heads)}",
+            "give every node all of them",
+        )  # fmt: skip
+    return cells_by_head
+
+
+def _whole(text: str, where: str, key: str) -> int:
+    try:
+        return int(text)
+    except ValueError:
+        raise InputError(where, key, f"{echo(text)} is not whole", "write whole numbers") from None
+
+
+def _number(text: str, where: str, key: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise InputError(where, key, f"{echo(text)} is no number", "write numbers")
+    return value
+
+
+MOST_MODES = 5000  # modal coordinates of a body; hundreds are usual
+_REAL = "fiu"  # kinds of NumPy's that are real numbers
+
+
+def require_form(shape: Sequence[int], where: str, key: str, table: NodeTable) -> None:
+    """InputError unless a matrix of this shape can belong to the nodes of a table; asked before
+    anything of that size is made."""
+    key, rows = key or "matrix", 6 * len(table.ids)
+    if len(shape) != 2 or 0 in shape:
+        size = " x ".join(map(str, shape)) or "a single number"
+        raise InputError(where, key, f"is {size}, no matrix", "write rows and columns")
+    if shape[1] > rows + MOST_MODES:
+        raise InputError(
+            where, key, f"is {shape[0]} x {shape[1]}",
+            f"the {len(table.ids)} nodes have {rows} rows, and up to {MOST_MODES} modal "
+            "coordinates may follow",
+        )  # fmt: skip
+    if 8 * math.prod(shape) > MOST_MATRICES:
+        problem = f"is {shape[0]} x {shape[1]}, more than {MOST_MATRICES // MEGABYTE} MB"
+        raise InputError(where, key, problem, "recover displacements at fewer points")
+
+
+def require_real(dtype: np.dtype[Any], where: str, key: str) -> None:
+    """InputError for other than real numbers."""
+    if dtype.kind not in _REAL:
+        raise InputError(where, key or "matrix", f"holds {dtype}", "write real numbers")
+
+
+def sound(matrix: Any, where: str, key: str, table: NodeTable) -> NDArray[np.float64]:
+    """The matrix in double precision; InputError unless it is one of finite real numbers."""
+    array = np.asarray(matrix)
+    require_form(array.shape, where, key, table)
+    require_real(array.dtype, where, key)
+    if not np.isfinite(array).all():
+        raise InputError(
+            where, key or "matrix", "holds entries that are no numbers", "export it again"
+        )
+    return np.asarray(array, dtype=np.float64)

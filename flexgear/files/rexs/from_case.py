@@ -1,5 +1,7 @@
 """A case as a REXS model: gears, shafts, carriers, bearings, joints, loads; steady results.
 
+What a REXS model does not say of a case.
+
 Frame: u is the case's z, v its x, w its y. Speeds, torques and powers of the steady flow stand in a
 load case.
 """
@@ -8,21 +10,82 @@ from __future__ import annotations
 
 import math
 
-from flexgear.files.rexs.not_written import is_written
-from flexgear.files.rexs.outgoing_flanks import MM, FlanksOut
-from flexgear.files.rexs.outgoing_gears import GearsOut, axes, halves, middle
-from flexgear.files.rexs.writing import Outgoing, Written
+from flexgear.files.rexs.outgoing import (
+    MM,
+    FlanksOut,
+    GearsOut,
+    Outgoing,
+    Written,
+    axes,
+    halves,
+    middle,
+)
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.power_flow import power_flow
 from flexgear.gears.radii import stage_radii
 from flexgear.model.case import Case
-from flexgear.model.joint import Joint
-from flexgear.model.member import Support
-from flexgear.model.member_load import MemberLoad
-from flexgear.model.ports import Input, Output
+from flexgear.model.member import MatedGear, PlanetGear, Support
+from flexgear.model.modifications import FLANKS, FlankModifications
+from flexgear.model.section import Section
 from flexgear.model.springs import Springs
 from flexgear.model.stage import Stage
+from flexgear.model.train import Input, Joint, MemberLoad, Output
 from flexgear.model.units import RPM
+
+_WRITTEN = {
+    "name", "title", "source", "gravity", "material", "stages", "joints", "held", "inputs",
+    "output", "loads",
+}  # fmt: skip
+_OF_PORTS = {"member", "speed", "torque", "power", "inertia"}
+
+
+def not_written(case: Case) -> list[str]:
+    """What the model does not say of the case, in words."""
+    lost = _set(case, "", _WRITTEN)
+    for k, port in enumerate(case.ports):
+        where = "output" if port is case.output else f"inputs[{k}]"
+        lost += _set(port, f"{where}.", _OF_PORTS)
+    lost += [f"loads on {load.member}" for load in case.loads if not is_written(load)]
+    for stage in case.stages:
+        keys = ("errors", "gear_mesh")
+        defaults = {k: type(stage).model_fields[k].default for k in keys}
+        lost += [f"stages.{stage.name}.{k}" for k in keys if getattr(stage, k) != defaults[k]]
+        for name in (*stage.members, "planet"):
+            member = getattr(stage, name, None)
+            if getattr(member, "inertia", None) or getattr(member, "equivalent_mass", None):
+                lost.append(f"stages.{stage.name}.{name}: its moment of inertia")
+            if isinstance(member, MatedGear | PlanetGear):
+                where = f"stages.{stage.name}.{name}.modifications"
+                lost += [f"{where}.{key}" for key in _tables(member.modifications)]
+        if stage.is_flexible:
+            lost.append(
+                f"stages.{stage.name}: FE bodies of ring and carrier, their bearings, shaft"
+            )
+    return lost
+
+
+def _tables(modifications: FlankModifications) -> list[str]:
+    """Flanks given point by point."""
+    owners = {
+        "": modifications,
+        **{f"{name}.": getattr(modifications, name, None) for name in FLANKS},
+    }
+    return [f"{name}table" for name, owner in owners.items() if owner is not None and owner.table]
+
+
+def _set(section: Section, before: str, written: set[str]) -> list[str]:
+    """Keys of a section that are set, but for those that are written."""
+    return [
+        f"{before}{name}"
+        for name, field in type(section).model_fields.items()
+        if name not in written
+        and getattr(section, name) != field.get_default(call_default_factory=True)
+    ]
+
+
+def is_written(load: MemberLoad) -> bool:
+    """Whether REXS has an attribute for a load: constant, in fixed axes, no torque."""
+    return not load.is_history and load.frame == "fixed" and load.moment[2] == 0
 
 
 def model_of_case(case: Case) -> Outgoing:

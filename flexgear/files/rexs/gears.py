@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from flexgear.files.case_text import CaseText, Section
 from flexgear.files.rexs.assembly import Assembly, section_of
 from flexgear.files.rexs.document import Component, Datum, Document, number
-from flexgear.files.rexs.modified_flanks import FlankReader
+from flexgear.files.rexs.flanks import FlankReader
 from flexgear.files.rexs.stages import RexsStage
 
 FLANKS = ("cylindrical_gear_flank", "flank_geometry")

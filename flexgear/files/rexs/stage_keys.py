@@ -8,7 +8,7 @@ from flexgear.files.case_text import CaseText, Section
 from flexgear.files.rexs.document import Component, Datum, Document, number
 from flexgear.files.rexs.gears import GearReader, Rack
 from flexgear.files.rexs.stages import RexsStage
-from flexgear.gears.backlash import RULE, least_backlash
+from flexgear.gears.geometry import RULE, least_backlash
 from flexgear.gears.tooth import involute
 from flexgear.model.errors import InputError
 

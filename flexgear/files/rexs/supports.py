@@ -14,7 +14,7 @@ from math import pi
 from flexgear.files.case_text import CaseText, Section
 from flexgear.files.rexs.assembly import Assembly, section_of
 from flexgear.files.rexs.document import Component, Datum, Document, flag, number, text
-from flexgear.files.rexs.members import Member, axial_place
+from flexgear.files.rexs.stages import Member, axial_place
 
 _UNITS = {"radial": "N / m", "axial": "N / m", "tilt": "N m / rad", "torsion": "N m / rad"}
 _NAMES = {"radial": "radial_stiffness", "axial": "axial_stiffness", "tilt": "bending_stiffness",

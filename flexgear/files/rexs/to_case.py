@@ -1,5 +1,7 @@
 """The commented case of a REXS model.
 
+What of a file its case does not hold, one line for each component or kind of relation.
+
 Members are lumped. Every key of the case says which component and attribute it comes from, or why
 it was assumed; what the case does not hold is listed below it.
 """
@@ -8,6 +10,7 @@ from __future__ import annotations
 
 import re
 import tomllib
+from collections import Counter, defaultdict
 from collections.abc import Iterable
 from dataclasses import dataclass
 from itertools import pairwise
@@ -17,15 +20,58 @@ from flexgear.files.case_text import CaseText, Section, commented
 from flexgear.files.rexs.assembly import Assembly
 from flexgear.files.rexs.document import Component, Document, flag, number
 from flexgear.files.rexs.gears import GearReader, Rack
-from flexgear.files.rexs.left_out import left_out
-from flexgear.files.rexs.members import Member, assign_bearings, members_of, planet_bearings
 from flexgear.files.rexs.ports import PortWriter
 from flexgear.files.rexs.stage_keys import StageWriter
-from flexgear.files.rexs.stages import RexsStage, stages_of
+from flexgear.files.rexs.stages import (
+    Member,
+    RexsStage,
+    assign_bearings,
+    members_of,
+    planet_bearings,
+    stages_of,
+)
 from flexgear.files.rexs.supports import Scale, SupportWriter
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.errors import InputError
 from flexgear.model.load import case_of_toml
+
+_PLACING = ("reference_component_for_position", "support_vector", "u_axis_vector")
+_MOST_IDS = 8  # of components in a line; the rest is counted
+
+
+def left_out(document: Document) -> list[str]:
+    """Lines about components that became nothing, attributes that were not used, relations."""
+    _mark_axes(document)
+    groups: dict[tuple[str, str, bool], list[str]] = defaultdict(list)
+    for component in document.components.values():
+        unused = [a.id for a in component.attributes.values() if not a.used]
+        unused += [f"{a.id} (of the model, the load case's counts)" for a in component.overridden]
+        whole = not component.role and not any(a.used for a in component.attributes.values())
+        if unused or not component.role:
+            names = ", ".join(sorted(unused)) or "no attributes"
+            groups[component.kind, names, whole].append(str(component.id))
+    lines = []
+    for (kind, names, whole), ids in groups.items():
+        shown = ", ".join(ids[:_MOST_IDS]) + (
+            f" and {len(ids) - _MOST_IDS} more" * (len(ids) > _MOST_IDS)
+        )
+        lines.append(f"{kind} {shown}: {'not carried over; ' if whole else ''}{names}")
+    relations = Counter(r.kind for r in document.relations if not r.used)
+    lines += [f"{count} relations of type {kind}" for kind, count in relations.items()]
+    return lines + list(document.other)
+
+
+def _mark_axes(document: Document) -> None:
+    """Places and axes of components that became something are used: they make its frame.
+
+    The w axis of a gear says more, where its teeth stand, and that a case finds by itself.
+    """
+    for component in document.components.values():
+        placing = _PLACING if "gear" in component.kind else (*_PLACING, "w_axis_vector")
+        for name in placing if component.role else ():
+            if name in component.attributes:
+                component.attributes[name].used = True
+
 
 _STEEL = {"young_modulus_gpa": 210.0, "poisson_ratio": 0.3, "density_kg_per_m3": 7850.0}
 _GRAVITY = 9.80665

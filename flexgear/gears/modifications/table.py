@@ -10,8 +10,7 @@ import numpy as np
 import scipy  # which loads its parts as they are named
 
 from flexgear.gears.modifications.flank import Array, Flank, Gap
-from flexgear.model.flank_table import FlankTable
-from flexgear.model.modifications import FlankModifications
+from flexgear.model.modifications import FlankModifications, FlankTable
 from flexgear.model.section import Refusal
 
 BEYOND = 0.01  # of the active profile, or of half the face: what is a coarse number, not an error

@@ -7,8 +7,8 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from flexgear.gears.flank_pressure import pitch_point_pressure
 from flexgear.gears.geometry import stage_geometry
+from flexgear.gears.nominal_stress import pitch_point_pressure
 from flexgear.model.names import FlankName, NodeName
 from flexgear.model.springs import Rolling
 from flexgear.model.stage_view import StageView

@@ -24,8 +24,8 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
+from flexgear.model.bodies import FeMeshSource
 from flexgear.model.errors import InputError
-from flexgear.model.fe_mesh_source import FeMeshSource
 from flexgear.structures.fe_mesh.fe_mesh import FeMesh, facet_areas
 from flexgear.structures.fe_mesh.files import read_fe_mesh
 from flexgear.structures.fe_mesh.groups import Groups

@@ -17,10 +17,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from flexgear.model.bodies import FeMeshSource, Material
 from flexgear.model.errors import InputError
-from flexgear.model.fe_mesh_source import FeMeshSource
 from flexgear.model.input_file import MOST_FE_MESH, require_regular
-from flexgear.model.material import Material
 from flexgear.model.names import BodyName, NodeName
 from flexgear.structures.bodies import Body, rigid_variant
 from flexgear.structures.fe_mesh import (

@@ -22,11 +22,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from flexgear.model.bodies import Planet
 from flexgear.model.member import PlanetBearing
 from flexgear.model.names import NodeName
-from flexgear.model.planet import Planet
-from flexgear.model.ring import End, Ring
-from flexgear.model.ring_supports import RingSupport, ring_supports
+from flexgear.model.ring import End, Ring, RingSupport, ring_supports
 from flexgear.structures.bodies import Spring, stiffness_at
 from flexgear.structures.fe_mesh import (
     FeMesh,
@@ -169,7 +168,7 @@ class RingSource(ToothedSource):
         return ring_groups(self.mesh, self.section.tie, self.held_by)
 
     def nodes(self, fe_mesh: FeMeshLike | None = None) -> list[TiedNode]:
-        """Teeth, then fits, splines and bolts, see `model/ring_supports.py`."""
+        """Teeth, then fits, splines and bolts, see `model/ring.py`."""
         tie, nodes = self.section.tie_kind, self.tooth_nodes
         for s in self.held_by:
             place = np.array(s.place)

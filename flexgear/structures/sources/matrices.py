@@ -13,10 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexgear.files.matrices.body import ReducedMatrices, check
-from flexgear.files.matrices.reading import read_reduced
+from flexgear.files.matrices.exchange import read_reduced
+from flexgear.model.bodies import FeMeshSource, Housing
 from flexgear.model.errors import InputError
-from flexgear.model.fe_mesh_source import FeMeshSource
-from flexgear.model.housing import Housing
 from flexgear.model.names import MOUNT, BodyName, NodeName
 from flexgear.structures.bodies import Body, node_motions
 from flexgear.structures.reduced import ReducedBody

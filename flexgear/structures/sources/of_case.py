@@ -10,9 +10,8 @@ import numpy as np
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.tool import plain_tool
 from flexgear.gears.tooth import reference_radius
-from flexgear.model.carrier import Carrier
+from flexgear.model.bodies import Carrier, Planet
 from flexgear.model.names import BodyName
-from flexgear.model.planet import Planet
 from flexgear.model.planetary_gears import Gear
 from flexgear.model.ring import Ring
 from flexgear.model.stage_view import StageView

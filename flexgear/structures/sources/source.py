@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Literal, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from flexgear.model.material import Material
+from flexgear.model.bodies import Material
 from flexgear.model.names import BodyName, NodeName
 from flexgear.structures.fe_mesh import FeMesh
 

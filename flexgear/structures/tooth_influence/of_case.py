@@ -8,7 +8,7 @@ from dataclasses import replace
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.radii import gears_by_role
 from flexgear.gears.tooth import ToothGeometry
-from flexgear.model.material import Material
+from flexgear.model.bodies import Material
 from flexgear.model.stage_view import StageView
 from flexgear.structures.fe_mesh import SegmentDivisions, SegmentParameters, tooth_segment
 from flexgear.structures.tooth_influence.influence import ToothInfluence, flank_compliance

@@ -13,8 +13,8 @@ from scipy.interpolate import interp1d
 from flexgear.gears.contact import GearMeshPath
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.hertz import ContactBody, line_contact, relative_radius
-from flexgear.gears.laws import line_load
 from flexgear.gears.slices import Slices
+from flexgear.gears.stiffness import line_load
 from flexgear.gears.tooth import ToothGeometry
 from flexgear.gears.weber_banaschek import middle_depth
 from flexgear.model.stage_view import StageView

@@ -38,7 +38,7 @@ from scipy.interpolate import interp1d
 from flexgear.gears.contact import GearMeshPath
 from flexgear.gears.slices import Slices
 from flexgear.gears.tooth import ToothGeometry
-from flexgear.model.material import Material
+from flexgear.model.bodies import Material
 from flexgear.structures.cyclic.condensation import CyclicCondensation
 from flexgear.structures.estimate import END_SHARE, PROMISED, judged, shape_errors
 from flexgear.structures.fe_mesh import SegmentParameters

@@ -7,11 +7,9 @@ import pytest
 import scipy.io
 from reduced_samples import beam, frequencies, ring
 
-from flexgear.files.matrices.body import check
-from flexgear.files.matrices.nodes import read_table, table_text
+from flexgear.files.matrices.body import check, read_table, table_text
+from flexgear.files.matrices.exchange import FORMATS, read_reduced, write_reduced
 from flexgear.files.matrices.op4 import op4_text, read_op4
-from flexgear.files.matrices.reading import read_reduced
-from flexgear.files.matrices.writing import FORMATS, write_reduced
 from flexgear.model.errors import InputError
 
 BODIES = {"beam": beam, "ring": ring}

@@ -9,14 +9,12 @@ import pytest
 from rexs_samples import planetary, three_stages
 from train_contexts import BUNDLED
 
-from flexgear.files.rexs.from_case import model_of_case
-from flexgear.files.rexs.not_written import not_written
+from flexgear.files.rexs.from_case import model_of_case, not_written
 from flexgear.files.rexs.reading import read_rexs
 from flexgear.files.rexs.to_case import case_of_document
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.power_flow import power_flow
-from flexgear.model.bundled import bundled_text
-from flexgear.model.load import load_case
+from flexgear.model.load import bundled_text, load_case
 
 CASES = (*BUNDLED, "wind-5mw")
 SLOPES = ("profile_slope", "helix_slope", "twist")

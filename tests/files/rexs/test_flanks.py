@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 from rexs_samples import MM, NM, planetary
 
-from flexgear.files.rexs.flank_sides import FACES, tooth_side
-from flexgear.files.rexs.from_case import model_of_case
-from flexgear.files.rexs.not_written import not_written
+from flexgear.files.rexs.flanks import FACES, tooth_side
+from flexgear.files.rexs.from_case import model_of_case, not_written
 from flexgear.files.rexs.reading import read_rexs
 from flexgear.files.rexs.to_case import case_of_document
 from flexgear.gears.flanks import flank_name, modified_flanks, tooth_sides

@@ -1,4 +1,6 @@
-"""Reads reduced matrices of other programs with their table of nodes.
+"""Reads reduced matrices of other programs, and writes them for others.
+
+Reads reduced matrices of other programs with their table of nodes.
 
 Formats by content: OP4 (text, binary), DMIG, Matrix Market, Abaqus and CalculiX, npz. Which matrix
 is which follows from its name in the file, else from that of the file: k… or …stiff… is stiffness,
@@ -19,12 +21,18 @@ import scipy.io
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from flexgear.files.matrices.abaqus import read_abaqus
-from flexgear.files.matrices.body import LENGTHS, ReducedMatrices
-from flexgear.files.matrices.dmig import read_dmig
-from flexgear.files.matrices.nodes import NodeTable, read_table
-from flexgear.files.matrices.op4 import read_op4
-from flexgear.files.matrices.sound import require_form, require_real, sound
+from flexgear.files.matrices.body import (
+    LENGTHS,
+    NodeTable,
+    ReducedMatrices,
+    read_table,
+    require_form,
+    require_real,
+    sound,
+    table_text,
+)
+from flexgear.files.matrices.entries import read_abaqus, read_dmig
+from flexgear.files.matrices.op4 import op4_text, read_op4
 from flexgear.files.packed import DAMAGED
 from flexgear.model.errors import InputError
 from flexgear.model.input_file import MOST_MATRICES, read_bytes
@@ -150,3 +158,45 @@ def _matrix_market(data: bytes, where: str, table: NodeTable) -> dict[str, Any]:
 
 def _bytes(path: str | Path) -> bytes:
     return read_bytes(Path(path), "file", MOST_MATRICES)
+
+
+FORMATS = ("op4", "mtx", "npz")
+NAMES = {"stiffness": "KRED", "mass": "MRED", "recovery": "RECOV"}
+
+
+def write_reduced(body: ReducedMatrices, folder: Path, form: str) -> list[Path]:
+    """Files <name>_nodes.csv and <name>.op4, <name>.npz or <name>_stiffness.mtx …; their paths.
+
+    Matrices in N, m, kg; the recovery (m per coordinate) at the vertices of <name>_vertices.csv is
+    written if the body has one. InputError for an unknown form.
+    """
+    if form not in FORMATS:
+        raise InputError("--format", form, "is unknown", f"choose {', '.join(FORMATS)}")
+    matrices = {"stiffness": body.stiffness, "mass": body.mass}
+    texts = {f"{body.name}_nodes.csv": table_text(body.node_names, body.positions, body.modes)}
+    if body.recovery is not None and body.points is not None:
+        matrices["recovery"] = np.asarray(body.recovery, dtype=np.float64)
+        rows = (",".join(repr(float(v)) for v in point) for point in body.points)
+        texts[f"{body.name}_vertices.csv"] = "x_m,y_m,z_m\n" + "\n".join(rows) + "\n"
+    files = {name: text.encode() for name, text in texts.items()}
+    files |= _matrix_files(body.name, matrices, form)
+    for name, data in files.items():
+        (folder / name).write_bytes(data)
+    return [folder / name for name in files]
+
+
+def _matrix_files(name: str, matrices: dict[str, Array], form: str) -> dict[str, bytes]:
+    if form == "op4":
+        named = {NAMES[key]: matrix for key, matrix in matrices.items()}
+        return {f"{name}.op4": op4_text(named).encode()}
+    if form == "npz":
+        data = io.BytesIO()
+        np.savez_compressed(data, **matrices)  # type: ignore[arg-type]
+        return {f"{name}.npz": data.getvalue()}
+    files = {}
+    for key, matrix in matrices.items():
+        data = io.BytesIO()
+        symmetry = "symmetric" if key != "recovery" else "general"
+        scipy.io.mmwrite(data, matrix, comment=f"{name} {key}, SI", precision=17, symmetry=symmetry)
+        files[f"{name}_{key}.mtx"] = data.getvalue()
+    return files

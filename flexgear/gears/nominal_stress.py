@@ -1,4 +1,14 @@
-"""Nominal tooth root stress after ISO 6336-3:2006, method B.
+"""Nominal stresses of teeth without load factors: pressure at the pitch point, root stress.
+
+Nominal contact pressure of a gear mesh at its pitch point, without load factors.
+
+    p = 2 w/(π a) of Hertz (``hertz``),   w = Z_ε² F cos β_b / b,
+    Z_ε² = (4 − ε_α)/3 (1 − ε_β) + ε_β/ε_α,   1/ε_α where ε_β ≥ 1
+
+with the normal force F of one gear mesh, its face width b and the radius of relative curvature
+ρ_n = ρ_t/cos β_b at the pitch point: σ_H0 of ISO 6336-2:2019 without Z_β.
+
+Nominal tooth root stress after ISO 6336-3:2006, method B.
 
     σ_F0 = F_t/(b m_n) · Y_F Y_S Y_β,   F_t = F_n cos β_b cos α_t
     Y_F = 6 (h_Fe/m_n) cos α_Fen / ((s_Fn/m_n)² cos α_n)
@@ -26,8 +36,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from flexgear.gears.geometry import GearMeshGeometry, StageGeometry, stage_geometry
+from flexgear.gears.hertz import ContactBody, line_contact, relative_radius
 from flexgear.gears.radii import gears_by_role
-from flexgear.gears.tool import CutterTool, PlainTool, plain_tool
+from flexgear.gears.tool import CriticalSection, CutterTool, PlainTool, plain_tool
 from flexgear.gears.tooth import (
     Rack,
     ToothGeometry,
@@ -36,12 +47,28 @@ from flexgear.gears.tooth import (
     tooth_geometry,
     transverse_angle,
 )
-from flexgear.gears.tooth_root import CriticalSection
+from flexgear.model.stage_view import StageView
 
 if TYPE_CHECKING:
     from flexgear.model.member import GearMember
     from flexgear.model.stage import Stage
     from flexgear.model.stage_view import StageView
+
+
+def pitch_point_pressure(view: StageView, g: StageGeometry, role: str, force: float) -> float:
+    """Pa; role: "sun" or "ring"; force: normal, of one gear mesh and half, N."""
+    gear_mesh, gear, material = g.gear_meshes[role], g.gears[role], view.material
+    curvature = [
+        tooth.base_radius * math.tan(gear_mesh.working_angle) for tooth in (g.planet, gear)
+    ]
+    cos_base = math.cos(g.base_helix_angle)
+    radius = relative_radius(*curvature, internal=gear.internal) / cos_base
+    ratio, overlap = gear_mesh.transverse_contact_ratio, min(gear_mesh.overlap_ratio, 1.0)
+    share = max((4.0 - ratio) / 3.0 * (1.0 - overlap), 0.0) + overlap / ratio
+    depth = gear.reference_radius  # which the pressure does not depend on
+    body = ContactBody(material.young_modulus, material.poisson_ratio, depth)
+    line_load = abs(force) * cos_base / view.stage.face_width * share
+    return float(line_contact(body, body, radius).pressure(line_load))
 
 
 @dataclass(frozen=True)

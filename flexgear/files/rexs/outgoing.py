@@ -1,0 +1,347 @@
+"""REXS components that are written: a model built up one by one, gears, flanks, gear meshes.
+
+A model that is built up component by component and written as a .rexs file (XML, REXS 2.0).
+
+Flanks of gears as REXS components: left and right flank with the tool and what they lack.
+
+The datum face of every gear is that at its −z end, against its u axis.
+
+Gears and gear meshes of a stage as REXS components.
+"""
+
+from __future__ import annotations
+
+import math
+import xml.etree.ElementTree as ET
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+from flexgear.files.rexs.flanks import CROWNINGS, END_RELIEF, FACES, WORDS, Word, outward, word_of
+from flexgear.files.rexs.units import SCHEMA_UNITS
+from flexgear.gears.flanks import tooth_sides
+from flexgear.gears.geometry import StageGeometry, stage_geometry
+from flexgear.gears.radii import gears_by_role
+from flexgear.gears.tool import RackTool
+from flexgear.model.modifications import EndRelief, FlankModifications, Relief
+from flexgear.model.stage import Stage
+from flexgear.model.stage_view import StageView
+
+VERSION = "2.0"
+Written = float | int | bool | str | tuple[float, float, float]
+Attributes = dict[str, Written]
+
+
+@dataclass
+class Outgoing:
+    """Components with attributes in the schema's units; relations; results of one load case.
+
+    relations: (type, order, roles to ids). load_case: attributes by the component's id.
+    """
+
+    components: list[tuple[str, str, Attributes]] = field(default_factory=list)
+    relations: list[tuple[str, int, dict[str, int]]] = field(default_factory=list)
+    load_case: dict[int, Attributes] = field(default_factory=dict)
+
+    def add(self, kind: str, name: str = "", **attributes: Written | None) -> int:
+        """A component; attributes that are None are left out. Returns its id."""
+        present = {key: value for key, value in attributes.items() if value is not None}
+        self.components.append((kind, name, present))
+        return len(self.components)
+
+    def relate(self, kind: str, order: int = 0, **roles: int) -> None:
+        """A relation between components; order 0 for one without."""
+        self.relations.append((kind, order, roles))
+
+    def part(self, whole: int, kind: str, name: str = "", **attributes: Written | None) -> int:
+        """A component that belongs to another."""
+        number = self.add(kind, name, **attributes)
+        self.relate("assembly", assembly=whole, part=number)
+        return number
+
+    def side(
+        self, kind: str, inner: int, outer: int, name: str = "", **attributes: Written | None
+    ) -> int:
+        """A bearing or coupling between two components."""
+        number = self.add(kind, name, **attributes)
+        self.relate("side", inner_part=inner, outer_part=outer, assembly=number)
+        return number
+
+    def result(self, number: int, **attributes: Written) -> None:
+        """Attributes of a component under load."""
+        self.load_case.setdefault(number, {}).update(attributes)
+
+    def xml(self, application: str, version: str, date: str) -> bytes:
+        """The file. date: ISO 8601 with its zone."""
+        root = ET.Element(
+            "model",
+            version=VERSION,
+            applicationId=application,
+            applicationVersion=version,
+            date=date,
+        )
+        relations = ET.SubElement(root, "relations")
+        for number, (kind, order, roles) in enumerate(self.relations, 1):
+            head = {"id": str(number), "type": kind} | ({"order": str(order)} if order else {})
+            relation = ET.SubElement(relations, "relation", head)
+            for role, target in roles.items():
+                hint = self.components[target - 1][0]
+                ET.SubElement(relation, "ref", id=str(target), role=role, hint=hint)
+        components = ET.SubElement(root, "components")
+        for number, (kind, name, attributes) in enumerate(self.components, 1):
+            _component(components, number, kind, name, attributes)
+        if self.load_case:
+            spectrum = ET.SubElement(root, "load_spectrum", id="1")
+            case = ET.SubElement(spectrum, "load_case", id="1")
+            for number, attributes in sorted(self.load_case.items()):
+                kind, name, _ = self.components[number - 1]
+                _component(case, number, kind, name, attributes)
+        ET.indent(root)
+        return ET.tostring(root, encoding="utf-8", xml_declaration=True) + b"\n"
+
+
+def _component(
+    parent: ET.Element, number: int, kind: str, name: str, attributes: Attributes
+) -> None:
+    element = ET.SubElement(parent, "component", id=str(number), type=kind, name=name)
+    for key, value in attributes.items():
+        unit = SCHEMA_UNITS.get(key, "none")
+        attribute = ET.SubElement(element, "attribute", id=key, unit=unit)
+        if isinstance(value, tuple):
+            array = ET.SubElement(attribute, "array")
+            for entry in value:
+                ET.SubElement(array, "c").text = _text(entry)
+        else:
+            attribute.text = _text(value)
+
+
+def _text(value: float | int | bool | str) -> str:
+    if isinstance(value, bool):
+        return str(value).lower()
+    return value if isinstance(value, str) else repr(value)
+
+
+MM = 1e3
+DATUM_SIDE, ORIENTATION = -1, "negative"
+
+
+class FlanksOut:
+    """Adds flanks of one stage's gears. forward: whether its forces are so (``tooth_sides``)."""
+
+    def __init__(self, model: Outgoing, view: StageView, forward: bool) -> None:
+        self.model, self.view = model, view
+        sides = tooth_sides(view.stage.kind, forward)
+        self.words: dict[tuple[str, str], Word] = {
+            key: word_of(side, key[0] == "ring", DATUM_SIDE) for key, side in sides.items()
+        }
+
+    def loaded(self, role: str, mate: str) -> Word:
+        """The flank of the gear of a role that carries in the gear mesh of ``mate``."""
+        part = self.view.part(role)
+        return self.words[part, mate if part == "planet" else "drive"]
+
+    def add(self, number: int, role: str, half: int) -> None:
+        """Both flanks of a gear. half: −1 for the left one of a double helix."""
+        gear, part = gears_by_role(self.view.stage)[role], self.view.part(role)
+        flanks = {
+            word: self.model.add(
+                "cylindrical_gear_flank",
+                normal_pressure_angle=math.degrees(self.view.stage.pressure_angle),
+                addendum_modification_coefficient=gear.profile_shift,
+            )
+            for word in WORDS
+        }
+        self.model.relate("flank", gear=number, left=flanks["left"], right=flanks["right"])
+        tool = self._tool(role)
+        allowance: dict[str, Written | None] = {}
+        if gear.tool.grinding_allowance:
+            allowance["machining_allowance"] = MM * gear.tool.grinding_allowance
+        settings = self.model.add("cylindrical_gear_manufacturing_settings", "", **allowance)
+        names = {word: name for (of, name), word in self.words.items() if of == part}
+        for word, flank in flanks.items():
+            self.model.relate(
+                "manufacturing_step", 1, workpiece=flank, tool=tool, manufacturing_settings=settings
+            )
+            modifications = gear.modifications.of(names[word])
+            for component in self._ground(modifications, outward(DATUM_SIDE, half)):
+                self.model.relate("reference", origin=flank, referenced=component)
+
+    def _tool(self, role: str) -> int:
+        """The rack or cutter of a gear."""
+        gear, module = gears_by_role(self.view.stage)[role], self.view.stage.normal_module
+        tool = stage_geometry(self.view).gears[role].tool
+        sizes: dict[str, Written | None] = {
+            "tip_corner_radius_factor_reference_profile": tool.tip_radius / module
+        }
+        if gear.tool.protuberance:
+            sizes["protuberance_amount"] = MM * gear.tool.protuberance
+            sizes["protuberance_angle"] = math.degrees(gear.tool.protuberance_angle)
+        if isinstance(tool, RackTool):
+            sizes["addendum_coefficient_reference_profile"] = gear.dedendum
+            return self.model.add("rack_shaped_tool", "", **sizes)
+        return self.model.add(
+            "cutter_wheel_tool",
+            "",
+            number_of_teeth=round(tool.teeth),
+            addendum_modification_coefficient=gear.tool.profile_shift,
+            tip_diameter=2 * MM * tool.tip_circle,
+            **sizes,
+        )
+
+    def _ground(self, modifications: FlankModifications, datum: int) -> Iterator[int]:
+        """What one flank lacks; datum: +1 where z of a modification counts to the datum face."""
+        for kind, (key, ends) in CROWNINGS.items():
+            crowned = getattr(modifications, key.removesuffix("_um"))
+            if crowned is not None:
+                amounts = dict.fromkeys(ends, MM * crowned)
+                yield self.model.add(kind, **amounts, **{f"shape_of_{kind}": "parabolic"})
+        yield from self._slopes(modifications, datum)
+        for kind, relief in (
+            ("tip", modifications.tip_relief),
+            ("root", modifications.root_relief),
+        ):
+            if relief is not None:
+                yield self._relief(f"{kind}_relief", relief)
+        end = modifications.end_relief
+        for face, side in zip(FACES, (datum, -datum), strict=True):
+            if end is not None and end.end in ("both", "+z" if side > 0 else "-z"):
+                yield self._end_relief(face, end)
+
+    def _slopes(self, modifications: FlankModifications, datum: int) -> Iterator[int]:
+        """Signs as in ``ground``: positive towards the tip, and towards the non-datum face."""
+        if modifications.profile_slope is not None:
+            yield self.model.add("profile_slope", profile_slope=MM * modifications.profile_slope)
+        if modifications.helix_slope is not None:
+            yield self.model.add(
+                "helix_slope",
+                helix_slope=-datum * MM * modifications.helix_slope,
+                helix_evaluation_reference="facewidth",
+            )
+        if modifications.twist is not None:
+            yield self.model.add("profile_twist", profile_twist=-datum * MM * modifications.twist)
+
+    def _relief(self, kind: str, relief: Relief) -> int:
+        length, start = relief.length, relief.start_diameter
+        sizes: dict[str, Written | None] = {
+            f"{kind}_depth": MM * relief.amount,
+            f"{kind}_datum_length": None if length is None else MM * length,
+            f"{kind}_datum_diameter": None if start is None else MM * start,
+        }
+        return self.model.add(kind, "", shape_of_relief=relief.form, **sizes)
+
+    def _end_relief(self, face: str, relief: EndRelief) -> int:
+        kind = f"{END_RELIEF}_{face}"
+        sizes: dict[str, Written | None] = {
+            f"{END_RELIEF}_depth_{face}": MM * relief.amount,
+            f"{END_RELIEF}_length_{face}": MM * relief.length,
+        }
+        return self.model.add(kind, "", shape_of_relief=relief.form, **sizes)
+
+
+def halves(stage: Stage) -> tuple[int, ...]:
+    """−1 and +1 for the halves of a double helix, 0 for a single one."""
+    return (-1, 1) if stage.double_helical else (0,)
+
+
+def middle(stage: Stage, half: int) -> float:
+    """Place of a half's middle from that of the stage, mm."""
+    return half * MM * (stage.face_width + stage.half_gap) / 2
+
+
+def hand(stage: Stage, role: str, half: int) -> float:
+    """+1 for a right hand: planet and ring have the stage's hand, sun and pinion the other.
+
+    In a parallel stage the gear has the planet's role. The right half is the mirror of the left.
+    """
+    sign = 1.0 if stage.planet_hand == "right" else -1.0
+    sign *= -1.0 if role == "sun" else 1.0
+    return -sign if half > 0 else sign
+
+
+class GearsOut:
+    """Adds gears of one stage to a model."""
+
+    def __init__(
+        self, model: Outgoing, stage: Stage, geometry: StageGeometry, flanks: FlanksOut
+    ) -> None:
+        self.model, self.stage, self.geometry, self.flanks = model, stage, geometry, flanks
+        self.members = gears_by_role(stage)
+        self.gears: list[tuple[str, int]] = []  # role and id of every gear
+        self.meshes: list[tuple[str, int]] = []  # and of every gear mesh
+
+    def add(self, role: str, shaft: int, start: float, name: str, place: tuple[float, float, float],
+            half: int, material: int) -> int:  # fmt: skip
+        """A gear on a shaft that begins ``start`` mm before the stage's middle; its id.
+
+        place: of the gear's middle, mm.
+        """
+        gear, tooth = self.members[role], self.geometry.gears[role]
+        ring = role == "ring"
+        base = tooth.base_radius if gear.base_diameter is None else gear.base_diameter / 2
+        helix = math.degrees(self.stage.helix_angle)
+        blank: dict[str, Written | None] = {}
+        if gear.mass is not None:
+            blank["mass_of_component"] = gear.mass / (1 if ring else len(halves(self.stage)))
+        if not ring and gear.bore_diameter:
+            blank["inner_diameter"] = MM * gear.bore_diameter
+        number = self.model.part(
+            shaft,
+            "ring_gear" if ring else "cylindrical_gear",
+            name,
+            number_of_teeth=gear.teeth,
+            normal_module=MM * self.stage.normal_module,
+            face_width=MM * self.stage.face_width,
+            helix_angle_reference_diameter=helix * hand(self.stage, role, half) if helix else 0.0,
+            tip_diameter=2 * MM * tooth.tip_radius,
+            root_diameter=2 * MM * tooth.root_radius,
+            base_diameter=2 * MM * base,
+            reference_diameter_cylindrical_gear=2 * MM * tooth.reference_radius,
+            u_coordinate_on_shaft=start + middle(self.stage, half),
+            support_vector=place,
+            datum_face_orientation=ORIENTATION,
+            **axes(),
+            **blank,
+        )
+        self.gears.append((role, number))
+        self.model.relate("reference", origin=number, referenced=material)
+        if ring and gear.rim_thickness is not None:
+            rim = MM * gear.rim_thickness
+            self.model.part(number, "gear_body", gear_body_rim_thickness=rim)
+        self.flanks.add(number, role, half)
+        return number
+
+    def mesh(
+        self, whole: int, role: str, gears: tuple[int, int], name: str, *, loaded: bool
+    ) -> int:
+        """A cylindrical_stage of two gears (of this role and the planet's); its id. loaded: whether
+        the case has a torque."""
+        geometry = self.geometry.gear_meshes[role]
+        number = self.model.add(
+            "cylindrical_stage",
+            name,
+            center_distance=MM * self.geometry.center_distance,
+            common_face_width=MM * self.stage.face_width,
+            minimum_normal_backlash=MM * geometry.backlash,
+            maximum_normal_backlash=MM * geometry.backlash,
+            radial_contact_ratio=geometry.transverse_contact_ratio,
+            overlap_contact_ratio=geometry.overlap_ratio,
+            total_contact_ratio=geometry.total_contact_ratio,
+        )
+        self.meshes.append((role, number))
+        self.model.relate("assembly", assembly=whole, part=number)
+        self.model.relate("stage", stage=number, gear_1=gears[0], gear_2=gears[1])
+        for gear, part in zip(gears, (role, "planet"), strict=True):
+            data = self.model.add(
+                "cylindrical_stage_gear_data",
+                operating_pressure_angle_in_the_transverse_section=math.degrees(
+                    geometry.working_angle
+                ),
+            )
+            self.model.relate("stage_gear_data", stage=number, gear=gear, stage_gear_data=data)
+            if loaded:
+                self.model.result(data, loaded_tooth_flank=self.flanks.loaded(part, role))
+        return number
+
+
+def axes() -> dict[str, Written | None]:
+    """Attributes of an axis along u, with v and w those of the gear unit."""
+    return {"u_axis_vector": (1.0, 0.0, 0.0), "w_axis_vector": (0.0, 0.0, 1.0)}

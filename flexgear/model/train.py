@@ -1,0 +1,219 @@
+"""What joins the stages of a train, drives, brakes and loads them: joints, ports, given loads."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from pydantic import Field, model_validator
+
+from flexgear.model.machine import Machine
+from flexgear.model.names import Member
+from flexgear.model.section import Missing, Refusal, Section
+from flexgear.model.springs import Bearing, Springs
+from flexgear.model.units import Force, Inertia, Length, Mass, Power, Speed, Stiffness, Time, Torque
+
+
+class Joint(Springs):
+    """Two members that turn together: springs, or a hollow shaft as a beam.
+
+    first, second: member names such as "stage_1.carrier". tangential: acts against u = r θ with
+    the r of ``first`` (base radius, or centre distance of a carrier): torsion += tangential r².
+    length, outer_diameter, inner_diameter: a shaft in place of the springs.
+    """
+
+    first: Member
+    second: Member
+    tangential: Stiffness = Field(default=0.0, ge=0.0, le=1e14)
+    length: Length | None = Field(default=None, ge=1e-3, le=50.0)
+    outer_diameter: Length | None = Field(default=None, ge=1e-3, le=5.0)
+    inner_diameter: Length = Field(default=0.0, ge=0.0, le=5.0)
+
+    @property
+    def is_shaft(self) -> bool:
+        """Whether it is a beam."""
+        return self.length is not None
+
+    @model_validator(mode="after")
+    def _turns_together(self) -> Joint:
+        if self.first == self.second:
+            raise Refusal("second", f"joins {self.first} with itself", "name another member")
+        springs = self.tangential > 0 or any(self.stiffness)
+        if (self.length is None) != (self.outer_diameter is None):
+            missing = "length" if self.length is None else "outer_diameter"
+            raise Missing(missing, "is missing", "a shaft needs length and outer_diameter")
+        if self.is_shaft and springs:
+            raise Refusal("length", "is given beside springs", "keep the shaft or the springs")
+        if self.outer_diameter is not None and self.inner_diameter >= self.outer_diameter:
+            raise Refusal("inner_diameter", "is not below outer_diameter", "lower it")
+        if not self.is_shaft and self.tangential <= 0 and self.stiffness[5] <= 0:
+            raise Refusal(
+                "torsion",
+                "is zero, so the joint passes no torque",
+                "give torsion, tangential, or a shaft's length and outer_diameter",
+            )
+        return self
+
+
+class Port(Section):
+    """Where torque enters or leaves, and what hangs there.
+
+    member: its name, such as "stage_1.carrier". speed: rated. torque: rated, on the member.
+    inertia: polar, of what hangs on the member. mass, tilt_inertia (about a diameter), bearing: of
+    the body behind the spline at the end of a sun's shaft, and what supports it there. machine: in
+    transients.
+    """
+
+    member: Member
+    speed: Speed | None = Field(default=None, ge=-1e4, le=1e4)
+    torque: Torque | None = Field(default=None, ge=-1e9, le=1e9)
+    inertia: Inertia | None = Field(default=None, ge=0.0, le=1e12)
+    mass: Mass | None = Field(default=None, ge=1e-3, le=1e7)
+    tilt_inertia: Inertia | None = Field(default=None, ge=1e-9, le=1e12)
+    bearing: Bearing | None = None
+    machine: Machine | None = None
+
+
+class Input(Port):
+    """A driven member. speed and torque (that of the drive on the member) are positive about +z.
+
+    power: into the train, stands for the torque power / speed, so it needs the speed. Of all speeds
+    and torques over inputs and output exactly as many are given as the train leaves free.
+    [drive] is another name for the machine of the first input.
+    """
+
+    power: Power | None = Field(default=None, ge=-1e9, le=1e9)
+
+    @property
+    def given_torque(self) -> float | None:
+        """Torque on the member, N m, from torque or power; None if neither is given."""
+        if self.power is not None and self.speed is not None:
+            return self.power / self.speed
+        return self.torque
+
+    @model_validator(mode="after")
+    def _power_has_a_speed(self) -> Input:
+        if self.power is None:
+            return self
+        if self.torque is not None:
+            raise Refusal("power", "is given beside torque", "keep one of them")
+        if not self.speed:
+            problem = "has no speed to go with it" if self.speed is None else "has speed zero"
+            raise Refusal("power", problem, "give speed, or torque in place of power")
+        return self
+
+
+class Output(Port):
+    """The loaded member: torque of the load on the member, positive about +z.
+
+    brake_exponent: T ~ |ω|^exponent in transients. brake_torque: T at rated speed in transients,
+    that of statics if left out. A machine stands in the place of the brake.
+    """
+
+    brake_torque: Torque | None = Field(default=None, gt=0.0, le=1e9)
+    brake_exponent: float = Field(default=1.0, ge=0.0, le=5.0)
+
+    @property
+    def given_torque(self) -> float | None:
+        """Torque on the member, N m; None if it follows from the others."""
+        return self.torque
+
+    @model_validator(mode="after")
+    def _finite_slope(self) -> Output:
+        if 0.0 < self.brake_exponent < 1.0:
+            raise Refusal(
+                "brake_exponent",
+                "between 0 and 1 the torque rises infinitely fast at rest",
+                "0 or ≥ 1",
+            )
+        return self
+
+
+Array = NDArray[np.float64]
+_NONE = (0.0, 0.0, 0.0)
+
+
+class MemberLoad(Section):
+    """A force and a moment on a member, in fixed axes or the carrier's: constant, or a history.
+
+    A history follows straight lines between its points and is constant outside. Statics, modes and
+    the power flow of the rated state take what it says at t = 0.
+
+    member: its name. force, moment: constant ones along x, y, z. frame: whose axes these are.
+    times: of the points of a history, rising. forces, moments: x, y, z at each of these times; what
+    is left out is zero. file: CSV of the points, a column time_s and some or all of the columns
+    force_x_n, force_y_n, force_z_n, moment_x_nm, moment_y_nm, moment_z_nm.
+    """
+
+    member: Member
+    force: tuple[Force, Force, Force] = _NONE
+    moment: tuple[Torque, Torque, Torque] = _NONE
+    frame: Literal["fixed", "carrier"] = "fixed"
+    times: tuple[Time, ...] = ()
+    forces: tuple[tuple[Force, Force, Force], ...] = Field(default=())
+    moments: tuple[tuple[Torque, Torque, Torque], ...] = Field(default=())
+    file: str | None = None
+
+    @property
+    def is_history(self) -> bool:
+        """Whether the load is given as points over time, not constant."""
+        return bool(self.times)
+
+    @property
+    def points(self) -> Array:
+        """Force N and moment N m (T, 6) at ``times``; one row of a constant load."""
+        if not self.times:
+            return np.array([[*self.force, *self.moment]])
+        none = (_NONE,) * len(self.times)
+        return np.hstack([self.forces or none, self.moments or none])
+
+    @property
+    def first(self) -> Array:
+        """Force and moment (6,) at t = 0, which statics take."""
+        return self.at(0.0)
+
+    def at(self, time: ArrayLike) -> Array:
+        """Force N and moment N m (…, 6) at times (…), s."""
+        t, points = np.asarray(time, dtype=float), self.points
+        if not self.times:
+            return np.broadcast_to(points[0], (*t.shape, 6))
+        return np.stack([np.interp(t, self.times, column) for column in points.T], axis=-1)
+
+    @model_validator(mode="after")
+    def _one_kind(self) -> MemberLoad:
+        if not (self.times or self.forces or self.moments or self.file):
+            return self
+        for key in ("force", "moment"):
+            if getattr(self, key) != _NONE:
+                raise Refusal(key, "is given beside a history", "keep one of them")
+        if not self.times:
+            raise Missing("times", "is missing", "give the times of the points, or a CSV file")
+        if not self.forces and not self.moments:
+            raise Missing("forces", "is missing", "give forces or moments at these times")
+        for key in ("forces", "moments"):
+            if (many := len(getattr(self, key))) not in (0, len(self.times)):
+                raise Refusal(
+                    key, f"has {many} points for {len(self.times)} times", "give one at each time"
+                )
+        if np.any(np.diff(self.times) <= 0):
+            raise Refusal("times", "do not rise", "put them in order, each once")
+        return self
+
+
+def varying(loads: Sequence[MemberLoad]) -> tuple[tuple[int, int, float], ...]:
+    """Load histories, in this order: load, component and its largest size, of
+    the components of histories that are ever more than zero."""
+    return tuple(
+        (k, int(c), float(np.abs(load.points[:, c]).max()))
+        for k, load in enumerate(loads)
+        if load.is_history
+        for c in np.flatnonzero(load.points.any(axis=0))
+    )
+
+
+def load_histories(loads: Sequence[MemberLoad], time: Array) -> Array:
+    """Load histories (k, L) at times (k,), s: components over their largest size."""
+    columns = [loads[k].at(time)[:, c] / size for k, c, size in varying(loads)]
+    return np.column_stack(columns) if columns else np.zeros((len(time), 0))
