@@ -44,7 +44,7 @@ def named(stage, **values):
     return {BodyName.of(stage.name, part): value for part, value in values.items()}
 
 
-def stage_system(stage, bodies, rigid=None, stiffening=None):
+def stage_system(stage, bodies, rigid=None):
     """A flexible stage alone, coupled; rigid: parts that do not bend, by default as the case has
     them."""
     bends = stage.flexible_bodies
@@ -53,12 +53,12 @@ def stage_system(stage, bodies, rigid=None, stiffening=None):
         name: rigid_variant(body.as_body()) if name in rigid else body
         for name, body in bodies.items()
     }
-    return build_system(stage.case, parts, rigid, named(stage, **(stiffening or {})))
+    return build_system(stage.case, parts, rigid)
 
 
-def make_system(rigid=(), *, bodies=None, stiffening=None, **overrides):
+def make_system(rigid=(), *, bodies=None, **overrides):
     case = make_case(**overrides)
-    return stage_system(case, bodies or make_bodies(case), rigid, stiffening)
+    return stage_system(case, bodies or make_bodies(case), rigid)
 
 
 def shaped(result, name="pair_load"):

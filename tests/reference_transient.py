@@ -65,7 +65,7 @@ def reference_transient(
     q, v = motion.copy(), velocity.copy()
 
     def pull(speed: float) -> tuple[float, float]:
-        b = system.brake
+        b = system.machines[-1]
         ratio = abs(speed) / b.rated_speed
         torque = np.sign(speed) * b.rated_torque * ratio**b.exponent
         slope = b.exponent * b.rated_torque / b.rated_speed * ratio ** (b.exponent - 1)
@@ -87,7 +87,8 @@ def reference_transient(
     vectors, k, c, offset = rows_at(theta)
     force, _, _ = forces(k, c, vectors @ q + offset, vectors @ v)
     torque = float(drive.prescribed(np.array([1e-9 * h]))[0])
-    load = system.drive * torque - system.output * pull(float(system.output @ v))[0]
+    driven, output = system.ports[0].row, system.ports[-1].row
+    load = driven * torque - output * pull(float(output @ v))[0]
     a = np.linalg.solve(mass, load - vectors.T @ force - damping @ v - stiffness @ q)
     times, motions, speeds, loads = [0.0], [q], [v], [force]
     base = mass + GAMMA * h * damping + BETA * h * h * stiffness
@@ -95,7 +96,7 @@ def reference_transient(
         time = (step + 1) * h
         rigid = system.rigid @ (system.rigid.T @ (mass @ a))  # as the fast step extrapolates
         theta = system.angles @ (q + h * v + 0.5 * h * h * rigid)
-        guess = float(system.output @ (v + h * rigid))
+        guess = float(output @ (v + h * rigid))
         vectors, k, c, offset = rows_at(theta)
         star = q + h * v + (0.5 - BETA) * h * h * a
         star_v = v + (1 - GAMMA) * h * a
@@ -106,11 +107,11 @@ def reference_transient(
             left = (
                 base
                 + (vectors.T * (BETA * h * h * ka + GAMMA * h * ca)) @ vectors
-                + GAMMA * h * slope * np.outer(system.output, system.output)
+                + GAMMA * h * slope * np.outer(output, output)
             )
             right = (
-                system.drive * torque
-                - system.output * (t0 + slope * (float(system.output @ star_v) - guess))
+                driven * torque
+                - output * (t0 + slope * (float(output @ star_v) - guess))
                 - damping @ star_v
                 - stiffness @ star
                 - vectors.T @ (ka * (vectors @ star + offset) + ca * (vectors @ star_v))

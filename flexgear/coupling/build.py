@@ -13,15 +13,7 @@ from collections.abc import Collection, Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from flexgear.coupling.assembly import (
-    Assembly,
-    TrainAssembly,
-    connect,
-    end_rows,
-    ends_of,
-    rotation,
-    speed_row,
-)
+from flexgear.coupling.assembly import Assembly
 from flexgear.coupling.connections import (
     GearBlock,
     GearBlocks,
@@ -77,179 +69,166 @@ def build_system(
     case: Case,
     bodies: Mapping[BodyName, AnyBody] | None = None,
     rigid: Collection[BodyName] = (),
-    stiffening: Mapping[BodyName, float] | None = None,
     bending: bool = True,
 ) -> System:
     """Couple all bodies of a case.
 
     bodies: reduced FE bodies; rigid: which of the bodies that may bend do not, those that are not
-    in ``bodies`` by the case's sizes; stiffening: factors on the elastic stiffness of bodies, for
-    limit studies; bending: see ``stage_sets``. Raises InputError where the case has no single rated
-    state or a body is loose.
+    in ``bodies`` by the case's sizes; bending: see ``stage_sets``. Raises InputError where the case
+    has no single rated state or a body is loose.
     """
-    flow, bodies = power_flow(case), bodies or {}
-    members = [stage_members(case, s, bodies, rigid, stiffening) for s in case.stages]
-    assembly = Assembly([*(m.body for s in members for m in s), *_housing(case)], case.source)
-    b = TrainAssembly(case, flow, assembly, members, bending)
+    bodies = bodies or {}
+    members = [stage_members(case, s, bodies, rigid) for s in case.stages]
+    a = Assembly(case, power_flow(case), members, _housing(case))
     for number in range(len(case.stages)):
-        b.frames.append(_frame(b, number))
-    rims = _rims(bodies, rigid, stiffening or {})
-    for number in range(len(case.stages)):
-        _tie_and_mesh(b, number, rims)
+        a.frames.append(_frame(a, number))
+    rims = {  # what teeth of FE rings that bend yield along the face, by stage
+        name.stage: body.rim
+        for name, body in bodies.items()
+        if isinstance(body, ReducedBody) and body.rim is not None and name not in rigid
+    }
+    for number, stage in enumerate(case.stages):
+        with inside(case, stage):
+            for connection in connections(case.view(stage.name)):
+                a.connect(number, connection)
+        _mesh(a, number, bending, rims.get(stage.name))
     for joint in case.joints:
-        _join(b, joint)
+        _join(a, joint)
     for port in case.ports:
-        if not any(body.part == "output" for body in ends_of(b, port.member)):  # has its own
-            b.a.add_inertia(rotation(b, port.member), case.port_inertia(port.member))
-    if b.a.has("housing"):
-        _mount_housing(b)
-    return _system(b, rigid)
+        if not any(body.part == "output" for body in a.ends_of(port.member)):  # has its own
+            a.add_inertia(a.rotation(port.member), case.port_inertia(port.member))
+    if a.housing is not None:
+        _mount_housing(a, a.housing)
+    return _system(a, rigid)
 
 
-def _housing(case: Case) -> list[Body]:
+def _housing(case: Case) -> Body | None:
     """Body of the housing; none where it is rigid ground."""
     housing = case.housing
     if housing.kind == "lumped":
-        return [lumped_body(BodyName.of("", "housing"), housing.mass, housing.inertia)]
+        return lumped_body(BodyName.of("", "housing"), housing.mass, housing.inertia)
     if housing.kind == "reduced":
         from flexgear.structures.sources.matrices import given_housing  # readers of matrices
 
-        return [given_housing(housing, case.source)]
-    return []
+        return given_housing(housing, case.source)
+    return None
 
 
-def _mount_housing(b: TrainAssembly) -> None:
+def _mount_housing(a: Assembly, body: Body) -> None:
     """Springs between the housing and the ground, at each node of an FE housing that has some."""
-    matrix, body = b.case.housing.mount.matrix, b.a.body("housing")
+    matrix = a.case.housing.mount.matrix
     nodes = [name for name in body.node_names if NodeName.parse(name).kind == MOUNT]
     for node in nodes or ["housing"]:
-        b.a.link(f"housing_{node if nodes else 'mount'}", b.a.rows("housing", node), matrix)
+        a.link(f"housing_{node if nodes else 'mount'}", a.node_rows("housing", node), matrix)
 
 
-def _frame(b: TrainAssembly, number: int) -> StageFrame:
+def _frame(a: Assembly, number: int) -> StageFrame:
     """Angles of a stage, see ``StageFrame``.
 
     A carrier's is that of an FE carrier's pins, where its planets are; a ring's that of the hub
     that its supports stand on, as those of a held ring stand in the housing: what either ring winds
     up against them is elastic displacement.
     """
-    stage, held = b.case.stages[number], b.case.held_members()
+    stage, held = a.case.stages[number], a.case.held_members()
     if stage.kind == "parallel":
-        return StageFrame(b.angle(rotation(b, f"{stage.name}.gear")), -1)
+        return StageFrame(a.angle(a.rotation(f"{stage.name}.gear")), -1)
     carrier, ring = f"{stage.name}.carrier", f"{stage.name}.ring"
-    turns = np.zeros(b.a.size)
+    turns = np.zeros(a.size)
     if carrier not in held:
-        several = len(b.a.body(carrier).node_names) > 1
-        turns = _pin_rotation(b, number) if several else rotation(b, carrier)
-    ring_turns = np.zeros(b.a.size) if ring in held else rotation(b, ring)
-    theta = b.angle(turns - ring_turns)
-    of_carrier, of_ring = (b.angle(row) if row.any() else -1 for row in (turns, ring_turns))
+        several = len(a.body(carrier).node_names) > 1
+        turns = _pin_rotation(a, number) if several else a.rotation(carrier)
+    ring_turns = np.zeros(a.size) if ring in held else a.rotation(ring)
+    theta = a.angle(turns - ring_turns)
+    of_carrier, of_ring = (a.angle(row) if row.any() else -1 for row in (turns, ring_turns))
     planets = -1
-    if any(m.floats for m in b.members[number]):
-        radii = stage_radii(b.case.view(stage.name))
-        planets = b.angle(-radii.ring / radii.planet * (turns - ring_turns))
+    if any(m.floats for m in a.members[number]):
+        radii = stage_radii(a.case.view(stage.name))
+        planets = a.angle(-radii.ring / radii.planet * (turns - ring_turns))
     return StageFrame(theta, of_carrier, of_ring, planets)
 
 
-def _pin_rotation(b: TrainAssembly, number: int) -> Array:
+def _pin_rotation(a: Assembly, number: int) -> Array:
     """Row (d,) of the mean rotation of the pins about the axis, rad."""
-    view = b.case.view(b.case.stages[number].name)
+    view = a.case.view(a.case.stages[number].name)
     pins = [f"pin_{k}" for k in range(1, view.stage.planets + 1)]
-    tangential = [b.rows(f"{view.name}.carrier", pin)[1] for pin in pins]
+    tangential = [a.rows(f"{view.name}.carrier", pin)[1] for pin in pins]
     return np.asarray(np.mean(tangential, axis=0) / stage_radii(view).center_distance)
 
 
-def _rims(
-    bodies: Mapping[BodyName, AnyBody],
-    rigid: Collection[BodyName],
-    stiffening: Mapping[BodyName, float],
-) -> dict[str, RimFlexibility]:
-    """What teeth of FE rings that bend yield along the face, by the stages where it counts."""
-    return {
-        name.stage: body.rim.softer(1.0 / stiffening.get(name, 1.0))
-        for name, body in bodies.items()
-        if isinstance(body, ReducedBody) and body.rim is not None and name not in rigid
-    }
-
-
-def _tie_and_mesh(b: TrainAssembly, number: int, rims: Mapping[str, RimFlexibility]) -> None:
-    stage, frame = b.case.stages[number], b.frames[number]
-    with inside(b.case, stage):
-        for connection in connections(b.case.view(stage.name)):
-            connect(b, number, connection)
-    blocks = _gear_blocks(b, number)
-    flexible = {m.part for m in b.members[number] if m.contacts and not m.body.rigid}
-    view = b.case.view(stage.name)
-    gears = {m.part for m in b.members[number] if m.part in ("ring", "planet")}
+def _mesh(a: Assembly, number: int, bending: bool, rim: RimFlexibility | None) -> None:
+    """Gear meshes of a stage; rim: of its FE ring that bends."""
+    stage, blocks = a.case.stages[number], _gear_blocks(a, number)
+    flexible = {m.part for m in a.members[number] if m.contacts and not m.body.rigid}
+    view = a.case.view(stage.name)
+    gears = {m.part for m in a.members[number] if m.part in ("ring", "planet")}
     rigid = [part for part in gears - flexible if view.fe_tie(part)]
-    flow, rim = b.flow.stage(stage.name), rims.get(stage.name)
-    b.sets += stage_sets(b.case, number, flow, frame, blocks, b.bending, rim, rigid)
+    flow, frame = a.flow.stage(stage.name), a.frames[number]
+    a.sets += stage_sets(a.case, number, flow, frame, blocks, bending, rim, rigid)
 
 
-def _gear_blocks(b: TrainAssembly, number: int) -> GearBlocks:
+def _gear_blocks(a: Assembly, number: int) -> GearBlocks:
     """Enter the contacts of a stage's bodies as blocks; teeth of a body of two halves are those of
     the left, then of the right."""
     blocks: dict[tuple[str, int, str], GearBlock] = {}
-    for m in b.members[number]:
-        nodes, first = m.contacts, len(b.blocks)
+    for m in a.members[number]:
+        nodes, first = m.contacts, len(a.blocks)
         if not nodes:
             continue
-        b.block_of[m.body.name] = first
-        b.blocks += [b.a.rows(m.body.name, node) for node in nodes]
+        a.block_of[m.body.name] = first
+        a.blocks += [a.rows(m.body.name, node) for node in nodes]
         if len(nodes) == 1:
-            blocks[m.part, m.planet, m.side] = GearBlock(first)
+            blocks[m.part, m.planet, m.body.name.side] = GearBlock(first)
             continue
         rigid = first if m.floats else None
         nodes = nodes[1:] if m.floats else nodes
         first += int(m.floats)
         places = np.array([m.body.position(node) for node in nodes])
-        for k, side in enumerate(sides := b.case.stages[number].sides):
+        for k, side in enumerate(sides := a.case.stages[number].sides):
             half = slice(k * len(nodes) // len(sides), (k + 1) * len(nodes) // len(sides))
             blocks[m.part, m.planet, side] = GearBlock(first + half.start, places[half], rigid)
     return GearBlocks(blocks)
 
 
-def _join(b: TrainAssembly, joint: Joint) -> None:
+def _join(a: Assembly, joint: Joint) -> None:
     """A spline or shaft between two members."""
     if joint.length is not None and joint.outer_diameter is not None:
         section = BeamSection(joint.length, joint.outer_diameter, joint.inner_diameter)
-        m = b.case.material
+        m = a.case.material
         matrix, _ = beam_element(section, joint.length, m.young_modulus, m.poisson_ratio, m.density)
     else:
         spring = np.array(joint.matrix, dtype=float)
-        spring[5, 5] += joint.tangential * _radius(b, joint.first) ** 2
+        spring[5, 5] += joint.tangential * _radius(a, joint.first) ** 2
         matrix = np.block([[spring, -spring], [-spring, spring]])
     ends, angles = [], []
     for end, member in enumerate((joint.first, joint.second)):
-        first, *_ = b.bodies_of(member)
+        first, *_ = a.bodies_of(member)
         if {"spline", "end"} <= first.ports.keys():  # nothing hangs between spline and joint
-            matrix = behind_spline(matrix, spline_matrix(b.case.view(first.body.name.stage)), end)
-        ends.append(end_rows(b, member))
-        angles.append(b.body_angle(b.case.stage_index(member), first))
+            matrix = behind_spline(matrix, spline_matrix(a.case.view(first.body.name.stage)), end)
+        ends.append(a.end_rows(member))
+        angles.append(a.body_angle(a.case.stage_index(member), first))
     name = f"{joint.first}-{joint.second}"
-    b.a.joint(name, ends[0], ends[1], matrix, (angles[0], angles[1]))
+    a.joint(name, ends[0], ends[1], matrix, (angles[0], angles[1]))
 
 
-def _radius(b: TrainAssembly, member: str) -> float:
+def _radius(a: Assembly, member: str) -> float:
     """Centre distance of a carrier, base radius of a gear, m."""
     at = MemberName.parse(member)
-    view = b.case.view(at.stage)
+    view = a.case.view(at.stage)
     return reference_radius(view.stage, at.part, stage_radii(view))
 
 
-def _system(b: TrainAssembly, rigid_bodies: Collection[BodyName]) -> System:
-    a, case, flow = b.a, b.case, b.flow
+def _system(a: Assembly, rigid_bodies: Collection[BodyName]) -> System:
+    case, flow = a.case, a.flow
     require_masses(a.bodies, case.source, a.mass)
-    loads = given_loads(b)
-    extra = a.extra_rows(len(b.blocks), loads)
-    blocks = np.vstack([*b.blocks, *a.contact_nodes])
-    pairs = pair_data(b.sets, len(blocks) // 6, extra)
-    rigid = orthonormal_rigid(a.mass, _loose_motions(b))
-    angles = np.vstack(b.angles)
+    extra = a.extra_rows(given_loads(a))
+    blocks = np.vstack([*a.blocks, *a.contact_nodes])
+    pairs = pair_data(a.sets, len(blocks) // 6, extra)
+    rigid = orthonormal_rigid(a.mass, _loose_motions(a))
+    angles = np.vstack(a.angles)
     contact = holding_rows(pairs, blocks, len(angles), a.bearing_rows())
-    rolling, input_rows, speeds = _rolling(b, rigid, contact)
-    gyroscopic, centripetal = frame_forces(b, rolling, input_rows)
-    rotations = np.array([rotation(b, p.member) for p in case.ports]).reshape(-1, a.size)
+    rolling, input_rows, speeds = _rolling(a, rigid, contact)
+    gyroscopic, centripetal = frame_forces(a, rolling, input_rows)
+    rotations = np.array([a.rotation(p.member) for p in case.ports]).reshape(-1, a.size)
     require_free_speeds(case, rotations @ rolling)
     d, modal = case.damping, case.damping.kind == "modal"
     lead = case.inputs[0].member if case.inputs else ""
@@ -275,13 +254,13 @@ def _system(b: TrainAssembly, rigid_bodies: Collection[BodyName]) -> System:
             for p, row in zip(case.ports, rotations, strict=True)
         ),
         pairs=pairs,
-        gear_meshes=labels(b.sets),
+        gear_meshes=labels(a.sets),
         links=tuple(a.links),
         bearings=tuple(a.bearings),
-        frames=dict(zip([s.name for s in case.stages], b.frames, strict=True)),
+        frames=dict(zip([s.name for s in case.stages], a.frames, strict=True)),
         ring_frames={
-            m.body.name: b.body_angle(number, m)
-            for number, members in enumerate(b.members)
+            m.body.name: a.body_angle(number, m)
+            for number, members in enumerate(a.members)
             for m in members
             if m.frame == "ring" and not m.lumped
         },
@@ -301,44 +280,46 @@ def _system(b: TrainAssembly, rigid_bodies: Collection[BodyName]) -> System:
     )
 
 
-def _loose_motions(b: TrainAssembly) -> Array:
+def _loose_motions(a: Assembly) -> Array:
     """Motions (d, r) that no constant spring resists.
 
     Those of a single stage with bodies that bend are known in closed form and have no round-off:
     planets orbit with the carrier, each planet spins, the ring turns with its hub, the sun with
     what hangs on it. There are others where members float without a spring.
     """
-    loose, stage = b.a.loose_motions(), b.case.stages[0]
-    if len(b.case.stages) > 1 or b.case.joints or not stage.is_flexible:
+    loose, stage = a.loose_motions(), a.case.stages[0]
+    if len(a.case.stages) > 1 or a.case.joints or not stage.is_flexible:
         return loose
-    held, planets = b.case.held_members(), b.bodies_of(f"{stage.name}.planet")
-    rigid_motions = [b.a.rotation(m.body.name) for m in planets]
-    for part in ("carrier", "ring", "sun"):
-        member = MemberName.of(stage.name, part)
-        motion = np.sum([b.a.rotation(m.body.name) for m in b.bodies_of(member)], axis=0)
-        for m in planets if part == "carrier" else ():
-            motion[b.a.starts[m.body.name] + 1] = stage_radii(b.case.view()).center_distance
-        if member not in held:
-            rigid_motions.append(motion)
+    planets, rigid_motions = a.bodies_of(f"{stage.name}.planet"), []
+    for part in ("planet", "carrier", "ring", "sun"):
+        members = a.bodies_of(f"{stage.name}.{part}")
+        motions = np.zeros((len(members), a.size))
+        for motion, m in zip(motions, members, strict=True):
+            motion[a.slice_of(m.body.name)] = m.body.spin
+        if part == "planet":
+            rigid_motions += list(motions)
+        elif f"{stage.name}.{part}" not in a.case.held_members():
+            rigid_motions.append(motions.sum(axis=0))
+            for m in planets if part == "carrier" else ():
+                at = a.slice_of(m.body.name).start + 1
+                rigid_motions[-1][at] = stage_radii(a.case.view()).center_distance
     candidates = np.column_stack(rigid_motions)
     return candidates if loose.shape == candidates.shape else loose
 
 
-def _rolling(
-    b: TrainAssembly, rigid: Array, contact: Array
-) -> tuple[Array, Array, tuple[float, ...]]:
+def _rolling(a: Assembly, rigid: Array, contact: Array) -> tuple[Array, Array, tuple[float, ...]]:
     """Rolling (d, F) of the train, rows (F, d) of its independent rotations, their rated speeds.
 
     In free vibration supports may resist rotations, or members float: what is left free has no
     speed of its own, unless it is the rotations that the inputs give.
     """
-    driven = [p.member for p in b.case.ports if p.speed is not None]
+    driven = [p.member for p in a.case.ports if p.speed is not None]
     free = free_motions(rigid, contact).shape[1]
-    if b.case.output is None and (not driven or free != len(driven)):
-        return *vibration_motions(b.a.mass, rigid, contact), ()
-    input_rows = np.array([speed_row(b, m) for m in driven]).reshape(-1, b.a.size)
-    rolling = rolling_motions(b.a.bodies, b.a.source, rigid, contact, input_rows)
-    return rolling, input_rows, tuple(b.flow.speed[m] for m in driven)
+    if a.case.output is None and (not driven or free != len(driven)):
+        return *vibration_motions(a.mass, rigid, contact), ()
+    input_rows = np.array([a.speed_row(m) for m in driven]).reshape(-1, a.size)
+    rolling = rolling_motions(a.bodies, a.case.source, rigid, contact, input_rows)
+    return rolling, input_rows, tuple(a.flow.speed[m] for m in driven)
 
 
 def require_workable(case: Case) -> None:

@@ -9,8 +9,9 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from flexgear.coupling.gear_meshes import GearMeshSet, model_number
+from flexgear.coupling.gear_meshes import MODELS, GearMeshSet
 from flexgear.coupling.members import body_names, can_turn, mass_properties, reference_radius
+from flexgear.coupling.pair_data import WAVE
 from flexgear.coupling.springs import linear_part
 from flexgear.coupling.system import StageFrame
 from flexgear.gears.errors import stage_errors
@@ -288,7 +289,7 @@ def stage_sets(
                 one_sided=options.contact_law != "linear",
                 equivalent_mass=1.0 / inverse,
                 damping_ratio=options.damping_ratio,
-                model=model_number(options.model),
+                model=MODELS.get(options.model, WAVE),
                 planet_teeth=[p.first for p in floating],
                 planet_tooth_positions=[p.teeth for p in floating if p.teeth is not None],
                 planet_turns=frame.planets if floating else -1,

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
-from typing import NamedTuple
+from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +20,7 @@ from flexgear.coupling.pair_data import (
     WAVE,
     PairData,
 )
+from flexgear.coupling.springs import LawBearing
 from flexgear.gears.contact import GearMeshKind, GearMeshPath
 from flexgear.gears.errors import PairErrors
 from flexgear.gears.slices import Slices
@@ -28,15 +29,7 @@ from flexgear.model.errors import FlexgearError
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 SupportRow = tuple[float, Sequence[tuple[int, Array]]]
-
-
-# all others are waves
-MODELS = {"per_pair": PER_PAIR, "lumped": SUMMED, "face_load": FACE_LOAD}
-
-
-def model_number(name: str) -> int:
-    """PER_PAIR, SUMMED, FACE_LOAD or WAVE of a model of gear meshes as a case names it."""
-    return MODELS.get(name, WAVE)
+MODELS = {"per_pair": PER_PAIR, "lumped": SUMMED, "face_load": FACE_LOAD}  # all others: WAVE
 
 
 @dataclass(frozen=True)
@@ -84,21 +77,6 @@ class GearMeshLabel:
     planet: int
 
 
-@dataclass(frozen=True)
-class BearingElement:
-    """A bearing with a law of its own between two blocks.
-
-    law: name in ``laws``; blocks: of the inner and the outer ring, −1 for the housing; angles:
-    of the system's by which the blocks' frames have turned, −1 for the law's own; parameters: of
-    the law.
-    """
-
-    law: str
-    blocks: tuple[int, int]
-    angles: tuple[int, int]
-    parameters: Array
-
-
 class GivenLoad(NamedTuple):
     """A force and moment (6,) on a block.
 
@@ -124,29 +102,11 @@ class ExtraRows:
     which angle its frame has turned by (−1: fixed); first_block: block of node 0.
     """
 
-    supports: Sequence[SupportRow] = ()
-    support_angles: Sequence[int] = ()
-    first_block: int = 0
-    bearings: Sequence[BearingElement] = ()
-    loads: Sequence[GivenLoad] = ()
-
-
-@dataclass
-class _Columns:
-    """Columns of the arrays, gear mesh by gear mesh."""
-
-    values: dict[str, list[object]] = field(default_factory=dict)
-
-    def add(self, **entries: object) -> None:
-        for name, value in entries.items():
-            self.values.setdefault(name, []).append(value)
-
-    def ints(self, name: str) -> IntArray:
-        return np.array(self.values.get(name, []), dtype=np.int64)
-
-    def reals(self, name: str, *shape: int) -> Array:
-        values = np.array(self.values.get(name, []), dtype=float)
-        return values.reshape(len(values), *shape) if shape else values
+    supports: Sequence[SupportRow]
+    support_angles: Sequence[int]
+    first_block: int
+    bearings: Sequence[LawBearing]
+    loads: Sequence[GivenLoad]
 
 
 def labels(sets: Sequence[GearMeshSet]) -> tuple[GearMeshLabel, ...]:
@@ -156,19 +116,65 @@ def labels(sets: Sequence[GearMeshSet]) -> tuple[GearMeshLabel, ...]:
     )
 
 
-def pair_data(sets: Sequence[GearMeshSet], blocks: int, extra: ExtraRows | None = None) -> PairData:
+def pair_data(sets: Sequence[GearMeshSet], blocks: int, extra: ExtraRows) -> PairData:
     """Arrays of all gear meshes; blocks: number of contact blocks. FlexgearError where a body has
     not as many tooth nodes as its gear has teeth."""
-    extra = extra or ExtraRows()
     paths = [s.path for s in sets]
-    start, step, k_table, z_table, gap_table = stiffness_tables(paths, [s.model for s in sets])
-    columns, positions = _Columns(), np.zeros((max(blocks, 1), 3))
-    for number, s in enumerate(sets):
+    start, step, k_table, z_table, gap_table = stiffness_tables(paths)
+    rows = [
+        _gear_mesh(s, number, i, _opposite(sets, s, i))
+        for number, s in enumerate(sets)
+        for i in range(len(s.phi))
+    ]
+    columns = {name: _stacked([row[name] for row in rows]) for name in rows[0]}
+    tilted = np.abs(columns["error_slope"]) * columns["half_face"]
+    block, vector, stiffness, turning = _supports(extra)
+    loads, bearings = extra.loads, extra.bearings
+    bearing_blocks = [
+        [extra.first_block + node if node >= 0 else -1 for node in (b.inner, b.outer)]
+        for b in bearings
+    ]
+    return PairData(
+        one_sided=any(s.one_sided for s in sets),
+        slots=max([FEWEST_SLOTS, *(_most_pairs(s) for s in sets)]),
+        tooth_position=_tooth_positions(sets, blocks),
+        table_start=start,
+        table_step=step,
+        k_table=k_table,
+        z_table=z_table,
+        gap_table=gap_table,
+        slice_table=slice_tables(paths, k_table.shape[1]),
+        largest_error=columns["error_offset"]
+        + tilted
+        + np.abs(columns["error_amplitude"])
+        + np.abs(columns["runout_amplitude"]).sum(axis=1)
+        + np.abs(columns["error_gear"]).max(axis=1)
+        + np.abs(columns["error_planet"]).max(axis=1),
+        support_block=block,
+        support_vector=vector,
+        support_stiffness=stiffness,
+        support_angle=turning,
+        bearing_law=np.array([law_number(b.law) for b in bearings], np.int64),
+        bearing_block=np.array(bearing_blocks, np.int64).reshape(-1, 2),
+        bearing_angle=np.array([(b.angle, -1) for b in bearings], np.int64).reshape(-1, 2),
+        bearing_parameters=_padded([b.parameters for b in bearings]),
+        load_block=np.array([x.block for x in loads], np.int64),
+        load_vector=np.array([x.vector for x in loads], float).reshape(-1, 6),
+        load_angle=np.array([x.angle for x in loads], np.int64),
+        load_grows=np.array([x.grows for x in loads], np.int64),
+        load_size=np.array([x.size for x in loads], float),
+        load_history=np.array([x.history for x in loads], np.int64),
+        **columns,
+    )
+
+
+def _tooth_positions(sets: Sequence[GearMeshSet], blocks: int) -> Array:
+    """Positions (B, 3) by block of all teeth that are blocks, m; zero of all other blocks."""
+    positions = np.zeros((max(blocks, 1), 3))
+    for s in sets:
         teeth = [(s.gear_block, s.tooth_positions, s.path.gear_teeth)]
-        teeth += [
-            (first, places, s.path.planet_teeth)
-            for first, places in zip(s.planet_teeth, s.planet_tooth_positions, strict=True)
-        ]
+        of_planets = zip(s.planet_teeth, s.planet_tooth_positions, strict=True)
+        teeth += [(first, places, s.path.planet_teeth) for first, places in of_planets]
         for first, places, count in teeth:
             if places is None:
                 continue
@@ -177,131 +183,70 @@ def pair_data(sets: Sequence[GearMeshSet], blocks: int, extra: ExtraRows | None 
                     f"a body of the {s.path.kind} has {len(places)} tooth nodes for {count} teeth"
                 )
             positions[first : first + count] = places
-        for i in range(len(s.phi)):
-            _enter(columns, s, number, i, _opposite(sets, s, i))
-    c = columns
-    gear, planet = _padded(c.values["error_gear"]), _padded(c.values["error_planet"])
-    runout = _padded(c.values["runout_amplitude"])
-    amplitude, offset = c.reals("error_amplitude"), c.reals("error_offset")
-    tilted = np.abs(c.reals("error_slope")) * c.reals("half_face")
-    block, vector, stiffness, turning = _supports(extra)
-    return PairData(
-        one_sided=any(s.one_sided for s in sets),
-        slots=max([FEWEST_SLOTS, *(_most_pairs(s) for s in sets)]),
-        tooth_position=positions,
-        table_start=start,
-        table_step=step,
-        k_table=k_table,
-        z_table=z_table,
-        gap_table=gap_table,
-        slice_table=slice_tables(paths, k_table.shape[1]),
-        radial=c.reals("radial", 2),
-        normal=c.reals("normal", 2),
-        tangent_point=c.reals("tangent_point", 2),
-        error_gear=gear,
-        error_planet=planet,
-        runout_amplitude=runout,
-        runout_rate=_padded(c.values["runout_rate"]),
-        runout_phase=_padded(c.values["runout_phase"]),
-        runout_angle=_padded(c.values["runout_angle"]).astype(np.int64),
-        largest_error=offset
-        + tilted
-        + np.abs(amplitude)
-        + np.abs(runout).sum(axis=1)
-        + np.abs(gear).max(axis=1)
-        + np.abs(planet).max(axis=1),
-        support_block=block,
-        support_vector=vector,
-        support_stiffness=stiffness,
-        support_angle=turning,
-        bearing_law=np.array([law_number(x.law) for x in extra.bearings], np.int64),
-        bearing_block=np.array([x.blocks for x in extra.bearings], np.int64).reshape(-1, 2),
-        bearing_angle=np.array([x.angles for x in extra.bearings], np.int64).reshape(-1, 2),
-        bearing_parameters=_padded([x.parameters for x in extra.bearings]),
-        load_block=np.array([x.block for x in extra.loads], np.int64),
-        load_vector=np.array([x.vector for x in extra.loads], float).reshape(-1, 6),
-        load_angle=np.array([x.angle for x in extra.loads], np.int64),
-        load_grows=np.array([x.grows for x in extra.loads], np.int64),
-        load_size=np.array([x.size for x in extra.loads], float),
-        load_history=np.array([x.history for x in extra.loads], np.int64),
-        **{n: c.ints(n) for n in _INTS},  # type: ignore[arg-type]
-        **{n: c.reals(n) for n in _REALS},  # type: ignore[arg-type]
-    )
+    return positions
 
 
-_INTS = (
-    "sided", "model", "kind", "carries", "opposite", "angle", "turns", "planet_block", "gear_block",
-    "per_tooth", "planet_tooth_block", "planet_turns", "table", "gear_tooth0", "gear_step",
-    "gear_teeth", "planet_tooth0", "planet_step", "planet_teeth", "slices", "bent",
-)  # fmt: skip
-_REALS = (
-    "phi", "center_distance", "s0", "rate", "pitch", "s_lo", "s_hi", "path_lo", "path_hi", "slope",
-    "half_face", "z_offset", "planet_arm", "gear_arm", "cos_b", "sin_b", "s_pitch", "gap",
-    "error_amplitude", "error_phase", "error_offset", "error_slope", "damping",
-)  # fmt: skip
-
-
-def _enter(c: _Columns, s: GearMeshSet, table: int, i: int, opposite: int) -> None:
-    """The columns of planet i in one set."""
+def _gear_mesh(s: GearMeshSet, table: int, i: int, opposite: int) -> dict[str, Any]:
+    """What ``PairData`` has of planet i in one set, by column."""
     p, e = s.path, s.errors
     cos_b = p.cos_base_helix
     angles = np.where(np.asarray(e.runout_angle, dtype=int) == 0, s.angle, s.carrier_angle)
     rates = np.where(angles < 0, 0.0, e.runout_rate)  # what stands in space before a held carrier
-    c.add(
-        sided=int(s.one_sided),
-        model=s.model,
-        kind=KINDS.index(p.kind),
-        carries=int(s.carries),
-        opposite=opposite,
-        angle=s.angle,
-        turns=s.turns,
-        phi=s.phi[i],
-        radial=(math.cos(s.phi[i]), math.sin(s.phi[i])),
-        center_distance=p.center_distance,
-        planet_block=s.planet_blocks[i],
-        gear_block=s.gear_block,
-        per_tooth=int(s.tooth_positions is not None),
-        planet_tooth_block=s.planet_teeth[i] if s.planet_teeth else -1,
-        planet_turns=s.planet_turns,
-        s0=p.s0[i],
-        rate=p.rate,
-        pitch=p.base_pitch,
-        s_lo=p.touching[0],
-        s_hi=p.touching[1],
-        path_lo=p.s_lo,
-        path_hi=p.s_hi,
-        slope=p.slope,
-        half_face=p.half_face,
-        z_offset=p.z_offset,
-        normal=p.normal_xy,
-        tangent_point=p.tangent_point,
-        planet_arm=p.planet_arm,
-        gear_arm=p.gear_arm,
-        cos_b=cos_b,
-        sin_b=p.slope * cos_b,
-        s_pitch=p.base_radius_planet * math.tan(p.alpha),
-        gap=0.0 if s.carries else p.backlash,
-        table=table,
-        gear_tooth0=p.gear_tooth0[i],
-        gear_step=p.gear_step,
-        gear_teeth=p.gear_teeth,
-        planet_tooth0=p.planet_tooth0[i],
-        planet_step=p.planet_step,
-        planet_teeth=p.planet_teeth,
-        slices=0 if p.slices is None else p.slices.count,
-        bent=int(p.slices is not None and p.slices.bending is not None),
-        error_amplitude=e.harmonic_amplitude[i],
-        error_phase=e.harmonic_phase[i],
-        error_offset=e.offset[i],
-        error_slope=e.slope[i],
-        error_gear=e.gear_tooth,
-        error_planet=e.planet_tooth[i],
-        runout_amplitude=e.runout_amplitude[i],
-        runout_rate=rates,
-        runout_phase=e.runout_phase[i],
-        runout_angle=np.maximum(angles, 0),
-        damping=2 * s.damping_ratio * math.sqrt(s.equivalent_mass),
-    )
+    return {
+        "sided": int(s.one_sided),
+        "model": s.model,
+        "kind": KINDS.index(p.kind),
+        "carries": int(s.carries),
+        "opposite": opposite,
+        "angle": s.angle,
+        "turns": s.turns,
+        "phi": s.phi[i],
+        "radial": (math.cos(s.phi[i]), math.sin(s.phi[i])),
+        "center_distance": p.center_distance,
+        "planet_block": s.planet_blocks[i],
+        "gear_block": s.gear_block,
+        "per_tooth": int(s.tooth_positions is not None),
+        "planet_tooth_block": s.planet_teeth[i] if s.planet_teeth else -1,
+        "planet_turns": s.planet_turns,
+        "s0": p.s0[i],
+        "rate": p.rate,
+        "pitch": p.base_pitch,
+        "s_lo": p.touching[0],
+        "s_hi": p.touching[1],
+        "path_lo": p.s_lo,
+        "path_hi": p.s_hi,
+        "slope": p.slope,
+        "half_face": p.half_face,
+        "z_offset": p.z_offset,
+        "normal": p.normal_xy,
+        "tangent_point": p.tangent_point,
+        "planet_arm": p.planet_arm,
+        "gear_arm": p.gear_arm,
+        "cos_b": cos_b,
+        "sin_b": p.slope * cos_b,
+        "s_pitch": p.base_radius_planet * math.tan(p.alpha),
+        "gap": 0.0 if s.carries else p.backlash,
+        "table": table,
+        "gear_tooth0": p.gear_tooth0[i],
+        "gear_step": p.gear_step,
+        "gear_teeth": p.gear_teeth,
+        "planet_tooth0": p.planet_tooth0[i],
+        "planet_step": p.planet_step,
+        "planet_teeth": p.planet_teeth,
+        "slices": 0 if p.slices is None else p.slices.count,
+        "bent": int(p.slices is not None and p.slices.bending is not None),
+        "error_amplitude": e.harmonic_amplitude[i],
+        "error_phase": e.harmonic_phase[i],
+        "error_offset": e.offset[i],
+        "error_slope": e.slope[i],
+        "error_gear": e.gear_tooth,
+        "error_planet": e.planet_tooth[i],
+        "runout_amplitude": e.runout_amplitude[i],
+        "runout_rate": rates,
+        "runout_phase": e.runout_phase[i],
+        "runout_angle": np.maximum(angles, 0),
+        "damping": 2 * s.damping_ratio * math.sqrt(s.equivalent_mass),
+    }
 
 
 def _most_pairs(s: GearMeshSet) -> int:
@@ -330,12 +275,17 @@ def _opposite(sets: Sequence[GearMeshSet], s: GearMeshSet, i: int) -> int:
     return -1
 
 
-def _padded(lines: Sequence[object]) -> Array:
+def _stacked(values: Sequence[Any]) -> NDArray[Any]:
+    """A column of numbers, or of arrays that may be of different lengths."""
+    return _padded(values) if isinstance(values[0], np.ndarray) else np.array(values)
+
+
+def _padded(lines: Sequence[NDArray[Any]]) -> NDArray[Any]:
     """Rows of different lengths as one array, zeros at the end."""
-    arrays = [np.asarray(x, dtype=float) for x in lines]
-    out = np.zeros((len(arrays), max((len(a) for a in arrays), default=0)))
-    for row, a in zip(out, arrays, strict=True):
-        row[: len(a)] = a
+    shape = len(lines), max(map(len, lines), default=0)
+    out = np.zeros(shape, lines[0].dtype if lines else float)
+    for row, line in zip(out, lines, strict=True):
+        row[: len(line)] = line
     return out
 
 
@@ -351,40 +301,26 @@ def _supports(extra: ExtraRows) -> tuple[IntArray, Array, Array, IntArray]:
     return block, vector, np.array([r[0] for r in extra.supports], dtype=float), turning
 
 
-def stiffness_tables(
-    paths: Sequence[GearMeshPath], models: Sequence[int]
-) -> tuple[Array, Array, Array, Array, Array]:
+def stiffness_tables(paths: Sequence[GearMeshPath]) -> tuple[Array, ...]:
     """Tables of equal length on uniform grids: start, step, stiffness, centroid, gap."""
-    waves = [model == WAVE for model in models]
-    size = max((len(p.s_grid) for p, wave in zip(paths, waves, strict=True) if not wave), default=2)
+    size = max((len(p.s_grid) for p in paths if p.wave is None), default=2)
     size = max([size, *(len(p.slices.s) for p in paths if p.slices is not None)])
     size = max([size, *(len(p.wave) for p in paths if p.wave is not None)])
-    start, step, k, z, gap = [], [], [], [], []
-    for p, wave in zip(paths, waves, strict=True):
-        if wave:
-            if p.wave is None:
-                raise FlexgearError(f"the {p.kind} gear mesh has no stiffness wave")
-            period = np.arange(len(p.wave) + 1) / len(p.wave)
-            share = np.arange(size) / size
-            start.append(0.0)
-            step.append(1.0)
-            k.append(np.interp(share, period, [*p.wave, p.wave[0]]))
-            z.append(np.zeros(size))
-            gap.append(np.zeros(size))
-            continue
-        path_grid = p.s_grid if p.slices is None else p.slices.s
-        grid = np.linspace(path_grid[0], path_grid[-1], size)
-        start.append(grid[0])
-        step.append(grid[1] - grid[0])
-        if p.slices is not None:
-            k.append(np.interp(grid, path_grid, p.slices.on_path))
-            z.append(np.interp(grid, path_grid, p.slices.centre))
-            gap.append(np.zeros(size))
-            continue
-        k.append(np.interp(grid, p.s_grid, p.k_grid))
-        z.append(np.interp(grid, p.s_grid, p.zc_grid))
-        gap.append(np.interp(grid, p.s_grid, p.gap_grid))
-    return np.array(start), np.array(step), np.array(k), np.array(z), np.array(gap)
+    return tuple(map(np.array, zip(*(_table(p, size) for p in paths), strict=True)))
+
+
+def _table(p: GearMeshPath, size: int) -> tuple[float, float, Array, Array, Array]:
+    """One row of ``stiffness_tables``."""
+    if p.wave is not None:
+        period = np.arange(len(p.wave) + 1) / len(p.wave)
+        wave = np.interp(np.arange(size) / size, period, [*p.wave, p.wave[0]])
+        return 0.0, 1.0, wave, np.zeros(size), np.zeros(size)
+    s, k, z, gap = p.s_grid, p.k_grid, p.zc_grid, p.gap_grid
+    if p.slices is not None:
+        s, k, z, gap = p.slices.s, p.slices.on_path, p.slices.centre, np.zeros(len(p.slices.s))
+    grid = np.linspace(s[0], s[-1], size)
+    k, z, gap = (np.interp(grid, s, values) for values in (k, z, gap))
+    return grid[0], grid[1] - grid[0], k, z, gap
 
 
 def slice_tables(paths: Sequence[GearMeshPath], size: int) -> Array:

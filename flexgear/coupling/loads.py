@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from flexgear.coupling.assembly import TrainAssembly, end_rows, ends_of
+from flexgear.coupling.assembly import Assembly
 from flexgear.coupling.gear_meshes import GivenLoad
 from flexgear.coupling.members import Member
 from flexgear.gears.radii import stage_radii
@@ -13,108 +13,125 @@ from flexgear.model.errors import InputError
 from flexgear.model.names import MemberName
 from flexgear.model.stage import Stage
 from flexgear.model.train import varying
+from flexgear.structures.bodies import Body
 from flexgear.structures.kinematics import turn
 
 Array = NDArray[np.float64]
 
 
-def given_loads(b: TrainAssembly) -> list[GivenLoad]:
+def given_loads(a: Assembly) -> list[GivenLoad]:
     """Forces given from outside."""
     out: list[GivenLoad] = []
-    for number, stage in enumerate(b.case.stages):
-        speed = b.flow.speed.get(f"{stage.name}.carrier", 0.0)
-        radius = stage_radii(b.case.view(stage.name)).center_distance
-        for m in b.members[number]:
-            if any(b.case.gravity):
-                out.append(_weight(b, number, m))
-            if b.case.gyroscopic and m.planet >= 0:  # centrifugal, in the planet's own axes
+    for number, stage in enumerate(a.case.stages):
+        speed = a.flow.speed.get(f"{stage.name}.carrier", 0.0)
+        radius = stage_radii(a.case.view(stage.name)).center_distance
+        for m in a.members[number]:
+            if any(a.case.gravity):
+                out.append(_weight(a, number, m))
+            if a.case.gyroscopic and m.planet >= 0:  # centrifugal, in the planet's own axes
                 force = np.r_[m.mass * radius * speed**2, np.zeros(5)]
-                out.append(GivenLoad(b.block_of[m.body.name], force, grows=1))
-    if any(b.case.gravity) and b.a.has("housing"):
-        node = _new_block(b, b.a.weight_rows("housing"))
-        out.append(GivenLoad(node, np.r_[b.case.gravity, 0, 0, 0]))
-    for k in range(len(b.case.loads)):
-        out += _given_load(b, k)
+                out.append(GivenLoad(a.block_of[m.body.name], force, grows=1))
+    if any(a.case.gravity) and a.housing is not None:
+        node = _weighed_block(a, a.housing)
+        out.append(GivenLoad(node, np.r_[a.case.gravity, 0, 0, 0]))
+    for k in range(len(a.case.loads)):
+        out += _given_load(a, k)
     return out
 
 
-def _weight(b: TrainAssembly, number: int, m: Member) -> GivenLoad:
+def _weight(a: Assembly, number: int, m: Member) -> GivenLoad:
     """Weight of a body through all its mass: of a reduced body Rᵀ M g on every coordinate. In
     bodies whose frame turns gravity turns backwards."""
-    size, block = 1.0, b.block_of.get(m.body.name, -1)
+    size, block = 1.0, a.block_of.get(m.body.name, -1)
     if m.lumped and block >= 0:
         size = m.mass
     else:
-        block = _new_block(b, b.a.weight_rows(m.body.name))
-    vector = turn(-_planet_axes(b.case.stages[number], m)) @ np.r_[b.case.gravity, 0, 0, 0]
-    return GivenLoad(block, size * vector, b.body_angle(number, m))
+        block = _weighed_block(a, m.body)
+    vector = turn(-_planet_axes(a.case.stages[number], m)) @ np.r_[a.case.gravity, 0, 0, 0]
+    return GivenLoad(block, size * vector, a.body_angle(number, m))
 
 
-def _given_load(b: TrainAssembly, k: int) -> list[GivenLoad]:
+def _weighed_block(a: Assembly, body: Body) -> int:
+    """Block on which an acceleration acts as a body's weight; rows of rotations are zero."""
+    rows = np.zeros((6, a.size))
+    rows[:3, a.slice_of(body.name)] = weight_rows(body)
+    return _new_block(a, rows)
+
+
+def weight_rows(body: Body) -> Array:
+    """Rows (3, n) Rᵀ M, on which an acceleration acts as a body's weight.
+
+    R (n, 3): unit translations of the whole body; the mass is the body's own, without what hangs on
+    its ports.
+    """
+    return (body.mass @ body.rigid_motions[:, :3]).T
+
+
+def _given_load(a: Assembly, k: int) -> list[GivenLoad]:
     """The load that the case lists as number k, on a member where it meets the rest of the train;
     a history component by component."""
-    load, places = b.case.loads[k], _places(b)
+    load, places = a.case.loads[k], _places(a)
     if load.member not in places:
         raise InputError(
-            b.case.source, f"loads[{k}].member", f"{load.member} cannot be loaded",
+            a.case.source, f"loads[{k}].member", f"{load.member} cannot be loaded",
             f"name one of {', '.join(sorted(places))}",
         )  # fmt: skip
     number, m = places[MemberName.parse(load.member)]
-    block = b.block_of.get(load.member, -1)  # of one lumped body; halves of a ring share it
+    block = a.block_of.get(load.member, -1)  # of one lumped body; halves of a ring share it
     if not m.lumped or block < 0:
-        block = _new_block(b, end_rows(b, load.member))
-    angle = b.body_angle(number, m)
+        block = _new_block(a, a.end_rows(load.member))
+    angle = a.body_angle(number, m)
     if load.frame == "carrier" and m.frame == "ring":
         raise InputError(
-            b.case.source, f"loads[{k}].frame", f"is the carrier's, but {load.member} turns",
+            a.case.source, f"loads[{k}].frame", f"is the carrier's, but {load.member} turns",
             'give the load in fixed axes, frame = "fixed"',
         )  # fmt: skip
     angle = angle if load.frame == "fixed" else -1
-    to_body = turn(-_planet_axes(b.case.stages[number], m))
+    to_body = turn(-_planet_axes(a.case.stages[number], m))
     if not load.is_history:
         return [GivenLoad(block, to_body @ load.first, angle)]
     return [
         GivenLoad(block, size * to_body[:, c], angle, size=load.first[c] / size, history=place)
-        for place, (of, c, size) in enumerate(varying(b.case.loads))
+        for place, (of, c, size) in enumerate(varying(a.case.loads))
         if of == k
     ]
 
 
-def _places(b: TrainAssembly) -> dict[MemberName, tuple[int, Member]]:
+def _places(a: Assembly) -> dict[MemberName, tuple[int, Member]]:
     """What can be loaded: members by name, with the number of their stage and their first body."""
     return {
-        member: (b.case.stage_index(member), b.bodies_of(member)[0])
-        for member in b.case.member_names()
-        if ends_of(b, member)
+        member: (a.case.stage_index(member), a.bodies_of(member)[0])
+        for member in a.case.member_names()
+        if a.ends_of(member)
     }
 
 
-def _new_block(b: TrainAssembly, rows: Array) -> int:
+def _new_block(a: Assembly, rows: Array) -> int:
     """Block of rows (6, d), made for a force there."""
-    return len(b.blocks) + b.a.contact_node(rows, -1)
+    return len(a.blocks) + a.contact_node(rows, -1)
 
 
 def frame_forces(
-    b: TrainAssembly, rolling: Array, input_rows: Array
+    a: Assembly, rolling: Array, input_rows: Array
 ) -> tuple[Array | None, Array | None]:
     """Gyroscopic and centripetal matrices (d, d) of the lumped bodies at rated speed.
 
     Coordinates hold the rolling motion, which the frame follows: only what is left of a motion,
     (I − rolling input_rows) q, makes forces of the frame, and these leave the rolling alone.
     """
-    if not b.case.gyroscopic:
+    if not a.case.gyroscopic:
         return None, None
-    turning, centripetal = np.zeros_like(b.a.mass), np.zeros_like(b.a.mass)
-    for number, stage in enumerate(b.case.stages):
-        flow = b.flow.stage(stage.name)
-        carrier = b.flow.speed.get(f"{stage.name}.carrier", 0.0)
-        for m in b.members[number]:
+    turning, centripetal = np.zeros_like(a.mass), np.zeros_like(a.mass)
+    for number, stage in enumerate(a.case.stages):
+        flow = a.flow.stage(stage.name)
+        carrier = a.flow.speed.get(f"{stage.name}.carrier", 0.0)
+        for m in a.members[number]:
             if not m.lumped:
                 continue
             member = f"{stage.name}.{m.part}"
-            spin = flow.planet_speed if m.planet >= 0 else b.flow.speed[member]
+            spin = flow.planet_speed if m.planet >= 0 else a.flow.speed[member]
             frame = spin if m.frame == "ring" else carrier
-            at = b.a.slice_of(m.body.name)
+            at = a.slice_of(m.body.name)
             turning[at, at], centripetal[at, at] = _frame_matrices(m, frame, spin)
     return (
         without_rolling(turning, rolling, input_rows),

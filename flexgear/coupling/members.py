@@ -19,7 +19,7 @@ from flexgear.model.member import CarrierMember, GearMember, RingGear
 from flexgear.model.names import SIDES, BodyName, MemberName
 from flexgear.model.stage import Stage
 from flexgear.model.stage_view import StageView
-from flexgear.structures.bodies import Body, lumped_body, rigid_variant, stiffened
+from flexgear.structures.bodies import Body, lumped_body, rigid_variant
 from flexgear.structures.reduced import ReducedBody, floating
 from flexgear.structures.shaft import BeamSection, shaft_body
 from flexgear.structures.sources.of_case import fe_sources
@@ -47,11 +47,10 @@ class Member:
     """One body of a stage.
 
     part: the member that it belongs to: a hub, on which an FE ring that turns is held, to "ring",
-    what hangs behind the spline of a sun's shaft to "sun"; side: half of a double-helical ring, or
-    ""; planet: number from 0, or −1. ports: beside the body's nodes, "end" where it meets the rest
-    of the train, "gear", "bore", "pin_1" …; contacts: nodes on which gear meshes act, one or one a
-    tooth; frame: in which its coordinates turn. mass: kg; inertia: polar, tilt: about a diameter,
-    kg m²; of lumped bodies alone.
+    what hangs behind the spline of a sun's shaft to "sun". ports: beside the body's nodes, "end"
+    where it meets the rest of the train, "gear", "bore", "pin_1" …; contacts: nodes on which gear
+    meshes act, one or one a tooth; frame: in which its coordinates turn. mass: kg; inertia: polar,
+    tilt: about a diameter, kg m²; of lumped bodies alone.
     """
 
     body: Body
@@ -59,11 +58,14 @@ class Member:
     ports: Mapping[str, Port]
     contacts: Sequence[str] = ()
     frame: Literal["carrier", "ring"] = "carrier"
-    side: str = ""
-    planet: int = -1
     mass: float = 0.0
     inertia: float = 0.0
     tilt: float = 0.0
+
+    @property
+    def planet(self) -> int:
+        """Number from 0, −1 of other bodies."""
+        return self.body.name.planet
 
     @property
     def floats(self) -> bool:
@@ -81,36 +83,28 @@ class Member:
 
 
 def stage_members(
-    case: Case,
-    stage: Stage,
-    bodies: Mapping[BodyName, AnyBody],
-    rigid: Collection[BodyName] = (),
-    stiffening: Mapping[BodyName, float] | None = None,
+    case: Case, stage: Stage, bodies: Mapping[BodyName, AnyBody], rigid: Collection[BodyName] = ()
 ) -> list[Member]:
     """All bodies of a stage: members, planets, then hub and what hangs behind the sun's spline.
 
     bodies: its FE bodies; rigid: which of them, and of shafts, do not bend; those of them that are
-    not in ``bodies`` are those of ``FeBody.rigid``; stiffening: factors on elastic stiffness. Names
-    are "<stage>.ring", "<stage>.planet_1", …; a sun on a shaft is "<stage>.shaft". FlexgearError
-    where an FE body that bends is missing.
+    not in ``bodies`` are those of ``FeBody.rigid``. Names are "<stage>.ring", "<stage>.planet_1",
+    …; a sun on a shaft is "<stage>.shaft". FlexgearError where an FE body that bends is missing.
     """
     view, out = case.view(stage.name), list[Member]()
     for part in [*stage.members, *(["planet"] if stage.kind == "planetary" else [])]:
         form = stage.form(part)
-        if form == "lumped":
+        name = BodyName.of(stage.name, "shaft" if form == "beam" else part)
+        if form == "lumped" or (part == "planet" and name in rigid):
             out += _lumped(case, stage, part)
-            continue
-        if part == "planet":
-            name = BodyName.of(stage.name, part)
-            out += _fe_planets(case, stage, bodies.get(name), name in rigid)
-            continue
-        for name in body_names(stage, part):
-            if form == "beam":
-                body = rigid_variant(sun_shaft(view)) if name in rigid else sun_shaft(view)
-            else:
-                body = _fe_body(view, name, bodies.get(name), name not in rigid)
-            body = replace(stiffened(body, (stiffening or {}).get(name, 1.0)), name=name)
-            out.append(_flexible(case, stage, part, body))
+        elif part == "planet":
+            out += _fe_planets(case, stage, bodies.get(name))
+        elif form == "beam":
+            shaft = rigid_variant(sun_shaft(view)) if name in rigid else sun_shaft(view)
+            out.append(_flexible(case, stage, part, replace(shaft, name=name)))
+        else:
+            body = _fe_body(view, name, bodies.get(name), name not in rigid)
+            out.append(_flexible(case, stage, part, replace(body, name=name)))
     return [*out, *_hub(case, stage), *_behind_spline(case, stage, out)]
 
 
@@ -195,7 +189,7 @@ def _fe_body(view: StageView, name: BodyName, body: AnyBody | None, bends: bool)
 def _flexible(case: Case, stage: Stage, part: str, body: Body) -> Member:
     """An FE body, or a shaft: its teeth are contacts, "drive" or "end" is its end. The end of a
     shaft is behind its spline, where a body hangs there."""
-    name, nodes = body.name, body.nodes
+    nodes = body.nodes
     teeth = [node for node in nodes if node.kind == "tooth"]
     if stage.form(part) == "beam":
         ports = {"gear": Port("sun"), "spline": Port("end")}
@@ -206,14 +200,11 @@ def _flexible(case: Case, stage: Stage, part: str, body: Body) -> Member:
     for pin in (node for node in nodes if node.kind == "pin"):
         ports[pin] = Port(pin, -stage.planet_angles[pin.number - 1])
     frame: Literal["carrier", "ring"] = "ring" if part == "ring" else "carrier"
-    return Member(body, part, ports, teeth, frame, name.side, name.planet)
+    return Member(body, part, ports, teeth, frame)
 
 
-def _fe_planets(case: Case, stage: Stage, reduced: AnyBody | None, rigid: bool) -> list[Member]:
-    """Planets of one reduced body, each turned so that its teeth stand where they mesh; rigid ones
-    are lumped bodies."""
-    if rigid:
-        return _lumped(case, stage, "planet")
+def _fe_planets(case: Case, stage: Stage, reduced: AnyBody | None) -> list[Member]:
+    """Planets of one reduced body, each turned so that its teeth stand where they mesh."""
     if not isinstance(reduced, ReducedBody):
         raise FlexgearError(f"the reduced planet of stage {stage.name} is missing")
     g, out = stage_geometry(case.view(stage.name)), []
@@ -223,9 +214,7 @@ def _fe_planets(case: Case, stage: Stage, reduced: AnyBody | None, rigid: bool) 
         ports = {"gear": Port(name), "bore": Port("bore", floats=True)}
         contacts = [name, *(node for node in body.nodes[1:] if node.kind == "tooth")]
         mass, tilt, polar = (float(body.mass[i, i]) for i in (0, 3, 5))
-        out.append(
-            Member(body, "planet", ports, contacts, "carrier", "", name.planet, mass, polar, tilt)
-        )
+        out.append(Member(body, "planet", ports, contacts, "carrier", mass, polar, tilt))
     return out
 
 
@@ -244,9 +233,7 @@ def _lumped(case: Case, stage: Stage, part: str) -> list[Member]:
         if part == "carrier":
             for k, angle in enumerate(stage.planet_angles, 1):
                 ports[f"pin_{k}"] = Port(name, -angle, radii.center_distance)
-        out.append(
-            Member(body, part, ports, [name], "carrier", name.side, name.planet, mass, polar, tilt)
-        )
+        out.append(Member(body, part, ports, [name], "carrier", mass, polar, tilt))
     return out
 
 
@@ -261,7 +248,7 @@ def _hub(case: Case, stage: Stage) -> list[Member]:
     body = lumped_body(BodyName.of(stage.name, "hub"), mass, inertia, hub.kinematics)
     body = replace(body, positions=np.array([[0.0, 0.0, hub.z]]))
     ports = {"end": Port(body.name)}
-    return [Member(body, "ring", ports, (), "ring", "", -1, mass, hub.inertia, tilt)]
+    return [Member(body, "ring", ports, (), "ring", mass, hub.inertia, tilt)]
 
 
 def _behind_spline(case: Case, stage: Stage, members: list[Member]) -> list[Member]:
@@ -276,7 +263,7 @@ def _behind_spline(case: Case, stage: Stage, members: list[Member]) -> list[Memb
     shaft = next(m.body for m in members if m.part == "sun")
     body = replace(body, positions=shaft.positions[-1:].copy())
     ports = {"end": Port(body.name)}
-    return [Member(body, "sun", ports, (), "carrier", "", -1, port.mass, polar, tilt)]
+    return [Member(body, "sun", ports, (), "carrier", port.mass, polar, tilt)]
 
 
 def _radii_of(

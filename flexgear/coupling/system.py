@@ -7,7 +7,7 @@ bearings, bolts, spline. Gear meshes and supports that are not invariant to rota
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from scipy import linalg
 
 from flexgear.coupling.gear_meshes import GearMeshLabel
-from flexgear.coupling.machines import Brake, Machine
+from flexgear.coupling.machines import Machine
 from flexgear.coupling.pair_data import PairData
 from flexgear.coupling.springs import LawBearing
 from flexgear.model.errors import FlexgearError
@@ -116,8 +116,41 @@ class Port:
     reaction: bool = False
 
 
+class BodyCoordinates:
+    """Coordinates (d,) of bodies, one behind the other."""
+
+    bodies: Sequence[Body]
+
+    @property
+    def size(self) -> int:
+        """Number of coordinates d."""
+        return sum(b.size for b in self.bodies)
+
+    def slice_of(self, body: str) -> slice:
+        """Coordinates of one body."""
+        start = 0
+        for b in self.bodies:
+            if b.name == body:
+                return slice(start, start + b.size)
+            start += b.size
+        raise FlexgearError(f"there is no body {body!r} in the system")
+
+    def body(self, name: str) -> Body:
+        """The body of this name."""
+        for b in self.bodies:
+            if b.name == name:
+                return b
+        raise FlexgearError(f"there is no body {name!r} in the system")
+
+    def node_rows(self, body: str, node: str) -> Array:
+        """Rows (6, d) that give the motion of one node in its body's frame."""
+        rows = np.zeros((6, self.size))
+        rows[:, self.slice_of(body)] = self.body(body).node(node)
+        return rows
+
+
 @dataclass(frozen=True)
-class System:
+class System(BodyCoordinates):
     """Coupled gear train in physical coordinates (d,).
 
     mass, stiffness: (d, d), constant part; rigid: (d, r) M-orthonormal motions that the constant
@@ -163,29 +196,6 @@ class System:
     support_names: tuple[str, ...] = ()
 
     @property
-    def carrier_angle(self) -> Array:
-        """Row (d,) of the first independent rotation: the carrier's in a single stage."""
-        return np.asarray(self.input_rows[0])
-
-    @property
-    def drive(self) -> Array:
-        """Row (d,) of the first port."""
-        return self.ports[0].row
-
-    @property
-    def output(self) -> Array:
-        """Row (d,) of the last port, the output."""
-        return self.ports[-1].row
-
-    @property
-    def brake(self) -> Brake:
-        """Law of the output; FlexgearError where another machine is there."""
-        last = self.machines[-1]
-        if not isinstance(last, Brake):
-            raise FlexgearError(f"no brake is at {self.ports[-1].name}")
-        return last
-
-    @property
     def port_rows(self) -> Array:
         """Rows (P, d) of all ports."""
         return np.vstack([p.row for p in self.ports])
@@ -216,33 +226,6 @@ class System:
     def theta(self, input_angles: Array) -> Array:
         """Angles (…, A) of the rolling train at independent rotations (…, F), rad."""
         return np.asarray(input_angles @ (self.angles @ self.rolling).T)
-
-    @property
-    def size(self) -> int:
-        """Number of coordinates d."""
-        return int(self.mass.shape[0])
-
-    def slice_of(self, body: str) -> slice:
-        """Coordinates of one body."""
-        at = 0
-        for b in self.bodies:
-            if b.name == body:
-                return slice(at, at + b.size)
-            at += b.size
-        raise FlexgearError(f"there is no body {body!r} in the system")
-
-    def body(self, name: str) -> Body:
-        """The body of this name."""
-        for b in self.bodies:
-            if b.name == name:
-                return b
-        raise FlexgearError(f"there is no body {name!r} in the system")
-
-    def node_rows(self, body: str, node: str) -> Array:
-        """Rows (6, d) that give the motion of one node in its body's frame."""
-        rows = np.zeros((6, self.size))
-        rows[:, self.slice_of(body)] = self.body(body).node(node)
-        return rows
 
     def ring_turn(self, body: str) -> Array:
         """Row (d,) of the rotation of an FE ring's frame, zero of any other body."""

@@ -135,11 +135,6 @@ def node_motions(positions: Array, size: int) -> Array:
     return np.pad(nodes, ((0, size - len(nodes)), (0, 0)))
 
 
-def stiffened(body: Body, factor: float) -> Body:
-    """The same body with its elastic stiffness multiplied by ``factor``."""
-    return replace(body, stiffness=body.stiffness * factor)
-
-
 @dataclass(frozen=True, eq=False)
 class Spring:
     """matrix: (6, 6) SI in axes that are turned by angle (rad) against those of the body."""

@@ -17,7 +17,7 @@ Loads B_sᵀ f are in equilibrium by themselves, on the base section alone.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.polynomial.legendre import legvander
@@ -73,10 +73,6 @@ class RimFlexibility:
     beside: Array
     less: Array
     line: ToothLine
-
-    def softer(self, factor: float) -> RimFlexibility:
-        """Of a ring so many times as soft."""
-        return replace(self, own=factor * self.own, beside=factor * self.beside)
 
 
 def carried(line: ToothLine, less: Array, points: Array, normals: Array) -> Array:

@@ -161,7 +161,7 @@ def test_a_speed_as_found_in_a_free_run_takes_the_torque_of_that_run(tmp_path):
     port = modal.channel_modes[-2]
     times = np.concatenate([[0.0], free.time])
     speeds = np.concatenate([[port @ start.velocity], free.speeds[:, 0]])
-    held = with_ends(modal, GivenSpeed(), modal.system.brake)
+    held = with_ends(modal, GivenSpeed(), modal.system.machines[-1])
     first, slope = float(port @ start.acceleration), np.diff(speeds) / np.diff(times)
 
     def rate(t):
@@ -179,12 +179,12 @@ def test_a_stiff_controller_is_a_given_speed(tmp_path):
     speed = float(modal.system.rated_input_speeds[0])
     drive = told(lambda t: speed * (1 + 0.02 * np.sin(200 * t)), 0.0,
                  rates=(lambda t: 4 * speed * np.cos(200 * t), 0.0))  # fmt: skip
-    held = stepped(with_ends(modal, GivenSpeed(), modal.system.brake), drive, 0.01, 2e-5)
+    held = stepped(with_ends(modal, GivenSpeed(), modal.system.machines[-1]), drive, 0.01, 2e-5)
     errors = []
     for size in (1e4, 1e6):
         gain = size * inertia(modal, INPUT) / 2e-5
         run = stepped(
-            with_ends(modal, Controller(gain, 0.0), modal.system.brake), drive, 0.01, 2e-5
+            with_ends(modal, Controller(gain, 0.0), modal.system.machines[-1]), drive, 0.01, 2e-5
         )
         errors.append(np.abs(run.speeds[:, 0] - held.speeds[:, 0]).max() / speed)
     assert errors[0] < 1e-4
@@ -209,7 +209,7 @@ def test_a_run_goes_on_from_its_state(gears):
 
 def test_energy_closes_under_controllers_and_given_speeds(gears):
     j, own = inertia(gears, INPUT), 300.0
-    brake = gears.system.brake
+    brake = gears.system.machines[-1]
     speed = float(gears.system.rated_input_speeds[0])
     controlled = with_ends(gears, Controller(own * j, own**2 * j), brake)
     drive = told(lambda t: np.where(t > 0.005, 1.2, 1.0) * speed, 0.0, jumps=(0.005,))
@@ -289,7 +289,7 @@ def test_runs_begin_stationary(gears, ends, share):
     system = gears.system
     rows = system.port_rows @ system.rolling[:, 0]
     speeds = share * rows * system.rated_input_speeds[0]
-    machines, values = ends(system.brake, share * system.rated_port_torques, speeds)
+    machines, values = ends(system.machines[-1], share * system.rated_port_torques, speeds)
     modal = with_ends(gears, *machines)
     run = stepped(modal, told(*values), 0.01, 1e-4)
     assert np.abs(np.ptp(run.speeds, axis=0) / speeds).max() < 1e-9

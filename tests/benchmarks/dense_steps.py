@@ -48,11 +48,11 @@ class DenseSteps:
         """Motion (d,) after some steps from the state of a flexgear run with all modes."""
         system, h, pairs = self.modal.system, self.time_step, self.modal.system.pairs
         q, v = self.modal.modes @ start.eta, self.modal.modes @ start.velocity
-        brake = system.brake
+        brake = system.machines[-1]
         rows, wanted = pair_rows(pairs), carrying_flanks(pairs)
         weights = GAMMA * h * brake.rated_torque / brake.rated_speed
         slope = brake.rated_torque / brake.rated_speed
-        o, drive = system.output, system.drive * self.torque
+        o, drive = system.ports[-1].row, system.ports[0].row * self.torque
         vectors, k, c, offset = self._rows(rows, wanted, system.angles @ q)
         force, _, _ = law(k, c, vectors @ q + offset, vectors @ v)
         load = drive - o * slope * (o @ v)
@@ -94,7 +94,7 @@ class DenseSteps:
 
     def _solver(self, vectors: Array, weight: Array, brake: float):
         """right, active -> accelerations; what does not depend on the set is done once."""
-        o = self.modal.system.output
+        o = self.modal.system.ports[-1].row
         if self.way == "refactor":
 
             def refactor(right: Array, active: Array) -> Array:

@@ -123,8 +123,12 @@ def dense_position(model: Model, angle: float) -> np.ndarray:
     vectors, free = share @ row_vectors(system, rows, n), share @ rows.offset[:n] - gap
     d, count = system.size, len(gap)
     left, right = np.zeros((d + 1 + count, d + 1 + count)), np.zeros(d + 1 + count)
-    left[:d, :d], left[:d, d], left[d, :d] = system.stiffness, system.output, system.input_rows[0]
-    right[:d] = system.drive * system.rated_torque
+    left[:d, :d], left[:d, d], left[d, :d] = (
+        system.stiffness,
+        system.ports[-1].row,
+        system.input_rows[0],
+    )
+    right[:d] = system.ports[0].row * system.rated_torque
     f, touch, q = np.zeros(count), np.ones(count, bool), np.zeros(d)
     f[:] = 1e-3 * limit
     for _ in range(100):

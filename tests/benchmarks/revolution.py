@@ -84,12 +84,12 @@ def dense_position(system: System, angle: float) -> np.ndarray:
     vectors, k, offset = row_vectors(system, rows, n), rows.stiffness[:n], rows.offset[:n]
     d = system.size
     left, right = np.zeros((d + 1, d + 1)), np.zeros(d + 1)
-    left[:d, d], left[d, :d] = system.output, system.input_rows[0]
+    left[:d, d], left[d, :d] = system.ports[-1].row, system.input_rows[0]
     active = np.ones(n, dtype=bool)
     while True:
         va, ka = vectors[active], k[active]
         left[:d, :d] = system.stiffness + (va.T * ka) @ va
-        right[:d] = system.drive * TORQUE - va.T @ (ka * offset[active])
+        right[:d] = system.ports[0].row * TORQUE - va.T @ (ka * offset[active])
         # scaled, or the output torque's unit would spoil the pivots
         scale = 1 / np.sqrt(np.append(np.diag(left)[:d], 1.0))
         q = scale * sla.solve(scale[:, None] * left * scale, scale * right)

@@ -199,7 +199,7 @@ member = "second.sun"
     system = build_system(train, bodies)
     found = revolution(modal_system(system), np.array([0.0, 0.3]), 4e6)
     assert found.closure.max() < 1e-8
-    assert np.allclose(found.output_torque, 4e6 * (27 / 120) ** 2, rtol=1e-9)
+    assert np.allclose(-found.torques[:, -1], 4e6 * (27 / 120) ** 2, rtol=1e-9)
     for name in ("first", "second"):
         bend = {b.name for b in system.bodies if b.name.startswith(name) and not b.rigid}
         assert bend == {f"{name}.{part}" for part in ("ring", "carrier", "shaft")}
@@ -272,8 +272,8 @@ def two_stages(tmp_path):
 def test_torque_and_speed_pass_through_stages(two_stages):
     system = build_system(two_stages)
     result = revolution(modal_system(system), np.array([0.0, 1.3, 4.0]), 20000)
-    assert np.allclose(result.output_torque, 20000 * 18 / 90 * 20 / 100, rtol=1e-12)
-    assert system.output @ system.rolling[:, 0] == pytest.approx(5 * 5, rel=1e-12)
+    assert np.allclose(-result.torques[:, -1], 20000 * 18 / 90 * 20 / 100, rtol=1e-12)
+    assert system.ports[-1].row @ system.rolling[:, 0] == pytest.approx(5 * 5, rel=1e-12)
     assert result.closure.max() < 1e-10
 
 

@@ -144,4 +144,4 @@ def test_an_inertia_on_two_ring_halves_couples_no_bodies():
     np.testing.assert_allclose(data["kinetic_energy"].sum("inertia"), 1.0)
     rolling = heavy.system.rolling[:, 0]
     added = rolling @ (heavy.system.mass - light.system.mass) @ rolling
-    assert added == pytest.approx(50.0 * (heavy.system.output @ rolling) ** 2)
+    assert added == pytest.approx(50.0 * (heavy.system.ports[-1].row @ rolling) ** 2)

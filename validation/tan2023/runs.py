@@ -249,8 +249,8 @@ class Runs:
         modal = self.modal(FLEXIBLE)
         system, torque = modal.system, self.case.case.inputs[0].torque
         inertia = float(system.rolling[:, 0] @ system.mass @ system.rolling[:, 0])
-        ratio = float(system.output @ system.rolling[:, 0])
-        damping = system.brake.rated_torque / system.brake.rated_speed * ratio**2
+        ratio = float(system.ports[-1].row @ system.rolling[:, 0])
+        damping = system.machines[-1].rated_torque / system.machines[-1].rated_speed * ratio**2
         sink = Collector()
         steps = transient(
             modal,
