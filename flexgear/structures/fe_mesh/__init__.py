@@ -1,6 +1,7 @@
 """FE meshes of rings, planets and carriers with named patches; only here are gmsh and meshio."""
 
-from flexgear.structures.fe_mesh.carrier import CarrierMeshParameters, carrier_fe_mesh
+from flexgear.structures.fe_mesh.carrier import CarrierMeshParameters
+from flexgear.structures.fe_mesh.carrier_mesh import carrier_fe_mesh
 from flexgear.structures.fe_mesh.fe_mesh import FeMesh
 from flexgear.structures.fe_mesh.files import (
     UNITS,

@@ -12,48 +12,82 @@ piece with both plates. A web lies between two planets: bounded by the plates' e
 web_width wide (less if the planets need the room), by arcs about the two pins that clear the
 planets' tips by web_clearance or more, and by a flat at web_inner_radius. In a gap wider than that
 of equally spaced planets it has the shape that it has there, and stands in the middle.
-
-gmsh (OpenCASCADE) meshes the half sector from a pin to the middle of the gap with straight
-tetrahedra; with equally spaced planets its mirror image and N rotations make the carrier exactly
-N-fold periodic and mirror-symmetric, else every gap that differs has a half sector of its own.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
-from math import cos, pi, sin
-from typing import Any, Literal, NoReturn
+from dataclasses import dataclass, replace
+from math import acos, asin, cos, hypot, pi, sin, sqrt
+from typing import Literal, NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import brentq
 
-from flexgear.model.errors import FlexgearError, InputError
-from flexgear.structures.fe_mesh.carrier_sector import FLATTEST, SIZE, half_sectors
-from flexgear.structures.fe_mesh.carrier_web import Web
-from flexgear.structures.fe_mesh.carrier_whole import complete
-from flexgear.structures.fe_mesh.fe_mesh import FeMesh, corner_jacobians
-from flexgear.structures.fe_mesh.session import gmsh_session, meshing_unit
+from flexgear.model.errors import InputError
+from flexgear.model.ring import Fidelity
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
-Fidelity = Literal["quick", "standard", "fine"]
 
 SAME_ANGLE = 1e-9  # rad; gaps that differ by less are meshed alike
 # gmsh fails on pins, or never ends, about a third thinner
 _SLENDER = 25.0  # length between the plates over the diameter of a pin, at most
 _THIN = 15.0  # thickness of a plate over that, at most
 _CASE_KEYS = {  # where the case holds what is not a plain key of [stage.carrier.fe]
-    "fidelity": "solver.fidelity",
     "planets": "stage.planets",
-    "center_distance": "stage.center_distance",
-    "planet_tip_radius": "stage.planet.addendum",
-    "gear_face_width": "stage.face_width",
     "seat_drive_diameter": "stage.carrier.fe.seat_drive.diameter",
-    "seat_drive_width": "stage.carrier.fe.seat_drive.width",
     "seat_far_diameter": "stage.carrier.fe.seat_far.diameter",
-    "seat_far_width": "stage.carrier.fe.seat_far.width",
 }
+
+
+@dataclass(frozen=True)
+class Web:
+    """A web on the middle line between two planets; m and rad.
+
+    phi: half the angle between the planets whose room it leaves free. It is `width` wide at the
+    plates' edge, bounded by arcs about the two pins and by a flat at the radius `start`.
+    clear: radius about a pin that the planet needs; inner_radius: where the web
+    begins, None: where it is a third of its width thick.
+    """
+
+    phi: float
+    center_distance: float
+    edge: float
+    width: float
+    clear: float
+    inner_radius: float | None = None
+
+    @property
+    def arc_radius(self) -> float:
+        """Radius about each pin outside which the web lies, m.
+
+        The larger of what the planet needs and the distance from the pin to the web's corner on
+        the plates' edge at τ = width/2 from the middle line.
+        """
+        off = self.phi - asin(min(self.width / 2.0 / self.edge, 1.0))
+        corner = hypot(self.edge * cos(off) - self.center_distance, self.edge * sin(off))
+        return max(self.clear, corner if off > 0.0 else 0.0)
+
+    def half_thickness(self, radius: float) -> float:
+        """h(ρ) on the middle line at θ = φ: (ρ - R cos φ)² + (R sin φ - h)² = r_arc², m."""
+        free = self.arc_radius**2 - (radius - self.center_distance * cos(self.phi)) ** 2
+        return self.center_distance * sin(self.phi) - sqrt(max(free, 0.0))
+
+    @property
+    def start(self) -> float:
+        """Inner radius of the web: as given, or where it is a third of its width thick, m."""
+        if self.inner_radius is not None:
+            return self.inner_radius
+        side = self.center_distance * sin(self.phi) - self.width / 6.0
+        beyond = sqrt(max(self.arc_radius**2 - side**2, 0.0))
+        return self.center_distance * cos(self.phi) + beyond
+
+    @property
+    def edge_angle(self) -> float:
+        """Half angle of the web at the plates' edge, seen from the axis, rad (law of cosines)."""
+        edge, r = self.edge, self.center_distance
+        cosine = (edge**2 + r**2 - self.arc_radius**2) / (2.0 * edge * r)
+        return self.phi - acos(max(-1.0, min(1.0, cosine)))
 
 
 @dataclass(frozen=True)
@@ -95,10 +129,7 @@ class CarrierMeshParameters:
 
     def in_units_of(self, unit: float) -> CarrierMeshParameters:
         """The same carrier with all lengths over a unit, m: every number but counts and angles."""
-        values = {f.name: getattr(self, f.name) for f in fields(self)}
-        lengths: dict[str, Any] = {
-            name: value / unit for name, value in values.items() if isinstance(value, float)
-        }
+        lengths = {k: v / unit for k, v in vars(self).items() if isinstance(v, float)}
         return replace(self, **lengths)
 
     @property
@@ -182,39 +213,22 @@ class CarrierMeshParameters:
     def check(self) -> None:
         """Raise InputError, naming the key and the remedy, if no carrier can be made."""
         reject, mm = self._reject, 1e3
-        if self.fidelity not in SIZE:
-            reject("fidelity", f"{self.fidelity!r} is unknown", "quick, standard or fine")
-        if self.drive_side not in ("-z", "+z"):
-            reject("drive_side", f"{self.drive_side!r} is unknown", '"-z" or "+z"')
         if self.planets < 2:
             reject("planets", "a carrier FE mesh wants two planets or more", "raise it")
-        for key in (
-            *("center_distance", "planet_tip_radius", "gear_face_width", "plate_diameter"),
-            *("plate_thickness_drive", "plate_thickness_far", "plate_gap", "web_width"),
-            *("pin_diameter", "hub_outer_diameter", "hub_bore", "hub_length"),
-            *("seat_drive_diameter", "seat_drive_width", "seat_far_diameter", "seat_far_width"),
-        ):
-            if not getattr(self, key) > 0.0:
-                reject(key, "must be above 0", "give a positive length")
-        between = 2.0 * self.center_distance * sin(min(self.half_gaps[0]))
-        if between <= 2.0 * self.planet_tip_radius:
-            reject(
-                "planets",
-                f"neighbouring planets overlap by {(2 * self.planet_tip_radius - between) * mm:.1f}"
-                " mm at their tips",
-                "use fewer planets or fewer planet teeth",
-            )
+        overlap = 2.0 * (
+            self.planet_tip_radius - self.center_distance * sin(min(self.half_gaps[0]))
+        )
+        if overlap >= 0.0:
+            problem = f"neighbouring planets overlap by {overlap * mm:.1f} mm at their tips"
+            reject("planets", problem, "use fewer planets or fewer planet teeth")
         if self.plate_gap <= self.gear_face_width:
-            reject(
-                "plate_gap",
-                f"{self.plate_gap * mm:.0f} mm leaves no room for planets of "
-                f"{self.gear_face_width * mm:.0f} mm face width",
-                "make it wider than the face width",
-            )
-        if not 0.0 < self.seat_width <= self.plate_gap:
-            reject("pin_seat_width", "must be above 0 and no wider than plate_gap", "change it")
+            room = f"no room for planets of {self.gear_face_width * mm:.0f} mm face width"
+            problem = f"{self.plate_gap * mm:.0f} mm leaves {room}"
+            reject("plate_gap", problem, "make it wider than the face width")
+        if self.seat_width > self.plate_gap:
+            reject("pin_seat_width", "must be no wider than plate_gap", "change it")
         pin, bore, plate = self.pin_diameter / 2.0, self.hub_bore / 2.0, self.plate_diameter / 2.0
-        if not 0.0 <= self.pin_bore < 0.9 * self.pin_diameter:
+        if self.pin_bore >= 0.9 * self.pin_diameter:
             reject("pin_bore", "leaves no wall in the pin", "at most 0.9 of pin_diameter")
         least = max(self.plate_gap / _SLENDER, self.plate_thickness / _THIN)
         if 2.0 * pin < least:
@@ -227,12 +241,9 @@ class CarrierMeshParameters:
         if pin >= self.planet_tip_radius:
             reject("pin_diameter", "the pin is as thick as the planet", "lower it")
         if plate <= self.center_distance + 1.05 * pin:
-            reject(
-                "plate_diameter",
-                f"{plate * 2 * mm:.0f} mm does not enclose the pins, which reach to "
-                f"{(self.center_distance + pin) * 2 * mm:.0f} mm",
-                "raise it",
-            )
+            reach = f"which reach to {(self.center_distance + pin) * 2 * mm:.0f} mm"
+            problem = f"{plate * 2 * mm:.0f} mm does not enclose the pins, {reach}"
+            reject("plate_diameter", problem, "raise it")
         if bore >= self.center_distance - 1.05 * pin:
             reject("hub_bore", "cuts into the pins", "lower it")
         for key in ("hub_outer_diameter", "seat_drive_diameter", "seat_far_diameter"):
@@ -247,21 +258,18 @@ class CarrierMeshParameters:
         start, mm = web.start, 1e3
         tip = f"planets of {self.planet_tip_radius * mm:.1f} mm tip radius"
         if abs(web.edge - self.center_distance) >= web.arc_radius:
-            self._reject(
-                "web_width",
-                f"webs of {self.web_width * mm:.0f} mm would close round the {tip}",
-                "lower it",
-            )
+            problem = f"webs of {self.web_width * mm:.0f} mm would close round the {tip}"
+            self._reject("web_width", problem, "lower it")
         if self.web_inner_radius is not None and (
             start <= self.hub_bore / 2.0
             or web.half_thickness(start) < 0.02 * self.web_width
             or start < self.center_distance * cos(web.phi)
         ):
+            beyond = replace(web, inner_radius=None).start * mm
             self._reject(
                 "web_inner_radius",
                 f"webs from {start * mm:.1f} mm collide with {tip} or with the bore",
-                f"begin beyond {replace(web, inner_radius=None).start * mm:.0f} mm "
-                "or leave the key out",
+                f"begin beyond {beyond:.0f} mm or leave the key out",
             )
         if start >= 0.96 * web.edge * cos(web.edge_angle):
             self._reject(
@@ -271,93 +279,5 @@ class CarrierMeshParameters:
             )
 
     def _reject(self, key: str, problem: str, remedy: str) -> NoReturn:
-        raise InputError(
-            self.where, _CASE_KEYS.get(key, f"stage.carrier.fe.{key}"), problem, remedy
-        )
-
-
-def carrier_fe_mesh(p: CarrierMeshParameters) -> FeMesh:
-    """Tetrahedra of the carrier; patches drive, bearing_drive, bearing_far, pin_1 .. pin_N."""
-    p.check()
-    unit = meshing_unit(p.plate_diameter)
-    fe_mesh = _in_gmsh(p.in_units_of(unit))
-    return replace(fe_mesh, points=fe_mesh.points * unit)
-
-
-def _in_gmsh(p: CarrierMeshParameters) -> FeMesh:
-    """FE mesh of the carrier in the unit of its lengths, made by gmsh."""
-    with gmsh_session("carrier") as gmsh:
-        for meshes in half_sectors(gmsh, p):
-            halves = [FeMesh(points, cells, "tet", {}) for points, cells in meshes]
-            factor = _pin_factor(p, halves[0])  # one for all: they meet in a pin's plane
-            moved = [(_rounded(p, half.points, factor), half.cells) for half in halves]
-            if all(corner_jacobians(*half, "tet")[1].min() > FLATTEST for half in moved):
-                rounded = [FeMesh(*half, "tet", {}) for half in moved]
-                return complete(p, rounded, [_half_patches(p, half) for half in halves])
-    raise InputError(
-        p.where,
-        "stage.carrier.fe",
-        "no sound FE mesh: some edges nearly touch",
-        "move hub, seat, bore and pin diameters apart by a few mm",
-    )
-
-
-def _half_patches(p: CarrierMeshParameters, half: FeMesh) -> dict[str, Ints]:
-    """Patches of the half sector, found by their exact surfaces; keys without pin numbers."""
-    facets = half.boundary
-    at = half.points[facets]
-    gap, tolerance = p.plate_gap / 2.0, 1e-7 * p.plate_diameter
-    z_drive, z_far = -gap - p.plate_thickness_drive, gap + p.plate_thickness_far
-
-    def cylinder(x: float, radius: float, low: float, high: float, name: str) -> Ints:
-        off = np.abs(np.hypot(at[..., 0] - x, at[..., 1]) - radius).max(axis=1)
-        z = at[..., 2]
-        inside = (z.min(axis=1) > low - tolerance) & (z.max(axis=1) < high + tolerance)
-        matching = facets[(off < tolerance) & inside & (np.ptp(z, axis=1) > tolerance)]
-        if len(matching) == 0:
-            raise FlexgearError(f"carrier: the FE mesh has no facets on {name}")
-        return matching
-
-    end = np.abs(at[..., 2] - (z_drive - p.hub_length)).max(axis=1) < tolerance
-    seat = p.seat_width / 2.0
-    return {
-        "drive": facets[end],
-        "bearing_drive": cylinder(
-            0.0, p.seat_drive_diameter / 2.0, z_drive - p.seat_drive_width, z_drive, "seat_drive"
-        ),
-        "bearing_far": cylinder(
-            0.0, p.seat_far_diameter / 2.0, z_far, z_far + p.seat_far_width, "seat_far"
-        ),
-        "pin": cylinder(p.center_distance, p.pin_diameter / 2.0, -seat, seat, "pins"),
-    }
-
-
-def _pin_factor(p: CarrierMeshParameters, half: FeMesh) -> float:
-    """How far the pins' surface is to be pushed out until each pin has its true volume.
-
-    A polygon inscribed in a circle has too small a section: bending stiffness goes with the
-    square of the area and 16 straight sides would lose 5 %.
-    """
-    radius, gap = p.pin_diameter / 2.0, p.plate_gap / 2.0
-    centre = half.points[half.cells].mean(axis=1)
-    pin = np.hypot(centre[:, 0] - p.center_distance, centre[:, 1]) < radius
-    pin_cells = half.cells[pin & (np.abs(centre[:, 2]) < gap)]
-    exact = pi * (radius**2 - p.pin_bore**2 / 4.0) * gap  # half of π r² times the length 2 gap
-
-    def missing(factor: float) -> float:
-        e = _rounded(p, half.points, factor)[pin_cells]
-        return float(np.linalg.det(e[:, 1:] - e[:, :1]).sum() / 6.0 - exact)
-
-    return 1.0 if missing(1.0) >= 0.0 else float(brentq(missing, 1.0, 1.5))
-
-
-def _rounded(p: CarrierMeshParameters, points: Array, factor: float) -> Array:
-    """Vertices (n, 3) with those on the pin's surface at `factor` times its radius."""
-    x, y, z = points[:, 0] - p.center_distance, points[:, 1], points[:, 2]
-    tolerance = 1e-7 * p.plate_diameter
-    skin = np.abs(np.hypot(x, y) - p.pin_diameter / 2.0) < tolerance
-    skin &= np.abs(z) < p.plate_gap / 2.0 + tolerance
-    moved = points.copy()
-    moved[skin, 0] = p.center_distance + x[skin] * factor
-    moved[skin, 1] = y[skin] * factor
-    return moved
+        key = _CASE_KEYS.get(key, f"stage.carrier.fe.{key}")
+        raise InputError(self.where, key, problem, remedy)

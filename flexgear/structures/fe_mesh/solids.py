@@ -23,8 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexgear.gears.tooth import ToothGeometry
-from flexgear.structures.fe_mesh.carrier import CarrierMeshParameters
-from flexgear.structures.fe_mesh.carrier_web import Web
+from flexgear.structures.fe_mesh.carrier import CarrierMeshParameters, Web
 from flexgear.structures.fe_mesh.fe_mesh import FeMesh
 from flexgear.structures.fe_mesh.gears import PlanetMeshParameters, RingMeshParameters
 from flexgear.structures.kinematics import rotation

@@ -1,37 +1,131 @@
-"""Half sectors of the planet carrier, from a pin at θ = 0 to the middle of the gap to the next, as
-straight tetrahedra from gmsh. Between unequal gaps they fit together: the mesh of the plane θ = 0,
-where they meet, is the same in all.
+"""FE mesh of the planet carrier by gmsh: half sectors, mirrored, turned to every pin, joined.
+
+gmsh (OpenCASCADE) meshes the half sector from a pin at θ = 0 to the middle of the gap to the next
+with straight tetrahedra. With equally spaced planets its mirror image and N rotations make the
+carrier exactly N-fold periodic and mirror-symmetric, else every gap that differs has a half sector
+of its own. These fit together: the mesh of the plane θ = 0, where they meet, is the same in all.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from itertools import pairwise
 from math import ceil, cos, pi, sin, sqrt
 from types import ModuleType
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import brentq
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from flexgear.model.errors import FlexgearError
-
-if TYPE_CHECKING:
-    from flexgear.structures.fe_mesh.carrier import CarrierMeshParameters
+from flexgear.model.errors import FlexgearError, InputError
+from flexgear.structures.fe_mesh.carrier import CarrierMeshParameters
+from flexgear.structures.fe_mesh.fe_mesh import FeMesh, corner_jacobians
+from flexgear.structures.fe_mesh.session import gmsh_session, meshing_unit
+from flexgear.structures.kinematics import rotation
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-SIZE = {"quick": 1.6, "standard": 0.85, "fine": 0.5}  # cell size over mean plate thickness
+_SIZE = {"quick": 1.6, "standard": 0.85, "fine": 0.5}  # cell size over mean plate thickness
 _ROUND = {"quick": 8, "standard": 16, "fine": 24}  # least number of straight sides of a circle
 _SAMPLES = 33  # points on a curve for its distance to others
-FLATTEST = 1e-3  # det [e1 e2 e3]/(|e1||e2||e3|) of a cell that is good enough
+_FLATTEST = 1e-3  # det [e1 e2 e3]/(|e1||e2||e3|) of a cell that is good enough
 _REFINEMENTS = (1.0, 1.3, 1.6, 2.0, 2.5)  # of the cell size, until the FE mesh is sound
 _ROUND_BORE = 8  # the same for holes much thinner than a pin
 
 
-def half_sectors(gmsh: ModuleType, p: CarrierMeshParameters) -> Iterator[list[tuple[Array, Ints]]]:
+def carrier_fe_mesh(p: CarrierMeshParameters) -> FeMesh:
+    """Tetrahedra of the carrier; patches drive, bearing_drive, bearing_far, pin_1 .. pin_N."""
+    p.check()
+    unit = meshing_unit(p.plate_diameter)
+    fe_mesh = _in_gmsh(p.in_units_of(unit))
+    return replace(fe_mesh, points=fe_mesh.points * unit)
+
+
+def _in_gmsh(p: CarrierMeshParameters) -> FeMesh:
+    """FE mesh of the carrier in the unit of its lengths, made by gmsh."""
+    with gmsh_session("carrier") as gmsh:
+        for meshes in _half_sectors(gmsh, p):
+            halves = [FeMesh(points, cells, "tet", {}) for points, cells in meshes]
+            factor = _pin_factor(p, halves[0])  # one for all: they meet in a pin's plane
+            moved = [(_rounded(p, half.points, factor), half.cells) for half in halves]
+            if all(corner_jacobians(*half, "tet")[1].min() > _FLATTEST for half in moved):
+                rounded = [FeMesh(*half, "tet", {}) for half in moved]
+                return _complete(p, rounded, [_half_patches(p, half) for half in halves])
+    raise InputError(
+        p.where,
+        "stage.carrier.fe",
+        "no sound FE mesh: some edges nearly touch",
+        "move hub, seat, bore and pin diameters apart by a few mm",
+    )
+
+
+def _half_patches(p: CarrierMeshParameters, half: FeMesh) -> dict[str, Ints]:
+    """Patches of the half sector, found by their exact surfaces; keys without pin numbers."""
+    facets = half.boundary
+    at = half.points[facets]
+    gap, tolerance = p.plate_gap / 2.0, 1e-7 * p.plate_diameter
+    z_drive, z_far = -gap - p.plate_thickness_drive, gap + p.plate_thickness_far
+
+    def cylinder(x: float, radius: float, low: float, high: float, name: str) -> Ints:
+        off = np.abs(np.hypot(at[..., 0] - x, at[..., 1]) - radius).max(axis=1)
+        z = at[..., 2]
+        inside = (z.min(axis=1) > low - tolerance) & (z.max(axis=1) < high + tolerance)
+        matching = facets[(off < tolerance) & inside & (np.ptp(z, axis=1) > tolerance)]
+        if len(matching) == 0:
+            raise FlexgearError(f"carrier: the FE mesh has no facets on {name}")
+        return matching
+
+    end = np.abs(at[..., 2] - (z_drive - p.hub_length)).max(axis=1) < tolerance
+    seat = p.seat_width / 2.0
+    return {
+        "drive": facets[end],
+        "bearing_drive": cylinder(
+            0.0, p.seat_drive_diameter / 2.0, z_drive - p.seat_drive_width, z_drive, "seat_drive"
+        ),
+        "bearing_far": cylinder(
+            0.0, p.seat_far_diameter / 2.0, z_far, z_far + p.seat_far_width, "seat_far"
+        ),
+        "pin": cylinder(p.center_distance, p.pin_diameter / 2.0, -seat, seat, "pins"),
+    }
+
+
+def _pin_factor(p: CarrierMeshParameters, half: FeMesh) -> float:
+    """How far the pins' surface is to be pushed out until each pin has its true volume.
+
+    A polygon inscribed in a circle has too small a section: bending stiffness goes with the
+    square of the area and 16 straight sides would lose 5 %.
+    """
+    radius, gap = p.pin_diameter / 2.0, p.plate_gap / 2.0
+    centre = half.points[half.cells].mean(axis=1)
+    pin = np.hypot(centre[:, 0] - p.center_distance, centre[:, 1]) < radius
+    pin_cells = half.cells[pin & (np.abs(centre[:, 2]) < gap)]
+    exact = pi * (radius**2 - p.pin_bore**2 / 4.0) * gap  # half of π r² times the length 2 gap
+
+    def missing(factor: float) -> float:
+        e = _rounded(p, half.points, factor)[pin_cells]
+        return float(np.linalg.det(e[:, 1:] - e[:, :1]).sum() / 6.0 - exact)
+
+    return 1.0 if missing(1.0) >= 0.0 else float(brentq(missing, 1.0, 1.5))
+
+
+def _rounded(p: CarrierMeshParameters, points: Array, factor: float) -> Array:
+    """Vertices (n, 3) with those on the pin's surface at `factor` times its radius."""
+    x, y, z = points[:, 0] - p.center_distance, points[:, 1], points[:, 2]
+    tolerance = 1e-7 * p.plate_diameter
+    skin = np.abs(np.hypot(x, y) - p.pin_diameter / 2.0) < tolerance
+    skin &= np.abs(z) < p.plate_gap / 2.0 + tolerance
+    moved = points.copy()
+    moved[skin, 0] = p.center_distance + x[skin] * factor
+    moved[skin, 1] = y[skin] * factor
+    return moved
+
+
+def _half_sectors(gmsh: ModuleType, p: CarrierMeshParameters) -> Iterator[list[tuple[Array, Ints]]]:
     """Vertices (n, 3) m and right-handed cells (m, 4) of each of p.half_gaps; in a gmsh session.
 
     One after the other all FE meshes that are sound, the coarsest first; a finer one is made only
@@ -126,7 +220,7 @@ def _generate(gmsh: ModuleType) -> bool:
         return False  # and Netgen would crash on cells without volume
     gmsh.model.mesh.optimize("Netgen")
     gmsh.model.mesh.optimize("")
-    return _flattest(gmsh) > FLATTEST
+    return _flattest(gmsh) > _FLATTEST
 
 
 def _flattest(gmsh: ModuleType) -> float:
@@ -140,7 +234,7 @@ def _set_sizes(
     gmsh: ModuleType, p: CarrierMeshParameters, halves: list[list[int]], refinement: float
 ) -> None:
     """Number of straight sides of every curve; what half sectors have in common has the same."""
-    size = SIZE[p.fidelity] * p.plate_thickness / refinement
+    size = _SIZE[p.fidelity] * p.plate_thickness / refinement
     option = gmsh.option.setNumber
     option("Mesh.MeshSizeMax", size)
     option("Mesh.MeshSizeMin", size / 10.0)
@@ -214,15 +308,10 @@ def _sides(
 
 def _tetrahedra(gmsh: ModuleType, volumes: list[int]) -> tuple[Array, Ints]:
     """Vertices in use (n, 3) and right-handed cells (m, 4) of some volumes of the gmsh model."""
-    parts = []
-    for volume in volumes:
-        types, _, connectivity = gmsh.model.mesh.getElements(3, volume)
-        if list(types) != [4]:
-            raise FlexgearError("carrier: gmsh gave other elements than tetrahedra")
-        parts.append(connectivity[0].astype(np.int64))
+    nodes = [gmsh.model.mesh.getElementsByType(4, volume)[1] for volume in volumes]
     tags, xyz, _ = gmsh.model.mesh.getNodes()
-    used, cells = np.unique(np.concatenate(parts), return_inverse=True)
-    at = np.full(int(tags.max()) + 1, -1, dtype=np.int64)
+    used, cells = np.unique(np.concatenate(nodes).astype(np.int64), return_inverse=True)
+    at = np.empty(int(tags.max()) + 1, dtype=np.int64)
     at[tags.astype(np.int64)] = np.arange(len(tags))
     points = xyz.reshape(-1, 3)[at[used]]
     cells = cells.reshape(-1, 4).astype(np.int64)
@@ -253,3 +342,56 @@ def _half_web(occ: ModuleType, p: CarrierMeshParameters, phi: float) -> tuple[in
     )
     entities = occ.extrude([(2, occ.addPlaneSurface([loop]))], 0.0, 0.0, p.plate_gap)
     return next(entity for entity in entities if entity[0] == 3)
+
+
+def _complete(
+    p: CarrierMeshParameters, halves: list[FeMesh], patches: list[dict[str, Ints]]
+) -> FeMesh:
+    """Every pin with the half sector of the gap that follows it and the mirror image of that of
+    the gap before; vertices that two of them share have one number, the first one's."""
+    kinds, order, following = p.half_gaps
+    before, tolerance, count = np.roll(following, 1), 1e-7 * p.plate_diameter, p.planets
+    exact = [
+        _on_planes(half.points, phi, tolerance) for half, phi in zip(halves, kinds, strict=True)
+    ]
+    turns = [rotation(angle).T for angle in p.angles[order]]
+    places = [exact[k] @ turn for k, turn in zip(following, turns, strict=True)]
+    places += [(exact[k] * [1.0, -1.0, 1.0]) @ t for k, t in zip(before, turns, strict=True)]
+    starts = np.cumsum([0, *map(len, places)])
+    points = np.concatenate(places)
+    pairs = cKDTree(points).query_pairs(tolerance, output_type="ndarray").T
+    shared = coo_array((np.ones(pairs.shape[1]), tuple(pairs)), shape=(len(points),) * 2)
+    _, vertex = connected_components(shared, directed=False)
+    _, first, number = np.unique(vertex, return_index=True, return_inverse=True)
+    rank = np.empty(len(first), dtype=np.int64)
+    rank[np.argsort(first)] = np.arange(len(first))
+    points, number = points[np.sort(first)], rank[number]
+
+    def sector(i: int, rows: list[Ints]) -> Ints:
+        """Rows of the two half sectors at a pin; mirrored ones keep right-handed order."""
+        mirrored = rows[before[i]].copy()
+        mirrored[:, [0, 1]] = mirrored[:, [1, 0]]
+        both = [starts[i] + rows[following[i]], starts[count + i] + mirrored]
+        return number[np.concatenate(both)]
+
+    cells = np.concatenate([sector(i, [half.cells for half in halves]) for i in range(count)])
+    facets = {
+        name: np.concatenate([sector(i, [part[name] for part in patches]) for i in range(count)])
+        for name in ("drive", "bearing_drive", "bearing_far")
+    }
+    pins = {int(order[i]): sector(i, [part["pin"] for part in patches]) for i in range(count)}
+    facets |= {f"pin_{pin + 1}": pins[pin] for pin in range(count)}
+    if p.drive_side == "+z":
+        points[:, 2] *= -1.0
+        cells = cells[:, [1, 0, 2, 3]]
+        facets = {name: rows[:, ::-1] for name, rows in facets.items()}
+    return FeMesh(points, cells, "tet", facets)
+
+
+def _on_planes(points: Array, phi: float, tolerance: float) -> Array:
+    """The half sector 0 <= θ <= φ with its vertices on θ = 0 and θ = φ moved there exactly."""
+    points = points.copy()
+    web = np.abs(points @ [-sin(phi), cos(phi), 0.0]) < tolerance
+    points[np.abs(points[:, 1]) < tolerance, 1] = 0.0
+    points[web, :2] = np.hypot(*points[web, :2].T)[:, None] * [cos(phi), sin(phi)]
+    return points
