@@ -1,4 +1,4 @@
-"""The cache on disk: where it is, what is in it, how it is emptied.
+"""The cache on disk: what is in it, by which keys, how it is emptied.
 
 It holds reduced bodies (`store`), influences of teeth (`tooth_influence`), finished parts of
 studies that were interrupted and the machine code of loops (`flexgear.compiled`). Each entry has a
@@ -9,14 +9,24 @@ or is just being made, and stays.
 from __future__ import annotations
 
 import hashlib
+import io
+import json
 import re
 import shutil
-from collections.abc import Iterator
-from dataclasses import dataclass
+import warnings
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import asdict, dataclass, fields, is_dataclass
 from pathlib import Path
+from typing import Any, TypeVar
 
-from flexgear.files.atomic import remove_stale
+import numpy as np
+
+from flexgear.files.atomic import remove_stale, write_bytes
 from flexgear.files.cache_folder import cache_directory
+from flexgear.model.errors import FlexgearError, FlexgearWarning
+from flexgear.model.input_file import read_kept
+
+T = TypeVar("T")
 
 KINDS = {
     "reduced": "reduced bodies",
@@ -25,6 +35,7 @@ KINDS = {
     "tolerance": "interrupted tolerance studies",
     "compiled": "compiled loops",
 }
+FORMAT = "16"  # part of every key: raise it when entries or the numerics behind them change
 _ENTRY = re.compile(r"[0-9a-f]{64}")
 
 
@@ -62,6 +73,41 @@ def remove(path: Path) -> None:
         path.unlink(missing_ok=True)
 
 
+def content_key(**content: Any) -> str:
+    """SHA-256 of named content: numbers, strings, tuples, dataclasses, arrays."""
+    text = json.dumps({"format": FORMAT, **_plain(content)}, sort_keys=True)
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def cached_arrays(
+    kind: type[T], version: int, content: Mapping[str, Any], compute: Callable[[], T]
+) -> T:
+    """An influence of teeth that was kept for this content, else computed and kept.
+
+    kind: dataclass of arrays and numbers, those that are None left out; version: raised when its
+    numerics or fields change. FlexgearWarning where the disk refuses to keep it; it is used all the
+    same.
+    """
+    key = content_key(influence=version, **content)
+    file = cache_directory() / "influence" / key / f"{kind.__name__}.npz"
+    try:
+        with np.load(io.BytesIO(unsealed(read_kept(file)))) as arrays:
+            return kind(**{name: array[()] for name, array in arrays.items()})
+    except (OSError, ValueError, TypeError):  # none there, or a damaged one: made again
+        pass
+    result = compute()
+    values = {f.name: getattr(result, f.name) for f in fields(result)}  # type: ignore[arg-type]
+    stream = io.BytesIO()
+    np.savez(stream, **{name: value for name, value in values.items() if value is not None})
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        write_bytes(file, sealed(stream.getvalue()))
+    except (OSError, FlexgearError) as error:
+        text = f"cannot keep the influence of a tooth, it is made again next time: {error}"
+        warnings.warn(text, FlexgearWarning, stacklevel=2)
+    return result
+
+
 def sealed(data: bytes) -> bytes:
     """Data behind a line with its SHA-256."""
     return hashlib.sha256(data).hexdigest().encode() + b"\n" + data
@@ -84,3 +130,24 @@ def _paths(kind: str) -> Iterator[Path]:
 def _size(path: Path) -> int:
     files = [path, *path.rglob("*")]
     return sum(f.lstat().st_size for f in files if f.is_symlink() or f.is_file())
+
+
+def _plain(value: Any) -> Any:
+    """JSON-ready form; floats by their exact hexadecimal digits."""
+    if is_dataclass(value) and not isinstance(value, type):
+        return {"type": type(value).__name__, **_plain(asdict(value))}
+    if isinstance(value, dict):
+        return {str(k): _plain(v) for k, v in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_plain(v) for v in value]
+    if isinstance(value, np.ndarray):
+        array = np.ascontiguousarray(value)
+        digest = hashlib.sha256(array.tobytes()).hexdigest()
+        return [str(array.dtype), list(array.shape), digest]
+    if isinstance(value, (bool, int, str)) or value is None:
+        return value
+    if isinstance(value, (float, np.floating)):
+        return float(value).hex()
+    if isinstance(value, np.integer):
+        return int(value)
+    raise TypeError(f"cannot hash {type(value).__name__}")

@@ -8,13 +8,11 @@ thrown away and computed again. The recovery array stays on disk as a memory map
 from __future__ import annotations
 
 import contextlib
-import hashlib
 import json
 import os
 import warnings
 import zlib
 from collections.abc import Callable
-from dataclasses import asdict, is_dataclass
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -25,20 +23,10 @@ from flexgear.files.atomic import private_folder, remove_stale
 from flexgear.files.cache_folder import cache_directory
 from flexgear.model.errors import FlexgearWarning
 from flexgear.model.input_file import open_regular, read_kept
-from flexgear.structures.cache import remove, sealed, unsealed
+from flexgear.structures.cache import FORMAT, remove, sealed, unsealed
 from flexgear.structures.reduced import ReducedBody
 
-FORMAT = "16"  # part of every key: raise it when entries or the numerics behind them change
-_ARRAYS = (
-    *("positions", "mass", "stiffness", "points", "cells", "recovery"),
-    "probe_loads",
-)
-
-
-def content_key(**content: Any) -> str:
-    """SHA-256 of named content: numbers, strings, tuples, dataclasses, arrays."""
-    text = json.dumps({"format": FORMAT, **_plain(content)}, sort_keys=True)
-    return hashlib.sha256(text.encode()).hexdigest()
+_ARRAYS = ("positions", "mass", "stiffness", "points", "cells", "recovery", "probe_loads")
 
 
 def cached(
@@ -165,24 +153,3 @@ def _checksum(path: Path) -> int:
         while chunk := stream.read(1 << 22):
             value = zlib.crc32(chunk, value)
     return value
-
-
-def _plain(value: Any) -> Any:
-    """JSON-ready form; floats by their exact hexadecimal digits."""
-    if is_dataclass(value) and not isinstance(value, type):
-        return {"type": type(value).__name__, **_plain(asdict(value))}
-    if isinstance(value, dict):
-        return {str(k): _plain(v) for k, v in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_plain(v) for v in value]
-    if isinstance(value, np.ndarray):
-        array = np.ascontiguousarray(value)
-        digest = hashlib.sha256(array.tobytes()).hexdigest()
-        return [str(array.dtype), list(array.shape), digest]
-    if isinstance(value, (bool, int, str)) or value is None:
-        return value
-    if isinstance(value, (float, np.floating)):
-        return float(value).hex()
-    if isinstance(value, np.integer):
-        return int(value)
-    raise TypeError(f"cannot hash {type(value).__name__}")

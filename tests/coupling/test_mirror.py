@@ -24,7 +24,8 @@ from flexgear.coupling.build import build_system
 from flexgear.coupling.modal import modal_system
 from flexgear.structures.fe_mesh import SegmentDivisions
 from flexgear.structures.tooth_influence import pairs as influence_pairs
-from flexgear.structures.tooth_influence.of_case import influence_of, influence_parameters
+from flexgear.structures.tooth_influence.influence import influence_of
+from flexgear.structures.tooth_influence.of_case import influence_parameters
 
 PLANETS, TEETH = 5, {"ring": 93, "sun": 27, "planet": 33}
 TORQUE, BACKLASH = 9e5, 0.5e-3  # N·m; m, of the bundled stage at ring and sun

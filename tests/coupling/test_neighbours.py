@@ -18,7 +18,8 @@ from flexgear.results.time_figures import energy_residual
 from flexgear.solve.transient import transient
 from flexgear.structures.fe_mesh import SegmentDivisions
 from flexgear.structures.tooth_influence import pair_bending, pairs
-from flexgear.structures.tooth_influence.of_case import influence_of, influence_parameters
+from flexgear.structures.tooth_influence.influence import influence_of
+from flexgear.structures.tooth_influence.of_case import influence_parameters
 
 CASE = load_case(
     "wind-5mw",

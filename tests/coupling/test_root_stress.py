@@ -19,8 +19,7 @@ from flexgear.solve.stresses import ring_roots, tooth_roots
 from flexgear.solve.transient import transient
 from flexgear.structures.fe_mesh import SegmentDivisions
 from flexgear.structures.tooth_influence import roots as tables
-from flexgear.structures.tooth_influence.of_case import root_segment
-from flexgear.structures.tooth_influence.root_stress import root_influence
+from flexgear.structures.tooth_influence.roots import root_influence, root_segment
 
 CASE = load_case(
     "wind-5mw",

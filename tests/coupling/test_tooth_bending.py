@@ -16,7 +16,8 @@ from flexgear.solve.static import static
 from flexgear.solve.transient import transient
 from flexgear.structures.fe_mesh import SegmentDivisions
 from flexgear.structures.tooth_influence import pairs
-from flexgear.structures.tooth_influence.of_case import influence_of, influence_parameters
+from flexgear.structures.tooth_influence.influence import influence_of
+from flexgear.structures.tooth_influence.of_case import influence_parameters
 
 FE = {"stage.gear_mesh.model": "face_load", "stage.gear_mesh.tooth_compliance": "fe"}
 BASE = load_case("wind-5mw").with_(**FE)

@@ -14,6 +14,7 @@ from flexgear.gears.stiffness import compliance
 from flexgear.model.load import load_case
 from flexgear.structures.fe_mesh import SegmentDivisions
 from flexgear.structures.tooth_influence import of_case, pair_bending, pairs
+from flexgear.structures.tooth_influence.influence import influence_of
 
 COARSE = SegmentDivisions(flank=6, fillet=3, tooth=2, rim=3, layers=5)
 SMALL = {
@@ -38,7 +39,7 @@ def _coarse_influence(case, slot):
 
 @lru_cache
 def _made(parameters, tied):
-    return of_case.influence_of(parameters, 2.1e11, 0.3, tied=tied)
+    return influence_of(parameters, 2.1e11, 0.3, tied=tied)
 
 
 def bending(changes, kind):

@@ -18,6 +18,7 @@ from flexgear.structures.kinematics import rigid_motion, rotation, turn
 from flexgear.structures.reduced import ReducedBody
 from flexgear.structures.sources.of_case import ring_source
 from flexgear.structures.tooth_influence import of_case, pairs, rim
+from flexgear.structures.tooth_influence.influence import influence_of
 from flexgear.structures.tooth_influence.rim import (
     cut_flexibility,
     rim_flexibility,
@@ -103,7 +104,7 @@ def bending():
 def coarse(case, slot):
     """Influence by a coarse segment."""
     parameters = replace(of_case.influence_parameters(case, slot), divisions=COARSE)
-    return of_case.influence_of(parameters, 2.06e11, 0.3, tied=of_case.is_tied(case, slot))
+    return influence_of(parameters, 2.06e11, 0.3, tied=of_case.is_tied(case, slot))
 
 
 def solved(ring, line):
@@ -212,19 +213,16 @@ def test_right_halves_are_the_mirror_image(ring, bending):
 def test_shapes_count_where_the_static_error_without_them_is_above_the_promise(ring, monkeypatch):
     """A thin wide rim; a stiff one has next to none, and what is asked for wins."""
     monkeypatch.setattr(rim, "segment_influence", lambda *_, tied: coarse(CASE, "ring"))
-    monkeypatch.setattr(rim, "kept_shapes", lambda *_: ring.shapes)
     size = len(ring.stiffness)
     body = ReducedBody(
         "ring", ring.condensed.interface.node_names, ring.condensed.interface.positions,
         np.zeros((size, size)), ring.stiffness, 0, {}, *3 * [np.zeros((0, 3))],
     )  # fmt: skip
 
-    def taken_in(case, body):
-        teeth = rim.TeethOfRing(
-            TEETH, case.material, ring_source(case).segment,
-            case.ring.tooth_shapes == "always", along_face=True,
-        )  # fmt: skip
-        return rim.with_rim(body, teeth, ring.supports, "", None)
+    def taken_in(case, body, shapes=ring.shapes):
+        always = case.ring.tooth_shapes == "always"
+        segment = ring_source(case).segment
+        return rim.with_rim(body, shapes, segment, case.material, ring.supports, always=always)
 
     thin = taken_in(CASE, body)
     assert 0.05 < thin.report["rim_error"] < 0.15
@@ -232,12 +230,14 @@ def test_shapes_count_where_the_static_error_without_them_is_above_the_promise(r
     (row,) = rim_rows(thin.report)
     assert "counted" in row.label and row.value == thin.report["rim_error"]
     hard = replace(ring.shapes, fixed=1e-3 * ring.shapes.fixed, piece=1e-3 * ring.shapes.piece)
-    monkeypatch.setattr(rim, "kept_shapes", lambda *_: hard)
-    stiff = taken_in(CASE, body.with_(stiffness=1e3 * ring.stiffness))
+    stiff = taken_in(CASE, body.with_(stiffness=1e3 * ring.stiffness), hard)
     assert stiff.report["rim_error"] < 0.002 * thin.report["rim_error"]
     assert not stiff.report["rim_counts"] and stiff.rim is None
-    for said, taken in (("always", True), ("none", False)):
-        case = load_case("ev-reducer", {**OPTIONS, "stage.ring.fe.tooth_shapes": said}).view()
-        assert (taken_in(case, body).rim is not None) == taken
+    always, none = (
+        load_case("ev-reducer", {**OPTIONS, "stage.ring.fe.tooth_shapes": key}).view()
+        for key in ("always", "none")
+    )
+    assert taken_in(always, body).rim is not None
+    assert ring_source(none).segment is None
     loose = body.with_(stiffness=0.0 * ring.stiffness)
     assert taken_in(CASE, loose).rim is None  # supports alone hold no tooth

@@ -12,13 +12,14 @@ from flexgear.structures.fe_mesh import SegmentDivisions, SegmentParameters
 from flexgear.structures.kinematics import rigid_motion
 from flexgear.structures.reduced import ReducedBody
 from flexgear.structures.surface_strain import FieldAt
-from flexgear.structures.tooth_influence.root_stress import (
+from flexgear.structures.tooth_influence.roots import (
     DEPTH,
     FINE,
+    both_cuts,
+    ring_root_rows,
     root_influence,
     root_parameters,
 )
-from flexgear.structures.tooth_influence.roots import both_cuts, ring_root_rows
 
 YOUNG, POISSON = 2.1e11, 0.3
 CASE = load_case("wind-5mw", {"stage.helix_angle_deg": "0"}).view()

@@ -11,7 +11,7 @@ from flexgear.gears.geometry import stage_geometry
 from flexgear.model.load import load_case
 from flexgear.structures.fe_mesh import SegmentDivisions, SegmentParameters
 from flexgear.structures.fem import assemble, element_gradient
-from flexgear.structures.tooth_influence.root_stress import (
+from flexgear.structures.tooth_influence.roots import (
     DEPTH,
     FINE,
     root_influence,
@@ -43,8 +43,8 @@ def under_line_load(influence, height, line_load=1e6):
 
 def both_fillets(influence, height, line_load=1e6):
     """The same in the fillet under the loaded flank and in the other one, (2, rows)."""
-    low, high = sorted(influence.flank.roll[[0, -1]])
-    width = float(np.ptp(influence.flank.z))
+    low, high = sorted(influence.roll[[0, -1]])
+    width = float(np.ptp(influence.z))
     place = np.array([[low + height * (high - low)], [0.0], [width]])
     return line_load * width * influence.per_force(*place)[0, 1, :, :, 0]
 
@@ -91,7 +91,7 @@ def test_elements_converge_and_tension_is_inside_the_fillet():
 def test_the_other_hand_of_helix_is_the_mirror_image():
     parameters = segment("planet", divisions=COARSE, face_width=3 * MODULE)
     both = [root_influence(replace(parameters, helix_rate=rate), *STEEL) for rate in (0.4, -0.4)]
-    roll = float(np.mean(both[0].flank.roll))
+    roll = float(np.mean(both[0].roll))
     width, z = np.full(2, 0.5 * MODULE), np.array([-0.8, 0.3]) * MODULE
     force = np.array([1e3, 2.5e3])
     one = both[0].of_slices(np.full(2, roll), z, width, force)

@@ -9,9 +9,15 @@ from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.hertz import ContactBody, layer_constant, line_contact
 from flexgear.gears.paths import stage_paths
 from flexgear.model.load import load_case
-from flexgear.structures.tooth_influence.edge_layer import edge_layer
 from flexgear.structures.tooth_influence.influence import ToothInfluence
-from flexgear.structures.tooth_influence.tip_edge import LESS, Edges, at_tip, contact, tip_ends
+from flexgear.structures.tooth_influence.tip_edge import (
+    LESS,
+    Edges,
+    at_tip,
+    contact,
+    edge_layer,
+    tip_ends,
+)
 
 STEEL, DEPTH, RADIUS = (2.1e11, 0.3), 3.6e-3, 0.25
 ANGLE = math.radians(115.0)
@@ -139,4 +145,4 @@ def _stub(tooth, module):
     roll = np.array([tooth.roll_length(tooth.tip_radius), tooth.roll_length(tooth.form_radius)])
     none = np.zeros((0, 0))
     depth = np.full(2, 0.2 * module)
-    return ToothInfluence(roll, np.array([-1.0, 1.0]), depth, none, None, 0.0, *STEEL)
+    return ToothInfluence(roll, np.array([-1.0, 1.0]), 0.0, depth, none, *STEEL)

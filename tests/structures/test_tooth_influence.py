@@ -12,11 +12,10 @@ from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.weber_banaschek import tooth_compliance
 from flexgear.model.errors import FlexgearWarning, InputError
 from flexgear.model.load import load_case
+from flexgear.structures.cache import cached_arrays
 from flexgear.structures.fe_mesh import SegmentDivisions, SegmentParameters, tooth_segment
 from flexgear.structures.tooth_influence import ToothInfluence, of_case
-from flexgear.structures.tooth_influence.influence import flank_compliance, flank_normals
-from flexgear.structures.tooth_influence.influence_cache import TOOTH, cached
-from flexgear.structures.tooth_influence.of_case import influence_of
+from flexgear.structures.tooth_influence.influence import flank_normals, influence_of
 
 STEEL = (2.1e11, 0.3)
 CASE = load_case("wind-5mw", {"stage.helix_angle_deg": "0"}).view()
@@ -44,10 +43,8 @@ def plane_segment(slot, divisions=FINE, layer=0.2, margin=1.0):
 def plane_deflection(slot, *options):
     """Of the flank in plane strain, with line contact, less Hertz's part down to the middle line,
     as `plane_teeth.deflection` counts it; m²/N."""
-    segment = tooth_segment(plane_segment(slot, *options))
-    own = flank_compliance(segment, *STEEL, plane_strain=True).own
-    influence = ToothInfluence(segment.roll, segment.z, segment.depth, own, None, 0.0, *STEEL)
-    roll, width = pitch_point(slot), float(np.ptp(segment.z))
+    influence = influence_of(plane_segment(slot, *options), *STEEL, plane_strain=True)
+    roll, width = pitch_point(slot), float(np.ptp(influence.z))
     smooth = influence.matrix(*np.array([[roll], [0.0], [width]]))[0, 0] * width
     body = influence.contact_body(roll)
     local = 2 * body.compliance / math.pi * (math.log(2 * body.depth / HALF_WIDTH) + body.constant)
@@ -160,9 +157,7 @@ def test_middle_of_a_long_tooth_is_in_plane_strain():
     """Even load on a spur tooth sixteen modules wide."""
     one = replace(COARSE, layers=1)
     wide = replace(plane_segment("planet", COARSE, 0.2, 0.5), face_width=16 * MODULE)
-    segment = tooth_segment(replace(wide, divisions=one))
-    own = flank_compliance(segment, *STEEL, plane_strain=True).own
-    plane = ToothInfluence(segment.roll, segment.z, segment.depth, own, None, 0.0, *STEEL)
+    plane = influence_of(replace(wide, divisions=one), *STEEL, plane_strain=True)
     per_width = plane.matrix(*slices(plane, 1))[0, 0] * wide.face_width
     even = influence_of(wide, *STEEL)
     moved = even.matrix(*slices(even, 16)).mean(axis=1) * wide.face_width
@@ -242,16 +237,16 @@ def test_kept_by_content_and_made_again_where_damaged(influence, tmp_path, monke
         return influence
 
     for _ in range(2):
-        found = cached({"of": "a"}, compute, TOOTH)
+        found = cached_arrays(ToothInfluence, 1, {"of": "a"}, compute)
         assert np.array_equal(found.own, influence.own)
         assert np.array_equal(found.neighbour, influence.neighbour)
         assert (found.young, found.poisson) == STEEL
     assert len(made) == 1
-    (file,) = tmp_path.rglob("tooth.npz")
+    (file,) = tmp_path.rglob("ToothInfluence.npz")
     file.write_bytes(file.read_bytes()[:-1] + b"x")
-    cached({"of": "a"}, compute, TOOTH)
+    cached_arrays(ToothInfluence, 1, {"of": "a"}, compute)
     assert len(made) == 2
     (tmp_path / "influence").rename(tmp_path / "away")
     (tmp_path / "influence").write_text("in the way")
     with pytest.warns(FlexgearWarning, match="cannot keep"):
-        cached({"of": "a"}, compute, TOOTH)
+        cached_arrays(ToothInfluence, 1, {"of": "a"}, compute)

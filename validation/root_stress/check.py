@@ -26,7 +26,7 @@ from flexgear.gears.tool import PlainTool
 from flexgear.gears.tooth import base_helix_angle, tooth_geometry, transverse_angle
 from flexgear.model.load import bundled_cases, load_case
 from flexgear.structures.fe_mesh import SegmentParameters
-from flexgear.structures.tooth_influence.root_stress import (
+from flexgear.structures.tooth_influence.roots import (
     DEPTH,
     FINE,
     root_influence,

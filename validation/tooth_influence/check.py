@@ -17,7 +17,12 @@ from flexgear.model.load import load_case
 from flexgear.structures.fe_mesh import tooth_segment
 from flexgear.structures.fem import assemble, facet_nodes
 from flexgear.structures.tooth_influence import of_case, pair_bending, pairs
-from flexgear.structures.tooth_influence.influence import carried_by_tie, held_flexibility, root_tie
+from flexgear.structures.tooth_influence.influence import (
+    carried_by_tie,
+    held_flexibility,
+    influence_of,
+    root_tie,
+)
 from flexgear.views.style import save_figure
 
 HERE = Path(__file__).parent
@@ -71,14 +76,14 @@ def narrow(case, slot):
 def test_convergence(slot, case):
     """FE mesh, layers and slices, each finer by itself."""
     own = narrow(case, slot)
-    standard, div = of_case.influence_of(own, *STEEL), own.divisions
+    standard, div = influence_of(own, *STEEL), own.divisions
     base = figures(standard)
     print(f"\n{slot}: change of even load at {SHARES} of the height, of the largest slice, %")
     for name, divisions in {
         "section": replace(div, flank=16, fillet=8, tooth=6, rim=7),
         "layers": replace(div, layers=16),
     }.items():
-        change = figures(of_case.influence_of(replace(own, divisions=divisions), *STEEL)) / base - 1
+        change = figures(influence_of(replace(own, divisions=divisions), *STEEL)) / base - 1
         print(f"  {name:<9}", np.round(100 * change, 2))
         assert np.abs(change[:3]).max() < accepted("convergence")
         assert abs(change[3]) < accepted("convergence_tilt")
@@ -90,13 +95,13 @@ def test_convergence(slot, case):
 def test_where_the_body_is_held(case):
     """A planet at its bore, a module less deep, and with less rim beside its three teeth."""
     own = narrow(case, "planet")
-    base, m = figures(of_case.influence_of(own, *STEEL)), case.stage.normal_module
+    base, m = figures(influence_of(own, *STEEL)), case.stage.normal_module
     for name, changed in {
         "a module less": replace(own, held_radius=own.held_radius + m),
         "margin 1": replace(own, margin=1.0),
         "margin 2": replace(own, margin=2.0),
     }.items():
-        change = figures(of_case.influence_of(changed, *STEEL)) / base - 1
+        change = figures(influence_of(changed, *STEEL)) / base - 1
         print(f"  {name:<14}", np.round(100 * change, 2), "%")
         assert np.abs(change[:3]).max() < accepted("held")
 
@@ -106,11 +111,11 @@ def test_tooth_and_tie_against_one_piece(case, results):
     against a segment in one piece: with more rim, held deeper than the one that the tooth's
     influence comes from."""
     own = narrow(case, "ring")
-    beyond = of_case.influence_of(own, *STEEL, tied=True)
-    clamped = of_case.influence_of(replace(own, held_radius=None, teeth=1, margin=0.0), *STEEL)
+    beyond = influence_of(own, *STEEL, tied=True)
+    clamped = influence_of(replace(own, held_radius=None, teeth=1, margin=0.0), *STEEL)
     rim = own.tooth.root_radius + 0.75 * case.ring.rim_thickness
     piece = tooth_segment(replace(own, held_radius=rim, margin=2.5))
-    node, whole = _tie_flexibility(piece), of_case.influence_of(piece.parameters, *STEEL)
+    node, whole = _tie_flexibility(piece), influence_of(piece.parameters, *STEEL)
     print("\nparts over one piece less one, %: even, tilted, one slice, end slice")
     found = []
     for share in SHARES:
@@ -174,7 +179,7 @@ def test_gear_mesh_stiffness_against_iso(case, monkeypatch):
     known = pairs.tooth_influence
 
     def with_foundation(view, slot):
-        return of_case.influence_of(ring_on_rim, *STEEL) if slot == "ring" else known(view, slot)
+        return influence_of(ring_on_rim, *STEEL) if slot == "ring" else known(view, slot)
 
     monkeypatch.setattr(pairs, "tooth_influence", with_foundation)
     print()

@@ -18,7 +18,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from math import acos, asin, cos, hypot, pi, sin, sqrt
-from typing import Literal, NoReturn
+from typing import Any, Literal, NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
@@ -129,7 +129,9 @@ class CarrierMeshParameters:
 
     def in_units_of(self, unit: float) -> CarrierMeshParameters:
         """The same carrier with all lengths over a unit, m: every number but counts and angles."""
-        lengths = {k: v / unit for k, v in vars(self).items() if isinstance(v, float)}
+        lengths: dict[str, Any] = {
+            k: v / unit for k, v in vars(self).items() if isinstance(v, float)
+        }
         return replace(self, **lengths)
 
     @property

@@ -94,6 +94,11 @@ class SegmentParameters:
         """Borders of the layers along the face (layers + 1,), m."""
         return np.linspace(-0.5, 0.5, self.divisions.layers + 1) * self.face_width
 
+    @property
+    def roll_slope(self) -> float:
+        """d roll/dz of contact lines on −θ flanks."""
+        return -self.tooth.outward * self.tooth.base_radius * self.helix_rate
+
     def check(self) -> None:
         """FlexgearError where no segment can be made of these."""
         if self.held_radius is None:

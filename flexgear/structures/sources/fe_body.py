@@ -22,6 +22,7 @@ from flexgear.model.errors import InputError
 from flexgear.model.input_file import MOST_FE_MESH, require_regular
 from flexgear.model.names import BodyName, NodeName
 from flexgear.structures.bodies import Body, rigid_variant
+from flexgear.structures.cache import content_key
 from flexgear.structures.fe_mesh import (
     CarrierMeshParameters,
     FeMesh,
@@ -35,7 +36,7 @@ from flexgear.structures.kinematics import rigid_rows
 from flexgear.structures.reduced import Progress, ReducedBody, silent
 from flexgear.structures.sources.matrices import given_body
 from flexgear.structures.sources.source import Accuracy, BodySource
-from flexgear.structures.store import cached, content_key, is_kept
+from flexgear.structures.store import cached, is_kept
 
 if TYPE_CHECKING:
     from flexgear.structures.fem import FeModel, Interface

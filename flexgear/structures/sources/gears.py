@@ -27,6 +27,7 @@ from flexgear.model.member import PlanetBearing
 from flexgear.model.names import NodeName
 from flexgear.model.ring import End, Ring, RingSupport, ring_supports
 from flexgear.structures.bodies import Spring, stiffness_at
+from flexgear.structures.cache import content_key
 from flexgear.structures.fe_mesh import (
     FeMesh,
     Groups,
@@ -42,7 +43,6 @@ from flexgear.structures.fe_mesh.solids import Solid, planet_solid, ring_solid
 from flexgear.structures.reduced import PLACE, Progress, ReducedBody, both_halves, mirrored, silent
 from flexgear.structures.sources.fe_body import FeBody
 from flexgear.structures.sources.source import TiedNode
-from flexgear.structures.store import content_key
 
 if TYPE_CHECKING:
     from flexgear.structures.estimate import ProbeLoad
@@ -189,15 +189,18 @@ class RingSource(ToothedSource):
 
     def reduced(self, progress: Progress = silent, limit_hz: float | None = None) -> ReducedBody:
         """As of every body, and how its rim bends along the face where that counts."""
+        body = super().reduced(progress, limit_hz)
+        if self.segment is None:
+            return body if self.along_face else _loaded_evenly(body)
         # half of the package
-        from flexgear.structures.tooth_influence.rim import TeethOfRing, with_rim
+        from flexgear.structures.tooth_influence.rim import kept_shapes, with_rim
 
-        b = (body := super().reduced(progress, limit_hz)).interface_dofs
-        supports = self.supports(body.node_names, body.stiffness[:b, :b])
-        key = content_key(**self.content()) if self.segment else ""
+        b, segment = slice(0, body.interface_dofs), self.segment
+        supports = self.supports(body.node_names, body.stiffness[b, b])
+        key = content_key(**self.content())
+        shapes = kept_shapes(segment, self.mesh.teeth, key, self.condensed)
         always = self.section.tooth_shapes == "always"
-        teeth = TeethOfRing(self.mesh.teeth, self.material, self.segment, always, self.along_face)
-        return with_rim(body, teeth, supports, key, self.condensed)
+        return with_rim(body, shapes, segment, self.material, supports, always=always)
 
     def whole(self, body: ReducedBody) -> ReducedBody:
         """Itself, or both halves."""
@@ -230,3 +233,11 @@ def _bolted_face(fe_mesh: FeMeshLike, end: End) -> float:
     points, facets = np.asarray(fe_mesh.points), fe_mesh.facets
     z = points[facets[name] if name in facets else slice(None)][..., 2]
     return float(z.max() if end == "+z" else z.min())
+
+
+def _loaded_evenly(body: ReducedBody) -> ReducedBody:
+    """The static error of a ring whose teeth are loaded over the whole face, in its report."""
+    from flexgear.structures.estimate import judged
+
+    cases = body.report.get("static_error_cases")
+    return body.with_(report={**body.report, **judged(cases)}) if cases else body

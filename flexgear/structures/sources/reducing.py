@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexgear.structures import estimate
+from flexgear.structures.cache import content_key
 from flexgear.structures.cyclic.condensation import sector_counts
 from flexgear.structures.fe_mesh import FeMesh
 from flexgear.structures.fem import (
@@ -28,7 +29,6 @@ from flexgear.structures.linalg.threads import single_threaded_blas
 from flexgear.structures.reduced import Progress, ReducedBody
 from flexgear.structures.reduction import AnyCondensation, condense, reduce
 from flexgear.structures.sources.source import BodySource, TiedNode
-from flexgear.structures.store import content_key
 
 AXIS = np.array([0.0, 0.0, 1.0])
 _JUDGED = 0.5  # of the highest fixed-interface frequency: to where reduced bodies are compared

@@ -1,4 +1,4 @@
-"""Influence of the teeth of a stage's gears: where their bodies are held, and the cache of them."""
+"""Influence of the teeth of a stage's gears: where their bodies are held, and the cache of it."""
 
 from __future__ import annotations
 
@@ -10,15 +10,9 @@ from flexgear.gears.radii import gears_by_role
 from flexgear.gears.tooth import ToothGeometry
 from flexgear.model.bodies import Material
 from flexgear.model.stage_view import StageView
-from flexgear.structures.fe_mesh import SegmentDivisions, SegmentParameters, tooth_segment
-from flexgear.structures.tooth_influence.influence import ToothInfluence, flank_compliance
-from flexgear.structures.tooth_influence.influence_cache import ROOT, TOOTH, cached
-from flexgear.structures.tooth_influence.root_stress import (
-    DEPTH,
-    RootInfluence,
-    root_influence,
-    root_parameters,
-)
+from flexgear.structures.cache import cached_arrays
+from flexgear.structures.fe_mesh import SegmentDivisions, SegmentParameters
+from flexgear.structures.tooth_influence.influence import ToothInfluence, influence_of
 
 FLANK_LAYER = 0.2  # modules: dip cut off; at a tenth elements must be half as long for the same
 DEEPEST = 4.0  # modules below the root circle where a body is held at the latest
@@ -43,69 +37,17 @@ def tooth_influence(view: StageView, role: str) -> ToothInfluence | None:
 
 def segment_influence(p: SegmentParameters, m: Material, *, tied: bool) -> ToothInfluence:
     """Influence of the middle tooth of a segment, from the cache or made; tied: see
-    ``flank_compliance``."""
-    return cached(
-        {"segment": p, "tied": tied, "young": m.young_modulus, "poisson": m.poisson_ratio},
-        lambda: influence_of(p, m.young_modulus, m.poisson_ratio, tied=tied),
-        TOOTH,
-    )
-
-
-def root_of_case(view: StageView, role: str) -> RootInfluence:
-    """Root stress of a tooth of a gear named as in ``tooth_influence``, from the cache or made
-    (about a minute)."""
-    parameters, m = root_segment(view, role), view.material
-    return cached(
-        {"root": parameters, "young": m.young_modulus, "poisson": m.poisson_ratio},
-        lambda: root_influence(parameters, m.young_modulus, m.poisson_ratio),
-        ROOT,
-    )
-
-
-def root_segment(view: StageView, role: str) -> SegmentParameters:
-    """The submodel of a gear's root: cut ``DEPTH`` modules below the root circle, or at the bore
-    (a ring's outer diameter) where the rim is thinner. InputError where there is no
-    such tooth or rim."""
-    tooth, module = stage_geometry(view).gears[role], view.stage.normal_module
-    _require_teeth(view, role, tooth, 'set gear_mesh.root_stress = "none"')
-    held = _held_radius(view, role, tooth, DEPTH)
-    depth = tooth.outward * (tooth.root_radius - held) / module
-    return root_parameters(_segment(view, role, tooth), module, depth)
-
-
-def influence_of(
-    parameters: SegmentParameters, young: float, poisson: float, *, tied: bool = False
-) -> ToothInfluence:
-    """Influence of the middle tooth of a segment; E in Pa; tied: see ``flank_compliance``."""
-    segment, tooth = tooth_segment(parameters), parameters.tooth
-    influence = flank_compliance(segment, young, poisson, tied=tied)
-    return ToothInfluence(
-        roll=segment.roll,
-        z=segment.z,
-        depth=segment.depth,
-        own=influence.own,
-        neighbour=influence.neighbour,
-        slope=-tooth.outward * tooth.base_radius * parameters.helix_rate,
-        young=young,
-        poisson=poisson,
+    ``influence_of``."""
+    young, poisson = m.young_modulus, m.poisson_ratio
+    content = {"segment": p, "tied": tied, "young": young, "poisson": poisson}
+    return cached_arrays(
+        ToothInfluence, 5, content, lambda: influence_of(p, young, poisson, tied=tied)
     )
 
 
 def is_tied(view: StageView, role: str) -> bool:
     """Whether an averaging tie at the tooth's root takes in part of its flexibility."""
     return view.fe_tie(role) == "root" and getattr(view, role).tie_kind == "averaging"
-
-
-def require_influences(view: StageView) -> None:
-    """InputError for what a stage's influences would be refused for, without making any."""
-    options = view.gear_mesh
-    roles = ("planet", *stage_geometry(view).gear_meshes)
-    if options.model == "face_load" and options.tooth_compliance == "fe":
-        for role in roles:
-            influence_parameters(view, role)
-    if options.root_stress == "fe":
-        for role in roles:
-            root_segment(view, role)
 
 
 def influence_parameters(view: StageView, role: str) -> SegmentParameters | None:
@@ -120,14 +62,14 @@ def influence_parameters(view: StageView, role: str) -> SegmentParameters | None
     if view.fe_tie(role) == "flank":
         return None
     alone = view.fe_tie(role) == "root" and not is_tied(view, role)
-    _require_teeth(view, role, tooth)
+    require_teeth(view, role, tooth)
     if alone:
-        return _segment(view, role, tooth)
-    held, segment = _held_radius(view, role, tooth, DEEPEST), _segment(view, role, tooth)
+        return one_tooth(view, role, tooth)
+    held, segment = held_radius(view, role, tooth, DEEPEST), one_tooth(view, role, tooth)
     return replace(segment, held_radius=held, teeth=3, margin=MARGIN)
 
 
-def _segment(view: StageView, role: str, tooth: ToothGeometry) -> SegmentParameters:
+def one_tooth(view: StageView, role: str, tooth: ToothGeometry) -> SegmentParameters:
     """One tooth of a gear, cut off at its base section."""
     stage = view.stage
     hand = 1.0 if (stage.planet_hand == "right") == (role != "sun") else -1.0
@@ -144,7 +86,7 @@ def _segment(view: StageView, role: str, tooth: ToothGeometry) -> SegmentParamet
     )
 
 
-def _require_teeth(
+def require_teeth(
     view: StageView,
     role: str,
     tooth: ToothGeometry,
@@ -160,7 +102,7 @@ def _require_teeth(
         raise view.refuse(f"{part}.bore_diameter_mm", problem, instead)
 
 
-def _held_radius(view: StageView, role: str, tooth: ToothGeometry, modules: float) -> float:
+def held_radius(view: StageView, role: str, tooth: ToothGeometry, modules: float) -> float:
     """Radius so many modules below the root circle, or where the body ends before."""
     deepest = tooth.root_radius - tooth.outward * modules * view.stage.normal_module
     gear = gears_by_role(view.stage)[role]

@@ -102,8 +102,8 @@ def pair_bending(view: StageView, path: GearMeshPath, slices: Slices, force: flo
         contact = contact.softer(more[0], np.maximum(more[1], -LEAST_SLOPE * contact.beta))
     scale, limit = contact.of_slice(width / cos)
     return PairBending(
-        flexibility=_at(slices.s[some], flexibility, slices.s),
-        beside=_at(slices.s[some], beside, slices.s),
+        flexibility=rows_at(slices.s[some], flexibility, slices.s),
+        beside=rows_at(slices.s[some], beside, slices.s),
         scale=scale,
         limit=limit,
     )
@@ -197,13 +197,13 @@ def _further_line(
     (roll, z, width), (s, some, way) = lines, places
     further = np.clip(s[some] + way, None, s[-1])
     here = roll[some], z[some], width[some]
-    there = _at(s, roll, further), _at(s, z, further), _at(s, width, further)
+    there = rows_at(s, roll, further), rows_at(s, z, further), rows_at(s, width, further)
     if step > 0:
         return flank.coupling(here, there, step)
     return np.swapaxes(flank.coupling(there, here, -step), 1, 2)
 
 
-def _at(s: Array, table: Array, places: Array) -> Array:
+def rows_at(s: Array, table: Array, places: Array) -> Array:
     """Rows of a table over s at other places."""
     return np.asarray(interp1d(s, table, axis=0, copy=False, assume_sorted=True)(places))
 

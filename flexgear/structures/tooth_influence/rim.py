@@ -28,17 +28,17 @@ Shapes of the teeth of an FE ring: whether they count, the cache, slices of its 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
-from scipy.interpolate import interp1d
 
 from flexgear.gears.contact import GearMeshPath
 from flexgear.gears.slices import Slices
 from flexgear.gears.tooth import ToothGeometry
 from flexgear.model.bodies import Material
+from flexgear.structures.cache import cached_arrays
 from flexgear.structures.cyclic.condensation import CyclicCondensation
 from flexgear.structures.estimate import END_SHARE, PROMISED, judged, shape_errors
 from flexgear.structures.fe_mesh import SegmentParameters
@@ -51,9 +51,8 @@ from flexgear.structures.linalg.threads import single_threaded_blas
 from flexgear.structures.reduced import ReducedBody
 from flexgear.structures.reduction import AnyCondensation
 from flexgear.structures.tooth_influence.influence import ToothInfluence, involute_normals
-from flexgear.structures.tooth_influence.influence_cache import Form, cached
 from flexgear.structures.tooth_influence.of_case import segment_influence
-from flexgear.structures.tooth_influence.pairs import mating_flanks, some_places
+from flexgear.structures.tooth_influence.pairs import mating_flanks, rows_at, some_places
 from flexgear.structures.tooth_shapes import (
     BEYOND,
     BOTH,
@@ -68,6 +67,8 @@ Array = NDArray[np.float64]
 
 TEETH = 5  # whose answers are taken
 _FREE = 1e-12  # smallest pivot of a stiffness with unit diagonal that holds a body
+_SLICES = 20  # of the loads of the estimate
+_PLACES = 251  # contact lines that are computed; linear between
 _SLACK = 1e-6  # of a pitch and a radius, by which nodes are inside a border
 
 
@@ -217,8 +218,7 @@ def _piece(
 
 
 def _turned(line: ToothLine, tooth: int, teeth: int) -> ToothLine:
-    angle = line.angle + 2 * np.pi * tooth / teeth
-    return ToothLine(angle, line.radius, line.helix_rate, line.face_width)
+    return replace(line, angle=line.angle + 2 * np.pi * tooth / teeth)
 
 
 def _axes(tooth: int, teeth: int) -> Array:
@@ -236,31 +236,6 @@ def _inner(sample: Sample, one: Array, two: Array) -> Array:
 
 Condensed = Callable[[], tuple[UnassembledModel, AnyCondensation]]
 
-_ARRAYS = ("teeth", "count", "loads", "fixed", "piece", "less")
-_SLICES = 20  # of the loads of the estimate
-_PLACES = 251  # contact lines that are computed; linear between
-SHAPES = Form(
-    "ring_shapes",
-    2,
-    lambda bending: {name: getattr(bending, name) for name in _ARRAYS},
-    lambda arrays: RingShapes(**{name: arrays[name] for name in _ARRAYS}),
-)
-
-
-@dataclass(frozen=True)
-class TeethOfRing:
-    """What decides whether teeth of an FE ring yield along the face beside their nodes.
-
-    segment: of its teeth, None where they take no shapes; always: whether these count however
-    little they are; along_face: whether gear meshes distribute load along the face.
-    """
-
-    number: int
-    material: Material
-    segment: SegmentParameters | None
-    always: bool
-    along_face: bool
-
 
 def kept_shapes(
     segment: SegmentParameters, teeth: int, ring_key: str, condensed: Condensed
@@ -277,33 +252,32 @@ def kept_shapes(
             return ring_shapes(model, condensation, line, teeth, cut)
 
     content = {"shapes_of": ring_key, "orders": ORDERS, "line": line, "cut": cut}
-    return cached(content, made, SHAPES)
+    return cached_arrays(RingShapes, 2, content, made)
 
 
 def with_rim(
-    body: ReducedBody, teeth: TeethOfRing, supports: Array, ring_key: str, condensed: Condensed
+    body: ReducedBody,
+    shapes: RingShapes,
+    segment: SegmentParameters,
+    material: Material,
+    supports: Array,
+    *,
+    always: bool,
 ) -> ReducedBody:
     """The reduced ring with what its teeth yield along the face on its supports, where that counts,
     and its size in the report: the static error without it (``rim_error``) and whether it is taken
-    in. supports: (b, b) stiffness at its nodes; ring_key, condensed: see ``kept_shapes``.
-
-    Without it where teeth take no shapes, or where the supports leave the ring free. The static
-    error is that of the loads which the case's gear meshes put on teeth: at the ends of the face
-    only where they distribute load along it.
+    in. segment: of its teeth; supports: (b, b) stiffness at its nodes, without effect where they
+    leave the ring free; always: whether shapes count however little they are.
     """
-    segment = teeth.segment
-    if segment is None:
-        return body if teeth.along_face else _loaded_evenly(body)
     b, line = body.interface_dofs, first_line(segment)
-    shapes = kept_shapes(segment, teeth.number, ring_key, condensed)
     try:
         with single_threaded_blas():
             rim = rim_flexibility(shapes, body.stiffness[:b, :b], supports, line)
     except np.linalg.LinAlgError:
         return body
-    influence = segment_influence(segment, teeth.material, tied=True)
+    influence = segment_influence(segment, material, tied=True)
     error = rim_error(rim, influence, segment.tooth)
-    counts = teeth.always or error > PROMISED
+    counts = always or error > PROMISED
     report = {
         **body.report,
         **judged(body.report.get("static_error_cases", {}), None if counts else error),
@@ -311,12 +285,6 @@ def with_rim(
         "rim_counts": counts,
     }
     return body.with_(rim=rim if counts else None, report=report)
-
-
-def _loaded_evenly(body: ReducedBody) -> ReducedBody:
-    """A ring whose teeth are loaded over the whole face."""
-    cases = body.report.get("static_error_cases")
-    return body.with_(report={**body.report, **judged(cases)}) if cases else body
 
 
 def rim_bending(rim: RimFlexibility, path: GearMeshPath, slices: Slices) -> tuple[Array, Array]:
@@ -329,12 +297,12 @@ def rim_bending(rim: RimFlexibility, path: GearMeshPath, slices: Slices) -> tupl
     beside = []
     for apart, between in enumerate(rim.beside, start=1):
         further = np.clip(slices.s[some] + apart * path.base_pitch, None, slices.s[-1])
-        places = _at(slices.s, flank.roll, further), _at(slices.s, z, further)
+        places = rows_at(slices.s, flank.roll, further), rows_at(slices.s, z, further)
         there = flank_motion(rim, flank.tooth, -flank.sense, places)
         after = between if flank.step > 0 else between.T
         beside.append(here @ after @ there.swapaxes(1, 2))
     both = here @ rim.own @ here.swapaxes(1, 2), np.stack(beside, axis=1)
-    near, beyond = (_at(slices.s[some], c, slices.s) for c in both)
+    near, beyond = (rows_at(slices.s[some], c, slices.s) for c in both)
     return 0.5 * (near + near.swapaxes(1, 2)), beyond
 
 
@@ -373,8 +341,3 @@ def cut_of(p: SegmentParameters) -> Cut:
     assert p.held_radius is not None
     land = 1.0 - base_section_angle(p.tooth) / p.tooth.pitch_angle
     return Cut(0.5 * (p.teeth - 1) + land + p.margin, p.held_radius)
-
-
-def _at(s: Array, table: Array, places: Array) -> Array:
-    """Rows of a table over s at other places."""
-    return np.asarray(interp1d(s, table, axis=0, copy=False, assume_sorted=True)(places))

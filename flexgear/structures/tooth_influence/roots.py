@@ -1,4 +1,24 @@
-"""Root stress of the teeth of a gear mesh per force of the slices of its contact lines, and of an
+"""Root stress of teeth.
+
+Root stress of a tooth under the slices of contact lines, by a submodel of three teeth.
+
+The body is cut ``DEPTH`` modules below the root and held there: nothing of the tooth's own
+clamping is near the fillet, as it is in the compliance model of an FE ring, whose tie ends just at
+the critical section. With unit loads R at nodes of the flanks along their normals and K of what the
+cut (c) leaves free (f),
+
+    σ = S_f bᵀ f + S_u u_cut,   S_f = T K_ff⁻¹ R,   S_u = T_c − T_f K_ff⁻¹ K_fc
+
+(b: ``ToothInfluence.averages``), where a row of T is the stress across the tooth's root line, along
+the surface, at a vertex of the fillet: the mean of the elements' own stresses there. Fillets are
+resolved by eight and more quadratic elements. The cut stands still (u_cut = 0) in bodies that are
+lumped; in an FE body it moves as that body does.
+
+T is of the −θ flank's own fillet, in tension under load on this flank. Half a turn about the middle
+tooth's radial axis leaves the segment as it is: the stress of the +θ fillet under load on −θ flanks
+is that of the −θ fillet under load on +θ flanks, so that one set of solutions says all.
+
+Root stress of the teeth of a gear mesh per force of the slices of its contact lines, and of an
 FE ring by the motion of its body, as rows on its coordinates.
 
 With the motion u(x) = Φ_r(x) q of the body at the cut of the submodel, which stands at tooth j
@@ -12,7 +32,8 @@ lacks there, the true shape of the teeth, no longer counts.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.sparse as sp
@@ -20,18 +41,222 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from flexgear.gears.contact import GearMeshPath
+from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.slices import Slices
 from flexgear.model.stage_view import StageView
+from flexgear.structures.cache import cached_arrays
+from flexgear.structures.fe_mesh import (
+    SegmentDivisions,
+    SegmentParameters,
+    ToothSegment,
+    tooth_segment,
+)
+from flexgear.structures.fem import FeModel, assemble, element_gradient, facet_nodes
 from flexgear.structures.kinematics import rotation
+from flexgear.structures.linalg.sparse import Factor
 from flexgear.structures.reduced import ReducedBody
+from flexgear.structures.strain import strain_of_gradient, stress_of_strain
 from flexgear.structures.surface_strain import FieldAt
-from flexgear.structures.tooth_influence.of_case import root_of_case
+from flexgear.structures.tooth_influence.influence import FlankPlaces, flank_nodes, flank_normals
+from flexgear.structures.tooth_influence.of_case import (
+    held_radius,
+    influence_parameters,
+    one_tooth,
+    require_teeth,
+)
 from flexgear.structures.tooth_influence.pairs import mating_flanks, some_places, widths
-from flexgear.structures.tooth_influence.root_stress import HALF_TURN, RootInfluence
 
 Array = NDArray[np.float64]
 
+DEPTH = 4.5  # modules below the root circle where the body is cut
+FIRST = 0.15  # modules, height of the rim's first row: stress at the fillet's foot hangs on it
+LAYER = 0.1  # modules, depth of the first elements under flank and fillet: a quarter of its radius
+MARGIN = 0.5  # pitches of rim beside the three teeth
+HALF_TURN = np.array([1.0, -1.0, -1.0])  # about the middle tooth's radial axis
+_TOGETHER = 32  # points of a fillet at a time
+FINE = SegmentDivisions(flank=8, fillet=12, tooth=6, rim=8, land=4)
+WHOLE_FACE = SegmentDivisions(flank=6, fillet=8, tooth=4, land=2)  # 1 to 3 % off FINE
+
+
+@dataclass(frozen=True, eq=False)
+class RootInfluence(FlankPlaces):
+    """Stress in the roots of a tooth per load on its flank and on those beside it.
+
+    stress: S_f (3, 2, rows, layers + 1, n) Pa/N of unit loads at the n nodes of the −θ flank of the
+    tooth before (in −θ), of the tooth itself and of the next one; in the fillet on the loaded
+    flanks' side, then in the other; by rows of the fillet from the flank's end down and layer
+    borders along the face. points: (rows, layers + 1, 3) m of the −θ fillet. cut: S_u (rows, layers
+    + 1, c, 3) Pa/m in the −θ fillet per displacement of the cut at cut_points (c, 3) m; the middle
+    tooth stands on the x axis.
+
+    As made it is for loads on −θ flanks of a tooth with the gear's hand of helix.
+    """
+
+    stress: Array
+    points: Array
+    cut: Array
+    cut_points: Array
+
+    def of_slices(self, roll: Array, z: Array, width: Array, force: Array) -> Array:
+        """σ (rows, layers + 1) Pa, in the fillet under the loaded flank, of slices (K,): as in
+        ``ToothInfluence.matrix``; force N. Cut and teeth beside it without load."""
+        means = self.averages(roll, z, width)
+        return np.asarray(self.stress[1, 0] @ (means.T @ force))
+
+    def per_force(self, roll: Array, z: Array, width: Array) -> Array:
+        """σ (…, K, 3, 2, rows, layers + 1) Pa/N per force of each slice (…, K) on the tooth before,
+        itself and the next, while the cut surfaces are held."""
+        shape = np.shape(roll)
+        means = self.averages(roll.ravel(), z.ravel(), width.ravel())
+        of_nodes = self.stress.reshape(-1, self.stress.shape[-1]).T
+        return np.asarray(means @ of_nodes).reshape(*shape, *self.stress.shape[:-1])
+
+    def turned(self) -> RootInfluence:
+        """For loads on +θ flanks: half a turn about the tooth's radial axis. The fillet under the
+        loaded flank comes first; cut and points stay those of the −θ fillet."""
+        return replace(self, stress=self.stress[::-1]).mirrored()
+
+    def mirrored(self) -> RootInfluence:
+        """For the other hand of helix, loads only: z -> −z."""
+        stress = self.stress[:, :, :, ::-1, self.flipped_nodes()]
+        return replace(self, stress=stress, slope=-self.slope)
+
+
+def root_parameters(
+    parameters: SegmentParameters, module: float, depth: float = DEPTH
+) -> SegmentParameters:
+    """The submodel of a gear whose influence has these parameters: three teeth, cut ``depth``
+    modules below the root circle, with a fillet that is resolved, rows of the rim that begin as low
+    whatever the depth, and as many layers."""
+    tooth, growth = parameters.tooth, WHOLE_FACE.growth
+    rim = math.ceil(math.log1p(depth * (growth - 1.0) / FIRST) / math.log(growth))
+    return replace(
+        parameters,
+        held_radius=tooth.root_radius - tooth.outward * depth * module,
+        flank_layer=LAYER * module,
+        teeth=3,
+        margin=MARGIN,
+        divisions=replace(WHOLE_FACE, rim=rim, layers=parameters.divisions.layers),
+    )
+
+
+def root_influence(
+    parameters: SegmentParameters, young: float, poisson: float, *, plane_strain: bool = False
+) -> RootInfluence:
+    """Stress in the root of the middle tooth of three per force on its flank (S_f) and per motion
+    of the cut below it (S_u). young: Pa; plane_strain: whether axial displacement is zero."""
+    segment = tooth_segment(parameters)
+    model = assemble(segment.fe_mesh, young, poisson, density=1.0)
+    j, first = parameters.middle, len(segment.roll) - 1
+    root = segment.surface_nodes[j, first:]
+    held = facet_nodes(model, segment.fe_mesh.facets["held"])
+    free = np.ones((len(model.nodes), 3), dtype=bool)
+    free[held] = False
+    free[:, 2] &= not plane_strain
+    free_dofs, cut = np.flatnonzero(free), (3 * held[:, None] + np.arange(3)).ravel()
+    across = _across(segment, j, first)
+    stress_rows = _stress_rows(model, root.ravel(), across.reshape(-1, 3), young, poisson)
+    factor = Factor(model.stiffness[free_dofs][:, free_dofs].tocsr())
+    beside = model.stiffness[cut][:, free_dofs].tocsr()
+    nodes, loads = _loaded(segment, model)
+    stress = np.empty((root.size, *nodes.shape))
+    of_cut = np.empty((root.size, len(cut)))
+    for start in range(0, root.size, _TOGETHER):
+        some = slice(start, start + _TOGETHER)
+        motion = np.zeros((free.size, len(stress[some])))
+        motion[free_dofs] = factor.solve(stress_rows[some][:, free_dofs].T.toarray())
+        at = motion.reshape(-1, 3, motion.shape[1])[nodes]
+        stress[some] = np.einsum("stnip,stni->pstn", at, loads)
+        of_cut[some] = stress_rows[some][:, cut].toarray() - (beside @ motion[free_dofs]).T
+    stress = stress.reshape(*root.shape, *nodes.shape)
+    stress[:, :, 1] = stress[:, ::-1, 1]
+    return RootInfluence(
+        roll=segment.roll,
+        z=segment.z,
+        slope=parameters.roll_slope,
+        stress=np.ascontiguousarray(np.moveaxis(stress, (3, 2), (0, 1))),
+        points=model.nodes[root],
+        cut=of_cut.reshape(*root.shape, len(held), 3),
+        cut_points=model.nodes[held],
+    )
+
+
+def _loaded(segment: ToothSegment, model: FeModel) -> tuple[NDArray[np.int64], Array]:
+    """Nodes (2, teeth, n) of −θ flanks, and of +θ flanks where half a turn takes the −θ flanks of
+    the same teeth as counted from the middle; unit loads (2, teeth, n, 3) of a mate there."""
+    teeth = range(segment.parameters.teeth)
+    near = np.stack([flank_nodes(segment, model, j) for j in teeth])
+    push = np.stack([-flank_normals(segment, model.nodes[at]) for at in near])
+    gap, far = cKDTree(model.nodes).query(model.nodes[near] * HALF_TURN)
+    assert np.all(gap < 1e-6 * segment.parameters.face_width)
+    return np.stack([near, far]), np.stack([push, push * HALF_TURN])
+
+
+def _across(segment: ToothSegment, tooth: int, first: int) -> Array:
+    """Unit vectors (rows, layers + 1, 3) along the surface of a fillet, across the root line."""
+    points = np.asarray(segment.fe_mesh.points)[segment.surface_nodes[tooth]]
+    down = np.gradient(points, axis=0)[first:]
+    along = np.zeros_like(down)
+    along[..., 2] = 1.0
+    rate = segment.parameters.helix_rate
+    x, y = np.moveaxis(points[first:, :, :2], 2, 0)
+    along[..., 0], along[..., 1] = -rate * y, rate * x
+    along /= np.linalg.norm(along, axis=2, keepdims=True)
+    down -= (down * along).sum(axis=2, keepdims=True) * along
+    return np.asarray(down / np.linalg.norm(down, axis=2, keepdims=True))
+
+
+def _stress_rows(
+    model: FeModel, vertices: NDArray[np.int64], across: Array, young: float, poisson: float
+) -> sp.csr_matrix:
+    """T (k, 3n): t · σ t at vertices (k,) for unit vectors t (k, 3)."""
+    slopes = element_gradient(model, vertices)  # (3k, n)
+    rows = []
+    unit = np.eye(9).reshape(9, 3, 3)  # ∂u_i/∂x_j by 3 i + j
+    stress = stress_of_strain(strain_of_gradient(unit), young, poisson)  # (9, 6)
+    x, y, z = across.T
+    share = np.column_stack([x * x, y * y, z * z, 2 * x * y, 2 * y * z, 2 * x * z]) @ stress.T
+    for i in range(3):
+        part = sum(sp.diags_array(share[:, 3 * i + j]) @ slopes[j::3] for j in range(3))
+        rows.append(sp.kron(part, np.eye(1, 3, i)))
+    return (rows[0] + rows[1] + rows[2]).tocsr()
+
+
 _PLACES = 126  # contact lines of the table; linear between
+
+
+def root_of_case(view: StageView, role: str) -> RootInfluence:
+    """Root stress of a tooth of a gear named as in ``tooth_influence``, from the cache or made
+    (about a minute)."""
+    parameters, m = root_segment(view, role), view.material
+    young, poisson = m.young_modulus, m.poisson_ratio
+    content = {"root": parameters, "young": young, "poisson": poisson}
+    return cached_arrays(
+        RootInfluence, 2, content, lambda: root_influence(parameters, young, poisson)
+    )
+
+
+def root_segment(view: StageView, role: str) -> SegmentParameters:
+    """The submodel of a gear's root: cut ``DEPTH`` modules below the root circle, or at the bore
+    (a ring's outer diameter) where the rim is thinner. InputError where there is no
+    such tooth or rim."""
+    tooth, module = stage_geometry(view).gears[role], view.stage.normal_module
+    require_teeth(view, role, tooth, 'set gear_mesh.root_stress = "none"')
+    held = held_radius(view, role, tooth, DEPTH)
+    depth = tooth.outward * (tooth.root_radius - held) / module
+    return root_parameters(one_tooth(view, role, tooth), module, depth)
+
+
+def require_influences(view: StageView) -> None:
+    """InputError for what a stage's influences would be refused for, without making any."""
+    options = view.gear_mesh
+    roles = ("planet", *stage_geometry(view).gear_meshes)
+    if options.model == "face_load" and options.tooth_compliance == "fe":
+        for role in roles:
+            influence_parameters(view, role)
+    if options.root_stress == "fe":
+        for role in roles:
+            root_segment(view, role)
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,10 +298,8 @@ def pair_roots(view: StageView, path: GearMeshPath, slices: Slices) -> list[Pair
     for flank in mating_flanks(path, slices):
         root = flank.of(root_of_case(view, flank.name))
         stress = root.per_force(flank.roll[some], slices.z[some], width[some])
-        pair_root = PairRoots(
-            flank.name, flank.sense, flank.step, slices.s[some], stress, root.flank.z
-        )
-        roots.append(pair_root)
+        sense = flank.sense
+        roots.append(PairRoots(flank.name, sense, flank.step, slices.s[some], stress, root.z))
     return roots
 
 
