@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from flexgear.model.errors import FlexgearWarning
-from flexgear.structures import store
+from flexgear.structures import cache, store
 from flexgear.structures.reduced import ReducedBody
 
 
@@ -198,7 +198,7 @@ def test_directory_follows_the_environment(tmp_path, monkeypatch):
 
 
 def test_keys_tell_content_apart_to_the_last_digit():
-    key = store.content_key(a=1.0, b=("x", 2), c=np.arange(3.0))
-    assert key == store.content_key(c=np.arange(3.0), b=["x", 2], a=1.0)
-    assert key != store.content_key(a=np.nextafter(1.0, 2), b=("x", 2), c=np.arange(3.0))
-    assert key != store.content_key(a=1.0, b=("x", 2), c=np.array([0.0, 1.0, 2.1]))
+    key = cache.content_key(a=1.0, b=("x", 2), c=np.arange(3.0))
+    assert key == cache.content_key(c=np.arange(3.0), b=["x", 2], a=1.0)
+    assert key != cache.content_key(a=np.nextafter(1.0, 2), b=("x", 2), c=np.arange(3.0))
+    assert key != cache.content_key(a=1.0, b=("x", 2), c=np.array([0.0, 1.0, 2.1]))

@@ -225,7 +225,7 @@ def test_teeth_that_cannot_be_made_are_refused_by_key(key, value):
     assert refused.value.key == f"stage.{key}"
     pointed = replace(GEARS.sun, tip_radius=GEARS.sun.tip_radius + 2 * MODULE)
     with pytest.raises(InputError, match="pointed"):
-        of_case._require_teeth(CASE, "sun", pointed)
+        of_case.require_teeth(CASE, "sun", pointed)
 
 
 def test_kept_by_content_and_made_again_where_damaged(influence, tmp_path, monkeypatch):

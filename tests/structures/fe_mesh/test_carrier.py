@@ -252,7 +252,6 @@ def test_circles_that_nearly_touch_are_refined() -> None:
         ({"planets": 4, "planet_tip_radius": 0.18, "web_width": 1.3}, "web_width"),
         ({"seat_drive_diameter": 0.3}, "stage.carrier.fe.seat_drive.diameter"),
         ({"pin_diameter": -0.1}, "pin_diameter"),
-        ({"drive_side": "left"}, "drive_side"),
         ({"pin_seat_width": 0.6}, "pin_seat_width"),
     ],
 )
