@@ -81,12 +81,12 @@ def test_one_pair_is_what_its_slices_make_in_the_submodel(roots, model, data, ki
         np.testing.assert_allclose(halfway, (found + after) / 2, rtol=1e-9)
         root = roots[own.name] if own.sense > 0 else roots[own.name].turned()
         roll = path.off_path.rolls(s + path.slope * z)[k]
-        direct = root.of_slices(roll, z, width, force)
+        direct = np.tensordot(force, root.per_force(roll, z, width)[:, 1, 0], axes=1)
         np.testing.assert_allclose(found[1, 0], direct, atol=1e-3 * direct.max())
-        low, high = np.sort(root.flank.roll[[0, -1]])
+        low, high = np.sort(root.roll[[0, -1]])
         on = (roll > low) & (roll < high)
         slope = np.polyfit(z[on], roll[on], 1)[0]
-        assert slope == pytest.approx(root.flank.slope, rel=1e-6)  # hand and flank
+        assert slope == pytest.approx(root.slope, rel=1e-6)  # hand and flank
         assert found[1, 0].max() > -0.2 * found[1, 1].min() > 0  # stretched here, pressed there
         assert own.of(np.array([s]), 2.0 * force[None])[0] == pytest.approx(2.0 * found)
 
@@ -125,7 +125,7 @@ def test_teeth_of_a_ring_collect_what_their_pairs_make(model, data):
 def test_half_a_turn_twice_is_none(roots):
     one, two = roots["planet"], roots["planet"].turned().turned()
     np.testing.assert_array_equal(one.stress, two.stress)
-    assert two.flank.slope == one.flank.slope
+    assert two.slope == one.slope
 
 
 def test_dataset(model, data):

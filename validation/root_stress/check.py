@@ -60,25 +60,23 @@ def plane_root(tooth, module, depth=HELD):
 
 def stress(influence, roll, line_load):
     """Largest tension on the fillet, Pa, under a line load, N/m."""
-    width = float(np.ptp(influence.flank.z))
-    slices = np.array([[roll], [0.0], [width], [line_load * width]])
-    return float(influence.of_slices(*slices).max())
+    return line_load * float(both_fillets(influence, roll)[0].max())
 
 
 def both_fillets(influence, roll):
     """Stress per line load, Pa m/N, in the fillet under the loaded flank and in the other one, (2,
     rows)."""
-    width = float(np.ptp(influence.flank.z))
+    width = float(np.ptp(influence.z))
     place = np.array([[roll], [0.0], [width]])
     return width * influence.per_force(*place)[0, 1, :, :, 0]
 
 
 def stress_of_three(influence, outward, rolls, line_loads):
     """The same with the loads of the pairs beside it, at rolls (3,); tips carry off the path."""
-    width, flank = float(np.ptp(influence.flank.z)), influence.flank
+    width = float(np.ptp(influence.z))
     # of a tooth further on in +θ the −θ flank touches a base pitch nearer to the root outside
     teeth = (1 - outward * np.sign(rolls - rolls[1])).astype(int)
-    place = np.clip(rolls, *np.sort(flank.roll[[0, -1]]))
+    place = np.clip(rolls, *np.sort(influence.roll[[0, -1]]))
     found = influence.per_force(place, np.zeros(3), np.full(3, width))[range(3), teeth, 0]
     return float(np.tensordot(line_loads * width, found, axes=1).max())
 
@@ -147,7 +145,7 @@ def test_against_plane_contact_at_every_place(mesh, slot):
     if slot == "gear":
         s = between + s if mesh == "ring" else between - s
     rolls = s[:, 1]
-    low, high = sorted(influence.flank.roll[[0, -1]])
+    low, high = sorted(influence.roll[[0, -1]])
     for name, found in stored["loadings"].items():
         loads = np.array(found["loads"])
         enough = loads[:, 1] > LEAST_LOAD * loads[:, 1].max()

@@ -255,11 +255,11 @@ def influence_of(
     surface, inner = segment.surface_nodes[j, rows], segment.inner_nodes[j, rows]
     layer[nodes_between(model, surface.ravel(), inner.ravel())] = True
     n = len(flank)
-    own, neighbour = whole[:n, :n] - held_flexibility(model, layer & free, unit), None
+    compliance, neighbour = whole[:n, :n] - held_flexibility(model, layer & free, unit), None
     if tied:
         motion = carried_by_tie(segment, model.nodes[flank])
-        own -= motion @ whole[n:, n:] @ motion.T
-        own = 0.5 * (own + own.T)
+        compliance -= motion @ whole[n:, n:] @ motion.T
+        compliance = 0.5 * (compliance + compliance.T)
     if has_next:
         order = np.argsort(flank)
         at = order[np.searchsorted(flank[order], coarse_nodes(segment, j))]
@@ -270,7 +270,7 @@ def influence_of(
         z=segment.z,
         slope=parameters.roll_slope,
         depth=segment.depth,
-        own=own,
+        own=compliance,
         young=young,
         poisson=poisson,
         neighbour=neighbour,

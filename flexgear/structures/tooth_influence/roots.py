@@ -97,12 +97,6 @@ class RootInfluence(FlankPlaces):
     cut: Array
     cut_points: Array
 
-    def of_slices(self, roll: Array, z: Array, width: Array, force: Array) -> Array:
-        """σ (rows, layers + 1) Pa, in the fillet under the loaded flank, of slices (K,): as in
-        ``ToothInfluence.matrix``; force N. Cut and teeth beside it without load."""
-        means = self.averages(roll, z, width)
-        return np.asarray(self.stress[1, 0] @ (means.T @ force))
-
     def per_force(self, roll: Array, z: Array, width: Array) -> Array:
         """σ (…, K, 3, 2, rows, layers + 1) Pa/N per force of each slice (…, K) on the tooth before,
         itself and the next, while the cut surfaces are held."""
