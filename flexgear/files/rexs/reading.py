@@ -1,15 +1,9 @@
 """From a file (.rexs XML, .rexsj JSON, .rexsz zip of either) to a Document.
 
-Building a Document with what every reader must check: ids that are whole, once, and there.
-
-Arrays that a file holds as base64 of little-endian numbers.
-
-A Document from the data of a .rexsj file.
-
-A Document from the elements of a .rexs file.
-
 What a file is follows from its content. XML is read by the standard library's expat with document
-types refused, so that no entity is ever expanded and nothing outside the file is read.
+types refused, so that no entity is ever expanded and nothing outside the file is read; its elements
+become the data of a .rexsj file, which are read then. Arrays may be base64 of little-endian
+numbers.
 """
 
 from __future__ import annotations
@@ -21,7 +15,7 @@ import json
 import re
 import xml.etree.ElementTree as ET
 import zipfile
-from collections import Counter
+from collections import defaultdict
 from pathlib import Path
 from typing import Any
 from xml.parsers import expat
@@ -34,151 +28,128 @@ from flexgear.model.errors import InputError, echo
 from flexgear.model.input_file import MOST_REXS, read_bytes
 
 
-class Checked:
-    """Components, relations and load cases as they are read. ``other``: what is only listed."""
+_MODEL = ("version", "applicationId", "applicationVersion", "applicationLanguage", "date",
+          "relations", "components", "load_spectrum", "accumulation")  # fmt: skip
+_TYPES = {"int32": "<i4", "float32": "<f4", "float64": "<f8"}
+
+
+class _Reader:
+    """Reads a model as the data of a .rexsj file, with what every reader must check: objects that
+    are some, ids that are whole, once, and there."""
 
     def __init__(self, where: str) -> None:
         self.where = where
         self.other: list[str] = []
-        self._components: dict[int, Component] = {}
-        self._relations: list[Relation] = []
-        self._load_cases: list[LoadCase] = []
 
-    def whole(self, value: Any, key: str) -> int:
-        """An id. InputError for what is no whole number."""
-        try:
-            return int(value if isinstance(value, str) else str(value))
-        except ValueError:
-            raise InputError(
-                self.where, key, f"{echo(value)} is not a whole number", "is the file whole?"
-            ) from None
-
-    def component(self, component: Component) -> None:
-        """Take a component; its id must be new."""
-        if component.id in self._components:
-            raise InputError(
-                self.where, "component id", f"{component.id} is there twice",
-                f"give {component.label} an id of its own",
-            )  # fmt: skip
-        self._components[component.id] = component
-
-    def relation(self, relation: Relation) -> None:
-        """Take a relation."""
-        self._relations.append(relation)
-
-    def load_case(self, load_case: LoadCase) -> None:
-        """Take a load case."""
-        self._load_cases.append(load_case)
-
-    def accumulation(self, accumulation: list[tuple[int, Attribute]]) -> None:
-        """List results that are summed over load cases."""
-        for number, count in Counter(number for number, _ in accumulation).items():
-            names = ", ".join(sorted(a.id for k, a in accumulation if k == number))
-            self.other.append(f"accumulation of component {number}: {count} attributes ({names})")
-
-    def document(self, version: str, application: str) -> Document:
-        """What was taken. InputError where nothing is, or a reference leads nowhere."""
-        if not self._components:
-            raise InputError(self.where, "components", "there are none", "is the file whole?")
-        for relation in self._relations:
-            lost = [number for _, number in relation.refs if number not in self._components]
+    def document(self, model: Any) -> Document:
+        """InputError for what is no REXS model."""
+        if not isinstance(model, dict):
+            problem, remedy = "is missing", 'a .rexsj file begins with {"model": {…'
+            raise InputError(self.where, "model", problem, remedy)
+        unread = (key for key in model if key not in _MODEL)
+        self.other += [key if key.startswith("<") else f'"{key}"' for key in unread]
+        components = self._components(model)
+        relations = [self._relation(part) for part in self._list(model, "relations")]
+        for relation in relations:
+            lost = [number for _, number in relation.refs if number not in components]
             if lost:
                 self.other.append(
                     f"{relation.kind} relation {relation.id}: refers to component {lost[0]}, which"
                     " is not in the file"
                 )
-        for case in self._load_cases:
-            attributes = [(k, a) for k, a in case.attributes if k in self._components]
-            if len(attributes) < len(case.attributes):
-                self.other.append(f"load case {case.id}: attributes of components not in the file")
-            case.attributes = attributes
-        relations = [r for r in self._relations if all(k in self._components for _, k in r.refs)]
-        return Document(
-            version, application, self._components, relations, self._load_cases, self.other
-        )
+        relations = [r for r in relations if all(k in components for _, k in r.refs)]
+        load_cases = []
+        for spectrum in self._list(model, "load_spectrum"):
+            number = self._whole(spectrum.get("id", 1), "load_spectrum id")
+            for case in self._list(spectrum, "load_cases"):
+                load_cases.append(self._load_case(case, number, components))
+            self._accumulations(spectrum)
+        self._accumulations(model)
+        program = (model.get("applicationId"), model.get("applicationVersion"))
+        application = echo(" ".join(str(s) for s in program if s))[1:-1]
+        version = str(model.get("version", ""))
+        return Document(version, application, components, relations, load_cases, self.other)
 
-
-_TYPES = {"int32": "<i4", "float32": "<f4", "float64": "<f8"}
-
-
-def decoded(code: str, text: str) -> tuple[str, ...] | None:
-    """The numbers as text; None for what cannot be decoded."""
-    try:
-        data = base64.b64decode("".join(text.split()), validate=True)
-        return tuple(repr(v) for v in np.frombuffer(data, dtype=_TYPES[code]).tolist())
-    except (KeyError, ValueError, binascii.Error):
-        return None
-
-
-_KNOWN = ("version", "applicationId", "applicationVersion", "applicationLanguage", "date",
-          "relations", "components", "load_spectrum", "accumulation")  # fmt: skip
-
-
-def document_of_json(data: Any, where: str) -> Document:
-    """The model of parsed JSON. InputError for what is no REXS model."""
-    model = data.get("model") if isinstance(data, dict) else None
-    if not isinstance(model, dict):
-        raise InputError(where, "model", "is missing", 'a .rexsj file begins with {"model": {…')
-    checked = Checked(where)
-    checked.other += [f'"{key}"' for key in model if key not in _KNOWN]
-    for part in _list(model, "components", where):
-        attributes = [_json_attribute(a, where) for a in _list(part, "attributes", where)]
-        checked.component(
-            Component(
-                checked.whole(part.get("id"), "component id"),
+    def _components(self, model: dict[str, Any]) -> dict[int, Component]:
+        components: dict[int, Component] = {}
+        for part in self._list(model, "components"):
+            attributes = [_attribute(a) for a in self._list(part, "attributes")]
+            component = Component(
+                self._whole(part.get("id"), "component id"),
                 str(part.get("type", "")),
                 str(part.get("name", "") or ""),
                 {a.id: a for a in attributes},
             )
+            if component.id in components:
+                raise InputError(
+                    self.where, "component id", f"{component.id} is there twice",
+                    f"give {component.label} an id of its own",
+                )  # fmt: skip
+            components[component.id] = component
+        if not components:
+            raise InputError(self.where, "components", "there are none", "is the file whole?")
+        return components
+
+    def _relation(self, part: dict[str, Any]) -> Relation:
+        return Relation(
+            self._whole(part.get("id"), "relation id"),
+            str(part.get("type", "")),
+            self._whole(part.get("order", 0), "relation order"),
+            tuple(
+                (str(ref.get("role", "")), self._whole(ref.get("id"), "ref id"))
+                for ref in self._list(part, "refs")
+            ),
         )
-    for part in _list(model, "relations", where):
-        refs = [
-            (str(ref.get("role", "")), checked.whole(ref.get("id"), "ref id"))
-            for ref in _list(part, "refs", where)
+
+    def _load_case(
+        self, case: dict[str, Any], spectrum: int, components: dict[int, Component]
+    ) -> LoadCase:
+        number = self._whole(case.get("id", 1), "load_case id")
+        every = self._results(case, f"load case {number}")
+        attributes = [(k, attribute) for k, attribute in every if k in components]
+        if len(attributes) < len(every):
+            self.other.append(f"load case {number}: attributes of components not in the file")
+        return LoadCase(spectrum, number, attributes)
+
+    def _accumulations(self, data: dict[str, Any]) -> None:
+        """List results that are summed over load cases."""
+        for total in self._list(data, "accumulation"):
+            names = defaultdict(list)
+            for number, attribute in self._results(total):
+                names[number].append(attribute.id)
+            for number, ids in names.items():
+                self.other.append(
+                    f"accumulation of component {number}: {len(ids)} attributes"
+                    f" ({', '.join(sorted(ids))})"
+                )
+
+    def _results(self, data: dict[str, Any], load_case: str = "") -> list[tuple[int, Attribute]]:
+        """Attributes with the ids of their components."""
+        return [
+            (self._whole(part.get("id"), "component id"), _attribute(a, load_case))
+            for part in self._list(data, "components")
+            for a in self._list(part, "attributes")
         ]
-        checked.relation(
-            Relation(
-                checked.whole(part.get("id"), "relation id"),
-                str(part.get("type", "")),
-                checked.whole(part.get("order", 0), "relation order"),
-                tuple(refs),
-            )
-        )
-    for spectrum in _list(model, "load_spectrum", where):
-        number = checked.whole(spectrum.get("id", 1), "load_spectrum id")
-        for case in _list(spectrum, "load_cases", where):
-            key = checked.whole(case.get("id", 1), "load_case id")
-            attributes_of = _json_attributes(case, f"load case {key}", checked)
-            checked.load_case(LoadCase(number, key, attributes_of))
-        for total in _list(spectrum, "accumulation", where):
-            checked.accumulation(_json_attributes(total, "", checked))
-    for total in _list(model, "accumulation", where):
-        checked.accumulation(_json_attributes(total, "", checked))
-    program = (model.get("applicationId"), model.get("applicationVersion"))
-    application = echo(" ".join(str(s) for s in program if s))[1:-1]
-    return checked.document(str(model.get("version", "")), application)
+
+    def _whole(self, value: Any, key: str) -> int:
+        """An id. InputError for what is no whole number."""
+        try:
+            return int(str(value))
+        except ValueError:
+            raise InputError(
+                self.where, key, f"{echo(value)} is not a whole number", "is the file whole?"
+            ) from None
+
+    def _list(self, data: dict[str, Any], key: str) -> list[dict[str, Any]]:
+        """A list of objects, one object as such a list, nothing for a key that is missing."""
+        listed = data.get(key)
+        items = listed if isinstance(listed, list) else [] if listed is None else [listed]
+        if not all(isinstance(item, dict) for item in items):
+            raise InputError(self.where, key, "is not a list of objects", "is this a REXS file?")
+        return items
 
 
-def _list(data: dict[str, Any], key: str, where: str) -> list[dict[str, Any]]:
-    """A list of objects, one object as such a list, nothing for a key that is missing."""
-    listed = data.get(key)
-    items = listed if isinstance(listed, list) else [] if listed is None else [listed]
-    if not all(isinstance(item, dict) for item in items):
-        raise InputError(where, key, "is not a list of objects", "is this a REXS file?")
-    return items
-
-
-def _json_attributes(
-    data: dict[str, Any], text: str, checked: Checked
-) -> list[tuple[int, Attribute]]:
-    return [
-        (checked.whole(part.get("id"), "component id"), _json_attribute(a, checked.where, text))
-        for part in _list(data, "components", checked.where)
-        for a in _list(part, "attributes", checked.where)
-    ]
-
-
-def _json_attribute(data: dict[str, Any], where: str, load_case: str = "") -> Attribute:
+def _attribute(data: dict[str, Any], load_case: str = "") -> Attribute:
     values = [v for key, v in data.items() if key not in ("id", "unit")]
     return Attribute(
         str(data.get("id", "")),
@@ -196,80 +167,65 @@ def _value(value: Any) -> str | tuple[str, ...] | None:
     if isinstance(value, list) and not any(isinstance(x, (list, dict)) for x in value):
         return tuple(str(x) for x in value)
     if isinstance(value, dict) and {"code", "value"} <= value.keys():
-        return decoded(str(value["code"]), str(value["value"]))
+        return _decoded(str(value["code"]), str(value["value"]))
     return None if value is not None else ""
 
 
-def document_of_xml(root: ET.Element, where: str) -> Document:
-    """The model below the root element. InputError for one that is no REXS model."""
+def _decoded(code: str, text: str) -> tuple[str, ...] | None:
+    """The numbers of base64 as text; None for what cannot be decoded."""
+    try:
+        data = base64.b64decode("".join(text.split()), validate=True)
+        return tuple(repr(v) for v in np.frombuffer(data, dtype=_TYPES[code]).tolist())
+    except (KeyError, ValueError, binascii.Error):
+        return None
+
+
+def _data_of_xml(root: ET.Element, where: str) -> dict[str, Any]:
+    """The root element in the form of a .rexsj file's "model"."""
     if root.tag != "model":
         raise InputError(where, root.tag, "is the first element", "a REXS file begins with <model>")
-    checked = Checked(where)
-    checked.other += [
-        f"<{e.tag}>" for e in root if e.tag not in ("relations", "components", "load_spectrum")
+    spectra = [
+        {
+            **spectrum.attrib,
+            "load_cases": [_with_components(e) for e in spectrum.findall("load_case")],
+            "accumulation": [_with_components(e) for e in spectrum.findall("accumulation")],
+        }
+        for spectrum in root.findall("load_spectrum")
     ]
-    for element in root.findall("components/component"):
-        attributes = [_xml_attribute(a) for a in element.iter("attribute")]
-        checked.component(
-            Component(
-                checked.whole(element.get("id"), "component id"),
-                element.get("type", ""),
-                element.get("name", ""),
-                {a.id: a for a in attributes},
-            )
-        )
-    for element in root.findall("relations/relation"):
-        refs = [
-            (ref.get("role", ""), checked.whole(ref.get("id"), "ref id"))
-            for ref in element.iter("ref")
-        ]
-        checked.relation(
-            Relation(
-                checked.whole(element.get("id"), "relation id"),
-                element.get("type", ""),
-                checked.whole(element.get("order", "0"), "relation order"),
-                tuple(refs),
-            )
-        )
-    for spectrum in root.findall("load_spectrum"):
-        number = checked.whole(spectrum.get("id", "1"), "load_spectrum id")
-        for case in spectrum.findall("load_case"):
-            key = checked.whole(case.get("id", "1"), "load_case id")
-            checked.load_case(
-                LoadCase(number, key, _xml_attributes(case, f"load case {key}", checked))
-            )
-        for total in spectrum.findall("accumulation"):
-            checked.accumulation(_xml_attributes(total, "", checked))
-    return checked.document(root.get("version", ""), _application(root))
+    relations = [
+        {**relation.attrib, "refs": [ref.attrib for ref in relation.iter("ref")]}
+        for relation in root.findall("relations/relation")
+    ]
+    return {
+        **{f"<{e.tag}>": None for e in root if e.tag not in _MODEL},
+        **{key: value for key, value in root.attrib.items() if key in _MODEL},
+        "components": _components_of(root.findall("components/component")),
+        "relations": relations,
+        "load_spectrum": spectra,
+    }
 
 
-def _application(root: ET.Element) -> str:
-    application = (root.get("applicationId", ""), root.get("applicationVersion", ""))
-    return echo(" ".join(filter(None, application)))[1:-1]
+def _with_components(element: ET.Element) -> dict[str, Any]:
+    return {**element.attrib, "components": _components_of(element.findall("component"))}
 
 
-def _xml_attributes(
-    element: ET.Element, where: str, checked: Checked
-) -> list[tuple[int, Attribute]]:
+def _components_of(elements: list[ET.Element]) -> list[dict[str, Any]]:
     return [
-        (checked.whole(component.get("id"), "component id"), _xml_attribute(a, where))
-        for component in element.findall("component")
-        for a in component.iter("attribute")
+        {**e.attrib, "attributes": [_data_of_attribute(a) for a in e.iter("attribute")]}
+        for e in elements
     ]
 
 
-def _xml_attribute(element: ET.Element, where: str = "") -> Attribute:
-    value: str | tuple[str, ...] | None = (element.text or "").strip()
+def _data_of_attribute(element: ET.Element) -> dict[str, Any]:
+    value: Any = (element.text or "").strip()
     array = element.find("array") if len(element) else None
-    if array is not None:
-        code = array.get("code")
-        cells = [c.text or "" for c in array.findall("c")]
-        value = (
-            decoded(code, array.text or "") if code else tuple(cells or (array.text or "").split())
-        )
+    if array is not None and array.get("code"):
+        value = {"code": array.get("code"), "value": array.text or ""}
+    elif array is not None:
+        value = [c.text or "" for c in array.findall("c")] or (array.text or "").split()
     elif len(element):
-        value = None
-    return Attribute(element.get("id", ""), element.get("unit", ""), value, where)
+        value = {}  # a matrix or the like
+    return {"id": element.get("id", ""), "unit": element.get("unit", ""), "value": value}
 
 
 VERSIONS = ("1.0", "1.1", "1.2", "1.3", "1.4", "1.5", "1.6", "1.7", "2.0")
@@ -284,14 +240,16 @@ def read_rexs(path: str | Path) -> Document:
     _require_size(data, where)
     start = data.lstrip(b"\xef\xbb\xbf \t\r\n")[:1]
     if start == b"{":
-        document = document_of_json(_json(data, where), where)
+        root = _json(data, where)
+        model = root.get("model") if isinstance(root, dict) else None
     elif start == b"<" or data[:2] in (b"\xff\xfe", b"\xfe\xff"):
-        document = document_of_xml(_xml(data, where), where)
+        model = _data_of_xml(_xml(data, where), where)
     else:
         raise InputError(
             where, "file", "is neither XML, JSON nor zip" if data else "is empty",
             "name a .rexs, .rexsj or .rexsz file",
         )  # fmt: skip
+    document = _Reader(where).document(model)
     _require_version(document.version, where)
     return document
 
