@@ -127,9 +127,14 @@ PLANET_LISTS = (
     "planet_eccentricity", "planet_eccentricity_phase", "planet_thickness",
     "planet_sun_helix_slope", "planet_ring_helix_slope",
 )  # fmt: skip
-
-
 PIN_LISTS = ("pin_tangential", "pin_radial")
+OF_PLANETS = (*PIN_LISTS, *PLANET_LISTS)  # of which each planet has its own
+NOT_PARALLEL = (  # errors of parts that a parallel stage does not have
+    "ring_tooth", "ring_phase", "ring_pitch", "pin_tangential", "pin_radial", "ring_eccentricity",
+    "ring_eccentricity_phase", "carrier_eccentricity", "carrier_eccentricity_phase", "ring_offset",
+    "ring_offset_phase", "ring_gear_mesh", "ring_gear_mesh_phase", "ring_helix_slope",
+    "planet_ring_helix_slope",
+)  # fmt: skip
 
 
 def _or_one_number(schema: dict[str, Any]) -> None:
@@ -209,14 +214,14 @@ class GearErrors(Section):
         """Data of the section, not yet read, with numbers in place of lists said once a planet."""
         numbers = {
             key: (data[key],) * planets
-            for key in (*PLANET_LISTS, *PIN_LISTS)
+            for key in OF_PLANETS
             if isinstance(data.get(key), (int, float))
         }
         return {**data, **numbers}
 
     def require_planets(self, planets: int) -> None:
         """Refusal where a list has another number of values than there are planets."""
-        for key in (*PLANET_LISTS, *PIN_LISTS):
+        for key in OF_PLANETS:
             count = len(getattr(self, key))
             if count in (0, planets) or (count == 1 and key in PLANET_LISTS):
                 continue

@@ -127,11 +127,6 @@ class GearMember(LumpedInertia, Gear):
     allowable_root_stress: Stress | None = Field(default=None, gt=0.0, le=1e10)
     allowable_flank_pressure: Stress | None = Field(default=None, gt=0.0, le=1e10)
 
-    @property
-    def gear(self) -> Gear:
-        """The geometry alone."""
-        return Gear(**{name: getattr(self, name) for name in Gear.model_fields})
-
 
 class PlanetGear(GearMember):
     """A planet: a lumped gear, or an FE body from its teeth down to its bore, which has its mass.

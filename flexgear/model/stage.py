@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+import cmath
 import math
 from collections.abc import Mapping
-from typing import Any, ClassVar, Literal
+from typing import Any, Literal
 
-from pydantic import Field, ValidationError, model_validator
+from pydantic import Field, model_validator
 
 from flexgear.model.bodies import Material
-from flexgear.model.gear_mesh import GearErrors, GearMesh
+from flexgear.model.gear_mesh import NOT_PARALLEL, GearErrors, GearMesh
 from flexgear.model.member import (
     CarrierMember,
     GearMember,
@@ -20,7 +21,7 @@ from flexgear.model.member import (
     SunGear,
     check_gauges,
 )
-from flexgear.model.planetary_gears import PlanetaryGears, check_bore, required_hand
+from flexgear.model.planetary_gears import Gear, check_bore, required_hand
 from flexgear.model.ring import Ring
 from flexgear.model.section import Missing, Refusal, Section
 from flexgear.model.springs import Bearing
@@ -29,14 +30,32 @@ from flexgear.model.units import Angle, Length
 Form = Literal["lumped", "fe", "beam"]
 PLANETARY = ("sun", "ring", "carrier")
 PARALLEL = ("pinion", "gear")
+_GEOMETRY = dict.fromkeys(
+    (
+        "planets", "normal_module", "pressure_angle", "helix_angle", "face_width", "planet_hand",
+        "center_distance", "planet_positions", "allow_unassemblable", "backlash_ring",
+        "backlash_sun",
+    ),
+    True,
+)  # fmt: skip
 
 
 class Stage(Section):
-    """A stage. Geometry as in ``Stage``; what is new:
+    """A stage: sun, equally or freely spaced planets, ring and carrier, or pinion and gear.
 
     name: stands before those of its members; stage_1, stage_2, … if left out. kind: planetary (sun,
     planet, ring, carrier) or parallel (pinion and gear). position: direction from pinion to gear in
     a parallel stage, from the x axis. half_gap: between the halves of a double-helical stage.
+
+    planets: their number. normal_module, pressure_angle: of the basic rack in the normal section.
+    helix_angle: at the reference cylinder, 0 for spur gears. face_width: common to all gears.
+    planet_hand: of the planets' helix; the ring has the same, the sun the other. center_distance:
+    of sun and planet; from teeth and profile shifts if left out. planet_positions: angles in the
+    carrier, equal spacing if left out. allow_unassemblable: take tooth numbers that do not assemble
+    (for papers that print such); every planet then sees a sun whose teeth fit it. backlash_ring,
+    backlash_sun: normal backlash of each gear mesh beside what profile shifts leave at the centre
+    distance a; if left out 2/3 (0.06 mm + 0.0005 a + 0.03 m_n) after ISO/TR 10064-2, and none with
+    linear contact.
 
     sun, planet, ring, carrier: members of a planetary stage. pinion, gear: members of a parallel
     stage. planet_bearing: between each planet and its pin. gear_mesh: how tooth contact is
@@ -48,8 +67,6 @@ class Stage(Section):
     this stage, the case's if left out. case: bundled name or file of a case whose only stage this
     is, but for what is said here.
     """
-
-    same_as: ClassVar = (PlanetaryGears,)
 
     name: str = Field(default="", pattern=r"^([A-Za-z][A-Za-z0-9_-]*)?$")
     kind: Literal["planetary", "parallel"] = "planetary"
@@ -107,8 +124,14 @@ class Stage(Section):
 
     @property
     def planet_period(self) -> float:
-        """As of ``Stage``."""
-        return self.stage.planet_period
+        """Smallest turn of the carrier, rad, after which planets stand where planets stood: the
+        planet spacing where that is one, else a part of a turn or all of it."""
+        place = [cmath.exp(1j * angle) for angle in self.planet_angles]
+        for n in range(self.planets, 1, -1):
+            turn = cmath.exp(2j * math.pi / n)
+            if all(min(abs(p * turn - q) for q in place) < 1e-9 for p in place):
+                return 2.0 * math.pi / n
+        return 2.0 * math.pi
 
     @property
     def is_flexible(self) -> bool:
@@ -135,14 +158,10 @@ class Stage(Section):
         assert isinstance(member, GearMember | CarrierMember)
         return member
 
-    @property
-    def stage(self) -> PlanetaryGears:
-        """Geometry alone of a planetary stage (of one half, if double-helical)."""
-        gears = {"sun": self.sun, "planet": self.planet, "ring": self.ring}
-        return PlanetaryGears(
-            **{n: getattr(self, n) for n in PlanetaryGears.model_fields if n not in gears},
-            **{name: gear and gear.gear for name, gear in gears.items()},  # type: ignore[arg-type]
-        )
+    def dump_geometry(self) -> dict[str, Any]:
+        """Plain SI data of its gears and their places alone."""
+        gear = dict.fromkeys(Gear.model_fields, True)
+        return self.model_dump(include={**_GEOMETRY, "sun": gear, "planet": gear, "ring": gear})
 
     @classmethod
     def required(cls, data: Mapping[str, Any]) -> list[Missing]:
@@ -210,11 +229,7 @@ class Stage(Section):
 
     def _check_planetary(self) -> None:
         self._check_parts(("sun", "planet", "ring", "carrier"), PARALLEL)
-        try:
-            _ = self.stage  # its own checks, with the same keys
-        except ValidationError as fault:
-            first = fault.errors()[0]
-            raise first.get("ctx", {}).get("error") or ValueError(first["msg"]) from None
+        self._check_gears()
         if self.double_helical and self.helix_angle == 0:
             raise Refusal("helix_angle", "is zero in a double-helical stage", "give it")
         assert self.planet is not None and self.carrier is not None
@@ -234,6 +249,31 @@ class Stage(Section):
         if self.planet.support.matrix.any() or self.planet.support.tangential:
             raise Refusal(
                 "planet.support", "planets are not supported by the housing", "use planet_bearing"
+            )
+
+    def _check_gears(self) -> None:
+        """Teeth, bores and places of planetary gears fit one another."""
+        assert self.sun is not None and self.planet is not None and self.ring is not None
+        angles = self.planet_positions
+        if angles is not None and len(angles) != self.planets:
+            raise Refusal(
+                "planet_positions",
+                f"{len(angles)} angles for {self.planets} planets",
+                "give one angle for each planet, or leave the key out for equal spacing",
+            )
+        if self.ring.teeth <= self.planet.teeth:
+            raise Refusal(
+                "ring.teeth",
+                f"a ring of {self.ring.teeth} teeth cannot hold planets of {self.planet.teeth}",
+                "about z_sun + 2 z_planet",
+            )
+        check_bore("planet", self.planet, self.normal_module)
+        check_bore("sun", self.sun, self.normal_module)
+        if self.face_width > 20 * self.normal_module * self.planet.teeth:
+            raise Refusal(
+                "face_width",
+                f"{self.face_width:g} m is more than 20 planet diameters",
+                "check the units of face width and module",
             )
 
     def _check_flexible(self) -> None:
@@ -303,11 +343,8 @@ class Stage(Section):
     def _check_errors(self) -> None:
         self.errors.require_planets(self.planets)
         if self.kind == "parallel":
-            for key in ("ring_eccentricity", "carrier_eccentricity", "ring_offset",
-                        "ring_gear_mesh", "ring_tooth", "ring_pitch", "pin_radial",
-                        "ring_helix_slope", "planet_ring_helix_slope",
-                        "pin_tangential"):  # fmt: skip
-                if getattr(self.errors, key):
+            for key in NOT_PARALLEL:
+                if getattr(self.errors, key) and not key.endswith("_phase"):
                     raise Refusal(
                         f"errors.{key}",
                         "is an error of a part that a parallel stage does not have",

@@ -131,7 +131,7 @@ class StageView:
 
     def bodies_hash(self) -> str:
         """SHA-256 of what its FE bodies depend on, and of some keys beside, 64 hex digits."""
-        data: dict[str, Any] = {"stage": self.stage.stage.model_dump()}
+        data: dict[str, Any] = {"stage": self.stage.dump_geometry()}
         data |= {body.part: {"fe": fe.model_dump()} for body, fe in self.fe_bodies.items()}
         digest_files({"stages": (data,)})
         data |= {"material": self.material.model_dump(), "solver": self.solver.model_dump()}

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, ClassVar, Literal
 from pydantic import Field, model_validator
 
 from flexgear.model.errors import echo
-from flexgear.model.gear_mesh import GearErrors
+from flexgear.model.gear_mesh import NOT_PARALLEL, GearErrors
 from flexgear.model.modifications import FlankModifications
 from flexgear.model.read import nearest
 from flexgear.model.section import Refusal, Section
@@ -23,19 +23,9 @@ if TYPE_CHECKING:
     from flexgear.model.case import Case
     from flexgear.model.stage import Stage
 
-OF_PLANETS = (
-    "pin_tangential", "pin_radial", "planet_eccentricity", "planet_eccentricity_phase",
-    "planet_thickness", "planet_sun_helix_slope", "planet_ring_helix_slope",
-)  # fmt: skip
 OF_EITHER_SIGN = (
     "pin_tangential", "pin_radial", "planet_thickness", "ring_gear_mesh", "sun_gear_mesh",
     "sun_helix_slope", "ring_helix_slope", "planet_sun_helix_slope", "planet_ring_helix_slope",
-)  # fmt: skip
-NOT_PARALLEL = (  # errors of parts that a parallel stage does not have
-    "ring_tooth", "ring_phase", "ring_pitch", "pin_tangential", "pin_radial", "ring_eccentricity",
-    "ring_eccentricity_phase", "carrier_eccentricity", "carrier_eccentricity_phase", "ring_offset",
-    "ring_offset_phase", "ring_gear_mesh", "ring_gear_mesh_phase", "ring_helix_slope",
-    "planet_ring_helix_slope",
 )  # fmt: skip
 LARGEST = 2e-3  # m
 TAIL = 8.0  # standard deviations that a normal distribution without limits may reach

@@ -26,11 +26,10 @@ from flexgear.gears.paths import PathKey, stage_paths
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
+from flexgear.model.gear_mesh import NOT_PARALLEL, OF_PLANETS
 from flexgear.model.modifications import Relief
 from flexgear.model.stage import Stage
 from flexgear.model.tolerance import (
-    NOT_PARALLEL,
-    OF_PLANETS,
     PhaseDistribution,
     SizeDistribution,
     ground_flank,

@@ -27,7 +27,6 @@ from flexgear.files.rexs.document import Attribute, Component, Document, LoadCas
 from flexgear.model.errors import InputError, echo
 from flexgear.model.input_file import MOST_REXS, read_bytes
 
-
 _MODEL = ("version", "applicationId", "applicationVersion", "applicationLanguage", "date",
           "relations", "components", "load_spectrum", "accumulation")  # fmt: skip
 _TYPES = {"int32": "<i4", "float32": "<f4", "float64": "<f8"}
