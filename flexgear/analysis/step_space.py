@@ -106,6 +106,7 @@ def begin(space: Space, data: StepData) -> None:
     active.channel[: len(ports)] = ports
     active.modes[: len(ports)] = data.channels.modes[ports]
     active.span[: len(ports)] = data.channels.span[ports]
+    active.beside[: len(ports)] = 0, len(ports)
 
 
 def empty_samples(modal: ModalSystem, count: int) -> Samples:
@@ -133,27 +134,36 @@ def channels(modal: ModalSystem, h: Array, inverse: Array, beta: float) -> Chann
     residual = np.block(
         [[modal.residual, across.T], [across, across[:, :block_channels] @ lines.T]]
     )
-    displacement = np.empty((len(h), *residual.shape))
-    for level, size in enumerate(h):
-        np.matmul(p * (beta * size**2 * inverse[level]), p.T, out=displacement[level])
-        displacement[level] += residual
+    part = _parts(p, residual, block_channels)
+    displacement = np.zeros((len(h), *residual.shape))
+    for k in range(part.max(initial=-1) + 1):
+        on_part = np.flatnonzero(part == k)
+        moving = np.flatnonzero(p[on_part].any(axis=0))
+        part_modes, among = p[np.ix_(on_part, moving)], np.ix_(on_part, on_part)
+        for level, size in enumerate(h):
+            dynamic = part_modes * (beta * size**2 * inverse[level, moving]) @ part_modes.T
+            displacement[level][among] = dynamic + residual[among]
     modes = np.zeros((len(p), rounded_up(p.shape[1])))
     modes[:, : p.shape[1]] = p
     first = np.concatenate(
         [np.arange(0, block_channels, 6), block_channels + ports + 2 * np.arange(count)]
     )
-    part = _parts(displacement[0] != 0.0, block_channels)
-    return Channels(modes, _spans(p), displacement, np.ascontiguousarray(residual), first, part)
+    of_block = part[:block_channels:6]
+    return Channels(modes, _spans(p), displacement, np.ascontiguousarray(residual), first, of_block)
 
 
-def _parts(moves: NDArray[np.bool_], block_channels: int) -> IntArray:
-    """Part of the train (B,) that each block is on, 0 with ports and lines of action; moves (n_c,
-    n_c): which channels move which."""
-    of_channel = connected_components(coo_array(moves), directed=False)[1]
-    heads = set(of_channel[block_channels:].tolist())
-    of_block = of_channel[:block_channels:6]
-    others = {part: k for k, part in enumerate(sorted({*of_block.tolist()} - heads), 1)}
-    return np.array([others.get(int(part), 0) for part in of_block], dtype=np.int64)
+def _parts(p: Array, residual: Array, block_channels: int) -> IntArray:
+    """Part of the train (n_c,) that each channel is on: parts share neither modes p (n_c, n) nor
+    residual flexibility (n_c, n_c). Ports and lines of action, the last channels, are on part 0.
+    """
+    count, blocks = len(p), np.arange(block_channels)
+    channel, mode = np.nonzero(p)
+    first, second = np.nonzero(residual)
+    ends = np.r_[channel, first, blocks], np.r_[count + mode, second, blocks - blocks % 6]
+    links = coo_array((np.ones(len(ends[0])), ends), shape=(count + p.shape[1],) * 2)
+    component = connected_components(links, directed=False)[1][:count]
+    of_head = np.isin(component, component[block_channels:])
+    return np.unique(np.where(of_head, -1, component), return_inverse=True)[1]
 
 
 def _spans(p: Array) -> IntArray:
@@ -177,9 +187,11 @@ def active_dofs(modal: ModalSystem, sizes: int) -> ActiveDofs:
         place=np.full(blocks + len(pairs.s0), -1, dtype=np.int64),
         modes=aligned(room, rounded_up(modes)),
         span=np.zeros((room, 2), dtype=np.int64),
+        beside=np.zeros((room, 2), dtype=np.int64),
         receptance=aligned(sizes, room, rounded_up(2 * room)),
         reach=np.zeros((room, 2), dtype=np.int64),
         gathered=np.zeros(sizes, dtype=np.int64),
+        filled=np.zeros((sizes, room, 2), dtype=np.int64),
     )
 
 

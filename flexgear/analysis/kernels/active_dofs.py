@@ -53,9 +53,12 @@ class ActiveDofs(NamedTuple):
     place: IntArray  # (B + M,) first dof of a block or a line of action, −1 where it has none
     modes: Array  # (C, n)
     span: IntArray  # (C, 2)
+    beside: IntArray  # (C, 2) first and one past the last dof on the same part of the train
     receptance: Array  # (L, C, ≥ 2 C): G and R side by side, at [c, 2 d] and [c, 2 d + 1]
     reach: IntArray  # (C, 2) in a row: first and one past the last number that is not zero
     gathered: IntArray  # (L,) 1 where ``receptance`` of a step size is that of these dofs
+    filled: IntArray  # (L, C, 2) what ``beside`` was when a row of ``receptance`` was gathered: all
+    # else in it is zero
 
 
 class DofVectors(NamedTuple):
@@ -131,9 +134,13 @@ def gather(active, channels, rows, n, last_rows, last):
     counts.head, parts = counts.dofs, 0
     for block in range(channels.part.shape[0]):
         parts = max(parts, channels.part[block] + 1)
+    first = np.int64(0)  # dofs of ports and lines of action are on part 0
     for part in range(parts):
         _place_blocks(active, channels, rows, n, part)
         _place_blocks(active, channels, last_rows, last, part)
+        for d in range(first, counts.dofs):
+            active.beside[d, 0], active.beside[d, 1] = first, counts.dofs
+        first = counts.dofs
     for d in range(counts.dofs):
         c = active.channel[d]
         active.span[d, 0], active.span[d, 1] = channels.span[c, 0], channels.span[c, 1]
@@ -150,14 +157,15 @@ def gather_receptance(active, channels, level):
     if active.gathered[level] == 1:
         return
     active.gathered[level] = 1
-    dofs, table = active.counts[0].dofs, active.receptance[level]
-    width = padded(2 * dofs)
+    dofs, filled = active.counts[0].dofs, active.filled[level]
     for c in range(dofs):
         g = channels.displacement[level, active.channel[c]]
         r = channels.residual[active.channel[c]]
-        first, stop, entries = width, 0, table[c, :width]
-        fill(entries, 0.0)
-        for d in range(dofs):
+        begin, end, entries = active.beside[c, 0], active.beside[c, 1], active.receptance[level, c]
+        fill(entries[2 * filled[c, 0] : 2 * filled[c, 1]], 0.0)
+        filled[c, 0], filled[c, 1] = begin, end
+        first, stop = 2 * end, 0
+        for d in range(begin, end):
             entries[2 * d], entries[2 * d + 1] = g[active.channel[d]], r[active.channel[d]]
             if entries[2 * d] != 0.0 or entries[2 * d + 1] != 0.0:
                 first, stop = min(first, 2 * d), 2 * d + 2
