@@ -315,10 +315,7 @@ def test_a_lumped_and_a_flexible_stage_of_the_same_gears_have_the_same_errors():
         "stage.errors.pin_radial_um": "[0, 7, 0, 0, 0]", "stage.errors.ring_phase_deg": "20",
     }).view()  # fmt: skip
     lumped = planetary(
-        **{k: getattr(case.stage, k) for k in (
-            "planets", "normal_module", "helix_angle", "planet_hand", "face_width", "backlash_ring",
-            "backlash_sun")},
-        **{g: getattr(case.stage, g).gear.model_dump() for g in ("sun", "planet", "ring")},
+        **case.stage.dump_geometry(),
         errors=case.errors.model_dump(),
     )  # fmt: skip
     mine, paths = errors_and_paths(lumped)

@@ -37,10 +37,7 @@ def test_per_pair_paths_are_those_of_the_flexible_stage():
     FE mesh loses what that holds."""
     case = load_case("wind-5mw").view()
     stage = planetary(
-        **{k: getattr(case.stage, k) for k in (
-            "planets", "normal_module", "helix_angle", "planet_hand", "face_width", "backlash_ring",
-            "backlash_sun")},
-        **{g: getattr(case.stage, g).gear.model_dump() for g in ("sun", "planet", "ring")},
+        **case.stage.dump_geometry(),
         gear_mesh={"model": "per_pair", "contact_law": "one-sided"},
     )  # fmt: skip
     lumped = replace(seen(stage.model_copy(update={"material": case.material})))
