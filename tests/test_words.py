@@ -14,7 +14,7 @@ PHRASES = re.compile(
     r"|hu-2023|ren-2021|at hand\b",
     re.IGNORECASE,
 )
-EXEMPT = {("doctor_command.py", "found")}  # a key of ``doctor --json``
+EXEMPT = {("system_commands.py", "found")}  # a key of ``doctor --json``
 
 
 def sources() -> list[Path]:

@@ -1,9 +1,9 @@
-"""The star turning: an animated GIF (or mp4 where imageio-ffmpeg is installed)."""
+"""The star turning: an animated GIF."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +21,6 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from flexgear.files.atomic import atomic_file
-from flexgear.model.errors import FlexgearError
 from flexgear.views.star import (
     StageOutline,
     as_positions,
@@ -29,18 +28,16 @@ from flexgear.views.star import (
     square,
     star_exaggeration,
     star_handles,
+    star_reach,
 )
 from flexgear.views.style import FloatArray, factor_text, panels, styled
-
-Progress = Callable[[int, int], None]
 
 
 def star_frames(
     field: FloatArray, angles: FloatArray, outline: StageOutline, factor: float, dpi: float
 ) -> Iterator[NDArray[np.uint8]]:
     """RGB pictures (h, w, 3), one a position; the axes stay put from frame to frame."""
-    largest = factor * float(np.nanmax(np.hypot(field[..., 0], field[..., 1]), initial=0.0))
-    reach = outline.ring_radius + max(largest, 0.03 * outline.ring_radius) * 1.15
+    reach = star_reach(field, outline, factor)
     figure = star_stage(factor, dpi)
     backdrop = star_backdrop(figure, field[0], float(angles[0]), outline, factor, reach)
     for u, angle in zip(field, angles, strict=True):
@@ -131,94 +128,27 @@ def animate_star(
     carrier_angles: Sequence[float] | FloatArray,
     outline: StageOutline,
     path: str | os.PathLike[str],
-    exaggeration: float | None = None,
     frames_per_second: float = 20.0,
     dpi: float = 120.0,
-    progress: Progress | None = None,
 ) -> Path:
-    """Write the turning star atomically as .gif (or .mp4) and return the path.
+    """Write the turning star atomically as .gif, with one palette for all frames (no flicker), and
+    return the path.
 
     ``displacement`` (p, z, 3) m at ``carrier_angles`` (p,) rad, one frame each; the clip loops,
-    so leave out the last position where it equals the first. ``progress(done, total)`` is called
-    after every frame.
+    so leave out the last position where it equals the first.
     """
-    target = Path(path)
-    kind = target.suffix.lower()
-    if kind not in (".gif", ".mp4"):
-        raise FlexgearError(f"cannot write animation {target}: use the suffix .gif or .mp4")
-    if kind == ".mp4" and not video_available():
-        raise FlexgearError(
-            f"cannot write animation {target}: install imageio-ffmpeg (pip install imageio-ffmpeg)"
-            " or use the suffix .gif"
-        )
     field, angles = as_positions(displacement, carrier_angles)
-    factor = exaggeration or star_exaggeration(field, outline.ring_radius)
-    pictures = star_frames(field, angles, outline, factor, dpi)
-    reported = report_progress(pictures, angles.size, progress)
-    with atomic_file(target) as temporary:
-        if kind == ".gif":
-            write_gif(reported, temporary, frames_per_second)
-        else:
-            write_video(reported, temporary, frames_per_second)
-    return target
-
-
-def report_progress(
-    pictures: Iterator[NDArray[np.uint8]], total: int, progress: Progress | None
-) -> Iterator[NDArray[np.uint8]]:
-    for k, picture in enumerate(pictures):
-        yield picture
-        if progress is not None:
-            progress(k + 1, total)
-
-
-def write_gif(pictures: Iterator[NDArray[np.uint8]], path: Path, frames_per_second: float) -> None:
-    """GIF with one palette for all frames (no flicker)."""
-    first = Image.fromarray(next(pictures)).quantize(128, dither=Image.Dither.NONE)
-
-    def others() -> Iterator[Image.Image]:
-        for picture in pictures:
-            yield Image.fromarray(picture).quantize(palette=first, dither=Image.Dither.NONE)
-
-    first.save(
-        path,
-        format="GIF",
-        save_all=True,
-        append_images=others(),
-        duration=round(1000 / frames_per_second),
-        loop=0,
-        optimize=False,
-    )
-
-
-def video_available() -> bool:
-    """True where imageio-ffmpeg is installed."""
-    try:
-        import imageio_ffmpeg  # type: ignore[import-not-found]
-    except ImportError:
-        return False
-    return bool(imageio_ffmpeg)
-
-
-def write_video(
-    pictures: Iterator[NDArray[np.uint8]], path: Path, frames_per_second: float
-) -> None:
-    """H.264 video, sides cut to even numbers of pixels as the codec demands."""
-    import imageio_ffmpeg  # type: ignore[import-not-found]
-
-    first = even(next(pictures))
-    writer = imageio_ffmpeg.write_frames(
-        str(path), (first.shape[1], first.shape[0]), fps=frames_per_second, macro_block_size=2
-    )
-    writer.send(None)
-    try:
-        writer.send(first)
-        for picture in pictures:
-            writer.send(even(picture))
-    finally:
-        writer.close()
-
-
-def even(picture: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    rows, columns = (n - n % 2 for n in picture.shape[:2])
-    return np.ascontiguousarray(picture[:rows, :columns])
+    factor = star_exaggeration(field, outline.ring_radius)
+    pictures = map(Image.fromarray, star_frames(field, angles, outline, factor, dpi))
+    first = next(pictures).quantize(128, dither=Image.Dither.NONE)
+    with atomic_file(path) as temporary:
+        first.save(
+            temporary,
+            format="GIF",
+            save_all=True,
+            append_images=(p.quantize(palette=first, dither=Image.Dither.NONE) for p in pictures),
+            duration=round(1000 / frames_per_second),
+            loop=0,
+            optimize=False,
+        )
+    return Path(path)

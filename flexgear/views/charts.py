@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 import xarray as xr
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
@@ -27,85 +26,53 @@ from flexgear.views.style import (
     planet_colour,
     styled,
     text_only,
-    variant_colours,
 )
 
-ENERGY_LABELS = {
-    "input_work": "work of the input torque",
-    "brake_work": "work of the brake",
-    "damping_work": "work of structural damping",
-    "pair_damping_work": "work of tooth-pair damping",
-    "parametric_work": "work of tooth stiffness that changes",
-    "load_work": "work of weight and loads",
-    "kinetic": "kinetic energy",
-    "elastic": "elastic energy, bodies",
-    "pair_elastic": "elastic energy, tooth pairs",
+ENERGY_LABELS = {  # of every term, with its colour
+    "input_work": ("work of the input torque", "#0072B2"),
+    "brake_work": ("work of the brake", "#D55E00"),
+    "damping_work": ("work of structural damping", "#009E73"),
+    "pair_damping_work": ("work of tooth-pair damping", "#CC79A7"),
+    "parametric_work": ("work of tooth stiffness that changes", "#8C6D1F"),
+    "load_work": ("work of weight and loads", "#6A51A3"),
+    "kinetic": ("kinetic energy", "#56B4E9"),
+    "elastic": ("elastic energy, bodies", "#E69F00"),
+    "pair_elastic": ("elastic energy, tooth pairs", "#444444"),
 }
 NOTHING_LEFT = 1e-4  # of the peak elastic energy: a smaller residual is not drawn
 LEAVING = ("brake_work", "damping_work", "pair_damping_work")
 STORED = ("kinetic", "elastic", "pair_elastic")
-ENERGY_COLOURS = {
-    "input_work": "#0072B2",
-    "brake_work": "#D55E00",
-    "damping_work": "#009E73",
-    "pair_damping_work": "#CC79A7",
-    "parametric_work": "#8C6D1F",
-    "load_work": "#6A51A3",
-    "kinetic": "#56B4E9",
-    "elastic": "#E69F00",
-    "pair_elastic": "#444444",
-}
+CONSTANT = 1e-7  # of the mean force, rounding of what is kept in single precision
+DECADES = 5  # below the largest amplitude that are shown
 
 
 @styled
-def radial_harmonics(
-    harmonics: Sequence[float] | FloatArray | Mapping[str, Sequence[float]], planets: int = 5
-) -> Figure:
+def radial_harmonics(harmonics: FloatArray, planets: int) -> Figure:
     """Amplitudes (m) of the ring's radial displacement by order 0, 1, 2, …
 
-    One list, or lists by variant. Multiples of the planet number are drawn in red: with equal
-    planets and no errors only they may be there.
+    Multiples of the planet number are drawn in red: with equal planets and no errors only they may
+    be there.
     """
-    by_label = dict(harmonics) if isinstance(harmonics, Mapping) else {"": harmonics}
     figure, axes = panels(1, 1, height_mm=66)
-    ax = axes[0, 0]
-    names = variant_colours(by_label)
-    width = 0.8 / len(by_label)
-    orders = 0
-    for i, (name, amplitudes) in enumerate(by_label.items()):
-        micrometres = np.abs(np.asarray(amplitudes, dtype=float)) * 1e6
-        order = np.arange(micrometres.size)
-        orders = max(orders, micrometres.size)
-        at = order + (i - (len(by_label) - 1) / 2) * width
-        colours = np.where(order % planets == 0, DEFORMED_COLOUR, "#9CA3AF").tolist()
-        ax.bar(at, micrometres, width, color=colours if len(by_label) == 1 else names[name])
-        if len(by_label) == 1:
-            for o in order[(order % planets == 0) & (micrometres > 0)]:
-                ax.annotate(
-                    f"{micrometres[o]:.3g}",
-                    (o, micrometres[o]),
-                    xytext=(0, 2),
-                    textcoords="offset points",
-                    ha="center",
-                    fontsize=7.5,
-                )
-        else:
-            ax.bar([0], [0], color=names[name], label=name)
-    ax.set_xticks(range(orders))
+    ax, micrometres = axes[0, 0], np.abs(harmonics) * MICRO
+    order = np.arange(micrometres.size)
+    multiple = order % planets == 0
+    ax.bar(order, micrometres, 0.8, color=np.where(multiple, DEFORMED_COLOUR, "#9CA3AF").tolist())
+    above: Any = {"xytext": (0, 2), "textcoords": "offset points", "ha": "center"}
+    for n in order[multiple & (micrometres > 0)]:
+        ax.annotate(f"{micrometres[n]:.3g}", (n, micrometres[n]), fontsize=7.5, **above)
+    ax.set_xticks(order)
     ax.grid(axis="x", visible=False)
     ax.set_xlabel("order around the ring (–)")
     ax.set_ylabel("radial amplitude (µm)")
     ax.margins(y=0.1)
-    if len(by_label) > 1:
-        figure.legend(loc="outside lower center", ncols=len(by_label))
-    else:
-        ax.set_title(f"red: multiples of {planets} planets", fontsize=8, weight="normal")
+    ax.set_title(f"red: multiples of {planets} planets", fontsize=8, weight="normal")
     return figure
 
 
 @styled
-def energy_balance(dataset: xr.Dataset, residual: bool = True) -> Figure:
-    """Energies and work (kJ) over time since the start, and what is left over.
+def energy_balance(dataset: xr.Dataset) -> Figure:
+    """Energies and work over time since the start, and what is left over.
 
     residual = Δ(kinetic + elastic + pair_elastic) − (input − brake − damping − pair damping
     + parametric work), in percent of the peak elastic energy in the lowest panel. In the dataset
@@ -116,56 +83,37 @@ def energy_balance(dataset: xr.Dataset, residual: bool = True) -> Figure:
     if not terms:
         raise FlexgearError("cannot draw: the dataset has no energy terms ('energy_*')")
     time = np.asarray(variable(dataset, "time"), dtype=float)
-    changes = {t: np.asarray(dataset[f"energy_{t}"], dtype=float) for t in terms}
-    changes = {t: (-1 if t in LEAVING else 1) * (v - v[0]) for t, v in changes.items()}
+    energies = {t: np.asarray(dataset[f"energy_{t}"], dtype=float) for t in terms}
+    changes = {t: (-1 if t in LEAVING else 1) * (v - v[0]) for t, v in energies.items()}
     outer = [t for t in terms if t in ("input_work", "brake_work")]
     groups = [g for g in (outer, [t for t in terms if t not in outer]) if g]
-    left, peak = residual_energy(changes), _peak_elastic(dataset, changes)
-    small = peak > 0 and float(np.abs(left).max()) <= NOTHING_LEFT * peak
-    shown = residual and not small
-    rows = len(groups) + int(shown)
+    left = np.asarray(sum(v if t in STORED else -v for t, v in changes.items()))
+    elastic = sum(energies[t] for t in STORED[1:] if t in energies)
+    peak = float(np.max(elastic))
+    balanced = peak > 0 and float(np.abs(left).max()) <= NOTHING_LEFT * peak
+    rows = len(groups) + int(not balanced)
     figure, axes = panels(rows, 1, height_mm=26 + 42 * rows, sharex=True)
     for ax, group in zip(axes[:, 0], groups, strict=False):
-        largest = max(float(np.max(np.abs(changes[t]))) for t in group)
-        factor, unit = (
-            (1e-6, "MJ") if largest >= 2e6 else (1e-3, "kJ") if largest >= 2e3 else (1, "J")
-        )
+        unit, factor = scale([float(np.max(np.abs(changes[t]))) for t in group], "J")
         for term in group:
             line = "-" if term in STORED else "--"
-            label, colour = ENERGY_LABELS[term], ENERGY_COLOURS[term]
+            label, colour = ENERGY_LABELS[term]
             ax.plot(time, changes[term] * factor, line, color=colour, label=label)
-        ax.axhline(0, color=NEUTRAL, lw=0.7)
         ax.set_ylabel(f"change since\nthe start ({unit})")
-    if shown:
-        draw_residual(axes[-1, 0], time, left, peak)
-    elif residual:
-        axes[-1, 0].set_title(
-            f"balanced to {100 * NOTHING_LEFT:g} % of the largest elastic energy",
-            weight="normal", fontsize=8,
-        )  # fmt: skip
-    axes[-1, 0].set_xlabel("time (s)")
-    axes[-1, 0].set_xlim(time[0], time[-1])
+    last = axes[-1, 0]
+    if balanced:
+        text = f"balanced to {100 * NOTHING_LEFT:g} % of the largest elastic energy"
+        last.set_title(text, weight="normal", fontsize=8)
+    else:
+        last.plot(time, 100 * left / peak if peak > 0 else left, color=DEFORMED_COLOUR, lw=1.0)
+        last.set_ylabel("residual (% of\npeak elastic)" if peak > 0 else "residual (J)")
+    for ax in axes[:, 0]:
+        ax.axhline(0, color=NEUTRAL, lw=0.7)
+    last.set_xlabel("time (s)")
+    last.set_xlim(time[0], time[-1])
     figure.align_ylabels(axes[:, 0])
     figure.legend(loc="outside lower center", ncols=3)
     return figure
-
-
-def _peak_elastic(dataset: xr.Dataset, changes: Mapping[str, FloatArray]) -> float:
-    """Largest elastic energy of bodies and tooth pairs, J."""
-    elastic = [np.asarray(dataset[f"energy_{t}"]) for t in STORED[1:] if t in changes]
-    return float(np.max(sum(elastic))) if elastic else 0.0
-
-
-def draw_residual(axes: Axes, time: FloatArray, left: FloatArray, peak: float) -> None:
-    """Residual in percent of the peak elastic energy (J where there is none)."""
-    axes.plot(time, 100 * left / peak if peak > 0 else left, color=DEFORMED_COLOUR, lw=1.0)
-    axes.axhline(0, color=NEUTRAL, lw=0.7)
-    axes.set_ylabel("residual (% of\npeak elastic)" if peak > 0 else "residual (J)")
-
-
-def residual_energy(changes: Mapping[str, FloatArray]) -> FloatArray:
-    """Change of stored energy minus what entered (J) over time."""
-    return np.asarray(sum(v if term in STORED else -v for term, v in changes.items()))
 
 
 @styled
@@ -216,10 +164,6 @@ def gauges_chart(data: xr.Dataset) -> Figure:
     axes[-1, 0].set_xlabel(label)
     figure.align_ylabels(axes[:, 0])
     return figure
-
-
-CONSTANT = 1e-7  # of the mean force, rounding of what is kept in single precision
-DECADES = 5  # below the largest amplitude that are shown
 
 
 @styled

@@ -57,10 +57,9 @@ def draw(
     return True
 
 
-def say_envelope(axes: Axes, what: str = "bands") -> None:
+def say_envelope(axes: Axes) -> None:
     """What the bands, or pairs of lines, of a panel are."""
-    note = f"{what}: least {'to' if what == 'bands' else 'and'} largest"
-    axes.set_title(note, loc="right", fontsize=7.5, weight="normal")
+    axes.set_title("bands: least to largest", loc="right", fontsize=7.5, weight="normal")
 
 
 def close_up(values: FloatArray) -> slice:

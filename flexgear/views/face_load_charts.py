@@ -30,6 +30,7 @@ from flexgear.views.style import (
     SEQUENTIAL_MAP,
     SPLIT_COLOUR,
     FloatArray,
+    legend_of,
     new_figure,
     panels,
     planet_colour,
@@ -42,73 +43,75 @@ ALONG_FACE = "along the face over its width, −z to +z (–)"
 CELLS = 60  # of a map along the path and along the face
 
 
+Row = tuple[Any, str, list[str]]  # axes of a row, title and flanks of the gear meshes that it shows
+
+
+def _rows(
+    data: xr.Dataset, height_mm: float, columns: int = 1, **options: Any
+) -> tuple[Figure, FloatArray, list[Row]]:
+    """A row of axes for each stage, kind and side whose flanks carry, of so much height."""
+    groups = dict(carrying(data))
+    height = 14 + height_mm * len(groups)
+    figure, axes = panels(len(groups), columns, height_mm=height, **options)
+    rows = axes[:, 0] if columns == 1 else axes
+    return figure, axes, [(ax, *group) for ax, group in zip(rows, groups.items(), strict=True)]
+
+
+def _finish_along_face(figure: Figure, axes: FloatArray) -> Figure:
+    for ax in axes[:, 0]:
+        ax.set_ylabel("line load (N/mm)")
+        ax.set(ylim=(0.0, None), xlim=(-0.5, 0.5))
+    axes[-1, 0].set_xlabel(ALONG_FACE)
+    legend_of(figure, axes)
+    return figure
+
+
 @styled
 def along_face_chart(data: xr.Dataset) -> Figure:
     """Line load of a gear mesh (N/mm) along the face in the mean of all positions, by planet."""
-    groups = dict(carrying(data))
-    figure, axes = panels(len(groups), 1, height_mm=12 + 48 * len(groups), sharex=True)
-    at = data["face"].to_numpy()
-    for ax, (title, flanks) in zip(axes[:, 0], groups.items(), strict=True):
+    figure, axes, rows = _rows(data, 48, sharex=True)
+    for ax, title, flanks in rows:
         factors = []
         for name in flanks:
             of_flank = data.sel(flank=name)
             load = of_flank["face_line_load"].mean("position").to_numpy() * N_PER_MM
-            mean = mean_along(load)
             factors.append(factor_along(load, float(of_flank["face_section"])))
             planet = int(of_flank["flank_planet"])
-            ax.plot(at, load, color=planet_colour(planet), label=f"planet {planet}")
-            ax.axhline(mean, color=NEUTRAL, lw=0.5, zorder=1)
+            ax.plot(data["face"], load, color=planet_colour(planet), label=f"planet {planet}")
+            ax.axhline(mean_along(load), color=NEUTRAL, lw=0.5, zorder=1)
         least, most = min(factors), max(factors)
         span = f"{least:.3f}" if most - least < 5e-4 else f"{least:.3f} to {most:.3f}"
         ax.set_title(f"{title}: $K_{{Hβ}}$ {span}")
-        ax.set_ylabel("line load (N/mm)")
-        ax.set(ylim=(0.0, None), xlim=(-0.5, 0.5))
-    axes[-1, 0].set_xlabel(ALONG_FACE)
-    legend(figure, axes)
-    return figure
+    return _finish_along_face(figure, axes)
 
 
 @styled
 def before_and_after(before: xr.Dataset, after: xr.Dataset) -> Figure:
     """Line load (N/mm) along the face in the mean of all positions, planet 1, of two sets of
     flanks."""
-    groups = {title: flanks[0] for title, flanks in carrying(before)}
-    figure, axes = panels(len(groups), 1, height_mm=12 + 48 * len(groups), sharex=True)
-    for ax, (title, name) in zip(axes[:, 0], groups.items(), strict=True):
+    figure, axes, rows = _rows(before, 48, sharex=True)
+    for ax, title, (name, *_) in rows:
         for data, style, label in ((before, "--", "before"), (after, "-", "after")):
             load = data["face_line_load"].sel(flank=name).mean("position").to_numpy() * N_PER_MM
             ax.plot(data["face"], load, style, color=planet_colour(1), label=label)
         ax.set_title(f"{title}, planet {int(before.sel(flank=name)['flank_planet'])}")
-        ax.set_ylabel("line load (N/mm)")
-        ax.set(ylim=(0.0, None), xlim=(-0.5, 0.5))
-    axes[-1, 0].set_xlabel(ALONG_FACE)
-    legend(figure, axes)
-    return figure
+    return _finish_along_face(figure, axes)
 
 
 @styled
 def contact_pattern(data: xr.Dataset) -> Figure:
     """Largest line load (N/mm) at every place of the flanks over all positions: of planet 1 with
     ring and sun, over path of contact and face."""
-    groups = {title: flanks[0] for title, flanks in carrying(data)}
-    figure, axes = panels(len(groups), 1, height_mm=12 + 62 * len(groups))
-    for ax, (title, name) in zip(axes[:, 0], groups.items(), strict=True):
+    figure, _, rows = _rows(data, 62)
+    for ax, title, (name, *_) in rows:
         of_flank = data.sel(flank=name)
-        x, z, w = (
-            of_flank[n].to_numpy().ravel() * scale
-            for n, scale in (
-                ("slice_path", MILLI),
-                ("slice_position", MILLI),
-                ("line_load", N_PER_MM),
-            )
-        )
+        scales = {"slice_path": MILLI, "slice_position": MILLI, "line_load": N_PER_MM}
+        x, z, w = (of_flank[n].to_numpy().ravel() * scale for n, scale in scales.items())
         touches = np.isfinite(w) & (w > 0)
         across, along, largest = _binned(x[touches], z[touches], w[touches])
         shown = ax.pcolormesh(across, along, largest, cmap=SEQUENTIAL_MAP, shading="flat")
-        ax.set_title(
-            f"{title}, planet {int(of_flank['flank_planet'])}: "
-            f"largest {np.nanmax(largest):.4g} N/mm"
-        )
+        planet, most = int(of_flank["flank_planet"]), np.nanmax(largest)
+        ax.set_title(f"{title}, planet {planet}: largest {most:.4g} N/mm")
         ax.set_xlabel("path coordinate, planet's root to its tip (mm)")
         ax.set_ylabel("along the face (mm)")
         ax.grid(visible=False)
@@ -120,9 +123,8 @@ def contact_pattern(data: xr.Dataset) -> Figure:
 def misalignment_chart(data: xr.Dataset) -> Figure:
     """Misalignment (µm over the face) of every gear mesh by what causes it, by planet: mean of all
     positions, and from least to largest; the sum of all of them on the right."""
-    groups = dict(carrying(data))
-    figure, axes = panels(len(groups), 1, height_mm=14 + 52 * len(groups))
-    for ax, (title, flanks) in zip(axes[:, 0], groups.items(), strict=True):
+    figure, axes, rows = _rows(data, 52)
+    for ax, title, flanks in rows:
         misalignment = data["gear_mesh_misalignment_by_cause"].sel(flank=flanks) * MICRO
         whole = misalignment.sum("cause", skipna=False).assign_coords(cause="all together")
         causes = misalignment.sel(cause=(misalignment != 0.0).any(["position", "flank"]))
@@ -141,7 +143,7 @@ def misalignment_chart(data: xr.Dataset) -> Figure:
         ax.grid(visible=False, axis="x")
         ax.set_title(title)
         ax.set_ylabel("closer at +z than at −z (µm)")
-    legend(figure, axes)
+    legend_of(figure, axes)
     return figure
 
 
@@ -167,12 +169,6 @@ def _binned(x: FloatArray, z: FloatArray, w: FloatArray) -> tuple[FloatArray, ..
     every = np.indices(largest.shape).reshape(2, -1).T
     filled = griddata(there, largest[tuple(there.T)], every).reshape(largest.shape)
     return across, along, filled
-
-
-def legend(figure: Figure, axes: FloatArray) -> None:
-    """One legend below all axes, of what the first one shows."""
-    handles, labels = axes[0, 0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=min(len(labels), 6))
 
 
 COLUMNS = 8
@@ -250,11 +246,7 @@ def root_stress_chart(data: xr.Dataset, stage: str) -> Figure:
             ax.axhline(0.0, color=NEUTRAL, lw=0.5, zorder=1)
     axes[-1, 0].set_xlabel("rotation of the lead (°)")
     axes[-1, 1].set_xlabel(ALONG_FACE)
-    shown = [ax.get_legend_handles_labels() for ax in (*axes[:, 0], axes[0, 1])]
-    by_label = {
-        label: line for lines, title in shown for line, label in zip(lines, title, strict=True)
-    }
-    figure.legend(by_label.values(), by_label, loc="outside lower center", ncols=4)
+    legend_of(figure, axes, 4)
     return figure
 
 
@@ -290,11 +282,9 @@ STATES = (
 def transmission_error_chart(data: xr.Dataset) -> Figure:
     """Transmission error of planet 1 over a gear-mesh cycle less its mean, µm along the line of
     action, and its amplitudes by order of the gear mesh, under load and unloaded."""
-    groups = {title: flanks[0] for title, flanks in carrying(data)}
-    height = 14 + 52 * len(groups)
-    figure, axes = panels(len(groups), 2, height_mm=height, width_ratios=[3, 2])
+    figure, axes, rows = _rows(data, 52, 2, width_ratios=[3, 2])
     first = data.isel(position=data["gear_mesh_phase"].to_numpy() < 1.0 - 1e-9)
-    for (left, right), (title, name) in zip(axes, groups.items(), strict=True):
+    for (left, right), title, (name, *_) in rows:
         notes = []
         for k, (error, state, colour) in enumerate(STATES):
             values = first[error].sel(flank=name).to_numpy() * MICRO
@@ -309,17 +299,16 @@ def transmission_error_chart(data: xr.Dataset) -> Figure:
         left.set(xlabel=PHASE, ylabel="less its mean (µm)", xlim=(0.0, 1.0))
         right.set(xlabel="order of the gear mesh (–)", ylabel="amplitude (µm)")
         right.set_xticks(orders[:: max(1, len(orders) // 10)])
-    legend(figure, axes)
+    legend_of(figure, axes)
     return figure
 
 
 @styled
 def stiffness_chart(data: xr.Dataset) -> Figure:
     """Stiffness of every gear mesh (N/µm along the line of action) over a gear-mesh cycle."""
-    groups = dict(carrying(data))
-    figure, axes = panels(len(groups), 1, height_mm=14 + 48 * len(groups), sharex=True)
+    figure, axes, rows = _rows(data, 48, sharex=True)
     first = data.isel(position=data["gear_mesh_phase"].to_numpy() < 1.0 - 1e-9)
-    for ax, (title, flanks) in zip(axes[:, 0], groups.items(), strict=True):
+    for ax, title, flanks in rows:
         for name in flanks:
             planet = int(data["flank_planet"].sel(flank=name))
             stiffness = first["gear_mesh_stiffness"].sel(flank=name) * N_PER_M_TO_N_PER_UM
@@ -329,5 +318,5 @@ def stiffness_chart(data: xr.Dataset) -> Figure:
         ax.set_title(f"{title}: mean {mean:,.0f} N/µm".replace(",", "\u2009"))
         ax.set(ylabel="N/µm", xlim=(0.0, 1.0))
     axes[-1, 0].set_xlabel(PHASE)
-    legend(figure, axes)
+    legend_of(figure, axes)
     return figure

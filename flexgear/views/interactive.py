@@ -24,16 +24,8 @@ PIXELS, LEAST_HEIGHT, MARGINS = 92, 300, 120  # an inch; of a panel's axes, and 
 
 def panels_of(figure: Figure) -> list[Panel]:
     """Panels of a figure that has been drawn, in the order of its axes."""
-    groups: list[list[Axes]] = []
-    for axes in figure.axes:
-        if axes.get_label() == "<colorbar>" or not axes.get_visible():
-            continue
-        same = next((g for g in groups if _same_place(g[0], axes)), None)
-        if same is None:
-            groups.append([axes])
-        else:
-            same.append(axes)
-    panels = [_panel(group) for group in groups]
+    drawn_axes = (a for a in figure.axes if a.get_label() != "<colorbar>" and a.get_visible())
+    panels = [_panel(axes) for axes in drawn_axes]
     for legend in figure.legends:
         drawn = [_colours(panel["data"]) for panel in panels]
         for panel, traces in zip(panels, drawn, strict=True):
@@ -76,57 +68,45 @@ def _scale_once(traces: list[dict[str, Any]]) -> None:
         )
 
 
-def _same_place(one: Axes, other: Axes) -> bool:
-    """Whether axes lie over each other, as twins with two scales do."""
-    return bool(np.allclose(one.get_position().bounds, other.get_position().bounds))
-
-
-def _panel(group: list[Axes]) -> Panel:
-    """A panel of one axes, or of two with a second scale at the right."""
-    data: list[dict[str, Any]] = []
-    layout: dict[str, Any] = {"shapes": [], "annotations": []}
-    for k, axes in enumerate(group[:2]):
-        traces = [t for t in traces_of(axes) if t]
-        if k:
-            traces = [{**t, "yaxis": "y2"} for t in traces]
-        layout["shapes"] += _marks(axes, "y2" if k else "y")
-        if not k:
-            layout["annotations"] = list(_texts(axes))
-            layout["xaxis"] = _axis(axes, "x")
-        layout["yaxis2" if k else "yaxis"] = _axis(axes, "y") | (
-            {"overlaying": "y", "side": "right", "showgrid": False} if k else {}
-        )
-        if axes.get_legend() is not None:
-            traces += list(_legend_entries(axes.get_legend(), traces))
-        data += traces
-    first = group[0]
-    inches = first.get_window_extent().height / first.figure.dpi
+def _panel(axes: Axes) -> Panel:
+    """A panel of one axes."""
+    data = [t for t in traces_of(axes) if t]
+    if axes.get_legend() is not None:
+        data += list(_legend_entries(axes.get_legend(), data))
+    layout: dict[str, Any] = {
+        "shapes": list(_marks(axes)),
+        "annotations": list(_texts(axes)),
+        "xaxis": _axis(axes, "x"),
+        "yaxis": _axis(axes, "y"),
+    }
+    inches = axes.get_window_extent().height / axes.figure.dpi
     if PIXELS * inches > LEAST_HEIGHT:
         layout["height"] = round(PIXELS * inches) + MARGINS
-    if first.get_aspect() in (1.0, "equal"):
+    if axes.get_aspect() in (1.0, "equal"):
         layout["yaxis"] |= {"scaleanchor": "x", "scaleratio": 1}
-    title = first.get_title(loc="left") or first.get_title()
+    title = axes.get_title(loc="left") or axes.get_title()
     if title:
         layout["title"] = {"text": plain_math(title)}
     return {"data": data, "layout": layout}
 
 
-def _marks(axes: Axes, scale: str) -> Iterator[dict[str, Any]]:
+def _marks(axes: Axes) -> Iterator[dict[str, Any]]:
     """Lines across the whole panel, as axvline and axhline draw them."""
     for line in axes.lines:
         dash = DASHES.get(str(line.get_linestyle()), "solid")
         width = float(line.get_linewidth())
         look = {"color": colour_of(line.get_color()), "width": width, "dash": dash}
-        style = {"type": "line", "layer": "below", "line": look}
         x, y = (listed(numbers(v)) for v in (line.get_xdata(), line.get_ydata()))
         if not x or line.get_transform() == axes.transData:
             continue
+        ends = {"x0": x[0], "x1": x[-1], "y0": y[0], "y1": y[-1]}
         if line.get_transform() == axes.get_xaxis_transform():
-            yield style | {"xref": "x", "yref": f"{scale} domain", "x0": x[0], "x1": x[-1],
-                           "y0": y[0], "y1": y[-1]}  # fmt: skip
+            scales = {"xref": "x", "yref": "y domain"}
         elif line.get_transform() == axes.get_yaxis_transform():
-            yield style | {"xref": "x domain", "yref": scale, "x0": x[0], "x1": x[-1],
-                           "y0": y[0], "y1": y[-1]}  # fmt: skip
+            scales = {"xref": "x domain", "yref": "y"}
+        else:
+            continue
+        yield {"type": "line", "layer": "below", "line": look, **scales, **ends}
 
 
 def _texts(axes: Axes) -> Iterator[dict[str, Any]]:
@@ -227,10 +207,7 @@ def with_hover(data: list[Trace], layout: dict[str, Any]) -> None:
             continue
         names_of_trace = {trace["name"]} if trace.get("name") else names.get(_look(trace), set())
         title = f"<b>{next(iter(names_of_trace))}</b><br>" if len(names_of_trace) == 1 else ""
-        axes = (
-            layout.get("xaxis", {}),
-            layout.get(trace.get("yaxis", "y").replace("y", "yaxis"), {}),
-        )
+        axes = layout.get("xaxis", {}), layout.get("yaxis", {})
         panel = layout.get("title", {}).get("text", "")
         lines = [_line(trace, which, axis, panel) for which, axis in zip("xy", axes, strict=True)]
         if trace["type"] == "heatmap":

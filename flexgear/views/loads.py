@@ -21,11 +21,11 @@ from flexgear.views.select import (
     Runs,
     Window,
     abscissa,
-    as_runs,
     leading_dim,
     planet_count,
     thinned,
     windowed,
+    within_window,
 )
 from flexgear.views.style import (
     KILO,
@@ -35,6 +35,8 @@ from flexgear.views.style import (
     SPLIT_COLOUR,
     FloatArray,
     angle_axis,
+    legend_below,
+    legend_lines,
     panels,
     planet_colour,
     styled,
@@ -42,7 +44,7 @@ from flexgear.views.style import (
 )
 
 LABELS = {"ring": "ring–planet", "sun": "sun–planet"}
-X_LABELS = {"stage_angle": "carrier angle $θ_c$ (rad)", "time": "time (s)"}
+MOST_SAMPLES = 4000  # of a map over the carrier angle
 
 
 def pair_curves(
@@ -113,7 +115,7 @@ def finish_x(axes: Axes, x: str, planets: int, low: float, high: float) -> None:
     if x == "stage_angle":
         angle_axis(axes, planets)
     else:
-        axes.set_xlabel(X_LABELS[x])
+        axes.set_xlabel("time (s)")
 
 
 @styled
@@ -123,71 +125,60 @@ def pair_loads(
     planet: int = 1,
     x: str = "stage_angle",
     window: Window | None = None,
-    split: str | None = "flexible",
+    split: str = "flexible",
 ) -> Figure:
     """Load of every tooth pair of one planet, one line style a variant (Figures 17, 18, 23, 24).
 
-    ``split`` names the run whose total is also split by stiffness (eq. 23, dashed); None: none.
+    ``split`` names the run whose total is also split by stiffness (eq. 23, dashed).
     ``window`` limits x (rad or s); a whole revolution is legible only in a window.
     """
-    chosen = {name: windowed(d, x, window) for name, d in as_runs(runs).items()}
-    colours = variant_colours(chosen)
+    runs = within_window(runs, x, window)
+    colours = variant_colours(runs)
     figure, axes = panels(1, 1, height_mm=78)
-    ax = axes[0, 0]
-    handles, lows, highs, planets = [], [], [], 5
-    for i, (name, dataset) in enumerate(chosen.items()):
+    ax, handles, ends = axes[0, 0], legend_lines(colours), list[float]()
+    for i, (name, dataset) in enumerate(runs.items()):
         at = abscissa(dataset, x)
         load, tooth, stiffness = pair_arrays(dataset, gear_mesh, planet)
         width = 1.3 if i == 0 else 2.1
         draw_pairs(ax, at, tooth, load, colours[name], lw=width, zorder=3 - 0.1 * i)
-        handles.append(Line2D([], [], color=colours[name], lw=1.5, label=name))
         if name == split:
             parts = stiffness_split(load, stiffness)
             draw_pairs(ax, at, tooth, parts, SPLIT_COLOUR, lw=1.3, ls=(0, (4, 1.6)), zorder=3.5)
             text = f"{name}, split by stiffness"
             handles.append(Line2D([], [], color=SPLIT_COLOUR, lw=1.5, ls="--", label=text))
-        lows.append(at[0])
-        highs.append(at[-1])
-        planets = planet_count(dataset)
+        ends += [at[0], at[-1]]
     ax.axhline(0, color=NEUTRAL, lw=0.7)
     ax.set_ylabel("load of a tooth pair (kN)")
-    flank = flank_label(chosen.values(), gear_mesh, planet)
+    flank = flank_label(runs.values(), gear_mesh, planet)
     ax.set_title(f"Tooth-pair loads, {LABELS[gear_mesh]} {planet}{flank}")
-    finish_x(ax, x, planets, min(lows), max(highs))
-    figure.legend(handles=handles, loc="outside lower center", ncols=len(handles))
+    finish_x(ax, x, planet_count(next(iter(runs.values()))), min(ends), max(ends))
+    legend_below(figure, handles)
     return figure
 
 
 @styled
-def engagement_map(
-    dataset: xr.Dataset,
-    gear_mesh: str = "ring",
-    window: Window | None = None,
-    samples: int = 4000,
-    zoom: Window | None = None,
-) -> Figure:
+def engagement_map(whole: xr.Dataset) -> Figure:
     """Engaged tooth number, and pair stiffness, over carrier angle, all planets (Figure 11).
 
-    The right column shows planet 1 within ``zoom`` (rad; a few teeth in the middle by default).
+    The right column shows planet 1 closer, over a few teeth in the middle.
     """
-    whole = windowed(dataset, "stage_angle", window)
-    dataset = thinned(whole, samples)
+    dataset = thinned(whole, MOST_SAMPLES)
     at = abscissa(dataset, "stage_angle")
     planets = planet_count(dataset)
-    states = [pair_arrays(dataset, gear_mesh, i + 1) for i in range(planets)]
+    states = [pair_arrays(dataset, "ring", i + 1) for i in range(planets)]
     last = int(max(tooth.max() for _, tooth, _ in states))
     figure, axes = panels(2, 2, height_mm=150, width_mm=215, sharex="col", width_ratios=[2.2, 1])
     draw_engagements(axes[0, 0], at, states, last)
-    axes[0, 0].set_title(f"(a) engaged {gear_mesh} teeth")
-    axes[0, 0].set_ylabel(f"{gear_mesh} tooth number")
+    axes[0, 0].set_title("(a) engaged ring teeth")
     mapped = draw_stiffness_map(axes[1, 0], at, states, last)
     axes[1, 0].set_title("(b) stiffness of the engaged pairs")
-    axes[1, 0].set_ylabel(f"{gear_mesh} tooth number")
+    for ax in axes[:, 0]:
+        ax.set_ylabel("ring tooth number")
     figure.colorbar(mapped, ax=axes[1, 0], label="pair stiffness (N/µm)", pad=0.01)
     finish_x(axes[1, 0], "stage_angle", planets, at[0], at[-1])
-    close = windowed(whole, "stage_angle", zoom or zoom_window(at, states[0][1]))
+    close = windowed(whole, "stage_angle", zoom_window(at, states[0][1]))
     near = abscissa(close, "stage_angle")
-    _, tooth, stiffness = pair_arrays(close, gear_mesh, 1)
+    _, tooth, stiffness = pair_arrays(close, "ring", 1)
     top, bottom = axes[:, 1]
     top.hlines(*engagements(near, tooth).T, color=planet_colour(1), lw=4)
     top.yaxis.set_major_locator(MaxNLocator(8, integer=True))
@@ -199,11 +190,8 @@ def engagement_map(
     bottom.set_ylabel("pair stiffness (N/µm)")
     finish_x(bottom, "stage_angle", planets, near[0], near[-1])
     bottom.xaxis.set_major_locator(MaxNLocator(4))
-    handles = [
-        Line2D([], [], color=planet_colour(i + 1), lw=3, label=f"planet {i + 1}")
-        for i in range(planets)
-    ]
-    figure.legend(handles=handles, loc="outside lower center", ncols=planets)
+    numbers = range(1, planets + 1)
+    legend_below(figure, legend_lines({f"planet {n}": planet_colour(n) for n in numbers}), planets)
     return figure
 
 

@@ -43,7 +43,7 @@ LEAST_SHARE = 1e-3  # of an energy: a thinner bar would not be seen
 
 
 @styled
-def modes_chart(data: xr.Dataset, most: int = MOST_MODES) -> Figure:
+def modes_chart(data: xr.Dataset) -> Figure:
     """Modes from the lowest up: frequency by type, kinetic energy by motion, strain energy.
 
     Repeated frequencies of one type are one row.
@@ -51,7 +51,7 @@ def modes_chart(data: xr.Dataset, most: int = MOST_MODES) -> Figure:
     frequency = np.asarray(variable(data, "frequency"), dtype=float)
     kinds = [str(k) for k in variable(data, "type").to_numpy()]
     every = _distinct(frequency, kinds)
-    rows = every[:most]
+    rows = every[:MOST_MODES]
     if not rows:
         raise FlexgearError("cannot draw: the dataset has no modes")
     shares = [
@@ -199,19 +199,17 @@ BESIDE: Any = {"xytext": (3, 0), "va": "center"}
 
 
 @styled
-def campbell_chart(data: xr.Dataset, highest: float | None = None) -> Figure:
+def campbell_chart(data: xr.Dataset) -> Figure:
     """Frequencies over speed with the orders that excite them, a panel a stage; dots where an order
     lies within the margin of a mode at an operating speed, filled where a stage of equal planets is
     excited.
-
-    highest: Hz at the top of all panels (None: a little above the highest order of each).
     """
     stages = _excited_stages(data)
     figure, axes = panels(len(stages), 1, height_mm=30 + 95 * len(stages))
     whirls = bool(np.any(np.abs(np.nan_to_num(_whirl(data))) >= CIRCULAR))
     kinds: set[int] = set()
     for ax, stage in zip(axes[:, 0], stages, strict=True):
-        kinds |= _panel(ax, data, stage, highest, whirls)
+        kinds |= _panel(ax, data, stage, whirls)
         if len(stages) > 1:
             ax.set_title(stage.replace("_", " "))
     axes[-1, 0].set_xlabel("speed over rated speed (–)")
@@ -231,14 +229,14 @@ def _whirl(data: xr.Dataset) -> FloatArray:
     return np.asarray(data["whirl"], dtype=float) if "whirl" in data else np.full(shape, np.nan)
 
 
-def _panel(ax: Axes, data: xr.Dataset, stage: str, highest: float | None, whirls: bool) -> set[int]:
+def _panel(ax: Axes, data: xr.Dataset, stage: str, whirls: bool) -> set[int]:
     """One stage; the nodal indices that are drawn."""
     modes = variable(data, "campbell_frequency").transpose("speed_factor", "mode")
     factor = np.asarray(data["speed_factor"], dtype=float)
     values, index = np.asarray(modes, dtype=float), _index(data, stage)
     lines = _of_stage(data, stage)
     slopes = np.asarray(data["excitation_slope"], dtype=float)[lines] if lines.size else np.zeros(0)
-    top = highest or _top(values, float(slopes.max(initial=0.0)) * factor[-1])
+    top = _top(values, float(slopes.max(initial=0.0)) * factor[-1])
     margin = float(data.attrs.get("margin", 0.1))
     for speed in np.atleast_1d(data.attrs.get("operating_factors", [1.0])):
         ax.axvspan((1.0 - margin) * speed, (1.0 + margin) * speed, color="#F3F4F6", zorder=0)

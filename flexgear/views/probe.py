@@ -14,6 +14,7 @@ EGL = "vtkEGLRenderWindow"
 OSMESA = "vtkOSOpenGLRenderWindow"
 GL_PACKAGES = "libgl1 libegl1 libglu1-mesa libxcursor1 libxft2 libxinerama1 libgomp1"
 OSMESA_PACKAGE = "libosmesa6"
+TIMEOUT = 60.0  # s for one small picture
 
 PROBE = """
 try:
@@ -78,26 +79,26 @@ def probe(window: str | None, timeout: float) -> str:
 
 
 @lru_cache(maxsize=1)
-def working_window(timeout: float = 60.0) -> tuple[bool, str | None, str]:
+def working_window() -> tuple[bool, str | None, str]:
     """Try offscreen rendering, once a process: whether it works, the render window to use, and why
     the default window failed."""
     first = ""
     for window in candidates():
-        reason = probe(window, timeout)
+        reason = probe(window, TIMEOUT)
         if not reason:
             return True, window, ""
         first = first or reason
     return False, None, first
 
 
-def rendering_available(timeout: float = 60.0) -> bool:
+def rendering_available() -> bool:
     """True where an offscreen picture can be drawn, be it with EGL, GLX or OSMesa."""
-    return working_window(timeout)[0]
+    return working_window()[0]
 
 
-def require_rendering(timeout: float = 60.0) -> None:
+def require_rendering() -> None:
     """Make VTK use the render window that works; `FlexgearError` with the apt line if none does."""
-    works, window, reason = working_window(timeout)
+    works, window, reason = working_window()
     if not works:
         raise FlexgearError(
             f"cannot render in 3D ({reason}): install the OpenGL libraries with "

@@ -20,6 +20,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from flexgear.model.errors import FlexgearError
+from flexgear.results.report.wording import with_unit
 from flexgear.views.probe import rendering_available, require_rendering
 from flexgear.views.style import (
     FULL_WIDTH_MM,
@@ -30,7 +31,6 @@ from flexgear.views.style import (
     new_figure,
     nice_number,
     styled,
-    unit_of_length,
 )
 
 PER_CENT = 1e-4  # m, drawn as 100 µm: 100 % of a displacement without size
@@ -244,7 +244,7 @@ def draw_scale_bar(axes: Any, shot: Snapshot, length: float | None) -> None:
     right, y = 0.97 * columns, 0.965 * rows
     left = right - bar * metre
     axes.plot([left, right], [y, y], color="black", lw=2.2, solid_capstyle="butt")
-    axes.text(0.5 * (left + right), y - 0.012 * rows, unit_of_length(bar), ha="center", va="bottom")
+    axes.text(0.5 * (left + right), y - 0.012 * rows, with_unit(bar, "m"), ha="center", va="bottom")
 
 
 def draw_triad(axes: Any, shot: Snapshot) -> None:

@@ -29,7 +29,7 @@ from flexgear.model.errors import FlexgearError
 from flexgear.results.report.parts import MARKS, SECTIONS, Row, Table, Verdict
 from flexgear.results.report.wording import number, scale, with_unit
 
-MEDIA = {".png": "image/webp", ".svg": "image/svg+xml", ".gif": "image/gif", ".mp4": "video/mp4"}
+MEDIA = {".png": "image/webp", ".svg": "image/svg+xml", ".gif": "image/gif"}
 
 QUALITY = 85  # of a picture in the page, in per cent as WebP counts: fine lines stay sharp
 MOST_PLOTS = 3_000_000  # characters of all plots' data in a page that stays below 10 MB
@@ -282,7 +282,6 @@ def _place(picture: Picture, plots: dict[str, Any] | None) -> dict[str, Any]:
         "file": picture.file,
         "note": "",
         "shape": "tall" if any("scene" in p.get("layout", {}) for p in picture.plots) else "",
-        "video": picture.file is not None and picture.file.suffix == ".mp4",
     }
 
 

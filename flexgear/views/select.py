@@ -10,17 +10,8 @@ import xarray as xr
 from flexgear.model.errors import FlexgearError
 from flexgear.views.style import FloatArray
 
-Runs = xr.Dataset | Mapping[str, xr.Dataset]
+Runs = Mapping[str, xr.Dataset]  # by variant
 Window = tuple[float, float]
-
-
-def as_runs(runs: Runs) -> dict[str, xr.Dataset]:
-    """One dataset, or datasets by variant name, as a dictionary by variant name."""
-    if isinstance(runs, xr.Dataset):
-        return {str(runs.attrs.get("variant", "flexible")): runs}
-    if not runs:
-        raise FlexgearError("nothing to draw: no run was given")
-    return dict(runs)
 
 
 def variable(dataset: xr.Dataset, name: str) -> xr.DataArray:
@@ -60,6 +51,11 @@ def windowed(dataset: xr.Dataset, x: str, window: Window | None) -> xr.Dataset:
             f"{np.nanmin(values):g} to {np.nanmax(values):g}"
         )
     return dataset.isel({leading_dim(dataset): keep})
+
+
+def within_window(runs: Runs, x: str, window: Window | None) -> Runs:
+    """The same of every run."""
+    return {name: windowed(data, x, window) for name, data in runs.items()}
 
 
 def thinned(dataset: xr.Dataset, samples: int) -> xr.Dataset:

@@ -7,7 +7,7 @@ or time. Modes have charts of their own in ``mode_charts``.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -21,8 +21,9 @@ from flexgear.model.errors import FlexgearError
 from flexgear.model.names import BodyName, MemberName
 from flexgear.model.units import RPM
 from flexgear.results.labelled_dataset import groups_in
+from flexgear.results.report.wording import scale
 from flexgear.views.dense import close_up, draw, is_dense, orbit, say_envelope
-from flexgear.views.histories import layer, variant_handles
+from flexgear.views.histories import layer
 from flexgear.views.select import variable
 from flexgear.views.style import (
     KILO,
@@ -30,6 +31,9 @@ from flexgear.views.style import (
     NEUTRAL,
     PLANET_COLOURS,
     FloatArray,
+    least_span,
+    legend_below,
+    legend_lines,
     panels,
     planet_colour,
     styled,
@@ -55,18 +59,18 @@ GAP = 1.5  # of the usual step: a longer one is a gap, not a line
 
 
 @styled
-def sharing_chart(data: xr.Dataset, x: str | None = None) -> Figure:
+def sharing_chart(data: xr.Dataset) -> Figure:
     """Load factor K_γ = N F / ΣF of every planet, a panel for each stage and kind of gear mesh."""
     rows = gear_mesh_groups(data, "planet_load_factor")
 
     def title(part: xr.DataArray) -> str:
         return f"largest {float(np.nanmax(part.to_numpy(), initial=1.0)):.3f}"
 
-    return _planets_chart(data, x, rows, 1.0, "$K_γ$ (–)", title, lambda _: 1.0)
+    return _planets_chart(data, rows, 1.0, "$K_γ$ (–)", title, lambda _: 1.0)
 
 
 @styled
-def gear_mesh_forces(data: xr.Dataset, x: str | None = None) -> Figure:
+def gear_mesh_forces(data: xr.Dataset) -> Figure:
     """Normal force of every planet (kN), a panel for each stage and kind of gear mesh."""
     rows = gear_mesh_groups(data, "gear_mesh_force")
 
@@ -75,13 +79,12 @@ def gear_mesh_forces(data: xr.Dataset, x: str | None = None) -> Figure:
         return f"mean {mean:.4g} kN, largest {most:.4g} kN"
 
     return _planets_chart(
-        data, x, rows, KILO, "force (kN)", title, lambda part: KILO * float(part.mean())
+        data, rows, KILO, "force (kN)", title, lambda part: KILO * float(part.mean())
     )
 
 
 def _planets_chart(
     data: xr.Dataset,
-    x: str | None,
     rows: Mapping[str, xr.DataArray],
     factor: float,
     label: str,
@@ -96,23 +99,23 @@ def _planets_chart(
     figure, axes = _stacked(len(rows), 2 if dense else 1)
     every_alike = True
     for row, (name, part) in zip(axes, rows.items(), strict=True):
-        alike = _planet_lines(row[0], data, part, factor, x, dense)
+        alike = _planet_lines(row[0], data, part, factor, dense)
         every_alike = every_alike and bool(alike)
         row[0].set_title(f"{name}:{chr(10) if dense else ' '}{title(part)}{alike}")
         row[0].set_ylabel(label)
         if dense:
-            _planet_lines(row[1], data.isel(near), part.isel(near), factor, x, False)
+            _planet_lines(row[1], data.isel(near), part.isel(near), factor, False)
             row[1].set_title(
                 "closer, where it is largest", weight="normal", fontsize=8, loc="right"
             )
         for ax in row:
             ax.axhline(middle(part), color=NEUTRAL, lw=0.7, zorder=1)
-            _least_span(ax, 0.01)
-    return _finished(figure, axes, data, x, {} if every_alike else rows)
+            least_span(ax, 0.01)
+    return _finished(figure, axes, data, {} if every_alike else rows)
 
 
 @styled
-def displacements_chart(data: xr.Dataset, x: str | None = None) -> Figure:
+def displacements_chart(data: xr.Dataset) -> Figure:
     """Orbit of each sun, and how far central members leave their axis (µm), a row a stage.
 
     In the axes of the stage's carrier (fixed axes in a parallel stage), rolling taken off.
@@ -121,13 +124,13 @@ def displacements_chart(data: xr.Dataset, x: str | None = None) -> Figure:
     if not stages:
         return text_only("all central members stay on their axes")
     figure, axes = panels(len(stages), 2, height_mm=14 + 62 * len(stages), width_ratios=[1, 2])
-    at, label = sample_axis(data, x)
+    at, label = sample_axis(data)
     for row, (stage, motion) in zip(axes, stages.items(), strict=True):
         _orbit(row[0], motion)
         row[0].set_title(", ".join(filter(None, (_label(stage), "orbit"))))
         dense = False
         for (part, half), way in motion.items():
-            times, line = _broken(data, x, np.hypot(way[:, 0], way[:, 1]))
+            times, line = _broken(data, np.hypot(way[:, 0], way[:, 1]))
             colour, style = MEMBER_COLOURS[part], HALVES.get(half, "-")
             dense |= draw(row[1], times, line, colour, ls=style, lw=1.0)
         if dense:
@@ -141,7 +144,7 @@ def displacements_chart(data: xr.Dataset, x: str | None = None) -> Figure:
                label=f"{part} {half}".strip())
         for part, half in shown
     ]  # fmt: skip
-    figure.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), 6))
+    legend_below(figure, handles)
     return figure
 
 
@@ -155,8 +158,8 @@ def power_flow_chart(flow: PowerFlow) -> Figure:
     colours = [PLANET_COLOURS[stages.index(n.stage) % 8] for n in names]
     quantities = (
         ("speed", "r/min", [flow.speed[n] * RPM for n in names]),
-        ("torque on the stage", *_scaled([flow.branch_torque[n] for n in names], "N m")),
-        ("power into the stage", *_scaled([flow.branch_power[n] for n in names], "W")),
+        ("torque on the stage", *_in_unit([flow.branch_torque[n] for n in names], "N m")),
+        ("power into the stage", *_in_unit([flow.branch_power[n] for n in names], "W")),
     )
     for ax, (title, unit, values) in zip(axes[0], quantities, strict=True):
         bars = ax.barh(at, values, 0.7, color=colours)
@@ -169,7 +172,7 @@ def power_flow_chart(flow: PowerFlow) -> Figure:
         ax.tick_params(axis="y", length=0)
     axes[0, 0].set_yticks(at, [_marked(n, flow) for n in names])
     axes[0, 0].invert_yaxis()
-    unit, (enters, circles) = _scaled([flow.input_power, flow.circulating_power], "W")
+    unit, (enters, circles) = _in_unit([flow.input_power, flow.circulating_power], "W")
     figure.suptitle(
         f"power in {enters:.4g} {unit}, circulating {circles:.4g} {unit}; "
         f"{flow.mobility} independent speed{'s' if flow.mobility > 1 else ''}",
@@ -196,13 +199,13 @@ def gear_mesh_groups(data: xr.Dataset, name: str) -> dict[str, xr.DataArray]:
 
 
 def _planet_lines(
-    ax: Axes, data: xr.Dataset, part: xr.DataArray, factor: float, x: str | None, envelope: bool
+    ax: Axes, data: xr.Dataset, part: xr.DataArray, factor: float, envelope: bool
 ) -> str:
     """A line a planet, or its envelope; one for all where they are alike, which is said for the
     title."""
 
     def line(values: FloatArray, colour: str, width: float) -> None:
-        at, y = _broken(data, x, values)
+        at, y = _broken(data, values)
         if envelope:
             draw(ax, at, y, colour, fill=False, lw=width)
         else:
@@ -218,25 +221,19 @@ def _planet_lines(
     return ""
 
 
-def sample_axis(data: xr.Dataset, x: str | None) -> tuple[FloatArray, str]:
+def sample_axis(data: xr.Dataset) -> tuple[FloatArray, str]:
     """Time (s), or turns of the first independent member, and the axis label."""
-    if x == "time" or (x is None and "time" in data.dims):
+    if "time" in data.dims:
         return np.asarray(variable(data, "time"), dtype=float), "time (s)"
-    if x not in (None, "input_angle"):
-        raise FlexgearError(f"cannot draw over '{x}': choose time or input_angle")
-    angle = variable(data, "input_angle")
-    first = np.asarray(angle.isel(input_coordinate=0), dtype=float) / (2 * np.pi)
-    name = (
-        str(angle["input_coordinate"][0].item())
-        if "input_coordinate" in angle.coords
-        else "the input"
-    )
-    return first, f"turns of {_label(name)} (–)"
+    angle = variable(data, "input_angle").isel(input_coordinate=0)
+    coordinate = angle.coords.get("input_coordinate")
+    name = "the input" if coordinate is None else str(coordinate.item())
+    return np.asarray(angle, dtype=float) / (2 * np.pi), f"turns of {_label(name)} (–)"
 
 
-def _broken(data: xr.Dataset, x: str | None, values: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _broken(data: xr.Dataset, values: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Line with gaps where samples are further apart than usual."""
-    at, _ = sample_axis(data, x)
+    at, _ = sample_axis(data)
     if len(at) < 3:
         return at, values
     step = np.abs(np.diff(at))
@@ -251,25 +248,19 @@ def _stacked(count: int, columns: int) -> tuple[Figure, Any]:
 
 
 def _finished(
-    figure: Figure, axes: Any, data: xr.Dataset, x: str | None, rows: Mapping[str, xr.DataArray]
+    figure: Figure, axes: Any, data: xr.Dataset, rows: Mapping[str, xr.DataArray]
 ) -> Figure:
     """Common abscissa and the legend of planets."""
-    last = axes[-1, 0]
-    at, label = sample_axis(data, x)
+    at, label = sample_axis(data)
     if len(at) > 1:
-        last.set_xlim(at.min(), at.max())
+        axes[-1, 0].set_xlim(at.min(), at.max())
     for ax in axes[-1]:
         ax.set_xlabel(label)
     figure.align_ylabels(axes[:, 0])
     planets = sorted({int(p) for part in rows.values() for p in part["planet"].to_numpy()})
     if len(planets) > 1:
-        _planet_legend(figure, planets)
+        legend_below(figure, legend_lines({f"planet {p}": planet_colour(p) for p in planets}), 8)
     return figure
-
-
-def _planet_legend(figure: Figure, planets: Iterable[int]) -> None:
-    handles = [Line2D([], [], color=planet_colour(p), lw=1.5, label=f"planet {p}") for p in planets]
-    figure.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), 8))
 
 
 def _moving(data: xr.Dataset) -> dict[str, dict[tuple[str, str], FloatArray]]:
@@ -302,14 +293,6 @@ def _orbit(ax: Axes, motion: Mapping[tuple[str, str], FloatArray]) -> None:
     ax.set_ylabel(f"y of the {member} (µm)")
 
 
-def _least_span(ax: Axes, share: float) -> None:
-    """Keep a constant line from filling the panel with its noise."""
-    low, high = ax.get_ylim()
-    middle = 0.5 * (low + high)
-    if high - low < share * abs(middle):
-        ax.set_ylim(middle * (1 - share / 2), middle * (1 + share / 2))
-
-
 def _label(name: str) -> str:
     """stage_1.sun -> stage 1, sun; the name of an only [stage] is left out."""
     at = MemberName.parse(name)
@@ -326,13 +309,10 @@ def _marked(name: str, flow: PowerFlow) -> str:
     return f"{_label(name)} ({'in' if flow.power[name] > 0 else 'out'})"
 
 
-def _scaled(values: list[float], unit: str) -> tuple[str, list[float]]:
+def _in_unit(values: list[float], unit: str) -> tuple[str, list[float]]:
     """Values in the multiple of a unit that suits the largest."""
-    largest = max(map(abs, values), default=0.0)
-    for factor, prefix in ((1e6, "M"), (1e3, "k")):
-        if largest >= 2 * factor:
-            return prefix + unit, [v / factor for v in values]
-    return unit, values
+    printed, by = scale(values, unit)
+    return printed, [by * v for v in values]
 
 
 def _signed(value: float) -> str:
@@ -354,7 +334,7 @@ def comparison_chart(runs: Mapping[str, xr.Dataset]) -> Figure:
     colours, axis_label = variant_colours(runs), ""
     figure, axes = panels(len(first), 2, height_mm=24 + 46 * len(first), sharex=True)
     for k, (label, groups) in enumerate(forces.items()):
-        x, axis_label = sample_axis(runs[label], None)
+        x, axis_label = sample_axis(runs[label])
         for row, (title, force) in zip(axes, groups.items(), strict=True):
             factor = runs[label]["planet_load_factor"].sel(gear_mesh=force["gear_mesh"])
             largest = (KILO * force.max("gear_mesh"), factor.max("gear_mesh"))
@@ -368,6 +348,5 @@ def comparison_chart(runs: Mapping[str, xr.Dataset]) -> Figure:
         row[1].axhline(1.0, color=NEUTRAL, lw=0.7)
     for ax in axes[-1]:
         ax.set_xlabel(axis_label)
-    handles = variant_handles(colours)
-    figure.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), 5))
+    legend_below(figure, legend_lines(colours))
     return figure

@@ -91,10 +91,22 @@ def as_positions(
     return field, angles
 
 
-def star_exaggeration(displacement: FloatArray, radius: float, share: float = 0.16) -> float:
-    """Round factor that draws the largest in-plane displacement as at most share × radius."""
-    largest = float(np.nanmax(np.hypot(displacement[..., 0], displacement[..., 1]), initial=0.0))
-    return nice_number(share * radius / largest) if largest > 0 else 1.0
+def _largest(displacement: FloatArray) -> float:
+    """Largest displacement in the plane, m."""
+    return float(np.nanmax(np.hypot(displacement[..., 0], displacement[..., 1]), initial=0.0))
+
+
+def star_exaggeration(displacement: FloatArray, radius: float) -> float:
+    """Round factor that draws the largest in-plane displacement as at most 0.16 of the radius."""
+    largest = _largest(displacement)
+    return nice_number(0.16 * radius / largest) if largest > 0 else 1.0
+
+
+def star_reach(displacement: FloatArray, outline: StageOutline, factor: float) -> float:
+    """Half the side of a square that holds the star, m."""
+    return outline.ring_radius + 1.15 * max(
+        factor * _largest(displacement), 0.03 * outline.ring_radius
+    )
 
 
 def angle_text(angle: float, planets: int) -> str:
@@ -113,10 +125,10 @@ def draw_gears(axes: Axes, outline: StageOutline, carrier_angle: float) -> None:
     for i in range(len(outline.planet_angles)):
         x, y = outline.planet_centre(i, carrier_angle)
         colour = planet_colour(i + 1)
-        face = Circle((x, y), outline.planet_radius, fc=colour, ec="none", alpha=0.16, zorder=1.5)
-        axes.add_patch(face)
-        edge = Circle((x, y), outline.planet_radius, fill=False, ec=colour, lw=1.0, zorder=1.6)
-        axes.add_patch(edge)
+        face = (colour, 0.16)
+        axes.add_patch(
+            Circle((x, y), outline.planet_radius, fc=face, ec=colour, lw=1.0, zorder=1.6)
+        )
         axes.text(x, y, f"{i + 1}", ha="center", va="center", color=colour, weight="bold")
 
 
@@ -156,23 +168,21 @@ def ring_star(
     displacement: xr.DataArray | FloatArray,
     carrier_angles: Sequence[float] | FloatArray,
     outline: StageOutline,
-    exaggeration: float | None = None,
 ) -> Figure:
     """The deformed ring at one or more carrier angles, side by side.
 
     ``displacement`` (p, z, 3) or (z, 3): tooth nodes, global, m. The exaggeration is the same in
-    all panels, chosen round unless given, and stated.
+    all panels, round, and stated.
     """
     field, angles = as_positions(displacement, carrier_angles)
-    factor = exaggeration or star_exaggeration(field, outline.ring_radius)
+    factor = star_exaggeration(field, outline.ring_radius)
     columns = min(angles.size, 3)
     rows = -(-angles.size // columns)
     width = {1: 105.0, 2: 183.0, 3: 240.0}[columns]
     figure, axes = panels(
         rows, columns, height_mm=rows * (width / columns + 1) + 13, width_mm=width
     )
-    largest = factor * float(np.nanmax(np.hypot(field[..., 0], field[..., 1]), initial=0.0))
-    reach = outline.ring_radius + max(largest, 0.03 * outline.ring_radius) * 1.15
+    reach = star_reach(field, outline, factor)
     for ax in axes.ravel()[angles.size :]:
         ax.set_visible(False)
     for ax, u, angle in zip(axes.ravel(), field, angles, strict=False):
@@ -197,8 +207,8 @@ def star_handles() -> list[Line2D]:
 
 def draw_star(
     axes: Axes, displacement: FloatArray, angle: float, outline: StageOutline, factor: float
-) -> tuple[Line2D, FloatArray]:
-    """One star into ``axes``; returns the deformed line and its points (z, 2)."""
+) -> None:
+    """One star into ``axes``."""
     draw_gears(axes, outline, angle)
     draw_rotation_arrow(axes, outline)
     circle = Circle(
@@ -207,11 +217,10 @@ def draw_star(
     axes.add_patch(circle)
     points = ring_points(displacement, outline.ring_radius, factor)
     closed = np.vstack([points, points[:1]])
-    (line,) = axes.plot(
+    axes.plot(
         *closed.T, color=DEFORMED_COLOUR, marker="o", ms=1.8, lw=1.3, zorder=3, label="deformed"
     )
     axes.set_title(angle_text(angle, len(outline.planet_angles)))
-    return line, points
 
 
 @styled

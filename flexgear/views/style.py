@@ -9,8 +9,9 @@ schemes (SRON/EPS/TN/09-002); both are safe for the common forms of colour blind
 
 from __future__ import annotations
 
+import itertools
 import os
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from functools import wraps
 from io import BytesIO
 from math import gcd, pi
@@ -19,9 +20,12 @@ from typing import Any, Literal, ParamSpec, TypeVar
 
 import matplotlib
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.legend import Legend
+from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, MaxNLocator, MultipleLocator
 from numpy.typing import NDArray
 
@@ -34,15 +38,8 @@ Share = bool | Literal["none", "all", "row", "col"]
 FloatArray = NDArray[np.float64]
 
 PLANET_COLOURS = (
-    "#0072B2",
-    "#E69F00",
-    "#009E73",
-    "#CC79A7",
-    "#D55E00",
-    "#56B4E9",
-    "#8C6D1F",
-    "#444444",
-)
+    "#0072B2", "#E69F00", "#009E73", "#CC79A7", "#D55E00", "#56B4E9", "#8C6D1F", "#444444",
+)  # fmt: skip
 VARIANT_COLOURS = {"flexible": "#004488", "rigid": "#BB5566"}
 OTHER_VARIANTS = ("#117733", "#DDAA33", "#882255", "#44AA99", "#999933", "#AA4499", "#332288")
 SPLIT_COLOUR = "#DDAA33"  # loads by stiffness split, eq. 23
@@ -145,6 +142,38 @@ def text_only(text: str) -> Figure:
     return figure
 
 
+def legend_lines(colours: Mapping[str, str]) -> list[Line2D]:
+    """Entries of a legend by label."""
+    return [Line2D([], [], color=c, lw=1.5, label=label) for label, c in colours.items()]
+
+
+def legend_below(figure: Figure, handles: Iterable[Artist], columns: int = 6) -> Legend:
+    """One legend below all axes, in so many columns at most."""
+    shown = list(handles)
+    return figure.legend(
+        handles=shown, loc="outside lower center", ncols=max(1, min(len(shown), columns))
+    )
+
+
+def legend_of(figure: Figure, axes: NDArray[Any], columns: int = 6) -> Legend:
+    """The same of all that axes have labels for, each label once."""
+    by_label: dict[str, Artist] = {}
+    for ax in axes.flat:
+        handles, labels = ax.get_legend_handles_labels()
+        by_label |= dict(zip(labels, handles, strict=True))
+    return legend_below(figure, by_label.values(), columns)
+
+
+def least_span(axes: Axes, share: float) -> None:
+    """Keep a nearly constant quantity from filling the panel with its noise: its scale spans this
+    share of it at least."""
+    low, high = axes.get_ylim()
+    middle = 0.5 * (low + high)
+    half = 0.5 * share * abs(middle)
+    if high - low < 2 * half:
+        axes.set_ylim(middle - half, middle + half)
+
+
 def planet_colour(planet: int) -> str:
     """Colour of planet number ``planet`` (1-based)."""
     return PLANET_COLOURS[(planet - 1) % len(PLANET_COLOURS)]
@@ -152,15 +181,8 @@ def planet_colour(planet: int) -> str:
 
 def variant_colours(names: Iterable[str]) -> dict[str, str]:
     """Colour of each variant: "flexible" and "rigid" fixed, others in the order given."""
-    colours: dict[str, str] = {}
-    others = 0
-    for name in names:
-        if name in VARIANT_COLOURS:
-            colours[name] = VARIANT_COLOURS[name]
-        elif name not in colours:
-            colours[name] = OTHER_VARIANTS[others % len(OTHER_VARIANTS)]
-            others += 1
-    return colours
+    others = itertools.cycle(OTHER_VARIANTS)
+    return {name: VARIANT_COLOURS.get(name) or next(others) for name in dict.fromkeys(names)}
 
 
 def pi_label(value: float, denominator: int) -> str:
@@ -175,7 +197,7 @@ def pi_label(value: float, denominator: int) -> str:
     return f"{sign}{head}" if bottom == 1 else f"{sign}{head}/{bottom}"
 
 
-def angle_axis(axes: Axes, planets: int = 5, label: str = "carrier angle $θ_c$ (rad)") -> None:
+def angle_axis(axes: Axes, planets: int) -> None:
     """Ticks at multiples of the planet spacing 2π/N where at least two spacings are shown."""
     low, high = axes.get_xlim()
     spacing = 2 * pi / max(planets, 1)
@@ -186,7 +208,7 @@ def angle_axis(axes: Axes, planets: int = 5, label: str = "carrier angle $θ_c$ 
         axes.xaxis.set_major_formatter(FuncFormatter(lambda v, _: pi_label(v, planets)))
     else:
         axes.xaxis.set_major_locator(MaxNLocator(8))
-    axes.set_xlabel(label)
+    axes.set_xlabel("carrier angle $θ_c$ (rad)")
 
 
 def nice_number(value: float) -> float:
@@ -205,11 +227,6 @@ def factor_text(factor: float) -> str:
     return "× " + f"{factor:,.0f}".replace(",", "\u2009") if factor >= 10 else f"× {factor:g}"
 
 
-def unit_of_length(length: float) -> str:
-    """0.5 -> "0.5 m", 0.02 -> "20 mm"."""
-    return f"{length:g} m" if length >= 0.1 else f"{length * 1e3:g} mm"
-
-
 @styled
 def save_figure(figure: Figure, path: str | os.PathLike[str], dpi: float = 200.0) -> Path:
     """Write ``figure`` atomically as png, svg or pdf (by suffix) and return the path."""
@@ -225,11 +242,3 @@ def save_figure(figure: Figure, path: str | os.PathLike[str], dpi: float = 200.0
         else:
             figure.savefig(temporary, format=kind, dpi=dpi, metadata=stamp)
     return target
-
-
-def unit_of_torque(torque: float) -> tuple[str, float]:
-    """Unit in which a torque (N m) reads well, and the factor into it."""
-    for unit, size in (("MN·m", 1e6), ("kN·m", 1e3)):
-        if abs(torque) >= size:
-            return unit, 1.0 / size
-    return "N·m", 1.0

@@ -24,7 +24,7 @@ from matplotlib.ticker import (
 )
 
 from flexgear.model.errors import FlexgearError
-from flexgear.model.units import RPM
+from flexgear.results.report.wording import scale
 from flexgear.views.mode_charts import TYPE_COLOURS
 from flexgear.views.select import variable
 from flexgear.views.style import (
@@ -33,6 +33,8 @@ from flexgear.views.style import (
     PLANET_COLOURS,
     SEQUENTIAL_MAP,
     FloatArray,
+    least_span,
+    legend_below,
     panels,
     styled,
 )
@@ -45,8 +47,7 @@ SPREAD = 12.0  # ratio of the ends from which positive values are drawn logarith
 LEAST_SPAN = 0.01  # of the values: less is shown as constant
 WIDE_LABEL, NARROW_LABEL = 80, 30  # characters of a key in one line
 STYLES = ("-", "--", "-.", ":")
-SCALES = {"m": (MICRO, "µm"), "rad/s": (RPM, "r/min"), "1": (1.0, "–")}
-PREFIXED = {"N": "N", "N m": "N m", "W": "W"}
+SCALES = {"m": (MICRO, "µm"), "1": (1.0, "–"), "Hz": (1.0, "Hz")}  # whatever the values
 NEGLIGIBLE = 1e-9  # of the largest value: lines below are not drawn
 
 
@@ -228,7 +229,7 @@ def _draw(ax: Axes, ticks: xr.DataArray, curves: list[Curve], spread: bool) -> N
         ax.yaxis.set_major_formatter(FuncFormatter(lambda v, _: f"{v:g}"))
         ax.yaxis.set_minor_formatter(NullFormatter())
     else:
-        _least_span(ax)
+        least_span(ax, LEAST_SPAN)
 
 
 def _marked_types(ax: Axes, data: xr.Dataset, field: xr.DataArray, key: str) -> dict[str, Line2D]:
@@ -316,19 +317,15 @@ def _first_definition(field: xr.DataArray) -> xr.DataArray:
 def scale_of(field: xr.DataArray) -> tuple[float, str]:
     """Factor and unit in which a variable is shown."""
     unit = str(field.attrs.get("units", ""))
-    if unit in PREFIXED:
-        largest = float(np.nanmax(np.abs(field.to_numpy()), initial=0.0))
-        for factor, prefix in ((1e6, "M"), (1e3, "k")):
-            if largest >= 2 * factor:
-                return 1 / factor, prefix + PREFIXED[unit]
-    return SCALES.get(unit, (1.0, unit))
+    if unit in SCALES:
+        return SCALES[unit]
+    printed, factor = scale(field.to_numpy().ravel(), unit)
+    return factor, printed
 
 
 def _legend(figure: Figure, handles: list[Line2D], title: str = "") -> None:
     if handles:
-        columns = min(len(handles), LINES_BY_KEY if title else 4)
-        legend = figure.legend(handles=handles, loc="outside lower center", ncols=columns)
-        legend.set_title(title)
+        legend_below(figure, handles, LINES_BY_KEY if title else 4).set_title(title)
 
 
 def _handle(curve: Curve) -> Line2D:
@@ -355,12 +352,3 @@ def _tick(value: Any) -> str:
 
 def _title_of_key(name: str) -> str:
     return name.replace("_", " ").replace(".", ", ")
-
-
-def _least_span(ax: Axes) -> None:
-    """Keep a constant line from filling the panel with its noise."""
-    low, high = ax.get_ylim()
-    middle = 0.5 * (low + high)
-    half = LEAST_SPAN / 2 * abs(middle)
-    if high - low < 2 * half:
-        ax.set_ylim(middle - half, middle + half)

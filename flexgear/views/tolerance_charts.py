@@ -6,7 +6,6 @@ import math
 
 import numpy as np
 import xarray as xr
-from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, MaxNLocator
@@ -15,7 +14,7 @@ from flexgear.model.errors import FlexgearError
 from flexgear.model.names import GroupName
 from flexgear.results.tolerance_statistics import distribution_band
 from flexgear.views.select import variable
-from flexgear.views.style import NEUTRAL, PLANET_COLOURS, FloatArray, panels, styled
+from flexgear.views.style import NEUTRAL, PLANET_COLOURS, FloatArray, legend_of, panels, styled
 
 BARS = "#9DBAD5"
 MEAN, STATED, STANDARD = PLANET_COLOURS[2], PLANET_COLOURS[1], PLANET_COLOURS[4]
@@ -60,10 +59,7 @@ def tolerance_chart(data: xr.Dataset, name: str = "load_sharing") -> Figure:
         for ax in row:
             ax.set_xlabel(label)
             _span(ax, values)
-    handles: dict[str, Artist] = {}
-    for ax in axes.ravel():
-        handles |= dict(zip(*reversed(ax.get_legend_handles_labels()), strict=True))
-    figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=3)
+    legend_of(figure, axes, 3)
     lines = [f"{data.attrs['case']}: {data.sizes['sample']} samples of its manufacturing errors"]
     if drawn is not groups:
         lines += [f"{title}: {x[0]:.6f} in all of them" for title, x in equal.items()]

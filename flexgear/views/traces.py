@@ -7,14 +7,13 @@ from __future__ import annotations
 
 import re
 import unicodedata
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PathCollection, PolyCollection, QuadMesh
 from matplotlib.colors import to_hex, to_rgba
-from matplotlib.image import AxesImage
 from matplotlib.lines import Line2D
 from matplotlib.patches import FancyArrowPatch, Patch, Rectangle
 from numpy.typing import NDArray
@@ -37,8 +36,6 @@ def traces_of(axes: Axes) -> Iterator[dict[str, Any]]:
     for collection in axes.collections:
         if collection.get_visible():
             yield from _of_collection(collection)
-    for image in axes.images:
-        yield _of_image(image)
     yield from _of_patches(axes)
     for line in lines:
         yield _of_line(line, most)
@@ -93,36 +90,27 @@ def _of_collection(collection: Any) -> Iterator[dict[str, Any]]:
         if not len(at):
             return
         faces = collection.get_facecolor()
-        rgba = faces if len(faces) else collection.get_edgecolor()
-        colours = [colour_of(c) for c in rgba]
+        colours = [colour_of(c) for c in (faces if len(faces) else collection.get_edgecolor())]
         marker = {"color": colours[0] if len(set(colours)) == 1 else colours, "size": 7}
-        yield {"type": "scatter", "mode": "markers", "x": listed(at[:, 0]),
-               "y": listed(at[:, 1]), "marker": marker} | named(collection)  # fmt: skip
-    elif isinstance(collection, LineCollection):
-        yield from _polylines(collection, [np.asarray(s) for s in collection.get_segments()], False)
-    elif isinstance(collection, PolyCollection):
-        yield from _polylines(
-            collection, [np.asarray(p.vertices) for p in collection.get_paths()], True
-        )
+        points = {"x": listed(at[:, 0]), "y": listed(at[:, 1])}
+        yield {"type": "scatter", "mode": "markers", **points, "marker": marker} | named(collection)
+    elif isinstance(collection, LineCollection | PolyCollection) and collection.get_paths():
+        filled = isinstance(collection, PolyCollection)
+        trace = _polylines([path.vertices for path in collection.get_paths()])
+        rgba = collection.get_facecolor() if filled else collection.get_edgecolor()
+        colour = colour_of(rgba[0]) if len(rgba) else "#6B7280"
+        if filled:
+            trace |= {"fill": "toself", "fillcolor": colour, "hoverinfo": "skip"}
+        trace["line"] = {"width": 0} if filled else {"color": colour, "width": 1}
+        yield trace | named(collection)
 
 
-def _polylines(collection: Any, pieces: list[Array], filled: bool) -> Iterator[dict[str, Any]]:
-    if not pieces:
-        return
+def _polylines(pieces: Sequence[Any]) -> dict[str, Any]:
+    """Lines one after the other, with gaps."""
     gap = np.full((1, 2), np.nan)
     points = np.vstack([part for piece in pieces for part in (np.asarray(piece, float), gap)])
-    rgba = collection.get_facecolor() if filled else collection.get_edgecolor()
-    colour = colour_of(rgba[0]) if len(rgba) else "#6B7280"
-    trace: dict[str, Any] = {
-        "type": "scatter",
-        "mode": "lines",
-        "x": listed(points[:, 0]),
-        "y": listed(points[:, 1]),
-        "line": {"color": colour, "width": 1},
-    }
-    if filled:
-        trace |= {"fill": "toself", "fillcolor": colour, "line": {"width": 0}, "hoverinfo": "skip"}
-    yield trace | named(collection)
+    x, y = listed(points[:-1, 0]), listed(points[:-1, 1])
+    return {"type": "scatter", "mode": "lines", "x": x, "y": y}
 
 
 def _of_quads(quads: QuadMesh) -> dict[str, Any]:
@@ -130,18 +118,6 @@ def _of_quads(quads: QuadMesh) -> dict[str, Any]:
     x, y = corners[0, :, 0], corners[:, 0, 1]
     z = _filled(quads.get_array()).reshape(len(y) - 1, len(x) - 1)
     return _map(0.5 * (x[1:] + x[:-1]), 0.5 * (y[1:] + y[:-1]), z, quads)
-
-
-def _of_image(image: AxesImage) -> dict[str, Any]:
-    z = _filled(image.get_array())
-    if z.ndim != 2:
-        return {}
-    left, right, bottom, top = image.get_extent()
-    rows, columns = z.shape
-    x = left + (np.arange(columns) + 0.5) * (right - left) / columns
-    ends = (top, bottom) if image.origin == "upper" else (bottom, top)
-    y = ends[0] + (np.arange(rows) + 0.5) * (ends[1] - ends[0]) / rows
-    return _map(x, y, z, image)
 
 
 def _map(x: Array, y: Array, z: Array, source: Any) -> dict[str, Any]:
@@ -196,17 +172,8 @@ def _outline(axes: Axes, patch: Patch) -> Iterator[dict[str, Any]]:
     pieces = [back.transform(piece) for piece in pixels.to_polygons(closed_only=False)]
     if not pieces:
         return
-    gap = np.full((1, 2), np.nan)
-    points = np.vstack([part for piece in pieces for part in (np.asarray(piece), gap)])[:-1]
-    edge = to_rgba(patch.get_edgecolor())
-    trace: dict[str, Any] = {
-        "type": "scatter",
-        "mode": "lines",
-        "x": listed(points[:, 0]),
-        "y": listed(points[:, 1]),
-        "hoverinfo": "skip",
-        "line": {"color": colour_of(edge), "width": float(patch.get_linewidth())},
-    }
+    line = {"color": colour_of(patch.get_edgecolor()), "width": float(patch.get_linewidth())}
+    trace = {**_polylines(pieces), "hoverinfo": "skip", "line": line}
     if patch.get_fill() and to_rgba(patch.get_facecolor())[3] > 0:
         trace |= {"fill": "toself", "fillcolor": colour_of(patch.get_facecolor())}
     yield trace | named(patch)

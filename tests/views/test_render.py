@@ -97,7 +97,7 @@ def test_deformed_ring_is_rendered_with_bar_factor_and_scale(annulus):
     assert "× 2\u2009000" in ax.get_title(loc="left")
     assert "largest 40.0 µm" in ax.get_title(loc="left")
     assert bar.get_ylabel() == "displacement magnitude (µm)"
-    assert any(text.get_text().endswith(" m") for text in ax.texts)
+    assert any(text.get_text().endswith(" mm") for text in ax.texts)
     picture = np.asarray(ax.images[0].get_array())
     filled = (picture < 250).any(axis=2)
     assert 0.1 < filled.mean() < 0.6

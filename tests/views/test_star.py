@@ -25,7 +25,7 @@ def test_five_points_stand_at_the_planets(outline, angle):
     phi = 2 * np.pi * np.arange(93) / 93
     ripple = 30e-6 * np.cos(5 * (phi - angle))
     field = np.column_stack([ripple * np.cos(phi), ripple * np.sin(phi), 0 * phi])
-    figure = star.ring_star(field, [angle], outline, exaggeration=2000.0)
+    figure = star.ring_star(field, [angle], outline)
     points = deformed(figure.axes[0])[:-1]
     radius = np.hypot(*points.T)
     assert radius.max() == pytest.approx(outline.ring_radius + 0.06, abs=1e-3)

@@ -83,8 +83,6 @@ class TestSharing:
     def test_over_time(self):
         figure = sharing_charts.sharing_chart(history("time"))
         assert figure.axes[-1].get_xlabel() == "time (s)"
-        with pytest.raises(FlexgearError, match="choose time or input_angle"):
-            sharing_charts.sharing_chart(history(), x="carrier_angle")
 
     def test_planets_that_are_alike_are_one_line(self):
         figure = sharing_charts.sharing_chart(history(uneven=0.0))
@@ -201,8 +199,9 @@ class TestModes:
         np.testing.assert_allclose(bars["planet bearing"], 30.0)
         np.testing.assert_allclose(sum(np.array(v) for v in bars.values()), 100.0)
 
-    def test_too_many_modes_are_cut_and_it_is_said(self):
-        figure = mode_charts.modes_chart(modes(), most=2)
+    def test_too_many_modes_are_cut_and_it_is_said(self, monkeypatch):
+        monkeypatch.setattr(mode_charts, "MOST_MODES", 2)
+        figure = mode_charts.modes_chart(modes())
         assert "lowest 2 of 4" in figure.get_suptitle()
 
     def test_no_modes(self):
@@ -292,8 +291,8 @@ class TestCampbell:
 
     def test_without_excitation(self):
         data = campbell().drop_dims(["excitation", "crossing"])
-        ax = campbell_chart(data, highest=120).axes[0]
-        assert ax.get_ylim() == (0, 120)
+        (ax,) = campbell_chart(data).axes
+        assert len(ax.get_lines()) > data.sizes["mode"]  # one a mode, and the rated speed
 
 
 def test_missing_variable_is_named():

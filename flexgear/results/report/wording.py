@@ -15,6 +15,7 @@ from flexgear.model.units import ALL_SUFFIXES, unit_name
 _SCALES: dict[str, tuple[tuple[float, str, float], ...]] = {
     "N": ((1e6, "MN", 1e-6), (1e3, "kN", 1e-3), (0, "N", 1)),
     "N m": ((1e6, "MN m", 1e-6), (1e3, "kN m", 1e-3), (0, "N m", 1)),
+    "J": ((1e6, "MJ", 1e-6), (1e3, "kJ", 1e-3), (0, "J", 1)),
     "W": ((1e6, "MW", 1e-6), (1e3, "kW", 1e-3), (0, "W", 1)),
     "m": ((10, "m", 1), (1e-3, "mm", 1e3), (0, "µm", 1e6)),
     "rad": ((0, "mrad", 1e3),),
