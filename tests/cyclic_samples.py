@@ -9,7 +9,7 @@ from plain_meshes import annulus
 
 from flexgear.structures.fe_mesh.gears import RingMeshParameters, ring_fe_mesh
 from flexgear.structures.fem import (
-    assemble,
+    FeModel,
     averaging_tie,
     disc_points,
     facet_sample,
@@ -23,7 +23,7 @@ TEETH = 12
 
 def plain_ring(teeth=TEETH, radial=1, axial=2, teeth_tie=averaging_tie):
     """A ring whose teeth are patches inside; a fit outside and two bolts on one face."""
-    model = assemble(annulus((2 * teeth, radial, axial), teeth=teeth), *STEEL)
+    model = FeModel(annulus((2 * teeth, radial, axial), teeth=teeth), *STEEL)
     return model, interface_of(model, ring_ties(model, teeth, 0.7, 0.88, 0.15, teeth_tie))
 
 

@@ -10,6 +10,7 @@ from skfem.helpers import dot
 from skfem.models.elasticity import lame_parameters, linear_elasticity
 
 from flexgear.structures.fem.assembly import INTEGRATION_ORDER, scalar_basis
+from flexgear.structures.kinematics import rigid_motion
 
 FROM_VTK = [6, 2, 5, 7, 1, 3, 4, 0]
 TO_VTK = [7, 4, 1, 5, 6, 2, 0, 3]
@@ -118,3 +119,8 @@ def plain_matrices(fe_mesh, young_modulus, poisson_ratio, density):
 
     elasticity = linear_elasticity(*lame_parameters(young_modulus, poisson_ratio))
     return elasticity.assemble(basis).tocsr(), inertia.assemble(basis).tocsr()
+
+
+def rigid_modes(model):
+    """Rigid motion of a model's nodes (3n, 6) for unit ux, uy, uz, tx, ty, tz about the origin."""
+    return rigid_motion(model.nodes).reshape(-1, 6)

@@ -7,7 +7,7 @@ import scipy.linalg
 from plain_meshes import annulus
 
 from flexgear.files.matrices.body import ReducedMatrices
-from flexgear.structures.fem import assemble, averaging_tie, facet_sample, interface_of
+from flexgear.structures.fem import FeModel, averaging_tie, facet_sample, interface_of
 from flexgear.structures.reduction import reduce_body
 from flexgear.structures.shaft import BeamSection, shaft_body
 
@@ -46,7 +46,7 @@ def beam():
 @cache
 def ring():
     """Four patches of a ring of finite elements and its outer face, with ten modes."""
-    model = assemble(annulus((8, 1, 1), teeth=4), *STEEL)
+    model = FeModel(annulus((8, 1, 1), teeth=4), *STEEL)
     ties = []
     for j in range(4):
         angle = 2 * np.pi * (j + 0.5) / 4

@@ -16,7 +16,7 @@ from flexgear.gears.power_flow import power_flow
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError, echo
 from flexgear.model.read import nearest
-from flexgear.structures.fem import assemble, averaging_tie, facet_sample, interface_of, solid_mesh
+from flexgear.structures.fem import FeModel, averaging_tie, facet_sample, interface_of, solid_mesh
 from flexgear.structures.reduced import ReducedBody
 from flexgear.structures.reduction import reduce_body
 
@@ -74,7 +74,7 @@ def reduce_mesh(
     uy, uz, rx, ry, rz each, in their order; ``recover(q)`` is the displacement of every vertex.
     """
     solid = solid_mesh(mesh)
-    model = assemble(solid, young_modulus, poisson_ratio, density)
+    model = FeModel(solid, young_modulus, poisson_ratio, density)
     ties = []
     for name, position in nodes.items():
         if name not in solid.facets:

@@ -9,7 +9,7 @@ from plain_meshes import plain_matrices
 from benchmarks.record import Comparison, Curve, Report
 from benchmarks.rings import dofs_text, ring_mesh
 from benchmarks.timing import interleaved
-from flexgear.structures.fem import assemble
+from flexgear.structures.fem import FeModel
 from flexgear.structures.linalg.threads import single_threaded_blas
 
 REPEATS = {"quick": {"37k": 1}, "full": {"37k": 2, "57k": 1, "314k": 1}}
@@ -25,7 +25,7 @@ def run(report: Report, size: str) -> None:
         steel = (m.young_modulus, m.poisson_ratio, m.density)
 
         def ours(fe_mesh=fe_mesh, steel=steel):
-            model = assemble(fe_mesh, *steel)
+            model = FeModel(fe_mesh, *steel)
             return model.stiffness, model.mass
 
         def forms(fe_mesh=fe_mesh, steel=steel):

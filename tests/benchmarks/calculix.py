@@ -17,7 +17,7 @@ from benchmarks.timing import interleaved
 from flexgear.structures.fe_mesh import FeMesh
 from flexgear.structures.fe_mesh.fe_mesh import EDGES_VTK
 from flexgear.structures.fe_mesh.inp import write_inp
-from flexgear.structures.fem import assemble
+from flexgear.structures.fem import FeModel
 from flexgear.structures.linalg.sparse import Factor
 from flexgear.structures.linalg.threads import THREADS, single_threaded_blas
 
@@ -61,7 +61,7 @@ def run(report: Report, size: str) -> None:
 
 def frequencies(fe_mesh: FeMesh, steel: tuple[float, float, float], count: int) -> np.ndarray:
     """Lowest frequencies, Hz: assembly, one factorisation, ARPACK."""
-    model = assemble(fe_mesh, *steel)
+    model = FeModel(fe_mesh, *steel)
     z = model.nodes[:, 2]
     free = z < z.max() - 1e-9
     dofs = np.repeat(free, 3)

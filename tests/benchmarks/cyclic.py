@@ -12,10 +12,11 @@ from benchmarks.rings import dofs_text, ring_mesh
 from benchmarks.timing import interleaved
 from flexgear.model.stage_view import StageView
 from flexgear.structures.fe_mesh import FeMesh
-from flexgear.structures.fem import assemble
+from flexgear.structures.fem import FeModel
 from flexgear.structures.linalg.threads import THREADS
 from flexgear.structures.reduction import reduce
 from flexgear.structures.sources.of_case import ring_source
+from flexgear.structures.sources.reducing import tied
 
 REPEATS = {"quick": {"37k": 1}, "full": {"37k": 2, "57k": 2, "133k": 1, "314k": 1}}
 ALONE = {"quick": (), "full": ("1M",)}  # sizes at which the general path takes too long here
@@ -72,13 +73,13 @@ def run(report: Report, size: str) -> None:
 def by_sectors(case: StageView, fe_mesh: FeMesh, count: int) -> tuple[np.ndarray, np.ndarray]:
     """Interface stiffness N/m and frequencies Hz, one sector of the ring's teeth at a time."""
     from flexgear.structures.cyclic.condensation import sector_counts
-    from flexgear.structures.fem.assembly import UnassembledModel
+    from flexgear.structures.fem import FeModel
 
     m = case.material
-    model = UnassembledModel(fe_mesh, m.young_modulus, m.poisson_ratio, m.density)
+    model = FeModel(fe_mesh, m.young_modulus, m.poisson_ratio, m.density)
     found = reduce(
         model,
-        ring_source(case).interface(model),
+        tied(model, ring_source(case).nodes(model.fe_mesh)),
         count,
         sectors=sector_counts(case.stage.ring.teeth),
     )
@@ -90,6 +91,6 @@ def by_sectors(case: StageView, fe_mesh: FeMesh, count: int) -> tuple[np.ndarray
 def in_general(case: StageView, fe_mesh: FeMesh, count: int) -> tuple[np.ndarray, np.ndarray]:
     """The same on the whole ring."""
     m = case.material
-    model = assemble(fe_mesh, m.young_modulus, m.poisson_ratio, m.density)
-    found = reduce(model, ring_source(case).interface(model), count)
+    model = FeModel(fe_mesh, m.young_modulus, m.poisson_ratio, m.density)
+    found = reduce(model, tied(model, ring_source(case).nodes(model.fe_mesh)), count)
     return found.condensation.stiffness, found.frequencies

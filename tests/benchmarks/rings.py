@@ -10,8 +10,9 @@ import numpy as np
 from flexgear.model.load import load_case
 from flexgear.model.stage_view import StageView
 from flexgear.structures.fe_mesh import FeMesh, ring_fe_mesh
-from flexgear.structures.fem import FeModel, Interface, assemble
+from flexgear.structures.fem import FeModel, Interface
 from flexgear.structures.sources.of_case import ring_source
+from flexgear.structures.sources.reducing import tied
 
 # name -> fidelity of the section, number of bands that cut the middle of the face into layers
 SIZES = {
@@ -44,8 +45,8 @@ def ring_model(size: str) -> tuple[StageView, FeModel, Interface]:
     """Case, assembled FE model and all 120 interface nodes."""
     case, fe_mesh = ring_mesh(size)
     m = case.material
-    model = assemble(fe_mesh, m.young_modulus, m.poisson_ratio, m.density)
-    return case, model, ring_source(case).interface(model)
+    model = FeModel(fe_mesh, m.young_modulus, m.poisson_ratio, m.density)
+    return case, model, tied(model, ring_source(case).nodes(model.fe_mesh))
 
 
 def small_ring() -> FeModel:
@@ -53,7 +54,7 @@ def small_ring() -> FeModel:
     case = ring_case()
     p = replace(ring_source(case).mesh, teeth=47, bolts=13, bolt_circle_diameter=1.13)
     m = case.material
-    return assemble(ring_fe_mesh(p), m.young_modulus, m.poisson_ratio, m.density)
+    return FeModel(ring_fe_mesh(p), m.young_modulus, m.poisson_ratio, m.density)
 
 
 def dofs_text(dofs: int) -> str:

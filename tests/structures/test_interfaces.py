@@ -6,9 +6,9 @@ import pytest
 from flexgear.model.load import load_case
 from flexgear.model.stage_view import StageView
 from flexgear.structures.fe_mesh import FeMesh
-from flexgear.structures.fem import Interface
-from flexgear.structures.fem.assembly import UnassembledModel
+from flexgear.structures.fem import FeModel, Interface
 from flexgear.structures.sources.of_case import ring_source
+from flexgear.structures.sources.reducing import tied
 
 
 @pytest.fixture(scope="module")
@@ -16,10 +16,10 @@ def case() -> StageView:
     return load_case("wind-5mw", {"solver.fidelity": "quick"}).view()
 
 
-def interface(case: StageView, fe_mesh: FeMesh) -> tuple[Interface, UnassembledModel]:
+def interface(case: StageView, fe_mesh: FeMesh) -> tuple[Interface, FeModel]:
     m = case.material
-    model = UnassembledModel(fe_mesh, m.young_modulus, m.poisson_ratio, m.density)
-    return ring_source(case).interface(model), model
+    model = FeModel(fe_mesh, m.young_modulus, m.poisson_ratio, m.density)
+    return tied(model, ring_source(case).nodes(model.fe_mesh)), model
 
 
 @pytest.mark.parametrize("order", [1, -1])

@@ -21,8 +21,8 @@ from flexgear.structures.fe_mesh.solids import mesh_solid
 from flexgear.structures.kinematics import rigid_rows, turn
 from flexgear.structures.linalg.threads import single_threaded_blas
 from flexgear.structures.reduced import ReducedBody, elastic_modes, floating
+from flexgear.structures.sources.fe_body import Accuracy
 from flexgear.structures.sources.gears import PlanetSource
-from flexgear.structures.sources.source import Accuracy
 
 YOUNG, POISSON, DENSITY = 210e9, 0.3, 7850.0
 HELICAL = PlanetMeshParameters(fidelity="quick")

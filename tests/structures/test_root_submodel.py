@@ -10,7 +10,7 @@ from plain_meshes import box, tetrahedra
 from flexgear.gears.geometry import stage_geometry
 from flexgear.model.load import load_case
 from flexgear.structures.fe_mesh import SegmentDivisions, SegmentParameters
-from flexgear.structures.fem import assemble, element_gradient
+from flexgear.structures.fem import FeModel, element_gradient
 from flexgear.structures.tooth_influence.roots import (
     DEPTH,
     FINE,
@@ -51,7 +51,7 @@ def both_fillets(influence, height, line_load=1e6):
 
 @pytest.mark.parametrize("make", [lambda x: x, tetrahedra])
 def test_gradients_of_quadratic_fields_are_exact_at_vertices(make):
-    model = assemble(make(box()), *STEEL, density=1.0)
+    model = FeModel(make(box()), *STEEL, density=1.0)
     x, y, z = model.nodes.T
     vertices = np.array([0, 7, len(model.fe_mesh.points) // 2])
     found = (element_gradient(model, vertices) @ (x * y - 2 * z**2 + 3 * x)).reshape(-1, 3)

@@ -10,7 +10,7 @@ import scipy.linalg as sla
 
 from flexgear.structures.fe_mesh.gears import RingMeshParameters, ring_fe_mesh
 from flexgear.structures.fe_mesh.solids import mesh_solid, ring_solid
-from flexgear.structures.fem import assemble, averaging_tie, facet_sample, interface_of
+from flexgear.structures.fem import FeModel, averaging_tie, facet_sample, interface_of
 from flexgear.structures.reduction import reduce_body
 
 STEEL = (210e9, 0.3, 7850.0)
@@ -65,7 +65,7 @@ def test_the_mesh_becomes_that_of_a_spur_gear():
 
 def static_and_frequencies(p):
     """Flexibility of a tooth (6, 6) and the lowest frequencies of a ring on springs at its fits."""
-    model = assemble(ring_fe_mesh(p), *STEEL)
+    model = FeModel(ring_fe_mesh(p), *STEEL)
     patches, radius = model.fe_mesh.facets, p.tooth.reference_radius
     ties = []
     for j in range(p.teeth):

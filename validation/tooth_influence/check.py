@@ -15,7 +15,7 @@ from flexgear.gears.slices import Nominal, bent
 from flexgear.gears.stiffness import iso_mean_stiffness, iso_peak
 from flexgear.model.load import load_case
 from flexgear.structures.fe_mesh import tooth_segment
-from flexgear.structures.fem import assemble, facet_nodes
+from flexgear.structures.fem import FeModel, facet_nodes
 from flexgear.structures.tooth_influence import of_case, pair_bending, pairs
 from flexgear.structures.tooth_influence.influence import (
     carried_by_tie,
@@ -143,7 +143,7 @@ def _errors(parts, full, z):
 
 def _tie_flexibility(segment):
     """Flexibility (6, 6) of the node that an averaging tie puts on the middle tooth's root."""
-    model = assemble(segment.fe_mesh, *STEEL, density=1.0)
+    model = FeModel(segment.fe_mesh, *STEEL, density=1.0)
     free = np.ones((len(model.nodes), 3), dtype=bool)
     free[facet_nodes(model, segment.fe_mesh.facets["held"])] = False
     return held_flexibility(model, free, root_tie(segment, model).T)

@@ -187,18 +187,17 @@ Array = NDArray[np.float64]
 class Circulant:
     """A_0 (n, n) and A_1 (n, b) CSR of a block-circulant matrix; b the last rows of n.
 
-    scalar: one entry a node, for x, y and z; ahead_turn: Q (3, 3) then.
+    ahead_turn: Q (3, 3) where there is one entry a node, for x, y and z.
     """
 
     here: sp.csr_matrix = field(repr=False)
     ahead: sp.csr_matrix = field(repr=False)
-    scalar: bool = False
     ahead_turn: Array | None = None
 
     def product(self, x: Array) -> Array:
         """A x in sector form, (3n, z, k)."""
         rows, b = self.ahead.shape
-        border = slice(len(x) - 3 * b if self.scalar else len(x) - b, None)
+        border = slice(len(x) - len(x) // rows * b, None)
         flat = np.ascontiguousarray(x).reshape(rows, -1)
         next_border = self._turned(np.roll(x[border], -1, axis=1), forward=True)
         out = (self.here @ flat + self.ahead @ next_border.reshape(b, -1)).reshape(x.shape)
@@ -215,7 +214,7 @@ class Circulant:
 
     def on_dofs(self) -> Circulant:
         """The same with three rows a node where it is scalar."""
-        if not self.scalar:
+        if self.ahead_turn is None:
             return self
         ahead = sp.kron(self.ahead, self.ahead_turn).tocsr()
         return Circulant(sp.kron(self.here, np.eye(3)).tocsr(), ahead)
@@ -226,7 +225,7 @@ class Circulant:
 
     def _turned(self, x: Array, forward: bool) -> Array:
         """Border components in the axes of the sector before (forward) or back in their own."""
-        if not self.scalar or self.ahead_turn is None:
+        if self.ahead_turn is None:
             return x
         q = self.ahead_turn if forward else self.ahead_turn.T
         parts = x.reshape(-1, 3, *x.shape[1:])
@@ -234,58 +233,35 @@ class Circulant:
 
 
 def sector_matrices(model: FeModel, sectors: Sectors) -> tuple[Circulant, Circulant]:
-    """Stiffness and (scalar) mass of a body of equal sectors.
-
-    A model that is assembled already is sliced, another assembled over one sector only.
-    """
-    n = len(sectors.nodes)
-    sector_nodes = np.concatenate([sectors.nodes[:, 0], sectors.nodes[sectors.interior :, 1]])
-    part = getattr(model, "part", None)
-    if part is None:
-        stiffness, mass, at = model.stiffness, model.scalar_mass, sector_nodes
-    else:
-        small, numbers = part(sectors.cells)
-        place = np.empty(len(model.nodes), dtype=np.int64)
-        place[numbers] = np.arange(len(numbers))
-        stiffness, mass, at = small.stiffness, small.scalar_mass, place[sector_nodes]
+    """Stiffness and (scalar) mass of a body of equal sectors, assembled over one sector only."""
+    n, b = len(sectors.nodes), sectors.border
+    part, numbers = model.part(sectors.cells)
+    place = np.empty(len(model.nodes), dtype=np.int64)
+    place[numbers] = np.arange(len(numbers))
+    at = place[np.concatenate([sectors.nodes[:, 0], sectors.nodes[sectors.interior :, 1]])]
     dofs = (3 * at[:, None] + np.arange(3)).ravel()
-    stiffness = stiffness[dofs][:, dofs].tocsr()
-    mass = mass[at][:, at].tocsr()
     q = rotation(sectors.pitch)
-    turned = sp.block_diag([sp.identity(3 * n), sp.kron(sp.identity(sectors.border), q)]).tocsr()
-    stiffness = (turned.T @ stiffness @ turned).tocsr()
-    whole = part is None
-    return (
-        _circulant(stiffness, 3 * n, 3 * sectors.border, whole),
-        _circulant(mass, n, sectors.border, whole, q),
-    )
+    turned = sp.block_diag([sp.identity(3 * n), sp.kron(sp.identity(b), q)]).tocsr()
+    stiffness = (turned.T @ part.stiffness[dofs][:, dofs] @ turned).tocsr()
+    mass = part.scalar_mass[at][:, at].tocsr()
+    return _circulant(stiffness, 3 * n, 3 * b), _circulant(mass, n, b, q)
 
 
-def _circulant(
-    matrix: sp.csr_matrix, n: int, b: int, whole: bool, q: Array | None = None
-) -> Circulant:
-    """From a matrix on own dofs and the next border: of the whole body, or of one sector's cells.
-
-    The whole body's rows hold everything already; one sector's part at the next border is what
-    every sector adds at its own.
-    """
-    here = matrix[:n, :n]
-    if not whole:
-        at = sp.csr_matrix((np.ones(b), (np.arange(n - b, n), np.arange(b))), (n, b))
-        here = here + at @ matrix[n:, n:] @ at.T
-    return Circulant(here.tocsr(), matrix[:n, n:].tocsr(), q is not None, q)
+def _circulant(matrix: sp.csr_matrix, n: int, b: int, q: Array | None = None) -> Circulant:
+    """From the matrix of one sector's cells on own dofs and the next border; its part there is
+    what every sector adds at its own border."""
+    at = sp.csr_matrix((np.ones(b), (np.arange(n - b, n), np.arange(b))), (n, b))
+    here = matrix[:n, :n] + at @ matrix[n:, n:] @ at.T
+    return Circulant(here.tocsr(), matrix[:n, n:].tocsr(), q)
 
 
 def to_sectors(x: Array, sectors: Sectors) -> Array:
     """(3n, z, k) in sector form of dof vectors (3N, k)."""
     n, z = sectors.nodes.shape
-    whole = x.reshape(-1, 3, x.shape[1])
-    cos, sin = _cos_sin(sectors)
+    parts = x.reshape(-1, 3, x.shape[1])
     out = np.empty((n, 3, z, x.shape[1]))
-    gathered = whole[sectors.nodes]  # (n, z, 3, k)
-    out[:, 0] = cos * gathered[:, :, 0] + sin * gathered[:, :, 1]
-    out[:, 1] = cos * gathered[:, :, 1] - sin * gathered[:, :, 0]
-    out[:, 2] = gathered[:, :, 2]
+    for s, turned in enumerate(sectors.turns()):
+        out[:, :, s] = turned.T @ parts[sectors.nodes[:, s]]
     return out.reshape(3 * n, z, -1)
 
 
@@ -298,8 +274,3 @@ def from_sectors(x: Array, sectors: Sectors, nodes: int) -> Array:
         mine = sectors.nodes[:, s] < nodes
         out[sectors.nodes[mine, s]] = turned @ parts[mine, :, s]
     return out.reshape(3 * nodes, x.shape[2])
-
-
-def _cos_sin(sectors: Sectors) -> tuple[Array, Array]:
-    angle = sectors.pitch * np.arange(sectors.count)
-    return np.cos(angle)[:, None], np.sin(angle)[:, None]

@@ -1,6 +1,6 @@
 """Finite elements: stiffness, mass and interface ties. The only place that imports scikit-fem."""
 
-from flexgear.structures.fem.assembly import FeModel, assemble, plane_strain, solid_mesh
+from flexgear.structures.fem.assembly import FeModel, plane_strain, solid_mesh
 from flexgear.structures.fem.sampling import (
     Sample,
     disc_points,

@@ -1,17 +1,12 @@
-r"""Elements and FE models.
-
-Which scikit-fem element stands for which cells.
+r"""FE models: which scikit-fem elements stand for which cells, stiffness and mass.
 
 Quadratic interpolation on straight-edged geometry: 20-node serendipity on 8-vertex hexahedra,
 10-node on 4-vertex tetrahedra. Integration order 4 is 3 x 3 x 3 Gauss points on hexahedra, exact
 for the mass matrix of a parallelepiped, and is what CalculiX takes for C3D20. Cells come in
 scikit-fem's vertex order, right-handed (see `flexgear.structures.fe_mesh.fe_mesh`).
 
-A mesh of scikit-fem as one that assembly takes.
-
-Stiffness and mass of linear elasticity, assembled by batched matrix products.
-
-With the scalar shape functions N_a of an element and
+Stiffness and mass of linear elasticity are assembled by batched matrix products. With the scalar
+shape functions N_a of an element and
 
     G_{ai,bj} = \int dN_a/dx_i dN_b/dx_j dV
 
@@ -23,18 +18,13 @@ the element matrices are
 G of a chunk of elements is one batched product (3a x q)(q x 3b) over quadrature points q.
 Dofs are node-major: dof = 3 node + (0, 1, 2) for x, y, z. Units SI. Source: any text on finite
 elements; the same integrals as `skfem.models.elasticity`, equal to rounding.
-
-A body whose matrices are assembled when somebody asks for them, or for a part of its cells.
-
-Plane strain on quadrilaterals, for small parts that are the same all along the face.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Protocol
 
 import numpy as np
 import scipy.sparse as sp
@@ -57,73 +47,29 @@ from skfem.assembly.basis.abstract_basis import AbstractBasis
 from skfem.models.elasticity import lame_parameters, linear_elasticity
 
 from flexgear.model.errors import InputError
-from flexgear.structures.kinematics import rigid_motion
+from flexgear.structures.fe_mesh.fe_mesh import FeMesh, Kind, facet_keys
 
 INTEGRATION_ORDER = 4
 _MESHES = {"hex": MeshHex, "tet": MeshTet}
 _ELEMENTS = {"hex": ElementHexS2, "tet": ElementTetP2}
-
-
-class FeMeshLike(Protocol):
-    """What assembly needs of a finite-element mesh (see `flexgear.structures.fe_mesh`)."""
-
-    @property
-    def points(self) -> NDArray[np.float64]:
-        """Vertices (n, 3), m."""
-
-    @property
-    def cells(self) -> NDArray[np.int64]:
-        """Vertex numbers (m, 8) or (m, 4)."""
-
-    @property
-    def kind(self) -> str:
-        """ "hex" or "tet"."""
-
-    @property
-    def facets(self) -> Mapping[str, NDArray[np.int64]]:
-        """Patch name -> vertex numbers (k, 4) or (k, 3)."""
-
-
-def scalar_basis(fe_mesh: FeMeshLike) -> CellBasis:
-    """Scalar quadratic basis on the cells; node n of it carries dofs 3n, 3n+1, 3n+2 (x, y, z).
-
-    Vertices come first and keep their numbers, edge midpoints follow.
-    """
-    return CellBasis(*_mesh_and_element(fe_mesh), intorder=INTEGRATION_ORDER)
-
-
-def numbering(fe_mesh: FeMeshLike) -> AbstractBasis:
-    """Numbers and places of the same basis's nodes, its functions not evaluated anywhere."""
-    nowhere = (np.zeros((3, 0)), np.zeros(0))
-    basis = AbstractBasis(*_mesh_and_element(fe_mesh), quadrature=nowhere)
-    basis.nelems = basis.mesh.nelements
-    return basis
-
-
-def _mesh_and_element(fe_mesh: FeMeshLike) -> tuple[Mesh, Element]:
-    kind = fe_mesh.kind
-    cells = np.ascontiguousarray(np.asarray(fe_mesh.cells).T)
-    points = np.ascontiguousarray(np.asarray(fe_mesh.points, dtype=float).T)
-    return _MESHES[kind](points, cells), _ELEMENTS[kind]()
-
-
-_KINDS: dict[type[Mesh], str] = {MeshHex: "hex", MeshTet: "tet"}
+_KINDS: dict[type[Mesh], Kind] = {MeshHex: "hex", MeshTet: "tet"}
+_CHUNK = 1024  # elements whose matrices are held at once
 
 
 @dataclass(frozen=True, eq=False)
 class SolidMesh:
     """Vertices (n, 3) m, cells (m, 8) or (m, 4), and patches by name, their facets (k, 4) or
-    (k, 3) in cyclic order, as ``FeMeshLike`` has them."""
+    (k, 3) in cyclic order: an ``FeMesh`` that is taken as it is."""
 
     points: NDArray[np.float64]
     cells: NDArray[np.int64]
-    kind: str
+    kind: Kind
     facets: Mapping[str, NDArray[np.int64]]
 
 
 def solid_mesh(mesh: Mesh) -> SolidMesh:
-    """The mesh with its named boundaries as patches; InputError for other cells than hexahedra and
-    tetrahedra with straight edges."""
+    """A mesh of scikit-fem with its named boundaries as patches; InputError for other cells than
+    hexahedra and tetrahedra with straight edges."""
     kind = _KINDS.get(type(mesh))
     if kind is None:
         problem = f"is a {type(mesh).__name__}"
@@ -134,38 +80,95 @@ def solid_mesh(mesh: Mesh) -> SolidMesh:
     return SolidMesh(points, cells.astype(np.int64), kind, patches)
 
 
-_CHUNK = 1024  # elements whose matrices are held at once
-
-
 @dataclass(frozen=True, eq=False)
 class FeModel:
-    """An unreduced elastic body.
+    """An unreduced elastic body: an FE mesh, E in Pa, density in kg/m³.
 
-    stiffness: (3n, 3n) symmetric CSR, N/m; scalar_mass: (n, n) CSR, kg; nodes: (n, 3) m, vertices
-    of the mesh first, then edge midpoints.
+    Its matrices are assembled when they are asked for.
     """
 
-    fe_mesh: FeMeshLike
-    basis: CellBasis = field(repr=False)
-    nodes: NDArray[np.float64] = field(repr=False)
-    stiffness: sp.csr_matrix = field(repr=False)
-    scalar_mass: sp.csr_matrix = field(repr=False)
+    fe_mesh: FeMesh | SolidMesh
+    young_modulus: float
+    poisson_ratio: float
+    density: float
+
+    @cached_property
+    def basis(self) -> AbstractBasis:
+        """Numbers and places of the scalar basis's nodes, its functions not evaluated anywhere.
+
+        Node n carries dofs 3n, 3n+1, 3n+2 (x, y, z). Vertices come first and keep their numbers,
+        edge midpoints follow.
+        """
+        nowhere = (np.zeros((3, 0)), np.zeros(0))
+        basis = AbstractBasis(*_mesh_and_element(self.fe_mesh), quadrature=nowhere)
+        basis.nelems = basis.mesh.nelements
+        return basis
+
+    @cached_property
+    def nodes(self) -> NDArray[np.float64]:
+        """(n, 3) m, vertices of the mesh first, then edge midpoints."""
+        return np.ascontiguousarray(self.basis.doflocs.T)
+
+    @cached_property
+    def _matrices(self) -> tuple[sp.csr_matrix, sp.csr_matrix]:
+        """Stiffness and scalar mass."""
+        basis = scalar_basis(self.fe_mesh)
+        nu, young = self.poisson_ratio, self.young_modulus
+        lam, mu = young * nu / ((1 + nu) * (1 - 2 * nu)), young / (2 * (1 + nu))
+        pattern = _Pattern(basis)
+        k_blocks = np.zeros((pattern.size, 9))
+        m_blocks = np.zeros((pattern.size, 1))
+        for start in range(0, basis.nelems, _CHUNK):
+            chunk = slice(start, min(start + _CHUNK, basis.nelems))
+            stiffness, mass = _element_matrices(basis, chunk, lam, mu)
+            pattern.add(k_blocks, chunk, stiffness)
+            pattern.add(m_blocks, chunk, self.density * mass)
+        table = (m_blocks[:, 0], pattern.indices, pattern.indptr)
+        scalar_mass = sp.csr_matrix(table, shape=(basis.N, basis.N))
+        scalar_mass = 0.5 * (scalar_mass + scalar_mass.T.tocsr())  # exactly symmetric
+        return pattern.matrix(k_blocks.reshape(-1, 3, 3)), scalar_mass
+
+    @property
+    def stiffness(self) -> sp.csr_matrix:
+        """(3n, 3n) symmetric CSR, N/m."""
+        return self._matrices[0]
+
+    @property
+    def scalar_mass(self) -> sp.csr_matrix:
+        """(n, n) CSR, kg, the same for x, y and z."""
+        return self._matrices[1]
 
     @cached_property
     def mass(self) -> sp.csr_matrix:
         """(3n, 3n) CSR, kg: scalar_mass (x) I_3."""
         return sp.kron(self.scalar_mass, sp.identity(3), format="csr")
 
+    def part(self, cells: NDArray[np.int64]) -> tuple[FeModel, NDArray[np.int64]]:
+        """Some cells alone, and which node of this body each of their nodes is."""
+        corners = np.asarray(self.fe_mesh.cells)[cells]
+        vertices, numbers = np.unique(corners, return_inverse=True)
+        points = np.asarray(self.fe_mesh.points)[vertices]
+        small = SolidMesh(points, numbers.reshape(corners.shape), self.fe_mesh.kind, {})
+        model = replace(self, fe_mesh=small)
+        nodes = np.empty(len(model.nodes), dtype=np.int64)
+        nodes[model.basis.element_dofs] = self.basis.element_dofs[:, cells]
+        return model, nodes
+
     @property
     def dofs(self) -> int:
         """Number of degrees of freedom, 3 per node."""
         return 3 * len(self.nodes)
 
+    @property
+    def vertex_dofs(self) -> int:
+        """Degrees of freedom at mesh vertices; they are the first ones."""
+        return 3 * len(self.fe_mesh.points)
+
     @cached_property
     def facet_keys(self) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
         """Rising keys (f,) of all facets, the facet number of each, sorted vertices (f, c)."""
         vertices = np.sort(self.basis.mesh.facets.T.astype(np.int64), axis=1)
-        keys = facet_key(vertices, len(self.nodes))
+        keys = facet_keys(vertices, len(self.nodes))
         order = np.argsort(keys)
         return keys[order], order, vertices
 
@@ -179,51 +182,16 @@ class FeModel:
         """The cells' middles, to find cells near a point."""
         return cKDTree(self.cell_corners.mean(axis=1))
 
-    @property
-    def vertex_dofs(self) -> int:
-        """Degrees of freedom at mesh vertices; they are the first ones."""
-        return 3 * len(self.fe_mesh.points)
 
-    def rigid_modes(self) -> NDArray[np.float64]:
-        """Rigid motion of the nodes (3n, 6) for unit ux, uy, uz, tx, ty, tz about the origin."""
-        return rigid_motion(self.nodes).reshape(-1, 6)
-
-    def at_vertices(self, u: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Displacements (n_points, 3[, k]) at mesh vertices of dof vectors (3n[, k])."""
-        return u[: self.vertex_dofs].reshape((-1, 3) + u.shape[1:])
+def scalar_basis(fe_mesh: FeMesh | SolidMesh) -> CellBasis:
+    """Scalar quadratic basis on the cells."""
+    return CellBasis(*_mesh_and_element(fe_mesh), intorder=INTEGRATION_ORDER)
 
 
-def facet_key(facets: NDArray[np.int64], base: int) -> NDArray[np.int64]:
-    """One number (k,) a facet, of its three smallest vertices; facets (k, c) sorted by row."""
-    return (facets[:, 0] * base + facets[:, 1]) * base + facets[:, 2]
-
-
-def assemble(
-    fe_mesh: FeMeshLike, young_modulus: float, poisson_ratio: float, density: float
-) -> FeModel:
-    """Stiffness and mass of an isotropic body (E in Pa, density in kg/m3)."""
-    basis = scalar_basis(fe_mesh)
-    lam = young_modulus * poisson_ratio / ((1 + poisson_ratio) * (1 - 2 * poisson_ratio))
-    mu = young_modulus / (2 * (1 + poisson_ratio))
-    pattern = _Pattern(basis)
-    k_blocks = np.zeros((pattern.size, 9))
-    m_blocks = np.zeros((pattern.size, 1))
-    for start in range(0, basis.nelems, _CHUNK):
-        chunk = slice(start, min(start + _CHUNK, basis.nelems))
-        stiffness, mass = _element_matrices(basis, chunk, lam, mu)
-        pattern.add(k_blocks, chunk, stiffness)
-        pattern.add(m_blocks, chunk, density * mass)
-    scalar_mass = sp.csr_matrix(
-        (m_blocks[:, 0], pattern.indices, pattern.indptr), shape=(basis.N, basis.N)
-    )
-    scalar_mass = 0.5 * (scalar_mass + scalar_mass.T.tocsr())  # exactly symmetric
-    return FeModel(
-        fe_mesh=fe_mesh,
-        basis=basis,
-        nodes=np.ascontiguousarray(basis.doflocs.T),
-        stiffness=pattern.matrix(k_blocks.reshape(-1, 3, 3)),
-        scalar_mass=scalar_mass,
-    )
+def _mesh_and_element(fe_mesh: FeMesh | SolidMesh) -> tuple[Mesh, Element]:
+    cells = np.ascontiguousarray(np.asarray(fe_mesh.cells).T)
+    points = np.ascontiguousarray(np.asarray(fe_mesh.points, dtype=float).T)
+    return _MESHES[fe_mesh.kind](points, cells), _ELEMENTS[fe_mesh.kind]()
 
 
 def _element_matrices(
@@ -277,56 +245,6 @@ class _Pattern:
         bsr = sp.bsr_matrix((blocks, self.indices, self.indptr), shape=(3 * self.n, 3 * self.n))
         matrix = bsr.tocsr()
         return 0.5 * (matrix + matrix.T.tocsr())
-
-
-@dataclass(frozen=True)
-class _Cells:
-    """Some cells of a mesh as a mesh of their own, without patches."""
-
-    points: NDArray[np.float64]
-    cells: NDArray[np.int64]
-    kind: str
-    facets: dict[str, NDArray[np.int64]]
-
-
-class UnassembledModel(FeModel):
-    """The same body as `assemble` makes: E in Pa, density in kg/m3."""
-
-    def __init__(
-        self, fe_mesh: FeMeshLike, young_modulus: float, poisson_ratio: float, density: float
-    ) -> None:
-        basis = numbering(fe_mesh)
-        put = object.__setattr__  # the class is frozen
-        put(self, "fe_mesh", fe_mesh)
-        put(self, "basis", basis)
-        put(self, "nodes", np.ascontiguousarray(basis.doflocs.T))
-        put(self, "_material", (young_modulus, poisson_ratio, density))
-
-    @cached_property
-    def whole(self) -> FeModel:
-        """With the matrices of all cells."""
-        return assemble(self.fe_mesh, *self._material)  # type: ignore[attr-defined]
-
-    @property
-    def stiffness(self) -> sp.csr_matrix:  # type: ignore[override]
-        """K (3n, 3n)."""
-        return self.whole.stiffness
-
-    @property
-    def scalar_mass(self) -> sp.csr_matrix:  # type: ignore[override]
-        """(n, n) with M = scalar_mass (x) I_3."""
-        return self.whole.scalar_mass
-
-    def part(self, cells: NDArray[np.int64]) -> tuple[FeModel, NDArray[np.int64]]:
-        """Some cells alone, and which node of this body each of their nodes is."""
-        corners = np.asarray(self.fe_mesh.cells)[cells]
-        vertices, numbers = np.unique(corners, return_inverse=True)
-        points = np.asarray(self.fe_mesh.points)[vertices]
-        small = _Cells(points, numbers.reshape(corners.shape), self.fe_mesh.kind, {})
-        model = assemble(small, *self._material)  # type: ignore[attr-defined]
-        nodes = np.empty(len(model.nodes), dtype=np.int64)
-        nodes[model.basis.element_dofs] = self.basis.element_dofs[:, cells]
-        return model, nodes
 
 
 def plane_strain(

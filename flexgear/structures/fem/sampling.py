@@ -14,11 +14,12 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
+from skfem import Element, ElementQuad1, ElementTriP1
 from skfem.quadrature import get_quadrature
-from skfem.refdom import RefQuad, RefTri
 
 from flexgear.model.errors import FlexgearError
-from flexgear.structures.fem.assembly import INTEGRATION_ORDER, FeModel, facet_key
+from flexgear.structures.fe_mesh.fe_mesh import facet_keys
+from flexgear.structures.fem.assembly import INTEGRATION_ORDER, FeModel
 
 Ints = NDArray[np.int64]
 
@@ -61,7 +62,7 @@ def _edges(model: FeModel) -> tuple[Ints, Ints]:
 
 
 _INSIDE = 1e-6
-_FACETS = {3: RefTri, 4: RefQuad}
+_FACETS = {3: ElementTriP1(), 4: ElementQuad1()}
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,20 +76,11 @@ class Sample:
     weights: NDArray[np.float64]
     interpolation: sp.csr_matrix
 
-    def displacement(self, u: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Displacements (m, 3[, k]) of dof vectors u (3n[, k])."""
-        columns = u.reshape(self.interpolation.shape[1], -1)
-        return (self.interpolation @ columns).reshape((-1, 3) + u.shape[1:])
-
     def load(self, forces: NDArray[np.float64]) -> NDArray[np.float64]:
         """Dof vectors (3n[, k]) of point forces (m, 3[, k]) in N: work-equivalent nodal forces."""
         rows = forces.reshape(len(self.points), -1)
         nodal = self.interpolation.T @ rows
         return nodal.reshape((3 * self.interpolation.shape[1],) + forces.shape[2:])
-
-    def weighted(self, factor: NDArray[np.float64]) -> Sample:
-        """The same points, weights times a factor (m,)."""
-        return Sample(self.points, self.weights * factor, self.interpolation)
 
 
 def facet_sample(model: FeModel, facets: NDArray[np.int64]) -> Sample:
@@ -98,35 +90,20 @@ def facet_sample(model: FeModel, facets: NDArray[np.int64]) -> Sample:
     """
     facets, mesh, elem = np.asarray(facets), model.basis.mesh, model.basis.elem
     cells = mesh.f2t[0, facet_numbers(model, facets)]
-    flat, weights = get_quadrature(_FACETS[facets.shape[1]], INTEGRATION_ORDER)
-    value, slope = _facet_shape(flat, facets.shape[1])  # (q, c), (2, q, c)
+    flat, weights = get_quadrature(mesh.brefdom, INTEGRATION_ORDER)
+    value, slope = _functions(_FACETS[facets.shape[1]], flat)  # (q, c), (2, q, c)
     corners = mesh.p.T[facets]
     points = value @ corners  # (f, q, 3)
     normal = np.cross(slope[0] @ corners, slope[1] @ corners)
     place = (mesh.t[:, cells].T[:, None] == facets[:, :, None]).argmax(axis=2)
     local = value @ elem.refdom.p.T[place]  # (f, q, 3) reference coordinates in the cells
     nodes = model.basis.element_dofs[:, cells].T  # (f, a)
-    shape = _shape(model, local.reshape(-1, 3))
+    shape, _ = _functions(elem, local.reshape(-1, 3).T)
     return Sample(
         points.reshape(-1, 3),
         (np.linalg.norm(normal, axis=2) * weights).ravel(),
         _interpolation(np.repeat(nodes, len(weights), axis=0), shape, model.basis.N),
     )
-
-
-def _facet_shape(
-    at: NDArray[np.float64], corners: int
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Functions (q, c) of a facet's corners in cyclic order and slopes (2, q, c) at (2, q)."""
-    a, b = at
-    one = np.ones_like(a)
-    if corners == 3:
-        value = [1 - a - b, a, b]
-        slope = [[-one, one, 0 * one], [-one, 0 * one, one]]
-    else:
-        value = [(1 - a) * (1 - b), a * (1 - b), a * b, (1 - a) * b]
-        slope = [[b - 1, 1 - b, b, -b], [a - 1, -a, a, 1 - a]]
-    return np.stack(value, axis=-1), np.stack([np.stack(s, axis=-1) for s in slope])
 
 
 def point_sample(
@@ -141,7 +118,8 @@ def point_sample(
     """
     cells, local = locate(model, points, slack)
     nodes = model.basis.element_dofs.T[cells]
-    return Sample(points, weights, _interpolation(nodes, _shape(model, local), model.basis.N))
+    shape, _ = _functions(model.basis.elem, local.T)
+    return Sample(points, weights, _interpolation(nodes, shape, model.basis.N))
 
 
 def disc_points(
@@ -178,7 +156,7 @@ def facet_numbers(model: FeModel, facets: NDArray[np.int64]) -> NDArray[np.int64
     """scikit-fem's numbers of facets given by their vertices (k, c), in any order."""
     sorted_facets = np.sort(np.asarray(facets, dtype=np.int64), axis=1)
     keys, order, vertices = model.facet_keys
-    place = np.searchsorted(keys, facet_key(sorted_facets, len(model.nodes)))
+    place = np.searchsorted(keys, facet_keys(sorted_facets, len(model.nodes)))
     numbers = order[np.minimum(place, len(order) - 1)]
     if not np.array_equal(vertices[numbers], sorted_facets):
         raise FlexgearError("a named patch holds facets that are not faces of the mesh's cells")
@@ -216,12 +194,14 @@ def locate(
     return cells, local
 
 
-def _shape(model: FeModel, local: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Shape functions (m, a) at reference coordinates (m, 3)."""
-    elem, count = model.basis.elem, len(model.basis.element_dofs)
-    return np.stack(
-        [np.broadcast_to(elem.lbasis(local.T, i)[0], len(local)) for i in range(count)], axis=-1
-    )
+def _functions(
+    elem: Element, at: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Functions (..., a) of an element and their slopes (d, ..., a) at reference coordinates
+    (d, ...)."""
+    parts = [elem.lbasis(at, i) for i in range(len(elem.doflocs))]
+    value = np.stack([np.broadcast_to(value, at.shape[1:]) for value, _ in parts], axis=-1)
+    return value, np.stack([np.broadcast_to(slope, at.shape) for _, slope in parts], axis=-1)
 
 
 def _inverse_map(
@@ -231,37 +211,16 @@ def _inverse_map(
     points: NDArray[np.float64],
 ) -> NDArray[np.float64]:
     """Reference coordinates (m, c, 3) of point m in each of its candidate cells (m, c)."""
-    corner = model.basis.elem.refdom.p.T  # (v, 3), zeros and ones
+    elem, tet = model.basis.mesh.elem(), model.fe_mesh.kind == "tet"
     vertices = corners[cells]  # (m, c, v, 3)
-    tet = model.fe_mesh.kind == "tet"
     x = np.full(cells.shape + (3,), 0.25 if tet else 0.5)
     for _ in range(2 if tet else 12):
-        value, slope = (_tet_shape if tet else _hex_shape)(x, corner)  # (m, c, v), (m, c, 3, v)
+        value, slope = _functions(elem, np.moveaxis(x, -1, 0))  # (m, c, v), (3, m, c, v)
         residual = points[:, None] - np.einsum("mcv,mcvi->mci", value, vertices)
-        jacobian = slope @ vertices  # (m, c, j, i)
+        jacobian = np.moveaxis(slope, 0, -2) @ vertices  # (m, c, j, i)
         step = np.linalg.solve(jacobian.swapaxes(2, 3), residual[..., None])[..., 0]
         x = np.clip(x + step, -1.0, 2.0)
     return x
-
-
-def _tet_shape(
-    x: NDArray[np.float64], corner: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Linear functions (..., 4) and slopes (..., 3, 4) at x (..., 3)."""
-    slope = np.broadcast_to((corner - (corner.sum(axis=1) == 0)[:, None]).T, (*x.shape, 4))
-    first = 1.0 - x.sum(axis=-1, keepdims=True)
-    return x @ corner.T + first * (corner.sum(axis=1) == 0), slope
-
-
-def _hex_shape(
-    x: NDArray[np.float64], corner: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Trilinear functions (..., 8) and slopes (..., 3, 8) at x (..., 3)."""
-    sign = 2.0 * corner - 1.0
-    parts = (1.0 - corner + sign * x[..., None, :]).swapaxes(-1, -2)  # x or 1 - x, (..., 3, 8)
-    a, b, c = parts[..., 0, :], parts[..., 1, :], parts[..., 2, :]
-    slope = np.stack([b * c, a * c, a * b], axis=-2) * sign.T
-    return a * b * c, slope
 
 
 def _interpolation(

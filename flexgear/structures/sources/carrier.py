@@ -26,13 +26,11 @@ from flexgear.structures.fe_mesh import (
 )
 from flexgear.structures.fe_mesh.fe_mesh import facet_areas
 from flexgear.structures.fe_mesh.solids import Solid, carrier_solid
-from flexgear.structures.sources.fe_body import FeBody
-from flexgear.structures.sources.source import TiedNode
+from flexgear.structures.sources.fe_body import FeBody, TiedNode
 
 if TYPE_CHECKING:
     from flexgear.structures.estimate import ProbeLoad
     from flexgear.structures.fem import FeModel
-    from flexgear.structures.fem.assembly import FeMeshLike
 
 Array = NDArray[np.float64]
 SEATS = ("drive", "bearing_drive", "bearing_far")
@@ -64,7 +62,7 @@ class CarrierSource(FeBody):
         """Of the pins."""
         return "surface", "seats of pins"
 
-    def nodes(self, fe_mesh: FeMeshLike | None = None) -> list[TiedNode]:
+    def nodes(self, fe_mesh: FeMesh | None = None) -> list[TiedNode]:
         """Drive flange, bearing seats and pins, whose axes are along z.
 
         Pins are seats of planet bearings; carrier bearings are narrow beside their diameter and
@@ -114,7 +112,7 @@ class CarrierSource(FeBody):
         }
 
 
-def _middle(fe_mesh: FeMeshLike, patch: str) -> float:
+def _middle(fe_mesh: FeMesh, patch: str) -> float:
     """z of the centre of a patch, m."""
     corners = np.asarray(fe_mesh.points)[fe_mesh.facets[patch]]
     area = facet_areas(np.asarray(fe_mesh.points), fe_mesh.facets[patch])

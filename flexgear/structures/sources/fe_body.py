@@ -8,11 +8,11 @@ adds to this: ``gears.py``, ``carrier.py``.
 from __future__ import annotations
 
 import hashlib
-from abc import abstractmethod
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,19 +35,48 @@ from flexgear.structures.fe_mesh.solids import Solid, mesh_solid
 from flexgear.structures.kinematics import rigid_rows
 from flexgear.structures.reduced import Progress, ReducedBody, silent
 from flexgear.structures.sources.matrices import given_body
-from flexgear.structures.sources.source import Accuracy, BodySource
 from flexgear.structures.store import cached, is_kept
 
 if TYPE_CHECKING:
-    from flexgear.structures.fem import FeModel, Interface
-    from flexgear.structures.fem.assembly import UnassembledModel
+    from flexgear.structures.estimate import ProbeLoad
+    from flexgear.structures.fem import FeModel
     from flexgear.structures.reduction import AnyCondensation
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
-class FeBody(BodySource):
+class TiedNode:
+    """A node of a body and the surface that carries it.
+
+    place: (3,) m; tie: averaging (RBE3), rigid (RBE2), or of a seat about an axis along z; patch:
+    facets of the FE mesh, "" for a disc of a diameter (m) in an end face, at an angle (rad).
+    """
+
+    name: NodeName
+    place: Array = field(repr=False)
+    tie: Literal["averaging", "rigid", "seat"] = "averaging"
+    patch: str = ""
+    diameter: float = 0.0
+    angle: float = 0.0
+
+
+@dataclass(frozen=True)
+class Accuracy:
+    """How a body is reduced.
+
+    modes: fixed-interface modes that are kept; cyclic: whether sectors are looked for; limit_hz: up
+    to which frequencies are judged, None: all that were compared; fidelity: of the FE mesh.
+    """
+
+    modes: int
+    cyclic: bool
+    limit_hz: float | None
+    fidelity: str
+
+
+@dataclass(frozen=True, eq=False)
+class FeBody(ABC):
     """key: of the body; section: of the case, as [stage.ring.fe]; mesh: what an FE mesh is made
     from; material; accuracy."""
 
@@ -61,6 +90,29 @@ class FeBody(BodySource):
     @abstractmethod
     def groups(self) -> Groups:
         """Named groups of its FE mesh and their places."""
+
+    @property
+    @abstractmethod
+    def repeats(self) -> int:
+        """Number of teeth or pins by which it may repeat round the axis."""
+
+    @property
+    @abstractmethod
+    def ties(self) -> tuple[str, str]:
+        """What its nodes act on, and how, in words of the report."""
+
+    @abstractmethod
+    def nodes(self, fe_mesh: FeMesh | None = None) -> list[TiedNode]:
+        """All nodes, with places on the surfaces of an FE mesh, of the parameters without one."""
+
+    @abstractmethod
+    def supports(self, node_names: tuple[str, ...], stiffness: Array) -> Array:
+        """Stiffness (b, b) of all that holds it to ground at its nodes, for error estimates;
+        stiffness: K_bb of the free body."""
+
+    @abstractmethod
+    def probe_loads(self, model: FeModel) -> Sequence[ProbeLoad]:
+        """Loads of the static check."""
 
     @abstractmethod
     def solid(self) -> Solid:
@@ -127,17 +179,11 @@ class FeBody(BodySource):
         supports = self.supports(body.node_names, body.stiffness[b, b])
         return judged(body, supports, limit_hz or self.accuracy.limit_hz)
 
-    def condensed(self, progress: Progress = silent) -> tuple[UnassembledModel, AnyCondensation]:
+    def condensed(self) -> tuple[FeModel, AnyCondensation]:
         """The unreduced body and its condensation on its nodes, made anew."""
         from flexgear.structures.sources.reducing import condensed_body
 
-        return condensed_body(self, progress)
-
-    def interface(self, model: FeModel) -> Interface:
-        """Ties of its nodes to the surfaces of its FE mesh."""
-        from flexgear.structures.sources.reducing import tied
-
-        return tied(model, self.nodes(model.fe_mesh))
+        return condensed_body(self)
 
     def whole(self, body: ReducedBody) -> ReducedBody:
         """The body that a stage has, of what ``reduced`` returns."""

@@ -41,13 +41,11 @@ from flexgear.structures.fe_mesh import (
 )
 from flexgear.structures.fe_mesh.solids import Solid, planet_solid, ring_solid
 from flexgear.structures.reduced import PLACE, Progress, ReducedBody, both_halves, mirrored, silent
-from flexgear.structures.sources.fe_body import FeBody
-from flexgear.structures.sources.source import TiedNode
+from flexgear.structures.sources.fe_body import FeBody, TiedNode
 
 if TYPE_CHECKING:
     from flexgear.structures.estimate import ProbeLoad
     from flexgear.structures.fem import FeModel
-    from flexgear.structures.fem.assembly import FeMeshLike
 
 
 Array = NDArray[np.float64]
@@ -112,7 +110,7 @@ class PlanetSource(ToothedSource):
         """Teeth for either tie, and the bore."""
         return planet_groups(self.mesh, self.section.tie)
 
-    def nodes(self, fe_mesh: FeMeshLike | None = None) -> list[TiedNode]:
+    def nodes(self, fe_mesh: FeMesh | None = None) -> list[TiedNode]:
         """Teeth, then the bore, a seat of the bearing about the axis."""
         return [*self.tooth_nodes, TiedNode(NodeName.parse(BORE), np.zeros(3), "seat", BORE)]
 
@@ -167,7 +165,7 @@ class RingSource(ToothedSource):
         """Teeth for either tie, fits, splines, and what holds the bolts."""
         return ring_groups(self.mesh, self.section.tie, self.held_by)
 
-    def nodes(self, fe_mesh: FeMeshLike | None = None) -> list[TiedNode]:
+    def nodes(self, fe_mesh: FeMesh | None = None) -> list[TiedNode]:
         """Teeth, then fits, splines and bolts, see `model/ring.py`."""
         tie, nodes = self.section.tie_kind, self.tooth_nodes
         for s in self.held_by:
@@ -227,7 +225,7 @@ class RingSource(ToothedSource):
         }
 
 
-def _bolted_face(fe_mesh: FeMeshLike, end: End) -> float:
+def _bolted_face(fe_mesh: FeMesh, end: End) -> float:
     """z of an end face, m: the group's, or the body's end where there is none."""
     name = "end_plus" if end == "+z" else "end_minus"
     points, facets = np.asarray(fe_mesh.points), fe_mesh.facets

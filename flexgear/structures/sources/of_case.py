@@ -24,9 +24,8 @@ from flexgear.structures.fe_mesh import (
 from flexgear.structures.fe_mesh.carrier import SAME_ANGLE
 from flexgear.structures.fe_mesh.gears import BLOCK
 from flexgear.structures.sources.carrier import CarrierSource
-from flexgear.structures.sources.fe_body import FeBody
+from flexgear.structures.sources.fe_body import Accuracy, FeBody
 from flexgear.structures.sources.gears import PlanetSource, RingSource
-from flexgear.structures.sources.source import Accuracy
 
 
 def fe_sources(view: StageView) -> dict[BodyName, FeBody]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,12 +24,13 @@ from flexgear.structures.fem import (
     rigid_tie,
     seat_tie,
 )
-from flexgear.structures.fem.assembly import UnassembledModel
 from flexgear.structures.fem.ties import Tie
 from flexgear.structures.linalg.threads import single_threaded_blas
 from flexgear.structures.reduced import Progress, ReducedBody
 from flexgear.structures.reduction import AnyCondensation, condense, reduce
-from flexgear.structures.sources.source import BodySource, TiedNode
+
+if TYPE_CHECKING:
+    from flexgear.structures.sources.fe_body import FeBody, TiedNode
 
 AXIS = np.array([0.0, 0.0, 1.0])
 _JUDGED = 0.5  # of the highest fixed-interface frequency: to where reduced bodies are compared
@@ -52,18 +54,15 @@ def tied(model: FeModel, nodes: Sequence[TiedNode]) -> Interface:
     return interface_of(model, ties)
 
 
-def condensed_body(
-    source: BodySource, progress: Progress
-) -> tuple[UnassembledModel, AnyCondensation]:
+def condensed_body(source: FeBody) -> tuple[FeModel, AnyCondensation]:
     """The unreduced body and its condensation on its nodes."""
-    model = _model(source, source.fe_mesh())
+    fe_mesh = source.fe_mesh()
+    model = _model(source, fe_mesh)
     with single_threaded_blas():
-        return model, condense(
-            model, tied(model, source.nodes(model.fe_mesh)), progress, _sectors(source)
-        )
+        return model, condense(model, tied(model, source.nodes(fe_mesh)), sectors=_sectors(source))
 
 
-def reduced_body(source: BodySource, progress: Progress) -> ReducedBody:
+def reduced_body(source: FeBody, progress: Progress) -> ReducedBody:
     """The reduced body with the loads of its static check, frequency estimates in the report.
 
     Frequencies are compared up to half the highest fixed-interface one, beyond which that basis is
@@ -74,7 +73,7 @@ def reduced_body(source: BodySource, progress: Progress) -> ReducedBody:
     fe_mesh = source.fe_mesh()
     clock.lap("fe_mesh")
     model = _model(source, fe_mesh)
-    interface = tied(model, source.nodes(model.fe_mesh))
+    interface = tied(model, source.nodes(fe_mesh))
     clock.lap("ties")
     loads = source.probe_loads(model)
     clock.lap("probe_loads")
@@ -132,13 +131,13 @@ def judged(body: ReducedBody, supports: NDArray[np.float64], limit_hz: float | N
     return body.with_(report={**body.report, **judged})
 
 
-def _model(source: BodySource, fe_mesh: FeMesh) -> UnassembledModel:
+def _model(source: FeBody, fe_mesh: FeMesh) -> FeModel:
     """The body; what its matrices are wanted for decides how much of them is assembled."""
     m = source.material
-    return UnassembledModel(fe_mesh, m.young_modulus, m.poisson_ratio, m.density)
+    return FeModel(fe_mesh, m.young_modulus, m.poisson_ratio, m.density)
 
 
-def _sectors(source: BodySource) -> tuple[int, ...]:
+def _sectors(source: FeBody) -> tuple[int, ...]:
     """Numbers of sectors to try."""
     return sector_counts(source.repeats) if source.accuracy.cyclic else ()
 

@@ -62,7 +62,6 @@ from flexgear.gears.tooth import ToothGeometry
 from flexgear.structures.fe_mesh import SegmentParameters, ToothSegment, tooth_segment
 from flexgear.structures.fem import (
     FeModel,
-    assemble,
     averaging_tie,
     edge_nodes,
     facet_nodes,
@@ -240,7 +239,7 @@ def influence_of(
     (spur teeth only).
     """
     segment, j = tooth_segment(parameters), parameters.middle
-    model = assemble(segment.fe_mesh, young, poisson, density=1.0)
+    model = FeModel(segment.fe_mesh, young, poisson, density=1.0)
     flank, has_next = flank_nodes(segment, model, j), j + 1 < parameters.teeth and not tied
     free = np.ones((len(model.nodes), 3), dtype=bool)
     free[facet_nodes(model, segment.fe_mesh.facets["held"])] = False

@@ -44,7 +44,6 @@ from flexgear.structures.estimate import END_SHARE, PROMISED, judged, shape_erro
 from flexgear.structures.fe_mesh import SegmentParameters
 from flexgear.structures.fe_mesh.section import base_section_angle
 from flexgear.structures.fem import FeModel, Sample, averaging_tie, facet_sample
-from flexgear.structures.fem.assembly import UnassembledModel
 from flexgear.structures.kinematics import rigid_motion, turn
 from flexgear.structures.linalg.sparse import flexibility
 from flexgear.structures.linalg.threads import single_threaded_blas
@@ -99,7 +98,7 @@ class RingShapes:
 
 
 def ring_shapes(
-    model: UnassembledModel, condensation: AnyCondensation, line: ToothLine, teeth: int, cut: Cut
+    model: FeModel, condensation: AnyCondensation, line: ToothLine, teeth: int, cut: Cut
 ) -> RingShapes:
     """Of a ring of so many teeth with averaging ties at their roots; line: of tooth 0."""
     asked = sorted({k * teeth // TEETH for k in range(TEETH)})
@@ -156,7 +155,7 @@ def shape_tie(line: ToothLine, sample: Sample) -> tuple[sp.csr_matrix, Array]:
 
 
 def _of_tooth(
-    model: UnassembledModel,
+    model: FeModel,
     condensation: AnyCondensation,
     first: ToothLine,
     which: tuple[int, int],
@@ -190,7 +189,7 @@ def _by_tooth(columns: Array) -> Array:
 
 
 def cut_flexibility(
-    model: UnassembledModel, line: ToothLine, rows: sp.csr_matrix, teeth: int, cut: Cut
+    model: FeModel, line: ToothLine, rows: sp.csr_matrix, teeth: int, cut: Cut
 ) -> Array:
     """Flexibility (k, k) between rows (k, 3n) of the ring's FE mesh about a tooth, which is held
     where it is cut; line: of the tooth, one of so many."""
@@ -206,9 +205,7 @@ def cut_flexibility(
     return flexibility(part.stiffness[free_dofs][:, free_dofs].tocsr(), loads)
 
 
-def _piece(
-    model: UnassembledModel, line: ToothLine, shapes: sp.csr_matrix, teeth: int, cut: Cut
-) -> Array:
+def _piece(model: FeModel, line: ToothLine, shapes: sp.csr_matrix, teeth: int, cut: Cut) -> Array:
     """T_c (BOTH, BOTH), along the axes of a tooth with these shapes B_s."""
     tooth = round(line.angle * teeth / (2 * np.pi)) % teeth
     node = averaging_tie("tooth", line.place, facet_sample(model, _root(model, tooth))).rows
@@ -234,7 +231,7 @@ def _inner(sample: Sample, one: Array, two: Array) -> Array:
     return np.asarray(np.einsum("m,mci,mcj->ij", sample.weights, one, two))
 
 
-Condensed = Callable[[], tuple[UnassembledModel, AnyCondensation]]
+Condensed = Callable[[], tuple[FeModel, AnyCondensation]]
 
 
 def kept_shapes(

@@ -51,7 +51,7 @@ from flexgear.structures.fe_mesh import (
     ToothSegment,
     tooth_segment,
 )
-from flexgear.structures.fem import FeModel, assemble, element_gradient, facet_nodes
+from flexgear.structures.fem import FeModel, element_gradient, facet_nodes
 from flexgear.structures.kinematics import rotation
 from flexgear.structures.linalg.sparse import Factor
 from flexgear.structures.reduced import ReducedBody
@@ -140,7 +140,7 @@ def root_influence(
     """Stress in the root of the middle tooth of three per force on its flank (S_f) and per motion
     of the cut below it (S_u). young: Pa; plane_strain: whether axial displacement is zero."""
     segment = tooth_segment(parameters)
-    model = assemble(segment.fe_mesh, young, poisson, density=1.0)
+    model = FeModel(segment.fe_mesh, young, poisson, density=1.0)
     j, first = parameters.middle, len(segment.roll) - 1
     root = segment.surface_nodes[j, first:]
     held = facet_nodes(model, segment.fe_mesh.facets["held"])

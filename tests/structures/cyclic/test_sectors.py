@@ -13,17 +13,15 @@ from flexgear.structures.cyclic.sectors import (
     Circulant,
     find_sectors,
     from_sectors,
-    sector_matrices,
     to_sectors,
 )
 from flexgear.structures.cyclic.ties import sector_ties
-from flexgear.structures.fem import assemble, averaging_tie, facet_sample, interface_of
-from flexgear.structures.fem.assembly import UnassembledModel
+from flexgear.structures.fem import FeModel, averaging_tie, facet_sample, interface_of
 from flexgear.structures.kinematics import rotation
 
 
 def model_of(fe_mesh):
-    return UnassembledModel(fe_mesh, *STEEL)
+    return FeModel(fe_mesh, *STEEL)
 
 
 MESHES = {
@@ -127,19 +125,6 @@ def test_products_by_sectors_equal_the_assembled_matrices(ring):
     assert np.abs(found - expected).max() < 1e-12 * np.abs(expected).max()
 
 
-def test_one_sector_assembled_equals_the_slice_of_the_whole(ring):
-    model, _, parts = ring
-    lazy = model_of(model.fe_mesh)
-    for one, other in zip(
-        sector_matrices(lazy, parts.sectors), sector_matrices(model, parts.sectors), strict=True
-    ):
-        for name in ("here", "ahead"):
-            a, b = getattr(one, name).toarray(), getattr(other, name).toarray()
-            assert np.abs(a - b).max() < 1e-12 * np.abs(b).max()
-    assert "whole" not in vars(lazy)
-    assert abs(lazy.stiffness - model.stiffness).max() == 0.0
-
-
 def test_ties_that_share_the_period_and_the_others(ring):
     _, interface, parts = ring
     names = np.array(interface.node_names)
@@ -152,7 +137,7 @@ def test_ties_that_share_the_period_and_the_others(ring):
 
 
 def test_bodies_without_a_tie_in_every_sector_take_the_general_path():
-    model = assemble(annulus((12, 1, 1), teeth=12), *STEEL)
+    model = FeModel(annulus((12, 1, 1), teeth=12), *STEEL)
     ties = [
         averaging_tie(name, np.zeros(3), facet_sample(model, model.fe_mesh.facets[name]))
         for name in ("outer", "end_plus")
@@ -170,7 +155,7 @@ def test_a_patch_over_two_sectors_takes_the_general_path():
         )
         for j in range(12)
     }
-    model = assemble(replace(fe_mesh, facets=wide), *STEEL)
+    model = FeModel(replace(fe_mesh, facets=wide), *STEEL)
     ties = [
         averaging_tie(name, rotation(np.pi * j / 6) @ [0.7, 0.2, 0.0], facet_sample(model, patch))
         for j, (name, patch) in enumerate(wide.items())
@@ -183,7 +168,7 @@ def test_ties_alike_in_place_but_not_in_shape_are_no_ones_images():
     fe_mesh = annulus((12, 1, 2), teeth=6)
     facets = dict(fe_mesh.facets)
     facets["patch_002"] = facets["patch_002"][:2]
-    model = assemble(replace(fe_mesh, facets=facets), *STEEL)
+    model = FeModel(replace(fe_mesh, facets=facets), *STEEL)
     ties = [
         averaging_tie(
             f"{j}",

@@ -5,7 +5,7 @@ import pytest
 import scipy.sparse as sp
 from plain_meshes import annulus
 
-from flexgear.structures.fem import assemble
+from flexgear.structures.fem import FeModel
 from flexgear.structures.linalg.sparse import Factor, flexibility
 
 RANDOM = np.random.default_rng(11)
@@ -14,7 +14,7 @@ RANDOM = np.random.default_rng(11)
 @pytest.fixture(scope="module")
 def matrix():
     """A regular matrix (3n, 3n)."""
-    model = assemble(annulus((24, 2, 3), teeth=8), 210e9, 0.3, 7850.0)
+    model = FeModel(annulus((24, 2, 3), teeth=8), 210e9, 0.3, 7850.0)
     return (model.stiffness + 1e6 * model.mass).tocsr()
 
 

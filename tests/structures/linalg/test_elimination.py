@@ -5,7 +5,7 @@ import pytest
 import scipy.sparse as sp
 from plain_meshes import annulus
 
-from flexgear.structures.fem import assemble
+from flexgear.structures.fem import FeModel
 from flexgear.structures.linalg.sparse import Elimination, minimum_degree_order
 
 INNER, OUTER, TIES = 300, 42, 6
@@ -15,7 +15,7 @@ RANDOM = np.random.default_rng(5)
 @pytest.fixture(scope="module")
 def parts():
     """K (i + b, i + b) of a body, its inner rows in an order that fills little; C (c, i + b)."""
-    model = assemble(annulus((12, 1, 2), teeth=12), 1.0, 0.3, 1.0)
+    model = FeModel(annulus((12, 1, 2), teeth=12), 1.0, 0.3, 1.0)
     stiffness = (model.stiffness + 0.1 * model.mass).tocsr()[: INNER + OUTER, : INNER + OUTER]
     graph = stiffness[:INNER, :INNER]
     order = np.concatenate([minimum_degree_order(graph), INNER + np.arange(OUTER)])
