@@ -224,7 +224,7 @@ class Shaft(Section):
         return self
 
 
-_OF_FILES = ("fe_mesh_file", "fe_mesh_mass_file", "fe_mesh_nodes")
+FE_MESH_FILES = ("fe_mesh_file", "fe_mesh_mass_file", "fe_mesh_nodes")
 
 
 class Housing(Section):
@@ -265,7 +265,7 @@ class Housing(Section):
 
     @model_validator(mode="after")
     def _files_of_a_reduced_one(self) -> Housing:
-        for key in _OF_FILES if self.kind != "reduced" else ():
+        for key in FE_MESH_FILES if self.kind != "reduced" else ():
             if getattr(self, key) is not None:
                 raise Refusal(key, "is of reduced matrices", 'set kind = "reduced"')
         if self.kind != "reduced":

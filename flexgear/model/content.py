@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+from flexgear.model.bodies import FE_MESH_FILES
 from flexgear.model.errors import InputError
 from flexgear.model.input_file import MOST_FE_MESH, require_regular
 from flexgear.model.modifications import flank_tables, read_flank_table
@@ -44,35 +45,29 @@ def _canonical(value: Any) -> Any:
     return value
 
 
-def history_sections(data: dict[str, Any]) -> Iterator[dict[str, Any]]:
+def _history_sections(data: dict[str, Any]) -> Iterator[dict[str, Any]]:
     """Sections with a history in the SI data of a case: drive, and machines of the ports."""
     ports = [*(data.get("inputs") or ()), data.get("output")]
     machines = [port.get("machine") for port in ports if isinstance(port, dict)]
     yield from (section for section in (data.get("drive"), *machines) if isinstance(section, dict))
 
 
-def load_sections(data: dict[str, Any]) -> Iterator[dict[str, Any]]:
+def _load_sections(data: dict[str, Any]) -> Iterator[dict[str, Any]]:
     """Loads on members in the SI data of a case."""
     yield from (section for section in data.get("loads") or () if isinstance(section, dict))
 
 
-def read_histories(data: dict[str, Any], folder: Path) -> None:
-    """Points of all series of kind csv; their files become absolute, from ``folder``."""
-    for section in (*history_sections(data), *load_sections(data)):
-        if isinstance(section.get("file"), str):
-            section["file"] = os.path.abspath(folder / os.path.expanduser(section["file"]))
-    for section in load_sections(data):
+def _read_histories(data: dict[str, Any]) -> None:
+    """Points of all series of kind csv."""
+    for section in _load_sections(data):
         if isinstance(section.get("file"), str):
             section["times"], section["forces"], section["moments"] = read_load_series(
                 Path(section["file"])
             )
-    for section in history_sections(data):
+    for section in _history_sections(data):
         if isinstance(section.get("file"), str) and section.get("kind") == "csv":
             what: Followed = "speed" if section.get("law") in ("speed", "controller") else "torque"
             section["times"], section[f"{what}s"] = read_time_series(Path(section["file"]), what)
-
-
-_OF_BODIES = ("fe_mesh_file", "fe_mesh_mass_file", "fe_mesh_nodes")
 
 
 def resolve_files(data: dict[str, Any], folder: Path) -> None:
@@ -84,7 +79,7 @@ def resolve_files(data: dict[str, Any], folder: Path) -> None:
     for table in flank_tables(data):
         if isinstance(table.get("file"), str):
             table |= read_flank_table(Path(table["file"]))
-    read_histories(data, folder)
+    _read_histories(data)
 
 
 def digest_files(data: dict[str, Any]) -> None:
@@ -95,14 +90,14 @@ def digest_files(data: dict[str, Any]) -> None:
 
 def _files(data: dict[str, Any]) -> Iterator[tuple[dict[str, Any], str]]:
     """Sections that name a file, and the key."""
-    sections: list[tuple[Any, str]] = [(section, "file") for section in history_sections(data)]
-    sections += [(section, "file") for section in (*load_sections(data), *flank_tables(data))]
-    sections += [(data.get("housing"), key) for key in _OF_BODIES]
+    named = (*_history_sections(data), *_load_sections(data), *flank_tables(data))
+    sections: list[tuple[Any, str]] = [(section, "file") for section in named]
+    sections += [(data.get("housing"), key) for key in FE_MESH_FILES]
     for stage in data.get("stages", ()):
         for name in ("ring", "carrier"):
             member = stage.get(name)
             body = member.get("fe") if isinstance(member, dict) else None
-            sections += [(body, key) for key in _OF_BODIES]
+            sections += [(body, key) for key in FE_MESH_FILES]
     yield from (
         (inside, key) for inside, key in sections if isinstance(inside, dict) and key in inside
     )

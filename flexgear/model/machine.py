@@ -77,13 +77,15 @@ class Machine(TimeHistory):
         least, most = self.least_torque, self.most_torque
         if least is not None and most is not None and not least < most:
             raise Refusal("least_torque", "is not below most_torque", "lower it")
-        if 0.0 < self.brake_exponent < 1.0:
-            raise Refusal(
-                "brake_exponent",
-                "between 0 and 1 the torque rises infinitely fast at rest",
-                "0 or ≥ 1",
-            )
+        refuse_infinite_slope(self.brake_exponent)
         return self
+
+
+def refuse_infinite_slope(brake_exponent: float) -> None:
+    """Refusal of a brake torque T ~ |ω|^exponent that no step of time can follow at rest."""
+    if 0.0 < brake_exponent < 1.0:
+        problem = "between 0 and 1 the torque rises infinitely fast at rest"
+        raise Refusal("brake_exponent", problem, "0 or ≥ 1")
 
 
 def _differs_from_default(section: Section, key: str) -> bool:

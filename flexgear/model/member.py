@@ -139,7 +139,7 @@ class PlanetGear(GearMember):
 
     @model_validator(mode="after")
     def _one_body(self) -> PlanetGear:
-        _refuse_lumped(self, self.fe is not None, "fe", "planet_bearing")
+        _refuse_lumped(self, "planet_bearing")
         if self.fe is not None and self.bore_diameter == 0.0:
             raise Missing("bore_diameter", "is missing beside fe", "give the seat of its bearing")
         return self
@@ -178,7 +178,7 @@ class RingGear(MatedGear):
         if self.gauges and (self.fe is None or self.fe.fe_mesh == "reduced"):
             problem = "are on an FE mesh, but the ring has none"
             raise Refusal("gauges", problem, "take them out, or give the ring fe with an FE mesh")
-        _refuse_lumped(self, self.fe is not None, "fe", "its bolts, fits and splines")
+        _refuse_lumped(self, "its bolts, fits and splines")
         return self
 
 
@@ -196,7 +196,7 @@ class CarrierMember(LumpedInertia):
 
     @model_validator(mode="after")
     def _one_body(self) -> CarrierMember:
-        _refuse_lumped(self, self.fe is not None, "fe", "bearing_drive and bearing_far")
+        _refuse_lumped(self, "bearing_drive and bearing_far")
         for name in ("bearing_drive", "bearing_far"):
             present = getattr(self, name) is not None
             if self.fe is not None and not present:
@@ -206,19 +206,12 @@ class CarrierMember(LumpedInertia):
         return self
 
 
-def _refuse_lumped(member: LumpedInertia, has: bool, body: str, instead: str) -> None:
-    """InputError where a member that is an FE or given body has keys of a lumped one."""
-    if not has:
+def _refuse_lumped(member: PlanetGear | RingGear | CarrierMember, instead: str) -> None:
+    """Refusal where a member that is an FE body has keys of a lumped one."""
+    if member.fe is None:
         return
-    for name in (
-        "mass",
-        "inertia",
-        "equivalent_mass",
-        "tilt_inertia",
-        "kinematics",
-        "rim_thickness",
-    ):
-        if getattr(member, name, None) is not None:
-            raise Refusal(name, f"is that of a lumped body, but {body} is given", "keep one")
+    for name in (*LumpedInertia.model_fields, "rim_thickness"):
+        if name != "support" and getattr(member, name, None) is not None:
+            raise Refusal(name, "is that of a lumped body, but fe is given", "keep one")
     if member.support != Support():
-        raise Refusal("support", f"is that of a lumped body, but {body} is given", f"use {instead}")
+        raise Refusal("support", "is that of a lumped body, but fe is given", f"use {instead}")

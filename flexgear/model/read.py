@@ -10,7 +10,7 @@ import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from difflib import get_close_matches
-from typing import Any, NoReturn
+from typing import Any
 
 import numpy as np
 
@@ -38,13 +38,9 @@ class Written:
     fields: dict[str, tuple[str, str, str, Any]] = field(default_factory=dict)
 
 
-def parse_toml(text: str, where: str) -> dict[str, Any]:
-    """TOML text as plain data; InputError with the line of a syntax error."""
-    return _toml(text, where, "TOML")
-
-
-def _toml(text: str, where: str, key: str) -> dict[str, Any]:
-    """As ``tomllib.loads``; InputError for what it cannot read, and for lists in lists in lists."""
+def parse_toml(text: str, where: str, key: str = "TOML") -> dict[str, Any]:
+    """As ``tomllib.loads``; InputError for what it cannot read, with the line of a syntax error,
+    and for lists in lists in lists."""
     deep = InputError(where, key, f"lists are nested more than {MOST_NESTED} deep", "flatten them")
     try:
         data = tomllib.loads(text)
@@ -253,7 +249,7 @@ def _value(text: str, where: str, key: str) -> Any:
         return text
     except (ValueError, RecursionError):
         pass
-    return _toml(f"x = {text}", where, key)["x"]
+    return parse_toml(f"x = {text}", where, key)["x"]
 
 
 def put(data: dict[str, Any], path: list[str | int], value: Any, where: str, key: str) -> None:
@@ -270,7 +266,8 @@ def put(data: dict[str, Any], path: list[str | int], value: Any, where: str, key
             present = place.get(part, ())
             elements = [present] if isinstance(present, Mapping) else list(present)
             if following >= len(elements):
-                _no_element(where, key, str(part), len(elements))
+                problem = f"{part} has {len(elements)} elements"
+                raise InputError(where, key, problem, "elements are counted from 0")
             if k + 2 == len(path):  # the element itself goes
                 place[part] = (*elements[:following], *elements[following + 1 :])
                 return
@@ -287,7 +284,3 @@ def put(data: dict[str, Any], path: list[str | int], value: Any, where: str, key
         place.pop(path[-1], None)
     else:
         place[path[-1]] = value
-
-
-def _no_element(where: str, key: str, name: str, count: int) -> NoReturn:
-    raise InputError(where, key, f"{name} has {count} elements", "elements are counted from 0")

@@ -121,15 +121,9 @@ def is_list(section: type[Section], name: str) -> bool:
 
 def takes_one(section: type[Section], name: str) -> bool:
     """Whether a field that holds a list of sections takes a single one as well."""
-    return any(isinstance(x, Tag) and x.tag == _ONE for x in _walk_metadata(section, name))
-
-
-def _walk_metadata(section: type[Section], name: str) -> list[Any]:
-    return [
-        tag
-        for x in _walk(section.model_fields[name].annotation)
-        for tag in getattr(x, "__metadata__", ())
-    ]
+    inside = _walk(section.model_fields[name].annotation)
+    marks = (mark for x in inside for mark in getattr(x, "__metadata__", ()))
+    return any(isinstance(mark, Tag) and mark.tag == _ONE for mark in marks)
 
 
 def accepted_keys(section: type[Section]) -> list[str]:

@@ -210,6 +210,8 @@ class Stage(Section):
             self._check_parallel()
         else:
             self._check_planetary()
+        if self.double_helical and self.helix_angle == 0:
+            raise Refusal("helix_angle", "is zero in a double-helical stage", "give it")
         self._check_errors()
         self._check_clearances()
         if self.ring is not None:
@@ -221,8 +223,6 @@ class Stage(Section):
         if self.planets != 1 or self.planet_positions is not None:
             key = "planets" if self.planets != 1 else "planet_positions"
             raise Refusal(key, "a parallel stage has no planets", "take it out, or use position")
-        if self.double_helical and self.helix_angle == 0:
-            raise Refusal("helix_angle", "is zero in a double-helical stage", "give it")
         for name, gear in (("pinion", self.pinion), ("gear", self.gear)):
             assert gear is not None
             check_bore(name, gear, self.normal_module)
@@ -230,8 +230,6 @@ class Stage(Section):
     def _check_planetary(self) -> None:
         self._check_parts(("sun", "planet", "ring", "carrier"), PARALLEL)
         self._check_gears()
-        if self.double_helical and self.helix_angle == 0:
-            raise Refusal("helix_angle", "is zero in a double-helical stage", "give it")
         assert self.planet is not None and self.carrier is not None
         turning = self.planet.kinematics
         if turning == "fixed" or (turning == "torsional" and self.carrier.kinematics != "fixed"):

@@ -7,7 +7,6 @@ from typing import Any
 
 from flexgear.model.errors import InputError, echo
 from flexgear.model.read import is_place, nearest
-from flexgear.model.upgrade import refuse_earlier_key
 
 
 def numbered(key: str, data: Mapping[str, Any], where: str) -> list[str]:
@@ -18,7 +17,6 @@ def numbered(key: str, data: Mapping[str, Any], where: str) -> list[str]:
     stages = data.get("stages", ())
     if key == "stage":
         raise InputError(where, key, "is a section, not a key", "name a key of it: stage.planets")
-    refuse_earlier_key(key, where)
     parts = key.split(".")
     if parts[0] == "stage":
         if len(stages) != 1:

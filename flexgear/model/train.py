@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pydantic import Field, model_validator
 
-from flexgear.model.machine import Machine
+from flexgear.model.machine import Machine, refuse_infinite_slope
 from flexgear.model.names import Member
 from flexgear.model.section import Missing, Refusal, Section
 from flexgear.model.springs import Bearing, Springs
@@ -122,12 +122,7 @@ class Output(Port):
 
     @model_validator(mode="after")
     def _finite_slope(self) -> Output:
-        if 0.0 < self.brake_exponent < 1.0:
-            raise Refusal(
-                "brake_exponent",
-                "between 0 and 1 the torque rises infinitely fast at rest",
-                "0 or ≥ 1",
-            )
+        refuse_infinite_slope(self.brake_exponent)
         return self
 
 

@@ -22,6 +22,7 @@ from flexgear.model.read import is_place, match_key
 from flexgear.model.section import Section, is_list, quantity_of, section_of
 from flexgear.model.stage_names import numbered
 from flexgear.model.units import Quantity, unit_name
+from flexgear.model.upgrade import refuse_earlier_key
 
 WHERE = "sweep"
 FORMS = "write 1,2,3 or start:stop:count or start:stop:count:log"
@@ -110,6 +111,7 @@ def swept_key(base: Case, key: str, values: Values) -> SweptKey:
     """The key as a field of the case; InputError for unknown keys and values of the wrong kind."""
     words = key.split(".")
     section: type[Section] | None = Case
+    refuse_earlier_key(key, WHERE)
     parts = numbered(key, base.model_dump(), WHERE)
     extra = len(parts) - len(words)  # stage.planets is stages.0.planets
     owner: type[Section] = Case
