@@ -43,7 +43,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,6 +51,7 @@ from scipy.optimize import brentq
 
 if TYPE_CHECKING:
     from flexgear.gears.tooth import ToothGeometry
+    from flexgear.model.planetary_gears import Tool
 
 
 Array = NDArray[np.float64]
@@ -59,26 +60,9 @@ RAMP = 2.0  # length of the protuberance's flank over what reaches the finished 
 LEAST_ROUNDING = 1e-3  # over the pitch, below which a tool's tip is a point
 
 
-class ToolData(Protocol):
-    """What a case states of a tool (``model.tool``); lengths m, angle rad."""
-
-    @property
-    def teeth(self) -> float | None: ...
-    @property
-    def profile_shift(self) -> float: ...
-    @property
-    def tip_diameter(self) -> float | None: ...
-    @property
-    def protuberance(self) -> float: ...
-    @property
-    def protuberance_angle(self) -> float: ...
-    @property
-    def grinding_allowance(self) -> float: ...
-
-
 @dataclass(frozen=True)
 class PlainTool:
-    """Data of a tool as numbers; what is left out is the default."""
+    """Data of a tool, as ``Tool`` of a case has them, for gears without a case; m, rad."""
 
     teeth: float | None = None
     profile_shift: float = 0.0
@@ -91,7 +75,7 @@ class PlainTool:
 PLAIN_TOOL = PlainTool()
 
 
-def plain_tool(data: ToolData) -> PlainTool:
+def plain_tool(data: Tool) -> PlainTool:
     """The same data as plain numbers."""
     return PlainTool(**{f.name: getattr(data, f.name) for f in fields(PlainTool)})
 

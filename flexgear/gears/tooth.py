@@ -31,7 +31,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from flexgear.gears.tool import CutterTool, GeneratingTool, RackTool, ToolData, ToothRoot, rounded
+from flexgear.gears.tool import CutterTool, GeneratingTool, PlainTool, RackTool, ToothRoot, rounded
+from flexgear.model.planetary_gears import Tool
 from flexgear.model.section import Refusal
 
 Array = NDArray[np.float64]
@@ -63,7 +64,7 @@ class Blank(Protocol):
     @property
     def root_fillet(self) -> float: ...
     @property
-    def tool(self) -> ToolData: ...
+    def tool(self) -> Tool | PlainTool: ...
 
 
 def involute(angle: float) -> float:
