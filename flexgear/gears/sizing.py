@@ -25,7 +25,7 @@ from dataclasses import dataclass
 from flexgear.gears.implausible import NOTHING, proud_of_tip
 from flexgear.gears.tooth import ToothGeometry, involute, tooth_geometry, transverse_angle
 from flexgear.model.errors import InputError
-from flexgear.model.planetary_gears import Gear
+from flexgear.model.member import Gear
 
 PRESSURE_ANGLE = math.radians(20.0)  # ISO 53
 LEAST_TEETH, MOST_SUN, MOST_RING = 17, 160, 400  # the least is not undercut without shift

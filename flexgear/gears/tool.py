@@ -51,7 +51,7 @@ from scipy.optimize import brentq
 
 if TYPE_CHECKING:
     from flexgear.gears.tooth import ToothGeometry
-    from flexgear.model.planetary_gears import Tool
+    from flexgear.model.member import Tool
 
 
 Array = NDArray[np.float64]

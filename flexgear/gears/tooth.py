@@ -32,7 +32,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexgear.gears.tool import CutterTool, GeneratingTool, PlainTool, RackTool, ToothRoot, rounded
-from flexgear.model.planetary_gears import Tool
+from flexgear.model.member import Tool
 from flexgear.model.section import Refusal
 
 Array = NDArray[np.float64]

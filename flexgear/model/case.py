@@ -15,12 +15,11 @@ from flexgear.model.gear_mesh import Damping
 from flexgear.model.machine import TorqueHistory, check_machines
 from flexgear.model.member import CarrierMember, GearMember, Kinematics
 from flexgear.model.names import BodyName, Member, MemberName
-from flexgear.model.read import Written, is_place, nearest, put
+from flexgear.model.read import Written, is_place, nearest, numbered, of_only_stage, put
 from flexgear.model.ring import Ring
 from flexgear.model.section import Missing, Refusal, Section
 from flexgear.model.solver import Solver
 from flexgear.model.stage import Stage
-from flexgear.model.stage_names import numbered, of_only_stage
 from flexgear.model.stage_view import StageView
 from flexgear.model.tolerance import Tolerance, check_tolerance
 from flexgear.model.train import Input, Joint, MemberLoad, Output

@@ -19,6 +19,8 @@ from flexgear.model.read import (
     Written,
     match_key,
     nearest,
+    numbered,
+    of_only_stage,
     override_data,
     parse_toml,
     put,
@@ -26,7 +28,6 @@ from flexgear.model.read import (
 )
 from flexgear.model.section import accepted_keys
 from flexgear.model.stage import Stage
-from flexgear.model.stage_names import numbered, of_only_stage
 from flexgear.model.upgrade import refuse_earlier_file, refuse_earlier_key
 
 _FOLDER = "cases"

@@ -13,15 +13,17 @@ from flexgear.model.bodies import Material
 from flexgear.model.gear_mesh import NOT_PARALLEL, GearErrors, GearMesh
 from flexgear.model.member import (
     CarrierMember,
+    Gear,
     GearMember,
     MatedGear,
     PlanetBearing,
     PlanetGear,
     RingGear,
     SunGear,
+    check_bore,
     check_gauges,
+    required_hand,
 )
-from flexgear.model.planetary_gears import Gear, check_bore, required_hand
 from flexgear.model.ring import Ring
 from flexgear.model.section import Missing, Refusal, Section
 from flexgear.model.springs import Bearing

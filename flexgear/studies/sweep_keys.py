@@ -18,9 +18,8 @@ import numpy as np
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError, echo
 from flexgear.model.gear_mesh import PLANET_LISTS
-from flexgear.model.read import is_place, match_key
+from flexgear.model.read import is_place, match_key, numbered
 from flexgear.model.section import Section, is_list, quantity_of, section_of
-from flexgear.model.stage_names import numbered
 from flexgear.model.units import Quantity, unit_name
 from flexgear.model.upgrade import refuse_earlier_key
 

@@ -22,7 +22,7 @@ from flexgear.files.rexs.stages import RexsStage
 
 FLANKS = ("cylindrical_gear_flank", "flank_geometry")
 TOOLS = ("rack_shaped_tool", "cutter_wheel_tool")
-# what Gear takes, model/planetary_gears.py; a coefficient outside is no dimension of a tooth
+# what Gear takes, model/member.py; a coefficient outside is no dimension of a tooth
 _RANGES = {"addendum": (0.3, 2.0), "dedendum": (0.5, 2.5), "root_fillet": (0.02, 0.6)}
 _STANDARD = {"addendum": 1.0, "dedendum": 1.25, "root_fillet": 0.38}  # ISO 53 profile A
 _NO_NOTE = 1e-9

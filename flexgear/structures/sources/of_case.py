@@ -11,8 +11,8 @@ from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.tool import plain_tool
 from flexgear.gears.tooth import reference_radius
 from flexgear.model.bodies import Carrier, Planet
+from flexgear.model.member import Gear
 from flexgear.model.names import BodyName
-from flexgear.model.planetary_gears import Gear
 from flexgear.model.ring import Ring
 from flexgear.model.stage_view import StageView
 from flexgear.structures.fe_mesh import (
