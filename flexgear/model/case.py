@@ -24,6 +24,7 @@ from flexgear.model.stage_view import StageView
 from flexgear.model.tolerance import Tolerance, check_tolerance
 from flexgear.model.train import Input, Joint, MemberLoad, Output
 from flexgear.model.units import Acceleration
+from flexgear.model.upgrade import refuse_earlier_key
 
 _LONGEST = 100  # characters; a file name holds 255 bytes
 
@@ -327,7 +328,9 @@ class Case(Section):
         """
         data = self.model_dump(mode="python")
         for key, value in changes.items():
-            parts = numbered(key.replace("__", "."), data, "with_")
+            dotted = key.replace("__", ".")
+            refuse_earlier_key(dotted, "with_")
+            parts = numbered(dotted, data, "with_")
             path: list[str | int] = [int(p) if is_place(p) else p for p in parts]
             if isinstance(value, Section):
                 value = value.model_dump(mode="python")
