@@ -281,7 +281,7 @@ def run_sinks(out: Path | None, names: Sequence[str], quiet: bool) -> Iterator[l
         yield [*watchers, file]
 
 
-class Forecast:
+class Forecast(DatasetSink):
     """A sink that says how much is coming, on stderr, and keeps nothing."""
 
     def __init__(self, out: Path | None, names: Sequence[str]) -> None:
@@ -289,17 +289,8 @@ class Forecast:
 
     def begin(self, coming: Coming) -> None:
         """Say it."""
-        typer.echo(f"transient: {self._size_text(coming)}", err=True)
-
-    def append(self, data: object) -> None:
-        """It was said before."""
-
-    def finish(self, last: object) -> None:
-        """It was said before."""
-
-    def _size_text(self, coming: Coming) -> str:
-        parts = [f"{coming.samples} samples"]
+        text = f"transient: {coming.samples} samples"
         if self._out is not None:
             written = Coming(chosen(coming.pattern, self._names), coming.samples)
-            parts.append(f"{size_text(written.size)} in {self._out} before compression")
-        return ", ".join(parts)
+            text += f", {size_text(written.size)} in {self._out} before compression"
+        typer.echo(text, err=True)

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from flexgear.files.atomic import PathLike, atomic_file
 from flexgear.model.errors import FlexgearError, InputError
 from flexgear.results.netcdf import Encoding, NewFile, read
-from flexgear.results.sinks import TIME, Coming, histories, sample_size
+from flexgear.results.sinks import TIME, Coming, DatasetSink, histories, sample_size
 from flexgear.results.version import version
 
 
@@ -134,7 +134,7 @@ def open_lazily(path: PathLike) -> xr.Dataset:
         return data
 
 
-class DatasetFile:
+class DatasetFile(DatasetSink):
     """A sink that writes netCDF as it comes."""
 
     def __init__(self, path: Path, names: Sequence[str] = (), in_memory: int = 0) -> None:

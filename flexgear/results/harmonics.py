@@ -44,13 +44,6 @@ def star_angle(coefficients: NDArray[np.complex128], order: int) -> Array:
     return np.asarray(np.mod(np.angle(coefficients[..., order]) / order, period))
 
 
-def angle_difference(a: ArrayLike, b: ArrayLike, order: int) -> Array:
-    """a − b in rad, the smallest modulo 2π/order, in [−π/order, π/order)."""
-    period = 2 * np.pi / order
-    difference = np.asarray(a, dtype=float) - np.asarray(b, dtype=float)
-    return np.asarray(np.mod(difference + period / 2, period) - period / 2)
-
-
 MOST = 2**17  # samples that are looked at, the last ones
 HIGHEST = 10.5  # order
 

@@ -18,8 +18,7 @@ and cycle by cycle.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
 from typing import Any, Literal, get_args
 
 import numpy as np
@@ -90,20 +89,6 @@ def mesh_load_factor(planets: int) -> float | None:
     return MESH_LOAD_FACTOR.get(planets)
 
 
-@dataclass(frozen=True)
-class LoadSharing:
-    """Load sharing by one definition.
-
-    definition: name; history: (c, N) factors of planets by gear-mesh cycle ("instantaneous": by
-    sample); planets: (N,) coefficient of each planet; coefficient: the largest of them.
-    """
-
-    definition: str
-    history: Array
-    planets: Array
-    coefficient: float
-
-
 def cycle_maxima(force: ArrayLike, samples_per_cycle: float) -> Array:
     """Largest force of each planet in each whole gear-mesh cycle, (c, N) from (t, N).
 
@@ -140,38 +125,6 @@ def shares(force: Array) -> Array:
 def planet_figures(definition: Definition, history: Array) -> Array:
     """What of the shares (c, N) counts: itself, or 1 + |B − 1| of the cycle-based factor."""
     return np.asarray(1 + np.abs(history - 1) if definition == "cycle-based" else history)
-
-
-def sharing_by(
-    definition: Definition, force: ArrayLike, samples_per_cycle: float = 1.0
-) -> LoadSharing:
-    """Load sharing of the gear-mesh forces (t, N) of one gear mesh side by a named definition.
-
-    "instantaneous": K_i(t) = N F_i/ΣF, largest over time; "mean-based" and "cycle-based": see the
-    head of this file. Reversed torque (ΣF < 0 on average) counts as carried. FlexgearError where
-    the planets together carry nothing in some cycle, so that there is nothing to share.
-    """
-    if definition not in get_args(Definition):
-        raise FlexgearError(
-            f"{definition!r} is no definition of load sharing; take one of "
-            + ", ".join(get_args(Definition))
-        )
-    f = np.asarray(force, dtype=float)
-    f = f * (np.sign(f.sum()) or 1.0)
-    largest = f if definition == "instantaneous" else cycle_maxima(f, samples_per_cycle)
-    if np.any(largest.sum(axis=-1) <= 0):
-        raise FlexgearError(
-            "the load sharing factor is not defined: in some cycle the planets carry no load "
-            "together"
-        )
-    history = shares(largest)
-    planets = planet_figures(definition, history).max(axis=0)
-    return LoadSharing(definition, history, planets, float(planets.max()))
-
-
-def system_coefficient(sides: Iterable[LoadSharing]) -> float:
-    """The largest coefficient of all gear meshes and sides (Ren et al. 2021, eq. 24)."""
-    return max(side.coefficient for side in sides)
 
 
 DEFINITIONS: tuple[Definition, ...] = get_args(Definition)

@@ -23,7 +23,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from flexgear.results.sinks import TIME, Coming, Ranges, between
+from flexgear.results.sinks import TIME, Coming, DatasetSink, Ranges, between
 
 Array = NDArray[np.float64]
 SHARE = 0.05  # of the peak-to-peak, by which figures may still differ from settled ones
@@ -90,7 +90,7 @@ def settled(data: xr.Dataset, most: int | None = None) -> xr.Dataset:
     return rest if most is None else rest.isel({TIME: slice(-most, None)})
 
 
-class WindowedRanges:
+class WindowedRanges(DatasetSink):
     """A sink: ranges of what ``watched`` makes of the samples, from any window on."""
 
     def __init__(self, watched: Callable[[xr.Dataset], xr.Dataset], edges: Array) -> None:
@@ -106,9 +106,6 @@ class WindowedRanges:
         for k, piece in cut(data.variables[TIME].to_numpy(), self._edges):
             self._parts.setdefault(k, Ranges(self._watched)).append(data.isel({TIME: piece}))
 
-    def finish(self, last: xr.Dataset) -> None:
-        """Nothing is left to do."""
-
     def since(self, start: float) -> Ranges:
         """Ranges of the windows that begin at ``start`` s or later, which is one of the edges."""
         first = int(np.searchsorted(self._edges, start))
@@ -119,7 +116,7 @@ class WindowedRanges:
         return ranges
 
 
-class Settling:
+class Settling(DatasetSink):
     """A sink that finds the settled window of a run of ``span`` s.
 
     period: of the slowest gear mesh, s.
@@ -130,9 +127,6 @@ class Settling:
         self._time, self._x = np.zeros(0), np.zeros((0, 0))  # of the last period
         self._sizes: list[int] = []
         self._difference = self._least = self._largest = np.zeros((WINDOWS, 0))
-
-    def begin(self, coming: Coming) -> None:
-        """Nothing is there yet."""
 
     def append(self, data: xr.Dataset) -> None:
         """Look at some samples more."""
@@ -148,9 +142,6 @@ class Settling:
         if first < len(time):
             earlier = _interpolated(time[first:] - self._period, time, x)
             self._count(time[first:], x[first:], np.abs(x[first:] - earlier))
-
-    def finish(self, last: xr.Dataset) -> None:
-        """Nothing is left to do."""
 
     def window(self) -> Window:
         """The window that figures are to be taken from; all of the run where it has not settled."""

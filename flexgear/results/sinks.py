@@ -9,7 +9,6 @@ from __future__ import annotations
 from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 import xarray as xr
@@ -33,7 +32,7 @@ class Coming:
         return self.samples * sum(sample_size(v) for v in histories(self.pattern).values())
 
 
-class DatasetSink(Protocol):
+class DatasetSink:
     """Takes a run piece by piece."""
 
     def begin(self, coming: Coming) -> None:
@@ -58,7 +57,7 @@ def sample_size(variable: xr.Variable) -> int:
     return values * (4 if single else variable.dtype.itemsize)
 
 
-class Gathered:
+class Gathered(DatasetSink):
     """A sink that keeps everything in memory, as one dataset."""
 
     def __init__(self) -> None:
@@ -83,7 +82,7 @@ class Gathered:
         self.data = whole.assign(last.data_vars).assign_attrs(last.attrs)
 
 
-class Several:
+class Several(DatasetSink):
     """The same for several sinks."""
 
     def __init__(self, sinks: Sequence[DatasetSink]) -> None:
@@ -105,7 +104,7 @@ class Several:
             sink.finish(last)
 
 
-class Ranges:
+class Ranges(DatasetSink):
     """First, least, largest and mean value over time of all that ``watched`` makes of a chunk.
 
     What is not a number does not count.
@@ -129,9 +128,6 @@ class Ranges:
         ranges.least, ranges.largest = values.min(TIME), values.max(TIME)
         ranges._sum, ranges._count = values.sum(TIME, dtype=float), values.count(TIME)
         self.join(ranges)
-
-    def finish(self, last: xr.Dataset) -> None:
-        """Nothing is left to do."""
 
     def join(self, later: Ranges) -> None:
         """Take in the samples of another one, which come after its own."""

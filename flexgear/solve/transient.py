@@ -23,7 +23,7 @@ from flexgear.model.solver import Solver
 from flexgear.results.labelled_dataset import coordinate, variable
 from flexgear.results.load_sharing import SharingCoefficients
 from flexgear.results.settling import Settling, Window, cut, window_edges
-from flexgear.results.sinks import Coming, DatasetSink, Gathered, Several
+from flexgear.results.sinks import DatasetSink, Gathered, Several
 from flexgear.results.time_figures import axis_distance
 from flexgear.solve.angles import stage_motions
 from flexgear.solve.bodies import Progress, silent
@@ -229,7 +229,7 @@ def constant_drive() -> TorqueHistory:
     return TorqueHistory()
 
 
-class _Sharing:
+class _Sharing(DatasetSink):
     """A sink that finds load sharing coefficients from any window of a run of ``span`` s on."""
 
     def __init__(self, model: Model, interval: float, share: float, span: float) -> None:
@@ -242,9 +242,6 @@ class _Sharing:
         self._definitions = result_labels(model)["definition"]
         self._edges, self._open = window_edges(span, model.case.solver.settle), 0
 
-    def begin(self, coming: Coming) -> None:
-        """Nothing is there yet."""
-
     def append(self, data: xr.Dataset) -> None:
         """Look at some samples more."""
         force = self._sense * data.variables["gear_mesh_force"].to_numpy()
@@ -253,9 +250,6 @@ class _Sharing:
                 self._sharing.close_window()
             self._open = window
             self._sharing.append(force[piece])
-
-    def finish(self, last: xr.Dataset) -> None:
-        """Nothing is left to do."""
 
     def coefficients(self, start: float) -> xr.Dataset:
         """Those of the samples from ``start`` s on."""

@@ -12,7 +12,7 @@ from trains import TrainRun, gear_mesh_forces, put_together
 from flexgear.analysis.equilibrium import Equilibrium
 from flexgear.analysis.transient import Transient
 from flexgear.gears.power_flow import PowerFlow, power_flow
-from flexgear.results.load_sharing import sharing_by
+from flexgear.results.load_sharing import RunningSharing
 from hu2023 import studies
 from hu2023.cases import drive, train
 from hu2023.sharing import SAMPLES, cycle_times, gear_mesh_rate
@@ -76,10 +76,17 @@ def over_period(run: TrainRun, j: int, cycles: int = CYCLES) -> Equilibrium:
     return run.at(drive().speed * cycle_times(drive(), j, cycles))
 
 
+def mean_based(forces: Array, samples_per_cycle: float) -> float:
+    """Coefficient of gear-mesh forces (t, N) of planets that share a load."""
+    running = RunningSharing(forces.shape[1], samples_per_cycle)
+    running.append(forces)
+    return float(running.planets("mean-based").max())
+
+
 def sharing(run: TrainRun, found: Equilibrium, j: int, side: str) -> float:
     """K of eqs. 19 and 20 of a stage, "outside" or "inside"."""
     forces = gear_mesh_forces(found)[:, run.columns(j, KINDS[side])]
-    return sharing_by("mean-based", forces, SAMPLES).coefficient
+    return mean_based(forces, SAMPLES)
 
 
 def momentary(run: TrainRun, found: Equilibrium | Transient, j: int, side: str) -> float:
@@ -140,4 +147,4 @@ def late_shares(j: int, side: str) -> float:
     found = over_time()
     forces = gear_mesh_forces(found)[found.time >= SETTLED][:, bundled().columns(j, KINDS[side])]
     cycle = 2 * np.pi / gear_mesh_rate(drive(), j) / EVERY
-    return sharing_by("mean-based", forces, cycle).coefficient
+    return mean_based(forces, cycle)

@@ -17,7 +17,7 @@ from flexgear.coupling.build import build_system
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
 from flexgear.model.load import load_case
-from flexgear.results.load_sharing import sharing_by, system_coefficient
+from flexgear.results.load_sharing import RunningSharing
 from flexgear.views.style import panels, planet_colour, styled
 from ren2021.equations import Stage, Supports, matrices
 from ren2021.errors import Errors, harmonics
@@ -120,8 +120,12 @@ def tooth_harmonic(run: TrainRun, errors: Errors) -> Harmonic:
 def package_sharing(errors: Errors) -> float:
     """System LSC (eqs. 21 to 24) of the package, quasi-static over the common period."""
     forces = quasi_static(errors, cycle_times(stage(), CYCLES))
-    sides = np.split(forces, len(KINDS), axis=1)
-    return system_coefficient(sharing_by("cycle-based", side, SAMPLES) for side in sides)
+    coefficients = []
+    for side in np.split(forces, len(KINDS), axis=1):
+        running = RunningSharing(side.shape[1], SAMPLES)
+        running.append(side)
+        coefficients.append(running.planets("cycle-based").max())
+    return float(max(coefficients))
 
 
 def mean_forces() -> list[Row]:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from flexgear.model.names import MemberName, NodeName
 from flexgear.results.flanks import pairs_of, stiffness_split
-from flexgear.results.harmonics import angle_difference, radial_harmonics, star_angle
+from flexgear.results.harmonics import radial_harmonics, star_angle
 from flexgear.results.stage_part import displacement_of
 
 Array = NDArray[np.float64]
@@ -134,8 +134,8 @@ def star(data: xr.Dataset) -> tuple[Array, Array]:
     The offset of the first position is that of the star itself and is taken off.
     """
     c = radial_harmonics(data["tooth_displacement"].to_numpy())
-    off = angle_difference(star_angle(c, 5), data["stage_angle"].to_numpy(), 5)
-    return np.abs(c) * MICRO, np.asarray(angle_difference(off, off[0], 5))
+    off = star_angle(c, 5) - data["stage_angle"].to_numpy()
+    return np.abs(c) * MICRO, np.angle(np.exp(5j * (off - off[0]))) / 5
 
 
 def drive_rotation(data: xr.Dataset) -> Array:
