@@ -14,6 +14,7 @@ from typing import Any
 import typer
 
 from flexgear.files.plain import plain
+from flexgear.model.errors import FlexgearError
 from flexgear.results.report.key_words import titled
 
 Report = Callable[[str, float], None]
@@ -92,6 +93,20 @@ class PlainProgress:
     @staticmethod
     def _print(line: str) -> None:
         print(line, file=sys.stderr, flush=True)
+
+
+@contextmanager
+def resumable(finished: Callable[[], int], parts: str) -> Iterator[None]:
+    """FlexgearError in the place of a stop that left finished parts of a study on disk; parts: how
+    many there are in all, in words."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        done = finished()
+        if not done:
+            raise
+        problem = f"stopped with {done} of {parts} done; the same command goes on from there"
+        raise FlexgearError(problem) from None
 
 
 def warn(lines: Iterable[str]) -> None:

@@ -12,7 +12,7 @@ import typer
 import xarray as xr
 from numpy.typing import NDArray
 
-from flexgear.cli.display import Report, as_json_text, progress, shown
+from flexgear.cli.display import Report, as_json_text, progress, resumable, shown
 from flexgear.cli.options import (
     AsJson,
     CaseName,
@@ -24,10 +24,11 @@ from flexgear.cli.options import (
 )
 from flexgear.cli.outputs import Force, claim_folder, folder_named
 from flexgear.files.atomic import file_target, staged_folder
-from flexgear.model.errors import FlexgearError, InputError
+from flexgear.model.errors import InputError
+from flexgear.results.dataset_file import write_netcdf
 from flexgear.results.origin import origin_of_case
 from flexgear.studies.measures import MEASURES, WARNING
-from flexgear.studies.sweep import failures, finished, planned, run_sweep, save_sweep
+from flexgear.studies.sweep import failures, finished, planned, run_sweep
 from flexgear.studies.sweep_keys import FORMS, WHERE, Values, parse_setting
 from flexgear.views import style
 from flexgear.views.sweep_charts import drawn_variables, keys_of, scale_of, sweep_chart
@@ -84,22 +85,17 @@ def sweep(
     plan = planned(case, swept, settings=settings_of(settings), measures=names, modes=modes)
     place, start = _place(target)
     claim_folder(place, (f"{start}.nc", f"{start}_*.png"), origin_of_case(plan.base), force)
-    try:
-        with staged_folder(place) as folder, progress(quiet) as report:
-            data = run_sweep(
-                plan, workers=workers, scheduler=scheduler, progress=report, keep_points=True
-            )
-            save_sweep(data, folder / f"{start}.nc")
-            if pictures:
-                _draw(data, folder, start, report)
-    except KeyboardInterrupt:
-        done = finished(plan)
-        if not done:
-            raise
-        raise FlexgearError(
-            f"stopped with {done} of {len(plan.grid)} points done; the same command goes on from "
-            "there"
-        ) from None
+    with (
+        resumable(lambda: finished(plan), f"{len(plan.grid)} points"),
+        staged_folder(place) as folder,
+        progress(quiet) as report,
+    ):
+        data = run_sweep(
+            plan, workers=workers, scheduler=scheduler, progress=report, keep_points=True
+        )
+        write_netcdf(data, folder / f"{start}.nc")
+        if pictures:
+            _draw(data, folder, start, report)
     plan.store.clear()
     if as_json:
         typer.echo(as_json_text(plain(data)))

@@ -9,7 +9,7 @@ from typing import Annotated, Any
 import typer
 import xarray as xr
 
-from flexgear.cli.display import as_json_text, progress, table
+from flexgear.cli.display import as_json_text, progress, resumable, table
 from flexgear.cli.options import (
     AsJson,
     CaseName,
@@ -22,11 +22,11 @@ from flexgear.cli.options import (
 from flexgear.cli.outputs import TOLERANCE, Force, OutFolder, claim_folder, earlier
 from flexgear.files.atomic import staged_folder, write_json
 from flexgear.model.case import Case
-from flexgear.model.errors import FlexgearError
+from flexgear.results.dataset_file import write_netcdf
 from flexgear.results.origin import origin_of_case
 from flexgear.results.report.tables import case_tables
 from flexgear.results.report.tolerance_tables import SECTION, tolerance_tables, tolerance_verdicts
-from flexgear.results.tolerance_dataset import save_tolerance, tolerance_summary
+from flexgear.results.tolerance_dataset import tolerance_summary
 from flexgear.studies.tolerance import finished, forget
 from flexgear.studies.tolerance import tolerance as run_tolerance
 from flexgear.views.interactive import panels_of
@@ -66,24 +66,19 @@ def tolerance(
     model = read_case(case, [*(settings or []), *more])
     folder = Path("results") / f"tolerance-{model.name}" if out is None else out
     claim_folder(folder, TOLERANCE, origin_of_case(model, "tolerance"), force)
-    try:
-        with staged_folder(folder, earlier(TOLERANCE)) as stage, progress(quiet) as report:
-            data = run_tolerance(
-                model, workers=workers, scheduler=scheduler, progress=report, keep_batches=True
-            )
-            summary = tolerance_summary(data)
-            save_tolerance(data, stage / "tolerance.nc")
-            write_json(stage / "summary.json", summary)
-            drawn = list(_drawn(data, summary, stage)) if pictures else []
-            _write_page(model, summary, drawn, stage)
-    except KeyboardInterrupt:
-        done = finished(model)
-        if not done:
-            raise
-        raise FlexgearError(
-            f"stopped with {done} of {model.tolerance.samples} samples done; the same command goes "
-            "on from there"
-        ) from None
+    with (
+        resumable(lambda: finished(model), f"{model.tolerance.samples} samples"),
+        staged_folder(folder, earlier(TOLERANCE)) as stage,
+        progress(quiet) as report,
+    ):
+        data = run_tolerance(
+            model, workers=workers, scheduler=scheduler, progress=report, keep_batches=True
+        )
+        summary = tolerance_summary(data)
+        write_netcdf(data, stage / "tolerance.nc")
+        write_json(stage / "summary.json", summary)
+        drawn = list(_drawn(data, summary, stage)) if pictures else []
+        _write_page(model, summary, drawn, stage)
     forget(model)
     if as_json:
         typer.echo(as_json_text(summary))

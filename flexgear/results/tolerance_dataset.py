@@ -1,21 +1,22 @@
-"""Labelled dataset and figures of a tolerance study."""
+"""Labelled dataset and figures of a tolerance study, and the statistics of its samples.
+
+These assume no distribution: quantiles, mean and their intervals.
+"""
 
 from __future__ import annotations
 
 import json
 import math
 from collections.abc import Mapping, Sequence
-from pathlib import Path
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
+from scipy.special import bdtr, betaincinv, stdtrit
 
-from flexgear.files.atomic import PathLike
 from flexgear.model.names import GearMeshName
-from flexgear.results import tolerance_statistics as statistics
-from flexgear.results.dataset_file import write_netcdf
 from flexgear.results.labelled_dataset import GEAR_MESH, GROUP, fields_of, groups_of
 from flexgear.results.load_sharing import mesh_load_factor
 from flexgear.results.quantities import Quantity
@@ -143,9 +144,9 @@ def _variable(name: str, values: Array) -> xr.Variable:
 def _share_above(values: Array, assumed: Sequence[float], confidence: float) -> dict[str, Array]:
     """Share of samples whose largest K (J, groups) is above what is assumed."""
     above = [
-        statistics.share_above(column[np.isfinite(column)], limit, confidence)
+        share_above_limit(column[np.isfinite(column)], limit, confidence)
         if math.isfinite(limit)
-        else statistics.Estimate(math.nan, math.nan, math.nan)
+        else NO_ESTIMATE
         for column, limit in zip(values.T, assumed, strict=True)
     ]
     return {f"share_above{end}": np.array([getattr(e, part) for e in above]) for end, part in PARTS}
@@ -154,8 +155,8 @@ def _share_above(values: Array, assumed: Sequence[float], confidence: float) -> 
 def _spread(name: str, values: Array, confidence: float) -> dict[str, Array]:
     """Deviation, mean and quantiles of a variable (J, groups) over its samples."""
     columns = [column[np.isfinite(column)] for column in values.T]
-    averages = [statistics.mean(x, confidence) for x in columns]
-    quantiles = [[statistics.quantile(x, p, confidence) for p in QUANTILES] for x in columns]
+    averages = [mean_of(x, confidence) for x in columns]
+    quantiles = [[quantile_of(x, p, confidence) for p in QUANTILES] for x in columns]
     deviations = [x.std(ddof=1) if len(x) > 1 else math.nan for x in columns]
     out = {f"{name}_deviation": np.array(deviations)}
     for end, part in PARTS:
@@ -236,6 +237,72 @@ def _number(value: xr.DataArray) -> float | None:
     return float(value) if np.isfinite(value) else None
 
 
-def save_tolerance(data: xr.Dataset, path: PathLike) -> Path:
-    """Write netCDF in double precision; the file appears whole or not at all."""
-    return write_netcdf(data, path)
+@dataclass(frozen=True)
+class Estimate:
+    """A value and the ends of its confidence interval, NaN where there are too few samples."""
+
+    value: float
+    low: float
+    high: float
+
+
+NO_ESTIMATE = Estimate(math.nan, math.nan, math.nan)
+
+
+def quantile_ranks(count: int, share: float, confidence: float) -> tuple[int, int]:
+    """Ranks l < u, from 1, with P(X_(l) ≤ Q ≤ X_(u)) ≥ confidence for the quantile Q of ``share``.
+
+    The number of samples below Q is binomial whatever their distribution (David & Nagaraja 2003,
+    Order Statistics, §7.1). Each side keeps half the risk; l = 0 and u = count + 1 say that there
+    are too few samples for an end.
+    """
+    risk = 0.5 * (1 - confidence)
+    below = bdtr(np.arange(count, dtype=float), count, share)  # P(at most k samples below Q)
+    low = int(np.searchsorted(below, risk, side="right"))
+    high = int(np.searchsorted(below, 1 - risk, side="left")) + 1
+    return low, high
+
+
+def quantile_of(samples: ArrayLike, share: float, confidence: float = 0.95) -> Estimate:
+    """Quantile of samples (n,), median-unbiased, with the interval of its order statistics."""
+    x = np.sort(np.asarray(samples, dtype=float))
+    if not len(x):
+        return NO_ESTIMATE
+    low, high = quantile_ranks(len(x), share, confidence)
+    return Estimate(
+        float(np.quantile(x, share, method="median_unbiased")),
+        float(x[low - 1]) if low >= 1 else math.nan,
+        float(x[high - 1]) if high <= len(x) else math.nan,
+    )
+
+
+def mean_of(samples: ArrayLike, confidence: float = 0.95) -> Estimate:
+    """Mean of samples (n,) with Student's interval x̄ ± t s/√n."""
+    x = np.asarray(samples, dtype=float)
+    if len(x) < 2:
+        return Estimate(float(x.mean()) if len(x) else math.nan, math.nan, math.nan)
+    reach = stdtrit(len(x) - 1, 0.5 * (1 + confidence)) * x.std(ddof=1) / math.sqrt(len(x))
+    return Estimate(float(x.mean()), float(x.mean() - reach), float(x.mean() + reach))
+
+
+def share_above_limit(samples: ArrayLike, limit: float, confidence: float = 0.95) -> Estimate:
+    """Share of all parts above a limit, with the interval of Clopper & Pearson (1934)."""
+    x = np.asarray(samples, dtype=float)
+    low, high = share_interval(np.array([np.sum(x > limit)]), len(x), confidence)
+    return Estimate(
+        float(np.mean(x > limit)) if len(x) else math.nan, float(low[0]), float(high[0])
+    )
+
+
+def distribution_band(count: int, confidence: float = 0.95) -> tuple[Array, Array]:
+    """Ends (n,) of the interval, point by point, of the distribution behind n rising samples."""
+    return share_interval(np.arange(1, count + 1), count, confidence)
+
+
+def share_interval(successes: Array | NDArray[np.int64], count: int, confidence: float
+                   ) -> tuple[Array, Array]:  # fmt: skip
+    """Interval of a share of which ``successes`` out of ``count`` samples were seen."""
+    risk, k = 0.5 * (1 - confidence), np.asarray(successes, dtype=float)
+    low = np.where(k > 0, betaincinv(np.maximum(k, 1), count - k + 1, risk), 0.0)
+    high = np.where(k < count, betaincinv(k + 1, np.maximum(count - k, 1), 1 - risk), 1.0)
+    return np.asarray(low), np.asarray(high)

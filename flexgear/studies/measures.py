@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from flexgear.analysis.mode_types import classify, members
 from flexgear.gears.bearings import BALL, ROLLER, life_ratio
@@ -71,46 +71,6 @@ def array(
     }  # fmt: skip
     about = {"units": units, "long_name": meaning}
     return xr.DataArray(np.asarray(values), coords, tuple(labels), attrs=about)
-
-
-def frequencies(model: Model, count: int) -> MeasuredValues:
-    """The ``count`` lowest elastic frequencies and their types, as ``solve.modes`` has them."""
-    natural, system = model.natural_modes(), model.system
-    rigid = int(np.sum(natural.frequencies == 0))
-    types = classify(
-        natural.frequencies, natural.shapes, system.mass, members(system.bodies), rigid=rigid
-    )
-    f, kinds = natural.frequencies[rigid:][:count], types.kinds[rigid:][:count]
-    ticks = range(1, len(f) + 1)
-    return {
-        "frequency": array(f, "Hz", "natural frequency", mode=ticks),
-        "mode_type": array(np.array(kinds, dtype=str), "", "type of mode", mode=ticks),
-    }
-
-
-def frequencies_by_type(model: Model, count: int) -> MeasuredValues:
-    """The ``count`` lowest different elastic frequencies of every type of mode."""
-    natural, system = model.natural_modes(), model.system
-    rigid = int(np.sum(natural.frequencies == 0))
-    types = classify(
-        natural.frequencies, natural.shapes, system.mass, members(system.bodies), rigid=rigid
-    )
-    columns: dict[str, list[float]] = {}
-    for group in types.groups:
-        if group[0] < rigid:
-            continue
-        for kind in dict.fromkeys(types.kinds[i] for i in group):
-            columns.setdefault(kind, []).append(float(natural.frequencies[group[0]]))
-    longest = min(count, max(map(len, columns.values()), default=0))
-    values = np.full((len(columns), longest), np.nan)
-    for k, column in enumerate(columns.values()):
-        values[k, : len(column[:count])] = column[:count]
-    return {
-        "frequency_by_type": array(
-            values, "Hz", "natural frequency, repeated ones once",
-            type=list(columns), number=range(1, longest + 1),
-        )
-    }  # fmt: skip
 
 
 def largest(values: Mapping[str, ArrayLike], units: str, meaning: str, dim: str) -> xr.DataArray:
@@ -189,6 +149,43 @@ class Point:
             in_time = largest_motions(solved["transient"][1].largest)
             motions |= {name: max(size, motions[name]) for name, size in in_time.items()}
         return large_motions(self.case, motions)
+
+
+def _elastic(point: Point) -> tuple[NDArray[np.float64], tuple[str, ...], list[list[int]]]:
+    """Natural frequencies above the rigid motions, rising, Hz, their types as ``solve.modes`` has
+    them, and which of them are repeated ones."""
+    natural, system = point.model.natural_modes(), point.model.system
+    rigid, bodies = int(np.sum(natural.frequencies == 0)), members(system.bodies)
+    types = classify(natural.frequencies, natural.shapes, system.mass, bodies, rigid=rigid)
+    groups = [[i - rigid for i in group] for group in types.groups if group[0] >= rigid]
+    return natural.frequencies[rigid:], tuple(types.kinds[rigid:]), groups
+
+
+def _frequencies(point: Point) -> MeasuredValues:
+    """The lowest elastic frequencies and their types."""
+    every, kinds, _ = _elastic(point)
+    f = every[: point.modes]
+    ticks = range(1, len(f) + 1)
+    return {
+        "frequency": array(f, "Hz", "natural frequency", mode=ticks),
+        "mode_type": array(np.array(kinds[: len(f)], dtype=str), "", "type of mode", mode=ticks),
+    }
+
+
+def _frequencies_by_type(point: Point) -> MeasuredValues:
+    """The lowest different elastic frequencies of every type of mode."""
+    f, kinds, groups = _elastic(point)
+    columns: dict[str, list[float]] = {}
+    for group in groups:
+        for kind in dict.fromkeys(kinds[i] for i in group):
+            columns.setdefault(kind, []).append(float(f[group[0]]))
+    longest = min(point.modes, max(map(len, columns.values()), default=0))
+    values = np.full((len(columns), longest), np.nan)
+    for k, column in enumerate(columns.values()):
+        values[k, : len(column[:longest])] = column[:longest]
+    about = "natural frequency, repeated ones once"
+    labels: dict[str, Any] = {"type": list(columns), "number": range(1, longest + 1)}
+    return {"frequency_by_type": array(values, "Hz", about, **labels)}
 
 
 def _members(point: Point, name: str, units: str, about: str) -> MeasuredValues:
@@ -362,15 +359,11 @@ def _rings(point: Point) -> list[str]:
 
 
 MEASURES = (
-    Measure(
-        "frequencies",
-        "lowest natural frequencies and their types",
-        lambda p: frequencies(p.model, p.modes),
-    ),
+    Measure("frequencies", "lowest natural frequencies and their types", _frequencies),
     Measure(
         "frequencies_by_type",
         "lowest natural frequencies of every type of mode",
-        lambda p: frequencies_by_type(p.model, p.modes),
+        _frequencies_by_type,
     ),
     Measure("load_sharing", "quasi-static load sharing by three definitions", _load_sharing),
     Measure("gear_mesh_forces", "largest quasi-static gear-mesh forces", _gear_mesh_forces),
@@ -413,11 +406,13 @@ def chosen_measures(case: Case, names: Sequence[str]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(names)) or usual
 
 
-def measured(case: Case, reference: Case, names: Sequence[str], modes: int) -> MeasuredValues:
-    """Arrays of the named measures at one point, and ``WARNING`` where there is one.
+def measured(shared: tuple[Case, Sequence[str], int], case: Case) -> MeasuredValues:
+    """Arrays of measures at one point, and ``WARNING`` where there is one.
 
-    reference: the case without the sweep's changes; modes: how many natural modes are listed.
+    shared: of all points: the case without the sweep's changes, the names of the measures, and how
+    many natural modes are listed.
     """
+    reference, names, modes = shared
     point, figures = Point(case, reference, modes), MeasuredValues()
     for name in names:
         figures |= measures_of(case)[name].of(point)

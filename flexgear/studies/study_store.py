@@ -9,9 +9,10 @@ from __future__ import annotations
 import contextlib
 import shutil
 import warnings
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Generic, TypeVar
 
 from flexgear.files.atomic import write_bytes
 from flexgear.files.cache_folder import cache_directory
@@ -21,24 +22,28 @@ from flexgear.model.input_file import read_kept
 from flexgear.results.version import version
 from flexgear.structures.cache import sealed, unsealed
 
+T = TypeVar("T")
+
 
 @dataclass(frozen=True)
-class StudyStore:
-    """Parts of one study by their names."""
+class StudyStore(Generic[T]):
+    """Parts of one study by the names of their files. pack, unpack: a part as bytes, and back."""
 
     folder: Path
+    pack: Callable[[T], bytes]
+    unpack: Callable[[bytes], T]
 
-    def get(self, name: str) -> bytes | None:
+    def get(self, name: str) -> T | None:
         """What was kept; None where there is nothing, or it is damaged or cannot be read."""
         try:
-            return unsealed(read_kept(self.folder / name))
+            return self.unpack(unsealed(read_kept(self.folder / name)))
         except (OSError, ValueError):
             return None
 
-    def put(self, name: str, data: bytes) -> None:
+    def put(self, name: str, part: T) -> None:
         """Keep a part. FlexgearWarning where the disk refuses: the study itself goes on."""
         try:
-            write_bytes(self.folder / name, sealed(data))
+            write_bytes(self.folder / name, sealed(self.pack(part)))
         except FlexgearError as error:
             text = f"cannot keep what is done, so a stopped study would start anew: {error}"
             warnings.warn(text, FlexgearWarning, stacklevel=2)
@@ -50,7 +55,6 @@ class StudyStore:
             self.folder.parent.rmdir()
 
 
-def study_store(kind: str, content: dict[str, Any]) -> StudyStore:
+def study_folder(kind: str, content: dict[str, Any]) -> Path:
     """Where parts of a study are kept; content: all that every one of them depends on."""
-    key = content_hash({"version": version(), **content})
-    return StudyStore(cache_directory() / kind / key)
+    return cache_directory() / kind / content_hash({"version": version(), **content})

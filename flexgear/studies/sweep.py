@@ -19,18 +19,17 @@ import numpy as np
 import xarray as xr
 
 from flexgear.coupling.build import require_workable
-from flexgear.files.atomic import PathLike
 from flexgear.model.case import Case
 from flexgear.model.errors import FlexgearError, InputError
 from flexgear.model.load import load_case
-from flexgear.results.dataset_file import provenance, write_netcdf
+from flexgear.results.dataset_file import provenance
 from flexgear.results.quantities import MISSING
 from flexgear.solve.bodies import Progress, named, reduction_limit, silent, stage_bodies
 from flexgear.studies.dask_pool import reach
 from flexgear.studies.early_workers import Outcome
 from flexgear.studies.job_pool import run_jobs
 from flexgear.studies.measures import MeasuredValues, chosen_measures, measured
-from flexgear.studies.study_store import StudyStore, study_store
+from flexgear.studies.study_store import StudyStore, study_folder
 from flexgear.studies.sweep_keys import (
     WHERE,
     Point,
@@ -46,43 +45,16 @@ from flexgear.studies.sweep_keys import (
 FORMAT = 3  # of the files, and of the numerics behind them; raise it when either changes
 
 
-@dataclass(frozen=True)
-class PointStore:
-    """Points of one sweep by their cases."""
-
-    parts: StudyStore
-
-    def get(self, case: Case) -> MeasuredValues | None:
-        """What was found at a point; None where nothing was kept or it is damaged."""
-        stored = self.parts.get(_name(case))
-        if stored is None:
-            return None
-        plain = json.loads(stored)
-        return {name: xr.DataArray.from_dict(array) for name, array in plain.items()}
-
-    def put(self, case: Case, figures: MeasuredValues) -> None:
-        """Keep a point. FlexgearWarning where the disk refuses."""
-        plain = {name: array.to_dict() for name, array in figures.items()}
-        self.parts.put(_name(case), json.dumps(plain).encode())
-
-    def clear(self) -> None:
-        """Forget the sweep."""
-        self.parts.clear()
+def _packed(figures: MeasuredValues) -> bytes:
+    return json.dumps({name: array.to_dict() for name, array in figures.items()}).encode()
 
 
-def point_store(base: Case, keys: Sequence[str], measures: Sequence[str], modes: int) -> PointStore:
-    """Where the points of a sweep are kept: by all that they depend on beside their own cases."""
-    content = {
-        "format": FORMAT,
-        "model": base.content_hash(),
-        "keys": list(keys),
-        "measures": list(measures),
-        "modes": modes,
-    }
-    return PointStore(study_store("sweep", content))
+def _unpacked(stored: bytes) -> MeasuredValues:
+    return {name: xr.DataArray.from_dict(array) for name, array in json.loads(stored).items()}
 
 
-def _name(case: Case) -> str:
+def _file(case: Case) -> str:
+    """Name of the file of a point."""
     return f"{case.content_hash()}.json"
 
 
@@ -99,18 +71,21 @@ class Sweep:
     modes: int
 
     @property
-    def store(self) -> PointStore:
-        """Where finished points are kept."""
-        return point_store(self.base, [k.key for k in self.keys], self.measures, self.modes)
+    def store(self) -> StudyStore[MeasuredValues]:
+        """Where finished points are kept: by all that they depend on beside their own cases."""
+        content = {
+            "format": FORMAT,
+            "model": self.base.content_hash(),
+            "keys": [k.key for k in self.keys],
+            "measures": list(self.measures),
+            "modes": self.modes,
+        }
+        return StudyStore(study_folder("sweep", content), _packed, _unpacked)
 
-
-@dataclass(frozen=True)
-class Measuring:
-    """What all points share."""
-
-    reference: Case
-    measures: tuple[str, ...]
-    modes: int
+    @property
+    def workable(self) -> list[Case]:
+        """Cases of the points that have one."""
+        return [case for case in self.cases if not isinstance(case, InputError)]
 
 
 def sweep(
@@ -177,8 +152,7 @@ def run_sweep(
     """
     if scheduler is not None:
         reach(scheduler)
-    cases = [c for c in plan.cases if not isinstance(c, InputError)]
-    bodies, broken = _prepared(cases, progress)
+    bodies, broken = _prepared(plan.workable, progress)
     outcomes = _outcomes(plan, broken, workers, scheduler, progress)
     if all(o.value is None for o in outcomes):
         first = f"{label_of(plan.keys, plan.grid[0])}: {outcomes[0].message}"
@@ -203,16 +177,10 @@ def run_sweep(
 def finished(plan: Sweep) -> int:
     """Points of a sweep that an interrupted run has left on disk."""
     store = plan.store
-    cases = [c for c in plan.cases if not isinstance(c, InputError)]
-    return sum(store.get(case) is not None for case in cases)
+    return sum(store.get(_file(case)) is not None for case in plan.workable)
 
 
 GAPS = "where the point failed or has fewer of them, and where its own value is missing"
-
-
-def save_sweep(data: xr.Dataset, path: PathLike) -> Path:
-    """Write netCDF in double precision; the file appears whole or not at all."""
-    return write_netcdf(data, path)
 
 
 def collected(
@@ -267,10 +235,6 @@ def failures(data: xr.Dataset, name: str = "message") -> list[tuple[str, str]]:
 
 def _tick_text(tick: float | str) -> str:
     return f"{tick:g}" if isinstance(tick, float) else tick
-
-
-def _measured(shared: Measuring, case: Case) -> MeasuredValues:
-    return measured(case, shared.reference, shared.measures, shared.modes)
 
 
 def _case(
@@ -348,19 +312,19 @@ def _outcomes(
         faults = [broken[key] for key in keys if key in broken]
         if faults:
             outcomes[k] = Outcome(None, faults[0])
-        elif (stored := store.get(case)) is not None:
+        elif (stored := store.get(_file(case))) is not None:
             outcomes[k] = Outcome(stored)
         else:
             left[k] = case
     places, jobs = list(left), list(left.values())
     progress("points", len(outcomes) / len(plan.cases))
-    shared = Measuring(plan.base, plan.measures, plan.modes)
-    runs = run_jobs(_measured, shared, jobs, workers=workers, scheduler=scheduler)
+    shared = plan.base, plan.measures, plan.modes
+    runs = run_jobs(measured, shared, jobs, workers=workers, scheduler=scheduler)
     with closing(runs):
         for at, outcome in runs:
             outcomes[places[at]] = outcome
             if outcome.value is not None:
-                store.put(jobs[at], outcome.value)
+                store.put(_file(jobs[at]), outcome.value)
             progress("points", len(outcomes) / len(plan.cases))
     return [outcomes[k] for k in range(len(plan.cases))]
 

@@ -11,7 +11,7 @@ import io
 import json
 from collections.abc import Sequence
 from contextlib import closing
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, fields
 
 import numpy as np
 import xarray as xr
@@ -24,7 +24,7 @@ from flexgear.results.tolerance_dataset import tolerance_dataset
 from flexgear.solve.bodies import Progress, silent
 from flexgear.studies.dask_pool import reach
 from flexgear.studies.job_pool import run_jobs
-from flexgear.studies.study_store import StudyStore, study_store
+from flexgear.studies.study_store import StudyStore, study_folder
 from flexgear.studies.tolerance_setup import (
     Batch,
     ToleranceSetup,
@@ -33,47 +33,32 @@ from flexgear.studies.tolerance_setup import (
     tolerance_setup,
 )
 
+BATCH = 100  # samples solved together
 FORMAT = 3  # of the files, and of the numerics behind them; raise it when either changes
 
 
-@dataclass(frozen=True)
-class BatchStore:
-    """Batches of one study by their sample numbers."""
-
-    parts: StudyStore
-
-    def get(self, numbers: range) -> Batch | None:
-        """A finished batch; None where there is none or it is damaged."""
-        stored = self.parts.get(_name(numbers))
-        if stored is None:
-            return None
-        with np.load(io.BytesIO(stored), allow_pickle=False) as data:
-            return Batch(**{f.name: data[f.name] for f in fields(Batch)})
-
-    def put(self, numbers: range, batch: Batch) -> None:
-        """Keep a batch. FlexgearWarning where the disk refuses."""
-        data = io.BytesIO()
-        np.savez(data, **asdict(batch))
-        self.parts.put(_name(numbers), data.getvalue())
-
-    def clear(self) -> None:
-        """Forget the study."""
-        self.parts.clear()
+def _packed(batch: Batch) -> bytes:
+    data = io.BytesIO()
+    np.savez(data, **asdict(batch))
+    return data.getvalue()
 
 
-def batch_store(case: Case) -> BatchStore:
+def _unpacked(stored: bytes) -> Batch:
+    with np.load(io.BytesIO(stored), allow_pickle=False) as data:
+        return Batch(**{f.name: data[f.name] for f in fields(Batch)})
+
+
+def batch_store(case: Case) -> StudyStore[Batch]:
     """Store of the batches of a case's study, under a key of all that a sample depends on. The
     number of samples is no part of it: a larger study takes over earlier batches."""
     drawn = case.tolerance.model_dump(exclude={"samples", "confidence"})
     content = {"format": FORMAT, "model": case.content_hash(), "tolerance": drawn}
-    return BatchStore(study_store("tolerance", content))
+    return StudyStore(study_folder("tolerance", content), _packed, _unpacked)
 
 
-def _name(numbers: range) -> str:
+def _file(numbers: range) -> str:
+    """Name of the file of a batch."""
     return f"samples_{numbers.start}_{numbers.stop}.npz"
-
-
-BATCH = 100  # samples solved together
 
 
 def tolerance(
@@ -116,19 +101,23 @@ def forget(case: Case) -> None:
 def finished(case: Case) -> int:
     """Samples of a study that an interrupted run has left on disk."""
     store = batch_store(case)
-    return sum(len(b) for b in batches_of(case.tolerance.samples) if store.get(b) is not None)
+    return sum(
+        len(b) for b in batches_of(case.tolerance.samples) if store.get(_file(b)) is not None
+    )
 
 
 def _all(
     setup: ToleranceSetup,
-    store: BatchStore,
+    store: StudyStore[Batch],
     batches: Sequence[range],
     workers: int | None,
     scheduler: str | None,
     progress: Progress,
 ) -> list[Batch]:
     """Every batch, from the disk where it was finished before."""
-    finished = {k: batch for k, b in enumerate(batches) if (batch := store.get(b)) is not None}
+    finished = {
+        k: batch for k, b in enumerate(batches) if (batch := store.get(_file(b))) is not None
+    }
     left = [k for k in range(len(batches)) if k not in finished]
     faults: dict[int, str] = {}
     progress("samples", len(finished) / len(batches))
@@ -140,7 +129,7 @@ def _all(
                 faults[left[at]] = outcome.message
                 continue
             finished[left[at]] = outcome.value
-            store.put(batches[left[at]], outcome.value)
+            store.put(_file(batches[left[at]]), outcome.value)
             progress("samples", len(finished) / len(batches))
     if faults:
         first = batches[min(faults)]

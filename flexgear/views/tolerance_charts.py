@@ -12,7 +12,7 @@ from matplotlib.ticker import FuncFormatter, MaxNLocator
 
 from flexgear.model.errors import FlexgearError
 from flexgear.model.names import GroupName
-from flexgear.results.tolerance_statistics import distribution_band
+from flexgear.results.tolerance_dataset import distribution_band
 from flexgear.views.select import variable
 from flexgear.views.style import NEUTRAL, PLANET_COLOURS, FloatArray, legend_of, panels, styled
 

@@ -10,8 +10,8 @@ import pytest
 import xarray as xr
 from tolerance_results import study_data
 
-from flexgear.results.dataset_file import load
-from flexgear.results.tolerance_dataset import failed, save_tolerance, tolerance_summary
+from flexgear.results.dataset_file import load, write_netcdf
+from flexgear.results.tolerance_dataset import failed, tolerance_summary
 
 
 @pytest.fixture
@@ -68,7 +68,7 @@ def test_numbers_that_are_none_are_null():
 
 
 def test_saved_and_read_again(tmp_path, data):
-    path = save_tolerance(data, tmp_path / "a.nc")
+    path = write_netcdf(data, tmp_path / "a.nc")
     xr.testing.assert_identical(load(path), data)
 
 

@@ -10,12 +10,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
 
-from flexgear.results.tolerance_statistics import (
+from flexgear.results.tolerance_dataset import (
     distribution_band,
-    mean,
-    quantile,
+    mean_of,
+    quantile_of,
     quantile_ranks,
-    share_above,
+    share_above_limit,
     share_interval,
 )
 
@@ -37,7 +37,7 @@ def test_wilks_59_samples():
     one_sided = 0.9  # half the risk on this side
     assert quantile_ranks(59, 0.95, one_sided)[1] == 59
     assert quantile_ranks(58, 0.95, one_sided)[1] == 59  # there is no such sample
-    found = quantile(np.arange(58.0), 0.95, one_sided)
+    found = quantile_of(np.arange(58.0), 0.95, one_sided)
     assert math.isnan(found.high)
     assert found.low < found.value
 
@@ -48,7 +48,7 @@ def test_coverage_of_quantiles(share):
     rng, studies, confidence = np.random.default_rng(1), 2000, 0.9
     samples = rng.gumbel(size=(studies, 120))
     true = stats.gumbel_r.ppf(share)
-    found = [quantile(x, share, confidence) for x in samples]
+    found = [quantile_of(x, share, confidence) for x in samples]
     held = np.mean([not e.low > true and not e.high < true for e in found])
     slack = 3 * math.sqrt(confidence * (1 - confidence) / studies)
     assert confidence - slack < held < 0.97
@@ -57,27 +57,27 @@ def test_coverage_of_quantiles(share):
 
 def test_coverage_of_means():
     samples = np.random.default_rng(2).normal(1.0, 3.0, (2000, 12))
-    found = [mean(x, 0.95) for x in samples]
+    found = [mean_of(x, 0.95) for x in samples]
     held = np.mean([e.low <= 1.0 <= e.high for e in found])
     assert held == pytest.approx(0.95, abs=3 * math.sqrt(0.95 * 0.05 / 2000))
 
 
 def test_equal_samples_have_no_width():
-    found = quantile(np.ones(500), 0.95), mean(np.ones(500))
+    found = quantile_of(np.ones(500), 0.95), mean_of(np.ones(500))
     assert all((e.value, e.low, e.high) == (1.0, 1.0, 1.0) for e in found)
 
 
 def test_no_samples_are_no_numbers():
-    for found in (quantile([], 0.5), mean([]), share_above([], 1.0)):
+    for found in (quantile_of([], 0.5), mean_of([]), share_above_limit([], 1.0)):
         assert math.isnan(found.value)
 
 
 def test_share_above():
     """Of 300 samples none above: at most 3 / n with 95 %, one-sided."""
-    found = share_above(np.zeros(300), 1.0, confidence=0.9)
+    found = share_above_limit(np.zeros(300), 1.0, confidence=0.9)
     assert (found.value, found.low) == (0.0, 0.0)
     assert found.high == pytest.approx(1 - 0.05 ** (1 / 300), rel=1e-12)
-    every = share_above(np.ones(300), 0.5, confidence=0.9)
+    every = share_above_limit(np.ones(300), 0.5, confidence=0.9)
     assert (every.value, every.high) == (1.0, 1.0)
     assert every.low == pytest.approx(0.05 ** (1 / 300), rel=1e-12)
 

@@ -16,13 +16,13 @@ from flexgear.coupling.build import build_system
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.errors import FlexgearError, FlexgearWarning, InputError
 from flexgear.model.load import load_case
-from flexgear.results.dataset_file import load
+from flexgear.results.dataset_file import load, write_netcdf
 from flexgear.solve import bodies as solve_bodies
 from flexgear.solve.model import assemble
 from flexgear.solve.sharing import stages_sharing
 from flexgear.studies import sweep
 from flexgear.studies.measures import measures_of
-from flexgear.studies.sweep import failures, finished, planned, run_sweep, save_sweep
+from flexgear.studies.sweep import failures, finished, planned, run_sweep
 from flexgear.studies.sweep_keys import parse_setting
 
 
@@ -153,10 +153,10 @@ class TestInterrupted:
         plan = self.plan("stage.planets=3,4,5")
         measure = sweep.measured
 
-        def unlucky(model, *arguments):
-            if model.stages[0].planets == 4:
+        def unlucky(shared, case):
+            if case.stages[0].planets == 4:
                 raise FlexgearError("out of luck")
-            return measure(model, *arguments)
+            return measure(shared, case)
 
         with monkeypatch.context() as patch:
             patch.setattr(sweep, "measured", unlucky)
@@ -169,7 +169,7 @@ class TestInterrupted:
         plan = self.plan("stage.planets=3,4,5,6,7")
         whole = run_sweep(plan, workers=1, keep_points=True)
         for file, text in zip(
-            sorted(plan.store.parts.folder.iterdir()),
+            sorted(plan.store.folder.iterdir()),
             ("", "{", '{"a": 1}', file_with_another_digit),
             strict=False,
         ):
@@ -264,7 +264,7 @@ class TestFailures:
 
 
 def test_saved_and_read_again(tmp_path, bearings):
-    path = save_sweep(bearings, tmp_path / "a.nc")
+    path = write_netcdf(bearings, tmp_path / "a.nc")
     xr.testing.assert_identical(load(path), bearings)
     assert list(tmp_path.iterdir()) == [path]
 

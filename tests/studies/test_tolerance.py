@@ -240,7 +240,7 @@ class TestInterrupted:
         train = lumped(tmp_path)
         whole = tolerance(train, workers=1)
         self.stopped(monkeypatch, train, 3)
-        files = sorted(batch_store(train).parts.folder.iterdir())
+        files = sorted(batch_store(train).folder.iterdir())
         files[0].write_bytes(b"no archive")
         with zipfile.ZipFile(files[1], "w") as empty:
             empty.writestr("sizes.npy", b"")
