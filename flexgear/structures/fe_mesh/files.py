@@ -17,6 +17,7 @@ import io
 import os
 import re
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from urllib.parse import quote, unquote
 
@@ -124,7 +125,8 @@ def read_fe_mesh(
     number[used] = np.arange(len(used))
     stored = cells[:, HEX_FROM_VTK] if kind == "hex" else cells
     body = FeMesh(points, stored, kind, {})
-    return body.with_facets(_patches(deck, body, number, required_patches, stems, path))
+    patches = _patches(deck, body, number, required_patches, stems, path)
+    return replace(body, facets=patches)
 
 
 def require_format(path: Path, where: str = "export") -> None:

@@ -36,7 +36,7 @@ More patches
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from math import ceil, pi, tan
@@ -50,10 +50,12 @@ from flexgear.gears.tooth import ToothGeometry, tooth_geometry
 from flexgear.model.errors import InputError
 from flexgear.model.names import NodeName
 from flexgear.model.section import Refusal
-from flexgear.structures.fe_mesh.fe_mesh import HEX_FROM_VTK, FeMesh
+from flexgear.structures.fe_mesh.fe_mesh import FeMesh
 from flexgear.structures.fe_mesh.section import (
     SectionDivisions,
     ToothedSection,
+    Wall,
+    extruded,
     toothed_section,
     with_bolt_holes,
 )
@@ -167,44 +169,16 @@ def layer_positions(face_width: float, bands: tuple[Band, ...], least: int) -> A
     return np.concatenate([*parts, [half]])
 
 
-def extruded(
-    section: ToothedSection,
-    twist: Array | float,
-    z: Array,
-    walls: Iterable[tuple[str, Ints, Ints | None]],
+def _toothed(
+    section: ToothedSection, twist: Array | float, z: Array, walls: Mapping[str, Wall]
 ) -> FeMesh:
-    """Hexahedra over a section with the patches of its teeth, walls and ends.
-
-    twist: κ f(r) of the section's points (n,) or of all, rad/m; z: layer borders, m; walls: more
-    patches, each by name, edges of the section (k, 2) and layers, None for all.
-    """
-    n, layers = len(section.radius), len(z) - 1
-    angle = section.angle[None, :] + np.broadcast_to(twist, n)[None, :] * z[:, None]
-    points = np.stack(
-        [
-            section.radius * np.cos(angle),
-            section.radius * np.sin(angle),
-            np.broadcast_to(z[:, None], angle.shape),
-        ],
-        axis=2,
-    ).reshape(-1, 3)
-    level = n * np.arange(layers)[:, None, None]
-    vtk = np.concatenate([section.quads + level, section.quads + level + n], axis=2).reshape(-1, 8)
-
-    def wall(lines: Ints, chosen: Ints | None) -> Ints:
-        """(k, 2) section edges -> (k layers, 4) facets."""
-        step = level if chosen is None else level[chosen]
-        a, b = lines[None, :, 0] + step[:, :, 0], lines[None, :, 1] + step[:, :, 0]
-        return np.stack([a, b, b + n, a + n], axis=2).reshape(-1, 4)
-
-    facets: dict[str, Ints] = {}
-    for name in ("flank", "backflank", "root"):
-        for j, lines in enumerate(section.tooth_lines[name], 1):
-            facets[f"tooth_{name}_{j:03d}"] = wall(lines, None)
-    facets |= {name: wall(lines, chosen) for name, lines, chosen in walls}
-    facets["end_minus"] = section.quads[:, ::-1]
-    facets["end_plus"] = section.quads + n * layers
-    return FeMesh(points, vtk[:, HEX_FROM_VTK], "hex", facets)
+    """A section over layers with the patches of its teeth, more walls and ends."""
+    teeth: dict[str, Wall] = {
+        f"tooth_{name}_{j:03d}": (edges, None)
+        for name in ("flank", "backflank", "root")
+        for j, edges in enumerate(section.tooth_lines[name], 1)
+    }
+    return extruded(section.radius, section.angle, section.quads, twist, z, {**teeth, **walls})
 
 
 @dataclass(frozen=True)
@@ -246,7 +220,7 @@ def planet_fe_mesh(p: PlanetMeshParameters) -> FeMesh:
     p.check()
     section = toothed_section(p.tooth, p.bore_radius, DIVISIONS[p.fidelity][0], GROWTH[p.fidelity])
     z = layer_positions(p.face_width, (), p.least_layers)
-    return extruded(section, p.helix_rate, z, [("bore", section.rim, None)])
+    return _toothed(section, p.helix_rate, z, {"bore": (section.rim, None)})
 
 
 _HOLE_ROWS = {"quick": (2, 1, 1), "standard": (3, 1, 1), "fine": (4, 1, 2)}  # see ring_holes.py
@@ -366,15 +340,15 @@ def ring_fe_mesh(p: RingMeshParameters) -> FeMesh:
     section = _section(p)
     z = layer_positions(p.face_width, p.fits + p.splines, p.least_layers)
     middle = (z[:-1] + z[1:]) / 2.0
-    walls: list[tuple[str, Ints, Ints | None]] = []
+    walls: dict[str, Wall] = {"outer": (section.rim, None)}
     for name, (low, high) in p.bands:
         inside = np.flatnonzero((middle > low) & (middle < high))
         if len(inside) == 0:
             key = f"fe.{name.kind}s.{name.number - 1}"
             p.reject(key, "the band is too narrow", "make it wider")
-        walls.append((name, section.rim, inside))
-    walls += [(f"bolt_{k:02d}", lines, None) for k, lines in enumerate(section.holes, p.first_bolt)]
-    return extruded(section, _twist(p, section.radius), z, [*walls, ("outer", section.rim, None)])
+        walls[name] = section.rim, inside
+    walls |= {f"bolt_{k:02d}": (edges, None) for k, edges in enumerate(section.holes, p.first_bolt)}
+    return _toothed(section, _twist(p, section.radius), z, walls)
 
 
 def _section(p: RingMeshParameters) -> ToothedSection:

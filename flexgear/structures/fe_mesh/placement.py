@@ -13,7 +13,7 @@ from __future__ import annotations
 import re
 import warnings
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from math import ceil, degrees, log10
 from pathlib import Path
@@ -61,7 +61,7 @@ def placed(fe_mesh: FeMesh, placement: Placement) -> FeMesh:
     """The mesh where the placement puts it."""
     if placement == Placement():
         return fe_mesh
-    return FeMesh(placement.of(fe_mesh.points), fe_mesh.cells, fe_mesh.kind, fe_mesh.facets)
+    return replace(fe_mesh, points=placement.of(fe_mesh.points))
 
 
 def mesh_of_file(source: FeMeshSource, groups: Groups, size: float, where: str) -> FeMesh:

@@ -39,6 +39,7 @@ of quadrilaterals between the block's border and the hole's true circle (an O-gr
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from math import ceil, pi
@@ -48,8 +49,11 @@ from numpy.typing import NDArray
 
 from flexgear.gears.tooth import ToothGeometry
 from flexgear.model.errors import InputError
+from flexgear.structures.fe_mesh.fe_mesh import HEX_FROM_VTK, FeMesh
 
 Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Wall = tuple[Ints, Ints | None]  # edges of a section (k, 2), and layers
 
 _LAND = 0.2  # least width between neighbouring base sections, in tip radii of the tool
 
@@ -124,9 +128,6 @@ def counter_clockwise(points: Array, quads: NDArray[np.int64]) -> NDArray[np.int
     d1, d2 = at[:, 2] - at[:, 0], at[:, 3] - at[:, 1]
     clockwise = d1[:, 0] * d2[:, 1] - d1[:, 1] * d2[:, 0] < 0.0
     return np.where(clockwise[:, None], quads[:, ::-1], quads)
-
-
-Ints = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
@@ -332,3 +333,32 @@ def _ordered(section: ToothedSection) -> Ints:
         at = follows[at]
         if at == first:
             return np.array(nodes, dtype=np.int64)
+
+
+def extruded(
+    radius: Array,
+    angle: Array,
+    quads: Ints,
+    twist: Array | float,
+    z: Array,
+    walls: Mapping[str, Wall],
+) -> FeMesh:
+    """Hexahedra over quadrilaterals (m, 4), counter-clockwise, of points at radius m and angle rad
+    (n,); patches walls, end_minus and end_plus.
+
+    twist: of the points (n,) or of all along z, rad/m; z: layer borders, m; walls: edges (k, 2) of
+    the section with the body to their left, and layers, None for all.
+    """
+    n, layers = len(radius), len(z) - 1
+    turned = angle + np.broadcast_to(twist, n) * z[:, None]
+    x, y = radius * np.cos(turned), radius * np.sin(turned)
+    points = np.stack([x, y, np.broadcast_to(z[:, None], x.shape)], axis=2).reshape(-1, 3)
+    level = n * np.arange(layers)[:, None, None]
+    vtk = np.concatenate([quads + level, quads + level + n], axis=2).reshape(-1, 8)
+    facets = {}
+    for name, (edges, chosen) in walls.items():
+        step = (level if chosen is None else level[chosen])[:, :, 0]
+        a, b = edges[:, 0] + step, edges[:, 1] + step
+        facets[name] = np.stack([a, b, b + n, a + n], axis=2).reshape(-1, 4)
+    facets |= {"end_minus": quads[:, ::-1], "end_plus": quads + n * layers}
+    return FeMesh(points, vtk[:, HEX_FROM_VTK], "hex", facets)

@@ -34,12 +34,14 @@ from numpy.typing import NDArray
 
 from flexgear.gears.tooth import ToothGeometry
 from flexgear.model.errors import FlexgearError
-from flexgear.structures.fe_mesh.fe_mesh import HEX_FROM_VTK, FeMesh
+from flexgear.structures.fe_mesh.fe_mesh import FeMesh
 from flexgear.structures.fe_mesh.section import (
     ToothProfile,
+    Wall,
     base_section_angle,
     base_section_depth,
     counter_clockwise,
+    extruded,
     graded,
     quads_of,
     tooth_block,
@@ -140,36 +142,25 @@ class ToothSegment:
 def tooth_segment(p: SegmentParameters) -> ToothSegment:
     """Hexahedra and patches as in the module's head. FlexgearError where they cannot be made."""
     p.check()
-    section = _Section(p)
-    z = p.layer_positions
-    n = len(section.points)
-    turn = p.helix_rate * z
-    x, y = section.points.T
-    cos, sin = np.cos(turn)[:, None], np.sin(turn)[:, None]
-    points = np.stack([cos * x - sin * y, sin * x + cos * y, np.repeat(z[:, None], n, axis=1)], 2)
-    layers = len(z) - 1
-    level = n * np.arange(layers)[:, None, None]
-    vtk = np.concatenate([section.quads + level, section.quads + level + n], axis=2).reshape(-1, 8)
-
-    def wall(line: Ints) -> Ints:
-        """(k + 1,) section nodes, the body to their left -> (k layers, 4) facets, outward."""
-        a, b = line[:-1] + level[:, :, 0], line[1:] + level[:, :, 0]
-        return np.stack([a, b, b + n, a + n], axis=2).reshape(-1, 4)
-
-    facets = {name: wall(line) for name, line in section.lines.items()}
-    facets["held"] = np.concatenate([wall(line) for line in section.held])
-    facets["end_minus"] = section.quads[:, ::-1]
-    facets["end_plus"] = section.quads + n * layers
-    levels = n * np.arange(layers + 1)
+    section, z = _Section(p), p.layer_positions
+    radius, angle = np.hypot(*section.points.T), np.arctan2(*section.points.T[::-1])
+    walls: dict[str, Wall] = {name: (_edges(line), None) for name, line in section.lines.items()}
+    walls["held"] = np.concatenate([_edges(line) for line in section.held]), None
+    levels = len(radius) * np.arange(len(z))
     return ToothSegment(
         p,
-        FeMesh(points.reshape(-1, 3), vtk[:, HEX_FROM_VTK], "hex", facets),
+        extruded(radius, angle, section.quads, p.helix_rate, z, walls),
         section.surface[:, :, None] + levels,
         section.inner[:, :, None] + levels,
         section.profile.roll,
         section.depth,
         z,
     )
+
+
+def _edges(line: Ints) -> Ints:
+    """(k, 2) of a line of nodes (k + 1,)."""
+    return np.column_stack([line[:-1], line[1:]])
 
 
 class _Section:

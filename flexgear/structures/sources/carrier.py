@@ -24,7 +24,6 @@ from flexgear.structures.fe_mesh import (
     carrier_fe_mesh,
     carrier_groups,
 )
-from flexgear.structures.fe_mesh.fe_mesh import facet_areas
 from flexgear.structures.fe_mesh.solids import Solid, carrier_solid
 from flexgear.structures.sources.fe_body import FeBody, TiedNode
 
@@ -114,6 +113,5 @@ class CarrierSource(FeBody):
 
 def _middle(fe_mesh: FeMesh, patch: str) -> float:
     """z of the centre of a patch, m."""
-    corners = np.asarray(fe_mesh.points)[fe_mesh.facets[patch]]
-    area = facet_areas(np.asarray(fe_mesh.points), fe_mesh.facets[patch])
-    return float(area @ corners[..., 2].mean(axis=1) / area.sum())
+    area = fe_mesh.facet_areas(patch)
+    return float(area @ fe_mesh.points[fe_mesh.facets[patch]][..., 2].mean(axis=1) / area.sum())

@@ -3,7 +3,9 @@
 from math import radians
 from typing import Any
 
-from flexgear.structures.fe_mesh import CarrierMeshParameters, RingMeshParameters
+import numpy as np
+
+from flexgear.structures.fe_mesh import CarrierMeshParameters, FeMesh, RingMeshParameters
 
 
 def small_ring(**changes: Any) -> RingMeshParameters:
@@ -27,3 +29,12 @@ def small_ring(**changes: Any) -> RingMeshParameters:
 def small_carrier(**changes: Any) -> CarrierMeshParameters:
     """The default carrier at quick fidelity."""
     return CarrierMeshParameters(**({"fidelity": "quick"} | changes))
+
+
+def require_same(one: FeMesh, other: FeMesh) -> None:
+    """To the last digit, patches too."""
+    np.testing.assert_array_equal(one.points, other.points)
+    np.testing.assert_array_equal(one.cells, other.cells)
+    assert list(one.facets) == list(other.facets)
+    for name, facets in one.facets.items():
+        np.testing.assert_array_equal(facets, other.facets[name])

@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -124,7 +125,7 @@ def test_what_is_far_below_a_pitch_is_accepted(meshes: dict[str, FeMesh]) -> Non
 
 
 def renamed(fe_mesh: FeMesh, new: Callable[[str], str]) -> FeMesh:
-    return fe_mesh.with_facets({new(name): rows for name, rows in fe_mesh.facets.items()})
+    return replace(fe_mesh, facets={new(name): rows for name, rows in fe_mesh.facets.items()})
 
 
 def numbered(name: str, stem: str, change: Callable[[int], int]) -> str:

@@ -13,7 +13,7 @@ from flexgear.model.errors import FlexgearError, InputError
 from flexgear.structures.fe_mesh import FeMesh, RingMeshParameters, carrier_fe_mesh, ring_fe_mesh
 from flexgear.structures.fe_mesh.gears import layer_positions
 
-from .small_bodies import small_carrier, small_ring
+from .small_bodies import require_same, small_carrier, small_ring
 
 
 @pytest.fixture(scope="module")
@@ -248,7 +248,7 @@ def test_meshing_works_off_the_main_thread_and_leaves_gmsh_finalised() -> None:
     for thread in threads:
         thread.join()
     assert len(made) == 2
-    assert made[0].content_hash() == made[1].content_hash()
+    require_same(*made)
     assert not gmsh.isInitialized()
 
 
