@@ -4,7 +4,6 @@ from flexgear.structures.fe_mesh.carrier import CarrierMeshParameters
 from flexgear.structures.fe_mesh.carrier_mesh import carrier_fe_mesh
 from flexgear.structures.fe_mesh.fe_mesh import FeMesh
 from flexgear.structures.fe_mesh.files import (
-    UNITS,
     fe_mesh_case,
     read_fe_mesh,
     require_format,
@@ -26,7 +25,6 @@ from flexgear.structures.fe_mesh.tooth_segment import (
 )
 
 __all__ = [
-    "UNITS",
     "CarrierMeshParameters",
     "FeMesh",
     "Groups",

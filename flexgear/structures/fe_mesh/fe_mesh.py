@@ -44,7 +44,7 @@ EDGES_VTK: dict[str, tuple[tuple[int, int], ...]] = {
         *((4, 5), (5, 6), (6, 7), (7, 4)),
         *((0, 4), (1, 5), (2, 6), (3, 7)),
     ),
-    "tet": ((0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3)),
+    "tet": ((0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3)),
 }
 # For every corner of a cell (VTK order) the ends of its three edges, right-handed.
 _CORNERS_VTK: dict[str, tuple[tuple[int, int, int, int], ...]] = {

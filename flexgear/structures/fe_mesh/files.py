@@ -27,7 +27,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from flexgear.files.atomic import atomic_file
-from flexgear.model.errors import FlexgearError, InputError, echo
+from flexgear.model.errors import FlexgearError, InputError
 from flexgear.model.input_file import MOST_FE_MESH, require_regular
 from flexgear.structures.fe_mesh.fe_mesh import (
     EDGES_VTK,
@@ -105,10 +105,6 @@ def read_fe_mesh(
     renumbered; facets on the surface are turned outward. Everything wrong is an InputError.
     """
     path = Path(path)
-    if unit not in UNITS:
-        raise InputError(
-            where, "fe_mesh_unit", f"{echo(unit)} is not known", f"one of {_list(UNITS)}"
-        )
     require_format(path, where)
     require_regular(path, where, MOST_FE_MESH)
     deck = read_inp(path) if path.suffix == ".inp" else _read_meshio(path)
@@ -132,12 +128,8 @@ def read_fe_mesh(
 def require_format(path: Path, where: str = "export") -> None:
     """InputError if the suffix is that of no format of FE meshes."""
     if path.suffix not in _SUFFIXES:
-        raise InputError(
-            where,
-            str(path),
-            f"{path.suffix or 'no suffix'} is no format of FE meshes here",
-            f"use {_list(_SUFFIXES)}",
-        )
+        problem = f"{path.suffix or 'no suffix'} is no format of FE meshes here"
+        raise InputError(where, str(path), problem, f"use {_list(_SUFFIXES)}")
 
 
 def _list(names: Iterable[str], most: int = 6) -> str:
@@ -184,9 +176,8 @@ def _read_meshio(path: Path) -> InpDeck:
             content = meshio.read(path, file_format="gmsh" if path.suffix == ".msh" else "vtu")
     except (Exception, SystemExit) as error:
         reason = (messages.getvalue().strip() or str(error) or type(error).__name__).splitlines()[0]
-        raise InputError(
-            str(path), "file", f"cannot be read ({reason})", "save it again as msh, vtu or inp"
-        ) from error
+        problem, remedy = f"cannot be read ({reason})", "save it again as msh, vtu or inp"
+        raise InputError(str(path), "file", problem, remedy) from error
     points = np.zeros((len(content.points), 3))
     points[:, : content.points.shape[1]] = content.points
     blocks = [(block.type, np.asarray(block.data, dtype=np.int64)) for block in content.cells]
@@ -201,22 +192,19 @@ def _read_meshio(path: Path) -> InpDeck:
         for block, members in enumerate(sets):
             if members is not None and not name.startswith("gmsh:"):
                 add(name, block, np.asarray(members))
-    by_tag = {(int(tag), int(dim)): name for name, (tag, dim) in content.field_data.items()}
+    physical = {int(t): name for name, (t, dim) in content.field_data.items() if dim == 2}
     for key, arrays in content.cell_data.items():
+        names: dict[int, str] = {}  # of the values that stand for a patch
+        if key == "gmsh:physical":
+            names = {t: name for t, name in physical.items() if name not in content.cell_sets}
+        elif key.startswith("body-"):
+            names = dict(enumerate(key.split("-")[1:], 1))
         for block, values in enumerate(np.asarray(a) for a in arrays):
             if values.dtype.kind not in "iu" or values.ndim != 1:
                 continue
-            if key == "gmsh:physical":
-                for tag in np.unique(values):
-                    group = by_tag.get((int(tag), 2))
-                    if group is not None and group not in content.cell_sets:
-                        add(group, block, np.flatnonzero(values == tag))
-            elif key.startswith("body-"):
-                names = key.split("-")
-                for tag in np.unique(values):
-                    if 0 < tag < len(names):
-                        add(names[tag], block, np.flatnonzero(values == tag))
-            elif not key.startswith("gmsh:"):
+            for tag, name in names.items():
+                add(name, block, np.flatnonzero(values == tag))
+            if not key.startswith(("gmsh:", "body-")):
                 add(key, block, np.flatnonzero(values != 0))
     for name, members in content.point_sets.items():
         deck.node_sets[name] = np.asarray(members, dtype=np.int64)
@@ -229,44 +217,31 @@ def _solid_cells(deck: InpDeck, path: Path) -> tuple[Kind, Ints]:
     names = {name for name, _ in solids}
     strange = {n for n, rows in deck.blocks if len(rows)} - names - {*_SURFACE, *_IGNORED}
     if strange or len(names) > 1:
-        raise InputError(
-            str(path),
-            "cells",
-            f"mixed element types ({_list(sorted(names | strange))})",
-            "mesh the body with hexahedra only or tetrahedra only",
-        )
+        problem = f"mixed element types ({_list(sorted(names | strange))})"
+        remedy = "mesh the body with hexahedra only or tetrahedra only"
+        raise InputError(str(path), "cells", problem, remedy)
     if not names:
         raise InputError(str(path), "cells", "no solid cells", "save the volume elements too")
     name = names.pop()
     rows = np.concatenate([rows for _, rows in solids])
     kind, corners = _SOLID[name]
-    _check_straight(deck.points, rows, kind, corners, name, path)
+    if rows.shape[1] > corners:
+        _require_straight(deck.points, rows, kind, name, path)
     return kind, rows[:, :corners]
 
 
-def _check_straight(
-    points: Array, rows: Ints, kind: Kind, corners: int, name: str, path: Path
-) -> None:
+def _require_straight(points: Array, rows: Ints, kind: Kind, name: str, path: Path) -> None:
     """Mid-side nodes must lie in the middle of straight edges; VTK order of edges."""
-    if rows.shape[1] == corners:
-        return
     edges = np.array(EDGES_VTK[kind])
-    if kind == "tet":  # VTK: 01 12 02 03 13 23
-        edges = np.array([(0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3)])
-    ends = points[rows[:, edges]]
-    middle = points[rows[:, corners : corners + len(edges)]]
-    if kind == "tet":  # gmsh's order of the last two differs in some files: take the better one
-        swapped = middle[:, [0, 1, 2, 3, 5, 4]]
-        if _off(ends, swapped) < _off(ends, middle):
-            middle = swapped
+    ends, first = points[rows[:, edges]], 4 if kind == "tet" else 8
+    middle = points[rows[:, first : first + len(edges)]]
     off = _off(ends, middle)
+    if kind == "tet":  # gmsh's order of the last two differs in some files: take the better one
+        off = min(off, _off(ends, middle[:, [0, 1, 2, 3, 5, 4]]))
     if off > 1e-3:
-        raise InputError(
-            str(path),
-            "cells",
-            f"curved {name} cells: mid-side nodes are up to {off * 100:.1f} % of the edge off",
-            "save first-order or straight-sided cells; the elements are quadratic all the same",
-        )
+        problem = f"curved {name} cells: mid-side nodes are up to {off * 100:.1f} % of the edge off"
+        remedy = "save first-order or straight-sided cells; the elements are quadratic all the same"
+        raise InputError(str(path), "cells", problem, remedy)
 
 
 def _off(ends: Array, middle: Array) -> float:
@@ -280,18 +255,13 @@ def _check_size(points: Array, unit: str, expected: float | None, path: Path) ->
     low, high = (0.02, 50.0) if expected is None else (0.5 * expected, 2.0 * expected)
     if low <= size <= high:
         return
-    fitting = [
-        u for u, factor in UNITS.items() if low <= size / UNITS[unit] * factor <= high and u != unit
-    ]
+    fitting = [u for u, factor in UNITS.items() if low <= size / UNITS[unit] * factor <= high]
     comparison = "" if expected is None else f", not about {expected:.4g} m"
-    remedy = (
-        "set fe_mesh_unit = " + " or ".join(f'"{u}"' for u in fitting)
-        if fitting
-        else "check the file and the case's dimensions"
-    )
-    raise InputError(
-        str(path), "fe_mesh_unit", f'in "{unit}" the body measures {size:.4g} m{comparison}', remedy
-    )
+    problem = f'in "{unit}" the body measures {size:.4g} m{comparison}'
+    remedy = "check the file and the case's dimensions"
+    if fitting:
+        remedy = "set fe_mesh_unit = " + " or ".join(f'"{u}"' for u in fitting)
+    raise InputError(str(path), "fe_mesh_unit", problem, remedy)
 
 
 def _check_pieces(cells: Ints, n: int, path: Path) -> None:
@@ -299,9 +269,8 @@ def _check_pieces(cells: Ints, n: int, path: Path) -> None:
     graph = coo_array((np.ones(cells.size), (cells.ravel(), ring.ravel())), shape=(n, n))
     pieces, _ = connected_components(graph, directed=False)
     if pieces > 1:
-        raise InputError(
-            str(path), "cells", f"the body falls into {pieces} pieces", "merge coincident nodes"
-        )
+        problem = f"the body falls into {pieces} pieces"
+        raise InputError(str(path), "cells", problem, "merge coincident nodes")
 
 
 def _right_handed(points: Array, cells: Ints, kind: Kind, path: Path) -> Ints:
@@ -313,9 +282,8 @@ def _right_handed(points: Array, cells: Ints, kind: Kind, path: Path) -> Ints:
     determinant, _ = corner_jacobians(points, cells, kind)
     bad = int((determinant <= 0.0).any(axis=1).sum())
     if bad:
-        raise InputError(
-            str(path), "cells", f"{bad} cells are collapsed or inside out", "repair the mesh"
-        )
+        problem = f"{bad} cells are collapsed or inside out"
+        raise InputError(str(path), "cells", problem, "repair the mesh")
     return cells
 
 
@@ -342,12 +310,8 @@ def _patches(
         at = np.minimum(np.searchsorted(keys, patch_keys), len(keys) - 1)
         strange = int(np.count_nonzero(keys[at] - patch_keys))
         if strange:
-            raise InputError(
-                str(path),
-                name,
-                f"{strange} facets are no facets of the solid cells",
-                "mesh surface and volume together",
-            )
+            problem = f"{strange} facets are no facets of the solid cells"
+            raise InputError(str(path), name, problem, "mesh surface and volume together")
         outward = np.where((count[at] == 1)[:, None], every[first[at]], ids)
         patches[name] = outward[np.unique(patch_keys, return_index=True)[1]]
     meant = re.compile(rf"(?:{'|'.join(stems)})_\d+")
@@ -361,10 +325,7 @@ def _patches(
                 patches[name] = facets
     missing = [name for name in required if name not in patches]
     if missing:
-        raise InputError(
-            str(path),
-            "named groups",
-            f"{len(missing)} of {len(required)} missing: {_list(missing)}",
-            f"name these surfaces; the file has {_list(patches) or 'none'}",
-        )
+        problem = f"{len(missing)} of {len(required)} missing: {_list(missing)}"
+        remedy = f"name these surfaces; the file has {_list(patches) or 'none'}"
+        raise InputError(str(path), "named groups", problem, remedy)
     return patches

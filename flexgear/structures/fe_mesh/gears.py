@@ -49,6 +49,7 @@ from flexgear.gears.tool import PLAIN_TOOL, PlainTool
 from flexgear.gears.tooth import ToothGeometry, tooth_geometry
 from flexgear.model.errors import InputError
 from flexgear.model.names import NodeName
+from flexgear.model.ring import Fidelity
 from flexgear.model.section import Refusal
 from flexgear.structures.fe_mesh.fe_mesh import FeMesh
 from flexgear.structures.fe_mesh.section import (
@@ -62,7 +63,6 @@ from flexgear.structures.fe_mesh.section import (
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
-Fidelity = Literal["quick", "standard", "fine"]
 Band = tuple[float, float]
 
 DIVISIONS: dict[str, tuple[SectionDivisions, int]] = {  # section, least number of layers
@@ -108,12 +108,10 @@ class ToothedMeshParameters:
         except Refusal as fault:
             self.reject(fault.key, fault.problem, fault.remedy)
         if tooth.tip_radius <= tooth.base_radius:
-            self.reject(
-                "addendum",
-                f"the tip circle ({tooth.tip_radius * 1e3:.1f} mm) lies inside the base circle "
-                f"({tooth.base_radius * 1e3:.1f} mm), where no involute exists",
-                "lower the addendum or the profile shift, or use more teeth",
-            )
+            tip, base = (f"{r * 1e3:.1f} mm" for r in (tooth.tip_radius, tooth.base_radius))
+            problem = f"the tip circle ({tip}) lies inside the base circle ({base}), where no "
+            remedy = "lower the addendum or the profile shift, or use more teeth"
+            self.reject("addendum", f"{problem}involute exists", remedy)
         if tooth.outward * (tooth.tip_radius - tooth.root_radius) <= 0.0:
             self.reject("dedendum", "leaves no tooth between root and tip circle", "raise it")
         if tooth.half_angle(tooth.tip_radius) <= 0.0:
@@ -139,12 +137,6 @@ class ToothedMeshParameters:
 
     def check(self) -> None:
         """Raise InputError, naming the key and the remedy, if no gear can be made."""
-        if self.fidelity not in DIVISIONS:
-            problem = f"{self.fidelity!r} is unknown"
-            raise InputError(self.where, "solver.fidelity", problem, "quick, standard or fine")
-        if self.face_width <= 0.0:
-            remedy = "give the gear's face width"
-            raise InputError(self.where, "stage.face_width", "must be above 0", remedy)
         _ = self.tooth
 
 
@@ -283,21 +275,17 @@ class RingMeshParameters(ToothedMeshParameters):
         super().check()
         tooth, width = self.tooth, self.face_width
         if self.rim_thickness < self.normal_module:
-            self.reject(
-                "fe.rim_thickness",
-                f"{self.rim_thickness * 1e3:.1f} mm is thinner than one module",
-                "the rim is counted outside the root circle; give at least one module",
-            )
+            problem = f"{self.rim_thickness * 1e3:.1f} mm is thinner than one module"
+            remedy = "the rim is counted outside the root circle; give at least one module"
+            self.reject("fe.rim_thickness", problem, remedy)
         if self.bolts:
             radius, hole = self.bolt_circle_diameter / 2.0, self.bolt_diameter / 2.0
             room = self.straight_radius - tooth.root_radius
+            circle, key = f"bolts on {radius * 2e3:.0f} mm", "fe.bolts.circle_diameter"
             if room < 0.1 * self.rim_thickness or radius - hole < tooth.root_radius:
-                self.reject(
-                    "fe.bolts.circle_diameter",
-                    f"bolts on {radius * 2e3:.0f} mm leave no rim below the teeth's root at "
-                    f"{tooth.root_radius * 2e3:.0f} mm",
-                    "raise it or lower the bolts' diameter",
-                )
+                root = f"the teeth's root at {tooth.root_radius * 2e3:.0f} mm"
+                remedy = "raise it or lower the bolts' diameter"
+                self.reject(key, f"{circle} leave no rim below {root}", remedy)
             if self.has_holes and abs(self.helix_rate) * width / 2.0 * radius > room:
                 self.reject(
                     "fe.bolts.holes",
@@ -306,30 +294,28 @@ class RingMeshParameters(ToothedMeshParameters):
                     "leave the holes out, or raise circle_diameter",
                 )
             if not radius + (1.2 if self.bolt_holes else 1.0) * hole < self.outer_radius:
+                outer = f"the outer diameter of {self.outer_radius * 2e3:.0f} mm"
                 self.reject(
-                    "fe.bolts.circle_diameter",
-                    f"bolts on {radius * 2e3:.0f} mm break through the outer diameter of "
-                    f"{self.outer_radius * 2e3:.0f} mm",
-                    "lower it or raise rim_thickness",
+                    key, f"{circle} break through {outer}", "lower it or raise rim_thickness"
                 )
             if 2.0 * radius * np.sin(pi / self.bolts) < 1.2 * self.bolt_diameter:
-                self.reject(
-                    "fe.bolts.number",
-                    "neighbouring bolts overlap",
-                    "use fewer or thinner bolts",
-                )
-        for number, circle, diameter in self.other_bolts:
-            parted = replace(self, bolts=number, bolt_circle_diameter=circle, other_bolts=())
-            replace(parted, bolt_diameter=diameter, bolt_holes=False).check()
+                problem = "neighbouring bolts overlap"
+                self.reject("fe.bolts.number", problem, "use fewer or thinner bolts")
+        for number, circle_diameter, diameter in self.other_bolts:
+            replace(
+                self,
+                bolts=number,
+                bolt_circle_diameter=circle_diameter,
+                bolt_diameter=diameter,
+                bolt_holes=False,
+                other_bolts=(),
+            ).check()
         for name, (low, high) in self.bands:
             tolerance = 1e-9 * width
             if not -width / 2 - tolerance <= low < high <= width / 2 + tolerance:
-                self.reject(
-                    f"fe.{name.kind}s",
-                    f"a band from {low * 1e3:.1f} to {high * 1e3:.1f} mm is not on the face of "
-                    f"±{width * 5e2:.1f} mm",
-                    "move it or make it narrower",
-                )
+                band = f"a band from {low * 1e3:.1f} to {high * 1e3:.1f} mm"
+                problem = f"{band} is not on the face of ±{width * 5e2:.1f} mm"
+                self.reject(f"fe.{name.kind}s", problem, "move it or make it narrower")
         if self.has_holes:  # whether there is room for them shows in the section
             _section(self)
 

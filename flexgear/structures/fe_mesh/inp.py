@@ -144,20 +144,18 @@ class _Reader:
         base = next((name[: -len(s)] for s in _SUFFIXES if name[: -len(s)] in _TYPES), name)
         base = name if name in _TYPES else base
         if base not in _TYPES:
-            raise InputError(
-                str(self.path), "*ELEMENT", f"type {name} is not known", "use C3D8/20 or C3D4/10"
-            )
+            problem = f"type {name} is not known"
+            raise InputError(str(self.path), "*ELEMENT", problem, "use C3D8/20 or C3D4/10")
         kind, size = _TYPES[base]
         numbers = [int(x) for row in rows for x in row]
         if len(numbers) % (size + 1):
             raise ValueError(f"{name} elements want {size} nodes each")
         ids = np.array(numbers, dtype=np.int64).reshape(-1, size + 1)
-        for row in ids.tolist():
-            self.elements[row[0]] = (kind, [self.node_position[n] for n in row[1:]])
+        for number, *nodes in ids.tolist():
+            self.elements[number] = (kind, [self.node_position[n] for n in nodes])
         if "ELSET" in options:
-            self.element_sets.setdefault(self._name(options["ELSET"]), []).extend(
-                ids[:, 0].tolist()
-            )
+            members = self.element_sets.setdefault(self._name(options["ELSET"]), [])
+            members.extend(ids[:, 0].tolist())
 
     def _deck(self) -> InpDeck:
         by_kind: dict[str, list[list[int]]] = {}
@@ -171,42 +169,37 @@ class _Reader:
             if facets and len(facets) == len(corners):
                 deck.groups[self.names[name]] = facets
         for name, pairs in self.surfaces.items():
-            rows = [
-                self._face(element, face)
-                for which, face in pairs
-                for element in (
-                    [int(which)] if which.isdecimal() else self.element_sets.get(which.upper(), [])
-                )
+            deck.groups[self.names[name]] = [
+                self._face(element, face) for which, face in pairs for element in self._of(which)
             ]
-            deck.groups[self.names[name]] = rows
         for name, nodes in self.node_sets.items():
             at = [self.node_position[n] for n in nodes if n in self.node_position]
             deck.node_sets[self.names[name]] = np.array(at, dtype=np.int64)
         return deck
 
+    def _of(self, which: str) -> list[int]:
+        """Elements by number or by the name of their set."""
+        return [int(which)] if which.isdecimal() else self.element_sets.get(which.upper(), [])
+
     def _shell(self, element: int) -> Ints | None:
         kind, nodes = self.elements[element]
-        if not kind.startswith(("triangle", "quad")):
-            return None
-        return np.array(nodes[: 3 if kind.startswith("triangle") else 4], dtype=np.int64)
+        corners = next((n for k, n in (("triangle", 3), ("quad", 4)) if kind.startswith(k)), None)
+        return None if corners is None else np.array(nodes[:corners], dtype=np.int64)
 
     def _face(self, element: int, face: str) -> Ints:
         if element not in self.elements:
-            raise InputError(
-                str(self.path), "*SURFACE", f"element {element} is not there", "check the surface"
-            )
+            problem = f"element {element} is not there"
+            raise InputError(str(self.path), "*SURFACE", problem, "check the surface")
         shell = self._shell(element)
         if shell is not None:
             return shell
         kind, nodes = self.elements[element]
-        table = FACETS_VTK.get("hex" if kind.startswith("hex") else "tet", ())
-        if not kind.startswith(("hex", "tet")) or face not in [
-            f"S{i + 1}" for i in range(len(table))
-        ]:
-            raise InputError(
-                str(self.path), "*SURFACE", f"{echo(face)} is no face of a {kind}", "use S1 to S6"
-            )
-        return np.array([nodes[i] for i in table[int(face[1:]) - 1]], dtype=np.int64)
+        table = FACETS_VTK.get(kind[:3], ())  # hexahedron, tetra
+        faces = {f"S{i}": facet for i, facet in enumerate(table, 1)}
+        if face not in faces:
+            problem = f"{echo(face)} is no face of a {kind}"
+            raise InputError(str(self.path), "*SURFACE", problem, "use S1 to S6")
+        return np.array([nodes[i] for i in faces[face]], dtype=np.int64)
 
 
 def _cards(path: Path) -> Iterator[tuple[str, dict[str, str], list[list[str]]]]:

@@ -17,7 +17,6 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 from math import ceil, degrees, log10
 from pathlib import Path
-from typing import NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,9 +32,8 @@ from flexgear.structures.fe_mesh.groups import Groups
 Array = NDArray[np.float64]
 
 _BODY = 0.02  # of pitch and face width; centres of a whole set of groups are far more exact
-_GROUP = (
-    0.2  # the same for one group, whose border follows the cells; flanks are half a pitch apart
-)
+# the same for one group, whose border follows the cells; flanks are half a pitch apart
+_GROUP = 0.2
 
 
 @dataclass(frozen=True)
@@ -59,8 +57,6 @@ class Placement:
 
 def placed(fe_mesh: FeMesh, placement: Placement) -> FeMesh:
     """The mesh where the placement puts it."""
-    if placement == Placement():
-        return fe_mesh
     return replace(fe_mesh, points=placement.of(fe_mesh.points))
 
 
@@ -94,10 +90,12 @@ def check_place(fe_mesh: FeMesh, groups: Groups, placement: Placement, path: str
     _refuse_extra(fe_mesh, groups, path)
     actual = _ActualPlacement(fe_mesh, groups)
     motion, shift = actual.best_motion()
-    if actual.is_off_as_a_whole(motion, shift):
-        moved = motion.apply(actual.centres) + shift
-        if actual.misfit(moved).max() <= 1.0:
-            _refuse_body(actual, moved, placement, motion, shift, path)
+    moved = motion.apply(actual.centres) + shift
+    if actual.is_off_as_a_whole(motion, shift) and actual.misfit(moved).max() <= 1.0:
+        worst = int(np.argmax(np.linalg.norm(moved - actual.centres, axis=1)))
+        problem = f"{actual.where(worst)}; the whole FE mesh is out of place"
+        remedy = _keys(groups, placement, motion, shift)
+        raise InputError(path, actual.names[worst], problem, remedy)
     _refuse_clockwise(actual, path)
     _refuse_group(actual, path)
     _refuse_helix(fe_mesh, actual, path)
@@ -181,30 +179,10 @@ def _refuse_extra(fe_mesh: FeMesh, groups: Groups, path: str) -> None:
         strange = [n for n in fe_mesh.facets if re.fullmatch(rf"{f.stem}_\d+", n)]
         extra = sorted(set(strange) - set(f.names))
         if extra:
-            raise InputError(
-                path,
-                extra[0],
-                f"is none of the {len(f.names)} groups {f.stem}_… that the case has"
-                + (f", nor are {len(extra) - 1} more" if extra[1:] else ""),
-                f"correct {f.says}, or rename or take out the group",
-            )
-
-
-def _refuse_body(
-    actual: _ActualPlacement,
-    moved: Array,
-    placement: Placement,
-    motion: Rotation,
-    shift: Array,
-    path: str,
-) -> NoReturn:
-    worst = int(np.argmax(np.linalg.norm(moved - actual.centres, axis=1)))
-    raise InputError(
-        path,
-        actual.names[worst],
-        f"{actual.where(worst)}; the whole FE mesh is out of place",
-        _keys(actual.groups, placement, motion, shift),
-    )
+            more = f", nor are {len(extra) - 1} more" if extra[1:] else ""
+            problem = f"is none of the {len(f.names)} groups {f.stem}_… that the case has{more}"
+            remedy = f"correct {f.says}, or rename or take out the group"
+            raise InputError(path, extra[0], problem, remedy)
 
 
 def _keys(groups: Groups, placement: Placement, motion: Rotation, shift: Array) -> str:
@@ -238,12 +216,10 @@ def _refuse_clockwise(actual: _ActualPlacement, path: str) -> None:
         angle, place = (np.arctan2(x[at, 1], x[at, 0]) for x in (actual.centres, actual.places))
         against, along = (abs(np.mean(np.exp(1j * (angle + s * place)))) for s in (1, -1))
         if against > 0.9 > 0.5 > along:
-            raise InputError(
-                path,
-                actual.names[at[1]],
-                f"{actual.where(at[1])}; {f.stem}_… are numbered clockwise, seen from +z",
-                "number them counter-clockwise from the x axis on, or mirror the FE mesh",
-            )
+            where = actual.where(at[1])
+            problem = f"{where}; {f.stem}_… are numbered clockwise, seen from +z"
+            remedy = "number them counter-clockwise from the x axis on, or mirror the FE mesh"
+            raise InputError(path, actual.names[at[1]], problem, remedy)
 
 
 def _refuse_group(actual: _ActualPlacement, path: str) -> None:
@@ -251,13 +227,9 @@ def _refuse_group(actual: _ActualPlacement, path: str) -> None:
     worst, count = int(np.argmax(misfit)), int((misfit > 1.0).sum())
     if count:
         others = f"; {count} of {len(misfit)} groups are out of place" if count > 1 else ""
-        raise InputError(
-            path,
-            actual.names[worst],
-            actual.where(worst) + others,
-            "give that name to the surface that belongs there, or correct the case: "
-            f"{actual.families[worst].says}, dimensions, sides",
-        )
+        says = f"{actual.families[worst].says}, dimensions, sides"
+        remedy = f"give that name to the surface that belongs there, or correct the case: {says}"
+        raise InputError(path, actual.names[worst], actual.where(worst) + others, remedy)
 
 
 def _refuse_helix(fe_mesh: FeMesh, actual: _ActualPlacement, path: str) -> None:
@@ -269,13 +241,10 @@ def _refuse_helix(fe_mesh: FeMesh, actual: _ActualPlacement, path: str) -> None:
             continue
         twist = float(np.median([_twist(fe_mesh, name) for name in names]))
         if abs(twist - f.twist) * g.face_width / 2.0 * g.radius > _GROUP * g.pitch:
-            raise InputError(
-                path,
-                names[0],
-                f"turns by {degrees(twist * g.face_width):.2f} degrees over the face width, the "
-                f"case's helix by {degrees(f.twist * g.face_width):.2f}",
-                "correct stage.helix_angle, stage.planet_hand (the ring's too) or the FE mesh",
-            )
+            has, expected = (degrees(x * g.face_width) for x in (twist, f.twist))
+            problem = f"turns by {has:.2f} degrees over the face width, the case's helix by "
+            remedy = "correct stage.helix_angle, stage.planet_hand (the ring's too) or the FE mesh"
+            raise InputError(path, names[0], f"{problem}{expected:.2f}", remedy)
 
 
 def _centre(fe_mesh: FeMesh, name: str) -> Array:

@@ -223,8 +223,6 @@ def test_layers_follow_the_bands_and_the_wanted_number() -> None:
         ({"bolts": 120}, "bolts.number"),
         ({"bolts": 50, "bolt_holes": True}, "bolts.number"),
         ({"fits": ((0.0, 0.2),)}, "fits"),
-        ({"fidelity": "best"}, "fidelity"),
-        ({"face_width": 0.0}, "face_width"),
         ({"helix_angle": 0.3, "face_width": 0.3, "bolt_holes": True, "fits": ()}, "bolts.holes"),
     ],
 )
