@@ -11,8 +11,6 @@ from __future__ import annotations
 import math
 
 from flexgear.files.rexs.outgoing import (
-    MM,
-    FlanksOut,
     GearsOut,
     Outgoing,
     Written,
@@ -22,15 +20,15 @@ from flexgear.files.rexs.outgoing import (
 )
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.power_flow import power_flow
-from flexgear.gears.radii import stage_radii
+from flexgear.gears.radii import StageRadii, stage_radii
 from flexgear.model.case import Case
 from flexgear.model.member import MatedGear, PlanetGear, Support
 from flexgear.model.modifications import FLANKS, FlankModifications
+from flexgear.model.names import MemberName
 from flexgear.model.section import Section
 from flexgear.model.springs import Springs
 from flexgear.model.stage import Stage
 from flexgear.model.train import Input, Joint, MemberLoad, Output
-from flexgear.model.units import RPM
 
 _WRITTEN = {
     "name", "title", "source", "gravity", "material", "stages", "joints", "held", "inputs",
@@ -104,9 +102,9 @@ class _Export:
         self.material = self.model.add(
             "material",
             "material",
-            elastic_modulus=case.material.young_modulus * 1e-6,
+            elastic_modulus=case.material.young_modulus,
             poisson_ratio=case.material.poisson_ratio,
-            density=case.material.density * 1e-3,
+            density=case.material.density,
         )
         for stage in case.stages:
             _StageOut(self, stage).add()
@@ -154,9 +152,7 @@ class _Export:
     def _joint(self, joint: Joint) -> None:
         stage = self.case.stage(joint.first)
         radii = stage_radii(self.case.view(stage.name))
-        part = joint.first.partition(".")[2]
-        role = {"pinion": "sun", "gear": "planet", "carrier": "center_distance"}.get(part, part)
-        torsion = joint.stiffness[5] + joint.tangential * getattr(radii, role) ** 2
+        torsion = _torsion(joint, radii, joint.first)
         radial = axial = tilt = 0.0
         if joint.is_shaft:
             assert joint.length is not None and joint.outer_diameter is not None
@@ -171,16 +167,16 @@ class _Export:
             self.shafts[joint.first],
             self.shafts[joint.second],
             f"{joint.first} – {joint.second}",
-            rotational_stiffness=torsion * MM,
+            rotational_stiffness=torsion,
             radial_stiffness=radial,
             axial_stiffness=axial,
-            bending_stiffness=tilt * MM,
+            bending_stiffness=tilt,
         )
 
     def _speeds(self) -> None:
         if self.case.ports:
             for member, speed in self.flow.speed.items():
-                self.model.result(self.shafts[member], rotational_speed=speed * RPM)
+                self.model.result(self.shafts[member], rotational_speed=speed)
 
     def _load(self, load: MemberLoad) -> None:
         """Force and moments across; in the carrier's frame, or about u, they are not written."""
@@ -214,7 +210,7 @@ class _Export:
             self.model.result(
                 number,
                 torque_around_u_axis=self.flow.torque[port.member],
-                power=self.flow.power[port.member] * 1e-3,
+                power=self.flow.power[port.member],
             )
         inertia = self.case.port_inertia(port.member)
         if inertia > 0:
@@ -234,11 +230,11 @@ class _StageOut:
         view = whole.case.view(stage.name)
         self.geometry = stage_geometry(view)
         forward = whole.flow.stage(stage.name).sun_gear_mesh_force >= 0
-        flanks = FlanksOut(self.model, view, forward)
-        self.gears = GearsOut(self.model, stage, self.geometry, flanks)
+        self.gears = GearsOut(self.model, view, self.geometry, forward)
         self.loaded = whole.case.output is not None
-        width = MM * stage.face_width
-        self.reach = width / 2 - middle(stage, halves(stage)[0])  # of the stage from its middle
+        self.reach = stage.face_width / 2 - middle(
+            stage, halves(stage)[0]
+        )  # of the stage from its middle
         self.at = whole.places
 
     def add(self) -> None:
@@ -257,7 +253,7 @@ class _StageOut:
         flow = self.whole.flow.stage(self.stage.name)
         speed = {"sun": flow.sun_speed, "ring": flow.ring_speed, "planet": flow.planet_speed}
         for role, number in self.gears.gears:
-            self.model.result(number, rotational_speed=speed[role] * RPM)
+            self.model.result(number, rotational_speed=speed[role])
         if self.whole.case.output is not None:
             for role, number in self.gears.meshes:
                 force = abs(flow.gear_mesh_forces[role]) * math.cos(self.geometry.base_helix_angle)
@@ -310,7 +306,7 @@ class _StageOut:
         angle: float,
         place: tuple[float, float, float],
     ) -> None:
-        name, arm = f"{self.stage.name}.planet_{k + 1}", MM * self.geometry.center_distance
+        name, arm = f"{self.stage.name}.planet_{k + 1}", self.geometry.center_distance
         u, v, w = place
         centre = (u, v + arm * math.cos(angle), w + arm * math.sin(angle))
         shaft = self._shaft(name, centre)
@@ -349,21 +345,22 @@ class _StageOut:
         if member in self.whole.case.held_members():
             self._coupling(member, shaft, support, place)
         elif support.matrix.any():
-            copies = 2 if part == "ring" and self.stage.double_helical else 1
+            copies = self._copies(member)
             self._bearing(shaft, self.whole.casing, f"{member} bearing", support, place, copies)
+
+    def _copies(self, member: str) -> int:
+        """Halves of a double-helical stage that stand on a member's support."""
+        return 2 if member.endswith(".ring") and self.stage.double_helical else 1
 
     def _coupling(
         self, member: str, shaft: int, support: Support, place: tuple[float, float, float]
     ) -> None:
-        part = member.partition(".")[2]
-        radii = self.geometry.radii
-        role = {"pinion": "sun", "gear": "planet", "carrier": "center_distance"}.get(part, part)
-        torsion = support.stiffness[5] + support.tangential * getattr(radii, role) ** 2
-        copies = 2 if part == "ring" and self.stage.double_helical else 1
+        torsion = _torsion(support, self.geometry.radii, member)
+        copies = self._copies(member)
         springs = _springs(support, copies)
         if torsion > 0:  # else it is held rigidly, which is a coupling without stiffness
-            springs["rotational_stiffness"] = torsion * MM * copies
-        place = (place[0] + MM * support.z, *place[1:])
+            springs["rotational_stiffness"] = torsion * copies
+        place = (place[0] + support.z, *place[1:])
         self.model.side(
             "coupling", shaft, self.whole.casing, f"{member} held", support_vector=place, **axes(),
             **springs,
@@ -384,14 +381,14 @@ class _StageOut:
         if rating is not None:
             kind = "rolling_bearing_with_catalog_geometry"
             ball = getattr(springs, "rolling", None) == "ball"
-            more["radial_dynamic_load_rating"] = rating * 1e-3
+            more["radial_dynamic_load_rating"] = rating
             more["bearing_type"] = (
                 "radial_grooved_ball_bearing" if ball else "radial_roller_bearing"
             )
         clearance = "radial_clearance" if rating is None else "radial_bearing_clearance"
         if springs.clearance > 0:
-            more[clearance] = 2e6 * springs.clearance  # of the diameter, µm
-        centre = (place[0] + MM * springs.z, *place[1:])
+            more[clearance] = 2 * springs.clearance  # of the diameter
+        centre = (place[0] + springs.z, *place[1:])
         self.model.side(
             kind,
             inner,
@@ -404,25 +401,32 @@ class _StageOut:
         )
 
 
+def _torsion(springs: Joint | Support, radii: StageRadii, member: str) -> float:
+    """Stiffness about the axis, N m/rad, with what acts along a member's base circle."""
+    part = MemberName.parse(member).part
+    role = {"pinion": "sun", "gear": "planet", "carrier": "center_distance"}.get(part, part)
+    radius: float = getattr(radii, role)
+    return springs.stiffness[5] + springs.tangential * radius**2
+
+
 def _springs(springs: Springs, share: float) -> dict[str, Written | None]:
     """Stiffness attributes; what is zero stays out, which a coupling would take for rigid."""
     x, y, axial, tilt_x, tilt_y, _ = springs.stiffness
-    entries = {
+    return {
         "radial_stiffness": share * (x + y) / 2,
         "axial_stiffness": share * axial,
-        "bending_stiffness": share * MM * (tilt_x + tilt_y) / 2,
+        "bending_stiffness": share * (tilt_x + tilt_y) / 2,
     }
-    return dict(entries)
 
 
 def _places(case: Case) -> dict[str, tuple[float, float, float]]:
-    """Place of every member (u, v, w in mm): stages side by side along u, joined ones coaxial."""
+    """Place of every member (u, v, w in m): stages side by side along u, joined ones coaxial."""
     across: dict[str, tuple[float, float]] = {}
     offset: dict[tuple[str, str], tuple[float, float]] = {}
     for stage in case.stages:
         first = f"{stage.name}.{stage.members[0]}"
         radii = stage_radii(case.view(stage.name))
-        arm, angle = MM * radii.center_distance, stage.position
+        arm, angle = radii.center_distance, stage.position
         for part in stage.members[1:]:
             apart = (0.0, 0.0)
             if stage.kind == "parallel":
@@ -442,9 +446,7 @@ def _places(case: Case) -> dict[str, tuple[float, float, float]]:
                         waiting.append(other)
     places, u = {}, 0.0
     for stage in case.stages:
-        width = MM * (
-            2 * stage.face_width + stage.half_gap if stage.double_helical else stage.face_width
-        )
+        width = stage.gear_width
         for part in stage.members:
             name = f"{stage.name}.{part}"
             places[name] = (u + width / 2, *across[name])

@@ -1,28 +1,32 @@
-"""REXS components that are written: a model built up one by one, gears, flanks, gear meshes.
-
-A model that is built up component by component and written as a .rexs file (XML, REXS 2.0).
-
-Flanks of gears as REXS components: left and right flank with the tool and what they lack.
+"""REXS components that are written: a model built up one by one (XML, REXS 2.0), gears of a stage
+with flanks and tools, and gear meshes.
 
 The datum face of every gear is that at its −z end, against its u axis.
-
-Gears and gear meshes of a stage as REXS components.
 """
 
 from __future__ import annotations
 
-import math
 import xml.etree.ElementTree as ET
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
-from flexgear.files.rexs.flanks import CROWNINGS, END_RELIEF, FACES, WORDS, Word, outward, word_of
-from flexgear.files.rexs.units import SCHEMA_UNITS
+from flexgear.files.rexs.flanks import (
+    CROWNINGS,
+    END_RELIEF,
+    FACES,
+    RELIEFS,
+    SLOPES,
+    WORDS,
+    Word,
+    outward,
+    word_of,
+)
+from flexgear.files.rexs.units import SCHEMA_UNITS, si_factor
 from flexgear.gears.flanks import tooth_sides
-from flexgear.gears.geometry import StageGeometry, stage_geometry
+from flexgear.gears.geometry import StageGeometry
 from flexgear.gears.radii import gears_by_role
-from flexgear.gears.tool import RackTool
-from flexgear.model.modifications import EndRelief, FlankModifications, Relief
+from flexgear.gears.tool import CutterTool
+from flexgear.model.modifications import FlankModifications, Relief
 from flexgear.model.stage import Stage
 from flexgear.model.stage_view import StageView
 
@@ -33,7 +37,8 @@ Attributes = dict[str, Written]
 
 @dataclass
 class Outgoing:
-    """Components with attributes in the schema's units; relations; results of one load case.
+    """Components with attributes in the schema's units, which methods take in SI; relations;
+    results of one load case.
 
     relations: (type, order, roles to ids). load_case: attributes by the component's id.
     """
@@ -44,8 +49,7 @@ class Outgoing:
 
     def add(self, kind: str, name: str = "", **attributes: Written | None) -> int:
         """A component; attributes that are None are left out. Returns its id."""
-        present = {key: value for key, value in attributes.items() if value is not None}
-        self.components.append((kind, name, present))
+        self.components.append((kind, name, _in_units(attributes)))
         return len(self.components)
 
     def relate(self, kind: str, order: int = 0, **roles: int) -> None:
@@ -68,7 +72,7 @@ class Outgoing:
 
     def result(self, number: int, **attributes: Written) -> None:
         """Attributes of a component under load."""
-        self.load_case.setdefault(number, {}).update(attributes)
+        self.load_case.setdefault(number, {}).update(_in_units(attributes))
 
     def xml(self, application: str, version: str, date: str) -> bytes:
         """The file. date: ISO 8601 with its zone."""
@@ -99,6 +103,19 @@ class Outgoing:
         return ET.tostring(root, encoding="utf-8", xml_declaration=True) + b"\n"
 
 
+def _in_units(attributes: Mapping[str, Written | None]) -> Attributes:
+    """What is there, SI numbers in the schema's units; axes are unit vectors in any."""
+    present = {key: value for key, value in attributes.items() if value is not None}
+    for key, value in present.items():
+        scale = 1.0 / si_factor(SCHEMA_UNITS.get(key, "none"))
+        if isinstance(value, tuple) and not key.endswith("_axis_vector"):
+            x, y, z = value
+            present[key] = (x * scale, y * scale, z * scale)
+        elif isinstance(value, float) and scale != 1.0:
+            present[key] = value * scale
+    return present
+
+
 def _component(
     parent: ET.Element, number: int, kind: str, name: str, attributes: Attributes
 ) -> None:
@@ -120,121 +137,7 @@ def _text(value: float | int | bool | str) -> str:
     return value if isinstance(value, str) else repr(value)
 
 
-MM = 1e3
 DATUM_SIDE, ORIENTATION = -1, "negative"
-
-
-class FlanksOut:
-    """Adds flanks of one stage's gears. forward: whether its forces are so (``tooth_sides``)."""
-
-    def __init__(self, model: Outgoing, view: StageView, forward: bool) -> None:
-        self.model, self.view = model, view
-        sides = tooth_sides(view.stage.kind, forward)
-        self.words: dict[tuple[str, str], Word] = {
-            key: word_of(side, key[0] == "ring", DATUM_SIDE) for key, side in sides.items()
-        }
-
-    def loaded(self, role: str, mate: str) -> Word:
-        """The flank of the gear of a role that carries in the gear mesh of ``mate``."""
-        part = self.view.part(role)
-        return self.words[part, mate if part == "planet" else "drive"]
-
-    def add(self, number: int, role: str, half: int) -> None:
-        """Both flanks of a gear. half: −1 for the left one of a double helix."""
-        gear, part = gears_by_role(self.view.stage)[role], self.view.part(role)
-        flanks = {
-            word: self.model.add(
-                "cylindrical_gear_flank",
-                normal_pressure_angle=math.degrees(self.view.stage.pressure_angle),
-                addendum_modification_coefficient=gear.profile_shift,
-            )
-            for word in WORDS
-        }
-        self.model.relate("flank", gear=number, left=flanks["left"], right=flanks["right"])
-        tool = self._tool(role)
-        allowance: dict[str, Written | None] = {}
-        if gear.tool.grinding_allowance:
-            allowance["machining_allowance"] = MM * gear.tool.grinding_allowance
-        settings = self.model.add("cylindrical_gear_manufacturing_settings", "", **allowance)
-        names = {word: name for (of, name), word in self.words.items() if of == part}
-        for word, flank in flanks.items():
-            self.model.relate(
-                "manufacturing_step", 1, workpiece=flank, tool=tool, manufacturing_settings=settings
-            )
-            modifications = gear.modifications.of(names[word])
-            for component in self._ground(modifications, outward(DATUM_SIDE, half)):
-                self.model.relate("reference", origin=flank, referenced=component)
-
-    def _tool(self, role: str) -> int:
-        """The rack or cutter of a gear."""
-        gear, module = gears_by_role(self.view.stage)[role], self.view.stage.normal_module
-        tool = stage_geometry(self.view).gears[role].tool
-        sizes: dict[str, Written | None] = {
-            "tip_corner_radius_factor_reference_profile": tool.tip_radius / module
-        }
-        if gear.tool.protuberance:
-            sizes["protuberance_amount"] = MM * gear.tool.protuberance
-            sizes["protuberance_angle"] = math.degrees(gear.tool.protuberance_angle)
-        if isinstance(tool, RackTool):
-            sizes["addendum_coefficient_reference_profile"] = gear.dedendum
-            return self.model.add("rack_shaped_tool", "", **sizes)
-        return self.model.add(
-            "cutter_wheel_tool",
-            "",
-            number_of_teeth=round(tool.teeth),
-            addendum_modification_coefficient=gear.tool.profile_shift,
-            tip_diameter=2 * MM * tool.tip_circle,
-            **sizes,
-        )
-
-    def _ground(self, modifications: FlankModifications, datum: int) -> Iterator[int]:
-        """What one flank lacks; datum: +1 where z of a modification counts to the datum face."""
-        for kind, (key, ends) in CROWNINGS.items():
-            crowned = getattr(modifications, key.removesuffix("_um"))
-            if crowned is not None:
-                amounts = dict.fromkeys(ends, MM * crowned)
-                yield self.model.add(kind, **amounts, **{f"shape_of_{kind}": "parabolic"})
-        yield from self._slopes(modifications, datum)
-        for kind, relief in (
-            ("tip", modifications.tip_relief),
-            ("root", modifications.root_relief),
-        ):
-            if relief is not None:
-                yield self._relief(f"{kind}_relief", relief)
-        end = modifications.end_relief
-        for face, side in zip(FACES, (datum, -datum), strict=True):
-            if end is not None and end.end in ("both", "+z" if side > 0 else "-z"):
-                yield self._end_relief(face, end)
-
-    def _slopes(self, modifications: FlankModifications, datum: int) -> Iterator[int]:
-        """Signs as in ``ground``: positive towards the tip, and towards the non-datum face."""
-        if modifications.profile_slope is not None:
-            yield self.model.add("profile_slope", profile_slope=MM * modifications.profile_slope)
-        if modifications.helix_slope is not None:
-            yield self.model.add(
-                "helix_slope",
-                helix_slope=-datum * MM * modifications.helix_slope,
-                helix_evaluation_reference="facewidth",
-            )
-        if modifications.twist is not None:
-            yield self.model.add("profile_twist", profile_twist=-datum * MM * modifications.twist)
-
-    def _relief(self, kind: str, relief: Relief) -> int:
-        length, start = relief.length, relief.start_diameter
-        sizes: dict[str, Written | None] = {
-            f"{kind}_depth": MM * relief.amount,
-            f"{kind}_datum_length": None if length is None else MM * length,
-            f"{kind}_datum_diameter": None if start is None else MM * start,
-        }
-        return self.model.add(kind, "", shape_of_relief=relief.form, **sizes)
-
-    def _end_relief(self, face: str, relief: EndRelief) -> int:
-        kind = f"{END_RELIEF}_{face}"
-        sizes: dict[str, Written | None] = {
-            f"{END_RELIEF}_depth_{face}": MM * relief.amount,
-            f"{END_RELIEF}_length_{face}": MM * relief.length,
-        }
-        return self.model.add(kind, "", shape_of_relief=relief.form, **sizes)
 
 
 def halves(stage: Stage) -> tuple[int, ...]:
@@ -243,8 +146,8 @@ def halves(stage: Stage) -> tuple[int, ...]:
 
 
 def middle(stage: Stage, half: int) -> float:
-    """Place of a half's middle from that of the stage, mm."""
-    return half * MM * (stage.face_width + stage.half_gap) / 2
+    """Place of a half's middle from that of the stage, m."""
+    return half * (stage.face_width + stage.half_gap) / 2
 
 
 def hand(stage: Stage, role: str, half: int) -> float:
@@ -258,55 +161,58 @@ def hand(stage: Stage, role: str, half: int) -> float:
 
 
 class GearsOut:
-    """Adds gears of one stage to a model."""
+    """Adds gears of one stage with their flanks and tools, and its gear meshes, to a model.
+
+    forward: whether its forces are so (``tooth_sides``). gears, meshes: role and id of each.
+    """
 
     def __init__(
-        self, model: Outgoing, stage: Stage, geometry: StageGeometry, flanks: FlanksOut
+        self, model: Outgoing, view: StageView, geometry: StageGeometry, forward: bool
     ) -> None:
-        self.model, self.stage, self.geometry, self.flanks = model, stage, geometry, flanks
-        self.members = gears_by_role(stage)
-        self.gears: list[tuple[str, int]] = []  # role and id of every gear
-        self.meshes: list[tuple[str, int]] = []  # and of every gear mesh
+        self.model, self.view, self.stage, self.geometry = model, view, view.stage, geometry
+        self.members = gears_by_role(view.stage)
+        self.gears: list[tuple[str, int]] = []
+        self.meshes: list[tuple[str, int]] = []
+        self.words: dict[tuple[str, str], Word] = {
+            key: word_of(side, key[0] == "ring", DATUM_SIDE)
+            for key, side in tooth_sides(view.stage.kind, forward).items()
+        }
 
     def add(self, role: str, shaft: int, start: float, name: str, place: tuple[float, float, float],
             half: int, material: int) -> int:  # fmt: skip
-        """A gear on a shaft that begins ``start`` mm before the stage's middle; its id.
+        """A gear on a shaft that begins ``start`` before the stage's middle; its id.
 
-        place: of the gear's middle, mm.
+        place: of the gear's middle; m. half: −1 for the left one of a double helix.
         """
         gear, tooth = self.members[role], self.geometry.gears[role]
         ring = role == "ring"
         base = tooth.base_radius if gear.base_diameter is None else gear.base_diameter / 2
-        helix = math.degrees(self.stage.helix_angle)
-        blank: dict[str, Written | None] = {}
-        if gear.mass is not None:
-            blank["mass_of_component"] = gear.mass / (1 if ring else len(halves(self.stage)))
-        if not ring and gear.bore_diameter:
-            blank["inner_diameter"] = MM * gear.bore_diameter
+        helix = self.stage.helix_angle * hand(self.stage, role, half)
+        copies = 1 if ring else len(halves(self.stage))
         number = self.model.part(
             shaft,
             "ring_gear" if ring else "cylindrical_gear",
             name,
             number_of_teeth=gear.teeth,
-            normal_module=MM * self.stage.normal_module,
-            face_width=MM * self.stage.face_width,
-            helix_angle_reference_diameter=helix * hand(self.stage, role, half) if helix else 0.0,
-            tip_diameter=2 * MM * tooth.tip_radius,
-            root_diameter=2 * MM * tooth.root_radius,
-            base_diameter=2 * MM * base,
-            reference_diameter_cylindrical_gear=2 * MM * tooth.reference_radius,
+            normal_module=self.stage.normal_module,
+            face_width=self.stage.face_width,
+            helix_angle_reference_diameter=helix + 0.0,  # no −0
+            tip_diameter=2 * tooth.tip_radius,
+            root_diameter=2 * tooth.root_radius,
+            base_diameter=2 * base,
+            reference_diameter_cylindrical_gear=2 * tooth.reference_radius,
             u_coordinate_on_shaft=start + middle(self.stage, half),
             support_vector=place,
             datum_face_orientation=ORIENTATION,
             **axes(),
-            **blank,
+            mass_of_component=None if gear.mass is None else gear.mass / copies,
+            inner_diameter=None if ring else gear.bore_diameter or None,
         )
         self.gears.append((role, number))
         self.model.relate("reference", origin=number, referenced=material)
         if ring and gear.rim_thickness is not None:
-            rim = MM * gear.rim_thickness
-            self.model.part(number, "gear_body", gear_body_rim_thickness=rim)
-        self.flanks.add(number, role, half)
+            self.model.part(number, "gear_body", gear_body_rim_thickness=gear.rim_thickness)
+        self._flanks(number, role, half)
         return number
 
     def mesh(
@@ -315,31 +221,108 @@ class GearsOut:
         """A cylindrical_stage of two gears (of this role and the planet's); its id. loaded: whether
         the case has a torque."""
         geometry = self.geometry.gear_meshes[role]
-        number = self.model.add(
+        number = self.model.part(
+            whole,
             "cylindrical_stage",
             name,
-            center_distance=MM * self.geometry.center_distance,
-            common_face_width=MM * self.stage.face_width,
-            minimum_normal_backlash=MM * geometry.backlash,
-            maximum_normal_backlash=MM * geometry.backlash,
+            center_distance=self.geometry.center_distance,
+            common_face_width=self.stage.face_width,
+            minimum_normal_backlash=geometry.backlash,
+            maximum_normal_backlash=geometry.backlash,
             radial_contact_ratio=geometry.transverse_contact_ratio,
             overlap_contact_ratio=geometry.overlap_ratio,
             total_contact_ratio=geometry.total_contact_ratio,
         )
         self.meshes.append((role, number))
-        self.model.relate("assembly", assembly=whole, part=number)
         self.model.relate("stage", stage=number, gear_1=gears[0], gear_2=gears[1])
-        for gear, part in zip(gears, (role, "planet"), strict=True):
+        for gear, of in zip(gears, (role, "planet"), strict=True):
             data = self.model.add(
                 "cylindrical_stage_gear_data",
-                operating_pressure_angle_in_the_transverse_section=math.degrees(
-                    geometry.working_angle
-                ),
+                operating_pressure_angle_in_the_transverse_section=geometry.working_angle,
             )
             self.model.relate("stage_gear_data", stage=number, gear=gear, stage_gear_data=data)
             if loaded:
-                self.model.result(data, loaded_tooth_flank=self.flanks.loaded(part, role))
+                part = self.view.part(of)
+                flank = self.words[part, role if part == "planet" else "drive"]
+                self.model.result(data, loaded_tooth_flank=flank)
         return number
+
+    def _flanks(self, number: int, role: str, half: int) -> None:
+        """Both flanks of a gear."""
+        gear, part = self.members[role], self.view.part(role)
+        flanks = {
+            word: self.model.add(
+                "cylindrical_gear_flank",
+                normal_pressure_angle=self.stage.pressure_angle,
+                addendum_modification_coefficient=gear.profile_shift,
+            )
+            for word in WORDS
+        }
+        self.model.relate("flank", gear=number, left=flanks["left"], right=flanks["right"])
+        tool = self._tool(role)
+        settings = self.model.add(
+            "cylindrical_gear_manufacturing_settings",
+            machining_allowance=gear.tool.grinding_allowance or None,
+        )
+        names = {word: name for (of, name), word in self.words.items() if of == part}
+        for word, flank in flanks.items():
+            self.model.relate(
+                "manufacturing_step", 1, workpiece=flank, tool=tool, manufacturing_settings=settings
+            )
+            modifications = gear.modifications.of(names[word])
+            for component in self._ground(modifications, outward(DATUM_SIDE, half)):
+                self.model.relate("reference", origin=flank, referenced=component)
+
+    def _tool(self, role: str) -> int:
+        """The rack or cutter of a gear."""
+        gear, tool = self.members[role], self.geometry.gears[role].tool
+        cutter = tool if isinstance(tool, CutterTool) else None
+        freed = gear.tool.protuberance > 0.0
+        return self.model.add(
+            "cutter_wheel_tool" if cutter else "rack_shaped_tool",
+            number_of_teeth=round(cutter.teeth) if cutter else None,
+            addendum_modification_coefficient=gear.tool.profile_shift if cutter else None,
+            tip_diameter=2 * cutter.tip_circle if cutter else None,
+            tip_corner_radius_factor_reference_profile=tool.tip_radius / self.stage.normal_module,
+            protuberance_amount=gear.tool.protuberance if freed else None,
+            protuberance_angle=gear.tool.protuberance_angle if freed else None,
+            addendum_coefficient_reference_profile=None if cutter else gear.dedendum,
+        )
+
+    def _ground(self, modifications: FlankModifications, datum: int) -> Iterator[int]:
+        """What one flank lacks; datum: +1 where z of a modification counts to the datum face. Signs
+        of slopes as in ``flanks``: positive towards the tip, and towards the non-datum face."""
+        for kind, (key, ends) in CROWNINGS.items():
+            crowned = getattr(modifications, key.removesuffix("_um"))
+            if crowned is not None:
+                amounts = dict.fromkeys(ends, crowned)
+                yield self.model.add(kind, **amounts, **{f"shape_of_{kind}": "parabolic"})
+        for kind, (key, by_face) in SLOPES.items():
+            slope = getattr(modifications, key.removesuffix("_um"))
+            if slope is not None:
+                reference = "facewidth" if kind == "helix_slope" else None
+                yield self.model.add(
+                    kind,
+                    **{kind: -datum * slope if by_face else slope},
+                    helix_evaluation_reference=reference,
+                )
+        for kind in RELIEFS:
+            relief: Relief | None = getattr(modifications, kind)
+            if relief is not None:
+                sizes: dict[str, Written | None] = {
+                    f"{kind}_depth": relief.amount,
+                    f"{kind}_datum_length": relief.length,
+                    f"{kind}_datum_diameter": relief.start_diameter,
+                }
+                yield self.model.add(kind, "", shape_of_relief=relief.form, **sizes)
+        end = modifications.end_relief
+        for face, side in zip(FACES, (datum, -datum), strict=True):
+            if end is not None and end.end in ("both", "+z" if side > 0 else "-z"):
+                sizes = {
+                    f"{END_RELIEF}_depth_{face}": end.amount,
+                    f"{END_RELIEF}_length_{face}": end.length,
+                }
+                yield self.model.add(f"{END_RELIEF}_{face}", "", shape_of_relief=end.form, **sizes)
 
 
 def axes() -> dict[str, Written | None]:

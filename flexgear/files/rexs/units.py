@@ -105,9 +105,9 @@ def _plain(name: str) -> str:
     return text.replace("°", "deg").replace("µ", "mu").replace("μ", "mu")
 
 
-def known(name: str) -> bool:
-    """Whether the unit of that name can be converted."""
-    return _plain(name) in _UNITS
+def si_factor(name: str) -> float:
+    """What a number in a unit that is known is multiplied with to be in SI."""
+    return _UNITS[_plain(name)][1]
 
 
 def factor(unit: str, into: str) -> float | None:
