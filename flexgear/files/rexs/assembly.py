@@ -266,11 +266,7 @@ class Assembly:
                 self._join(mine[0].id, part.id, None, None)
 
     def _of_couplings(self) -> None:
-        for relation in self.document.related("side"):
-            joint = self.document.at(relation, "assembly")
-            inner, outer = relation.of("inner_part"), relation.of("outer_part")
-            if joint is None or joint.kind not in COUPLINGS or inner is None or outer is None:
-                continue
+        for relation, joint, (inner, outer) in self.document.joints(*COUPLINGS):
             engaged = self._engaged(joint)
             stiffness = number([joint], "rotational_stiffness", "N m / rad")
             if not engaged or (stiffness is not None and stiffness.value <= 0):
@@ -281,7 +277,7 @@ class Assembly:
                 for place in [number([joint], f"u_coordinate_on_shaft_{side}_side", "mm")]
             ]
             compliance = 0.0 if stiffness is None else 1.0 / stiffness.value
-            self._join(inner, outer, at[0], at[1], compliance, joint.id)
+            self._join(inner.id, outer.id, at[0], at[1], compliance, joint.id)
             relation.used, joint.role = True, "a joint"
 
     def _engaged(self, joint: Component) -> bool:
@@ -315,13 +311,9 @@ class Assembly:
 
 def carrier_parts(document: Document, stage: Component) -> list[Component]:
     """Frame, shafts and pins of a planetary stage's carrier."""
-    parts = document.parts(stage, "planet_carrier")
-    for relation in document.related("planet_carrier_shaft", "planet_pin"):
-        shaft = document.at(relation, "shaft")
-        if relation.of("planetary_stage") == stage.id and shaft is not None:
-            relation.used = True
-            parts.append(shaft)
-    return parts
+    kinds = ("planet_carrier_shaft", "planet_pin")
+    shafts = document.linked(stage, "planetary_stage", "shaft", *kinds)
+    return [*document.parts(stage, "planet_carrier"), *shafts]
 
 
 @dataclass(frozen=True)

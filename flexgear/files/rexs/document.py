@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import heapq
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TypeVar
@@ -136,6 +136,28 @@ class Document:
                 relation.used = True
                 components.append(target)
         return components
+
+    def linked(self, origin: Component, role: str, target: str, *kinds: str) -> list[Component]:
+        """Components in the role ``target`` of relations of these types in which ``origin`` has the
+        role ``role``."""
+        components = []
+        for relation in self.related(*kinds):
+            component = self.at(relation, target) if relation.of(role) == origin.id else None
+            if component is not None:
+                relation.used = True
+                components.append(component)
+        return components
+
+    def joints(
+        self, *kinds: str
+    ) -> Iterator[tuple[Relation, Component, tuple[Component, Component]]]:
+        """Bearings and couplings of these types, each with its relation, inner and outer part."""
+        for relation in self.related("side"):
+            joint = self.at(relation, "assembly")
+            inner, outer = self.at(relation, "inner_part"), self.at(relation, "outer_part")
+            if joint is None or inner is None or outer is None or joint.kind not in kinds:
+                continue
+            yield relation, joint, (inner, outer)
 
     @cached_property
     def _components_by_kind(self) -> dict[str, list[tuple[int, Component]]]:

@@ -303,8 +303,8 @@ class GearFlanks:
 class FlankReader:
     """Reads flanks of all gears, and writes them when it is known which of them carry."""
 
-    def __init__(self, document: Document, assembly: Assembly, case: CaseText) -> None:
-        self.document, self.assembly, self.case = document, assembly, case
+    def __init__(self, assembly: Assembly, case: CaseText) -> None:
+        self.document, self.assembly, self.case = assembly.document, assembly, case
         self.gears_read: list[GearFlanks] = []
         self._loaded: dict[str, dict[bool, str]] = {}  # what the file says, and where
 
@@ -369,13 +369,9 @@ class FlankReader:
 
     def _flanks(self, gear: Component, ground: Ground, datum: int) -> Flanks:
         flanks: Flanks = {word: {} for word in WORDS}
-        for relation in self.document.related("flank"):
-            if relation.of("gear") == gear.id:
-                relation.used = True
-                for word in WORDS:
-                    flank = self.document.at(relation, word)
-                    if flank is not None:
-                        flanks[word] = ground.of(flank, datum)
+        for word in WORDS:
+            for flank in self.document.linked(gear, "gear", word, "flank"):
+                flanks[word] = ground.of(flank, datum)
         return flanks
 
     def _compare(self, first: GearFlanks, other: GearFlanks) -> None:

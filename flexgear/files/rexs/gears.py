@@ -12,13 +12,15 @@ that starts at the diameter d_s takes √(r_a² − r_b²) − √(r_s² − r_b
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from flexgear.files.case_text import CaseText, Section
 from flexgear.files.rexs.assembly import Assembly, section_of
-from flexgear.files.rexs.document import Component, Datum, Document, number
+from flexgear.files.rexs.document import Component, Datum, number
 from flexgear.files.rexs.flanks import FlankReader
 from flexgear.files.rexs.stages import RexsStage
+from flexgear.files.rexs.units import SCHEMA_UNITS
 
 FLANKS = ("cylindrical_gear_flank", "flank_geometry")
 TOOLS = ("rack_shaped_tool", "cutter_wheel_tool")
@@ -53,20 +55,18 @@ class Rack:
 class GearReader:
     """Reads gears of a document into sections of a case."""
 
-    def __init__(self, document: Document, assembly: Assembly, case: CaseText) -> None:
-        self.document, self.assembly, self.case = document, assembly, case
-        self.modified = FlankReader(document, assembly, case)
+    def __init__(self, assembly: Assembly, case: CaseText) -> None:
+        self.document, self.assembly, self.case = assembly.document, assembly, case
+        self.modified = FlankReader(assembly, case)
 
     def flanks(self, gears: list[Component]) -> list[Component]:
         """Flanks of gears, left ones first."""
-        components: list[Component] = []
-        for gear in gears:
-            for relation in self.document.related("flank"):
-                if relation.of("gear") != gear.id:
-                    continue
-                relation.used = True
-                sides = (self.document.at(relation, side) for side in ("left", "right"))
-                components += [flank for flank in sides if flank is not None]
+        components = [
+            flank
+            for gear in gears
+            for side in ("left", "right")
+            for flank in self.document.linked(gear, "gear", side, "flank")
+        ]
         for flank in components:
             flank.role = "flanks"
         return components
@@ -93,15 +93,10 @@ class GearReader:
 
     def shift(self, gears: list[Component], rack: Rack) -> Datum | None:
         """Profile shift coefficient as it stands in the file."""
-        flanks = self.flanks(gears)
-        names = ("addendum_modification_coefficient", "generated_addendum_modification_coefficient",
+        names = ("addendum_modification_coefficient", "addendum_modification",
+                 "generated_addendum_modification_coefficient",
                  "addendum_modification_coefficient_after_finishing")  # fmt: skip
-        datum = number(flanks, names[0], "none")
-        if datum is None:
-            length = number(flanks, "addendum_modification", "mm")
-            if length is not None:
-                datum = Datum(length.value / rack.module, f"{length.source} / normal module")
-        return datum or number(flanks, names[1:], "none")
+        return _over_module(self.flanks(gears), names, rack)
 
     def write(
         self, section: Section, stage: RexsStage, role: str, rack: Rack, shift: float
@@ -127,7 +122,9 @@ class GearReader:
             self._coefficient(section, key, datum)
         self._tool(section, tools, gears, root is not None)
         self._mass(section, gears, internal)
-        self._blank(section, gears, internal, rack, teeth, shift)
+        dedendum = float(next(value for key, value, _ in section.lines if key == "dedendum"))  # type: ignore[arg-type]
+        root_circle = reference - out * 2 * rack.module * (dedendum - shift)
+        self._blank(section, gears, internal, root_circle)
         self.modified.read(section, stage, role, rack.base(teeth), tip)
 
     def _tool(
@@ -169,14 +166,8 @@ class GearReader:
             "root_fillet": ("tip_corner_radius_factor_reference_profile", "tip_radius_factor",
                             "tip_corner_radius_reference_profile", "tip_radius"),
         }[key]  # fmt: skip
-        for name in names:
-            length = name in ("addendum_reference_profile", "tip_corner_radius_reference_profile",
-                              "tip_radius")  # fmt: skip
-            read = number(tools, name, "mm" if length else "none")
-            if read is not None:
-                source = f"{read.source} of the tool" + (" / normal module" if length else "")
-                return Datum(read.value / (rack.module if length else 1.0), source)
-        return datum
+        of_tool = _over_module(tools, names, rack)
+        return datum if of_tool is None else Datum(of_tool.value, f"{of_tool.source} of the tool")
 
     def _coefficient(self, section: Section, key: str, datum: Datum | None) -> None:
         if datum is not None and _within(key, datum.value):
@@ -200,33 +191,20 @@ class GearReader:
         halves = 1 if internal else len(gears) // len(places)
         section.put("mass_kg", datum.value * halves, datum.source)
 
-    def _blank(
-        self,
-        section: Section,
-        gears: list[Component],
-        internal: bool,
-        rack: Rack,
-        teeth: int,
-        shift: float,
-    ) -> None:
-        """Bore or rim, from the gear, its body, or the shaft below it."""
+    def _blank(self, section: Section, gears: list[Component], internal: bool, root: float) -> None:
+        """Bore or rim, from the gear, its body, or the shaft below it; root: diameter, mm."""
         bodies = [b for gear in gears for b in self.document.parts(gear, "gear_body")]
         for body in bodies:
             body.role = "a blank"
         if not internal:
-            bore = number([*gears, *bodies], "inner_diameter", "mm") or self._hollow(
-                gears[0], False
-            )
-            height = next(v for key, v, _ in section.lines if key == "dedendum")
-            root = rack.reference(teeth) - 2 * rack.module * (float(height) - shift)  # type: ignore[arg-type]
+            bore = number([*gears, *bodies], "inner_diameter", "mm")
+            bore = bore or self._hollow(gears[0], False)
             if bore is not None and 0 < bore.value < root:
                 section.put("bore_diameter_mm", bore.value, f"{bore.source}; for mass and inertia")
             return
         rim = number(bodies, "gear_body_rim_thickness", "mm")
         if rim is None:
             outer = number(bodies, "outer_diameter", "mm") or self._hollow(gears[0], True)
-            height = next(v for key, v, _ in section.lines if key == "dedendum")
-            root = rack.reference(teeth) + 2 * rack.module * (float(height) - shift)  # type: ignore[arg-type]
             if outer is not None and outer.value > root:
                 rim = Datum((outer.value - root) / 2, f"{outer.source}, less the root circle, / 2")
         if rim is not None and rim.value > 0:
@@ -248,6 +226,18 @@ class GearReader:
                 value = section.diameters(at)[0 if outside else 1]
                 return Datum(value, f"{part.label}, {'outer' if outside else 'inner'} diameter")
         return None
+
+
+def _over_module(components: Sequence[Component], names: Sequence[str], rack: Rack) -> Datum | None:
+    """The first of these attributes that is there, lengths over the normal module."""
+    for name in names:
+        is_length = SCHEMA_UNITS.get(name) == "mm"
+        datum = number(components, name, "mm" if is_length else "none")
+        if datum is not None and is_length:
+            return Datum(datum.value / rack.module, f"{datum.source} / normal module")
+        if datum is not None:
+            return datum
+    return None
 
 
 def _coefficient(datum: Datum | None, height: object, rack: Rack, add: float) -> Datum | None:

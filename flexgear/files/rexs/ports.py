@@ -19,7 +19,7 @@ import numpy as np
 
 from flexgear.files.case_text import CaseText
 from flexgear.files.rexs.assembly import Assembly, Frame
-from flexgear.files.rexs.document import Component, Datum, Document, flag, number
+from flexgear.files.rexs.document import Component, Datum, flag, number
 from flexgear.files.rexs.stages import Member
 from flexgear.gears.power_flow import PowerFlow, power_flow
 from flexgear.model.case import Case
@@ -58,10 +58,10 @@ class Port:
         return self.torque.value * self.speed.value > 0
 
 
-def ports_of(document: Document, assembly: Assembly, members: list[Member]) -> list[Port]:
+def ports_of(assembly: Assembly, members: list[Member]) -> list[Port]:
     """Ports in the order of the members; loads without torque are left to be listed."""
     ports: dict[int, Port] = {}
-    for load in document.kind("external_load"):
+    for load in assembly.document.kind("external_load"):
         transmits = flag([load], "transmits_torque")
         value = number([load], _TORQUE, "N m") or number([load], _POWER, "kW")
         if transmits is False or (transmits is None and value is None):
@@ -77,21 +77,21 @@ def ports_of(document: Document, assembly: Assembly, members: list[Member]) -> l
         port.power = _add(port.power, number([load], _POWER, "kW"))
         port.defines_torque |= flag([load], "defines_torque") is True
     for body, port in ports.items():
-        port.speed = speed_of(document, assembly, body)
-        port.inertia = _inertia(document, assembly, body)
+        port.speed = speed_of(assembly, body)
+        port.inertia = _inertia(assembly, body)
     order = {member: k for k, member in enumerate(members)}
     return sorted(ports.values(), key=lambda p: order[p.member])
 
 
 def forces_on(
-    document: Document, assembly: Assembly, members: list[Member]
+    assembly: Assembly, members: list[Member]
 ) -> list[tuple[Member, Component, tuple[list[float], list[float]]]]:
     """Forces (N) and moments (N m) across loads, in the case's axes x, y, z = v, w, u.
 
     Of shafts along the gear unit's axes; moments about u are torques of ports. Others are listed.
     """
     forces = []
-    for load in document.kind("external_load"):
+    for load in assembly.document.kind("external_load"):
         shaft = assembly.frames.shaft(load)
         frame = None if shaft is None else assembly.frames.of(shaft)
         member = _member_of(assembly, load, members)
@@ -111,7 +111,7 @@ def _is_aligned(frame: Frame) -> bool:
     return bool(abs(frame.axes - np.eye(3)).max() < _ALIGNED)
 
 
-def speed_of(document: Document, assembly: Assembly, body: int | None) -> Datum | None:
+def speed_of(assembly: Assembly, body: int | None) -> Datum | None:
     """Speed of a body, rpm about the gear unit's u axis: of its shafts, else of its gears."""
     mine = assembly.members(body)
     shafts = [c for c in mine if c.kind == "shaft"]
@@ -125,11 +125,11 @@ def speed_of(document: Document, assembly: Assembly, body: int | None) -> Datum 
     return None
 
 
-def defined_speed(document: Document, assembly: Assembly, body: int) -> bool:
+def defined_speed(assembly: Assembly, body: int) -> bool:
     """Whether a shaft of the body defines the speed."""
     return any(
         flag([c], "defines_speed") is True
-        for c in document.kind("shaft")
+        for c in assembly.document.kind("shaft")
         if assembly.body(c) == body
     )
 
@@ -170,9 +170,9 @@ def _add(total: Datum | None, more: Datum | None) -> Datum | None:
     return Datum(total.value + more.value, f"{total.source} + {more.source}")
 
 
-def _inertia(document: Document, assembly: Assembly, body: int) -> Datum | None:
+def _inertia(assembly: Assembly, body: int) -> Datum | None:
     total = None
-    for mass in document.kind("additional_mass"):
+    for mass in assembly.document.kind("additional_mass"):
         if assembly.body(mass) == body:
             datum = number([mass], "moment_of_inertia_u_axis", "kg m^2")
             if datum is not None:
@@ -184,11 +184,9 @@ def _inertia(document: Document, assembly: Assembly, body: int) -> Datum | None:
 class PortWriter:
     """Ports of a document's loads. ``bodies``: those they act on."""
 
-    def __init__(
-        self, document: Document, assembly: Assembly, case: CaseText, members: list[Member]
-    ) -> None:
-        self.document, self.assembly, self.case, self.members = document, assembly, case, members
-        self.ports = ports_of(document, assembly, members)
+    def __init__(self, assembly: Assembly, case: CaseText, members: list[Member]) -> None:
+        self.assembly, self.case, self.members = assembly, case, members
+        self.ports = ports_of(assembly, members)
         self.bodies = {port.member.body for port in self.ports}
 
     def write(self, where: str) -> None:
@@ -222,7 +220,7 @@ class PortWriter:
             key=lambda m: (not self._defined(m), m.body not in self.bodies),
         )
         for member in order:
-            datum = speed_of(self.document, self.assembly, member.body)
+            datum = speed_of(self.assembly, member.body)
             if datum is None or (not datum.value and member.body not in self.bodies):
                 continue
             if len(driven) < mobility:
@@ -239,13 +237,13 @@ class PortWriter:
         return speeds
 
     def _defined(self, member: Member) -> bool:
-        return member.body is not None and defined_speed(self.document, self.assembly, member.body)
+        return member.body is not None and defined_speed(self.assembly, member.body)
 
     def _compare(self, speeds: dict[str, float]) -> None:
         """Say where the file has another speed than follows from the one that was taken."""
         largest = max(map(abs, speeds.values()), default=0.0)
         for member in self.members:
-            datum = speed_of(self.document, self.assembly, member.body)
+            datum = speed_of(self.assembly, member.body)
             if datum is not None and abs(datum.value - speeds[member.name]) > SAME * largest:
                 self.case.warn(
                     f"{datum.source}: {datum.value:.6g} rpm, but {speeds[member.name]:.6g} rpm"
@@ -308,7 +306,7 @@ class PortWriter:
 
     def _forces(self) -> None:
         """Forces and moments on members, in fixed axes, at the member's middle."""
-        for member, load, (force, moment) in forces_on(self.document, self.assembly, self.members):
+        for member, load, (force, moment) in forces_on(self.assembly, self.members):
             section = self.case.section("[[loads]]")
             section.put("member", member.name, load.label)
             section.put("force_n", force, f"{load.label}: v, w, u directions")

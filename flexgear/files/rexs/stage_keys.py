@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from flexgear.files.case_text import CaseText, Section
-from flexgear.files.rexs.document import Component, Datum, Document, number
+from flexgear.files.rexs.document import Component, Datum, number
 from flexgear.files.rexs.gears import GearReader, Rack
 from flexgear.files.rexs.stages import RexsStage
 from flexgear.gears.geometry import RULE, least_backlash
@@ -19,8 +19,8 @@ _NO_SHIFT = 1e-6
 class StageWriter:
     """Writes one stage into a case."""
 
-    def __init__(self, document: Document, gears: GearReader, case: CaseText, where: str) -> None:
-        self.document, self.gears, self.case, self.where = document, gears, case, where
+    def __init__(self, gears: GearReader, case: CaseText, where: str) -> None:
+        self.document, self.gears, self.case, self.where = gears.document, gears, case, where
 
     def write(self, stage: RexsStage, name: str) -> Rack:
         """The sections [[stages]], [stages.sun] and so on. InputError where data are missing."""
@@ -164,15 +164,13 @@ class StageWriter:
     ) -> None:
         """Working angles of the file where they do not follow from the gears' geometry."""
         for role, meshes in stage.meshes.items():
-            numbers = {mesh.stage.id for mesh in meshes}
             data = [
                 component
-                for relation in self.document.related("stage_gear_data")
-                if relation.of("stage") in numbers
-                and (component := self.document.at(relation, "stage_gear_data")) is not None
+                for mesh in meshes
+                for component in self.document.linked(
+                    mesh.stage, "stage", "stage_gear_data", "stage_gear_data"
+                )
             ]
-            for relation in self.document.related("stage_gear_data"):
-                relation.used |= relation.of("stage") in numbers
             for component in data:
                 component.role = "a gear mesh"
             datum = number(data, "operating_pressure_angle_in_the_transverse_section", "deg")

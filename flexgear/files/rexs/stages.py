@@ -66,16 +66,16 @@ def is_internal(gear: Component) -> bool:
     return gear.kind == "ring_gear" or (teeth is not None and teeth.value < 0)
 
 
-def stages_of(document: Document, assembly: Assembly) -> tuple[list[RexsStage], list[str]]:
+def stages_of(assembly: Assembly) -> tuple[list[RexsStage], list[str]]:
     """All stages in the order of their ids, and in words those that cannot be carried over."""
-    meshes, refused = _meshes(document), []
+    meshes, refused = _meshes(assembly.document), []
     stages, inside = [], set()
-    for planetary in document.kind("planetary_stage"):
-        inner = {s.id for s in document.parts(planetary, "cylindrical_stage")}
+    for planetary in assembly.document.kind("planetary_stage"):
+        inner = {s.id for s in assembly.document.parts(planetary, "cylindrical_stage")}
         mine = [mesh for mesh in meshes if mesh.stage.id in inner]
         inside |= inner
         try:
-            stages.append(_planetary(document, assembly, planetary, mine))
+            stages.append(_planetary(assembly, planetary, mine))
         except Unfit as why:
             refused.append(f"{planetary.label}: not carried over, {why}")
     groups = defaultdict(list)
@@ -89,7 +89,7 @@ def stages_of(document: Document, assembly: Assembly) -> tuple[list[RexsStage], 
                 stages.append(_parallel(pair, assembly))
             except Unfit as why:
                 refused.append(f"{pair[0].stage.label}: not carried over, {why}")
-    for other in document.kind("bevel_stage", "worm_stage", "general_stage"):
+    for other in assembly.document.kind("bevel_stage", "worm_stage", "general_stage"):
         refused.append(f"{other.label}: not carried over, only cylindrical gears are")
     stages.sort(key=lambda stage: stage.component.id)
     for stage in stages:
@@ -122,9 +122,7 @@ def _mark(stage: RexsStage) -> None:
         part.role = "the carrier"
 
 
-def _planetary(
-    document: Document, assembly: Assembly, planetary: Component, meshes: list[Mesh]
-) -> RexsStage:
+def _planetary(assembly: Assembly, planetary: Component, meshes: list[Mesh]) -> RexsStage:
     rings = _unique(g for mesh in meshes for g in mesh.gears if is_internal(g))
     planets = _unique(mesh.mate(g) for mesh in meshes for g in mesh.gears if g in rings)
     suns = _unique(
@@ -154,7 +152,7 @@ def _planetary(
     }
     if max(counts) == 2:
         _require_opposite(halves["planet"][0][0], halves["planet"][1][0])
-    for relation in document.related("planet_shaft", "central_shaft"):
+    for relation in assembly.document.related("planet_shaft", "central_shaft"):
         relation.used |= relation.of("planetary_stage") == planetary.id
     return RexsStage(
         planetary,
@@ -164,7 +162,7 @@ def _planetary(
             "sun": [m for m in meshes if any(g in suns for g in m.gears)],
             "ring": [m for m in meshes if any(g in rings for g in m.gears)],
         },
-        carrier_parts(document, planetary),
+        carrier_parts(assembly.document, planetary),
     )
 
 
@@ -281,7 +279,7 @@ def members_of(stages: dict[str, RexsStage], assembly: Assembly) -> list[Member]
     return members
 
 
-def assign_bearings(document: Document, assembly: Assembly, members: list[Member]) -> list[str]:
+def assign_bearings(assembly: Assembly, members: list[Member]) -> list[str]:
     """Give each bearing and coupling to the casing to the nearest member of what it carries.
 
     Returns in words those that carry nothing of the case.
@@ -289,21 +287,21 @@ def assign_bearings(document: Document, assembly: Assembly, members: list[Member
     by_body = defaultdict(list)
     for member in members:
         by_body[member.body].append(member)
-    casing = {assembly.body(c) for c in document.kind("gear_casing")}
+    casing = {assembly.body(c) for c in assembly.document.kind("gear_casing")}
     planets = {
         assembly.body(p) for m in members if m.stage.kind == "planetary"
         for p in m.stage.gears("planet")
     }  # fmt: skip
     lost = []
-    for relation in document.related("side"):
-        joint = document.at(relation, "assembly")
-        ends = [document.at(relation, role) for role in ("inner_part", "outer_part")]
-        if joint is None or joint.kind not in BEARINGS + COUPLINGS or None in ends:
-            continue
-        bodies = [assembly.body(end) for end in ends if end is not None]
+    for relation, joint, ends in assembly.document.joints(*BEARINGS, *COUPLINGS):
+        bodies = [assembly.body(end) for end in ends]
         if joint.kind in COUPLINGS:
             held = _nearest(assembly, joint, [m for m in members if m.body == bodies[0]])
-            if bodies[0] in casing and held is not None and _touches_casing(ends):
+            if (
+                bodies[0] in casing
+                and held is not None
+                and any(end.kind == "gear_casing" for end in ends)
+            ):
                 held.couplings.append(joint)
             continue
         if planets & {*bodies}:
@@ -319,28 +317,17 @@ def assign_bearings(document: Document, assembly: Assembly, members: list[Member
     return lost
 
 
-def planet_bearings(
-    document: Document, assembly: Assembly, stage: RexsStage
-) -> list[list[Component]]:
+def planet_bearings(assembly: Assembly, stage: RexsStage) -> list[list[Component]]:
     """Bearings of each planet."""
     bearings = []
     for planet in stage.halves["planet"][0]:
-        mine = assembly.body(planet)
-        of_planet = []
-        for relation in document.related("side"):
-            joint = document.at(relation, "assembly")
-            ends = [document.at(relation, role) for role in ("inner_part", "outer_part")]
-            if joint is None or joint.kind not in BEARINGS or None in ends:
-                continue
-            if mine in [assembly.body(end) for end in ends if end is not None]:
+        mine, of_planet = assembly.body(planet), []
+        for relation, joint, ends in assembly.document.joints(*BEARINGS):
+            if mine in map(assembly.body, ends):
                 relation.used, joint.role = True, "a planet bearing"
                 of_planet.append(joint)
         bearings.append(of_planet)
     return bearings
-
-
-def _touches_casing(ends: list[Component | None]) -> bool:
-    return any(end is not None and end.kind == "gear_casing" for end in ends)
 
 
 def _nearest(assembly: Assembly, joint: Component, members: list[Member]) -> Member | None:

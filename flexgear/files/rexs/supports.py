@@ -13,7 +13,7 @@ from math import pi
 
 from flexgear.files.case_text import CaseText, Section
 from flexgear.files.rexs.assembly import Assembly, section_of
-from flexgear.files.rexs.document import Component, Datum, Document, flag, number, text
+from flexgear.files.rexs.document import Component, Datum, flag, number, text
 from flexgear.files.rexs.stages import Member, axial_place
 
 _UNITS = {"radial": "N / m", "axial": "N / m", "tilt": "N m / rad", "torsion": "N m / rad"}
@@ -56,8 +56,8 @@ class Scale:
 class SupportWriter:
     """Writes supports and planet bearings of stages into a case."""
 
-    def __init__(self, document: Document, assembly: Assembly, case: CaseText) -> None:
-        self.document, self.assembly, self.case = document, assembly, case
+    def __init__(self, assembly: Assembly, case: CaseText) -> None:
+        self.document, self.assembly, self.case = assembly.document, assembly, case
 
     def support(self, member: Member, scale: Scale, needs: tuple[str, ...]) -> None:
         """Section of a member's support. needs: directions that must have a stiffness."""
@@ -224,10 +224,8 @@ class SupportWriter:
             a, b = outer.value / 2, 0.0 if inner is None else inner.value / 2
             mass_of_blank = density * pi * (a**2 - b**2) * length.value
             mass, inertia = mass + mass_of_blank, inertia + mass_of_blank * (a**2 + b**2) / 2
-        for relation in self.document.related("planet_pin"):
-            pin = self.document.at(relation, "shaft")
-            if relation.of("planetary_stage") != member.stage.component.id or pin is None:
-                continue
+        stage = member.stage.component
+        for pin in self.document.linked(stage, "planetary_stage", "shaft", "planet_pin"):
             for part in self.document.parts(pin, "shaft_section"):
                 if (piece := section_of(part)) is None:
                     continue

@@ -101,7 +101,7 @@ class _Conversion:
         self.material = dict(_STEEL)
 
     def run(self) -> Imported:
-        stages, refused = stages_of(self.document, self.assembly)
+        stages, refused = stages_of(self.assembly)
         self.lost += refused
         if not stages:
             why = refused[0] if refused else "it has no cylindrical or planetary stage with gears"
@@ -109,16 +109,16 @@ class _Conversion:
                              "name a model with cylindrical gears")  # fmt: skip
         named = dict(zip(_names(stages), stages, strict=True))
         members = members_of(named, self.assembly)
-        self.lost += assign_bearings(self.document, self.assembly, members)
+        self.lost += assign_bearings(self.assembly, members)
         top = self.case.section("")
         self._material([g for s in stages for role in s.roles for g in s.gears(role)])
-        ports = PortWriter(self.document, self.assembly, self.case, members)
+        ports = PortWriter(self.assembly, self.case, members)
         joined = self._joined(members)
         held = self._held(members, ports)
         for gear in (g for s in stages for role in s.roles for g in s.gears(role)):
             if not self.assembly.frames.is_parallel(gear):
                 self.case.warn(f"{gear.label}: its axis is not parallel to the gear unit's u axis")
-        gears = GearReader(self.document, self.assembly, self.case)
+        gears = GearReader(self.assembly, self.case)
         racks = self._stages(gears, named, members, held, joined)
         self._top(top, stages, racks, held)
         self._joints(joined, racks, held)
@@ -191,8 +191,8 @@ class _Conversion:
         joined: list[tuple[Member, Member]],
     ) -> dict[str, Rack]:
         """Write all stages with supports; racks by the stage's name."""
-        writer = StageWriter(self.document, gears, self.case, self.where)
-        supports = SupportWriter(self.document, self.assembly, self.case)
+        writer = StageWriter(gears, self.case, self.where)
+        supports = SupportWriter(self.assembly, self.case)
         racks = {}
         axial = any(self._helical(stage) for stage in named.values())
         for name, stage in named.items():
@@ -208,7 +208,7 @@ class _Conversion:
             if stage.kind == "planetary":
                 carrier = next(m for m in of_stage if m.role == "carrier")
                 needs = ("radial", "axial") if axial else ("radial",)
-                bearings = planet_bearings(self.document, self.assembly, stage)
+                bearings = planet_bearings(self.assembly, stage)
                 supports.planet(bearings, scale, carrier.z, needs)
             self._gear_mesh(gears.modified.has(name))
         return racks
