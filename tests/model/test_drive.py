@@ -53,6 +53,10 @@ def test_csv(tmp_path):
         ("time_s,torque_nm\n0,1\n1,nan\n", "line 3, torque_nm"),
         ("time_s,torque_nm\n0,1\n2,2\n1,3\n", "line 4, time_s: does not rise"),
         ("time_s,torque_nm\n0,1\n", "has 1 rows"),
+        ("time_s,torque_nm\n0,0,1,5\n", "line 2: has 4 cells under 2 titles.*semicolons"),
+        ("time_s;torque_nm\n0;1.000,5\n", "line 2, torque_nm: '1.000,5' is not a number"),
+        ("time_s;torque_nm\n0;" + "9x" * 1000 + "\n", "'9x.*… is not a number"),
+        ("time_s,torque_nm\n0,1\n1," + "9" * 200_000 + "\n", "line 3: is no CSV"),
     ],
 )
 def test_broken_csv_is_one_clear_line(tmp_path, text, words):
@@ -62,6 +66,7 @@ def test_broken_csv_is_one_clear_line(tmp_path, text, words):
         drive_of(kind="csv", file=str(f))
     assert str(caught.value).startswith(str(f))
     assert "\n" not in str(caught.value)
+    assert len(str(caught.value)) < len(str(f)) + 250
 
 
 @pytest.mark.parametrize(
@@ -93,20 +98,3 @@ def test_csv_as_spreadsheets_write_it(tmp_path, text):
     f = tmp_path / "wind.csv"
     f.write_text(text, encoding="utf-8")
     assert drive_of(kind="csv", file=str(f)).at([0, 1.5], RATED) == pytest.approx([1e6, 4000.25e3])
-
-
-@pytest.mark.parametrize(
-    ("text", "words"),
-    [
-        ("time_s,torque_nm\n0,0,1,5\n", "line 2: has 4 cells under 2 titles.*semicolons"),
-        ("time_s;torque_nm\n0;1.000,5\n", "line 2, torque_nm: '1.000,5' is not a number"),
-        ("time_s;torque_nm\n0;" + "9x" * 1000 + "\n", "'9x.*… is not a number"),
-        ("time_s,torque_nm\n0,1\n1," + "9" * 200_000 + "\n", "line 3: is no CSV"),
-    ],
-)
-def test_csv_that_means_something_else_is_named(tmp_path, text, words):
-    f = tmp_path / "wind.csv"
-    f.write_text(text)
-    with pytest.raises(InputError, match=words) as caught:
-        drive_of(kind="csv", file=str(f))
-    assert len(str(caught.value)) < len(str(f)) + 250

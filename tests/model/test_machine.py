@@ -109,11 +109,7 @@ def test_machines_that_cannot_be_are_refused(tmp_path, over, words):
     ("text", "words"),
     [
         ("", "speed series: is empty -- give columns time_s, speed_rpm"),
-        ("time_s,torque_nm\n0,1\n1,2\n", "column speed: is not among"),
         ("time_s,speed_nm\n0,1\n1,2\n", "column speed: is not among.*speed_rpm"),
-        ("time_s,speed_rpm\n0,1\n1,two\n", "line 3, speed_rpm: 'two' is not a number"),
-        ("time_s,speed_rpm\n0,1\n0,2\n", "line 3, time_s: does not rise"),
-        ("time_s,speed_rpm\n0,1\n", "speed series: has 1 rows"),
         ("time_s,speed_rpm\n0,1\n1,2000000\n", "are beyond 1e4 rad/s"),
     ],
 )
