@@ -1,11 +1,18 @@
-"""What a user can get wrong: one line that names file, key, fault and remedy."""
+"""Wrong input of one stage: one line that names file, key, fault and remedy."""
+
+import os
+import re
+import sys
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from flexgear.model import input_file
+from flexgear.model.content import file_digest
 from flexgear.model.errors import FlexgearError, InputError
 from flexgear.model.load import bundled_text, load_case
+from flexgear.structures.fe_mesh.files import read_fe_mesh
 
 
 def refused(path, old, new, words):
@@ -206,3 +213,150 @@ def test_any_value_is_taken_or_refused_in_one_short_line(key, value):
         load_case("wind-5mw", {key: str(value)})
     except InputError as fault:
         assert len(str(fault)) < 400  # noqa: PT017
+
+
+def without(folder, name, *keys):
+    """A bundled case as a file in which the first line of each of these keys is left out."""
+    text = bundled_text(name)
+    for key in keys:
+        text, count = re.subn(rf"(?m)^{key} = .*\n", "", text, count=1)
+        assert count == 1, key
+    path = folder / "mine.toml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize(
+    ("name", "key", "said"),
+    [
+        ("lin-parker", "planets", "stage.planets"),
+        ("wind-5mw", "planets", "stage.planets"),
+        ("wind-5mw", "planet_hand", "stage.planet_hand"),
+        ("wind-5mw", "drive_side", "stage.carrier.fe.drive_side"),
+        ("wind-5mw", "web_clearance_mm", "stage.carrier.fe.web_clearance_mm"),
+        ("wind-5mw", "direction", "stage.sun.shaft.direction"),
+        ("wind-5mw", "end", "stage.ring.fe.end"),
+        ("nrel-5mw", "planet_hand", r"stages\[2\].planet_hand"),
+        ("nrel-5mw", "rolling", r"stages\[0\].planet_bearing.rolling"),
+    ],
+)
+def test_the_machine_is_not_guessed(tmp_path, name, key, said):
+    path = without(tmp_path, name, key)
+    with pytest.raises(InputError, match=rf"mine.toml: {said}: is missing.* -- add "):
+        load_case(path)
+
+
+def test_spur_gears_need_no_hand(tmp_path):
+    path = without(tmp_path, "wind-5mw", "planet_hand", "helix_angle_deg")
+    assert load_case(path).stages[0].helix_angle == 0.0
+    with pytest.raises(InputError, match=r"stage.planet_hand: is missing with a helix angle"):
+        load_case(path, {"stage.helix_angle_deg": "7.5"})
+
+
+def test_all_missing_keys_of_a_stage_are_named_at_once(tmp_path):
+    keys = (
+        "young_modulus_gpa", "planets", "planet_hand", "end", "pin_diameter_mm",
+    )  # fmt: skip
+    path = without(tmp_path, "wind-5mw", *keys)
+    with pytest.raises(InputError) as caught:
+        load_case(path)
+    assert set(caught.value.key.split(", ")) == {
+        "material.young_modulus_gpa", "stage.planets", "stage.planet_hand", "stage.ring.fe.end",
+        "stage.carrier.fe.pin_diameter_mm",
+    }  # fmt: skip
+    assert "\n" not in str(caught.value)
+
+
+def test_all_missing_keys_of_a_train_are_named_at_once(tmp_path):
+    keys = ("planets", "normal_module_mm", "density_kg_per_m3")
+    path = without(tmp_path, "lin-parker", *keys)
+    with pytest.raises(InputError) as caught:
+        load_case(path)
+    assert set(caught.value.key.split(", ")) == {
+        "material.density_kg_per_m3", "stage.planets", "stage.normal_module_mm",
+    }  # fmt: skip
+
+
+def test_missing_parts_and_sections_are_named_with_the_keys(tmp_path):
+    path = tmp_path / "bare.toml"
+    path.write_text('[[stages]]\n[[stages]]\nkind = "parallel"\n')
+    with pytest.raises(InputError) as caught:
+        load_case(path)
+    named = set(caught.value.key.split(", "))
+    assert {"material", "stages[0].planets", "stages[0].sun", "stages[0].carrier"} <= named
+    assert {"stages[1].pinion", "stages[1].gear", "stages[1].face_width_mm"} <= named
+    assert "stages[1].planets" not in named
+
+
+POSIX = pytest.mark.skipif(sys.platform == "win32", reason="pipes and devices are of POSIX")
+CSV = {"drive.kind": "csv"}
+
+
+@POSIX
+@pytest.mark.parametrize("device", [None, "/dev/zero", "/dev/null"])
+def test_pipes_and_devices_are_refused(tmp_path, device):
+    path = tmp_path / "endless.inp"
+    if device is None:
+        os.mkfifo(path)
+    else:
+        path.symlink_to(device)
+    for read in (
+        lambda: load_case(path),
+        lambda: load_case("wind-5mw", {**CSV, "drive.file": str(path)}).view(),
+        lambda: read_fe_mesh(path),
+    ):
+        with pytest.raises(InputError, match="is a device or pipe"):
+            read()
+    case = load_case("wind-5mw", {"stage.ring.fe.fe_mesh_file": str(path)}).view()
+    assert case.case.content_hash() and file_digest(str(path)).startswith("missing:")
+
+
+@POSIX
+def test_huge_files_are_refused_unread(tmp_path):
+    for name, read in (
+        ("a.toml", load_case),
+        ("a.csv", lambda path: load_case("wind-5mw", {**CSV, "drive.file": str(path)}).view()),
+        ("a.inp", read_fe_mesh),
+    ):
+        with open(tmp_path / name, "wb") as file:
+            file.truncate(1 << 40)  # a file with a hole
+        with pytest.raises(InputError, match=r"is larger than \d+ MB"):
+            read(tmp_path / name)
+
+
+@POSIX
+def test_a_file_that_grows_is_read_no_further_than_allowed(tmp_path, monkeypatch):
+    path = tmp_path / "a.toml"
+    path.write_bytes(b"x" * 100)
+    monkeypatch.setattr(input_file, "require_regular", lambda *_: None)
+    with pytest.raises(InputError, match="is larger"):
+        input_file.read_bytes(path, "case file", 99)
+    assert input_file.read_bytes(path, "case file", 100) == b"x" * 100
+
+
+@POSIX
+def test_a_folder_does_not_hide_a_bundled_case(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "lin-parker").mkdir()
+    assert load_case("lin-parker").source == "lin-parker"
+    (tmp_path / "mine").mkdir()
+    with pytest.raises(InputError, match="mine: case file: is a folder"):
+        load_case("mine")
+    (tmp_path / "wind-5mw").write_text(bundled_text("wind-5mw").replace("[stage]", "[stagge]", 1))
+    with pytest.raises(InputError, match="stagge"):
+        load_case("wind-5mw").view()
+
+
+@pytest.mark.parametrize("word", ["a\0b", "~nobody-of-that-name/a", "", "x" * 5000, "loop"])
+def test_odd_names_of_files_are_one_line(tmp_path, monkeypatch, word):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "loop").symlink_to("loop")
+    for read in (
+        lambda: load_case(word),
+        lambda: load_case(f"{word}.toml"),
+        lambda: load_case("wind-5mw", {**CSV, "drive.file": word or '""'}).view(),
+        lambda: load_case("nrel-5mw", {"stages.0.case": word or '""'}),
+    ):
+        with pytest.raises(InputError) as caught:
+            read()
+        assert len(str(caught.value)) < 600

@@ -1,14 +1,18 @@
-"""Names are text to the user and have their parts as fields."""
+"""Names of bodies and units of keys."""
 
 import json
+import math
 import pickle
 import re
 from pathlib import Path
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 import flexgear
 from flexgear.model.names import BodyName, FlankName, GearMeshName, GroupName, MemberName, NodeName
+from flexgear.model.units import _SUFFIXES, Quantity, unit_name
 
 MESH = GearMeshName.of("stage_1", "ring", "left", 2)
 NAMES = [
@@ -44,3 +48,41 @@ def test_layers_between_input_and_output_take_no_name_apart(layer):
     assert files
     apart = re.compile(r"\.(r?partition|rsplit|removeprefix|removesuffix)\(")
     assert [f.name for f in files if apart.search(f.read_text(encoding="utf-8"))] == []
+
+
+@pytest.mark.parametrize("dimension", _SUFFIXES)
+@given(value=st.floats(-1e12, 1e12))
+def test_there_and_back(dimension, value):
+    q = Quantity(dimension)
+    for suffix in q.suffixes:
+        assert q.from_si(q.to_si(value, suffix), suffix) == pytest.approx(value, rel=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("dimension", "suffix", "value", "si"),
+    [
+        ("length", "mm", 430, 0.43),
+        ("length", "um", 36.8, 36.8e-6),
+        ("angle", "deg", 180, math.pi),
+        ("speed", "rpm", 60, 2 * math.pi),
+        ("torque", "knm", 4000, 4e6),
+        ("stiffness", "n_per_um", 1, 1e6),
+        ("stiffness", "kn_per_mm", 1, 1e6),
+        ("stiffness per face width", "n_per_mm_um", 14, 14e9),
+        ("modulus", "gpa", 210, 210e9),
+        ("density", "g_per_cm3", 7.85, 7850),
+        ("inertia", "t_m2", 2, 2000),
+        ("force", "kn", 2, 2000),
+        ("power", "mw", 5, 5e6),
+        ("power", "kw", 6.4, 6400),
+        ("acceleration", "m_per_s2", 9.81, 9.81),
+    ],
+)
+def test_factors_by_hand(dimension, suffix, value, si):
+    assert Quantity(dimension).to_si(value, suffix) == pytest.approx(si, rel=1e-15)
+
+
+def test_every_suffix_has_a_printed_name():
+    for units in _SUFFIXES.values():
+        for suffix in units:
+            assert "_" not in unit_name(suffix)
