@@ -12,7 +12,6 @@ and only where they take little room.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -23,6 +22,7 @@ from flexgear.model.errors import FlexgearError
 from flexgear.structures.fem import FeModel, Interface
 from flexgear.structures.linalg.dense import dot, scaled_inverse
 from flexgear.structures.linalg.sparse import Factor
+from flexgear.structures.linalg.threads import blocks
 from flexgear.structures.reduced import Progress
 
 Array = NDArray[np.float64]
@@ -81,10 +81,7 @@ class Condensation:
 
     def constraint_motion(self, q: Array) -> Array:
         """Psi q (d, k)."""
-        out = np.empty((self.dofs, q.shape[1]))
-        for block in _blocks(q.shape[1]):
-            out[:, block] = self._field(None, q[:, block])
-        return out
+        return np.hstack([self._field(None, q[:, b]) for b in blocks(q.shape[1], SOLVE_BLOCK)])
 
     def constraint_load(self, forces: Array) -> Array:
         """Psi^T f (b, k) of forces (3N, k) on the mesh's dofs."""
@@ -110,7 +107,7 @@ class Condensation:
             reactions = -self._load(self.mass_product(modes))
         psi = self.constraint_motion(np.eye(b)) if 8 * self.dofs * b <= _HELD_BYTES else None
         result = np.zeros((b, b))
-        for block in _blocks(b):
+        for block in blocks(b, SOLVE_BLOCK):
             if psi is None:
                 some = self.constraint_motion(np.eye(b)[:, block])
                 result[:, block] = self._load(self.mass_product(some))
@@ -151,12 +148,6 @@ class Condensation:
         f = np.zeros((self.dofs, q.shape[1])) if f is None else f
         f += self.ties[0] @ (self.inverse @ q)
         return self.factor.backward(f)
-
-
-def _blocks(columns: int) -> Iterator[slice]:
-    """Slices of right-hand sides."""
-    for start in range(0, columns, SOLVE_BLOCK):
-        yield slice(start, min(start + SOLVE_BLOCK, columns))
 
 
 def condense_whole(
@@ -205,7 +196,7 @@ def _tied(
 ) -> tuple[sp.csr_matrix, sp.csr_matrix]:
     """W (d, b) and W^T."""
     parts = []
-    for block in _blocks(rows.shape[0]):
+    for block in blocks(rows.shape[0], SOLVE_BLOCK):
         parts.append(factor.forward_sparse(rows[block].T))
         progress("constraint modes", 0.9 * block.stop / rows.shape[0])
     ties = sp.hstack(parts, format="csr")

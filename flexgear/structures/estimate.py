@@ -26,7 +26,7 @@ start is of the order e (f / f_fixed)^4 (the tests compare with Lanczos on the f
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -36,6 +36,7 @@ from numpy.typing import NDArray
 
 from flexgear.structures.fem import FeModel, Sample, facet_sample, point_sample
 from flexgear.structures.linalg.dense import dot, times
+from flexgear.structures.linalg.threads import blocks
 from flexgear.structures.reduced import Progress, ReducedBody, silent
 from flexgear.structures.reduction import (
     AnyCondensation,
@@ -83,13 +84,17 @@ def tooth_lines(
         tip, root = flank.radii if outward < 0 else flank.radii[::-1]
         margin = _MARGIN * (root - tip)
         heights = {"tip": tip + margin, "pitch": 0.5 * (tip + root), "root": root - margin}
-        for height, radius in heights.items():
-            for end, (a, b) in spans.items():
-                z = 0.5 * (a + b) + 0.5 * (b - a) * x
-                points, normals = flank.at(radius, z)
-                sample = point_sample(model, points, 0.5 * w, slack=_SLACK)
-                forces = -0.5 * w[:, None] * normals
-                loads.append(ProbeLoad(f"tooth_{tooth + 1:03d}", height + end, sample, forces))
+        lines = {
+            height + end: flank.at(radius, 0.5 * (a + b) + 0.5 * (b - a) * x)
+            for height, radius in heights.items()
+            for end, (a, b) in spans.items()
+        }
+        points = np.concatenate([at for at, _ in lines.values()])
+        sample = point_sample(model, points, np.tile(0.5 * w, len(lines)), slack=_SLACK)
+        for k, (case, (_, normals)) in enumerate(lines.items()):
+            forces = np.zeros_like(points)
+            forces[k * len(x) : (k + 1) * len(x)] = -0.5 * w[:, None] * normals
+            loads.append(ProbeLoad(f"tooth_{tooth + 1:03d}", case, sample, forces))
     return loads
 
 
@@ -175,14 +180,9 @@ def probed(reduction: Reduction, loads: Sequence[ProbeLoad]) -> ReducedBody:
     condensation = reduction.condensation
     interface = condensation.interface
     both = np.zeros((2, interface.size, len(loads)))
-    for start in range(0, len(loads), _BLOCK):
-        some = loads[start : start + _BLOCK]
-        forces = np.zeros((3 * some[0].sample.interpolation.shape[1], len(some)))
-        for column, load in enumerate(some):
-            nodal = load.sample.load(load.forces)
-            at = np.flatnonzero(nodal)  # few of many rows
-            forces[at, column] = nodal[at]
-        both[0, :, start : start + _BLOCK] = condensation.constraint_load(forces)
+    for block in blocks(len(loads), _BLOCK):
+        nodal = [load.sample.load(load.forces) for load in loads[block]]
+        both[0, :, block] = condensation.constraint_load(np.column_stack(nodal))
     for column, load in enumerate(loads):
         node = interface.node_names.index(load.node)
         both[1, 6 * node : 6 * node + 6, column] = load.wrench(interface.positions[node])
@@ -253,7 +253,7 @@ def compare_frequencies(
         values, vectors = sla.eigh(stiffness, body.mass, subset_by_index=(0, lowest - 1))
     count = len(values)
     field = np.empty((condensation.dofs, 2 * count))
-    for block in _blocks(condensation, count):
+    for block in blocks(count, _block(condensation)):
         field[:, block] = condensation.constraint_motion(vectors[:b, block])
         field[:, block] += times(reduction.fixed_modes, vectors[b:, block])
         image = condensation.supported_solve(condensation.mass_product(field[:, block]), supports)
@@ -281,7 +281,7 @@ def _ritz_values(
     at_nodes = condensation.interface_motion(field)
     k = at_nodes.T @ supports @ at_nodes
     m = np.empty((count, count))
-    for block in _blocks(condensation, count):
+    for block in blocks(count, _block(condensation)):
         part = np.ascontiguousarray(field[:, block])
         k[:, block] += dot(field, condensation.stiffness_product(part))
         m[:, block] = dot(field, condensation.mass_product(part))
@@ -293,8 +293,6 @@ def _ritz_values(
     return sla.eigh(basis.T @ k @ basis, eigvals_only=True)
 
 
-def _blocks(condensation: AnyCondensation, columns: int) -> Iterator[slice]:
-    """Slices of fields that are worked on at once."""
-    step = max(8, min(_BLOCK, int(_BLOCK_BYTES / (8 * condensation.dofs))))
-    for start in range(0, columns, step):
-        yield slice(start, min(start + step, columns))
+def _block(condensation: AnyCondensation) -> int:
+    """Fields that are worked on at once."""
+    return max(8, min(_BLOCK, int(_BLOCK_BYTES / (8 * condensation.dofs))))

@@ -150,7 +150,8 @@ def fixed_interface_modes(
     """
     dofs = condensation.dofs
     if count == 0:
-        return FixedModes(np.zeros(0), np.zeros((dofs, 0)), 0.0)
+        none = np.zeros((condensation.interface.size, 0))
+        return FixedModes(np.zeros(0), np.zeros((dofs, 0)), 0.0, none)
     progress("fixed-interface modes", 0.0)
 
     def heard(fraction: float) -> None:

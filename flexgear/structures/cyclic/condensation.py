@@ -16,7 +16,7 @@ Whether a body is reduced by its sectors, and why not.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -47,7 +47,7 @@ from flexgear.structures.cyclic.ties import SectorTies, sector_ties
 from flexgear.structures.fem import FeModel, Interface
 from flexgear.structures.linalg.dense import dot
 from flexgear.structures.linalg.sparse import Elimination, minimum_degree_order
-from flexgear.structures.linalg.threads import shared
+from flexgear.structures.linalg.threads import blocks, shared
 
 Array = NDArray[np.float64]
 
@@ -125,35 +125,24 @@ class CyclicCondensation:
 
     def fixed_solve_with_reactions(self, right: Array) -> tuple[Array, Array]:
         """The same, and the reactions (b, k)."""
-        if right.shape[1] <= self._block:
-            x, reactions = self.solver.solve(self._form(right))
-            return x.reshape(self.dofs, -1), reactions
-        out, reactions = np.empty_like(right), np.empty((self.interface.size, right.shape[1]))
-        for block in self.blocks(right.shape[1]):
-            x, reactions[:, block] = self.solver.solve(self._form(right[:, block]))
-            out[:, block] = x.reshape(self.dofs, -1)
-        return out, reactions
+        parts = [self.solver.solve(self._form(right[:, b])) for b in self.blocks(right.shape[1])]
+        fields, reactions = zip(*parts, strict=True)
+        return np.hstack([x.reshape(self.dofs, -1) for x in fields]), np.hstack(reactions)
 
     def supported_solve(self, right: Array, supports: Array) -> Array:
         """x (d, k) with (K + B^T supports B) x = right; supports (b, b) makes the body regular."""
         held = np.linalg.inv(self.stiffness + supports)
-
         return self._each(right, lambda g: self.solver.supported(g, lambda rho: -held @ rho))
 
     def constraint_motion(self, q: Array) -> Array:
         """Displacement Psi q (d, k) of the body where only its interface moves, by q."""
-        out = np.empty((self.dofs, q.shape[1]))
-        for block in self.blocks(q.shape[1]):
-            out[:, block] = self.solver.motion(q[:, block]).reshape(self.dofs, -1)
-        return out
+        fields = [self.solver.motion(q[:, block]) for block in self.blocks(q.shape[1])]
+        return np.hstack([x.reshape(self.dofs, -1) for x in fields])
 
     def constraint_load(self, forces: Array) -> Array:
         """Psi^T f (b, k) of forces (3N, k) on the mesh's dofs."""
-        out = np.empty((self.interface.size, forces.shape[1]))
-        for block in self.blocks(forces.shape[1]):
-            load = to_sectors(np.ascontiguousarray(forces[:, block]), self.sectors)
-            out[:, block] = -self.solver.reactions(load)
-        return out
+        loads = (to_sectors(forces[:, b], self.sectors) for b in self.blocks(forces.shape[1]))
+        return -np.hstack([self.solver.reactions(load) for load in loads])
 
     def projected(
         self, modes: Array, recovery: NDArray[np.float32], reactions: Array | None = None
@@ -162,13 +151,12 @@ class CyclicCondensation:
 
         reactions (b, n) to loads M modes, where they are known: Psi^T M modes = -reactions.
         """
-        coupling = np.empty((modes.shape[1], self.interface.size))
-        if reactions is not None:
-            coupling[:] = -reactions.T
-        else:
-            for block in self.blocks(len(coupling)):
-                load = self.fe_mass.product(self._form(modes[:, block]))
-                coupling[block] = -self.solver.reactions(load).T
+        if reactions is None:
+            loads = (
+                self.fe_mass.product(self._form(modes[:, b])) for b in self.blocks(modes.shape[1])
+            )
+            reactions = np.hstack([self.solver.reactions(load) for load in loads])
+        coupling = -reactions.T
         if self.has_short_borders:
             result = project_constraint_modes(self.solver, self.ties, self.motion, recovery)
             return result, coupling
@@ -202,17 +190,12 @@ class CyclicCondensation:
 
     def blocks(self, columns: int) -> Iterator[slice]:
         """Slices of vectors that are worked on at once."""
-        for start in range(0, columns, self._block):
-            yield slice(start, min(start + self._block, columns))
+        return blocks(columns, self._block)
 
-    def _each(self, x: Array, way: object) -> Array:
+    def _each(self, x: Array, way: Callable[[Array], Array]) -> Array:
         """way(x) block by block."""
-        if x.shape[1] <= self._block:
-            return way(self._form(x)).reshape(self.dofs, -1)  # type: ignore[operator,no-any-return]
-        out = np.empty_like(x)
-        for block in self.blocks(x.shape[1]):
-            out[:, block] = way(self._form(x[:, block])).reshape(self.dofs, -1)  # type: ignore[operator]
-        return out
+        parts = [way(self._form(x[:, block])) for block in self.blocks(x.shape[1])]
+        return np.hstack([part.reshape(self.dofs, -1) for part in parts])
 
 
 def cyclic_parts(

@@ -48,6 +48,7 @@ from skfem.models.elasticity import lame_parameters, linear_elasticity
 
 from flexgear.model.errors import InputError
 from flexgear.structures.fe_mesh.fe_mesh import FeMesh, Kind, facet_keys
+from flexgear.structures.linalg.threads import blocks
 
 INTEGRATION_ORDER = 4
 _MESHES = {"hex": MeshHex, "tet": MeshTet}
@@ -118,8 +119,7 @@ class FeModel:
         pattern = _Pattern(basis)
         k_blocks = np.zeros((pattern.size, 9))
         m_blocks = np.zeros((pattern.size, 1))
-        for start in range(0, basis.nelems, _CHUNK):
-            chunk = slice(start, min(start + _CHUNK, basis.nelems))
+        for chunk in blocks(basis.nelems, _CHUNK):
             stiffness, mass = _element_matrices(basis, chunk, lam, mu)
             pattern.add(k_blocks, chunk, stiffness)
             pattern.add(m_blocks, chunk, self.density * mass)

@@ -25,6 +25,12 @@ def single_threaded_blas() -> Iterator[None]:
         yield
 
 
+def blocks(count: int, step: int) -> Iterator[slice]:
+    """Slices of count rows or columns, of step each but the last."""
+    for start in range(0, count, step):
+        yield slice(start, min(start + step, count))
+
+
 def shared(count: int, part: Callable[[slice], None], chunk: int = CHUNK) -> None:
     """Call part(slice) for all of count rows or columns.
 

@@ -70,6 +70,7 @@ from flexgear.structures.fem import (
 )
 from flexgear.structures.kinematics import rigid_motion
 from flexgear.structures.linalg.sparse import flexibility
+from flexgear.structures.linalg.threads import blocks
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -178,8 +179,7 @@ class ToothInfluence(FlankPlaces):
         lines = (np.broadcast_to(a, shape).reshape(-1, k) for a in (roll, z, width))
         roll, z, width = (np.ascontiguousarray(a, dtype=float) for a in lines)
         out = np.empty((len(roll), k, k))
-        for start in range(0, len(roll), _TOGETHER):
-            some = slice(start, start + _TOGETHER)
+        for some in blocks(len(roll), _TOGETHER):
             means = self.averages(roll[some].ravel(), z[some].ravel(), width[some].ravel())
             motion = (means @ self.own).reshape(-1, k, n)
             c = motion @ means.toarray().reshape(-1, k, n).swapaxes(1, 2)

@@ -54,6 +54,7 @@ from flexgear.structures.fe_mesh import (
 from flexgear.structures.fem import FeModel, element_gradient, facet_nodes
 from flexgear.structures.kinematics import rotation
 from flexgear.structures.linalg.sparse import Factor
+from flexgear.structures.linalg.threads import blocks
 from flexgear.structures.reduced import ReducedBody
 from flexgear.structures.strain import strain_of_gradient, stress_of_strain
 from flexgear.structures.surface_strain import FieldAt
@@ -155,8 +156,7 @@ def root_influence(
     nodes, loads = _loaded(segment, model)
     stress = np.empty((root.size, *nodes.shape))
     of_cut = np.empty((root.size, len(cut)))
-    for start in range(0, root.size, _TOGETHER):
-        some = slice(start, start + _TOGETHER)
+    for some in blocks(root.size, _TOGETHER):
         motion = np.zeros((free.size, len(stress[some])))
         motion[free_dofs] = factor.solve(stress_rows[some][:, free_dofs].T.toarray())
         at = motion.reshape(-1, 3, motion.shape[1])[nodes]
