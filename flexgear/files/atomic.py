@@ -158,13 +158,9 @@ def write_json(path: PathLike, data: Mapping[str, Any]) -> Path:
     return write_bytes(path, (text + "\n").encode(errors=odd_names_too))
 
 
-def _no_files(folder: Path) -> Iterable[Path]:
-    return ()
-
-
 @contextlib.contextmanager
 def staged_folder(
-    path: PathLike, outdated: Callable[[Path], Iterable[Path]] = _no_files
+    path: PathLike, outdated: Callable[[Path], Iterable[Path]] = lambda folder: ()
 ) -> Iterator[Path]:
     """Yield an empty folder; what is in it moves to the folder ``path`` when the block ends.
 
@@ -176,7 +172,7 @@ def staged_folder(
     itself: it may be the root of a mounted device.
     """
     target = folder_target(path)
-    place = _place_of(target)
+    place = target if target.is_dir() else target.parent
     _tidy(target)
     with contextlib.ExitStack() as stack:
         try:
@@ -255,11 +251,6 @@ def _made(folder: Path, for_good: bool = True) -> Iterator[None]:
                 folder_made.rmdir()
 
 
-def _place_of(target: Path) -> Path:
-    """Where a folder is staged."""
-    return target if target.is_dir() else target.parent
-
-
 def _tidy(target: Path) -> None:
     """Remove what dead processes left in and beside ``target``."""
     remove_stale(target.parent)
@@ -304,7 +295,7 @@ def _move(
     if not target.exists():
         os.rename(files, target)
         return
-    new = [f.relative_to(files) for f in _files_below(files)]
+    new = [f.relative_to(files) for f in files.rglob("*") if f.is_file()]
     old = {f.relative_to(target) for f in outdated(target)}
     old |= {name for name in new if (target / name).is_file()}
     steps = [(target / name, attic / name) for name in sorted(old, key=_sealed, reverse=True)]
@@ -323,10 +314,6 @@ def _move(
     for folder in {target / name.parent for name in old} - {target}:
         with contextlib.suppress(OSError):  # not empty
             folder.rmdir()
-
-
-def _files_below(folder: Path) -> list[Path]:
-    return [f for f in folder.rglob("*") if f.is_file()]
 
 
 def _sealed(name: Path) -> tuple[bool, str]:

@@ -99,7 +99,9 @@ def _stage(text: CaseText, table: str, name: str, p: Proposal) -> None:
     carrier = around.carrier_size(p)
     _put(text, stage, named | _gears(p))
     _put(text, f"[{table}.errors]", _errors(p))
-    _put(text, f"[{table}.planet]", _planet(p, carrier.bore))
+    planet = _gear(p, 1, "the sum Σ of sun and planet fits the ring's centre distance")
+    bore = "bearing seat; rim of 1.2 tooth heights, ISO 6336-3"
+    _put(text, f"[{table}.planet]", {**planet, "bore_diameter_mm": (_mm(carrier.bore), bore)})
     _put(text, f"[{table}.planet_bearing]", _planet_bearing(p, bearing))
     _put(text, f"[{table}.sun]", _gear(p, 0, "ISO/TR 4467: λ (u - 1)/(u + 1) + Σ/(u + 1), λ = 0.5"))
     _sun_shaft(text, table, p, carrier, bearing)
@@ -139,13 +141,6 @@ def _gears(p: Proposal) -> Fields:
 def _gear(p: Proposal, which: int, why: str) -> Fields:
     teeth = (p.teeth.sun, p.teeth.planet, p.teeth.ring)[which]
     return {"teeth": (teeth, ""), "profile_shift": (p.teeth.shifts[which], why)}
-
-
-def _planet(p: Proposal, bore: float) -> Fields:
-    return {
-        **_gear(p, 1, "the sum Σ of sun and planet fits the ring's centre distance"),
-        "bore_diameter_mm": (_mm(bore), "bearing seat; rim of 1.2 tooth heights, ISO 6336-3"),
-    }
 
 
 def _errors(p: Proposal) -> Fields:
@@ -215,7 +210,11 @@ def _ring(
     bearing: float,
 ) -> None:
     at, double = f"{table}.ring.fe", p.request.double_helical
-    rim: Fields = {"rim_thickness_mm": (_mm(support.rim), _rim(support))}
+    bolted = isinstance(support, around.Bolting)
+    width = "3 to 3.5 modules (full by ISO 6336-3), with room for the bolts"
+    rim: Fields = {
+        "rim_thickness_mm": (_mm(support.rim), width if bolted else "chosen: three modules")
+    }
     if isinstance(support, around.Bolting):
         why = "chosen" + ("; the right half is mirrored" if double else "")
         end = "-z" if double else AXES[p.request.arrangement][1]
@@ -241,12 +240,6 @@ def _ring(
         "z_mm": (side * _mm(hub.z), ""),
     })  # fmt: skip
     _put(text, f"[{table}.ring.hub.bearing]", _bearing(p, bearing, 0.5, "chosen: as a planet's"))
-
-
-def _rim(support: around.Bolting | around.Splined) -> str:
-    if isinstance(support, around.Bolting):
-        return "3 to 3.5 modules (full by ISO 6336-3), with room for the bolts"
-    return "chosen: three modules"
 
 
 def _bolts(b: around.Bolting) -> Fields:

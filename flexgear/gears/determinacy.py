@@ -1,15 +1,11 @@
 """Whether a case has one answer: ties of its members, mobility, missing or extra torques.
 
-Members of a case and what ties their speeds: stages, joints, held members; and its ports.
-
 Every tie is one row Σ c_m ω_m = 0 over member speeds:
 
     planetary   r_s ω_s + r_r ω_r − (r_s + r_r) ω_c = 0   (Willis, base radii), divided by r_s
     parallel    r_p ω_p + r_g ω_g = 0, divided by r_p
     joint       ω_first − ω_second = 0
     held        ω = 0
-
-Whether a case has one answer: its mobility, and which speeds or torques are missing or extra.
 
 A case of n members with c independent ties (members) has mobility M = n − c. It needs M
 speeds; of its p ports p − M need a torque, for the torque system is the transpose of the speeds'.

@@ -1,6 +1,6 @@
 """Gears and gear meshes of a stage at their centre distance: paths of contact, ratios, backlash.
 
-Normal backlash that teeth are made with: what the case gives, else by a rule.
+Normal backlash that teeth are made with is what the case gives, else by a rule
 
     j = 2/3 (0.06 mm + 0.0005 a + 0.03 m_n)
 

@@ -1,6 +1,6 @@
 """What of a case can hardly be meant, although it can be computed: one sentence each.
 
-What a user must know of teeth as their tools make them, in lines of text.
+Teeth as their tools make them:
 
 **Mate's tip on the root.** The mate's tip reaches the flank at the roll length |T_1 T_2 − ρ_a| (a
 planet's on a ring: T_1 T_2 + ρ_a). Below the start of the involute the root stands proud of it, and
@@ -14,7 +14,7 @@ positions, as the cutter's tip circle and half angles tell (ISO 21771: tip trimm
 
 Limits are of what has been built. Tips of 0.2 modules: Niemann/Winter, Maschinenelemente II. The
 strongest case-hardened steel, endurance limits without any factor: σ_Hlim = 1650 N/mm²,
-σ_FE = 1050 N/mm² (ISO 6336-5:2016, ME). What tools make of teeth is in ``tooth_warnings``.
+σ_FE = 1050 N/mm² (ISO 6336-5:2016, ME).
 """
 
 from __future__ import annotations

@@ -98,7 +98,7 @@ class TipEdge:
 
     def lever_ratio(self, distance: Array) -> Array:
         """Lever of the force about the gear of the tip over r_t, 1 − gap'(d)."""
-        x, y = self._tip(distance)
+        x, y = _turned_by(self.tooth, self.tip_roll, distance)
         tilt, arm = self.tilt(distance), self.tooth.base_radius
         return np.asarray(((y + arm) * np.cos(tilt) + x * np.sin(tilt)) / arm)
 
@@ -143,10 +143,6 @@ class TipEdge:
 
         low, high = places[beyond[0]], places[beyond[0] + 1]
         return float(brentq(excess, low, high, xtol=1e-12 * high))
-
-    def _tip(self, distance: Array) -> tuple[Array, Array]:
-        """P in the frame of this end."""
-        return _turned_by(self.tooth, self.tip_roll, distance)
 
     def _seen_from_mate(self, distance: Array) -> tuple[Array, Array]:
         """R and A of the tip edge."""
@@ -255,7 +251,8 @@ class OffPath:
             (~of_planet, self.gear, self.planet, gear, -1.0),
         ):
             at, point = s[mine], roll[mine]
-            touch = point if sense > 0 else self._path_of(point)
+            on_path = point - self.offset if self.gear.internal else self.offset - point
+            touch = point if sense > 0 else on_path
             seen = _seen(tooth, mate, self.offset, point, sense * (at - touch))
             out[mine] = _parted(mate, *seen, at if sense < 0 else self.gear_roll(at))
         return self.cos_base_helix * out
@@ -270,10 +267,6 @@ class OffPath:
     def gear_roll(self, s: Array | float) -> Array:
         """Roll length on the gear's flank at path coordinates, m."""
         return np.asarray(self.offset + s if self.gear.internal else self.offset - s)
-
-    def _path_of(self, gear_roll: Array) -> Array:
-        """Path coordinates of roll lengths on the gear's flank, m."""
-        return gear_roll - self.offset if self.gear.internal else self.offset - gear_roll
 
     def _edge(self, tooth: ToothGeometry, mate: ToothGeometry, s: float) -> TipEdge | None:
         """The tip edge of ``tooth`` at the end s of the path."""

@@ -1,7 +1,5 @@
 """Speeds, torques and powers of any case, from one linear system and its transpose.
 
-Power that runs round closed loops of a train without ever leaving it.
-
 Branch powers are a flow between shafts (members joined to each other) and stages. Where a train
 branches and closes again, the flow may hold a directed cycle: a shaft or stage passes power on
 that comes back to it. *Circulating power* is what such cycles carry: each directed cycle is cut by

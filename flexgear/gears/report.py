@@ -14,7 +14,7 @@ import numpy as np
 
 from flexgear.gears.contact import ASSEMBLY_TOLERANCE, GearMeshKind, GearMeshPath
 from flexgear.gears.errors import PairErrors, errors_closing, stage_errors
-from flexgear.gears.flanks import GearFlank, modified_flanks
+from flexgear.gears.flanks import modified_flanks
 from flexgear.gears.geometry import PER_PAIR_MODELS, StageGeometry, backlash_source, stage_geometry
 from flexgear.gears.neglected_effects import neglected_effects
 from flexgear.gears.nominal_stress import RootStress, pitch_point_pressure, stage_root_stress
@@ -70,15 +70,12 @@ def stage_report(view: StageView, forces: Mapping[str, float]) -> Report:
         for (of, part), stress in stresses.items():
             if of == role:
                 report[name] |= _root(view.part(part), stress)
-    missing = {f"{f.part}_{f.name}_um": _missing(f) for f in modified_flanks(view, paths)}
+    missing = {}  # least and most
+    for flank in modified_flanks(view, paths):
+        gap = 1e6 * flank.surface(POINTS)[2]
+        missing[f"{flank.part}_{flank.name}_um"] = [float(gap.min()), float(gap.max())]
     report |= {"missing_on_flanks": missing} if missing else {}
     return report | {"not_modelled": neglected_effects(view, forces)}
-
-
-def _missing(flank: GearFlank) -> list[float]:
-    """Least and most that a flank lacks, µm."""
-    gap = 1e6 * flank.surface(POINTS)[2]
-    return [float(gap.min()), float(gap.max())]
 
 
 def _assembly(view: StageView, g: StageGeometry) -> dict[str, Any]:

@@ -1,7 +1,5 @@
 """A first proposal of planetary stages from what is asked of them: teeth, module, face width.
 
-Tooth numbers and profile shifts of a planetary stage for a ratio and a number of planets.
-
 Ring teeth z_r = z_s + 2 z_p, or one more, so that planets are half a tooth smaller than there is
 room and the sun's gear mesh is spread to the ring's centre distance; (z_s + z_r)/N is whole, so
 that N planets at equal spacing find their teeth. All lengths here are in normal modules.
@@ -116,7 +114,8 @@ def _meshing(sun: int, planet: int, ring: int, helix: float) -> ToothNumbers | N
     }
     external = {name: tooth_geometry(gear, rack) for name, gear in wheels.items()}
     addendum = _ring_addendum(planet, ring, x_planet, rack)
-    if addendum < LEAST_ADDENDUM or min(map(_tip, external.values())) * cosine < LEAST_TIP:
+    thinnest = min(tooth.thickness_at(tooth.tip_radius) for tooth in external.values())
+    if addendum < LEAST_ADDENDUM or thinnest * cosine < LEAST_TIP:
         return None
     body = external["planet"]
     for dedendum, fillet in ROOTS:
@@ -149,10 +148,6 @@ def _shares(sun: int, planet: int, total: float) -> tuple[float, float]:
     x = round(min(max(x, 1 - small / LEAST_TEETH), total - 1 + large / LEAST_TEETH), 4)
     other = round(total - x, 4)
     return (x, other) if sun <= planet else (other, x)
-
-
-def _tip(tooth: ToothGeometry) -> float:
-    return tooth.thickness_at(tooth.tip_radius)
 
 
 def _ratio(planet: ToothGeometry, gear: ToothGeometry, angle: float) -> float:
@@ -359,9 +354,11 @@ def _room_for(request: StageRequest) -> str:
 
 def _require_possible(request: StageRequest) -> None:
     steepest = HELIX[request.double_helical]
+    low, high = sorted(request.kind.ratio(basic) for basic in (2.0, 9.0))
+    usual = f"{low:.3g} to {high:.3g} is usual of a {request.arrangement} stage"
     between = sorted(request.kind.ratio(basic) for basic in (1.5, 11.0))
     limits: dict[str, tuple[float, float, float, str]] = {
-        "--ratio": (request.ratio, between[0], between[1], _usual_ratio(request)),
+        "--ratio": (request.ratio, between[0], between[1], usual),
         "--planets": (request.planets, 2, 12, "3 to 5 is usual"),
         "--torque-nm": (request.torque, 1.0, 5e7, f"give that of the {request.kind.slow}"),
         "--speed-rpm": (
@@ -378,15 +375,11 @@ def _require_possible(request: StageRequest) -> None:
             raise InputError("new", key, f"{value:g} is not from {low:.4g} to {high:.4g}", remedy)
 
 
-def _usual_ratio(request: StageRequest) -> str:
-    low, high = sorted(request.kind.ratio(basic) for basic in (2.0, 9.0))
-    return f"{low:.3g} to {high:.3g} is usual of a {request.arrangement} stage"
-
-
 def _size(request: StageRequest, teeth: ToothNumbers) -> tuple[float, float]:
     """Module and face width, m: the smallest module whose face is not too wide for its pinion."""
     for module in MODULES if request.module is None else (request.module * 1e3,):
-        width, widest = _width(request, teeth, module), _widest(request, teeth, module)
+        pinion = min(teeth.sun, teeth.planet) * module / math.cos(request.helix)
+        width, widest = _width(request, teeth, module), max(WIDTH * pinion, NARROWEST * module)
         if width <= widest:
             step = 1.0 if width > 10 else 0.1
             return module * 1e-3, math.ceil(width / step - 1e-9) * step * 1e-3
@@ -409,9 +402,3 @@ def _width(request: StageRequest, teeth: ToothNumbers, module: float) -> float:
     force = 2 * torque / diameter
     flank = force * (u + 1) / u / (diameter * FLANK)
     return max(flank, force * FORM / (module * ROOT), NARROWEST * module)
-
-
-def _widest(request: StageRequest, teeth: ToothNumbers, module: float) -> float:
-    """Face width, mm, that the pinion allows."""
-    pinion = min(teeth.sun, teeth.planet) * module / math.cos(request.helix)
-    return max(WIDTH * pinion, NARROWEST * module)

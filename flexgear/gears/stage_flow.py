@@ -23,7 +23,7 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from flexgear.gears.radii import StageRadii, stage_radii
+from flexgear.gears.radii import stage_radii
 
 if TYPE_CHECKING:
     from flexgear.model.stage import Stage
@@ -90,7 +90,10 @@ def stage_flow(
     stage, radii = view.stage, stage_radii(view)
     first = "pinion" if stage.kind == "parallel" else "sun"
     carrier_speed = speed.get("carrier", 0.0)
-    relative = _planet_relative_speed(radii, speed)
+    if stage.kind == "parallel":
+        relative = speed["gear"]
+    else:
+        relative = -(radii.ring / radii.planet) * (carrier_speed - speed["ring"])
     sides = 2 if stage.double_helical else 1
     paths = stage.planets * sides
     # pinion and gear of a parallel stage turn against each other, planet and sun's torques don't
@@ -128,13 +131,6 @@ def stage_flow(
         stage_power=torque[first] * (speed[first] - carrier_speed),
         circulating_power=circulating,
     )
-
-
-def _planet_relative_speed(radii: StageRadii, speed: dict[str, float]) -> float:
-    """Of planets to the carrier, of a parallel stage's gear; rad/s."""
-    if "gear" in speed:
-        return speed["gear"]
-    return -(radii.ring / radii.planet) * (speed["carrier"] - speed["ring"])
 
 
 def _gear_mesh_frequency(stage: Stage, speed: dict[str, float]) -> float:

@@ -1,7 +1,5 @@
 """Stiffness of tooth pairs and gear meshes: laws along the path of contact, contact lines, waves.
 
-Stiffness of a tooth pair along the path of contact and along the helical contact line.
-
 k'(ξ) is the stiffness per unit face width along the 3D line of action, ξ ∈ [0, 1] the place on the
 path of contact. A pair whose contact line has s(z) = s + t z holds
 
@@ -10,10 +8,9 @@ path of contact. A pair whose contact line has s(z) = s + t z holds
 over the part of the face inside the path. Both follow exactly from the running integrals of k'
 and k' ξ on a fine grid, so a spur pair is the limit t → 0 of the same rule.
 
-Stiffness of a whole gear mesh as a periodic wave over one base pitch, and its mean.
-
-x is the share of a base pitch from s = s_lo on; pairs are on the path for s − s_lo ∈ [0, ε p_b]
-modulo p_b. With k̄ the mean of the wave and ε_α, ε_β transverse contact and overlap ratio:
+The stiffness of a whole gear mesh is a periodic wave over one base pitch, of which x is the share
+from s = s_lo on; pairs are on the path for s − s_lo ∈ [0, ε p_b] modulo p_b. With k̄ the mean of the
+wave and ε_α, ε_β transverse contact and overlap ratio:
 
     constant      k̄
     rectangular   (k̄/ε_α) n(x),  n(x) pairs on the path
@@ -27,8 +24,6 @@ in the middle of the stretch with two pairs (1 < ε < 2), which makes the sign (
 (−1)^{-1} for that and the carrier's frequency in place of the gear mesh's.
 
 Mean after ISO 6336-1:2006, 9.3.2: c_γ = c' (0.75 ε_α + 0.25) per face width.
-
-Stiffness law of a tooth pair that a stage asks for, and the mean of its gear mesh.
 
 Per-pair models have the shape of their law; a mean that is given scales it. Waves (constant,
 rectangular, fourier) have pairs of one stiffness per length of contact line, k' = k̄/(ε_α b), whose

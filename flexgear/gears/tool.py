@@ -24,10 +24,9 @@ gear's space; r, r_w, r_w0: rolling radii; a_0 = r_w ± r_w0; γ: half a pitch. 
 +θ side of the gear's tooth that stands on the real axis. Sources: ISO 21771:2007 for a cutter's
 data; the rest follows from the law of gearing.
 
-Root of a tooth: the curve that its tool leaves between the involute and the root circle.
-
-``tool`` gives points G(t) of the curve with their normals, from the root circle outward (t = 0) to
-what makes the flank (t = t_end). The involute begins at t_F, the last place where the curve comes
+The root of a tooth is the curve that its tool leaves between the involute and the root circle:
+points G(t) with their normals, from the root circle outward (t = 0) to what makes the flank
+(t = t_end). The involute begins at t_F, the last place where the curve comes
 out of the tooth that the involute alone would make,
 
     gap(t) = arg G − δ(|G|),   gap(t_F) = 0,   gap < 0 just below, gap ≥ 0 above it,

@@ -352,7 +352,8 @@ class Case(Section):
         inputs, loaded = data.get("inputs") or (), data.get("output") is not None
         if loaded and not inputs:
             return [Missing("inputs", "is missing beside output", "add [[inputs]]")]
-        powers = [k for i in inputs for k in ("torque", "power") if _given(i, k) is not None]
+        read = [i if isinstance(i, Mapping) else vars(i) for i in inputs]
+        powers = [k for i in read for k in ("torque", "power") if i.get(k) is not None]
         if powers and not loaded:
             remedy = f"add [output], or take {powers[0]} out for free vibration"
             return [Missing("output", f"is missing, and inputs give {powers[0]}", remedy)]
@@ -382,11 +383,6 @@ class Case(Section):
 def case_of_dict(data: Mapping[str, Any]) -> Case:
     """The case of what ``Case.to_dict`` gave, lists as tuples; ValidationError where it is none."""
     return Case.model_validate(data)
-
-
-def _given(port: Any, key: str) -> Any:
-    """What an input, read or not yet read, says."""
-    return port.get(key) if isinstance(port, Mapping) else getattr(port, key, None)
 
 
 def validated_case(data: dict[str, Any], where: str, written: Written) -> Case:

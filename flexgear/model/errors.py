@@ -21,7 +21,8 @@ class InputError(FlexgearError):
     def __init__(self, where: str, key: str, problem: str, remedy: str) -> None:
         self.where, self.problem, self.remedy = where, shortened(problem), shortened(remedy)
         self.key = shortened(key)
-        super().__init__(f"{_path(where)}: {self.key}: {self.problem} -- {self.remedy}")
+        path = where if len(where) <= 4 * MOST_ECHOED else _middle(where, 2 * MOST_ECHOED)
+        super().__init__(f"{path}: {self.key}: {self.problem} -- {self.remedy}")
 
     def _render_traceback_(self) -> list[str]:
         """What a notebook shows in the place of a traceback: the line."""
@@ -42,10 +43,6 @@ def echo(value: object) -> str:
 def shortened(text: str) -> str:
     """A text in which no word is longer than 80 characters."""
     return re.sub(rf"\S{{{MOST_ECHOED + 1},}}", lambda word: _middle(word[0], MOST_ECHOED), text)
-
-
-def _path(where: str) -> str:
-    return where if len(where) <= 4 * MOST_ECHOED else _middle(where, 2 * MOST_ECHOED)
 
 
 def _middle(text: str, most: int) -> str:

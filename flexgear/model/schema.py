@@ -221,7 +221,9 @@ def json_schema() -> Schema:
             definitions[section.__name__ + _PART] = _table(section, _PART)
     taken = {"required": ["case"]}
     whole = {"$ref": f"#/definitions/{Stage.__name__}"}
-    stage = {"allOf": [_part(Stage), {"if": taken, "else": whole}]}
+    stage = {
+        "allOf": [{"$ref": f"#/definitions/{Stage.__name__}{_PART}"}, {"if": taken, "else": whole}]
+    }
     definitions["stage"] = stage
     properties = _table(Case, "")["properties"]
     properties["stages"] = {**properties["stages"], "items": {"$ref": "#/definitions/stage"}}
@@ -238,10 +240,6 @@ def json_schema() -> Schema:
         "oneOf": [{"required": ["stage"]}, {"required": ["stages"]}],
         "definitions": definitions,
     }
-
-
-def _part(section: type[Section]) -> Schema:
-    return {"$ref": f"#/definitions/{section.__name__}{_PART}"}
 
 
 def _whole(section: type[Section]) -> Schema:
@@ -265,17 +263,13 @@ def _table(section: type[Section], of: str) -> Schema:
 def _spelled(key: Key, of: str) -> Schema:
     """Key as it may be written, and the schema of its value."""
     if key.inner is None:
-        return {
-            written: {**key.in_unit(unit), "description": _described(key, unit)}
-            for written, unit in key.spellings.items()
-        }
+        schemas = {}
+        for written, suffix in key.spellings.items():
+            description = ", ".join(filter(None, (key.meaning, unit_name(suffix))))
+            schemas[written] = {**key.in_unit(suffix), "description": description}
+        return schemas
     definition: Schema = {"$ref": f"#/definitions/{key.inner.__name__}{of}"}
     if key.several:
         many = {"type": "array", "items": definition, "description": key.meaning}
         definition = {"anyOf": [definition, many]} if key.one_too else many
     return {key.name: definition}
-
-
-def _described(key: Key, suffix: str) -> str:
-    unit = unit_name(suffix)
-    return f"{key.meaning}, {unit}" if unit else key.meaning

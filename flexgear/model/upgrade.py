@@ -149,6 +149,9 @@ class _Part:
     def is_comment(self) -> bool:
         return not self.path and bool(self.text.strip())
 
+    def __str__(self) -> str:  # headers in comments under their present names
+        return _IN_COMMENT.sub(_present_header, self.text) if self.is_comment else self.text
+
 
 @dataclass
 class _Block:
@@ -160,7 +163,7 @@ class _Block:
     body: list[_Part] = field(default_factory=list)
 
     def __str__(self) -> str:
-        lead, body = ("".join(map(_commented, parts)) for parts in (self.lead, self.body))
+        lead, body = ("".join(map(str, parts)) for parts in (self.lead, self.body))
         return f"{lead}{self.header}{body}"
 
 
@@ -290,11 +293,6 @@ def _renamed(header: str, path: str) -> str:
     start, earlier, end, gap, rest = written.groups()
     room = max(1, len(gap) + len(earlier) - len(path)) if gap else 0
     return f"{start}{path}{end}{' ' * room}{_IN_COMMENT.sub(_present_header, rest)}"
-
-
-def _commented(part: _Part) -> str:
-    """The text of a part; headers in comments under their present names."""
-    return _IN_COMMENT.sub(_present_header, part.text) if part.is_comment else part.text
 
 
 def _present_header(header: re.Match[str]) -> str:

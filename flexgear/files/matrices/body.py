@@ -1,14 +1,11 @@
 """Reduced matrices of a body on six-dof nodes, their table of nodes, and checks of both.
 
-Stiffness and mass of a reduced body on six-dof nodes, and what they must fulfil.
-
 Coordinates: ux, uy, uz (m), rx, ry, rz (rad) of each node in the order of the table, then modal
 ones. A free body has K R = 0 for its six rigid motions R, whose mass is Rᵀ M R.
 
-The table of nodes beside reduced matrices, as CSV.
-
-Columns: row (first row of the node in the matrices, from 1; six follow one another), id, name, and
-x, y, z with their unit: x_m or x_mm. Rows without a position are modal coordinates.
+Columns of the table of nodes, CSV: row (first row of the node in the matrices, from 1; six follow
+one another), id, name, and x, y, z with their unit: x_m or x_mm. Rows without a position are modal
+coordinates.
 """
 
 from __future__ import annotations

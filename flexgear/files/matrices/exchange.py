@@ -1,7 +1,5 @@
 """Reads reduced matrices of other programs, and writes them for others.
 
-Reads reduced matrices of other programs with their table of nodes.
-
 Formats by content: OP4 (text, binary), DMIG, Matrix Market, Abaqus and CalculiX, npz. Which matrix
 is which follows from its name in the file, else from that of the file: k… or …stiff… is stiffness,
 m… or …mass… mass.

@@ -1,12 +1,8 @@
 """Places of components, what turns together, and how stiff in torsion it is between two places.
 
-Places and axes of components in the gear unit's frame.
-
 A component's support_vector and axes are given in the frame of the component that
 reference_component_for_position names (the gear unit, as a rule); one without a place of its own
 sits on its shaft at u_coordinate_on_shaft.
-
-What turns together in a REXS model, and how stiff in torsion it is between two places.
 
 Shafts carry parts (assembly); couplings, fits, keys and splines join an inner with an outer part
 (side); carriers consist of shafts, pins and side plates. Bearings join nothing in rotation. What

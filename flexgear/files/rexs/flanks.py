@@ -115,7 +115,7 @@ class Entry:
         if other is None or self.name != other.name:
             return False
         mine, its = ({row.key: row.value for row in e.rows} for e in (self, other))
-        return mine.keys() == its.keys() and all(_same(mine[k], its[k]) for k in mine)
+        return mine.keys() == its.keys() and all(_same(value, its[k]) for k, value in mine.items())
 
 
 class Ground:
@@ -344,7 +344,8 @@ class FlankReader:
     def write(self, carries: Mapping[str, bool]) -> None:
         """All flanks. carries: by stage whether its forces are those of ``forward``
         (``gears.flanks.tooth_sides``), where the case has a torque."""
-        senses = {stage: self._sense(stage, carries.get(stage)) for stage in self._stages()}
+        stages = dict.fromkeys(of_gear.stage for of_gear in self.gears_read)
+        senses = {stage: self._sense(stage, carries.get(stage)) for stage in stages}
         kinds = {
             kind
             for of_gear in self.gears_read
@@ -356,9 +357,6 @@ class FlankReader:
                 self.case.warn(f"{kind}: taken as {_SIGNS[kind]}, over the whole flank")
         for of_gear in self.gears_read:
             self._write(of_gear, senses[of_gear.stage])
-
-    def _stages(self) -> list[str]:
-        return list(dict.fromkeys(of_gear.stage for of_gear in self.gears_read))
 
     def _datum(self, gear: Component) -> tuple[int, bool]:
         """Side of the datum face, +1 at the +z end, and whether that is assumed."""

@@ -1,7 +1,5 @@
 """A case as a REXS model: gears, shafts, carriers, bearings, joints, loads; steady results.
 
-What a REXS model does not say of a case.
-
 Frame: u is the case's z, v its x, w its y. Speeds, torques and powers of the steady flow stand in a
 load case.
 """

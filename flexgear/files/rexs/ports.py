@@ -3,8 +3,6 @@
 A port is a body with an external load that transmits torque about its axis. Power with sign says
 which way it goes: torque and speed of one sign drive. Of all speeds and torques as many are taken
 as the train leaves free, those that the file defines first; the others must follow.
-
-Writes inputs and output of a case, with as many speeds and torques as the train leaves free.
 """
 
 from __future__ import annotations
@@ -18,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from flexgear.files.case_text import CaseText
-from flexgear.files.rexs.assembly import Assembly, Frame
+from flexgear.files.rexs.assembly import Assembly
 from flexgear.files.rexs.document import Component, Datum, flag, number
 from flexgear.files.rexs.stages import Member
 from flexgear.gears.power_flow import PowerFlow, power_flow
@@ -95,7 +93,7 @@ def forces_on(
         shaft = assembly.frames.shaft(load)
         frame = None if shaft is None else assembly.frames.of(shaft)
         member = _member_of(assembly, load, members)
-        if member is None or (frame is not None and not _is_aligned(frame)):
+        if member is None or (frame is not None and abs(frame.axes - np.eye(3)).max() > _ALIGNED):
             continue
         force = [number([load], f"force_{a}_direction", "N") for a in "vwu"]
         moment = [number([load], f"torque_around_{a}_axis", "N m") for a in "vw"]
@@ -104,11 +102,6 @@ def forces_on(
             load.role = load.role or f"forces on {member.name}"
             forces.append((member, load, (values[:3], [*values[3:], 0.0])))
     return forces
-
-
-def _is_aligned(frame: Frame) -> bool:
-    """Whether a frame's axes are those of the gear unit."""
-    return bool(abs(frame.axes - np.eye(3)).max() < _ALIGNED)
 
 
 def speed_of(assembly: Assembly, body: int | None) -> Datum | None:
@@ -202,7 +195,9 @@ class PortWriter:
             self.case.warn("no speed in the file: a case of free vibration, modes only")
             return
         for port in self.ports:
-            self._complete(port, speeds[port.member.name])
+            if port.speed is None:
+                follows = "derived: from the speed that the file gives elsewhere"
+                port.speed = Datum(speeds[port.member.name], follows)
         if len(self.ports) < free.mobility:
             self.case.warn("fewer loads than free speeds: a case of free vibration, modes only")
             return
@@ -250,11 +245,6 @@ class PortWriter:
                     " follows from the speed that was taken"
                 )
 
-    def _complete(self, port: Port, follows: float) -> None:
-        """Speed of a port that the file gives elsewhere."""
-        if port.speed is None:
-            port.speed = Datum(follows, "derived: from the speed that the file gives elsewhere")
-
     def _chosen(self, where: str, mobility: int) -> tuple[list[Port], list[Port]]:
         ports = sorted(
             self.ports,
@@ -301,7 +291,8 @@ class PortWriter:
                     section.take("power_kw", port.power)
             if port.inertia is not None:
                 section.take("inertia_kg_m2", port.inertia)
-        self._signs(output)
+        if output.drives is True:
+            self.case.warn(f"{output.loads[0].label}: its signs say that it drives, as all others")
         self._forces()
 
     def _forces(self) -> None:
@@ -321,10 +312,6 @@ class PortWriter:
             return max(outs, key=_power)
         silent = [p for p in self.ports if p not in loaded]
         return silent[-1] if silent else self.ports[-1]
-
-    def _signs(self, output: Port) -> None:
-        if output.drives is True:
-            self.case.warn(f"{output.loads[0].label}: its signs say that it drives, as all others")
 
 
 def _power(port: Port) -> float:

@@ -1,12 +1,8 @@
 """Stages of a REXS model, their gears and members, and the bearings that carry them.
 
-Planetary and cylindrical stages of a REXS model: which gear is what.
-
 A REXS gear mesh is a cylindrical_stage with two gears. A planetary stage collects those of every
 planet with sun and ring: the ring is the internal gear, planets mesh with it, suns with planets.
 Double-helical stages are pairs of gears of opposite hand on the same shafts.
-
-Members of the stages, where they sit along the axis, and which bearings carry them.
 """
 
 from __future__ import annotations
@@ -150,8 +146,8 @@ def _planetary(assembly: Assembly, planetary: Component, meshes: list[Mesh]) -> 
         "planet": [[gears[k] for gears in twins] for k in range(max(counts))],
         "ring": [[gear] for gear in _along(rings, assembly)],
     }
-    if max(counts) == 2:
-        _require_opposite(halves["planet"][0][0], halves["planet"][1][0])
+    if max(counts) == 2 and not _opposite(halves["planet"][0][0], halves["planet"][1][0]):
+        raise Unfit("its planets have two gears that are no halves of a double helix")
     for relation in assembly.document.related("planet_shaft", "central_shaft"):
         relation.used |= relation.of("planetary_stage") == planetary.id
     return RexsStage(
@@ -203,11 +199,6 @@ def _opposite(first: Component, second: Component) -> bool:
     )
     helix = [_value(gear, "helix_angle_reference_diameter", "deg") for gear in (first, second)]
     return same and helix[0] is not None and helix[0] != 0 and helix[0] == -(helix[1] or 0)
-
-
-def _require_opposite(first: Component, second: Component) -> None:
-    if not _opposite(first, second):
-        raise Unfit("its planets have two gears that are no halves of a double helix")
 
 
 def _value(gear: Component, key: str, unit: str) -> float | None:

@@ -85,7 +85,10 @@ class SupportWriter:
                     number([bearing, twin], name, "N / m")  # alike ones are used, others get listed
                     number([bearing, twin], name, "N m / rad")
         self._springs(section, first, scale, ("radial", "axial", "tilt"), needs, z)
-        self._clearance(section, first)
+        clearance = number(first, CLEARANCES, "mm")
+        if clearance is not None and clearance.value > 0:
+            source = f"{clearance.source}, half the diametral clearance"
+            section.put("clearance_mm", clearance.value / 2, source)
         self._rating(section, first)
 
     def _springs(
@@ -183,12 +186,6 @@ class SupportWriter:
         if word in ("positive", "negative"):
             self.case.warn(f"{joint.label}: takes axial force in one direction, here in both")
         return word != "no_direction"
-
-    def _clearance(self, section: Section, bearings: list[Component]) -> None:
-        datum = number(bearings, CLEARANCES, "mm")
-        if datum is not None and datum.value > 0:
-            source = f"{datum.source}, half the diametral clearance"
-            section.put("clearance_mm", datum.value / 2, source)
 
     def _rating(self, section: Section, bearings: list[Component]) -> None:
         rating = number(bearings, RATINGS, "kN")

@@ -1,7 +1,5 @@
 """The commented case of a REXS model.
 
-What of a file its case does not hold, one line for each component or kind of relation.
-
 Members are lumped. Every key of the case says which component and attribute it comes from, or why
 it was assumed; what the case does not hold is listed below it.
 """

@@ -52,7 +52,9 @@ def _rolls(flank_table: FlankTable, flank: Flank) -> Array:
     beyond = rho.max() > high + edge if flank.tip > flank.root else rho.min() < low - edge
     if beyond or rho.max() < low or rho.min() > high or np.any(np.diff(rho) <= 0):
         factor, unit = (np.degrees(1.0), "deg") if name == "roll_angles" else (1e3, "mm")
-        ends = _places(name, flank, np.array([low, high])) * factor
+        ends = np.array([low, high])
+        angles, diameters = ends / flank.base_radius, 2.0 * np.hypot(ends, flank.base_radius)
+        ends = factor * (angles if name == "roll_angles" else diameters)
         raise Refusal(
             f"table.{name}",
             f"{places[0] * factor:g} … {places[-1] * factor:g} {unit} do not fit the active "
@@ -60,13 +62,6 @@ def _rolls(flank_table: FlankTable, flank: Flank) -> Array:
             "end at the tip, and begin outside the base circle",
         )
     return rho
-
-
-def _places(name: str, flank: Flank, rho: Array) -> Array:
-    """Roll angles, rad, or diameters, m, of roll lengths."""
-    if name == "roll_angles":
-        return rho / flank.base_radius
-    return np.asarray(2.0 * np.hypot(rho, flank.base_radius))
 
 
 def _two(nodes: Array) -> Array:
