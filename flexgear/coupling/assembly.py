@@ -133,7 +133,7 @@ class Assembly(BodyCoordinates):
             second = self.rows(*c.second)
             if self.member_of[c.second[0]].port(c.second[1]).floats:
                 apart = first - self.rows(c.second[0], "gear")
-                self._turning_link(c.name, apart, second, c.matrix, frame.planets)
+                self._turning_link(c, apart, second, frame.planets)
                 self._law_bearing(c, second, apart, frame.planets)
                 return
             if c.reaches:
@@ -254,21 +254,20 @@ class Assembly(BodyCoordinates):
             nodes.append(self.contact_node(housing, -1))
         self._turning_rows(c.name, rest, nodes)
 
-    def _turning_link(
-        self, name: str, first: Array, second: Array, matrix: Array, angle: int
-    ) -> None:
+    def _turning_link(self, c: Connection, first: Array, second: Array, angle: int) -> None:
         """A spring on the motion first − R(θ) second (6, d), θ being the system's ``angle``.
 
-        A small share of it stays a constant spring on ``first``, as bearings with a law of their
-        own keep one: what the spring holds is not loose without its turning rows.
+        A small share of the bearing's stiffness stays a constant spring on ``first``: without its
+        turning rows, and the rows of a law of its own, the body would be loose.
         """
-        add_spring(self.stiffness, first, CENTERING * matrix)
+        centering = CENTERING * (c.matrix if c.bearing is None else c.bearing.matrix)
+        add_spring(self.stiffness, first, centering)
         ends = [self.contact_node(first, -1), self.contact_node(second, angle)]
-        for value, vector in zip(*rotating_rows((1.0 - CENTERING) * matrix), strict=True):
+        for value, vector in zip(*rotating_rows(c.matrix - centering), strict=True):
             self.support_rows.append((float(value), [(ends[0], vector), (ends[1], -vector)]))
-            self.support_names.append(name)
+            self.support_names.append(c.name)
         self.rotating_frame_supports.append(
-            RotatingFrameSupport(name, first, second, matrix, -1, angle)
+            RotatingFrameSupport(c.name, first, second, c.matrix, -1, angle)
         )
 
     def joint(

@@ -46,9 +46,14 @@ def equilibria(system, cycles=1):
     return revolution(static_system(system), angles, TORQUE)
 
 
-def test_stiff_planets_carry_as_lumped_ones():
+ROLLERS = {"count": 18, "rows": 2, "length_mm": 120, "spacing_mm": 150, "clearance_um": 40}
+
+
+@pytest.mark.parametrize("rollers", [None, ROLLERS])
+def test_stiff_planets_carry_as_lumped_ones(rollers):
+    bearing = {f"stage.planet_bearing.rollers.{k}": v for k, v in (rollers or {}).items()}
     lumped, stiff, soft = (
-        equilibria(coupled(**k)[0])
+        equilibria(coupled(**k, **bearing)[0])
         for k in ({"rigid": ("ring", "carrier", "planet")}, {"stiffer": 1e7}, {})
     )
     scale = lumped.pair_load.max()
