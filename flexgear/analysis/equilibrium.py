@@ -14,11 +14,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from flexgear.analysis.kernels.pair_loads import empty_pair_loads
+from flexgear.analysis.kernels.pair_loads import PairLoads, empty_pair_loads
 from flexgear.analysis.kernels.positions import Positions, solve_positions
 from flexgear.analysis.kernels.static_position import Held, position_work
 from flexgear.coupling.kernels.elements import law_functions
@@ -31,21 +32,18 @@ CHUNK = 100  # positions between two reports of progress
 
 
 @dataclass(frozen=True)
-class Equilibrium:
-    """Equilibria over positions (first axis p).
+class Solution:
+    """What equilibria and transients give, sample by sample (first axis t).
 
-    input_angles (p, F) independent rotations, rad; theta (p, A) angles of the stages; torques
-    (p, P) external torque on every port, N·m; eta (p, n) modal coordinates measured from the
-    undeflected train at that position; pair_load (p, M, S) N with pair_tooth (0-based, −1 none),
-    pair_stiffness N/m, pair_position (path coordinate, m); of pairs in slices far_load (p, M, S) N,
-    what of the load the second row carries, and pair_approach (p, M, S, 4) m: by how much both rows
-    close, then what the bodies' motion does of it, else of no length; support_load (p, extra rows)
-    N; active_flanks (p, M) gear meshes that were looked at; closure (p,) largest imbalance over the
-    load.
+    theta (t, A) rad, angles of stages and frames by which pairs are placed; torques (t, P) from
+    outside on every port, N·m; eta (t, n) modal coordinates; pair_load (t, M, S) N with pair_tooth
+    (0-based, −1 none), pair_stiffness N/m, pair_position (path coordinate, m); of pairs in slices
+    far_load (t, M, S) N, what of the load the second row carries, and pair_approach (t, M, S, 4) m:
+    by how much both rows close, then what the bodies' motion does of it, else of no length;
+    support_load (t, extra rows) N; active_flanks (t, M) gear meshes that were looked at.
     """
 
     modal: ModalSystem
-    input_angles: Array
     theta: Array
     torques: Array
     eta: Array
@@ -57,22 +55,23 @@ class Equilibrium:
     pair_approach: Array
     support_load: Array
     active_flanks: NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Equilibrium(Solution):
+    """Equilibria over positions; eta is measured from the undeflected train at that position.
+
+    input_angles (p, F) independent rotations, rad; closure (p,) largest imbalance over the load.
+    """
+
+    input_angles: Array
     closure: Array
 
-    @property
-    def carrier_angle(self) -> Array:
-        """First independent rotation (p,), rad: the carrier's in a single stage."""
-        return np.asarray(self.input_angles[:, 0])
 
-    @property
-    def input_torque(self) -> Array:
-        """Torque on the first port (p,), N·m."""
-        return np.asarray(self.torques[:, 0])
-
-    @property
-    def output_torque(self) -> Array:
-        """Torque (p,) that the last port gives off, N·m."""
-        return np.asarray(-self.torques[:, -1])
+def pair_arrays(loads: PairLoads) -> dict[str, Any]:
+    """Loads of pairs and supports by the names of ``Solution``."""
+    names = {"far": "far_load", "supports": "support_load"}
+    return {names.get(name, f"pair_{name}"): v for name, v in loads._asdict().items()}
 
 
 def held(modal: ModalSystem) -> Held:
@@ -112,13 +111,14 @@ def port_torques(system: System, torque: Array | float, count: int) -> Array:
 
 def revolution(
     modal: ModalSystem,
-    angles: Array,
+    angles: Array | float,
     torque: Array | float,
     progress: Callable[[float], None] | None = None,
     theta: Array | None = None,
 ) -> Equilibrium:
-    """Equilibria at independent rotations (p,) or (p, F) rad under a torque, N·m.
+    """Equilibria at independent rotations under a torque, N·m.
 
+    angles: of the first rotation, scalar or (p,), or (p, F) of all, rad;
     torque: of the first port, scalar or (p,), the other given ports in their rated proportion; or
     (p, P) for all ports. theta: angles (p, A) rad of stages and frames, of the rolling train at
     these rotations unless given. Raises FlexgearError where nothing holds the train or the closure
@@ -156,22 +156,9 @@ def revolution(
             raise FlexgearError(_refusal(input_angles[p, 0], at_ports[p, 0], failed))
         if progress is not None and count > CHUNK:
             progress(stop / count)
-    return Equilibrium(
-        modal,
-        input_angles,
-        theta,
-        positions.torques,
-        positions.eta,
-        loads.load,
-        loads.tooth,
-        loads.stiffness,
-        loads.position,
-        loads.far,
-        loads.approach,
-        loads.supports,
-        positions.active_flanks,
-        positions.closure,
-    )
+    samples = positions._asdict()
+    del samples["known"]
+    return Equilibrium(modal, input_angles=input_angles, **samples, **pair_arrays(loads))
 
 
 def _refusal(angle: float, torque: float, closure: float) -> str:
@@ -185,8 +172,3 @@ def _refusal(angle: float, torque: float, closure: float) -> str:
         f"equilibrium at carrier angle {angle:.5f} rad under {torque:.6g} N·m closes only to "
         f"{closure:.2e} of the load: stiffnesses are too far apart; check bearings and bolts"
     )
-
-
-def equilibrium(modal: ModalSystem, carrier_angle: float, torque: float) -> Equilibrium:
-    """One equilibrium; the same arrays with a first axis of length 1."""
-    return revolution(modal, np.array([carrier_angle]), torque)

@@ -116,16 +116,11 @@ class ErrorSets:
 
 def no_errors(base: PairData) -> ErrorSets:
     """One set without errors."""
-    return ErrorSets(
-        amplitude=np.zeros((1, *base.error_amplitude.shape)),
-        phase=np.zeros((1, *base.error_phase.shape)),
-        offset=np.zeros((1, *base.error_offset.shape)),
-        slope=np.zeros((1, *base.error_slope.shape)),
-        gear=np.zeros((1, *base.error_gear.shape)),
-        planet=np.zeros((1, *base.error_planet.shape)),
-        runout_amplitude=np.zeros((1, *base.runout_amplitude.shape)),
-        runout_phase=np.zeros((1, *base.runout_phase.shape)),
-    )
+    columns = (
+        base.error_amplitude, base.error_phase, base.error_offset, base.error_slope,
+        base.error_gear, base.error_planet, base.runout_amplitude, base.runout_phase,
+    )  # fmt: skip
+    return ErrorSets(*(np.zeros((1, *column.shape)) for column in columns))
 
 
 def waves_of(sets: ErrorSets) -> Waves:
@@ -146,7 +141,7 @@ def waves_of(sets: ErrorSets) -> Waves:
     )
 
 
-CHUNK = 25  # positions between two reports of progress
+CHUNK = 25  # positions after which a program may be interrupted
 
 
 @dataclass(frozen=True)
@@ -185,7 +180,6 @@ def error_study(modal: ModalSystem, input_angles: Array, torque: Array | float) 
 def gear_mesh_forces(
     study: ErrorStudy,
     sets: ErrorSets,
-    progress: Callable[[float], None] | None = None,
     look: Callable[[int, Equilibrium], None] | None = None,
 ) -> Array:
     """Forces (p, M, J) of all gear meshes of one flank, N; NaN where a set has no equilibrium.
@@ -194,7 +188,7 @@ def gear_mesh_forces(
     FlexgearError where perfect gears have none or the inverse closes worse than 1e-8.
     """
     if study.one_by_one is not None:
-        return _one_by_one(study, study.one_by_one, sets, progress, look)
+        return _one_by_one(study, study.one_by_one, sets, look)
     count, laws, waves = len(study.theta), law_functions(study.pairs), waves_of(sets)
     work = position_work(study.pairs, study.held, study.torques.shape[1])
     force = np.zeros((count, len(study.pairs.s0), len(sets)))
@@ -209,14 +203,12 @@ def gear_mesh_forces(
                 f"perfect gears have no equilibrium at {angle:.5f} rad that closes "
                 f"within {CLOSURE:g} of the load; check torque, bearings and supports"
             )
-        if progress is not None:
-            progress(stop / count)
     return force
 
 
 def _one_by_one(
     study: ErrorStudy, modal: ModalSystem, sets: ErrorSets,
-    progress: Callable[[float], None] | None, look: Callable[[int, Equilibrium], None] | None,
+    look: Callable[[int, Equilibrium], None] | None,
 ) -> Array:  # fmt: skip
     force = np.full((len(study.theta), len(study.pairs.s0), len(sets)), np.nan)
     for j in range(len(sets)):
@@ -230,6 +222,4 @@ def _one_by_one(
         force[:, :, j] = equilibrium.pair_load.sum(axis=-1)
         if look is not None:
             look(j, equilibrium)
-        if progress is not None:
-            progress((j + 1) / len(sets))
     return force

@@ -61,23 +61,10 @@ class Campbell:
 
 
 @dataclass(frozen=True)
-class ExcitationLine:
-    """Excitation of frequency order · factor · base Hz, e.g. a gear-mesh frequency's harmonic."""
-
-    order: float
-    base: float
-
-    @property
-    def slope(self) -> float:
-        """Hz per unit of the speed factor."""
-        return self.order * self.base
-
-
-@dataclass(frozen=True)
 class Crossing:
     """Where an excitation line meets a mode: speed factor and frequency in Hz."""
 
-    line: ExcitationLine
+    line: int
     mode: int
     factor: float
     frequency: float
@@ -214,22 +201,22 @@ def campbell(
     return Campbell(s, frequencies, mac, sense)
 
 
-def crossings(campbell: Campbell, lines: Sequence[ExcitationLine]) -> tuple[Crossing, ...]:
+def crossings(campbell: Campbell, slopes: Sequence[float]) -> tuple[Crossing, ...]:
     """All crossings of lines with modes within the factors, rising in factor; where several meet at
-    one, to nine digits, in the order of modes.
+    one, to nine digits, in the order of modes. slopes: Hz per unit of the speed factor.
 
     Frequencies are taken as straight between factors: the error falls with the square of the
     spacing. Rigid motions, which every line meets at rest, do not count.
     """
     s, met = campbell.factors, []
-    for line in lines:
-        gap = campbell.frequencies - line.slope * s[:, None]
+    for line, slope in enumerate(slopes):
+        gap = campbell.frequencies - slope * s[:, None]
         for mode in range(gap.shape[1]):
             g, f = gap[:, mode], campbell.frequencies[:, mode]
             for i in np.flatnonzero(g[:-1] * g[1:] < 0):
                 share = g[i] / (g[i] - g[i + 1])
                 at = s[i] + share * (s[i + 1] - s[i])
-                met.append(Crossing(line, mode, float(at), float(line.slope * at)))
+                met.append(Crossing(line, mode, float(at), float(slope * at)))
             for i in np.flatnonzero((g == 0) & (f > 0)):
                 met.append(Crossing(line, mode, float(s[i]), float(f[i])))
     return tuple(sorted(met, key=lambda c: (float(f"{c.factor:.9g}"), c.mode)))

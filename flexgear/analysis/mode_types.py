@@ -22,7 +22,7 @@ Source: Lin & Parker 1999, J. Vib. Acoust. 121:316 (planar); Eritenel & Parker 2
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -43,19 +43,6 @@ AT_REST = 1e-6  # share of energy of the central members below which they are at
 PURE = 1e-3  # share of the central members' rigid energy that another motion may hold
 EQUAL = 1e-6  # relative distance of repeated frequencies
 RIGID = 1e-6  # of the highest frequency: below it a mode is rigid
-
-
-@dataclass(frozen=True)
-class Member:
-    """One body for the classification.
-
-    name: a part "planet", or a central member; at: its coordinates in the system; motions: (d_b, 6)
-    coordinates under unit rigid motion ux … rz, zero columns for motions it does not have.
-    """
-
-    name: BodyName
-    at: slice
-    motions: Array
 
 
 @dataclass(frozen=True)
@@ -81,45 +68,34 @@ class ModeTypes:
                 count[i] = sum(self.kinds[j] == self.kinds[i] for j in group)
         return count
 
-    def nearest(self, mode: int) -> str:
-        """The part with the largest share among the central members, or "planet" at rest."""
-        central = {p: float(self.shares[p][mode]) for p in PARTS[:-1]}
-        if sum(central.values()) < AT_REST:
-            return "planet"
-        return max(central, key=lambda p: central[p])
 
-
-def members(bodies: Sequence[Body]) -> tuple[Member, ...]:
-    """Members from bodies in the order of their coordinates; bodies without any are left out."""
-    out, start = [], 0
+def _placed_bodies(bodies: Sequence[Body]) -> Iterator[tuple[Body, slice]]:
+    """Bodies that have coordinates, and where these are."""
+    start = 0
     for body in bodies:
-        at = slice(start, start + body.size)
-        start = at.stop
         if body.size:
-            out.append(Member(body.name, at, body.rigid_motions))
-    return tuple(out)
+            yield body, slice(start, start + body.size)
+        start += body.size
 
 
 def classify(
     frequencies: ArrayLike,
     shapes: Array,
     mass: Array,
-    members: Sequence[Member],
+    bodies: Sequence[Body],
     *,
     rigid: int | None = None,
-    pure: float = PURE,
 ) -> ModeTypes:
     """Types of modes with frequencies (m,) rising and M-orthonormal shapes (d, m).
 
     rigid: number of rigid motions among them, which come first (None: those below 1e-6 of the
-    highest frequency); pure: share of the central members' rigid energy that may be in another
-    motion.
+    highest frequency); bodies: in the order of their coordinates.
     Eigenvalue solvers return any basis of a repeated frequency, so where different types share
     one, the basis is turned until each mode is of one type.
     FlexgearError where the mass couples bodies, so that energy has no owner.
     """
     f = np.asarray(frequencies, dtype=float)
-    parts = _projections(mass, members)
+    parts = _projections(mass, bodies)
     n_rigid = _rigid_count(f, rigid)
     groups = repeated(f, n_rigid)
     shapes, turned = shapes.copy(), np.zeros(len(f), dtype=bool)
@@ -129,22 +105,22 @@ def classify(
         at = list(group)
         apart = _separated(parts, shapes[:, at])
         # a planet mode mixed into a rotational one looks like two rotational modes
-        if _counted(parts, apart, pure) != _counted(parts, shapes[:, at], pure):
+        if _counted(parts, apart) != _counted(parts, shapes[:, at]):
             shapes[:, at], turned[at] = apart, True
     shares = _shares(parts, shapes)
-    kinds = [_kind(s, pure) for s in _each(shares, len(f))]
+    kinds = [_kind(s) for s in _each(shares, len(f))]
     kinds[:n_rigid] = ["rigid"] * n_rigid
-    bodies = {
-        m.name: np.einsum("im,ij,jm->m", shapes[m.at], mass[m.at, m.at], shapes[m.at])
-        for m in members
+    energies = {
+        body.name: np.einsum("im,ij,jm->m", shapes[at], mass[at, at], shapes[at])
+        for body, at in _placed_bodies(bodies)
     }
-    lost = np.abs(sum(bodies.values()) - 1.0).max(initial=0.0)
+    lost = np.abs(sum(energies.values()) - 1.0).max(initial=0.0)
     if lost > 1e-6:
         raise FlexgearError(
             f"modes cannot be classified: {lost:.2g} of their kinetic energy belongs to no single "
             "body (a mass couples bodies, or the shapes are not M-orthonormal)"
         )
-    return ModeTypes(tuple(kinds), shares, bodies, groups, shapes, turned)
+    return ModeTypes(tuple(kinds), shares, energies, groups, shapes, turned)
 
 
 def repeated(frequencies: ArrayLike, rigid: int | None = None) -> tuple[tuple[int, ...], ...]:
@@ -181,16 +157,16 @@ def strain_shares(
     }
 
 
-def planar_rows(mass: Array, members: Sequence[Member]) -> tuple[Array, Array]:
+def planar_rows(mass: Array, bodies: Sequence[Body]) -> tuple[Array, Array]:
     """Mean in-plane motion of the central members that translate: rows (n, 2, d), masses (n,)."""
     rows, masses = [], []
-    for m in members:
-        plane, body_mass = m.motions[:, :2], mass[m.at, m.at]
-        if m.name.part == "planet" or not np.all(np.abs(plane).max(axis=0) > 0):
+    for body, at in _placed_bodies(bodies):
+        plane, body_mass = body.rigid_motions[:, :2], mass[at, at]
+        if body.name.part == "planet" or not np.all(np.abs(plane).max(axis=0) > 0):
             continue
         inertia = plane.T @ body_mass @ plane
         row = np.zeros((2, len(mass)))
-        row[:, m.at] = np.linalg.solve(inertia, plane.T @ body_mass)
+        row[:, at] = np.linalg.solve(inertia, plane.T @ body_mass)
         rows.append(row)
         masses.append(0.5 * np.trace(inertia))
     return np.array(rows).reshape(-1, 2, len(mass)), np.array(masses)
@@ -200,20 +176,20 @@ def _rigid_count(f: Array, rigid: int | None) -> int:
     return int(np.sum(f <= RIGID * f.max(initial=0.0))) if rigid is None else rigid
 
 
-def _projections(mass: Array, members: Sequence[Member]) -> dict[str, Array]:
+def _projections(mass: Array, bodies: Sequence[Body]) -> dict[str, Array]:
     """Rows Q (k, d) of every part with |Q φ|² its kinetic energy in a mode (times two)."""
     rows: dict[str, list[Array]] = {p: [] for p in PARTS}
-    for m in members:
-        lower = linalg.cholesky(mass[m.at, m.at], lower=True)
+    for body, at in _placed_bodies(bodies):
+        lower = linalg.cholesky(mass[at, at], lower=True)
         rest = np.eye(lower.shape[0])  # projector in y = Lᵀ q, in which energy is |y|²
-        if m.name.part == "planet":
-            rows["planet"].append(_placed(lower.T, m.at, len(mass)))
+        if body.name.part == "planet":
+            rows["planet"].append(_placed(lower.T, at, len(mass)))
             continue
         for motion in MOTIONS:  # translation first: what follows turns about the centre of mass
-            basis = _basis(rest, lower.T @ m.motions[:, _DOFS[motion]])
-            rows[motion].append(_placed(basis.T @ lower.T, m.at, len(mass)))
+            basis = _basis(rest, lower.T @ body.rigid_motions[:, _DOFS[motion]])
+            rows[motion].append(_placed(basis.T @ lower.T, at, len(mass)))
             rest = rest - basis @ basis.T
-        rows["elastic"].append(_placed(rest @ lower.T, m.at, len(mass)))
+        rows["elastic"].append(_placed(rest @ lower.T, at, len(mass)))
     return {p: np.vstack(r) if r else np.zeros((0, len(mass))) for p, r in rows.items()}
 
 
@@ -237,13 +213,13 @@ def _each(shares: Mapping[str, Array], count: int) -> list[dict[str, float]]:
     return [{p: float(s[i]) for p, s in shares.items()} for i in range(count)]
 
 
-def _kind(shares: Mapping[str, float], pure: float) -> str:
+def _kind(shares: Mapping[str, float]) -> str:
     rigid = sum(shares[p] for p in MOTIONS)
     if rigid + shares["elastic"] < AT_REST:
         return "planet"
     if shares["elastic"] > rigid:
         return "elastic"
-    moving = {p for p in MOTIONS if shares[p] > pure * rigid}
+    moving = {p for p in MOTIONS if shares[p] > PURE * rigid}
     if len(moving) == 1:
         return moving.pop()
     for pair in PAIRS:
@@ -252,8 +228,8 @@ def _kind(shares: Mapping[str, float], pure: float) -> str:
     return "mixed"
 
 
-def _counted(parts: Mapping[str, Array], shapes: Array, pure: float) -> Counter[str]:
-    return Counter(_kind(s, pure) for s in _each(_shares(parts, shapes), shapes.shape[1]))
+def _counted(parts: Mapping[str, Array], shapes: Array) -> Counter[str]:
+    return Counter(_kind(s) for s in _each(_shares(parts, shapes), shapes.shape[1]))
 
 
 def _separated(parts: Mapping[str, Array], shapes: Array) -> Array:

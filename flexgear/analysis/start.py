@@ -28,18 +28,11 @@ Array = NDArray[np.float64]
 AGREES = 1e-12  # of the torques of brakes that hold no balance, found in turns with the speeds
 
 
-def start_state(
-    modal: ModalSystem,
-    prescribed: float | Array,
-    *,
-    carrier_angle: float = 0.0,
-    carrier_speed: float | None = None,
-) -> State:
-    """Equilibrium at ``carrier_angle``, rad, plus rolling.
+def start_state(modal: ModalSystem, prescribed: float | Array) -> State:
+    """Equilibrium at zero angle plus rolling at the speeds that the machines require.
 
     prescribed: torque of the first port, the others then as rated, or (P,) what is prescribed to
-    every machine (``transient.Drive``). carrier_speed: of the first independent rotation, rad/s,
-    the others in rated proportion; as the machines require it if left out.
+    every machine (``transient.Drive``).
     """
     system = modal.system
     ends = np.asarray(prescribed, dtype=float)
@@ -49,18 +42,14 @@ def start_state(
     while not settled:
         torques, share = _known_torques(held.system, ends, speeds), _share(modal, speeds)
         turning = replace(held, system=_at_speed(held.system, share))
-        at_rest = revolution(turning, np.array([carrier_angle]), torques[None])
+        at_rest = revolution(turning, 0.0, torques[None])
         speeds = _speeds(held.system, ends, at_rest.torques[0])
         now = _known_torques(held.system, ends, speeds)
         settled = bool(np.abs(now - torques).max() <= AGREES * np.abs(now).max())
         settled = settled and abs(_share(modal, speeds) - share) <= AGREES * abs(share)
-    if carrier_speed is not None:
-        rated = system.rated_input_speeds
-        first = carrier_speed * np.eye(len(rated))[0]
-        speeds = rated * (carrier_speed / rated[0]) if rated[0] else first
     velocity = modal.rolling @ speeds
     return State(
-        eta=at_rest.eta[0] + modal.rolling @ at_rest.input_angles[0],
+        eta=at_rest.eta[0].copy(),
         velocity=velocity,
         acceleration=np.zeros(modal.modes.shape[1]),
         memory=first_memory(system.pairs),

@@ -57,7 +57,7 @@ def step_data(modal: ModalSystem, sizes: float | Array) -> StepData:
             inputs=modal.input_rows,
             frames=frame_data(modal),
         ),
-        channels=channels(modal, h, inverse, BETA),
+        channels=channels(modal, h, inverse),
         elements=packed(modal.system.pairs),
         machines=packed_machines(modal.system),
     )
@@ -124,7 +124,7 @@ def empty_samples(modal: ModalSystem, count: int) -> Samples:
     )
 
 
-def channels(modal: ModalSystem, h: Array, inverse: Array, beta: float) -> Channels:
+def channels(modal: ModalSystem, h: Array, inverse: Array) -> Channels:
     """Channels of a system for steps of the sizes h (L,) s with D = ``inverse`` (L, n)."""
     ports, count = len(modal.system.ports), len(modal.system.pairs.s0)
     block_channels = len(modal.channels) - ports
@@ -141,7 +141,7 @@ def channels(modal: ModalSystem, h: Array, inverse: Array, beta: float) -> Chann
         moving = np.flatnonzero(p[on_part].any(axis=0))
         part_modes, among = p[np.ix_(on_part, moving)], np.ix_(on_part, on_part)
         for level, size in enumerate(h):
-            dynamic = part_modes * (beta * size**2 * inverse[level, moving]) @ part_modes.T
+            dynamic = part_modes * (BETA * size**2 * inverse[level, moving]) @ part_modes.T
             displacement[level][among] = dynamic + residual[among]
     modes = np.zeros((len(p), rounded_up(p.shape[1])))
     modes[:, : p.shape[1]] = p

@@ -22,7 +22,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from flexgear.analysis.equilibrium import revolution
+from flexgear.analysis.equilibrium import Solution, pair_arrays, revolution
 from flexgear.analysis.kernels.energy import ENERGIES, LEFT_OVER
 from flexgear.analysis.kernels.step import RUNAWAY, advance
 from flexgear.analysis.kernels.step_arrays import Samples, State, StepData
@@ -95,32 +95,17 @@ class Collector:
 
 
 @dataclass(frozen=True)
-class Transient:
-    """Samples of one run, first axis time.
+class Transient(Solution):
+    """Samples of one run.
 
-    time (t,) s; eta (t, n); theta (t, A) rad used to place the pairs; input_motion (t, F, 2)
-    independent rotations, rad, and their speeds, rad/s; torques (t, P) from outside on the ports,
-    N·m, and their speeds (t, P) rad/s; pair_load, pair_stiffness, pair_position (t, M, S);
-    pair_tooth 0-based, −1 none; far_load, pair_approach: as of ``Equilibrium``; support_load (t,
-    extra rows); active_flanks
-    (t, M); energy: name -> (t,) J (zero if not tracked); steps: how many of which size.
+    time (t,) s; input_motion (t, F, 2) independent rotations, rad, and their speeds, rad/s; speeds
+    (t, P) of the ports, rad/s; energy: name -> (t,) J (zero if not tracked); steps: how many of
+    which size.
     """
 
-    modal: ModalSystem
     time: Array
-    eta: Array
-    theta: Array
     input_motion: Array
-    torques: Array
     speeds: Array
-    pair_load: Array
-    pair_tooth: NDArray[np.int16]
-    pair_stiffness: Array
-    pair_position: Array
-    far_load: Array
-    pair_approach: Array
-    support_load: Array
-    active_flanks: NDArray[np.int64]
     energy: dict[str, Array]
     steps: Steps
 
@@ -128,31 +113,6 @@ class Transient:
     def input_angles(self) -> Array:
         """Independent rotations (t, F), rad."""
         return self.input_motion[:, :, 0]
-
-    @property
-    def carrier_angle(self) -> Array:
-        """First independent rotation (t,), rad: the mean pin's in a single stage."""
-        return np.asarray(self.input_motion[:, 0, 0])
-
-    @property
-    def carrier_speed(self) -> Array:
-        """Its speed (t,), rad/s."""
-        return np.asarray(self.input_motion[:, 0, 1])
-
-    @property
-    def input_torque(self) -> Array:
-        """Torque on the first port (t,), N·m."""
-        return np.asarray(self.torques[:, 0])
-
-    @property
-    def output_torque(self) -> Array:
-        """Torque the last port gives off (t,), N·m."""
-        return np.asarray(-self.torques[:, -1])
-
-    @property
-    def output_speed(self) -> Array:
-        """Speed of the last port (t,), rad/s."""
-        return np.asarray(self.speeds[:, -1])
 
 
 def prescribed_values(modal: ModalSystem, drive: Drive, times: Array) -> Array:
@@ -163,10 +123,9 @@ def prescribed_values(modal: ModalSystem, drive: Drive, times: Array) -> Array:
     return np.ascontiguousarray(prescribed)
 
 
-def largest_rated_load(modal: ModalSystem, angle: float = 0.0) -> float:
+def largest_rated_load(modal: ModalSystem) -> float:
     """Largest load of a tooth pair in equilibrium at rated torque, N."""
-    rated = modal.system.rated_torque
-    return float(revolution(modal, np.array([angle]), rated).pair_load.max())
+    return float(revolution(modal, 0.0, modal.system.rated_torque).pair_load.max())
 
 
 @dataclass(frozen=True)
@@ -342,11 +301,9 @@ class _Run:
 
 def by_name(time: Array, samples: Samples) -> dict[str, Array]:
     """A chunk of samples at times (t,) by the names of ``Transient``."""
-    named, pairs = samples._asdict(), samples.pairs
-    del named["pairs"]
-    for name in ("load", "tooth", "stiffness", "position", "approach"):
-        named[f"pair_{name}"] = getattr(pairs, name)
-    return {**named, "far_load": pairs.far, "support_load": pairs.supports, "time": time}
+    arrays = samples._asdict() | pair_arrays(samples.pairs) | {"time": time}
+    del arrays["pairs"]
+    return arrays
 
 
 def collected(modal: ModalSystem, arrays: dict[str, Array], steps: Steps) -> Transient:

@@ -11,7 +11,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
-from flexgear.analysis.gyroscopic import Campbell, ExcitationLine, crossings, whirl_sense
+from flexgear.analysis.gyroscopic import Campbell, crossings, whirl_sense
 from flexgear.analysis.gyroscopic import campbell as whirl_over_speed
 from flexgear.analysis.mode_excitation import (
     ABSENT,
@@ -23,7 +23,7 @@ from flexgear.analysis.mode_excitation import (
     folded,
     resonant_force,
 )
-from flexgear.analysis.mode_types import members, planar_rows
+from flexgear.analysis.mode_types import planar_rows
 from flexgear.analysis.modes import Modes
 from flexgear.model.machine import machines_of
 from flexgear.model.names import GEAR_MESH, PLANET_PASS, SHAFT, ExcitationName
@@ -45,15 +45,21 @@ SAME = 1e-9  # relative, of frequencies that are one
 class Excitation:
     """A line of the Campbell diagram.
 
-    label: its name; share: amplitude of the gear-mesh
-    stiffness over its mean, NaN where nothing is known of it; index: k that it drives in a stage of
-    equal planets, −1 where it drives none of equal parts.
+    order: of the base frequency, Hz at rated speed; label: its name; share: amplitude of the
+    gear-mesh stiffness over its mean, NaN where nothing is known of it; index: k that it drives in
+    a stage of equal planets, −1 where it drives none of equal parts.
     """
 
-    line: ExcitationLine
+    order: float
+    base: float
     label: ExcitationName
     share: float = math.nan
     index: int = -1
+
+    @property
+    def slope(self) -> float:
+        """Frequency at rated speed, Hz."""
+        return self.order * self.base
 
     @property
     def stage(self) -> str:
@@ -86,9 +92,8 @@ def excitations(
         for order in usual:
             share = float(shares[int(order)]) if order in range(len(shares)) else math.nan
             index = excited_index(order, _driver_teeth(stage), stage.planets)
-            line = ExcitationLine(float(order), base)
             name = ExcitationName.of(GEAR_MESH, stage.name, order)
-            excited.append(Excitation(line, name, share, index))
+            excited.append(Excitation(float(order), base, name, share, index))
     return (*excited, *_turning(model))
 
 
@@ -130,16 +135,14 @@ def _turning(model: Model) -> Iterator[Excitation]:
                 continue
             frequencies.append(base)
             for order in TURNS:
-                line = ExcitationLine(float(order), base)
-                yield Excitation(line, ExcitationName.of(SHAFT, stage.name, order, part))
+                name = ExcitationName.of(SHAFT, stage.name, order, part)
+                yield Excitation(float(order), base, name)
         stage_flow = flow.stage(stage.name)
         passes = (
             stage.planets * abs(stage_flow.carrier_speed - stage_flow.ring_speed) / (2 * math.pi)
         )
         if stage.kind == "planetary" and passes > 0.0:
-            name = ExcitationName.of(PLANET_PASS, stage.name, 1)
-            line = ExcitationLine(1.0, passes)
-            yield Excitation(line, name)
+            yield Excitation(1.0, passes, ExcitationName.of(PLANET_PASS, stage.name, 1))
 
 
 def operating_factors(model: Model) -> tuple[float, ...]:
@@ -215,8 +218,7 @@ def campbell(
     diagram = _over_speed(model, np.asarray(factors, dtype=float), limit_hz)
     highest = limit_hz or float(diagram.frequencies.max(initial=0.0))
     lines = excitations(model, highest, None if orders is None else tuple(map(float, orders)))
-    label = {line.line: line.label for line in lines}
-    met = crossings(diagram, [line.line for line in lines])
+    met = crossings(diagram, [line.slope for line in lines])
     count = diagram.frequencies.shape[1]
     rest = Modes(rest.frequencies[:count], rest.shapes[:, :count], rest.energy)
     index = nodal_index(model, rest.shapes)
@@ -228,13 +230,13 @@ def campbell(
             "campbell_frequency": diagram.frequencies,
             "whirl": diagram.sense,
             "campbell_nodal_index": index,
-            "excitation_slope": [line.line.slope for line in lines],
+            "excitation_slope": [line.slope for line in lines],
             "excitation_share": [line.share for line in lines],
             "excitation_index": np.array([line.index for line in lines], dtype=np.int64),
             "crossing_factor": [c.factor for c in met],
             "crossing_frequency": [c.frequency for c in met],
             "crossing_mode": np.array([c.mode + 1 for c in met], dtype=np.int64),
-            "crossing_excitation": np.array([label[c.line] for c in met], dtype=str),
+            "crossing_excitation": np.array([lines[c.line].label for c in met], dtype=str),
             **_meeting_arrays(meetings),
         },
         result_attrs(
@@ -249,7 +251,7 @@ def campbell(
     of_lines: dict[str, list[str] | list[float]] = {
         "excitation_stage": [line.stage for line in lines],
         "excitation_kind": [line.kind for line in lines],
-        "excitation_order": [line.line.order for line in lines],
+        "excitation_order": [line.order for line in lines],
     }
     coords = {name: coordinate(name, "excitation", values) for name, values in of_lines.items()}
     return data.assign_coords(coords)
@@ -258,7 +260,7 @@ def campbell(
 def _over_speed(model: Model, factors: Array, limit_hz: float | None) -> Campbell:
     """Whirl modes over speed; without forces of turning frames those at rest serve for all."""
     system, rest = model.system, model.natural_modes(limit_hz)
-    planes, weights = planar_rows(system.mass, members(system.bodies))
+    planes, weights = planar_rows(system.mass, system.bodies)
     nothing = np.zeros_like(system.mass)
     turning = nothing if system.gyroscopic is None else system.gyroscopic
     pushing = nothing if system.centripetal is None else system.centripetal
@@ -271,13 +273,11 @@ def _over_speed(model: Model, factors: Array, limit_hz: float | None) -> Campbel
             pushing,
             factors,
             count=count,
-            planes=planes if len(planes) else None,
-            weights=weights if len(planes) else None,
+            planes=planes,
+            weights=weights,
         )
     times, frequencies = np.ones((len(factors), 1)), rest.frequencies[:count]
-    sense = np.full(len(frequencies), np.nan)
-    if len(planes):
-        sense = whirl_sense(rest.shapes[:, :count].astype(complex), planes, weights)
+    sense = whirl_sense(rest.shapes[:, :count].astype(complex), planes, weights)
     return Campbell(factors, frequencies * times, np.ones_like(frequencies * times), sense * times)
 
 
@@ -292,7 +292,6 @@ def _meetings(
 ) -> Iterator[Meeting]:
     """Meetings at the operating speeds, by stage and order."""
     rates = decay(model.system, rest, model.mean_springs.cycles)
-    stages = [stage.name for stage in model.case.stages]
     for number, stage in enumerate(model.case.stages):
         lines_of_stage = [line for line in lines if line.stage == stage.name]
         groups = _groups(rest.frequencies, index[:, number])
@@ -302,9 +301,9 @@ def _meetings(
             for i, line in enumerate(lines_of_stage):
                 for g, group in enumerate(groups):
                     natural = float(np.mean([at_speed[j] for j in group]))
-                    excited = factor * line.line.slope
+                    excited = factor * line.slope
                     away = excited / natural - 1.0
-                    k = int(index[group[0], stages.index(stage.name)])
+                    k = int(index[group[0], number])
                     if abs(away) <= margin and k != ABSENT:
                         cause = _cause(line, k, stage.planets)
                         raised = float((force if cause == IDEAL else alone)[i, g])
@@ -352,7 +351,7 @@ def _forces(
             loaded.append(Loaded(cycles[m], float(model.rated[g]), name.planet))
     exciting = [i for i, line in enumerate(lines) if line.share >= NOTHING]
     if loaded and exciting and groups:
-        orders = [int(lines[i].line.order) for i in exciting]
+        orders = [int(lines[i].order) for i in exciting]
         out[exciting] = resonant_force(rest, rates, loaded, orders, groups)
         single = [
             resonant_force(rest, rates, loaded, orders, groups, alone=planet)

@@ -40,7 +40,7 @@ def transient_data(model: Model, result: Transient, **attrs: Any) -> xr.Dataset:
         "input_speed": speeds,
         "stage_speed": _stage_rates(model, speeds),
         "port_speed": result.speeds,
-        "output_speed": result.output_speed,
+        "output_speed": result.speeds[:, -1],
     }
     return _dataset(model, "time", result.time, result, result.torques, arrays, attrs)
 

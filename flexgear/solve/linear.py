@@ -21,9 +21,10 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from flexgear.analysis.gear_mesh_errors import gear_mesh_errors
 from flexgear.analysis.harmonic import GearMeshRows, SteadyState, steady_state
+from flexgear.analysis.kernels.rows_at_angles import read_offsets
 from flexgear.analysis.modes import row_vectors, rows_at
+from flexgear.coupling.kernels.elements import packed, pair_rows
 from flexgear.coupling.machines import Brake, Controller, GivenSpeed
 from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.pair_data import WAVE
@@ -39,6 +40,9 @@ from flexgear.structures.kinematics import turn
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
+CHUNK = 20_000  # times at once
+SAME = 12  # digits of the highest frequency in which equal ones agree
+COMPARED = 100_000  # samples of a transient beside the harmonic solution
 
 
 def why_not_linear(system: System) -> str | None:
@@ -70,8 +74,9 @@ class LinearTrain:
     load: Array
     turning: tuple[tuple[int, Array, Array], ...]
 
-    def influence(self) -> Influence:
-        """Forces and motion of equilibria in the errors and loads."""
+    def influence(self) -> Array:
+        """Forces (M, 1 + 2 n_l + M) of equilibria: N, under the constant load and under each part
+        of those that stand in space; N/m, per metre of error of each gear mesh."""
         s, free = self.system, len(self.system.input_rows)
         held = np.array([p.row for p in s.ports if p.reaction])
         stiffness = s.stiffness + (self.rows.T * self.k) @ self.rows
@@ -84,38 +89,23 @@ class LinearTrain:
         solved = np.linalg.solve(matrix / np.outer(scale, scale), right / scale[:, None])
         motion = (solved / scale[:, None])[: s.size]
         force = self.k[:, None] * (self.rows @ motion)
-        n = len(loads)
-        force[:, n:] += np.diag(self.k)
-        return Influence(force[:, :n], force[:, n:])
+        force[:, len(loads) :] += np.diag(self.k)
+        return force
 
     def forces(self, input_angles: Array) -> Array:
         """Gear-mesh forces (p, M) of equilibria at independent rotations (p, F), N."""
-        influence = self.influence()
-        theta = self.system.theta(input_angles)
-        waves = self._load_waves(theta)
-        return (
-            waves @ influence.force_of_loads.T
-            + gear_mesh_errors(self.system.pairs, theta) @ influence.force.T
-        )
-
-    def _load_waves(self, theta: Array) -> Array:
-        """Factors (p, 1 + 2 n_l) of the constant load and of those that stand in space."""
+        pairs, theta = self.system.pairs, np.ascontiguousarray(self.system.theta(input_angles))
         both = [w for a, *_ in self.turning for w in (np.cos(theta[:, a]), np.sin(theta[:, a]))]
-        return np.column_stack([np.ones(len(theta)), *both])
+        errors, every = (
+            np.zeros((len(theta), len(pairs.s0))),
+            np.ones(len(pairs.s0), dtype=np.int64),
+        )
+        read_offsets(packed(pairs), theta, every, pair_rows(pairs), errors)  # errors less gaps
+        return np.column_stack([np.ones(len(theta)), *both, errors]) @ self.influence().T
 
 
-@dataclass(frozen=True)
-class Influence:
-    """Forces of all M gear meshes. force_of_loads: N, under the constant load and under each part
-    of those that stand in space, (M, 1 + 2 n_l); force: N/m, per metre of error of each gear mesh.
-    """
-
-    force_of_loads: Array
-    force: Array
-
-
-def linear_train(system: System, share: float = 1.0) -> LinearTrain:
-    """Matrices of a train for which ``why_not_linear`` has no reason; share: of rated torques."""
+def linear_train(system: System) -> LinearTrain:
+    """Matrices of a train for which ``why_not_linear`` has no reason."""
     rows, n = rows_at(system)
     vectors, at = row_vectors(system, rows, n), np.flatnonzero(rows.kind[:n] >= 0)
     owner = rows.owner[at]
@@ -124,7 +114,7 @@ def linear_train(system: System, share: float = 1.0) -> LinearTrain:
     load = np.zeros(system.size)
     for port in system.ports:
         if not port.reaction:
-            load = load + share * port.rated_torque * port.row
+            load = load + port.rated_torque * port.row
     turning = []
     pairs = system.pairs
     for block, vector, angle in zip(
@@ -164,7 +154,11 @@ def error_harmonics(system: System) -> tuple[Array, Complex]:
         for h in np.flatnonzero(pairs.runout_amplitude[m]):
             rate = pairs.runout_rate[m, h] * speed[pairs.runout_angle[m, h]]
             waves.append(_sine(m, rate, pairs.runout_amplitude[m, h], pairs.runout_phase[m, h]))
-    return _gathered(waves, len(pairs.s0))
+    values = np.zeros((len(waves), len(pairs.s0)), dtype=complex)
+    for row, (m, _, value) in zip(values, waves, strict=True):
+        row[m] = value
+    omega, errors = _merged(np.array([w for _, w, _ in waves]), values)
+    return omega, errors.T
 
 
 def _sine(m: int, rate: float, amplitude: float, phase: float) -> tuple[int, float, complex]:
@@ -175,33 +169,25 @@ def _sine(m: int, rate: float, amplitude: float, phase: float) -> tuple[int, flo
     return m, abs(rate), complex(value if rate > 0 else np.conj(value))
 
 
-def _gathered(waves: list[tuple[int, float, complex]], count: int) -> tuple[Array, Complex]:
-    omega: list[float] = [0.0]
-    for _, w, _ in sorted(waves, key=lambda x: x[1]):
-        if w > omega[-1] * (1 + 1e-9) and w > 0:
-            omega.append(w)
-    out = np.zeros((count, len(omega)), dtype=complex)
-    for m, w, value in waves:
-        out[m, int(np.argmin(np.abs(np.array(omega) - w)))] += value
-    return np.array(omega), out
-
-
-def steady_harmonics(modal: ModalSystem, share: float = 1.0) -> SteadyState:
-    """Steady state of a linear train at rated speed under its errors and ``share`` of its torques.
+def train_harmonic(model: Model) -> SteadyState:
+    """Steady state of a train at rated speed under its errors and rated torques. FlexgearError,
+    with the reason, where it has none.
 
     As in the time stepping, damping of gear meshes acts on the motion and not on the errors' own
     rate, structural damping on the modes of the constant part, and the brake's torque follows its
     law, linearised at rated speed.
     """
-    system = modal.system
-    train = linear_train(system, share)
-    damping = _damping(modal, share)
+    system, reason = model.system, why_not_linear(model.system)
+    if reason is not None:
+        raise FlexgearError(f"there is no harmonic steady state: {reason}")
+    train = linear_train(system)
+    damping = _damping(model.modal)
     stiffness = system.stiffness.copy()
     if system.gyroscopic is not None and system.centripetal is not None:
         damping = damping + system.gyroscopic
         stiffness = stiffness - system.centripetal
     omega, errors = error_harmonics(system)
-    omega, loads = _loads_in_time(train, omega, share)
+    omega, loads = _loads_in_time(train, omega)
     errors = np.hstack([errors, np.zeros((len(errors), len(omega) - errors.shape[1]))])
     complex_stiffness = train.k[:, None] + 1j * np.multiply.outer(train.c, omega)
     return steady_state(
@@ -216,25 +202,25 @@ def steady_harmonics(modal: ModalSystem, share: float = 1.0) -> SteadyState:
     )
 
 
-def _damping(modal: ModalSystem, share: float) -> Array:
+def _damping(modal: ModalSystem) -> Array:
     """Modal damping of the structure, and the slopes of brakes at rated speed, (d, d)."""
     system = modal.system
     momentum = system.mass @ modal.modes
     out = (momentum * modal.damping) @ momentum.T
     for port, brake in zip(system.ports, system.machines, strict=True):
         if isinstance(brake, Brake) and brake.rated_speed > 0:
-            slope = share * brake.exponent * brake.rated_torque / brake.rated_speed
+            slope = brake.exponent * brake.rated_torque / brake.rated_speed
             out = out + slope * np.outer(port.row, port.row)
     return np.asarray(out)
 
 
-def _loads_in_time(train: LinearTrain, omega: Array, share: float) -> tuple[Array, Complex]:
+def _loads_in_time(train: LinearTrain, omega: Array) -> tuple[Array, Complex]:
     """Frequencies with those of loads that stand in space behind, and f (d, K)."""
     system = train.system
     mean = train.load.copy()
     for port in system.ports:
         if port.reaction:
-            mean += share * port.rated_torque * port.row
+            mean += port.rated_torque * port.row
     columns = [mean.astype(complex), *[np.zeros(system.size, complex)] * (len(omega) - 1)]
     speed = system.angles @ system.rolling @ system.rated_input_speeds
     rates = list(omega)
@@ -242,19 +228,6 @@ def _loads_in_time(train: LinearTrain, omega: Array, share: float) -> tuple[Arra
         rates.append(abs(float(speed[angle])))
         columns.append(cosine - 1j * np.sign(speed[angle]) * sine)
     return np.array(rates), np.column_stack(columns)
-
-
-CHUNK = 20_000  # times at once
-SAME = 12  # digits of the highest frequency in which equal ones agree
-COMPARED = 100_000  # samples of a transient beside the harmonic solution
-
-
-def train_harmonic(model: Model, torque_share: float = 1.0) -> SteadyState:
-    """Steady state at rated speed. FlexgearError, with the reason, where a train has none."""
-    reason = why_not_linear(model.system)
-    if reason is not None:
-        raise FlexgearError(f"there is no harmonic steady state: {reason}")
-    return steady_harmonics(model.modal, torque_share)
 
 
 def harmonic_data(
@@ -266,9 +239,9 @@ def harmonic_data(
     frequencies and compared sample by sample; attribute ``largest_difference_of_stage`` is the
     largest over the stage's largest force.
     """
+    names, rows = body_rows(model.system)
     omega, forces = _merged(state.omega, state.forces.T @ model.gear_meshes.sign)
-    _, motion = _merged(state.omega, (_rows(model) @ state.motion).T)
-    names, _ = body_rows(model.system)
+    _, motion = _merged(state.omega, (rows @ state.motion).T)
     data = labelled_dataset(
         "harmonic",
         omega / (2 * np.pi),
@@ -303,11 +276,7 @@ def _share(part: float, whole: float) -> float:
     return part / whole if whole else float(part > 0)
 
 
-def _rows(model: Model) -> Array:
-    return body_rows(model.system)[1]
-
-
-def _merged(omega: Array, values: NDArray[np.complex128]) -> tuple[Array, NDArray[np.complex128]]:
+def _merged(omega: Array, values: Complex) -> tuple[Array, Complex]:
     """Frequencies once each, rising; amplitudes (K, n) of one frequency added."""
     largest = omega.max(initial=0.0) or 1.0
     _, first, place = np.unique(
@@ -334,8 +303,11 @@ def fitted_amplitudes(time: Array, values: Array, omega: Array) -> Array:
 
 def _coefficients(model: Model, state: SteadyState) -> dict[str, Array]:
     """Load sharing over the error cycles of the stages, each over its own gear-mesh cycles."""
-    groups: dict[str, Array] = {}
-    names = model.gear_meshes.names
+    names, out = model.gear_meshes.names, dict[str, Array]()
+    stages = {
+        "planet_coefficient": np.array([n.stage for n in names]),
+        "load_sharing_coefficient": np.array([g.stage for g in groups_of(names)]),
+    }
     motions = stage_motions(model.case, model.flow)
     for number, stage in enumerate(model.case.stages):
         if motions[number].theta == 0 or stage.planets < 2:
@@ -348,26 +320,11 @@ def _coefficients(model: Model, state: SteadyState) -> dict[str, Array]:
         ]
         per_cycle = {s.name: 0.0 for s in model.case.stages}
         per_cycle[stage.name] = float(samples.per_gear_mesh)
-        coefficients = sharing_coefficients(np.concatenate(parts), names, per_cycle)
-        groups = _of_stage(groups, coefficients, model, stage.name)
-    return groups
-
-
-def _of_stage(
-    of_others: dict[str, Array], values: dict[str, Array], model: Model, stage: str
-) -> dict[str, Array]:
-    """``of_others`` with what ``values`` says about one stage put in."""
-    names = model.gear_meshes.names
-    columns = {
-        "planet_coefficient": np.array([n.stage == stage for n in names]),
-        "load_sharing_coefficient": np.array([g.stage == stage for g in groups_of(names)]),
-    }
-    out = {**values, **of_others}
-    for name, column in columns.items():
-        both = np.where(
-            column, values[name], of_others.get(name, np.full_like(values[name], np.nan))
-        )
-        out[name] = both
+        values = sharing_coefficients(np.concatenate(parts), names, per_cycle)
+        for name, of_columns in stages.items():
+            every = out.setdefault(name, np.full_like(values[name], np.nan))
+            np.copyto(every, values[name], where=of_columns == stage.name)
+        out = {**values, **out}
     return out
 
 

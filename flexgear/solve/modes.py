@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy import linalg
 
 from flexgear.analysis.mode_excitation import ABSENT, MIXED, UNEVEN, nodal_indices
-from flexgear.analysis.mode_types import PARTS, classify, members, strain_shares
+from flexgear.analysis.mode_types import PARTS, classify, strain_shares
 from flexgear.analysis.modes import ContactSprings
 from flexgear.coupling.pair_data import BEARING, SUPPORT
 from flexgear.model.errors import InputError
@@ -34,9 +34,7 @@ def modes(model: Model, *, angle: float | None = None, limit_hz: float | None = 
         )  # fmt: skip
     natural = model.natural_modes(limit_hz, angle)
     rigid = int(np.sum(natural.frequencies == 0.0))
-    kinds = classify(
-        natural.frequencies, natural.shapes, system.mass, members(system.bodies), rigid=rigid
-    )
+    kinds = classify(natural.frequencies, natural.shapes, system.mass, system.bodies, rigid=rigid)
     springs = strain_shares(contributions(model, model.contact_springs(angle)), kinds.shapes)
     names, rows = body_rows(system)
     count = len(natural.frequencies)

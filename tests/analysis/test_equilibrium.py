@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from coupled import TORQUE, make_bodies, make_case, make_system, named, shaped
 
-from flexgear.analysis.equilibrium import equilibrium, revolution
+from flexgear.analysis.equilibrium import revolution
 from flexgear.analysis.modes import springs_at
 from flexgear.analysis.recovery import Recovery, channel_forces
 from flexgear.coupling.modal import modal_system
@@ -26,7 +26,7 @@ def test_output_torque_and_gear_mesh_force_follow_statics(one_sided_modal, angle
 
 def test_equilibrium_closes_in_physical_coordinates(linear, linear_modal):
     """K q + Σ k V Vᵀ q = external load, with nothing of the solver's own algebra."""
-    e = equilibrium(linear_modal, 0.7, TORQUE)
+    e = revolution(linear_modal, 0.7, TORQUE)
     q = linear_modal.coordinates(e.eta, channel_forces(e))[0]
     load = linear.ports[0].row * TORQUE - linear.ports[-1].row * -e.torques[0, -1]
     residual = linear.stiffness @ q + springs_at(linear, 0.7).stiffness @ q - load
@@ -36,7 +36,7 @@ def test_equilibrium_closes_in_physical_coordinates(linear, linear_modal):
 
 def test_links_carry_the_whole_load(one_sided_modal):
     """Bolts take the ring's torque; bearings and bolts together no net force."""
-    e = equilibrium(one_sided_modal, 0.3, TORQUE)
+    e = revolution(one_sided_modal, 0.3, TORQUE)
     r = Recovery(e)
     system = one_sided_modal.system
     ring = system.body("stage.ring")
@@ -80,7 +80,7 @@ def test_turning_everything_changes_nothing():
     angle = {"stage.ring.fe.bolts.first_angle_deg": str(np.degrees(alpha))}
     b = modal_system(make_system(bodies=named(case, ring=turned, carrier=carrier), **angle))
     for theta in (0.0, 0.013):
-        ea, eb = equilibrium(a, theta, TORQUE), equilibrium(b, theta + alpha, TORQUE)
+        ea, eb = revolution(a, theta, TORQUE), revolution(b, theta + alpha, TORQUE)
         loads_a, loads_b = _by_tooth(ea, 93), _by_tooth(eb, 93)
         assert np.allclose(np.roll(loads_a, steps, axis=1), loads_b, atol=1e-8 * loads_a.max())
 
@@ -121,8 +121,8 @@ def test_renumbering_planets_changes_nothing(one_sided_modal):
     """
     system = one_sided_modal.system
     stiff = modal_system(make_system(["ring"]))
-    e0 = equilibrium(stiff, 0.2, TORQUE)
-    e1 = equilibrium(stiff, 0.2 + 2 * np.pi / 5, TORQUE)
+    e0 = revolution(stiff, 0.2, TORQUE)
+    e1 = revolution(stiff, 0.2 + 2 * np.pi / 5, TORQUE)
     assert system.planets == 5
     for kind in (0, 1):
         a = np.sort(shaped(e0, "pair_load")[0, kind], axis=-1)
@@ -147,7 +147,7 @@ def test_mirror_in_the_plane_of_rotation_changes_only_signs():
     b = modal_system(make_system(bodies=mirrored, **changes))
     sign = np.array([1, 1, -1, -1, -1, 1.0])
     for theta in (0.0, 0.9):
-        ea, eb = equilibrium(a, theta, TORQUE), equilibrium(b, theta, TORQUE)
+        ea, eb = revolution(a, theta, TORQUE), revolution(b, theta, TORQUE)
         assert np.allclose(
             shaped(ea, "pair_load"),
             shaped(eb, "pair_load"),
@@ -170,7 +170,7 @@ def test_stiffened_component_equals_the_rigid_one(name):
     stiffness[at, at] += (1e4 - 1) * system.body(f"stage.{name}").stiffness
     a = modal_system(system.with_(stiffness=stiffness))
     b = modal_system(make_system([name]))
-    ea, eb = equilibrium(a, 0.4, TORQUE), equilibrium(b, 0.4, TORQUE)
+    ea, eb = revolution(a, 0.4, TORQUE), revolution(b, 0.4, TORQUE)
     assert np.allclose(
         shaped(ea, "pair_load"), shaped(eb, "pair_load"), atol=1e-3 * shaped(eb, "pair_load").max()
     )
@@ -185,7 +185,7 @@ def test_stiffened_component_equals_the_rigid_one(name):
 
 
 def test_reversed_torque_is_carried_by_back_flanks(one_sided_modal):
-    e = equilibrium(one_sided_modal, 0.1, -TORQUE)
+    e = revolution(one_sided_modal, 0.1, -TORQUE)
     assert np.all(shaped(e, "pair_load")[0, :2] == 0)
     assert -e.torques[0, -1] == pytest.approx(-TORQUE * 27 / 120, rel=1e-9)
     assert shaped(e, "pair_load")[0, 2:].min() >= 0
@@ -205,6 +205,6 @@ def test_number_of_pairs_follows_the_contact_ratio(linear_modal):
 
 
 def test_no_torque_leaves_the_teeth_touching_without_load(one_sided_modal):
-    e = equilibrium(one_sided_modal, 0.0, 0.0)
+    e = revolution(one_sided_modal, 0.0, 0.0)
     assert np.abs(shaped(e, "pair_load")).max() < 1e-6
     assert abs(e.torques[0, -1]) < 1e-6

@@ -5,7 +5,7 @@ import pytest
 from coupled import stage_system
 from small_train import SMALL_STAGE
 
-from flexgear.analysis.equilibrium import equilibrium
+from flexgear.analysis.equilibrium import revolution
 from flexgear.analysis.recovery import Recovery
 from flexgear.coupling.modal import modal_system
 from flexgear.model.errors import InputError
@@ -47,7 +47,7 @@ def circle(end, factor=1.0):
 def rigid_state(case):
     """Recovered equilibrium at rated torque of all rigid bodies on the case's springs."""
     modal = modal_system(stage_system(case, {}, RIGID))
-    return Recovery(equilibrium(modal, 0.1, TORQUE))
+    return Recovery(revolution(modal, 0.1, TORQUE))
 
 
 def test_a_spline_alone_twists_by_the_torque_over_its_stiffness(tmp_path):

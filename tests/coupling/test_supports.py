@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from coupled import TORQUE, make_bodies, make_case, make_system, shaped
 
-from flexgear.analysis.equilibrium import equilibrium, revolution
+from flexgear.analysis.equilibrium import revolution
 from flexgear.analysis.modes import modes, springs_at
 from flexgear.analysis.recovery import Recovery, channel_forces
 from flexgear.analysis.transient import Collector, Drive, collected, transient
@@ -42,7 +42,7 @@ def test_anisotropic_bearing_enters_as_a_rotated_spring(odd):
     modal = modal_system(odd)
     matrix = case.seat_bearings["far"].matrix
     for theta in (0.0, 0.6, 2.0):
-        e = equilibrium(modal, theta, TORQUE)
+        e = revolution(modal, theta, TORQUE)
         q = modal.coordinates(e.eta, channel_forces(e))[0]
         rows = odd.node_rows("stage.carrier", "bearing_far")
         extra = rows.T @ (turn(theta).T @ matrix @ turn(theta) - invariant_part(matrix)) @ rows
@@ -78,7 +78,7 @@ def test_stiff_mount_of_a_lumped_housing_equals_ground():
         "housing.mount.torsion_nm_per_rad": "1e14",
     }
     a, b = modal_system(make_system()), modal_system(make_system(**stiff))
-    ea, eb = equilibrium(a, 0.8, TORQUE), equilibrium(b, 0.8, TORQUE)
+    ea, eb = revolution(a, 0.8, TORQUE), revolution(b, 0.8, TORQUE)
     assert np.allclose(
         shaped(ea, "pair_load"), shaped(eb, "pair_load"), atol=1e-3 * shaped(ea, "pair_load").max()
     )
@@ -95,7 +95,7 @@ def test_soft_mount_turns_by_the_ring_torque():
         "housing.mount.tilt_nm_per_rad": "1e9",
         "housing.mount.torsion_nm_per_rad": str(mount),
     }
-    e = equilibrium(modal_system(make_system(**soft)), 0.8, TORQUE)
+    e = revolution(modal_system(make_system(**soft)), 0.8, TORQUE)
     turned = Recovery(e).node("housing", "housing")[0, 5]
     assert turned == pytest.approx(TORQUE * 93 / 120 / mount, rel=1e-6)
     assert -e.torques[0, -1] == pytest.approx(TORQUE * 27 / 120, rel=1e-9)

@@ -8,7 +8,7 @@ from turning_ring import HUB, STANDS, SUPPORT, cheap, held_case, lumped
 
 from flexgear.analysis.equilibrium import revolution
 from flexgear.analysis.kernels.energy import LEFT_OVER
-from flexgear.analysis.mode_types import classify, members
+from flexgear.analysis.mode_types import classify
 from flexgear.analysis.modes import modes, springs_at
 from flexgear.analysis.recovery import Recovery
 from flexgear.analysis.transient import Collector, Drive, collected, transient
@@ -124,7 +124,7 @@ def test_nodal_diameters_of_the_ring_tell_the_kinds_of_modes(tmp_path, held, pla
         turns, tilts = moved[[2, 5]], moved[[0, 1, 3, 4]]
         assert turns[:, kind[takes_part] != 0].max() < 1e-6
         assert tilts[:, kind[takes_part] != 1].max() < 1e-6
-    shapes, bodies = found.shapes, members(system.bodies)
+    shapes, bodies = found.shapes, system.bodies
     types = np.array(classify(found.frequencies, shapes, system.mass, bodies, rigid=1).kinds)
     for k, allowed in enumerate(KINDS):
         assert set(types[takes_part & (kind == k)]) <= {*allowed, "elastic"}

@@ -160,12 +160,12 @@ def test_orders_are_those_of_the_stiffness(tmp_path):
     below = expected[expected * 1.0 * model.flow.stages[0].gear_mesh_frequency < 6600.0]
     assert data["excitation_order"][gear_mesh].to_numpy().tolist() == below.tolist()
     constant = excitations(bundled("lin-parker"), 1e5)
-    assert [x.line.order for x in constant if x.kind == "gear mesh"] == [1, 2, 3]
+    assert [x.order for x in constant if x.kind == "gear mesh"] == [1, 2, 3]
 
 
 def test_shafts_and_passing_planets_excite():
     model = bundled("nrel-5mw")
-    lines = {one.label: one.line.slope for one in excitations(model, 1e4)}
+    lines = {one.label: one.slope for one in excitations(model, 1e4)}
     speed = {m: abs(w) / (2 * np.pi) for m, w in model.flow.speed.items()}
     assert lines["stage_3.pinion x 2"] == pytest.approx(2 * speed["stage_3.pinion"])
     assert lines["stage_1 planet pass x 1"] == pytest.approx(3 * speed["stage_1.carrier"])

@@ -9,7 +9,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from flexgear.analysis.mode_types import classify, members
+from flexgear.analysis.mode_types import classify
 from flexgear.analysis.modes import modes, springs_at
 from flexgear.coupling.build import build_system
 from flexgear.model.load import load_case
@@ -53,7 +53,7 @@ def by_package(planets: int) -> Found:
     train = load_case("lin-parker", {"stage.planets": str(planets)})
     system = build_system(train)
     found = modes(system, springs_at(system).stiffness)
-    types = classify(found.frequencies, found.shapes, system.mass, members(system.bodies), rigid=1)
+    types = classify(found.frequencies, found.shapes, system.mass, system.bodies, rigid=1)
     kinds = tuple("rotational" if k == "rigid" else k for k in types.kinds)
     return Found(found.frequencies, kinds)
 

@@ -251,14 +251,14 @@ class Runs:
         inertia = float(system.rolling[:, 0] @ system.mass @ system.rolling[:, 0])
         ratio = float(system.ports[-1].row @ system.rolling[:, 0])
         damping = system.machines[-1].rated_torque / system.machines[-1].rated_speed * ratio**2
-        sink = Collector()
+        sink, start = Collector(), start_state(modal, torque)
         steps = transient(
             modal,
             Drive(lambda t: np.full_like(t, torque)),
             duration=2.2,
             time_step=1e-4,
             output_interval=1e-3,
-            start=start_state(modal, torque, carrier_speed=0.0),
+            start=start._replace(velocity=np.zeros_like(start.velocity)),
             sink=sink,
         )
         run = collected(modal, sink.arrays(), steps)
