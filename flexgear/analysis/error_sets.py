@@ -116,11 +116,10 @@ class ErrorSets:
 
 def no_errors(base: PairData) -> ErrorSets:
     """One set without errors."""
-    columns = (
-        base.error_amplitude, base.error_phase, base.error_offset, base.error_slope,
-        base.error_gear, base.error_planet, base.runout_amplitude, base.runout_phase,
-    )  # fmt: skip
-    return ErrorSets(*(np.zeros((1, *column.shape)) for column in columns))
+    names = ("amplitude", "phase", "offset", "slope", "gear", "planet")
+    columns = {name: getattr(base, f"error_{name}") for name in names}
+    columns |= {name: getattr(base, name) for name in ("runout_amplitude", "runout_phase")}
+    return ErrorSets(**{n: np.zeros((1, *c.shape)) for n, c in columns.items()}, gaps=None)
 
 
 def waves_of(sets: ErrorSets) -> Waves:
