@@ -9,10 +9,10 @@ from dataclasses import replace
 
 import numpy as np
 from scipy.integrate import solve_ivp
+from stepped import Jumping
 
 from flexgear.analysis.modes import row_vectors
 from flexgear.analysis.start import start_state
-from flexgear.analysis.transient import Collector, Drive, collected, transient
 from flexgear.coupling.build import build_system
 from flexgear.coupling.kernels.elements import pair_rows
 from flexgear.coupling.kernels.pairs import build_rows
@@ -65,19 +65,9 @@ def evenly_stiff(modal):
     return replace(modal, system=modal.system.with_(pairs=pairs._replace(k_table=k)))
 
 
-def stepped(modal, drive, duration, step, *, interval=None, start=None, **options):
-    """A transient in flexgear's steps."""
-    sink = Collector()
-    steps = transient(
-        modal, drive, duration=duration, time_step=step, output_interval=interval or step,
-        sink=sink, start=start, **options,
-    )  # fmt: skip
-    return collected(modal, sink.arrays(), steps)
-
-
 def reversal(torque, at):
     """Rated torque, then another."""
-    return Drive(lambda t: np.where(t > at, torque, TORQUE), (at,))
+    return Jumping(lambda t: np.where(t > at, torque, TORQUE), jumps=(at,))
 
 
 class Exact:
@@ -121,10 +111,11 @@ class Exact:
         """Loads (t, rows) at ``times`` from the state y at times[0]; how many events there were."""
         s, d = self.system, len(y) // 2
         solve = np.linalg.inv(s.mass)
-        brake = s.brake.rated_torque / s.brake.rated_speed
+        brake = s.machines[-1].rated_torque / s.machines[-1].rated_speed
+        output = s.ports[-1].row
 
         def slope(_, y, states):
-            force = s.drive * self.torque - s.output * (brake * (s.output @ y[d:]))
+            force = s.ports[0].row * self.torque - output * (brake * (output @ y[d:]))
             force = force - s.stiffness @ y[:d] - self.rows.T @ self.loads(y, states)
             return np.concatenate([y[d:], solve @ force])
 

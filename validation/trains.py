@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexgear.analysis.equilibrium import Equilibrium, revolution
-from flexgear.analysis.transient import Collector, Drive, Transient, collected, transient
+from flexgear.analysis.step_plan import Stepping
+from flexgear.analysis.transient import Drive, Transient, run_in_memory
 from flexgear.coupling.build import build_system
 from flexgear.coupling.modal import ModalSystem, modal_system
 from flexgear.model.case import Case
@@ -43,13 +44,9 @@ class TrainRun:
 
     def over_time(self, duration: float, time_step: float, every: float) -> Transient:
         """Rated running from equilibrium at time 0."""
-        system, sink = self.modal.system, Collector()
+        system = self.modal.system
         drive = Drive(lambda t: np.full_like(t, system.rated_torque))
-        steps = transient(
-            self.modal, drive, duration=duration, time_step=time_step, output_interval=every,
-            sink=sink,
-        )  # fmt: skip
-        return collected(self.modal, sink.arrays(), steps)
+        return run_in_memory(self.modal, drive, Stepping(duration, time_step, every))
 
 
 def put_together(train: Case) -> TrainRun:

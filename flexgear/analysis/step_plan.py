@@ -93,7 +93,7 @@ class Plan:
 def fixed_plan(segment: Segment, interval: float) -> Plan:
     """Steps of the segment's size, a sample about every ``interval`` s."""
     h = segment.time_step
-    every = _every(segment, interval)
+    every = min(max(1, round(interval / h)), segment.steps)
     return Plan(segment.start, np.array([h]), segment.steps, every, control(1, every=every))
 
 
@@ -107,7 +107,12 @@ def graded_plan(segment: Segment, interval: float, adaptive: Adaptive, load: flo
 
 @dataclass(frozen=True)
 class Stepping:
-    """How a run is cut into steps and samples; s, and as ``transient.transient`` takes them."""
+    """How a run is cut into steps and samples, s.
+
+    There is a sample about every ``output_interval``, at least one between two jumps or window
+    edges. jumps: times at which a torque jumps or a given speed has a kink; adaptive: chooses step
+    sizes, ``time_step`` and windows then play no part.
+    """
 
     duration: float
     time_step: float
@@ -116,10 +121,13 @@ class Stepping:
     windows: tuple[FineWindow, ...] = ()
     adaptive: Adaptive | None = None
 
-    @property
-    def steps(self) -> int:
-        """Steps from the first to the last; the fewest, where their size is chosen on the way."""
-        return sum(steps for steps, _, _ in self._pieces())
+    def plans(self, load: float = np.inf) -> list[Plan]:
+        """Pieces without a jump; load: that errors of chosen steps are shares of, N."""
+        if self.adaptive is None:
+            cut = plan_segments(self.duration, self.time_step, self.jumps, self.windows)
+            return [fixed_plan(s, self.output_interval) for s in cut]
+        cut = plan_segments(self.duration, self.duration, self.jumps, ())
+        return [graded_plan(s, self.output_interval, self.adaptive, load) for s in cut]
 
     @property
     def least_steps(self) -> float:
@@ -130,29 +138,10 @@ class Stepping:
     @property
     def samples(self) -> int:
         """Samples that are saved."""
-        return sum(samples for _, samples, _ in self._pieces())
+        return sum(plan.ticks // plan.every for plan in self.plans())
 
     @property
     def interval(self) -> float:
         """Time between two samples of the first piece, s."""
-        return self._pieces()[0][2]
-
-    def _pieces(self) -> list[tuple[int, int, float]]:
-        """Steps and samples of every piece without a jump, and the time between samples, s."""
-        if self.adaptive is None:
-            cut = plan_segments(self.duration, self.time_step, self.jumps, self.windows)
-            every = [_every(s, self.output_interval) for s in cut]
-            return [
-                (s.steps, s.steps // n, n * s.time_step) for s, n in zip(cut, every, strict=True)
-            ]
-        pieces = []
-        for s in plan_segments(self.duration, self.duration, self.jumps, ()):
-            sizes, between = self.adaptive.sizes(s.time_step, self.output_interval)
-            ticks = round(s.time_step / sizes[0])
-            pieces.append((ticks >> len(sizes) - 1, ticks // between, between * float(sizes[0])))
-        return pieces
-
-
-def _every(segment: Segment, interval: float) -> int:
-    """Steps between two samples."""
-    return min(max(1, round(interval / segment.time_step)), segment.steps)
+        first = self.plans()[0]
+        return first.every * float(first.sizes[0])

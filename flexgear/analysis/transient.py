@@ -15,7 +15,7 @@ the elastic energy, or is negative; where they do not it soon is several times t
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -27,14 +27,7 @@ from flexgear.analysis.kernels.energy import ENERGIES, LEFT_OVER
 from flexgear.analysis.kernels.step import RUNAWAY, advance
 from flexgear.analysis.kernels.step_arrays import Samples, State, StepData
 from flexgear.analysis.start import start_state
-from flexgear.analysis.step_plan import (
-    Adaptive,
-    FineWindow,
-    Plan,
-    fixed_plan,
-    graded_plan,
-    plan_segments,
-)
+from flexgear.analysis.step_plan import Plan, Stepping
 from flexgear.analysis.step_space import (
     consistent_acceleration,
     empty_samples,
@@ -58,14 +51,12 @@ class Drive:
     """What is prescribed to the machines at the ports, and to loads, over time, with t (k,) s.
 
     prescribed(t): (k,) torque on the first port, N·m, the others then as rated; or (k, P) torques
-    N·m or speeds rad/s, whatever each follows (nothing of a brake). jumps: times at which a torque
-    jumps or a given speed has a kink; rates(t): (k, P) their rates of change beside jumps,
-    zero without. loads(t): (k, L) by how much the vectors of load histories are multiplied
-    (``PairData.load_history``), which never jump; as at t = 0 without.
+    N·m or speeds rad/s, whatever each follows (nothing of a brake). rates(t): (k, P) their rates of
+    change beside jumps, zero without. loads(t): (k, L) by how much the vectors of load histories
+    are multiplied (``PairData.load_history``), which never jump; as at t = 0 without.
     """
 
     prescribed: Prescribed
-    jumps: tuple[float, ...] = ()
     rates: Prescribed | None = None
     loads: Prescribed | None = None
 
@@ -140,34 +131,24 @@ class Steps:
 def transient(
     modal: ModalSystem,
     drive: Drive,
+    stepping: Stepping,
     *,
-    duration: float,
-    time_step: float,
-    output_interval: float,
-    windows: Sequence[FineWindow] = (),
-    adaptive: Adaptive | None = None,
     start: State | None = None,
     sink: Sink,
     track_energy: bool = False,
     progress: Callable[[float], None] | None = None,
 ) -> Steps:
-    """Run from 0 to ``duration`` s; samples go to ``sink`` about every ``output_interval`` s.
+    """Run from 0 to the end of ``stepping``; samples go to ``sink``.
 
-    There is a sample at least once between two jumps or window edges. adaptive: chooses step
-    sizes, ``time_step`` and windows then play no part. Raises FlexgearError where a step has no
-    solution, where the motion runs away or is not finite, and where steps are longer than a share
-    of the gear-mesh period (``gears.kinematics.longest_time_step``).
+    Raises FlexgearError where a step has no solution, where the motion runs away or is not finite,
+    and where steps are longer than a share of the gear-mesh period
+    (``gears.kinematics.longest_time_step``).
     """
+    adaptive = stepping.adaptive
     if start is None:
         start = start_state(modal, prescribed_values(modal, drive, np.zeros(1))[0])
-    _refuse_start(modal, start, time_step if adaptive is None else adaptive.longest)
-    if adaptive is None:
-        pieces = plan_segments(duration, time_step, drive.jumps, windows)
-        plans = [fixed_plan(s, output_interval) for s in pieces]
-    else:
-        pieces = plan_segments(duration, duration, drive.jumps, ())
-        load = largest_rated_load(modal)
-        plans = [graded_plan(s, output_interval, adaptive, load) for s in pieces]
+    _refuse_start(modal, start, stepping.time_step if adaptive is None else adaptive.longest)
+    plans = stepping.plans() if adaptive is None else stepping.plans(largest_rated_load(modal))
     sizes = max((len(p.sizes) for p in plans), default=1)
     run = _Run(modal, drive, start, track_energy, sizes, sink)
     total, done, refused = sum(p.ticks for p in plans), 0, 0
@@ -316,6 +297,16 @@ def collected(modal: ModalSystem, arrays: dict[str, Array], steps: Steps) -> Tra
         steps=steps,
         **a,  # type: ignore[arg-type]
     )
+
+
+def run_in_memory(
+    modal: ModalSystem, drive: Drive, stepping: Stepping, start: State | None = None, *,
+    track_energy: bool = False,
+) -> Transient:  # fmt: skip
+    """``transient`` with all its samples."""
+    sink = Collector()
+    steps = transient(modal, drive, stepping, start=start, sink=sink, track_energy=track_energy)
+    return collected(modal, sink.arrays(), steps)
 
 
 SIGNS = np.array([LEFT_OVER[name] for name in ENERGIES])

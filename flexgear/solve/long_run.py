@@ -14,14 +14,12 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from flexgear.analysis.kernels.step_arrays import State
 from flexgear.analysis.start import start_state
 from flexgear.analysis.step_plan import Stepping
 from flexgear.analysis.step_space import empty_samples
 from flexgear.analysis.transient import (
     Collector,
     Drive,
-    Sink,
     Steps,
     Transient,
     by_name,
@@ -112,29 +110,16 @@ class LongRun:
                 )
             progress(share)
 
-        steps = self._run(start, chunks, watched)
+        steps = transient(
+            self.modal, self.drive, self.stepping, start=start, sink=chunks,
+            track_energy=self.energy, progress=watched,
+        )  # fmt: skip
         wall, core = time.perf_counter() - wall, time.thread_time() - core
         wall, core = wall - chunks.wall, core - chunks.core
         chunks.flush()
         last = self.last(steps)
         sink.finish(last)
         return Cost(wall, core, pattern.assign(last.data_vars).assign_attrs(last.attrs))
-
-    def _run(self, start: State, sink: Sink, progress: Callable[[float], None]) -> Steps:
-        stepping = self.stepping
-        return transient(
-            self.modal,
-            self.drive,
-            duration=stepping.duration,
-            time_step=stepping.time_step,
-            output_interval=stepping.output_interval,
-            windows=stepping.windows,
-            adaptive=stepping.adaptive,
-            start=start,
-            sink=sink,
-            track_energy=self.energy,
-            progress=progress,
-        )
 
     def _pattern(self) -> xr.Dataset:
         """The dataset without a sample."""

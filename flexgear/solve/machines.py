@@ -51,11 +51,9 @@ class Ends:
         steep = any(machine is not None and machine.is_series for machine in self.machines)
         return steep or any(load.is_history for load in self.loads)
 
-    def drive(self, jumps: tuple[float, ...]) -> Drive:
+    def drive(self) -> Drive:
         """For the time stepping."""
-        return Drive(
-            self._prescribed, jumps, self._rates, lambda time: load_histories(self.loads, time)
-        )
+        return Drive(self._prescribed, self._rates, lambda time: load_histories(self.loads, time))
 
     def _prescribed(self, time: Array) -> Array:
         return self._columns(time, lambda machine, rated: machine.at(time, rated))

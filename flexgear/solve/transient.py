@@ -165,7 +165,7 @@ def simulate(
         return sharing.coefficients(window.start).assign_attrs(attrs | window.attributes)
 
     memory = Gathered()
-    run = LongRun(modal, ends.drive(stepping.jumps), stepping, energy, labelled, last, case.source)
+    run = LongRun(modal, ends.drive(), stepping, energy, labelled, last, case.source)
     watching: list[DatasetSink] = [settling] if isinstance(settling, Settling) else []
     both = Several([*watching, sharing, sink or memory])
     cost = run.into(both, lambda share: progress(label, share))
@@ -265,15 +265,8 @@ def compile_transient(model: Model, *, energy: bool = False) -> None:
     """A run of a few steps, so that compilation does not count as simulation."""
     step, ends = model.pace.time_step, ends_of(model.case, model.flow, constant_drive())
     for account in (False, True) if energy else (False,):
-        step_through(
-            model.modal,
-            ends.drive(()),
-            duration=3 * step,
-            time_step=step,
-            output_interval=step,
-            sink=Collector(),
-            track_energy=account,
-        )
+        stepping = Stepping(3 * step, step, step)
+        step_through(model.modal, ends.drive(), stepping, sink=Collector(), track_energy=account)
 
 
 def train_histories(data: xr.Dataset) -> xr.Dataset:

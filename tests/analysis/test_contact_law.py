@@ -4,7 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from two_gears import TORQUE, evenly_stiff, exact_after, reversal, stepped, two_gears
+from stepped import stepped
+from two_gears import TORQUE, evenly_stiff, exact_after, reversal, two_gears
 
 from flexgear.analysis.start import start_state
 from flexgear.analysis.transient import Drive

@@ -6,12 +6,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.linalg import eigh, expm
-from two_gears import TORQUE, Exact, stepped, two_gears
+from stepped import Jumping, stepped
+from two_gears import TORQUE, Exact, two_gears
 
 from flexgear.analysis.kernels.energy import LEFT_OVER
 from flexgear.analysis.start import start_state
 from flexgear.analysis.step_space import consistent_acceleration, step_data, work_space
-from flexgear.analysis.transient import Drive, prescribed_values
+from flexgear.analysis.transient import prescribed_values
 from flexgear.coupling.machines import Brake, Controller, GivenSpeed, GivenTorque
 from flexgear.coupling.system import Damping
 
@@ -41,7 +42,7 @@ def told(*columns, jumps=(), rates=None):
     def table(of):
         return lambda t: np.column_stack([f(t) if callable(f) else np.full(len(t), f) for f in of])
 
-    return Drive(table(columns), jumps, None if rates is None else table(rates))
+    return Jumping(table(columns), None if rates is None else table(rates), jumps=jumps)
 
 
 def rated(modal, port):

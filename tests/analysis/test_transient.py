@@ -4,11 +4,12 @@ import numpy as np
 import pytest
 from coupled import TORQUE, make_system, shaped
 from reference_transient import reference_transient
+from stepped import Jumping, energy_error, stepped
 
 from flexgear.analysis.recovery import Recovery
 from flexgear.analysis.start import start_state
 from flexgear.analysis.step_plan import FineWindow, plan_segments
-from flexgear.analysis.transient import Collector, Drive, collected, transient
+from flexgear.analysis.transient import Drive
 from flexgear.coupling.modal import modal_system
 from flexgear.coupling.pair_data import KINDS
 
@@ -16,28 +17,11 @@ STEADY = Drive(lambda t: np.full_like(t, TORQUE))
 
 
 def drop(low, start=0.05, stop=0.25):
-    return Drive(lambda t: np.where((t > start) & (t < stop), low, TORQUE), (start, stop))
+    return Jumping(lambda t: np.where((t > start) & (t < stop), low, TORQUE), jumps=(start, stop))
 
 
 def run(modal, drive, duration, step, interval=1e-3, **options):
-    sink = Collector()
-    steps = transient(
-        modal, drive, duration=duration, time_step=step, output_interval=interval, sink=sink,
-        **options,
-    )  # fmt: skip
-    return collected(modal, sink.arrays(), steps)
-
-
-def residual(r):
-    """Energy that appeared from nowhere, over the peak of elastic energy."""
-    e = r.energy
-    held = e["kinetic"] + e["elastic"] + e["pair_elastic"]
-    work = (
-        e["input_work"] - e["brake_work"] - e["damping_work"] - e["pair_damping_work"]
-        + e["parametric_work"]
-    )  # fmt: skip
-    lost = (held - held[0]) - (work - work[0])
-    return np.abs(lost).max() / (e["elastic"] + e["pair_elastic"]).max()
+    return stepped(modal, drive, duration, step, interval, **options)
 
 
 def smooth(system):
@@ -104,7 +88,8 @@ def test_second_reduction_over_a_torque_drop(linear):
 
 def test_energy_closes_over_a_torque_drop_and_improves_with_the_step(one_sided_modal):
     errors = [
-        residual(run(one_sided_modal, drop(4e5), 0.3, h, track_energy=True)) for h in (1e-4, 2e-5)
+        energy_error(run(one_sided_modal, drop(4e5), 0.3, h, track_energy=True))
+        for h in (1e-4, 2e-5)
     ]
     assert errors[1] < 0.01
     assert errors[1] < 0.3 * errors[0]
@@ -128,7 +113,7 @@ def test_half_torque_follows_the_brake_law_and_settles_as_inertia_over_damping()
     ratio = system.ports[-1].row @ system.rolling[:, 0]
     damping = system.machines[-1].rated_torque / system.machines[-1].rated_speed * ratio**2
     tau = inertia / damping
-    half = Drive(lambda t: np.where(t > 0.0, 0.5 * TORQUE, TORQUE), (0.0,))
+    half = Jumping(lambda t: np.where(t > 0.0, 0.5 * TORQUE, TORQUE), jumps=(0.0,))
     start = start_state(modal, TORQUE)
     r = run(modal, half, 9 * tau, 2e-4, start=start)
     rated = system.rated_speed
@@ -165,7 +150,7 @@ def test_linear_contact_pulls_only_where_the_drive_is_light():
 
 def test_reversal_crosses_the_backlash_before_the_coast_flank_takes_load(one_sided):
     modal = modal_system(one_sided, 1000.0)
-    reverse = Drive(lambda t: np.where(t > 0.01, -TORQUE, TORQUE), (0.01,))
+    reverse = Jumping(lambda t: np.where(t > 0.01, -TORQUE, TORQUE), jumps=(0.01,))
     r = run(modal, reverse, 0.12, 2e-5, interval=2e-4)
     drive = shaped(r, "pair_load")[:, :2].sum((1, 2, 3))
     coast = shaped(r, "pair_load")[:, 2:].sum((1, 2, 3))

@@ -9,7 +9,7 @@ import numpy as np
 from coupled import CLEAN, TORQUE, make_bodies, named, stage_system
 
 from flexgear.analysis.start import start_state
-from flexgear.analysis.step_plan import Adaptive
+from flexgear.analysis.step_plan import Adaptive, Stepping
 from flexgear.analysis.transient import Collector, Drive, State, transient
 from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.system import System
@@ -79,16 +79,9 @@ class Run:
 
     def __call__(self) -> dict[str, np.ndarray]:
         sink = Collector()
-        transient(
-            self.modal,
-            STEADY,
-            duration=self.steps * self.time_step,
-            time_step=self.time_step,
-            output_interval=self.interval,
-            adaptive=self.adaptive,
-            start=copied(self.start),
-            sink=sink,
-        )
+        span = self.steps * self.time_step
+        stepping = Stepping(span, self.time_step, self.interval, adaptive=self.adaptive)
+        transient(self.modal, STEADY, stepping, start=copied(self.start), sink=sink)
         return sink.arrays()
 
 

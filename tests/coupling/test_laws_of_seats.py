@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from coupled import TORQUE, make_bodies, make_case
 from heavy_stage import SMALL, G, mass_of, reactions, solved
+from stepped import Jumping, energy_error, stepped
 
 from flexgear.analysis.equilibrium import revolution
 from flexgear.analysis.recovery import Recovery
-from flexgear.analysis.transient import Collector, Drive, collected, transient
 from flexgear.coupling.build import build_system
 from flexgear.coupling.modal import modal_system
 from flexgear.solve.dataset import equilibrium_data
@@ -86,19 +86,11 @@ def test_rows_of_carrier_bearings_add_up_on_a_housing_that_moves():
 def test_energy_closes_with_laws_at_all_bearings(law, housing):
     system = loaded_system(**law, **housing)
     modal = modal_system(system, 2000.0)
-    drive = Drive(lambda t: np.where(t > 0.002, 0.5 * TORQUE, TORQUE), (0.002,))
+    drive = Jumping(lambda t: np.where(t > 0.002, 0.5 * TORQUE, TORQUE), jumps=(0.002,))
     lost = []
     for step in (4e-5, 2e-5):
-        sink = Collector()
-        steps = transient(
-            modal, drive, duration=0.008, time_step=step, output_interval=2e-4, sink=sink,
-            track_energy=True,
-        )  # fmt: skip
-        e = collected(modal, sink.arrays(), steps).energy
-        held = e["kinetic"] + e["elastic"] + e["pair_elastic"]
-        work = e["input_work"] - e["brake_work"] - e["damping_work"] - e["pair_damping_work"]
-        left = held - work - e["parametric_work"] - e["load_work"]
-        lost.append(np.abs(left - left[0]).max() / (e["elastic"] + e["pair_elastic"]).max())
+        run = stepped(modal, drive, 0.008, step, 2e-4, track_energy=True)
+        lost.append(energy_error(run))
     assert lost[1] < 1e-3
     assert lost[1] < 0.5 * lost[0]
 

@@ -9,10 +9,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from reference_transient import damping_matrix
 from scipy import linalg
+from stepped import Jumping, stepped
 
 from flexgear.analysis.modes import row_vectors, rows_at
 from flexgear.analysis.recovery import Recovery
-from flexgear.analysis.transient import Collector, Drive, collected, transient
+from flexgear.analysis.transient import Drive
 from flexgear.coupling.build import build_system
 from flexgear.coupling.modal import chosen_modal, elastic_modes, modal_system
 from flexgear.coupling.mode_choice import choose_modes, cuts, mode_estimates
@@ -265,14 +266,10 @@ def test_a_torque_drop_with_chosen_modes_agrees_with_all_modes(law):
     system = make_system(**{"stage.gear_mesh.contact_law": law})
     chosen = modal_system(system, accuracy=0.01, band_hz=BAND)
     assert len(chosen.omega) < 0.2 * system.size
-    drop = Drive(lambda t: np.where((t > 0.01) & (t < 0.03), 4e5, TORQUE), (0.01, 0.03))
+    drop = Jumping(lambda t: np.where((t > 0.01) & (t < 0.03), 4e5, TORQUE), jumps=(0.01, 0.03))
 
     def loads(modal):
-        sink = Collector()
-        steps = transient(
-            modal, drive=drop, duration=0.05, time_step=5e-5, output_interval=1e-4, sink=sink
-        )
-        return collected(modal, sink.arrays(), steps).pair_load
+        return stepped(modal, drop, 0.05, 5e-5, 1e-4).pair_load
 
     full, kept = loads(modal_system(system)), loads(chosen)
     peak = full.max(axis=(0, 2))
@@ -286,11 +283,7 @@ def test_displacements_are_counted_from_the_mean_pin_however_few_modes_there_are
     rated = Drive(lambda t: np.full_like(t, TORQUE))
     moved = []
     for modal in (modal_system(system), modal_system(system, 300.0)):
-        sink = Collector()
-        steps = transient(
-            modal, drive=rated, duration=0.02, time_step=1e-4, output_interval=1e-3, sink=sink
-        )
-        recovery = Recovery(collected(modal, sink.arrays(), steps))
+        recovery = Recovery(stepped(modal, rated, 0.02, 1e-4, 1e-3))
         planet = recovery.node("stage.planet_1", "stage.planet_1")[:, :3]
         assert np.abs(recovery.motion(system.input_rows)).max() < 1e-6 * np.abs(planet).max()
         moved.append(planet)

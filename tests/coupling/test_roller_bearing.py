@@ -4,11 +4,12 @@ import numpy as np
 import pytest
 from coupled import make_system
 from scipy.integrate import quad
+from stepped import Jumping, energy_error, stepped
 from trains import stage_train
 
 from flexgear.analysis.equilibrium import revolution
 from flexgear.analysis.recovery import Recovery
-from flexgear.analysis.transient import Collector, Drive, collected, transient
+from flexgear.analysis.transient import Drive
 from flexgear.coupling.build import build_system
 from flexgear.coupling.laws import law_number, respond
 from flexgear.coupling.laws.rollers import roller_loads, roller_parameters, roller_stiffness
@@ -118,20 +119,11 @@ def test_loaded_planet_bearing_is_in_equilibrium(tmp_path, make):
 def test_energy_closes_with_roller_bearings(tmp_path, make):
     system = make(tmp_path)
     modal, rated = modal_system(system, 3000.0), system.rated_torque
-    drive = Drive(lambda t: np.where(t > 0.002, 0.5 * rated, rated), (0.002,))
+    drive = Jumping(lambda t: np.where(t > 0.002, 0.5 * rated, rated), jumps=(0.002,))
     lost = []
     for step in (4e-5, 2e-5):
-        sink = Collector()
-        steps = transient(
-            modal, drive, duration=0.01, time_step=step, output_interval=2e-4, sink=sink,
-            track_energy=True,
-        )  # fmt: skip
-        run = collected(modal, sink.arrays(), steps)
-        e = run.energy
-        held = e["kinetic"] + e["elastic"] + e["pair_elastic"]
-        work = e["input_work"] - e["brake_work"] - e["damping_work"] - e["pair_damping_work"]
-        left = held - work - e["parametric_work"]
-        lost.append(np.abs(left - left[0]).max() / (e["elastic"] + e["pair_elastic"]).max())
+        run = stepped(modal, drive, 0.01, step, 2e-4, track_energy=True)
+        lost.append(energy_error(run))
         assert np.ptp(run.support_load[:, 0]) > 0
     assert lost[1] < 1e-3
     assert lost[1] < 0.5 * lost[0]
@@ -142,10 +134,8 @@ def test_a_run_starts_where_the_equilibrium_is(tmp_path):
     system = lumped(tmp_path)
     modal = modal_system(system)
     at_rest = revolution(modal, np.array([0.0]), system.rated_torque)
-    sink = Collector()
     drive = Drive(lambda t: np.full_like(t, system.rated_torque))
-    steps = transient(modal, drive, duration=2e-3, time_step=2e-5, output_interval=2e-5, sink=sink)
-    run = collected(modal, sink.arrays(), steps)
+    run = stepped(modal, drive, 2e-3, 2e-5)
     scale = np.abs(at_rest.support_load).max()
     np.testing.assert_allclose(run.support_load[0], at_rest.support_load[0], atol=2e-3 * scale)
 

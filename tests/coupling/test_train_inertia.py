@@ -105,9 +105,10 @@ def test_a_stage_alone_and_as_a_train_of_one_stage_are_the_same_system(tmp_path)
     for name in ("mass", "stiffness", "rolling", "input_rows", "blocks", "port_rows"):
         a, b = getattr(inside, name), getattr(alone, name)
         assert np.abs(a - b).max() <= 1e-12 * np.abs(b).max(), name
-    assert inside.brake.exponent == alone.brake.exponent == 2
+    brakes = [system.machines[-1] for system in (inside, alone)]
+    assert brakes[0].exponent == brakes[1].exponent == 2
     for name in ("rated_torque", "rated_speed"):
-        assert getattr(inside.brake, name) == pytest.approx(getattr(alone.brake, name), rel=1e-12)
+        assert getattr(brakes[0], name) == pytest.approx(getattr(brakes[1], name), rel=1e-12)
     assert inside.damping == alone.damping
     assert inside.rated_port_torques == pytest.approx(alone.rated_port_torques, rel=1e-12)
 

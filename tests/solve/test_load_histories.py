@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 from coupled import make_bodies, make_case
 from heavy_stage import SMALL
+from stepped import stepped
 from trains import STAGE, STEEL, write
 
 from flexgear.analysis.kernels.energy import LEFT_OVER
-from flexgear.analysis.transient import Collector, Drive, collected, transient
+from flexgear.analysis.transient import Drive
 from flexgear.coupling.build import build_system
 from flexgear.coupling.modal import modal_system
 from flexgear.model.errors import InputError
@@ -43,13 +44,8 @@ ratio = 0
 
 
 def run_of(modal, loads, torque, duration, step, **options):
-    sink = Collector()
     drive = Drive(lambda t: np.full(len(t), torque), loads=lambda t: load_histories(loads, t))
-    steps = transient(
-        modal, drive, duration=duration, time_step=step, output_interval=step, sink=sink,
-        track_energy=True, **options,
-    )  # fmt: skip
-    return collected(modal, sink.arrays(), steps)
+    return stepped(modal, drive, duration, step, track_energy=True, **options)
 
 
 def modelled(case):
@@ -109,12 +105,7 @@ def test_a_history_that_stays_is_the_constant_load(tmp_path):
         model = modelled(stage_with(tmp_path, load))
         at_rest = static(model, [0.0, 0.4])["gear_mesh_force"].to_numpy()
         ends = ends_of(model.case, model.flow)
-        sink = Collector()
-        steps = transient(
-            model.modal, ends.drive(()), duration=4e-3, time_step=2e-5, output_interval=2e-5,
-            sink=sink,
-        )  # fmt: skip
-        run = collected(model.modal, sink.arrays(), steps)
+        run = stepped(model.modal, ends.drive(), 4e-3, 2e-5)
         found.append((at_rest, run.pair_load, run.eta))
     for constant, history, close in zip(*found, (1e-12, 1e-8, 1e-8), strict=True):
         assert np.abs(history - constant).max() <= close * np.abs(constant).max()
@@ -140,21 +131,17 @@ def flexible(**load):
     return model_of(case.case, build_system(case.case, make_bodies(case)))
 
 
-def stepped(model, step, duration=4e-3, **options):
-    drive = ends_of(model.case, model.flow).drive(())
-    modal, sink = modal_system(model.system, 2000.0), Collector()
-    steps = transient(
-        modal, drive, duration=duration, time_step=step, output_interval=2e-4, sink=sink,
-        track_energy=True, **options,
-    )  # fmt: skip
-    return collected(modal, sink.arrays(), steps)
+def flexible_run(model, step):
+    drive = ends_of(model.case, model.flow).drive()
+    modal = modal_system(model.system, 2000.0)
+    return stepped(modal, drive, 4e-3, step, 2e-4, track_energy=True)
 
 
 def test_a_flexible_stage_takes_a_history_that_stays_for_the_constant_load():
     moment = (2e5, -1e5, 0.0)
-    constant = stepped(flexible(moment=moment, force=(0.0, 1e5, 0.0)), 4e-5)
+    constant = flexible_run(flexible(moment=moment, force=(0.0, 1e5, 0.0)), 4e-5)
     model = flexible(times=(0.0, 1.0), moments=(moment,) * 2, forces=((0.0, 1e5, 0.0),) * 2)
-    history = stepped(model, 4e-5)
+    history = flexible_run(model, 4e-5)
     for name in ("eta", "pair_load"):
         a, b = getattr(constant, name), getattr(history, name)
         assert np.abs(a - b).max() <= 1e-8 * np.abs(a).max()
@@ -165,7 +152,7 @@ def test_the_work_of_a_moment_on_a_flexible_carrier_is_in_the_account():
     model = flexible(times=(0.0, 3e-3), moments=((0.0,) * 3, (2e6, -1e6, 0.0)))
     lost = []
     for step in (4e-5, 2e-5):
-        run = stepped(model, step)
+        run = flexible_run(model, step)
         e = run.energy
         lost.append(np.abs(left_over(run)).max() / (e["elastic"] + e["pair_elastic"]).max())
     assert lost[1] < 1e-3

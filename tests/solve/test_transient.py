@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 import xarray as xr
+from stepped import Jumping, stepped
 from train_contexts import bundled, mixed, one_stage, put_together
 
-from flexgear.analysis.transient import Collector, Drive, collected, transient
 from flexgear.coupling.pace import ACCURACY
 from flexgear.model.errors import FlexgearError, InputError
 from flexgear.model.load import load_case
@@ -50,14 +50,12 @@ def test_chosen_modes_of_a_train_that_bends_carry_the_loads_of_all(tmp_path):
     assert every.dropped == 0
     assert len(chosen.omega) < 0.2 * len(every.omega)
     assert chosen.choice.estimate <= chosen.choice.accuracy == ACCURACY
-    drop = Drive(lambda t: np.where(t > 0.01, 0.3, 1.0) * chosen.system.rated_torque, (0.01,))
+    drop = Jumping(
+        lambda t: np.where(t > 0.01, 0.3, 1.0) * chosen.system.rated_torque, jumps=(0.01,)
+    )
 
     def loads(modal):
-        sink = Collector()
-        steps = transient(
-            modal, drive=drop, duration=0.03, time_step=1e-4, output_interval=1e-4, sink=sink
-        )
-        return collected(modal, sink.arrays(), steps).pair_load
+        return stepped(modal, drop, 0.03, 1e-4).pair_load
 
     full, kept = loads(every), loads(chosen)
     assert full.max(axis=0).max() > 0

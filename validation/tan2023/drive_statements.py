@@ -9,7 +9,8 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from flexgear.analysis.transient import Collector, Drive, collected, transient
+from flexgear.analysis.step_plan import Stepping
+from flexgear.analysis.transient import Drive, run_in_memory
 from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.pair_data import by_kind
 from flexgear.gears.power_flow import power_flow
@@ -105,16 +106,11 @@ def dips_grow_with_the_drop(runs: Runs) -> Finding:
 
 def _steady_forces(runs: Runs, case: StageView, modal: ModalSystem) -> Array:
     """Ring gear-mesh forces (t, N) over a fifth of a revolution, started at equilibrium."""
-    torque, sink = case.case.inputs[0].torque, Collector()
-    steps = transient(
-        modal,
-        Drive(lambda t: np.full_like(t, torque)),
-        duration=2 * np.pi / 5 / case.case.inputs[0].speed,
-        time_step=1e-4,
-        output_interval=1e-3,
-        sink=sink,
-    )
-    load = by_kind(collected(modal, sink.arrays(), steps).pair_load, modal.system.planets)
+    torque = case.case.inputs[0].torque
+    span = 2 * np.pi / 5 / case.case.inputs[0].speed
+    drive = Drive(lambda t: np.full_like(t, torque))
+    run = run_in_memory(modal, drive, Stepping(span, 1e-4, 1e-3))
+    load = by_kind(run.pair_load, modal.system.planets)
     return np.asarray(load[:, 0].sum(axis=-1))
 
 

@@ -17,7 +17,8 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from flexgear.analysis.start import start_state
-from flexgear.analysis.transient import Collector, Drive, collected, transient
+from flexgear.analysis.step_plan import Stepping
+from flexgear.analysis.transient import Drive, run_in_memory
 from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.system import System, variant_label
 from flexgear.gears.geometry import StageGeometry, stage_geometry
@@ -233,15 +234,10 @@ class Runs:
     def short_drop(self, model: Model, torque: float) -> xr.Dataset:
         """A torque drop for 0.2 s soon after the start, 20 µs steps."""
         start, rated = SHORT_START, model.system.rated_torque
-        sink = Collector()
-        drive = Drive(
-            lambda t: np.where((t > start) & (t <= start + 0.2), torque, rated),
-            (start, start + 0.2),
-        )
-        steps = transient(
-            model.modal, drive, duration=0.35, time_step=2e-5, output_interval=2e-4, sink=sink
-        )
-        return of_stage(transient_data(model, collected(model.modal, sink.arrays(), steps)))
+        jumps = start, start + 0.2
+        drive = Drive(lambda t: np.where((t > jumps[0]) & (t <= jumps[1]), torque, rated))
+        run = run_in_memory(model.modal, drive, Stepping(0.35, 2e-5, 2e-4, jumps))
+        return of_stage(transient_data(model, run))
 
     @cached_property
     def start_up(self) -> Decay:
@@ -251,17 +247,11 @@ class Runs:
         inertia = float(system.rolling[:, 0] @ system.mass @ system.rolling[:, 0])
         ratio = float(system.ports[-1].row @ system.rolling[:, 0])
         damping = system.machines[-1].rated_torque / system.machines[-1].rated_speed * ratio**2
-        sink, start = Collector(), start_state(modal, torque)
-        steps = transient(
-            modal,
-            Drive(lambda t: np.full_like(t, torque)),
-            duration=2.2,
-            time_step=1e-4,
-            output_interval=1e-3,
-            start=start._replace(velocity=np.zeros_like(start.velocity)),
-            sink=sink,
-        )
-        run = collected(modal, sink.arrays(), steps)
+        start = start_state(modal, torque)
+        run = run_in_memory(
+            modal, Drive(lambda t: np.full_like(t, torque)), Stepping(2.2, 1e-4, 1e-3),
+            start._replace(velocity=np.zeros_like(start.velocity)),
+        )  # fmt: skip
         speed = np.gradient(run.eta @ modal.rolling[:, 0] / inertia, run.time)
         return Decay(of_stage(transient_data(self.model(FLEXIBLE), run)), speed, inertia, damping)
 
@@ -270,14 +260,10 @@ class Runs:
         """Rated torque halved at the start, until the speed has settled and a second more."""
         rated = self.case.case.inputs[0].torque
         modal = self.modal(FLEXIBLE)
-        sink = Collector()
-        drive = Drive(lambda t: np.where(t > 0.0, 0.5 * rated, rated), (0.0,))
+        drive = Drive(lambda t: np.where(t > 0.0, 0.5 * rated, rated))
         tau = self.start_up.inertia / self.start_up.damping
-        steps = transient(
-            modal, drive, duration=9 * tau + 1.0, time_step=1e-4, output_interval=1e-3, sink=sink,
-            start=start_state(modal, rated),
-        )  # fmt: skip
-        found = collected(modal, sink.arrays(), steps)
+        stepping = Stepping(9 * tau + 1.0, 1e-4, 1e-3, (0.0,))
+        found = run_in_memory(modal, drive, stepping, start_state(modal, rated))
         return of_stage(transient_data(self.model(FLEXIBLE), found))
 
     # ------------------------------------------------------------------------------ sensitivity

@@ -1,0 +1,33 @@
+"""Transients in memory, and what the balance of their energy leaves over."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from flexgear.analysis.step_plan import Stepping
+from flexgear.analysis.transient import Drive, run_in_memory
+
+
+@dataclass(frozen=True)
+class Jumping(Drive):
+    """A drive that jumps at these times, s."""
+
+    jumps: tuple[float, ...] = ()
+
+
+def stepped(modal, drive, duration, step, interval=None, *, windows=(), adaptive=None, **options):
+    """A transient in flexgear's steps, with samples every ``interval`` s, or at every step."""
+    jumps = getattr(drive, "jumps", ())
+    stepping = Stepping(duration, step, interval or step, jumps, windows, adaptive)
+    return run_in_memory(modal, drive, stepping, **options)
+
+
+def energy_error(run):
+    """Energy that appeared from nowhere, over the peak of elastic energy."""
+    e = run.energy
+    held = e["kinetic"] + e["elastic"] + e["pair_elastic"]
+    work = e["input_work"] - e["brake_work"] - e["damping_work"] - e["pair_damping_work"]
+    left = held - work - e["parametric_work"] - e["load_work"]
+    return np.abs(left - left[0]).max() / (e["elastic"] + e["pair_elastic"]).max()
