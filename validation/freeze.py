@@ -38,7 +38,7 @@ from flexgear.model.load import bundled_cases
 from flexgear.solve.model import assemble
 from flexgear.solve.modes import modes
 from flexgear.solve.static import static
-from flexgear.solve.transient import transient
+from flexgear.solve.transient import simulate
 
 POSITIONS = 12  # of the input, over one turn
 SECONDS, LONGER = 0.05, 0.3  # durations of the two transients, s
@@ -59,9 +59,9 @@ def datasets(name: str, lap: Callable[[str], None]) -> Iterator[tuple[str, xr.Da
     yield "modes", grouped_modes(modes(model))
     lap("modes")
     if case.output is not None and any(model.system.input_speeds):
-        yield "start", transient(model, duration=SECONDS)
+        yield "start", simulate(model, duration=SECONDS).data
         lap("start")
-        yield "statistics", statistics(transient(model, duration=LONGER))
+        yield "statistics", statistics(simulate(model, duration=LONGER).data)
         lap("statistics")
 
 

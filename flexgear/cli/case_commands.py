@@ -23,8 +23,8 @@ from flexgear.cli.outputs import (
     with_schema,
 )
 from flexgear.coupling.build import build_system, rigid_system
+from flexgear.coupling.machines import machine_words
 from flexgear.coupling.pace import case_pace, pace_sections
-from flexgear.coupling.port_machines import machine_words
 from flexgear.files.atomic import file_target, staged_folder, write_bytes, write_json
 from flexgear.gears.bearings import planet_bearing_life_hours
 from flexgear.gears.implausible import implausible

@@ -30,12 +30,12 @@ from flexgear.coupling.determinacy import (
 )
 from flexgear.coupling.gear_meshes import labels, pair_data
 from flexgear.coupling.loads import frame_forces, given_loads
-from flexgear.coupling.members import AnyBody, reference_radius, stage_members
-from flexgear.coupling.port_machines import (
+from flexgear.coupling.machines import (
     machine_words,
     port_machines,
     require_free_speeds,
 )
+from flexgear.coupling.members import AnyBody, reference_radius, stage_members
 from flexgear.coupling.springs import behind_spline
 from flexgear.coupling.system import (
     Damping,

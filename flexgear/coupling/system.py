@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from scipy import linalg
 
 from flexgear.coupling.gear_meshes import GearMeshLabel
-from flexgear.coupling.machines import Machine
+from flexgear.coupling.machines import MachineLaw
 from flexgear.coupling.pair_data import PairData
 from flexgear.coupling.springs import LawBearing
 from flexgear.model.errors import FlexgearError
@@ -182,7 +182,7 @@ class System(BodyCoordinates):
     links: tuple[Link, ...]
     rotating_frame_supports: tuple[RotatingFrameSupport, ...]
     damping: Damping
-    machines: tuple[Machine, ...]
+    machines: tuple[MachineLaw, ...]
     rated_torque: float
     rated_speed: float
     planets: int

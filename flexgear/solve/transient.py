@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -14,12 +13,11 @@ from numpy.typing import NDArray
 from flexgear.analysis.step_plan import Adaptive, FineWindow, Stepping
 from flexgear.analysis.transient import Collector, Steps, Transient
 from flexgear.analysis.transient import transient as step_through
-from flexgear.coupling.pace import Pace, case_pace, timed_drops
+from flexgear.coupling.pace import case_pace, timed_drops
 from flexgear.gears.power_flow import PowerFlow
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
 from flexgear.model.machine import TorqueHistory
-from flexgear.model.solver import Solver
 from flexgear.results.labelled_dataset import coordinate, variable
 from flexgear.results.load_sharing import SharingCoefficients
 from flexgear.results.settling import Settling, Window, cut, window_edges
@@ -36,6 +34,7 @@ from flexgear.solve.model import Model
 Array = NDArray[np.float64]
 SAMPLES_AT_REST = 100
 MOST_STEPS = 400_000  # of a run whose duration nobody gave
+STEADY = TorqueHistory()  # rated torque for good, rated torques and speeds at all other ports
 
 
 def usual_duration(case: Case, flow: PowerFlow) -> float:
@@ -106,13 +105,17 @@ def stepping_of(
     windows = [FineWindow(t, min(t + pace.settling, span), pace.step_time_step) for t in jumps]
     if ends.steep and pace.series_time_step < pace.time_step:
         windows = [FineWindow(0.0, span, pace.series_time_step)]
+    adaptive = None
+    if case.solver.step_tolerance > 0.0:
+        limits = pace.shortest_time_step, pace.longest_time_step
+        adaptive = Adaptive(case.solver.step_tolerance, *limits)
     return Stepping(
         duration=span,
         time_step=pace.time_step,
         output_interval=min(output_interval or pace.output_interval, span),
         jumps=jumps,
         windows=tuple(windows),
-        adaptive=adaptive_steps(case.solver, pace),
+        adaptive=adaptive,
     )
 
 
@@ -161,7 +164,13 @@ def simulate(
 
     def last(steps: Steps) -> xr.Dataset:
         window = settling.window() if isinstance(settling, Settling) else settling
-        attrs = {**step_attributes(steps), "solver": json.dumps(model.pace.summary)}
+        sizes = ", ".join(f"{h:.4g} s: {count}" for h, count in sorted(steps.by_size.items()))
+        attrs = {
+            "steps": steps.taken,
+            "steps_refused": steps.refused,
+            "step_sizes": sizes,
+            "solver": json.dumps(model.pace.summary),
+        }
         return sharing.coefficients(window.start).assign_attrs(attrs | window.attributes)
 
     memory = Gathered()
@@ -170,32 +179,6 @@ def simulate(
     both = Several([*watching, sharing, sink or memory])
     cost = run.into(both, lambda share: progress(label, share))
     return TimedRun(memory.data if sink is None else cost.empty, span, cost.wall, cost.core)
-
-
-def transient(
-    model: Model,
-    duration: float | None = None,
-    *,
-    drive: TorqueHistory | None = None,
-    torque_share: float = 1.0,
-    output_interval: float | None = None,
-    energy: bool = False,
-    fields: Sequence[str] = (),
-    progress: Progress = silent,
-    label: str = "transient",
-) -> xr.Dataset:
-    """Samples of ``simulate``, which says what the arguments are."""
-    return simulate(
-        model,
-        duration=duration,
-        drive=drive,
-        torque_share=torque_share,
-        output_interval=output_interval,
-        energy=energy,
-        fields=fields,
-        progress=progress,
-        label=label,
-    ).data
 
 
 def torque_drop(
@@ -222,11 +205,6 @@ def torque_drop(
         label=label,
         sink=sink,
     )
-
-
-def constant_drive() -> TorqueHistory:
-    """Rated torque for good, and with it rated torques and speeds at all other ports."""
-    return TorqueHistory()
 
 
 class _Sharing(DatasetSink):
@@ -263,7 +241,7 @@ class _Sharing(DatasetSink):
 
 def compile_transient(model: Model, *, energy: bool = False) -> None:
     """A run of a few steps, so that compilation does not count as simulation."""
-    step, ends = model.pace.time_step, ends_of(model.case, model.flow, constant_drive())
+    step, ends = model.pace.time_step, ends_of(model.case, model.flow, STEADY)
     for account in (False, True) if energy else (False,):
         stepping = Stepping(3 * step, step, step)
         step_through(model.modal, ends.drive(), stepping, sink=Collector(), track_energy=account)
@@ -273,16 +251,3 @@ def train_histories(data: xr.Dataset) -> xr.Dataset:
     """What of a transient the command line gives the range of."""
     names = ["input_speed", "port_torque", "gear_mesh_force"]
     return data[names].assign(axis_distance=axis_distance(data))
-
-
-def adaptive_steps(solver: Solver, pace: Pace) -> Adaptive | None:
-    """Step sizes by an error estimate, or None where they are given."""
-    if solver.step_tolerance == 0.0:
-        return None
-    return Adaptive(solver.step_tolerance, pace.shortest_time_step, pace.longest_time_step)
-
-
-def step_attributes(steps: Steps) -> dict[str, Any]:
-    """Attributes of a dataset: steps taken, steps refused, and how many of which size."""
-    sizes = ", ".join(f"{h:.4g} s: {count}" for h, count in sorted(steps.by_size.items()))
-    return {"steps": steps.taken, "steps_refused": steps.refused, "step_sizes": sizes}

@@ -15,7 +15,7 @@ from flexgear.gears.paths import stage_paths
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.load import load_case
 from flexgear.results.time_figures import energy_residual
-from flexgear.solve.transient import transient
+from flexgear.solve.transient import simulate
 from flexgear.structures.fe_mesh import SegmentDivisions
 from flexgear.structures.tooth_influence import pair_bending, pairs
 from flexgear.structures.tooth_influence.influence import influence_of
@@ -189,5 +189,5 @@ def test_what_rows_yield_is_that_of_the_table(model, turned):
 def test_a_torque_drop_keeps_its_energy(model):
     rated, drop = model[0].system.rated_torque, model[0].case.drive.drop
     drive = drop(0.2 * rated, 0.005, 0.01, rated)
-    run = transient(model[0], duration=0.03, drive=drive, energy=True)
+    run = simulate(model[0], duration=0.03, drive=drive, energy=True).data
     assert np.abs(energy_residual(run)).max() < 1e-6

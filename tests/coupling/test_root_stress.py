@@ -16,7 +16,7 @@ from flexgear.solve import bodies
 from flexgear.solve.dataset import equilibrium_data
 from flexgear.solve.static import position_figures
 from flexgear.solve.stresses import ring_roots, tooth_roots
-from flexgear.solve.transient import transient
+from flexgear.solve.transient import simulate
 from flexgear.structures.fe_mesh import SegmentDivisions
 from flexgear.structures.tooth_influence import roots as tables
 from flexgear.structures.tooth_influence.roots import root_influence, root_segment
@@ -156,7 +156,7 @@ def test_figures_of_one_position(model, data):
 
 def test_in_time(model):
     """Chunks without samples come, too; what is not by sample is not there."""
-    found = transient(model, duration=0.002)
+    found = simulate(model, duration=0.002).data
     stress = found["root_stress"]
     assert stress.dims == ("time", "flank", "pair_member")
     assert np.isfinite(stress.where(stress["flank_sense"] == "drive", drop=True)).all()

@@ -6,7 +6,7 @@ from stage_samples import stage_with_vertices
 
 from flexgear.model.errors import InputError
 from flexgear.solve.deformed import LEAST_SHARE, deformed, lowest_modes, mode_field, mode_shapes
-from flexgear.solve.transient import transient
+from flexgear.solve.transient import simulate
 from flexgear.views.render import field_grid
 
 BODIES = ("stage.ring", "stage.carrier")
@@ -19,7 +19,7 @@ def model():
 
 @pytest.fixture(scope="module")
 def run(model):
-    return transient(model, duration=0.004, fields=BODIES)
+    return simulate(model, duration=0.004, fields=BODIES).data
 
 
 @pytest.mark.parametrize(
@@ -55,11 +55,11 @@ def test_a_field_is_a_grid_for_pyvista(model):
 
 
 def test_what_was_not_kept_is_said(model, run):
-    short = transient(model, duration=0.002)
+    short = simulate(model, duration=0.002).data
     with pytest.raises(InputError, match=r"is not kept in the run, which keeps none -- .*fields="):
         deformed(model, "stage.ring", run=short)
     with pytest.raises(InputError, match=r"stage\.rings: is no body that bends"):
-        transient(model, duration=0.002, fields=["stage.rings"])
+        simulate(model, duration=0.002, fields=["stage.rings"]).data
 
 
 @pytest.mark.parametrize("body", BODIES)

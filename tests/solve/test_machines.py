@@ -8,7 +8,7 @@ from train_contexts import put_together
 from trains import stage_train, write
 
 from flexgear.analysis.kernels.energy import LEFT_OVER
-from flexgear.coupling.port_machines import require_free_speeds
+from flexgear.coupling.machines import require_free_speeds
 from flexgear.model.errors import InputError
 from flexgear.model.load import load_case
 from flexgear.solve.model import assemble

@@ -17,7 +17,7 @@ from flexgear.model.load import load_case
 from flexgear.solve.model import assemble
 from flexgear.solve.modes import modes
 from flexgear.solve.static import static
-from flexgear.solve.transient import transient
+from flexgear.solve.transient import simulate
 
 CONSTANT = """model = "constant"
 sun_stiffness_n_per_m = 6e8
@@ -48,7 +48,7 @@ def test_fast_gears_swing_at_the_mean_stiffness(tmp_path):
     stiffness of an angle it is up to a fifth off."""
     mode = on_the_teeth(tmp_path)
     speed = 5.0 * mode
-    run = transient(assemble(pair(tmp_path, speed, damping=0.01)), duration=36.0 / mode)
+    run = simulate(assemble(pair(tmp_path, speed, damping=0.01)), duration=36.0 / mode).data
     force, time = run["gear_mesh_force"].to_numpy()[:, 0], run["time"].to_numpy()
     padded = 2**18
     spectrum = np.abs(np.fft.rfft((force - force.mean()) * np.hanning(len(force)), padded))
@@ -67,7 +67,7 @@ def test_resonance_of_a_stepped_speed(tmp_path):
     swing = []
     for share in shares:
         model = assemble(pair(tmp_path, share * mode / 3.0, damping=0.06))
-        run = transient(model, duration=0.05)
+        run = simulate(model, duration=0.05).data
         settled = run["gear_mesh_force"].to_numpy()[run["time"].to_numpy() > 0.025, 0]
         swing.append(settled.std() / settled.mean())
     at = int(np.argmax(swing))

@@ -17,7 +17,7 @@ from flexgear.solve.campbell import ERRORS, IDEAL, campbell, excitations, operat
 from flexgear.solve.model import assemble
 from flexgear.solve.modes import modes, nodal_index
 from flexgear.solve.resonance import resonance_figures, resonance_verdict
-from flexgear.solve.transient import transient
+from flexgear.solve.transient import simulate
 
 CONSTANT = """model = "constant"
 sun_stiffness_n_per_m = 6e8
@@ -90,7 +90,7 @@ def test_work_of_orders_on_modes_follows_the_rule(tmp_path):
 def sway(folder, speed, frequency, errors=""):
     """Amplitude, µm, of the sun's path at gear-mesh frequency, settled."""
     model = assemble(spur(folder, speed, errors))
-    run = transient(model, duration=60.0 / frequency)
+    run = simulate(model, duration=60.0 / frequency).data
     time = run["time"].to_numpy()
     late = time > 30.0 / frequency
     path = run["body_displacement"].sel(body="stage.sun").to_numpy()[late]
@@ -137,7 +137,7 @@ def test_force_of_a_met_order_is_that_in_time(tmp_path):
     estimate = float(data["meeting_force"][met][0])
     swings = []
     for share in (0.99, 1.0, 1.01):
-        run = transient(model(share * natural / 2.0), duration=0.05)
+        run = simulate(model(share * natural / 2.0), duration=0.05).data
         time, force = run["time"].to_numpy(), run["gear_mesh_force"].to_numpy()[:, 0]
         late = time > 0.025
         window = np.hanning(late.sum())
