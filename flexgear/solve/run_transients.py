@@ -45,7 +45,7 @@ from flexgear.solve.long_run import TimedRun, shelved
 from flexgear.solve.model import Model
 from flexgear.solve.static import UNLOADED
 from flexgear.solve.transient import (
-    STEADY,
+    RATED_DRIVE,
     compile_transient,
     simulate,
     torque_drop,
@@ -296,7 +296,7 @@ def drop_name(torque: float, model: Model) -> str:
 
 def _steady(model: Model, sink: DatasetSink | None, **options: Any) -> TimedRun:
     """Steady running: the drive at its rated torque, whatever its history."""
-    return simulate(model, drive=STEADY, sink=sink, **options)
+    return simulate(model, drive=RATED_DRIVE, sink=sink, **options)
 
 
 def _drop(model: Model, torque: float, sink: DatasetSink | None, **options: Any) -> TimedRun:

@@ -34,7 +34,7 @@ from flexgear.solve.model import Model
 Array = NDArray[np.float64]
 SAMPLES_AT_REST = 100
 MOST_STEPS = 400_000  # of a run whose duration nobody gave
-STEADY = TorqueHistory()  # rated torque for good, rated torques and speeds at all other ports
+RATED_DRIVE = TorqueHistory()  # rated torque for good, rated torques and speeds at all other ports
 
 
 def usual_duration(case: Case, flow: PowerFlow) -> float:
@@ -241,7 +241,7 @@ class _Sharing(DatasetSink):
 
 def compile_transient(model: Model, *, energy: bool = False) -> None:
     """A run of a few steps, so that compilation does not count as simulation."""
-    step, ends = model.pace.time_step, ends_of(model.case, model.flow, STEADY)
+    step, ends = model.pace.time_step, ends_of(model.case, model.flow, RATED_DRIVE)
     for account in (False, True) if energy else (False,):
         stepping = Stepping(3 * step, step, step)
         step_through(model.modal, ends.drive(), stepping, sink=Collector(), track_energy=account)

@@ -31,7 +31,7 @@ from flexgear.solve.bodies import Bodies, stage_bodies
 from flexgear.solve.dataset import transient_data
 from flexgear.solve.model import Model, assemble
 from flexgear.solve.static import static
-from flexgear.solve.transient import STEADY, simulate, torque_drop
+from flexgear.solve.transient import RATED_DRIVE, simulate, torque_drop
 from flexgear.structures.reduced import ReducedBody
 from flexgear.structures.sources.of_case import ring_source
 from flexgear.views.star import StageOutline
@@ -203,7 +203,7 @@ class Runs:
             simulate(self.model(variant), duration=5e-3)
 
         def one(variant: Variant) -> xr.Dataset:
-            return of_stage(simulate(self.model(variant), drive=STEADY).data)
+            return of_stage(simulate(self.model(variant), drive=RATED_DRIVE).data)
 
         return side_by_side({label(v): partial(one, v) for v in (FLEXIBLE, RIGID)})
 
