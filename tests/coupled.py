@@ -5,7 +5,6 @@ from __future__ import annotations
 from cheap_bodies import cheap_carrier, cheap_ring
 
 from flexgear.coupling.build import build_system
-from flexgear.coupling.pair_data import by_kind
 from flexgear.gears.geometry import stage_geometry
 from flexgear.model.load import load_case
 from flexgear.model.names import BodyName
@@ -63,4 +62,6 @@ def make_system(rigid=(), *, bodies=None, **overrides):
 
 def shaped(result, name="pair_load"):
     """Gear-mesh arrays of a single stage as (p, kinds, planets, slots)."""
-    return by_kind(getattr(result, name), result.modal.system.planets)
+    values = getattr(result, name)
+    planets = len({label.planet for label in result.modal.system.gear_meshes})
+    return values.reshape(len(values), -1, planets, *values.shape[2:])

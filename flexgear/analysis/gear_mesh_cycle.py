@@ -28,8 +28,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -56,16 +56,25 @@ UNLOADED = 1e-9  # of the largest load: a gear mesh with less has none
 NOTHING = 1e-14  # of the largest square of a row: what is left out of a sum of thousands
 
 
-@dataclass(frozen=True)
 class _Samples:
-    """Spring factors of a flank: rows (n, c) with Σ rowᵀ row = Σ_p Vᵀ K V on ``columns`` (c,) of
-    the blocks' motions; stiffness, damping (P,) and force (P, c): see ``FlankCycle``."""
+    """Springs of a flank over P positions: rows (n, c) with Σ rowᵀ row = Σ_p Vᵀ K V on ``columns``
+    (c,) of the blocks' motions; stiffness, damping (P,) and force (P, c): see ``FlankCycle``."""
 
-    columns: IntArray
-    rows: Array
-    stiffness: Array
-    damping: Array
-    force: Array
+    def __init__(self, columns: IntArray, count: int) -> None:
+        self.columns, self._parts = columns, list[Array]()
+        self.stiffness, self.damping = np.zeros((2, count))
+        self.force = np.zeros((count, len(columns)))
+
+    def add(self, p: int, matrix: Array, damping: float, coefficients: Array) -> None:
+        """Enter position p: K (n, n) and rows (n, c) that it acts on."""
+        self._parts.append(_root(matrix) @ coefficients)
+        self.stiffness[p], self.damping[p] = matrix.sum(), damping
+        self.force[p] = matrix.sum(axis=0) @ coefficients
+
+    @cached_property
+    def rows(self) -> Array:
+        """As few as there can be."""
+        return _fewest(np.vstack(self._parts))
 
 
 def springs_under_load(modal: ModalSystem, input_angles: Array) -> ContactSprings:
@@ -123,7 +132,7 @@ def _samples(
     lines = None if result is None else line_loads(result)
     unloaded = _unloaded(pairs, result)
     ends = {m: _Ends(pairs, m) for m in range(len(pairs.s0))}
-    parts: dict[int, list[_Part]] = {}
+    samples: dict[int, _Samples] = {}
     for p, angles in enumerate(np.ascontiguousarray(theta)):
         flanks = carrying if result is None else result.active_flanks[p] | carrying
         flanks = np.where(of_stage, flanks, 0)
@@ -135,35 +144,10 @@ def _samples(
                 continue
             coefficients = ends[m].coefficients(work, at, angles, theta[0])
             touches = at[matrix.any(axis=1)]
-            parts.setdefault(m, []).append(
-                _Part(
-                    position=p,
-                    rows=_root(matrix) @ coefficients,
-                    stiffness=float(matrix.sum()),
-                    damping=float(work.damping[touches].sum()),
-                    force=matrix.sum(axis=0) @ coefficients,
-                )
-            )
-    return {m: _gathered(ends[m].columns, of_flank, len(theta)) for m, of_flank in parts.items()}
-
-
-class _Part(NamedTuple):
-    """The part of ``_Samples`` that belongs to one position."""
-
-    position: int
-    rows: Array
-    stiffness: float
-    damping: float
-    force: Array
-
-
-def _gathered(columns: IntArray, parts: list[_Part], count: int) -> _Samples:
-    stiffness, damping, force = np.zeros(count), np.zeros(count), np.zeros((count, len(columns)))
-    for part in parts:
-        p = part.position
-        stiffness[p], damping[p], force[p] = part.stiffness, part.damping, part.force
-    rows = _fewest(np.vstack([part.rows for part in parts]))
-    return _Samples(columns, rows, stiffness, damping, force)
+            damping = float(work.damping[touches].sum())
+            of_flank = samples.setdefault(m, _Samples(ends[m].columns, len(theta)))
+            of_flank.add(p, matrix, damping, coefficients)
+    return samples
 
 
 def _of_flanks(rows: Rows, n: int) -> Iterator[tuple[int, IntArray]]:

@@ -58,11 +58,6 @@ class ModalSystem:
     choice: ModeChoice | None = None
 
     @property
-    def angle(self) -> Array:
-        """Row (n,) of the first independent rotation."""
-        return np.asarray(self.input_rows[0])
-
-    @property
     def rigid_count(self) -> int:
         """Number of rigid motions, which come first."""
         return int(self.system.rigid.shape[1])
@@ -84,10 +79,6 @@ class ModalSystem:
         e = slice(self.rigid_count, None)
         p = self.channel_modes[:, e]
         return (p / self.omega[e] ** 2) @ p.T + self.residual
-
-    def coordinates(self, eta: Array, forces: Array) -> Array:
-        """Physical coordinates q = Φ η + R f; eta (…, n), forces (…, n_c) -> (…, d)."""
-        return eta @ self.modes.T + forces @ self.residual_motion.T
 
 
 def independent_parts(system: System) -> list[NDArray[np.int64]]:

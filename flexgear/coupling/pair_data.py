@@ -22,7 +22,7 @@ is.
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -183,12 +183,6 @@ def first_sizes(data: PairData) -> Array:
 def carrying_flanks(data: PairData) -> IntArray:
     """(M,) 1 where a gear mesh is to be looked at when the rated torque acts."""
     return data.carries.copy()
-
-
-def by_kind(values: NDArray[Any], planets: int, axis: int = 1) -> NDArray[Any]:
-    """Split the axis M of gear meshes of a single stage: (…, M, …) -> (…, kinds, planets, …)."""
-    shape = values.shape
-    return values.reshape(*shape[:axis], shape[axis] // planets, planets, *shape[axis + 1 :])
 
 
 def covered(pairs: PairData) -> IntArray:

@@ -184,8 +184,6 @@ class System(BodyCoordinates):
     damping: Damping
     machines: tuple[MachineLaw, ...]
     rated_torque: float
-    rated_speed: float
-    planets: int
     input_speeds: tuple[float, ...] = ()
     gyroscopic: Array | None = None
     centripetal: Array | None = None

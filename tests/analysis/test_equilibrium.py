@@ -27,7 +27,7 @@ def test_output_torque_and_gear_mesh_force_follow_statics(one_sided_modal, angle
 def test_equilibrium_closes_in_physical_coordinates(linear, linear_modal):
     """K q + Σ k V Vᵀ q = external load, with nothing of the solver's own algebra."""
     e = revolution(linear_modal, 0.7, TORQUE)
-    q = linear_modal.coordinates(e.eta, channel_forces(e))[0]
+    q = linear_modal.modes @ e.eta[0] + linear_modal.residual_motion @ channel_forces(e)[0]
     load = linear.ports[0].row * TORQUE - linear.ports[-1].row * -e.torques[0, -1]
     residual = linear.stiffness @ q + springs_at(linear, 0.7).stiffness @ q - load
     # forces at light coordinates cancel between stiff neighbours: compare with the load
@@ -123,7 +123,7 @@ def test_renumbering_planets_changes_nothing(one_sided_modal):
     stiff = modal_system(make_system(["ring"]))
     e0 = revolution(stiff, 0.2, TORQUE)
     e1 = revolution(stiff, 0.2 + 2 * np.pi / 5, TORQUE)
-    assert system.planets == 5
+    assert len({label.planet for label in system.gear_meshes}) == 5
     for kind in (0, 1):
         a = np.sort(shaped(e0, "pair_load")[0, kind], axis=-1)
         b = np.sort(shaped(e1, "pair_load")[0, kind], axis=-1)

@@ -6,7 +6,7 @@ from statistics import median
 
 import numpy as np
 import scipy.linalg as sla
-from coupled import TORQUE
+from coupled import TORQUE, shaped
 
 from benchmarks.record import Comparison, Report
 from benchmarks.stages import real_system
@@ -15,7 +15,6 @@ from flexgear.analysis.equilibrium import revolution
 from flexgear.analysis.modes import row_vectors, rows_at
 from flexgear.analysis.recovery import Recovery
 from flexgear.coupling.modal import ModalSystem, modal_system
-from flexgear.coupling.pair_data import by_kind
 from flexgear.coupling.system import System
 from flexgear.results.load_sharing import load_sharing
 from flexgear.structures.linalg.threads import single_threaded_blas
@@ -67,7 +66,7 @@ def whole_revolution(modal: ModalSystem, angles: np.ndarray) -> tuple[np.ndarray
     """Load sharing of the ring's gear meshes (p,) and deflections (p, k) over positions."""
     found = revolution(modal, angles, TORQUE)
     system = modal.system
-    force = by_kind(found.pair_load.sum(axis=2), system.planets)[:, 0]
+    force = shaped(found).sum(axis=-1)[:, 0]
     nodes = [("stage.ring", n) for n in _teeth(system)] + [("stage.shaft", "sun")]
     rows = np.vstack([system.node_rows(body, node) for body, node in nodes])
     return load_sharing(force, float(force.mean())), Recovery(found).motion(rows)

@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from flexgear.analysis.step_plan import Stepping
 from flexgear.analysis.transient import Drive, run_in_memory
 from flexgear.coupling.modal import ModalSystem
-from flexgear.coupling.pair_data import by_kind
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.load import load_case
 from flexgear.model.stage_view import StageView
@@ -110,8 +109,8 @@ def _steady_forces(runs: Runs, case: StageView, modal: ModalSystem) -> Array:
     span = 2 * np.pi / 5 / case.case.inputs[0].speed
     drive = Drive(lambda t: np.full_like(t, torque))
     run = run_in_memory(modal, drive, Stepping(span, 1e-4, 1e-3))
-    load = by_kind(run.pair_load, modal.system.planets)
-    return np.asarray(load[:, 0].sum(axis=-1))
+    ring = [label.kind == "ring" for label in modal.system.gear_meshes]
+    return np.asarray(run.pair_load[:, ring].sum(axis=-1))
 
 
 def error_sets(runs: Runs) -> dict[str, StageView]:
