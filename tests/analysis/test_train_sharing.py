@@ -1,6 +1,31 @@
-"""Load sharing of a train's stage: the theorem of three planets, and independent compatibility."""
+"""Load sharing of a train's stage: the theorem of three planets, and independent compatibility.
+
+One pin off its place: what the planets' loads change by, in closed form.
+
+Rigid bodies, ring and carrier held, the sun free in its plane. a_s, a_r are how far motions of
+bodies and errors close a planet's gear meshes along their lines of action, w what the planet's
+rotation adds at the sun and takes at the ring. A planet that turns freely has equal forces on both
+flanks,
+
+    F = k_s (a_s + w) = k_r (a_r − w)   ⇒   F = 2 ā / (1/k_s + 1/k_r),   ā = (a_s + a_r)/2:
+
+sun and ring mesh act in series. Both push the planet backwards, by 2 F cos α_t cos β_b together
+(α_t at both gear meshes), so that its bearing of stiffness k_b gives way and takes
+2 F cos² α_t cos² β_b / k_b off a_s and a_r each. With an error e in both gear meshes F = k e, where
+
+    1/k = (1/k_s + 1/k_r)/2 + 2 cos² α_t cos² β_b / k_b,
+
+which is the stiffness of one gear mesh where both have the same and bearings are stiff. The sun's
+motion closes its gear meshes only, by v_i, a vector over the planets that is any sum of 1, cos φ_i
+and sin φ_i (rotation and both shifts), so that F_i = F_0 + k (e_i + v_i/2); and the sun's three
+equations say that the changes of F hold none of these three. So ΔF = k P e with P the projection
+off them; N equal spacings make it δ_i1 − [1 + 2 cos(2π(i−1)/N)]/N for an error at planet 1: zero
+for three planets; for four 1/4, −1/4, 1/4, −1/4.
+"""
 
 from __future__ import annotations
+
+import math
 
 import load_sharing_theory as theory
 import numpy as np
@@ -12,6 +37,7 @@ from trains import stage_train
 from flexgear.analysis.equilibrium import revolution
 from flexgear.coupling.build import build_system
 from flexgear.coupling.modal import modal_system
+from flexgear.gears.tooth import base_helix_angle, transverse_angle
 
 microns = st.floats(-60, 60).map(lambda x: round(x, 3))
 sizes = st.floats(0, 60).map(lambda x: round(x, 3))
@@ -118,3 +144,48 @@ def test_weight_changes_sharing_once_a_turn(tmp_path):
     # the constant gear-mesh model does not see which teeth are in mesh
     assert np.allclose(turns[0], turns[1], rtol=1e-9)
     assert np.abs(turns[0] - turns[2]).max() > 1e-3 * turns[0].mean()
+
+
+SHIFT = 20e-6  # of pin 1, in the sense of rotation
+HELD = {
+    "stage.planet.teeth": "16",  # seven of them have room
+    "stage.ring.teeth": "58",
+    "stage.ring.addendum": "0.6",
+    "stage.ring.kinematics": "fixed",
+    "stage.ring.support.radial_n_per_m": "0",
+    "stage.ring.support.tangential_n_per_m": "0",
+    "stage.carrier.kinematics": "torsional",
+    "stage.carrier.support.radial_n_per_m": "0",
+}
+
+
+@pytest.mark.parametrize("planets", [3, 4, 5, 6, 7])
+@pytest.mark.parametrize(
+    ("sun", "ring", "bearing", "helix"),
+    [(7e8, 7e8, 1e14, 0), (7e8, 7e8, 5e8, 0), (4e8, 9e8, 5e8, 12)],
+)
+def test_a_pin_off_its_place_loads_the_planets_by_the_closed_form(
+    tmp_path, planets, sun, ring, bearing, helix
+):
+    given = {
+        **HELD,
+        "stage.gear_mesh.sun_stiffness_n_per_m": str(sun),
+        "stage.gear_mesh.ring_stiffness_n_per_m": str(ring),
+        "stage.planet_bearing.radial_n_per_m": str(bearing),
+    }
+    true, off = (
+        stage_train(tmp_path, planets=planets, helix=helix, **given, **more)
+        for more in (
+            {},
+            {"stage.errors.pin_tangential_um": str([1e6 * SHIFT] + [0] * (planets - 1))},
+        )
+    )
+    stage = true.stages[0]
+    cosine = math.cos(transverse_angle(stage)) * math.cos(base_helix_angle(stage))
+    k = 1 / ((1 / sun + 1 / ring) / 2 + 2 * cosine**2 / bearing)
+    turn = 2 * np.pi * np.arange(planets) / planets
+    change = (np.arange(planets) == 0) - (1 + 2 * np.cos(turn)) / planets
+    if planets == 4:
+        assert change == pytest.approx([0.25, -0.25, 0.25, -0.25])
+    found = (forces(off, [0.3]) - forces(true, [0.3]))[0] / (k * SHIFT * cosine)
+    assert found == pytest.approx(np.array([change, change]), abs=1e-6)

@@ -92,7 +92,8 @@ def test_loaded_planet_bearing_is_in_equilibrium(tmp_path, make):
     found = revolution(modal_system(system), np.array([0.0, 0.2]), system.rated_torque)
     recovery = Recovery(found)
     names = [b.name for b in system.bearings]
-    assert len(names) == len({g.planet for g in system.gear_meshes}) and "planet_bearing_1" in names[0]
+    assert len(names) == len({g.planet for g in system.gear_meshes})
+    assert "planet_bearing_1" in names[0]
     for bearing in system.bearings:
         loads = recovery.bearing_loads(bearing.name)
         assert loads.shape == (2, 2, 20) and (loads >= 0).all() and (loads == 0).any()

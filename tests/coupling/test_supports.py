@@ -1,8 +1,9 @@
-"""Supports that turn, a movable housing, and the single-point gear mesh."""
+"""Supports, bolts and fits of members in closed form, and the springs that reductions know."""
 
 import numpy as np
 import pytest
-from coupled import TORQUE, make_bodies, make_case, make_system, shaped
+from coupled import TORQUE, make_bodies, make_case, make_system, named, shaped, stage_system
+from small_train import SMALL_STAGE
 from stepped import energy_error, stepped
 
 from flexgear.analysis.equilibrium import revolution
@@ -12,7 +13,9 @@ from flexgear.analysis.transient import Drive
 from flexgear.coupling.modal import modal_system
 from flexgear.coupling.springs import invariant_part, rotating_rows
 from flexgear.model.errors import InputError
+from flexgear.model.load import load_case
 from flexgear.structures.kinematics import turn
+from flexgear.structures.sources.of_case import carrier_source, ring_source
 
 ODD = {  # a carrier bearing softer in one fixed direction
     "stage.carrier.bearing_far.radial_x_n_per_m": "1e9",
@@ -142,3 +145,189 @@ def test_bodies_are_those_of_the_case():
     ring, carrier = make_bodies(make_case()).values()
     assert len([n for n in ring.node_names if n.startswith("tooth")]) == 93
     assert carrier.node_names[3:] == tuple(f"pin_{i}" for i in range(1, 6))
+
+
+STAGE = SMALL_STAGE.read_text()
+BEFORE, REST = STAGE.split("[stage.ring.fe.bolts]\n")
+BOLTS, AFTER = REST.split("[stage.carrier.fe]\n")
+AFTER = f"[stage.carrier.fe]\n{AFTER}"
+SPLINE = """[[stage.ring.fe.splines]]
+z_mm = 0
+half_width_mm = 6
+stiffness_radial_n_per_m = 1e9
+stiffness_axial_n_per_m = 1e8
+stiffness_tilt_nm_per_rad = 1e5
+stiffness_torsion_nm_per_rad = 5e6
+"""
+CLEAN = {f"stage.errors.{gear}_tooth_um": "0" for gear in ("ring", "planet", "sun")}
+SUN_TORQUE, RING_TORQUE = 300.0, 300.0 * 72 / 100
+RIGID = ("ring", "carrier", "shaft")
+
+
+def stage(folder, supports, **settings):
+    file = folder / "stage.toml"
+    file.write_text(BEFORE.replace('end = "-z"\n', "") + supports + AFTER)
+    return load_case(file, {**CLEAN, "solver.fidelity": "quick", **settings}).view()
+
+
+def circle(end, factor=1.0):
+    """A list element of bolts with all stiffnesses times a factor."""
+    lines = []
+    for line in BOLTS.strip().splitlines():
+        key, _, value = line.partition(" = ")
+        scaled = f"{factor * float(value)}" if key.startswith("stiffness") else value
+        lines.append(f"{key} = {scaled}")
+    return "\n".join(["[[stage.ring.fe.bolts]]", f'end = "{end}"', *lines, ""])
+
+
+def rigid_state(case):
+    """Recovered equilibrium at rated torque of all rigid bodies on the case's springs."""
+    modal = modal_system(stage_system(case, {}, RIGID))
+    return Recovery(revolution(modal, 0.1, SUN_TORQUE))
+
+
+def test_a_spline_alone_twists_by_the_torque_over_its_stiffness(tmp_path):
+    found = rigid_state(stage(tmp_path, SPLINE))
+    assert found.node("stage.ring", "spline_1")[0, 5] == pytest.approx(RING_TORQUE / 5e6, rel=1e-9)
+    force = found.link_force("stage.spline_1")[0]
+    assert force[5] == pytest.approx(RING_TORQUE, rel=1e-9)
+    assert np.abs(force[:5]).max() < 1e-7 * RING_TORQUE
+
+
+def test_fits_and_splines_share_the_torque_by_their_stiffness(tmp_path):
+    fit = SPLINE.replace("splines", "fits").replace("5e6", "1e6").replace("z_mm = 0", "z_mm = 4")
+    found = rigid_state(stage(tmp_path, SPLINE + fit))
+    assert found.link_force("stage.spline_1")[0, 5] == pytest.approx(RING_TORQUE * 5 / 6, rel=1e-9)
+    assert found.link_force("stage.fit_1")[0, 5] == pytest.approx(RING_TORQUE / 6, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    "supports", [circle("-z"), circle("+z"), circle("-z", 0.5) + circle("+z", 0.5)]
+)
+def test_bolts_twist_a_rigid_ring_alike_wherever_they_are(tmp_path, supports):
+    """θ = T / (n (k_t r² + k_twist)), n and k of all circles together."""
+    found = rigid_state(stage(tmp_path, supports))
+    expected = RING_TORQUE / (8 * (2e8 * 0.061**2 + 2e2))
+    assert found.node("stage.ring", "bolt_01")[0, 5] == pytest.approx(expected, rel=1e-9)
+
+
+def test_bolts_on_both_ends_carry_alike_and_do_not_tilt_a_spur_ring(tmp_path):
+    found = rigid_state(stage(tmp_path, circle("-z", 0.5) + circle("+z", 0.5)))
+    names = [f"bolt_{k:02d}" for k in range(1, 17)]
+    force = np.array([found.link_force(f"stage.{name}")[0, :3] for name in names]).reshape(2, 8, 3)
+    assert np.abs(force[0] - force[1] * [1, 1, -1]).max() < 1e-6 * np.abs(force).max()
+    assert np.abs(found.node("stage.ring", "bolt_01")[0, 3:5]).max() < 1e-6 * RING_TORQUE / 1e6
+    one = rigid_state(stage(tmp_path, circle("-z")))
+    assert np.abs(one.node("stage.ring", "bolt_01")[0, 3:5]).max() < 1e-6 * RING_TORQUE / 1e6
+    torque = (8 * 0.5 * 2e2 * found.node("stage.ring", "bolt_01")[0, 5] * 2) + 0.061 * force[
+        ..., 1
+    ].sum()
+    assert torque == pytest.approx(RING_TORQUE, rel=1e-9)
+
+
+def test_one_circle_may_be_a_table_or_a_list(tmp_path):
+    table = stage(tmp_path, '[stage.ring.fe.bolts]\nend = "+z"\n' + BOLTS)
+    listed = stage(tmp_path, circle("+z"))
+    assert table.ring.bolt_circles == listed.ring.bolt_circles
+    a, b = (rigid_state(case).node("stage.ring", "bolt_03")[0] for case in (table, listed))
+    assert np.array_equal(a, b)
+
+
+@pytest.mark.parametrize(
+    ("supports", "settings", "says"),
+    [
+        ("", {}, "stage.ring.fe.bolts: nothing takes the ring's torque"),
+        (
+            SPLINE.replace("5e6", "0"),
+            {},
+            "stage.ring.fe.splines[0].stiffness_torsion_nm_per_rad: is zero",
+        ),
+        (
+            SPLINE.replace("_torsion", "_twist"),
+            {},
+            "stage.ring.fe.splines[0].stiffness_twist_nm_per_rad",
+        ),
+        (SPLINE.replace("z_mm = 0", "z_mm = 9"), {}, "stage.ring.fe.splines[0].z_mm: the band"),
+        ("[stage.ring.fe.bolts]\n" + BOLTS, {}, "stage.ring.fe.end: is missing"),
+        (
+            circle("+z").replace("number = 8", "number = 8.5"),
+            {},
+            "stage.ring.fe.bolts[0].number: 8.5 is not",
+        ),
+        (
+            "[stage.ring.fe.bolts]\n" + BOLTS,
+            {"stage.ring.fe.bolts.number": "x"},
+            "stage.ring.fe.bolts.number: 'x' is not",
+        ),
+        (
+            circle("+z"),
+            {"stage.ring.fe.bolts.number": "4"},
+            "stage.ring.fe.bolts.number: bolts is a list",
+        ),
+        (
+            circle("+z") * 2,
+            {"stage.ring.fe.bolts.1.end": "'-x'"},
+            "stage.ring.fe.bolts.1.end: '-x' is unknown",
+        ),
+        (circle("+z") * 2, {}, "stage.ring.fe.bolts: the same circle is listed twice"),
+    ],
+)
+def test_supports_that_cannot_be_meant_are_refused(tmp_path, supports, settings, says):
+    with pytest.raises(InputError) as refused:
+        stage(tmp_path, supports, **settings)
+    assert says in str(refused.value)
+
+
+def test_a_ring_that_nothing_holds_along_the_axis_is_loose(tmp_path):
+    lines = [line for line in SPLINE.splitlines() if "axial" not in line]
+    case = stage(tmp_path, "\n".join([*lines, ""]))
+    with pytest.raises(InputError, match=r"stage.ring.fe.splines.0.stiffness_axial_n_per_m"):
+        rigid_state(case)
+
+
+STIFFNESS = {  # no two alike
+    "stage.ring.fe.bolts.stiffness_radial_n_per_m": "1.1e9",
+    "stage.ring.fe.bolts.stiffness_tangential_n_per_m": "1.2e9",
+    "stage.ring.fe.bolts.stiffness_axial_n_per_m": "1.3e9",
+    "stage.ring.fe.bolts.stiffness_tilt_nm_per_rad": "1.4e7",
+    "stage.ring.fe.bolts.stiffness_twist_nm_per_rad": "1.5e6",
+    "stage.ring.fe.bolts.first_angle_deg": "5",
+    "stage.ring.fe.fits.0.stiffness_radial_n_per_m": "1.6e9",
+    "stage.ring.fe.fits.0.stiffness_axial_n_per_m": "1.7e8",
+    "stage.ring.fe.fits.1.stiffness_tilt_nm_per_rad": "1.8e7",
+    "stage.carrier.bearing_far.radial_x_n_per_m": "1.9e9",
+    "stage.carrier.bearing_far.radial_y_n_per_m": "2.1e9",
+    "stage.carrier.bearing_drive.axial_n_per_m": "2.2e9",
+}
+
+
+@pytest.fixture(scope="module")
+def springy_stage():
+    case = make_case(**STIFFNESS)
+    ring, carrier = make_bodies(case).values()
+    return case, ring, carrier, stage_system(case, named(case, ring=ring, carrier=carrier))
+
+
+def test_ring(springy_stage):
+    case, ring, _, system = springy_stage
+    own = system.slice_of("stage.ring")
+    coupled = system.stiffness[own, own] - ring.stiffness
+    estimated = ring_source(case).supports(ring.node_names, ring.stiffness)
+    assert np.abs(coupled - estimated).max() < 1e-9 * np.abs(estimated).max()
+    nodes = np.abs(estimated).max(axis=1).reshape(-1, 6).max(axis=1) > 0
+    assert nodes.sum() == case.ring.bolts.number + len(case.ring.fits)
+
+
+def test_carrier(springy_stage):
+    """The system holds the mean of bearings over a turn, and turns the rest."""
+    case, _, carrier, system = springy_stage
+    own = system.slice_of("stage.carrier")
+    coupled = system.stiffness[own, own] - carrier.stiffness
+    still = np.zeros_like(carrier.stiffness)
+    estimated = carrier_source(case).supports(carrier.node_names, still)
+    for name in ("bearing_drive", "bearing_far"):
+        at = 6 * carrier.node_names.index(name) + np.arange(6)
+        at = np.ix_(at, at)
+        mean = invariant_part(estimated[at])
+        assert np.abs(mean).max() > 0
+        assert np.abs(coupled[at] - mean).max() < 1e-9 * np.abs(mean).max()

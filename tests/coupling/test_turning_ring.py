@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from coupled import make_case, make_system
 from stepped import Jumping, energy_error, stepped
 from turning_ring import HUB, STANDS, SUPPORT, cheap, held_case, lumped
 
@@ -13,7 +14,9 @@ from flexgear.analysis.modes import modes, springs_at
 from flexgear.analysis.recovery import Recovery
 from flexgear.coupling.build import build_system, require_workable
 from flexgear.coupling.modal import modal_system
+from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.power_flow import power_flow
+from flexgear.gears.stiffness import compliance, pair_law
 from flexgear.structures.kinematics import rotation, turn
 
 TEETH_RING, TEETH_SUN = 93, 27
@@ -259,3 +262,28 @@ def test_teeth_of_a_turning_ring_change_flanks_without_energy_from_nowhere(tmp_p
 def speed_of(case):
     speed = power_flow(case).speed
     return speed["stage.carrier"] - speed["stage.ring"]
+
+
+WEBER = {"stage.gear_mesh.pair_stiffness": "weber-banaschek"}
+
+
+@pytest.mark.parametrize("tie", ["root", "flank"])
+def test_what_the_fe_ring_held_is_in_the_gear_mesh_again(tie):
+    case = make_case(**WEBER, **{"stage.ring.fe.tie": tie})
+    g, force = stage_geometry(case), power_flow(case.case).stages[0].gear_mesh_forces["ring"]
+    split = compliance(case, g, "ring", force)
+    held = split.share("gear", tie)
+    bends, rigid = (pair_law(c, g, "ring", force) for c in (case, case.with_rigid(["ring"])))
+    np.testing.assert_allclose(rigid(split.xi), bends(split.xi) * (1.0 - held))
+    assert held.min() > 0.05
+
+
+def test_the_rigid_variant_has_the_stiffness_of_a_ring_that_does_not_bend():
+    rigid = make_system(["ring"], **WEBER).pairs
+    bends, own = (
+        make_system(**WEBER, **k).pairs for k in ({}, {"stage.ring.fe.flexible": "false"})
+    )
+    ring, sun = (rigid.table[rigid.kind == kind][0] for kind in (0, 1))
+    np.testing.assert_array_equal(rigid.k_table[ring], own.k_table[ring])
+    assert rigid.k_table[ring].max() < 0.95 * bends.k_table[ring].max()
+    np.testing.assert_array_equal(rigid.k_table[sun], bends.k_table[sun])

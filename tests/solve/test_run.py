@@ -4,10 +4,14 @@ import threading
 
 import numpy as np
 import pytest
+from coupled import make_bodies, make_case
+from heavy_stage import SMALL, G
 from stage_samples import cheap_stage, doubtful_stage
 from train_contexts import put_together
 
+from flexgear.coupling.build import build_system
 from flexgear.coupling.system import variant_label
+from flexgear.gears.bearings import ROLLER, rating_life_hours
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.errors import FlexgearError
 from flexgear.model.load import load_case
@@ -16,7 +20,8 @@ from flexgear.results.stage_part import of_kind
 from flexgear.results.summary import lacking
 from flexgear.solve import run as solve
 from flexgear.solve.bodies import rigid_bodies
-from flexgear.solve.run_transients import depth_name
+from flexgear.solve.model import model_of
+from flexgear.solve.run_transients import depth_name, stages_summary
 from flexgear.solve.static import static
 from flexgear.solve.transient import simulate
 
@@ -190,3 +195,22 @@ def test_run_of_a_train_without_errors_and_with_two_inputs():
     stages = result.summary["stages"]
     assert stages["stage_1"]["nominal_planet_bearing_life_h"] > 1e5
     assert "ring_gear_mesh_force_n" not in stages["stage_3"]
+
+
+def test_lives_of_the_bearings_on_the_seats_of_a_heavy_carrier():
+    """Under weight and a force of the rotor; only the seat with a rating has a life."""
+    rating = {"dynamic_rating_kn": "3000", "rolling": "roller"}
+    given = {f"stage.carrier.bearing_far.{key}": value for key, value in rating.items()}
+    load = {"member": "stage.carrier", "force": (0.0, -2e5, 0.0)}
+    case = make_case(**SMALL, **given).with_(gravity=(0.0, -G, 0.0), loads=(load,)).case
+    model = model_of(case, build_system(case, make_bodies(case.view())))
+    data = static(model, np.linspace(0.0, 2 * np.pi, 5, endpoint=False))
+    found = stages_summary(model, data)["stage"]
+    seat = data["bearing_force"].sel(support="stage.carrier_far")
+    radial = np.hypot(seat.sel(dof="ux"), seat.sel(dof="uy")).to_numpy()
+    assert found["carrier_bearing_force_n"].keys() == {"drive", "far"}
+    assert found["carrier_bearing_force_n"]["far"] == pytest.approx(radial.max(), rel=1e-12)
+    assert radial.min() > 1e3
+    mean = np.mean(radial**ROLLER) ** (1 / ROLLER)
+    expected = rating_life_hours(3e6, mean, case.inputs[0].speed)
+    assert found["bearing_life_h"] == {"carrier_bearing_far": pytest.approx(expected, rel=1e-9)}

@@ -1,0 +1,283 @@
+"""Bearings with a law of their own at every seat: gaps, weight, loads of rows, energy."""
+
+import numpy as np
+import pytest
+from coupled import TORQUE, make_bodies, make_case
+from heavy_stage import SMALL, G, mass_of, reactions, solved
+from stepped import Jumping, energy_error, stepped
+from trains import stage_train
+from turning_ring import STANDS, SUPPORT, cheap, held_case
+
+from flexgear.analysis.equilibrium import revolution
+from flexgear.analysis.recovery import Recovery
+from flexgear.coupling.build import build_system
+from flexgear.coupling.modal import modal_system
+from flexgear.solve.dataset import equilibrium_data
+from flexgear.solve.model import model_of
+from flexgear.structures.kinematics import turn
+
+WEIGHED = {**SMALL, "gravity_m_per_s2": "[0, -9.81, 0]"}
+KEYS = {  # by the ends of the bearings' names
+    "carrier_drive": "stage.carrier.bearing_drive",
+    "carrier_far": "stage.carrier.bearing_far",
+    "output": "output.bearing",
+}
+ANGLES = np.array([0.0, 0.7, 3.0])
+
+
+def housing(stiffness, mass="2e4"):
+    """A lumped housing on a mount of one stiffness in all directions."""
+    mount = ("radial_n_per_m", "axial_n_per_m", "tilt_nm_per_rad", "torsion_nm_per_rad")
+    return {
+        "housing.kind": "lumped",
+        "housing.mass_kg": mass,
+        "housing.inertia_kg_m2": str([float(mass)] * 3),
+        **{f"housing.mount.{key}": stiffness for key in mount},
+    }
+
+
+HOUSING = housing("3e8")
+ROLLERS = {"count": "30", "rows": "2", "length_mm": "80", "spacing_mm": "90", "clearance_um": "20"}
+
+
+def with_seats(bodies=None, **settings):
+    case = make_case(**WEIGHED, **settings)
+    system = build_system(case.case, bodies or make_bodies(case))
+    return revolution(modal_system(system), ANGLES, case.case.inputs[0].torque)
+
+
+def reaction(found, name, node, sample):
+    """What a bearing carries, in fixed axes (6,)."""
+    return turn(float(found.theta[sample, 0])) @ Recovery(found).link_force(name)[sample]
+
+
+@pytest.mark.parametrize("more", [{}, HOUSING], ids=["ground", "housing"])
+@pytest.mark.parametrize("z", ["0", "40"])
+def test_without_a_gap_it_is_the_linear_bearing(more, z):
+    """The limit c → 0, also off the middle of the seat and between frames that turn: to the share
+    that the gap has of what the bearing closes by."""
+    places = {f"{KEYS[seat]}.z_mm": z for seat in KEYS}
+    gaps = {f"{KEYS[seat]}.clearance_um": "1e-7" for seat in KEYS}
+    linear, tight = with_seats(**more, **places), with_seats(**more, **places, **gaps)
+    scale = np.abs(linear.pair_load).max()
+    assert np.abs(tight.pair_load - linear.pair_load).max() < 1e-8 * scale
+    for seat in KEYS:
+        forces = [Recovery(e).link_force(f"stage.{seat}") for e in (linear, tight)]
+        weight = np.abs(forces[0]).max(axis=0)
+        assert np.abs(forces[1] - forces[0]).max() < 1e-7 * weight.max()
+
+
+@pytest.mark.parametrize(("at", "number"), [("stage.planet_bearing", 5), ("stage.sun.support", 1)])
+def test_without_a_gap_planets_and_sun_stand_on_linear_bearings(at, number):
+    stiff = {f"{at}.radial_n_per_m": "3e9"}
+    linear, tight = with_seats(**stiff), with_seats(**stiff, **{f"{at}.clearance_um": "1e-7"})
+    assert len(tight.modal.system.bearings) == number
+    scale = np.abs(linear.pair_load).max()
+    assert np.abs(tight.pair_load - linear.pair_load).max() < 1e-8 * scale
+
+
+@pytest.mark.parametrize("at", ["ring.hub.bearing", "carrier.bearing_drive"])
+def test_without_a_gap_a_star_stands_on_linear_bearings(tmp_path, at):
+    """Of the hub that turns with its FE ring, and of the carrier that is held."""
+    found = []
+    for gap in ({}, {f"stage.{at}.clearance_um": "1e-7"}):
+        case = held_case(tmp_path, "carrier", "sun", "ring", **SUPPORT, **STANDS, **gap)
+        case = case.with_(gravity=(0.0, -9.81, 0.0))
+        system = build_system(case, cheap(case))
+        found.append(revolution(modal_system(system), ANGLES, system.rated_torque))
+    linear, tight = found
+    assert len(tight.modal.system.bearings) == 1
+    scale = np.abs(linear.pair_load).max()
+    assert np.abs(tight.pair_load - linear.pair_load).max() < 1e-8 * scale
+
+
+@pytest.mark.parametrize("more", [{}, HOUSING], ids=["ground", "housing"])
+def test_forces_balance_with_gaps_and_rollers(more):
+    laws = {
+        "stage.carrier.bearing_drive.clearance_um": "150",
+        "stage.carrier.bearing_drive.z_mm": "20",
+        **{f"stage.carrier.bearing_far.rollers.{k}": v for k, v in ROLLERS.items()},
+        "output.bearing.clearance_um": "50",
+    }
+    found = with_seats(**more, **laws)
+    assert found.closure.max() < 1e-8
+    system = found.modal.system
+    assert {b.law for b in system.bearings} == {"clearance", "rollers"}
+    # all bodies but the ring hang on these bearings and the gear meshes: y forces add to the weight
+    recovery = Recovery(found)
+    rows = recovery.bearing_loads("stage.carrier_far")
+    force = recovery.link_force("stage.carrier_far")
+    psi = 2 * np.pi * np.arange(30) / 30
+    inward = np.abs(rows @ np.exp(1j * psi)).sum(axis=1)
+    assert (np.hypot(force[:, 0], force[:, 1]) <= inward * (1 + 1e-3) + 1e-6).all()
+
+
+def test_a_carrier_rests_on_the_bottom_of_its_gap():
+    """Without torque it hangs by its weight: each seat is lower by its gap plus F/k."""
+    gap, k = 2e-4, 5e9
+    keys = {f"{KEYS[seat]}.clearance_um": "200" for seat in ("carrier_drive", "carrier_far")}
+    case = make_case(**WEIGHED, **keys)
+    system = build_system(case.case, make_bodies(case))
+    found = revolution(modal_system(system), ANGLES, 1.0)
+    recovery = Recovery(found)
+    for side in ("drive", "far"):
+        force = recovery.link_force(f"stage.carrier_{side}")
+        moved = recovery.node("stage.carrier", f"bearing_{side}")
+        for t in range(len(ANGLES)):
+            r = turn(float(found.theta[t, 0]))[:2, :2]
+            f, u = r @ force[t, :2], r @ moved[t, :2]
+            assert u[1] < -0.9 * gap
+            assert np.hypot(*u) == pytest.approx(gap + np.hypot(*f) / k, rel=1e-3)
+            assert u @ f == pytest.approx(np.hypot(*u) * np.hypot(*f), rel=1e-6)
+
+
+SEATS = ("stage.carrier.bearing_drive", "stage.carrier.bearing_far", "output.bearing")
+FORTY_ROLLERS = {
+    "count": "40",
+    "rows": "2",
+    "length_mm": "60",
+    "spacing_mm": "80",
+    "clearance_um": "20",
+}
+MOVING = housing("1e9")
+
+
+def gaps(size_um, places=SEATS):
+    return {f"{at}.clearance_um": size_um for at in places}
+
+
+def rollers(places=SEATS):
+    return {f"{at}.rollers.{key}": value for at in places for key, value in FORTY_ROLLERS.items()}
+
+
+def loaded_system(bodies=None, **given):
+    """The small stage with a force and a moment in space on its carrier."""
+    load = {"member": "stage.carrier", "force": (2e5, -4e5, 0.0), "moment": (1e5, 3e5, 0.0)}
+    case = make_case(**SMALL, **given).with_(loads=(load,))
+    return build_system(case.case, bodies or make_bodies(case))
+
+
+@pytest.mark.parametrize("angle", [0.0, 2.0])
+def test_a_heavy_stage_drops_by_the_clearance(angle):
+    """Weight is held to 1e-8; each seat moves by c + F/k, F being what the law carries there."""
+    gap, places = 5e-5, SEATS[:2]
+    plain = make_case(**SMALL, **gaps("50", places))
+    bodies = make_bodies(plain)
+    heavy = plain.with_(gravity=(0.0, -G, 0.0))
+    found, free = (solved(case, bodies, [angle]) for case in (heavy, make_case(**SMALL)))
+    system = found.modal.system
+    weight = mass_of(system) * G
+    more = reactions(found) - reactions(free)
+    assert more[:3] == pytest.approx([0.0, weight, 0.0], abs=1e-8 * weight)
+    recovery = Recovery(found)
+    for side in ("drive", "far"):
+        u = recovery.node("stage.carrier", f"bearing_{side}")[0, :2]
+        k = plain.seat_bearings[side].stiffness[0]
+        force = recovery.link_force(f"stage.carrier_{side}")[0, :2]
+        loaded = max(np.hypot(*u) - gap, 0.0)
+        expected = (1 - 1e-4) * k * loaded + 1e-4 * k * np.hypot(*u)
+        assert np.hypot(*force) == pytest.approx(expected, rel=1e-8)
+        assert np.hypot(*u) > gap
+
+
+def test_rows_of_carrier_bearings_add_up_on_a_housing_that_moves():
+    """Loads of all rollers are the force of their bearing, seen from the housing."""
+    system = loaded_system(**MOVING, **rollers())
+    recovery = Recovery(revolution(modal_system(system), np.array([0.7]), TORQUE))
+    turning = {support.name: support for support in system.rotating_frame_supports}
+    for side in ("drive", "far"):
+        name = f"stage.carrier_{side}"
+        loads = recovery.bearing_loads(name)
+        psi = 2 * np.pi * np.arange(40) / 40
+        total = np.array([(loads * f(psi)).sum() for f in (np.cos, np.sin)])
+        force = recovery.link_force(name) - recovery._turning_force(turning[name])
+        assert np.abs(total).max() > 1e4
+        turned = turn(0.7)[:2, :2] @ force[0, :2]
+        assert total == pytest.approx(turned, rel=1e-8)
+
+
+@pytest.mark.parametrize("housing", [{}, MOVING])
+@pytest.mark.parametrize("law", [gaps("20"), rollers()])
+def test_energy_closes_with_laws_at_all_bearings(law, housing):
+    system = loaded_system(**law, **housing)
+    modal = modal_system(system, 2000.0)
+    drive = Jumping(lambda t: np.where(t > 0.002, 0.5 * TORQUE, TORQUE), jumps=(0.002,))
+    lost = []
+    for step in (4e-5, 2e-5):
+        run = stepped(modal, drive, 0.008, step, 2e-4, track_energy=True)
+        lost.append(energy_error(run))
+    assert lost[1] < 1e-3
+    assert lost[1] < 0.5 * lost[0]
+
+
+def test_results_hold_the_rows_of_seats_beside_those_of_planets():
+    """As many rows as any bearing has; those of supports without rollers are missing."""
+    planets = {
+        f"stage.planet_bearing.rollers.{k}": v for k, v in (FORTY_ROLLERS | {"rows": "1"}).items()
+    }
+    load = {"member": "stage.carrier", "force": (2e5, -4e5, 0.0), "moment": (1e5, 3e5, 0.0)}
+    case = make_case(**SMALL, **rollers(SEATS[1:2]), **planets).with_(loads=(load,)).case
+    bodies = make_bodies(case.view())
+    model = model_of(case, build_system(case, bodies))
+    found = revolution(model.modal, np.array([0.0, 0.7]), TORQUE)
+    data = equilibrium_data(model, found)
+    seat = data.bearing_row_load.sel(support="stage.carrier_far")
+    assert np.isfinite(seat).all() and seat.max() > 1e4
+    assert np.isnan(data.bearing_row_load.sel(support="stage.carrier_drive")).all()
+    assert np.isfinite(data.planet_bearing_row_load[:, :, 0]).all()
+    assert np.isnan(data.planet_bearing_row_load[:, :, 1]).all()
+    recovered = Recovery(found).row_loads(["stage.carrier_far"])[:, 0]
+    np.testing.assert_allclose(seat, recovered, rtol=1e-12)
+
+
+LUMPED_HOUSING = {
+    "housing.kind": '"lumped"',
+    "housing.mass_kg": "50",
+    "housing.inertia_kg_m2": "[2, 2, 3]",
+    "housing.mount.radial_n_per_m": "3e8",
+    "housing.mount.axial_n_per_m": "2e8",
+    "housing.mount.tilt_nm_per_rad": "4e6",
+    "housing.mount.torsion_nm_per_rad": "5e6",
+}
+SPATIAL = {
+    "kinematics": '"spatial"',
+    "stage.sun.support.axial_n_per_m": "1e8",
+    "stage.sun.support.tilt_nm_per_rad": "1e5",
+    "stage.ring.support.axial_n_per_m": "1e9",
+    "stage.ring.support.tilt_nm_per_rad": "1e7",
+    "stage.carrier.support.axial_n_per_m": "1e9",
+    "stage.carrier.support.tilt_nm_per_rad": "1e7",
+    "stage.planet_bearing.axial_n_per_m": "1e8",
+    "stage.planet_bearing.tilt_nm_per_rad": "1e5",
+}
+LUMPED_ANGLES = np.array([0.0, 0.4, 2.0])
+PLACES = ("carrier.support", "sun.support", "planet_bearing")
+
+
+def lumped(folder, **settings):
+    weight = {"gravity_m_per_s2": "[0, -9.81, 0]"}
+    case = stage_train(
+        folder, sun="1e8", helix=10, **SPATIAL, **LUMPED_HOUSING, **weight, **settings
+    )
+    system = build_system(case)
+    return revolution(modal_system(system), LUMPED_ANGLES, system.rated_torque)
+
+
+@pytest.mark.parametrize("z", ["0", "15"])
+def test_without_a_gap_lumped_members_stand_on_linear_bearings(tmp_path, z):
+    """The limit c → 0 of bearings to a housing that gives way, and of planets on their pins."""
+    places = {f"stage.{place}.z_mm": z for place in PLACES}
+    gaps = {f"stage.{place}.clearance_um": "1e-7" for place in PLACES}
+    linear, tight = lumped(tmp_path, **places), lumped(tmp_path, **places, **gaps)
+    assert len(tight.modal.system.bearings) == 6
+    scale = np.abs(linear.pair_load).max()
+    assert np.abs(tight.pair_load - linear.pair_load).max() < 1e-8 * scale
+
+
+def test_a_gap_that_stays_open_leaves_the_carrier_to_the_teeth(tmp_path):
+    """What the limit is told from: within 50 µm the gear meshes alone hold it up."""
+    linear = lumped(tmp_path)
+    loose = lumped(tmp_path, **{"stage.carrier.support.clearance_um": "50"})
+    rows = linear.modal.system.node_rows("stage.carrier", "stage.carrier")[:2]
+    low, high = (np.hypot(*(rows @ e.modal.modes @ e.eta.T)).max() for e in (loose, linear))
+    assert 1.2 * high < low < 50e-6
