@@ -42,13 +42,13 @@ def transient_data(model: Model, result: Transient, **attrs: Any) -> xr.Dataset:
         "port_speed": result.speeds,
         "output_speed": result.speeds[:, -1],
     }
-    return _dataset(model, "time", result.time, result, result.torques, arrays, attrs)
+    return _dataset(model, "time", result.time, result, arrays, attrs)
 
 
 def equilibrium_data(model: Model, result: Equilibrium, **attrs: Any) -> xr.Dataset:
     """Dataset of equilibria, one position after the other."""
     count, arrays = np.arange(len(result.input_angles)), {"closure": result.closure}
-    return _dataset(model, "position", count, result, result.torques, arrays, attrs)
+    return _dataset(model, "position", count, result, arrays, attrs)
 
 
 def _stage_rates(model: Model, speeds: Array) -> Array:
@@ -73,14 +73,13 @@ def _dataset(
     dim: str,
     samples: ArrayLike,
     result: Equilibrium | Transient,
-    torques: Array,
     arrays: dict[str, Any],
     attrs: dict[str, Any],
 ) -> xr.Dataset:
     force = model.gear_meshes.forces(result.pair_load)
     recovery = Recovery(result, model.outputs)
     motions, labels = _motions(model, recovery)
-    loads, time = model.case.loads, np.asarray(samples) if dim == "time" else np.zeros(len(torques))
+    loads, time = model.case.loads, np.asarray(samples) if dim == "time" else np.zeros(len(force))
     if loads:
         arrays = {**arrays, "applied_load": np.stack([load.at(time) for load in loads], axis=1)}
         labels["load"] = [f"{k} {x.member} {x.frame}" for k, x in enumerate(loads)]
@@ -92,7 +91,7 @@ def _dataset(
             "stage_angle": result.theta[:, _stage_angles(model)],
             "carrier_angle": _turned(model, result, "carrier"),
             "ring_angle": _turned(model, result, "ring"),
-            "port_torque": torques,
+            "port_torque": result.torques,
             "gear_mesh_force": force,
             "rated_gear_mesh_force": model.rated,
             **sharing_histories(force, model.rated, model.gear_meshes.names),

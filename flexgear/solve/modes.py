@@ -129,23 +129,14 @@ def mode_rows(data: xr.Dataset) -> list[dict[str, Any]]:
             "frequency_hz": float(data["frequency"][k]),
             "type": str(data["type"][k].item()),
             "multiplicity": int(data["multiplicity"][k]),
-            "kinetic_energy": _shares(kinetic[k], "inertia"),
-            "strain_energy": _shares(strain[k], "spring"),
+            "kinetic_energy": kinetic[k].to_series().to_dict(),
+            "strain_energy": strain[k].to_series().to_dict(),
             "nodal_index": {
-                str(stage): index_word(int(value))
-                for stage, value in zip(
-                    index["turning_stage"].to_numpy(), index[k].to_numpy(), strict=True
-                )
+                stage: index_word(value) for stage, value in index[k].to_series().items()
             },
         }
         for k in range(data.sizes["mode"])
     ]
-
-
-def _shares(values: xr.DataArray, dim: str) -> dict[str, float]:
-    return {
-        str(n): float(v) for n, v in zip(values[dim].to_numpy(), values.to_numpy(), strict=True)
-    }
 
 
 def top_shares(shares: dict[str, float], count: int = 3) -> list[tuple[str, float]]:

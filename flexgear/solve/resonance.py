@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from itertools import groupby
+from operator import itemgetter
 from typing import Any
 
 import numpy as np
@@ -71,40 +73,31 @@ def _constant(campbell: xr.Dataset) -> list[str]:
 
 def _rows(case: Case, campbell: xr.Dataset, modes: xr.Dataset) -> Iterator[dict[str, Any]]:
     """Meetings, modes of one frequency together."""
+    if "meeting" not in campbell.sizes:
+        return
+    names = ("excitation", "factor", "away", "mode", "frequency", "index", "cause", "force")
+    columns = (campbell[f"meeting_{name}"].to_numpy().tolist() for name in names)
+    kinds = modes["type"].to_numpy().tolist()
     lines = {str(name): k for k, name in enumerate(campbell["excitation"].to_numpy())}
-    kinds, number = modes["type"].to_numpy(), campbell.sizes.get("meeting", 0)
-    last: dict[str, Any] = {}
-    for i in range(number):
-        meeting = campbell.isel(meeting=i)
-        label, mode = str(meeting["meeting_excitation"].item()), int(meeting["meeting_mode"])
-        factor, away = float(meeting["meeting_factor"]), float(meeting["meeting_away"])
+    for (label, factor, away), rows in groupby(zip(*columns, strict=True), itemgetter(0, 1, 2)):
+        first, *others = rows
+        mode, frequency, index, cause, force = first[3:]
         line = campbell.isel(excitation=lines[label])
-        if last and (last["excitation"], last["speed_factor"], last["away"]) == (
-            label,
-            factor,
-            away,
-        ):
-            last["modes"].append(mode)
-            continue
-        if last:
-            yield last
-        stage, index = str(line["excitation_stage"].item()), int(meeting["meeting_index"])
-        force, excited = float(meeting["meeting_force"]), int(line["excitation_index"])
-        last = {
+        planets = case.stage(line["excitation_stage"].item()).planets
+        excited = line["excitation_index"].item()
+        yield {
             "excitation": label,
             "speed_factor": factor,
-            "frequency_hz": float(meeting["meeting_frequency"]),
-            "modes": [mode],
-            "mode_frequency_hz": float(meeting["meeting_frequency"]) / (1.0 + away),
-            "type": str(kinds[mode - 1]) if mode <= len(kinds) else "",
+            "frequency_hz": frequency,
+            "modes": [mode, *(row[3] for row in others)],
+            "mode_frequency_hz": frequency / (1.0 + away),
+            "type": kinds[mode - 1] if mode <= len(kinds) else "",
             "away": away,
-            "nodal_index": _mode_index(index, case.stage(stage).planets),
+            "nodal_index": _mode_index(index, planets),
             "excited_index": excited if excited >= 0 else None,
-            "cause": str(meeting["meeting_cause"].item()),
+            "cause": cause,
             "force_share": force if math.isfinite(force) else None,
         }
-    if last:
-        yield last
 
 
 def _mode_index(index: int, planets: int) -> str:

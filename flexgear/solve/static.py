@@ -67,7 +67,7 @@ def position_figures(model: Model, data: xr.Dataset) -> dict[str, Any]:
     factor = data["planet_load_factor"].to_numpy()
     at = groups_in(data)
     figures: dict[str, Any] = {
-        "port_torque_nm": _by_label(data["port_torque"], "port"),
+        "port_torque_nm": data["port_torque"].to_series().to_dict(),
         "gear_mesh_force_n": {g: force[gear_meshes].tolist() for g, gear_meshes in at.items()},
         "planet_load_factor": {
             g: factor[gear_meshes].tolist()
@@ -86,21 +86,11 @@ def position_figures(model: Model, data: xr.Dataset) -> dict[str, Any]:
 
 def _root_stress(model: Model, data: xr.Dataset) -> dict[str, Any]:
     """``root_stress_mpa`` by stage and gear, empty where no stage has it."""
-    views = [model.case.view(stage.name) for stage in model.case.stages]
-    stresses = {
-        view.name: {
-            view.part(role): stress for role, stress in root_extremes(data, view.name).items()
-        }
-        for view in views
-    }
-    stresses = {stage: gears for stage, gears in stresses.items() if gears}
+    stresses: dict[str, dict[str, Any]] = {}
+    for view in (model.case.view(stage.name) for stage in model.case.stages):
+        for role, stress in root_extremes(data, view.name).items():
+            stresses.setdefault(view.name, {})[view.part(role)] = stress
     return {"root_stress_mpa": stresses} if stresses else {}
-
-
-def _by_label(values: xr.DataArray, dim: str) -> dict[str, float]:
-    return {
-        str(n): float(v) for n, v in zip(values[dim].to_numpy(), values.to_numpy(), strict=True)
-    }
 
 
 def bearing_loads(model: Model, data: xr.Dataset) -> dict[str, dict[str, float]]:
