@@ -37,13 +37,12 @@ class WhirlModes:
     """Modes q = Re(x e^{(g + iω) t}) at one speed.
 
     frequencies: (m,) Hz rising; shapes: (d, m) complex, xᴴ M x = 1; growth: (m,) 1/s, 0 while
-    stable; factor: s.
+    stable.
     """
 
     frequencies: Array
     shapes: Complex
     growth: Array
-    factor: float
 
 
 @dataclass(frozen=True)
@@ -105,7 +104,7 @@ def whirl_modes(
         omega, x = _skew(spring, turning, size)
     shapes = linalg.solve_triangular(lower, x, lower=True, trans="T")
     norm = np.sqrt(np.einsum("dm,de,em->m", shapes.conj(), mass, shapes).real)
-    return WhirlModes(omega / (2 * np.pi), shapes / norm, growth, float(factor))
+    return WhirlModes(omega / (2 * np.pi), shapes / norm, growth)
 
 
 def _skew(spring: Array, turning: Array, size: int) -> tuple[Array, Complex]:

@@ -125,20 +125,19 @@ class Recovery:
         for support in self.modal.system.rotating_frame_supports:
             if support.name == name:
                 return self._turning_force(support) + self._law_force(name, support.rows)
-        first = 0
-        for link in self.modal.system.links:
-            stop = first + len(link.rows)
-            if link.name == name:
-                motion = self._link_motions[:, first:stop]
-                return motion @ link.matrix.T + self._law_force(name, link.rows)
-            first = stop
-        raise KeyError(name)
+        link = next((x for x in self.modal.system.links if x.name == name), None)
+        if link is None:
+            raise KeyError(name)
+        return self._link_motions[name] @ link.matrix.T + self._law_force(name, link.rows)
 
     @cached_property
-    def _link_motions(self) -> Array:
-        """Motions of the rows of all links side by side."""
+    def _link_motions(self) -> dict[str, Array]:
+        """Motions of the rows of all links, by name."""
         links = self.modal.system.links
-        return self.named("links", lambda: np.vstack([link.rows for link in links]))
+        motions = self.named("links", lambda: np.vstack([link.rows for link in links]))
+        stops = np.cumsum([len(link.rows) for link in links])[:-1]
+        names = (link.name for link in links)
+        return dict(zip(names, np.split(motions, stops, axis=1), strict=True))
 
     def _law_force(self, name: str, rows: Array) -> Array:
         """Force (t, 6) by the law of a bearing, along the motions ``rows`` (6, d) of its spring."""

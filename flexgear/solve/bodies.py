@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 
 import psutil  # type: ignore[import-untyped]
 
@@ -50,6 +51,18 @@ def _made(
 ) -> dict[BodyName, ReducedBody]:
     """Reduced bodies of all makers, ``at_once`` of them at a time, each in a thread: half of the
     work runs in one."""
+    with single_threaded_blas(), stoppable_pool(max(at_once, 1), progress) as (pool, watched):
+        waiting = {
+            name: pool.submit(make, named(name.part, watched)) for name, make in makers.items()
+        }
+        return {name: future.result() for name, future in waiting.items()}
+
+
+@contextmanager
+def stoppable_pool(
+    workers: int, progress: Progress
+) -> Iterator[tuple[ThreadPoolExecutor, Progress]]:
+    """Threads, and the progress that work in them reports: it ends when the block fails."""
     stop = threading.Event()
 
     def watched(stage: str, share: float) -> None:
@@ -57,12 +70,9 @@ def _made(
             raise FlexgearError("interrupted")
         progress(stage, share)
 
-    with single_threaded_blas(), ThreadPoolExecutor(max(at_once, 1)) as pool:
-        waiting = {
-            name: pool.submit(make, named(name.part, watched)) for name, make in makers.items()
-        }
+    with ThreadPoolExecutor(workers) as pool:
         try:
-            return {name: future.result() for name, future in waiting.items()}
+            yield pool, watched
         except BaseException:
             stop.set()
             pool.shutdown(wait=True, cancel_futures=True)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Iterator, Mapping
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import Future
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
@@ -20,7 +20,6 @@ import xarray as xr
 
 from flexgear.coupling.pace import timed_drops
 from flexgear.model.case import Case
-from flexgear.model.errors import FlexgearError
 from flexgear.results.figure import values
 from flexgear.results.settling import settled, window_of
 from flexgear.results.sinks import DatasetSink, between, ranges_of
@@ -39,7 +38,7 @@ from flexgear.results.time_figures import (
     rim_stress,
 )
 from flexgear.solve.angles import stage_motions
-from flexgear.solve.bodies import Progress
+from flexgear.solve.bodies import Progress, stoppable_pool
 from flexgear.solve.linear import why_not_linear
 from flexgear.solve.long_run import TimedRun, shelved
 from flexgear.solve.model import Model
@@ -187,28 +186,18 @@ def transients(
 
     place: see ``shelved``. They end when the block fails, or they do.
     """
-    stop = threading.Event()
-
-    def watched(stage: str, share: float) -> None:
-        if stop.is_set():
-            raise FlexgearError("interrupted")
-        progress(stage, share)
-
-    jobs = _jobs(models, watched)
     first = next(iter(models.values()))
     at_work = threading.Semaphore(max(1, workers - 1))
-    with ThreadPoolExecutor(max_workers=workers) as pool:
+    with stoppable_pool(workers, progress) as (pool, watched):
+        compiled = pool.submit(compile_transient, first, energy=_has_drops(first))
+        waiting = {
+            key: pool.submit(_begun, compiled, at_work, place, name, job)
+            for key, (name, job) in _jobs(models, watched).items()
+        }
         try:
-            compiled = pool.submit(compile_transient, first, energy=_has_drops(first))
-            waiting = {
-                key: pool.submit(_begun, compiled, at_work, place, name, job)
-                for key, (name, job) in jobs.items()
-            }
             yield partial(_done, first.case, waiting, at_work)
         except BaseException:
-            stop.set()
-            at_work.release()
-            pool.shutdown(wait=True, cancel_futures=True)
+            at_work.release()  # so that what waits finds that it is to stop
             raise
 
 
