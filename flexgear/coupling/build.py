@@ -35,7 +35,7 @@ from flexgear.coupling.machines import (
     port_machines,
     require_free_speeds,
 )
-from flexgear.coupling.members import AnyBody, reference_radius, stage_members
+from flexgear.coupling.members import AnyBody, rotation_radius, stage_members
 from flexgear.coupling.springs import behind_spline
 from flexgear.coupling.system import (
     Damping,
@@ -197,7 +197,8 @@ def _join(a: Assembly, joint: Joint) -> None:
         matrix, _ = beam_element(section, joint.length, m.young_modulus, m.poisson_ratio, m.density)
     else:
         spring = np.array(joint.matrix, dtype=float)
-        spring[5, 5] += joint.tangential * _radius(a, joint.first) ** 2
+        at = MemberName.parse(joint.first)
+        spring[5, 5] += joint.tangential * rotation_radius(a.case.view(at.stage), at.part) ** 2
         matrix = np.block([[spring, -spring], [-spring, spring]])
     ends, angles = [], []
     for end, member in enumerate((joint.first, joint.second)):
@@ -208,13 +209,6 @@ def _join(a: Assembly, joint: Joint) -> None:
         angles.append(a.body_angle(a.case.stage_index(member), first))
     name = f"{joint.first}-{joint.second}"
     a.joint(name, ends[0], ends[1], matrix, (angles[0], angles[1]))
-
-
-def _radius(a: Assembly, member: str) -> float:
-    """Centre distance of a carrier, base radius of a gear, m."""
-    at = MemberName.parse(member)
-    view = a.case.view(at.stage)
-    return reference_radius(view.stage, at.part, stage_radii(view))
 
 
 def _system(a: Assembly, rigid_bodies: Collection[BodyName]) -> System:

@@ -10,19 +10,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexgear.coupling.gear_meshes import MODELS, GearMeshSet
-from flexgear.coupling.members import body_names, can_turn, mass_properties, reference_radius
+from flexgear.coupling.members import body_names, can_turn, mass_properties, rotation_radius
 from flexgear.coupling.pair_data import WAVE
 from flexgear.coupling.springs import linear_part
 from flexgear.coupling.system import StageFrame
 from flexgear.gears.errors import stage_errors
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.paths import stage_paths
-from flexgear.gears.radii import stage_radii
 from flexgear.gears.slices import Nominal, bent
 from flexgear.gears.stage_flow import StageFlow
 from flexgear.gears.stiffness import line_load
 from flexgear.model.case import Case
-from flexgear.model.member import GearMember, Support
+from flexgear.model.member import GearMember
 from flexgear.model.names import BodyName, MemberName, SupportName
 from flexgear.model.springs import Bearing
 from flexgear.model.stage_view import StageView
@@ -74,21 +73,10 @@ def spline_matrix(view: StageView) -> Array:
     return np.diag(np.asarray(view.shaft.spline.stiffness, dtype=float))
 
 
-def _support_matrix(support: Support, radius: float) -> Array:
-    """Stiffness (6, 6) of a support with its tangential spring as torsion k r², SI."""
-    matrix = np.array(support.matrix, dtype=float)
-    matrix[5, 5] += support.tangential * radius**2
-    return matrix
-
-
 def _of_lumped(view: StageView, part: str) -> Iterator[Connection]:
     """Support of each body of a lumped member: of both halves of a double-helical ring."""
-    support = view.stage.member(part).support
-    radius = reference_radius(view.stage, part, stage_radii(view))
-    matrix = linear_part(support, _support_matrix(support, radius))
     for body in body_names(view.stage, part):
-        place = SupportName.of(body, "support")
-        yield from _held(place, (body, "gear"), matrix, view.key(f"{part}.support"), support)
+        yield from _support(view, part, SupportName.of(body, "support"), body)
 
 
 def _of_shaft(view: StageView, part: str) -> Iterator[Connection]:
@@ -98,12 +86,18 @@ def _of_shaft(view: StageView, part: str) -> Iterator[Connection]:
         place = SupportName.of(f"{view.name}.spline")
         key = view.key("sun.shaft.spline")
         yield from _held(place, (shaft, "spline"), spline_matrix(view), key)
+    yield from _support(view, part, SupportName.of(sun), shaft)
+
+
+def _support(
+    view: StageView, part: str, place: SupportName, body: BodyName
+) -> Iterator[Connection]:
+    """Support of a member at the gear of a body of it, its tangential spring as torsion k r²."""
     support = view.stage.member(part).support
-    if support.matrix.any():
-        radius = reference_radius(view.stage, part, stage_radii(view))
-        matrix = linear_part(support, _support_matrix(support, radius))
-        key = view.key(f"{part}.support")
-        yield from _held(SupportName.of(sun), (shaft, "gear"), matrix, key, support)
+    matrix = np.array(support.matrix, dtype=float)
+    matrix[5, 5] += support.tangential * rotation_radius(view, part) ** 2
+    matrix = linear_part(support, matrix)
+    yield from _held(place, (body, "gear"), matrix, view.key(f"{part}.support"), support)
 
 
 def _of_fe_ring(view: StageView, part: str) -> Iterator[Connection]:
@@ -148,7 +142,7 @@ def _of_planets(view: StageView) -> Iterator[Connection]:
             "holds the planet's rotation about its axis, so the gears could not roll",
             "set the stiffness about z (torsion, row 6) to zero",
         )
-    matrix = linear_part(bearing, _support_matrix(bearing, 0.0))
+    matrix = linear_part(bearing, bearing.matrix)
     for number, planet in enumerate(body_names(view.stage, "planet"), 1):
         yield Connection(
             SupportName.of(f"{view.name}.planet_bearing_{number}"),
@@ -245,16 +239,16 @@ def stage_sets(
     stage, out = case.stages[number], []
     options, view = stage.gear_mesh, case.view(stage.name)
     view = view.with_rigid(rigid)
-    paths, radii = stage_paths(view, flow.gear_mesh_forces), stage_radii(view)
+    paths = stage_paths(view, flow.gear_mesh_forces)
     errors = stage_errors(view, paths)
     first, second = ("pinion", "gear") if stage.kind == "parallel" else ("sun", "planet")
     for (kind, side), path in paths.items():
         if not path.carries and options.contact_law == "linear":
             continue
         part = "ring" if kind.internal else first
-        inverse = path.base_radius_planet**2 / mass_properties(view, second, radii)[1]
+        inverse = path.base_radius_planet**2 / mass_properties(view, second)[1]
         if can_turn(case, stage, part):
-            inverse += path.base_radius_gear**2 / mass_properties(view, part, radii)[1]
+            inverse += path.base_radius_gear**2 / mass_properties(view, part)[1]
         if bending and bend_each_other(view):
             # half of the package, for cases that ask for it alone
             from flexgear.structures.tooth_influence import pair_bending, rim_bending

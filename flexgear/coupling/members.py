@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from flexgear.gears.contact import planet_tooth_angle, ring_start
 from flexgear.gears.geometry import stage_geometry
-from flexgear.gears.radii import StageRadii, gears_by_role, stage_radii
+from flexgear.gears.radii import gears_by_role, stage_radii
 from flexgear.model.case import Case
 from flexgear.model.errors import FlexgearError
 from flexgear.model.member import CarrierMember, GearMember, RingGear
@@ -132,7 +132,7 @@ def can_turn(case: Case, stage: Stage, part: str) -> bool:
     return case.kinematics_of(name) != "fixed" and not fast
 
 
-def mass_properties(view: StageView, part: str, radii: StageRadii) -> tuple[float, float, float]:
+def mass_properties(view: StageView, part: str) -> tuple[float, float, float]:
     """Mass (kg), polar and diametral inertia (kg m²) of one member.
 
     What is not given is that of a hollow steel cylinder: gears between bore and reference circle,
@@ -143,29 +143,30 @@ def mass_properties(view: StageView, part: str, radii: StageRadii) -> tuple[floa
     member, width = stage.member(part), stage.gear_width
     if part == "ring" and stage.double_helical:
         width = stage.face_width
-    inner, outer = _radii_of(view, part, member, radii)
+    inner, outer = _radii_of(view, part, member)
     mass = member.mass
     if mass is None:
         mass = view.material.density * math.pi * (outer**2 - inner**2) * width
     polar = member.inertia
     if polar is None and member.equivalent_mass is not None:
-        polar = member.equivalent_mass * reference_radius(stage, part, radii) ** 2
+        polar = member.equivalent_mass * rotation_radius(view, part) ** 2
     if polar is None:
         polar = 0.5 * mass * (outer**2 + inner**2)
     tilt = member.tilt_inertia
     return mass, polar, 0.5 * polar + mass * width**2 / 12 if tilt is None else tilt
 
 
-def reference_radius(stage: Stage, part: str, radii: StageRadii) -> float:
+def rotation_radius(view: StageView, part: str) -> float:
     """r of u = r θ: base radius of a gear, centre distance of a carrier, m."""
+    radii = stage_radii(view)
     if part == "carrier":
         return radii.center_distance
-    return float(getattr(radii, _slot(stage, part)))
+    return float(getattr(radii, _role(view.stage, part)))
 
 
 def sun_shaft(view: StageView) -> Body:
     """Sun gear and its shaft."""
-    mass, polar, tilt = mass_properties(view, "sun", stage_radii(view))
+    mass, polar, tilt = mass_properties(view, "sun")
     m, shaft = view.material, view.shaft
     return shaft_body(
         [BeamSection(s.length, s.outer_diameter, s.inner_diameter) for s in shaft.sections],
@@ -222,8 +223,7 @@ def _lumped(case: Case, stage: Stage, part: str) -> list[Member]:
     """The bodies of a lumped member: all planets, both halves of a double-helical ring. The gear of
     a parallel stage, whose axis x comes from the pinion, meets others in the stage's axes."""
     view, member = case.view(stage.name), MemberName.of(stage.name, part)
-    radii = stage_radii(view)
-    mass, polar, tilt = mass_properties(view, part, radii)
+    mass, polar, tilt = mass_properties(view, part)
     kinematics, fast = case.kinematics_of(member), not can_turn(case, stage, part)
     out = []
     for name in body_names(stage, part):
@@ -232,7 +232,7 @@ def _lumped(case: Case, stage: Stage, part: str) -> list[Member]:
         ports = {"end": Port(name, axes), "gear": Port(name, axes), "bore": Port(name)}
         if part == "carrier":
             for k, angle in enumerate(stage.planet_angles, 1):
-                ports[f"pin_{k}"] = Port(name, -angle, radii.center_distance)
+                ports[f"pin_{k}"] = Port(name, -angle, stage_radii(view).center_distance)
         out.append(Member(body, part, ports, [name], "carrier", mass, polar, tilt))
     return out
 
@@ -267,13 +267,13 @@ def _behind_spline(case: Case, stage: Stage, members: list[Member]) -> list[Memb
 
 
 def _radii_of(
-    view: StageView, part: str, member: GearMember | CarrierMember, radii: StageRadii
+    view: StageView, part: str, member: GearMember | CarrierMember
 ) -> tuple[float, float]:
     """Inner and outer radius of the steel disc, m."""
-    stage = view.stage
+    stage, radii = view.stage, stage_radii(view)
     if isinstance(member, CarrierMember):
         return 0.0, radii.center_distance
-    reference = getattr(radii, f"{_slot(stage, part)}_reference")
+    reference = getattr(radii, f"{_role(stage, part)}_reference")
     if part != "ring":
         return member.bore_diameter / 2, reference
     rim, root = member.rim_thickness, stage_geometry(view).ring.root_radius
@@ -282,6 +282,6 @@ def _radii_of(
     return reference, root + (RIM_MODULES * stage.normal_module if rim is None else rim)
 
 
-def _slot(stage: Stage, part: str) -> str:
+def _role(stage: Stage, part: str) -> str:
     gears = gears_by_role(stage)
     return next(role for role, gear in gears.items() if gear is stage.member(part))
