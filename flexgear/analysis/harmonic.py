@@ -54,13 +54,8 @@ class SteadyState:
 
     def forces_at(self, time: ArrayLike) -> Array:
         """Gear-mesh forces (t, n) in N at times (t,) in s."""
-        return in_time(self.forces, self.omega, time)
-
-
-def in_time(amplitudes: Complex, omega: ArrayLike, time: ArrayLike) -> Array:
-    """Σ_k Re(x_k e^{iω_k t}) (t, n) of amplitudes (n, K)."""
-    turn = np.exp(1j * np.multiply.outer(np.asarray(time, dtype=float), np.asarray(omega)))
-    return np.asarray((turn @ amplitudes.T).real)
+        turn = np.exp(1j * np.multiply.outer(np.asarray(time, dtype=float), self.omega))
+        return np.asarray((turn @ self.forces.T).real)
 
 
 def harmonic_response(

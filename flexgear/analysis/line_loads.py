@@ -270,7 +270,6 @@ def _together(pairs: PairData, m: int, s: Array, tangent: Array) -> float:
 
 
 CAUSES = ("ring", "carrier", "planet bearing", "sun", "gear", "errors", "modifications")
-OF_BODIES = CAUSES[:5]  # the others are in the flanks
 
 
 def tilt_by_cause(recovery: Recovery) -> Array:

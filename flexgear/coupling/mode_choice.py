@@ -29,7 +29,7 @@ from scipy import linalg
 
 from flexgear.coupling.kernels.elements import Rows, pair_rows
 from flexgear.coupling.kernels.pairs import build_rows
-from flexgear.coupling.pair_data import IntArray, carrying_flanks
+from flexgear.coupling.pair_data import carrying_flanks
 from flexgear.coupling.system import System
 from flexgear.model.errors import FlexgearError
 
@@ -152,12 +152,8 @@ def _positions(system: System) -> Iterator[tuple[Rows, int]]:
         input_angles = 2 * np.pi * np.modf(i * GOLDEN ** np.arange(1.0, f + 1))[0]
         theta = system.theta(input_angles)
         for carrying in flanks:
-            yield rows, _rows(system, rows, theta, carrying)
-
-
-def _rows(system: System, rows: Rows, theta: Array, carrying: IntArray) -> int:
-    n, _ = build_rows(system.pairs, rows, theta, carrying)
-    return int(n)
+            n, _ = build_rows(system.pairs, rows, theta, carrying)
+            yield rows, int(n)
 
 
 def _scaled(

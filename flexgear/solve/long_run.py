@@ -41,18 +41,9 @@ NO_STEPS = Steps(0, 0, {})
 
 
 @dataclass(frozen=True)
-class Cost:
-    """Wall time of the steps and time of one core, s, without what the samples cost; the dataset
-    without its samples."""
-
-    wall: float
-    core: float
-    empty: xr.Dataset
-
-
-@dataclass(frozen=True)
 class TimedRun:
-    """A dataset and what it cost: simulated time, wall time, time of one core, s."""
+    """A dataset, the simulated time, wall time and time of one core of its steps, s, without what
+    the samples cost."""
 
     data: xr.Dataset
     simulated: float
@@ -93,8 +84,8 @@ class LongRun:
     last: Callable[[Steps], xr.Dataset]
     source: str
 
-    def into(self, sink: DatasetSink, progress: Callable[[float], None]) -> Cost:
-        """Run it. InputError where it turns out that it would take more than a month."""
+    def into(self, sink: DatasetSink, progress: Callable[[float], None]) -> TimedRun:
+        """Run it; the dataset has no samples. InputError where it would take more than a month."""
         refuse_endless(self.stepping, self.source)
         start = start_state(self.modal, prescribed_values(self.modal, self.drive, np.zeros(1))[0])
         pattern = self._pattern()
@@ -119,7 +110,8 @@ class LongRun:
         chunks.flush()
         last = self.last(steps)
         sink.finish(last)
-        return Cost(wall, core, pattern.assign(last.data_vars).assign_attrs(last.attrs))
+        empty = pattern.assign(last.data_vars).assign_attrs(last.attrs)
+        return TimedRun(empty, self.stepping.duration, wall, core)
 
     def _pattern(self) -> xr.Dataset:
         """The dataset without a sample."""

@@ -139,15 +139,15 @@ def mode_rows(data: xr.Dataset) -> list[dict[str, Any]]:
     ]
 
 
-def top_shares(shares: dict[str, float], count: int = 3) -> list[tuple[str, float]]:
-    """Largest shares, those of planets (names that end in a number) taken together."""
+def top_shares(shares: dict[str, float]) -> list[tuple[str, float]]:
+    """The three largest shares, those of planets (names that end in a number) taken together."""
     summed: dict[str, float] = {}
     for name, share in shares.items():
         kind = name.rstrip("0123456789").rstrip("_ ")
         together = kind if kind != name and _is_planet(kind) else name
         summed[together] = summed.get(together, 0.0) + share
     ranked = sorted(summed.items(), key=lambda item: -item[1])
-    return [(n, s) for n, s in ranked[:count] if s >= 0.005]
+    return [(n, s) for n, s in ranked[:3] if s >= 0.005]
 
 
 def _is_planet(kind: str) -> bool:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 import xarray as xr
@@ -177,8 +178,8 @@ def simulate(
     run = LongRun(modal, ends.drive(), stepping, energy, labelled, last, case.source)
     watching: list[DatasetSink] = [settling] if isinstance(settling, Settling) else []
     both = Several([*watching, sharing, sink or memory])
-    cost = run.into(both, lambda share: progress(label, share))
-    return TimedRun(memory.data if sink is None else cost.empty, span, cost.wall, cost.core)
+    timed = run.into(both, lambda share: progress(label, share))
+    return replace(timed, data=memory.data) if sink is None else timed
 
 
 def torque_drop(

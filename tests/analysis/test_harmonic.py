@@ -11,8 +11,8 @@ from scipy.integrate import solve_ivp
 
 from flexgear.analysis.harmonic import (
     GearMeshRows,
+    SteadyState,
     harmonic_response,
-    in_time,
     steady_state,
 )
 from flexgear.model.errors import FlexgearError
@@ -198,7 +198,8 @@ def test_rigid_motion_that_is_none_is_refused():
                           np.ones((2, 1)))  # fmt: skip
 
 
-def test_in_time():
+def test_forces_in_time():
     t = np.linspace(0, 1, 5)
-    x = in_time(np.array([[1.0, 2.0j]]), [0.0, 3.0], t)
+    state = SteadyState(np.array([0.0, 3.0]), np.zeros((0, 2)), np.array([[1.0, 2.0j]]))
+    x = state.forces_at(t)
     np.testing.assert_allclose(x[:, 0], 1.0 - 2.0 * np.sin(3 * t))

@@ -7,7 +7,7 @@ from stage_samples import cheap_stage
 from train_contexts import rigid_stage
 
 import flexgear as fg
-from flexgear.analysis.line_loads import CAUSES, OF_BODIES
+from flexgear.analysis.line_loads import CAUSES
 from flexgear.gears.face_load import with_ends
 from flexgear.gears.geometry import stage_geometry
 from flexgear.model.errors import InputError
@@ -240,7 +240,7 @@ def test_bodies_add_up_to_what_the_contact_lines_feel(data):
     found = data["gear_mesh_misalignment_by_cause"]
     assert list(found["cause"]) == list(CAUSES)
     whole = data["gear_mesh_misalignment"]
-    bodies = found.sel(cause=list(OF_BODIES)).sum("cause", skipna=False)
+    bodies = found.sel(cause=list(CAUSES[:5])).sum("cause", skipna=False)
     assert np.abs(whole).max() > 1e-5
     np.testing.assert_allclose(bodies, whole, atol=1e-8 * float(np.abs(whole).max()))
 
