@@ -10,8 +10,9 @@ from stage_samples import cheap_stage
 from stage_samples import missing_the_promise as wrong
 from train_contexts import mixed
 
+from flexgear import load_case
 from flexgear.gears.power_flow import power_flow
-from flexgear.model.load import bundled_cases, load_case
+from flexgear.model.load import bundled_cases
 from flexgear.model.names import BodyName
 from flexgear.results.report.wording import with_unit
 from flexgear.solve.bodies import reduced_bodies, rigid_bodies
