@@ -155,7 +155,7 @@ def _elastic(point: Point) -> tuple[NDArray[np.float64], tuple[str, ...], list[l
     """Natural frequencies above the rigid motions, rising, Hz, their types as ``solve.modes`` has
     them, and which of them are repeated ones."""
     natural, system = point.model.natural_modes(), point.model.system
-    rigid, bodies = int(np.sum(natural.frequencies == 0)), members(system.bodies)
+    rigid, bodies = int(np.sum(natural.frequencies == 0)), system.bodies
     types = classify(natural.frequencies, natural.shapes, system.mass, bodies, rigid=rigid)
     groups = [[i - rigid for i in group] for group in types.groups if group[0] >= rigid]
     return natural.frequencies[rigid:], tuple(types.kinds[rigid:]), groups
