@@ -18,6 +18,7 @@ from flexgear.cli.outputs import save_or_rescue
 from flexgear.model.names import GEAR_MESH, PLANET_PASS, SHAFT, BodyName
 from flexgear.model.units import RPM
 from flexgear.results.dataset_file import save
+from flexgear.results.figure import number
 from flexgear.results.flanks import GEARS, flank_names
 from flexgear.results.harmonics import radial_harmonics, star_angle
 from flexgear.results.report.sharing import DEFINITION
@@ -86,11 +87,6 @@ def _ring_figures(part: xr.Dataset, planets: int) -> dict[str, Any]:
     }
 
 
-def number(value: xr.DataArray) -> float | None:
-    """A number, None where there is none."""
-    return float(value) if np.isfinite(value) else None
-
-
 def show_equilibria(
     model: Model, data: xr.Dataset, positions: Mapping[str, dict[str, Any]], output: Shown
 ) -> None:
@@ -150,12 +146,12 @@ def show_modes(model: Model, data: xr.Dataset, limit_hz: float | None, output: S
     at = 0
     while at < len(rows):
         row, same = rows[at], _repeated(rows, at)
-        number = f"{at + 1}" if same == 1 else f"{at + 1}-{at + same}"
+        modes = f"{at + 1}" if same == 1 else f"{at + 1}-{at + same}"
         times = f" x{same}" if same > 1 else ""
         moving = _shares_text(top_shares(row["kinetic_energy"]))
         strained = _shares_text(top_shares(row["strain_energy"]))
         typer.echo(
-            f"  {number:>7} {row['frequency_hz']:13.3f}  {row['type'] + times:<24}  "
+            f"  {modes:>7} {row['frequency_hz']:13.3f}  {row['type'] + times:<24}  "
             f"{moving}{'; ' + strained if strained else ''}"
         )
         at += same
@@ -217,7 +213,7 @@ def show_campbell(model: Model, data: xr.Dataset, modes: xr.Dataset, output: Sho
 
 def _excitation_lines(data: xr.Dataset) -> Iterator[str]:
     """Excitations of each kind and stage in a line, from the lowest to the highest."""
-    if "excitation" not in data.dims:
+    if not data.sizes["excitation"]:
         yield "nothing turns at rated speed, so nothing excites"
         return
     kind, stage = (data[f"excitation_{n}"].to_numpy() for n in ("kind", "stage"))

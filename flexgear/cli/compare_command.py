@@ -21,7 +21,7 @@ from flexgear.cli.options import (
     require_flexible,
 )
 from flexgear.cli.outputs import Force, Interactive, claim_file, file_option
-from flexgear.cli.pictures import Sheet, drawn_side, imported
+from flexgear.cli.pictures import drawn_side, imported
 from flexgear.coupling.system import variant_label
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
@@ -29,7 +29,7 @@ from flexgear.results.flanks import tooth_loads
 from flexgear.results.origin import Origin
 from flexgear.results.report.sharing import DEFINITION
 from flexgear.results.report.wording import factor, titled_by_stage
-from flexgear.results.run_folder import Folder, complete, read_folder
+from flexgear.results.run_folder import complete, read_folder
 from flexgear.results.stage_part import displacement_of, stage_part
 from flexgear.results.time_figures import sharing_summary
 from flexgear.solve.angles import lead_angles
@@ -42,7 +42,7 @@ from flexgear.solve.static import static
 from flexgear.studies.compare import against as side_by_side
 from flexgear.studies.compare import compare_sharing
 from flexgear.studies.early_workers import EarlyWorkers
-from flexgear.views.report import Side, write_report
+from flexgear.views.report import write_report
 
 COLUMNS = {"instantaneous": "K", "mean-based": "mean-based", "cycle-based": "cycle-based"}
 POSITIONS = 40
@@ -198,10 +198,11 @@ def compare_runs(
         EarlyWorkers(True, imported) as workers,
         tempfile.TemporaryDirectory(prefix="flexgear-") as place,
     ):
-        sides = [
-            _side(run, Sheet(folder, Path(place) / str(k)), workers, quiet)
-            for k, (run, folder) in enumerate(zip(runs, folders, strict=True))
-        ]
+        sides = []
+        for k, (run, folder) in enumerate(zip(runs, folders, strict=True)):
+            with complete(folder), progress(quiet) as report:
+                side, _ = drawn_side(run, folder, Path(place) / str(k), report, workers)
+                sides.append(side)
         write_report(target, names, names, sides, interactive)
     typer.echo(f"compared {first} (A) with {second} (B) in {target}")
 
@@ -213,9 +214,3 @@ def _folder(name: str) -> Path:
         remedy = "name two folders that `flexgear run` wrote, or a case alone"
         raise InputError("compare", name, problem, remedy)
     return Path(name)
-
-
-def _side(content: Folder, sheet: Sheet, workers: EarlyWorkers, quiet: bool) -> Side:
-    """One run's side of the page."""
-    with complete(sheet.source), progress(quiet) as report:
-        return drawn_side(content, sheet, report, workers)[0]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Annotated
@@ -83,7 +82,7 @@ def export(
     if rexs is not None:
         _write_rexs(source, rexs, force)
     if reduced is not None:
-        _write_reduced(source, reduced, form, ExportOptions(component, recovery, force, quiet))
+        _write_reduced(source, reduced, form, component, recovery, force, quiet)
 
 
 def _write_rexs(case: Case, rexs: Path, force: bool) -> None:
@@ -96,29 +95,21 @@ def _write_rexs(case: Case, rexs: Path, force: bool) -> None:
     typer.echo(f"wrote {rexs}" + (f"; REXS does not hold: {', '.join(left)}" if left else ""))
 
 
-@dataclass(frozen=True)
-class ExportOptions:
-    """What of the reduced bodies is written, and how."""
-
-    component: str
-    recovery: bool
-    force: bool
-    quiet: bool
-
-
-def _write_reduced(case: Case, folder: Path, form: str, options: ExportOptions) -> None:
+def _write_reduced(
+    case: Case, folder: Path, form: str, component: str, recovery: bool, force: bool, quiet: bool
+) -> None:
     """Matrices of the bodies that are asked for, all of them or none."""
     if form not in FORMATS:
         raise InputError("--format", form, "is unknown", f"choose {', '.join(FORMATS)}")
     target = folder_target(folder)
-    parts = components(case, options.component)
+    parts = components(case, component)
     there = [f for label in parts for f in sorted(target.glob(f"{label}[._]*"))]
-    if there and not options.force:
+    if there and not force:
         raise InputError(
             "--reduced", str(there[0]), "is there already", "name another folder, or --force"
         )
     written: list[str] = []
-    with staged_folder(folder) as stage, progress(options.quiet) as report:
+    with staged_folder(folder) as stage, progress(quiet) as report:
         for label, (_, source) in parts.items():
             body = source.reduced(named(label, report), reduction_limit(case))
             matrices = ReducedMatrices(
@@ -127,8 +118,8 @@ def _write_reduced(case: Case, folder: Path, form: str, options: ExportOptions) 
                 body.positions,
                 body.stiffness,
                 body.mass,
-                body.recovery.astype(np.float64) if options.recovery else None,
-                body.points if options.recovery else None,
+                body.recovery.astype(np.float64) if recovery else None,
+                body.points if recovery else None,
             )
             written += [path.name for path in write_reduced(matrices, stage, form)]
     typer.echo(f"wrote {', '.join(written)} to {folder}; N, m, kg")

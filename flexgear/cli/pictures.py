@@ -26,39 +26,37 @@ from flexgear.views.run_charts import DPI, RUN_CHARTS
 TITLE = 85  # characters in a line of a title
 
 
-@dataclass(frozen=True)
-class Sheet:
-    """Where what is drawn lies, the folder of a run, and where pictures go."""
-
-    source: Path
-    folder: Path
-
-
 def draw(
-    content: Folder, sheet: Sheet, report: Report, workers: EarlyWorkers, interactive: bool = True
+    content: Folder,
+    source: Path,
+    place: Path,
+    report: Report,
+    workers: EarlyWorkers,
+    interactive: bool = True,
 ) -> list[str]:
-    """Draw the pictures and write the report; returns what was left out and why."""
-    side, notes = drawn_side(content, sheet, report, workers)
+    """Draw the pictures of the run in the folder ``source`` and write the report into ``place``;
+    returns what was left out and why."""
+    side, notes = drawn_side(content, source, place, report, workers)
     title = content.case.title or content.case.name
-    write_report(sheet.folder / "report.html", title, content.case.name, [side], interactive)
+    write_report(place / "report.html", title, content.case.name, [side], interactive)
     report("pictures", 1.0)
     return notes
 
 
 def drawn_side(
-    content: Folder, sheet: Sheet, report: Report, workers: EarlyWorkers
+    content: Folder, source: Path, place: Path, report: Report, workers: EarlyWorkers
 ) -> tuple[Side, list[str]]:
     """Draw the pictures: their side of the report, and what was left out and why."""
     report("pictures", 0.0)
     pictures: dict[str, Picture] = {}
-    _known[sheet] = drawn = Pictures(content, sheet.folder)
+    _known[source, place] = drawn = Pictures(content, place)
     try:
-        for k, outcome in workers.completed(_picture, sheet, drawn.names):
+        for k, outcome in workers.completed(_picture, (source, place), drawn.names):
             # what another process could not draw fails here again, with its own error
             pictures[drawn.names[k]] = outcome.value or drawn.picture(drawn.names[k])
             report("pictures", len(pictures) / (len(drawn.names) + 1))
     finally:
-        del _known[sheet]
+        del _known[source, place]
     ordered = [pictures[name] for name in drawn.plan]
     notes = [picture.caption for picture in ordered if picture.file is None][:1]
     if content.rings and not content.fields:
@@ -132,14 +130,15 @@ class Pictures:
         return replace(picture, plots=panels_of(drawn))
 
 
-_known: dict[Sheet, Pictures] = {}  # runs that this process draws
+_known: dict[tuple[Path, Path], Pictures] = {}  # that this process draws, by source and place
 
 
-def _picture(sheet: Sheet, name: str) -> Picture:
-    """The picture of a name, in whatever process; it reads the run once."""
-    if sheet not in _known:
-        _known[sheet] = Pictures(read_folder(sheet.source), sheet.folder)
-    return _known[sheet].picture(name)
+def _picture(folders: tuple[Path, Path], name: str) -> Picture:
+    """The picture of a name, in whatever process; it reads the run once. folders: source and place
+    of ``draw``."""
+    if folders not in _known:
+        _known[folders] = Pictures(read_folder(folders[0]), folders[1])
+    return _known[folders].picture(name)
 
 
 def imported() -> None:

@@ -67,7 +67,9 @@ def run(
             save_or_rescue(lambda place: save_run(result, place, report), stage)
         if pictures:
             with watch.stage("pictures"), without_pictures(lost):
-                notes = _draw(content, stage, stage, report, workers, interactive)
+                from flexgear.cli.pictures import draw
+
+                notes = draw(content, stage, stage, report, workers, interactive)
         summary = result.with_timing(**watch.seconds).summary
         write_json(stage / "summary.json", summary)
     warn([*(summary["warnings"] if as_json else plain_warnings(source, summary)), *notes])
@@ -110,20 +112,6 @@ def ready_to_draw() -> None:
     pictures.imported()
 
 
-def _draw(
-    content: Folder,
-    source: Path,
-    place: Path,
-    report: Report,
-    workers: EarlyWorkers,
-    interactive: bool,
-) -> list[str]:
-    """Pictures and report of the run in the folder ``source``; what was left out and why."""
-    from flexgear.cli.pictures import Sheet, draw
-
-    return draw(content, Sheet(source, place), report, workers, interactive)
-
-
 def save_run(result: Run, stage: Path, report: Report) -> None:
     """Write datasets, case and summary of a run into a folder."""
     datasets = {**result.datasets, **{f"{FIELDS}{n}": d for n, d in result.fields.items()}}
@@ -156,9 +144,11 @@ def draw_again(
     content: Folder, folder: Path, target: Path, interactive: bool, report: Report
 ) -> list[str]:
     """Pictures and page of the run in ``folder`` into ``target``; what was left out and why."""
+    from flexgear.cli.pictures import draw, imported
+
     with (
-        EarlyWorkers(True, ready_to_draw) as workers,
+        EarlyWorkers(True, imported) as workers,
         complete(folder),
         staged_folder(target, earlier(PICTURES)) as stage,
     ):
-        return _draw(content, folder, stage, report, workers, interactive)
+        return draw(content, folder, stage, report, workers, interactive)

@@ -12,7 +12,7 @@ import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from flexgear.face import accessor as accessor  # datasets have ``.fg`` from here on
-from flexgear.face.notebook import Progress, html_table, progress_or_bars, silent
+from flexgear.face.notebook import Progress, html_table, progress_or_bars
 from flexgear.model.arguments import checked
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError, echo
@@ -21,7 +21,7 @@ from flexgear.model.read import nearest
 from flexgear.results.dataset_file import dataset_file, reopened
 from flexgear.solve import deformed, model, static, transient
 from flexgear.solve.angles import lead_angles, reference_member
-from flexgear.solve.bodies import Bodies
+from flexgear.solve.bodies import Bodies, silent
 from flexgear.solve.campbell import MARGIN, campbell
 from flexgear.solve.modes import modes, usual_limit
 

@@ -9,6 +9,8 @@ from collections.abc import Callable, Mapping
 from html import escape
 from typing import Any
 
+from flexgear.structures.reduced import silent
+
 Progress = Callable[[str, float], None]  # stage of the work, share of it that is done
 INTERVAL = 0.2  # s between updates of a bar
 
@@ -18,10 +20,6 @@ def progress_or_bars(progress: Progress | None) -> Progress:
     if progress is not None:
         return progress
     return NotebookBars() if _in_notebook() else silent
-
-
-def silent(stage: str, share: float) -> None:
-    """Progress that nobody watches."""
 
 
 def _in_notebook() -> bool:

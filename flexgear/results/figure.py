@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator
 from typing import Any, Literal, NamedTuple
 
+import numpy as np
+
 ALWAYS: Literal["always"] = "always"
 WITH_SECTION: Literal["with its section"] = "with its section"
 ABSENT: Any = {}  # value of a figure that is not there
@@ -42,6 +44,11 @@ class Figure(NamedTuple):
     def names(self) -> list[str]:
         """Names on the way to it."""
         return self.path.split(".")
+
+
+def number(value: Any) -> float | None:
+    """A number, None where there is none."""
+    return float(value) if np.isfinite(value) else None
 
 
 def below(section: str, figures: Iterable[Figure]) -> Iterator[Figure]:

@@ -27,6 +27,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from flexgear.model.errors import FlexgearError
 from flexgear.model.names import GearMeshName
+from flexgear.results.figure import number
 from flexgear.results.labelled_dataset import groups_of
 
 Array = NDArray[np.float64]
@@ -297,12 +298,8 @@ def sharing_figures(data: xr.Dataset, group: str) -> dict[str, Any]:
     """Figures of one group of a dataset, for summaries: None where there is no number."""
     of_group = data.sel(group=group)
     figures: dict[str, Any] = {
-        str(d): _number(of_group["load_sharing_coefficient"].sel(definition=d))
+        str(d): number(of_group["load_sharing_coefficient"].sel(definition=d))
         for d in data["definition"].to_numpy()
     }
-    figures["iec_61400_4"] = _number(of_group["mesh_load_factor"])
+    figures["iec_61400_4"] = number(of_group["mesh_load_factor"])
     return figures
-
-
-def _number(value: xr.DataArray) -> float | None:
-    return float(value) if np.isfinite(value) else None

@@ -52,11 +52,8 @@ class Window:
     @property
     def figures(self) -> dict[str, Any]:
         """As a summary holds it."""
-        return {
-            "window_s": [self.start, self.end],
-            "settled": self.settled,
-            "settling": self.sentence,
-        }
+        ends = [self.start, self.end]
+        return {"window_s": ends, "settled": self.settled, "settling": self.sentence}
 
 
 def window_of(data: xr.Dataset, end: float | None = None) -> Window:

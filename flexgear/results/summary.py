@@ -25,6 +25,13 @@ from flexgear.results.time_figures import DROP, ORDERS, RIM, STAGE_DROP, STEADY,
 VERSION = 3  # of the schema; 2 had a kind, and no stage above figures of an only flexible one
 FREE = ("<figure>", "<key>")  # any value, with parts or without
 
+WINDOW = (
+    Figure("window_s", "s", "start and end of the part of the run that figures are of: from when "
+           "it has settled; all of it where it has not"),
+    Figure("settled", "", "whether it has settled; null where that was given, or cannot be told"),
+    Figure("settling", "", "how that is known"),
+)  # fmt: skip
+CLOSURE = Figure("equilibrium_closure_max", "1", "largest imbalance of an equilibrium")
 KEYS: tuple[Figure, ...] = (
     Figure("case", "", "name of the case", ALWAYS),
     Figure("result", "", '"run"'),
@@ -34,167 +41,84 @@ KEYS: tuple[Figure, ...] = (
     Figure("variant", "", "what bends in it", ALWAYS),
     Figure("equilibrium_window", "", "what the positions of the equilibria cover, in words"),
     Figure("errors_given", "", "whether any gear, pin or carrier has errors"),
-    Figure("system.bodies", "1", "bodies of the coupled system", ALWAYS),
-    Figure("system.coordinates", "1", "its coordinates", ALWAYS),
-    Figure("system.kept_modes", "1", "elastic modes that equilibria and transients keep", ALWAYS),
-    Figure("system.modes_limit_hz", "Hz", "highest of them; null: all", ALWAYS),
-    Figure("system.modes_band_hz", "Hz", "where bodies bend, up to which they are to be accurate"),
-    Figure(
-        "system.modes_estimate",
-        "1",
-        "largest relative error of what they leave out within this band",
-        ALWAYS,
-    ),
+    *below("system", (
+        Figure("bodies", "1", "bodies of the coupled system", ALWAYS),
+        Figure("coordinates", "1", "its coordinates", ALWAYS),
+        Figure("kept_modes", "1", "elastic modes that equilibria and transients keep", ALWAYS),
+        Figure("modes_limit_hz", "Hz", "highest of them; null: all", ALWAYS),
+        Figure("modes_band_hz", "Hz", "where bodies bend, up to which they are to be accurate"),
+        Figure("modes_estimate", "1",
+               "largest relative error of what they leave out within this band", ALWAYS),
+    )),
     *below("power_flow", TRAIN),
     *below("power_flow.members.<member>", MEMBERS),
     *below("stages.<stage>", STAGE_FIGURES),
     Figure("modes.lowest", "", "frequency_hz, type and multiplicity of the lowest twelve", ALWAYS),
     Figure("modes.types.<type>", "1", "how many modes there are of each type", ALWAYS),
-    Figure(
-        "resonance.margin",
-        "1",
-        ("share of a natural frequency within which an excitation at an operating speed meets it"),
-        ALWAYS,
-    ),
-    Figure("resonance.speed_factors", "1", "these speeds over rated speed", ALWAYS),
-    Figure(
-        "resonance.orders.<stage>",
-        "1",
-        "orders of the gear-mesh frequency that are looked at",
-        ALWAYS,
-    ),
-    Figure(
-        "resonance.unknown_spectrum",
-        "",
-        "stages whose gear-mesh stiffness hardly varies, so that it tells no orders",
-    ),
-    Figure("resonance.ideal", "1", "meetings in which a stage of equal planets is excited", ALWAYS),
-    Figure(
-        "resonance.errors", "1", "meetings that take unequal planets, run-out or unbalance", ALWAYS
-    ),
-    Figure(
-        "resonance.met",
-        "",
-        (
-            "the first 24 of both: excitation, frequencies, modes, how far they are "
-            "apart, nodal index k of the modes and of the order, cause, force_share as "
-            "`meeting_force`"
-        ),
-        ALWAYS,
-    ),
-    Figure(
-        "load_sharing.quasi_static.<variant>.<stage>.error_cycle_gear_meshes",
-        "1",
-        "gear-mesh cycles of the whole error cycle",
-    ),
-    Figure(
-        "load_sharing.quasi_static.<variant>.<stage>.gear_meshes_looked_at",
-        "1",
-        "how many of them were sampled",
-    ),
-    Figure("load_sharing.quasi_static.<variant>.<stage>.complete", "", "whether these were all"),
-    Figure(
-        "load_sharing.quasi_static.<variant>.<stage>.<group>.<definition>",
-        "1",
-        "load sharing coefficient of equilibria",
-        ALWAYS,
-    ),
-    Figure(
-        "load_sharing.transient.<variant>.<group>.<definition>",
-        "1",
-        "that of the transient in its window",
-        ALWAYS,
-    ),
-    Figure("load_sharing.transient.<variant>.window_s", "s", "the window of this variant"),
-    Figure(
-        "load_sharing.transient.<variant>.settled", "", "whether it has settled, as in `transient`"
-    ),
-    Figure("load_sharing.transient.<variant>.settling", "", "how that is known"),
+    *below("resonance", (
+        Figure("margin", "1", "share of a natural frequency within which an excitation at an "
+               "operating speed meets it", ALWAYS),
+        Figure("speed_factors", "1", "these speeds over rated speed", ALWAYS),
+        Figure("orders.<stage>", "1", "orders of the gear-mesh frequency that are looked at",
+               ALWAYS),
+        Figure("unknown_spectrum", "",
+               "stages whose gear-mesh stiffness hardly varies, so that it tells no orders"),
+        Figure("ideal", "1", "meetings in which a stage of equal planets is excited", ALWAYS),
+        Figure("errors", "1", "meetings that take unequal planets, run-out or unbalance", ALWAYS),
+        Figure("met", "", "the first 24 of both: excitation, frequencies, modes, how far they are "
+               "apart, nodal index k of the modes and of the order, cause, force_share as "
+               "`meeting_force`", ALWAYS),
+    )),
+    *below("load_sharing.quasi_static.<variant>.<stage>", (
+        Figure("error_cycle_gear_meshes", "1", "gear-mesh cycles of the whole error cycle"),
+        Figure("gear_meshes_looked_at", "1", "how many of them were sampled"),
+        Figure("complete", "", "whether these were all"),
+        Figure("<group>.<definition>", "1", "load sharing coefficient of equilibria", ALWAYS),
+    )),
+    *below("load_sharing.transient.<variant>", (
+        Figure("<group>.<definition>", "1", "that of the transient in its window", ALWAYS),
+        *WINDOW,
+    )),
     Figure("transient.duration_s", "s", "simulated time", ALWAYS),
-    Figure(
-        "transient.window_s",
-        "s",
-        (
-            "start and end of the part of the run that the figures are of: from when it "
-            "has settled; all of it where it has not"
-        ),
-    ),
-    Figure(
-        "transient.settled",
-        "",
-        "whether it has settled; null where that was given, or cannot be told",
-    ),
-    Figure("transient.settling", "", "how that is known"),
+    *below("transient", WINDOW),
     Figure("transient.steps", "1", "time steps", ALWAYS),
     *below("transient", TRANSIENT),
-    Figure(
-        "motion_um_max.<member>",
-        "µm",
-        (
-            "largest displacement of a member from the axis, or of the teeth of an FE "
-            "ring from their places, in equilibria and in the transient"
-        ),
-    ),
-    Figure("harmonic.reason", "", "why there is no harmonic solution"),
-    Figure("harmonic.frequencies_hz", "Hz", "frequencies that excite the train"),
-    Figure(
-        "harmonic.largest_difference",
-        "1",
-        "largest difference to the transient over the largest force",
-    ),
-    Figure(
-        "harmonic.load_sharing.<group>.<definition>",
-        "1",
-        "load sharing coefficient of the harmonic solution",
-    ),
-    Figure(
-        "torque_steps.<torque>.<variant>.window_s",
-        "s",
-        "start and end of the part that the figures are of: from the drop on",
-    ),
+    Figure("motion_um_max.<member>", "µm", "largest displacement of a member from the axis, or of "
+           "the teeth of an FE ring from their places, in equilibria and in the transient"),
+    *below("harmonic", (
+        Figure("reason", "", "why there is no harmonic solution"),
+        Figure("frequencies_hz", "Hz", "frequencies that excite the train"),
+        Figure("largest_difference", "1",
+               "largest difference to the transient over the largest force"),
+        Figure("load_sharing.<group>.<definition>", "1",
+               "load sharing coefficient of the harmonic solution"),
+    )),
+    Figure("torque_steps.<torque>.<variant>.window_s", "s",
+           "start and end of the part that the figures are of: from the drop on"),
     *below("torque_steps.<torque>.<variant>", DROP),
     *below("torque_steps.<torque>.<variant>.<stage>", STAGE_DROP),
-    Figure(
-        "headlines", "", "answers of the first screen of the report, the worst first: see below"
-    ),
-    Figure(
-        "neglected",
-        "",
-        (
-            "headline figures that are not ten times as large as an effect that is left "
-            "out: `figure`, `stage`, `value_um` or `load_sharing`, `effects_um`, "
-            "`sentence` (which is among `warnings`, too)"
-        ),
-    ),
-    Figure(
-        "energy_residual", "1", "largest imbalance of the energy balance; null without one", ALWAYS
-    ),
-    Figure("equilibrium_closure_max", "1", "largest imbalance of an equilibrium"),
+    Figure("headlines", "",
+           "answers of the first screen of the report, the worst first: see below"),
+    Figure("neglected", "", "headline figures that are not ten times as large as an effect that is "
+           "left out: `figure`, `stage`, `value_um` or `load_sharing`, `effects_um`, `sentence` "
+           "(which is among `warnings`, too)"),
+    Figure("energy_residual", "1",
+           "largest imbalance of the energy balance; null without one", ALWAYS),
+    CLOSURE,
     Figure("solver.<key>", "", "steps, samples, bands as they follow from the case, with reasons"),
     Figure("warnings", "", "what a reader should know", ALWAYS),
     Figure("timing_s.<part>", "s", "wall time", ALWAYS),
     Figure("realtime_factor", "1", "simulated time over processor time of the transient", ALWAYS),
     Figure("fe.<body>.dofs", "1", "of the FE mesh", WITH_SECTION),
-    Figure(
-        "reduction.<body>.<figure>",
-        "1, Hz",
-        (
-            "interface dofs, modes, `static_error`, `frequency_error` up to "
-            "`frequency_limit_hz`, tie, fidelity"
-        ),
-    ),
-    Figure(
-        "second_reduction.<variant>.<figure>", "1, Hz", "as in system, by variant", WITH_SECTION
-    ),
+    Figure("reduction.<body>.<figure>", "1, Hz", "interface dofs, modes, `static_error`, "
+           "`frequency_error` up to `frequency_limit_hz`, tie, fidelity"),
+    Figure("second_reduction.<variant>.<figure>", "1, Hz", "as in system, by variant",
+           WITH_SECTION),
     *below("kinematics.<stage>", KINEMATICS),
-    Figure("steady.<stage>.window_s", "s", "the window of the transient that the figures are of"),
-    Figure("steady.<stage>.settled", "", "whether it has settled, as in `transient`"),
-    Figure("steady.<stage>.settling", "", "how that is known"),
-    *below("steady.<stage>", (*STEADY, *RIM)),
-    Figure("steady.<stage>.equilibrium_closure_max", "1", "largest imbalance of an equilibrium"),
+    *below("steady.<stage>", (*WINDOW, *STEADY, *RIM, CLOSURE)),
     Figure("steady.<stage>.inertia_kg_m2.<end>", "kg m²", "inertias at the ports"),
     *below("face_load.<variant>.<flank>", (*FLANK_FIGURES, *CYCLE_FIGURES)),
-)
+)  # fmt: skip
 
 
 def lacking(summary: Mapping[str, Any]) -> list[str]:

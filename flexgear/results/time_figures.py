@@ -19,7 +19,7 @@ from flexgear.analysis.kernels.energy import LEFT_OVER
 from flexgear.model.errors import FlexgearError
 from flexgear.model.names import BodyName
 from flexgear.model.units import RPM
-from flexgear.results.figure import ALWAYS, WITH_SECTION, Figure, values
+from flexgear.results.figure import ALWAYS, WITH_SECTION, Figure, number, values
 from flexgear.results.flanks import GEARS, carrying_pairs, flank_histories, pairs_in_contact
 from flexgear.results.harmonics import radial_harmonics
 from flexgear.results.labelled_dataset import groups_in
@@ -123,7 +123,7 @@ def sharing_summary(data: xr.Dataset, stage: str) -> dict[str, float | None]:
     else:
         sharing = of_ring(data)["load_sharing"]
         mean, largest = sharing.mean("position").max(), sharing.max()
-    return {"mean": _number(mean), "max": _number(largest)}
+    return {"mean": number(mean), "max": number(largest)}
 
 
 DROP = (  # of ranges from the drop on
@@ -277,10 +277,6 @@ def _by_label(sizes: xr.DataArray, by: float = 1.0) -> dict[str, Any]:
     """Values (n,) by the labels of their axis, None where there is no number."""
     pairs = zip(sizes[sizes.dims[0]].to_numpy(), sizes.to_numpy(), strict=True)
     return {str(n): float(v) * by if np.isfinite(v) else None for n, v in pairs}
-
-
-def _number(value: xr.DataArray) -> float | None:
-    return float(value) if np.isfinite(value) else None
 
 
 def energy_residual(data: xr.Dataset) -> NDArray[np.float64]:

@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.special import bdtr, betaincinv, stdtrit
 
 from flexgear.model.names import GearMeshName
+from flexgear.results.figure import number
 from flexgear.results.labelled_dataset import GEAR_MESH, GROUP, fields_of, groups_of
 from flexgear.results.load_sharing import mesh_load_factor
 from flexgear.results.quantities import Quantity
@@ -208,7 +209,7 @@ def failed(data: xr.Dataset) -> int:
 def _figures(of_group: xr.Dataset) -> dict[str, Any]:
     return {
         **_spread_figures(of_group, "load_sharing"),
-        "iec_61400_4": _number(of_group["mesh_load_factor"]),
+        "iec_61400_4": number(of_group["mesh_load_factor"]),
         "share_above_iec_61400_4": _interval(of_group, "share_above"),
     }
 
@@ -219,9 +220,9 @@ def _spread_figures(of_group: xr.Dataset, name: str, factor: float = 1.0) -> dic
         for p in of_group["quantile"].to_numpy().tolist()
     }
     return {
-        "as_stated": _number(factor * of_group[f"{name}_as_stated"]),
+        "as_stated": number(factor * of_group[f"{name}_as_stated"]),
         "mean": _interval(of_group, f"{name}_average", factor),
-        "standard_deviation": _number(factor * of_group[f"{name}_deviation"]),
+        "standard_deviation": number(factor * of_group[f"{name}_deviation"]),
         "quantiles": quantiles,
     }
 
@@ -229,12 +230,8 @@ def _spread_figures(of_group: xr.Dataset, name: str, factor: float = 1.0) -> dic
 def _interval(
     of_group: xr.Dataset, name: str, factor: float = 1.0
 ) -> dict[str, float | None] | None:
-    interval = {part: _number(factor * of_group[f"{name}{end}"]) for end, part in PARTS}
+    interval = {part: number(factor * of_group[f"{name}{end}"]) for end, part in PARTS}
     return None if interval["value"] is None else interval
-
-
-def _number(value: xr.DataArray) -> float | None:
-    return float(value) if np.isfinite(value) else None
 
 
 @dataclass(frozen=True)

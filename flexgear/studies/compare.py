@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-import xarray as xr
-
 from flexgear.gears.bearings import (
     BALL,
     ROLLER,
@@ -16,7 +14,7 @@ from flexgear.gears.bearings import (
 from flexgear.gears.power_flow import PowerFlow, power_flow
 from flexgear.model.case import Case
 from flexgear.model.units import RPM
-from flexgear.results.load_sharing import sharing_figures
+from flexgear.results.summary import sharing_summary_of
 from flexgear.solve.bodies import Progress, silent
 from flexgear.solve.linear import harmonic_data, train_harmonic, why_not_linear
 from flexgear.solve.model import Model
@@ -44,24 +42,17 @@ def compare_sharing(
         quasi: Figures = {}
         for stage in shared_stages(model):
             data = stages_sharing(model, stage, cycles=cycles, progress=progress)
-            quasi |= group_figures(data)
+            quasi |= sharing_summary_of(data)
         out[f"{label}: quasi-static"] = quasi
         if is_static(model):
             continue
         if why_not_linear(model.system) is None:
             data = harmonic_data(model, train_harmonic(model))
-            out[f"{label}: harmonic"] = group_figures(data)
+            out[f"{label}: harmonic"] = sharing_summary_of(data)
         if transient:
             run = simulate(model, progress=progress, label=f"{label}: transient")
-            out[f"{label}: transient"] = group_figures(run.data)
+            out[f"{label}: transient"] = sharing_summary_of(run.data)
     return out
-
-
-def group_figures(data: xr.Dataset) -> Figures:
-    """Coefficients of every group of a dataset, by group and definition."""
-    if "group" not in data.dims:
-        return {}
-    return {str(g): sharing_figures(data, str(g)) for g in data["group"].to_numpy()}
 
 
 def against(case: Case, reference: Case) -> Figures:

@@ -9,7 +9,7 @@ on whether another is. Uniform numbers become sizes through the inverse of the d
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -93,7 +93,11 @@ def drawn_errors(case: Case) -> tuple[DrawnError, ...]:
         tolerances = case.tolerance.of(stage.name)
         if stage.kind == "parallel":
             tolerances = {key: d for key, d in tolerances.items() if key not in NOT_PARALLEL}
-        drawn += _drawn(stage.name, tolerances, stage.planets) + _ground(case, stage)
+        drawn += [
+            DrawnError(stage.name, key, stage.planets if key in OF_PLANETS else 0, distribution)
+            for key, distribution in tolerances.items()
+        ]
+        drawn += _ground(case, stage)
     if not drawn and not any(getattr(e, pitch) for e in errors for pitch in PITCHES):
         raise InputError(
             case.source,
@@ -102,14 +106,6 @@ def drawn_errors(case: Case) -> tuple[DrawnError, ...]:
             "give a distribution: [tolerance.errors.pin_tangential] standard_deviation_um = 10",
         )
     return tuple(drawn)
-
-
-def _drawn(
-    stage: str, tolerances: Mapping[str, SizeDistribution | PhaseDistribution], planets: int
-) -> list[DrawnError]:
-    return [
-        DrawnError(stage, k, planets if k in OF_PLANETS else 0, d) for k, d in tolerances.items()
-    ]
 
 
 def _ground(case: Case, stage: Stage) -> list[DrawnError]:
@@ -130,30 +126,27 @@ def sample_values(drawn: Sequence[DrawnError], seed: int, numbers: Sequence[int]
     """Sizes (m) and phases (rad) of samples by stage and key, (J, count)."""
     values = {}
     for error in drawn:
-        streams = Streams(seed, f"{error.stage}/{error.key}")
-        uniform = np.array([streams.of(k).random(error.count) for k in numbers])
+        draw = streams(seed, f"{error.stage}/{error.key}")
+        uniform = np.array([draw(k).random(error.count) for k in numbers])
         values[error.stage, error.key] = inverse(error.distribution, uniform)
     return values
 
 
 def pitch_seeds(stage: str, seed: int, numbers: Sequence[int]) -> list[int]:
     """Seeds of the random deviations of single teeth of a stage in each sample."""
-    streams = Streams(seed, f"{stage}/pitch deviations")
-    return [int(streams.of(k).integers(2**62)) for k in numbers]
+    draw = streams(seed, f"{stage}/pitch deviations")
+    return [int(draw(k).integers(2**62)) for k in numbers]
 
 
-@dataclass(frozen=True)
-class Streams:
+def streams(seed: int, name: str) -> Callable[[int], np.random.Generator]:
     """Random streams by sample number."""
+    words = [seed, int.from_bytes(name.encode())]
+    key = np.random.SeedSequence(words).generate_state(2, np.uint64)
 
-    seed: int
-    name: str
-
-    def of(self, number: int) -> np.random.Generator:
-        """The stream of one sample."""
-        words = [self.seed, int.from_bytes(self.name.encode())]
-        key = np.random.SeedSequence(words).generate_state(2, np.uint64)
+    def stream(number: int) -> np.random.Generator:
         return np.random.Generator(np.random.Philox(key=key, counter=[0, 0, number, 0]))
+
+    return stream
 
 
 def inverse(distribution: SizeDistribution | PhaseDistribution, uniform: Array) -> Array:
@@ -187,7 +180,15 @@ def cut_normal(u: Array, low: float, high: float) -> Array:
 
 def with_sample(case: Case, values: Values, j: int, seeds: Sequence[int]) -> Case:
     """The case with the errors of sample j; seeds: of its stages' pitch deviations."""
-    stages = [_changed_stage(s, values, j, x) for s, x in zip(case.stages, seeds, strict=True)]
+    stages = []
+    for stage, seed in zip(case.stages, seeds, strict=True):
+        update: dict[str, Any] = {"seed": seed}
+        for (name, key), lines in values.items():
+            if name == stage.name and key in type(stage.errors).model_fields:
+                numbers = tuple(float(x) for x in lines[j])
+                update[key] = numbers if key in OF_PLANETS else numbers[0]
+        errors = stage.errors.model_copy(update=update)
+        stages.append(stage.model_copy(update={"errors": errors}))
     return case.model_copy(update={"stages": tuple(stages)})
 
 
@@ -203,16 +204,14 @@ def nominal(case: Case, drawn: Sequence[DrawnError]) -> Values:
     return values
 
 
-def _changed_stage(stage: Stage, values: Values, j: int, seed: int) -> Stage:
-    """A stage with a sample's errors."""
-    update: dict[str, Any] = {"seed": seed}
-    for (name, key), lines in values.items():
-        if name == stage.name and key in type(stage.errors).model_fields:
-            numbers = tuple(float(x) for x in lines[j])
-            update[key] = numbers if key in OF_PLANETS else numbers[0]
-    return stage.model_copy(update={"errors": stage.errors.model_copy(update=update)})
-
-
+SETS_OF = {  # errors of pairs by the names that sets of them have
+    **{
+        name: f"error_{name}"
+        for name in ("amplitude", "phase", "offset", "slope", "gear", "planet")
+    },
+    "runout_amplitude": "runout_amplitude",
+    "runout_phase": "runout_phase",
+}
 StagePaths = tuple[Mapping[PathKey, GearMeshPath], ...]
 
 
@@ -238,21 +237,10 @@ def error_sets(
 
     All must have errors of bodies at the same places as the case that base was made from.
     """
-    count = len(cases)
-
-    def empty(like: np.ndarray) -> np.ndarray:
-        return np.zeros((count, *like.shape))
-
-    sets = ErrorSets(
-        amplitude=empty(base.error_amplitude),
-        phase=empty(base.error_phase),
-        offset=empty(base.error_offset),
-        slope=empty(base.error_slope),
-        gear=empty(base.error_gear),
-        planet=empty(base.error_planet),
-        runout_amplitude=empty(base.runout_amplitude),
-        runout_phase=empty(base.runout_phase),
-    )
+    empty: dict[str, Any] = {
+        name: np.zeros((len(cases), *getattr(base, of).shape)) for name, of in SETS_OF.items()
+    }
+    sets = ErrorSets(**empty)
     groups: dict[tuple[int, GearMeshKind, str], tuple[list[int], list[int]]] = {}
     for m, label in enumerate(gear_meshes):
         places, planets = groups.setdefault((label.stage, label.kind, label.side), ([], []))

@@ -20,6 +20,8 @@ from flexgear.views.style import (
     NEUTRAL,
     PLANET_COLOURS,
     FloatArray,
+    legend_below,
+    legend_lines,
     panels,
     styled,
 )
@@ -206,42 +208,36 @@ def campbell_chart(data: xr.Dataset) -> Figure:
     """
     stages = _excited_stages(data)
     figure, axes = panels(len(stages), 1, height_mm=30 + 95 * len(stages))
-    whirls = bool(np.any(np.abs(np.nan_to_num(_whirl(data))) >= CIRCULAR))
+    whirls = bool(np.any(np.abs(np.nan_to_num(data["whirl"].to_numpy())) >= CIRCULAR))
     kinds: set[int] = set()
     for ax, stage in zip(axes[:, 0], stages, strict=True):
         kinds |= _panel(ax, data, stage, whirls)
         if len(stages) > 1:
             ax.set_title(stage.replace("_", " "))
     axes[-1, 0].set_xlabel("speed over rated speed (–)")
-    figure.legend(handles=_legend(data, sorted(kinds), whirls), loc="outside lower center", ncols=3)
+    legend_below(figure, _legend(data, sorted(kinds), whirls), 3)
     return figure
 
 
 def _excited_stages(data: xr.Dataset) -> list[str]:
     """Stages that something excites, in their order; "" where nothing does."""
-    if "excitation" not in data.dims:
-        return [""]
-    return list(dict.fromkeys(str(s) for s in data["excitation_stage"].to_numpy()))
-
-
-def _whirl(data: xr.Dataset) -> FloatArray:
-    shape = (data.sizes["speed_factor"], data.sizes["mode"])
-    return np.asarray(data["whirl"], dtype=float) if "whirl" in data else np.full(shape, np.nan)
+    return list(dict.fromkeys(map(str, data["excitation_stage"].to_numpy()))) or [""]
 
 
 def _panel(ax: Axes, data: xr.Dataset, stage: str, whirls: bool) -> set[int]:
     """One stage; the nodal indices that are drawn."""
-    modes = variable(data, "campbell_frequency").transpose("speed_factor", "mode")
     factor = np.asarray(data["speed_factor"], dtype=float)
-    values, index = np.asarray(modes, dtype=float), _index(data, stage)
-    lines = _of_stage(data, stage)
-    slopes = np.asarray(data["excitation_slope"], dtype=float)[lines] if lines.size else np.zeros(0)
+    values, whirl = (data[n].to_numpy().astype(float) for n in ("campbell_frequency", "whirl"))
+    index = np.zeros(data.sizes["mode"], dtype=int)
+    if stage:
+        index = data["campbell_nodal_index"].sel(turning_stage=stage).to_numpy()
+    lines = np.flatnonzero(data["excitation_stage"].to_numpy() == stage)
+    slopes = data["excitation_slope"].to_numpy()[lines]
     top = _top(values, float(slopes.max(initial=0.0)) * factor[-1])
-    margin = float(data.attrs.get("margin", 0.1))
-    for speed in np.atleast_1d(data.attrs.get("operating_factors", [1.0])):
+    margin = float(data.attrs["margin"])
+    for speed in np.atleast_1d(data.attrs["operating_factors"]):
         ax.axvspan((1.0 - margin) * speed, (1.0 + margin) * speed, color="#F3F4F6", zorder=0)
         ax.axvline(speed, color=NEUTRAL, lw=0.8)
-    whirl = _whirl(data)
     drawn = set[int]()
     for m in range(values.shape[1]):
         ax.plot(factor, values[:, m], color=_mode_colour(index[m], whirl[:, m], whirls), lw=0.8)
@@ -253,20 +249,6 @@ def _panel(ax: Axes, data: xr.Dataset, stage: str, whirls: bool) -> set[int]:
     ax.set(xlim=(factor[0], factor[-1]), ylim=(0, top))
     ax.set_ylabel("frequency (Hz)")
     return drawn
-
-
-def _index(data: xr.Dataset, stage: str) -> np.ndarray:
-    """Nodal index of every mode in a stage; 0 where none is known."""
-    if "campbell_nodal_index" not in data or not stage:
-        return np.zeros(data.sizes["mode"], dtype=int)
-    return np.asarray(data["campbell_nodal_index"].sel(turning_stage=stage), dtype=int)
-
-
-def _of_stage(data: xr.Dataset, stage: str) -> np.ndarray:
-    """Numbers of the excitations of a stage."""
-    if "excitation" not in data.dims:
-        return np.zeros(0, dtype=int)
-    return np.flatnonzero(data["excitation_stage"].to_numpy() == stage)
 
 
 def _top(values: FloatArray, excited: float) -> float:
@@ -296,10 +278,9 @@ def _orders(
 ) -> set[int]:
     """Rays with their order at the end; the nodal indices that they drive."""
     drawn, labelled = set[int](), list[float]()
-    slopes = np.asarray(data["excitation_slope"], dtype=float) if lines.size else np.zeros(0)
-    kinds = data["excitation_kind"].to_numpy() if "excitation_kind" in data.coords else None
-    for k in lines[np.argsort(-slopes[lines])] if lines.size else ():
-        slope, gear_mesh = float(slopes[k]), kinds is None or kinds[k] == "gear mesh"
+    slopes, kinds = (data[f"excitation_{name}"].to_numpy() for name in ("slope", "kind"))
+    for k in lines[np.argsort(-slopes[lines])]:
+        slope, gear_mesh = float(slopes[k]), kinds[k] == "gear mesh"
         index = _order_index(data, int(k))
         colour = NEUTRAL if whirls or not gear_mesh else index_colour(index)
         ax.plot(
@@ -322,9 +303,7 @@ def _orders(
 
 
 def _order_index(data: xr.Dataset, number: int) -> int:
-    """min(k, N − k) that an order drives, 0 where none is known."""
-    if "excitation_index" not in data:
-        return 0
+    """min(k, N − k) that an order drives."""
     k = int(data["excitation_index"][number])
     stages = [str(s) for s in data["turning_stage"].to_numpy()]
     planets = np.atleast_1d(data.attrs["planets"])
@@ -355,8 +334,6 @@ def _number_modes(
 
 def _meetings(ax: Axes, data: xr.Dataset, stage: str, top: float) -> None:
     """Dots where an order crosses the modes that it meets at an operating speed, names beside."""
-    if "meeting" not in data.dims or not data.sizes["meeting"]:
-        return
     place_of = {str(n): k for k, n in enumerate(data["excitation"].to_numpy())}
     of_stage = data["excitation_stage"].to_numpy()
     groups: dict[tuple[str, float, float], list[int]] = {}
@@ -394,21 +371,17 @@ def _is_ideal(data: xr.Dataset, meeting: int) -> bool:
 
 def _legend(data: xr.Dataset, kinds: list[int], whirls: bool) -> list[Line2D]:
     """What lines, colours and dots are."""
-    out = [Line2D([], [], color=NEUTRAL, ls="--", lw=1.0, label="orders of gear meshes")]
-    if "excitation_kind" in data.coords:
-        out.append(Line2D([], [], color=NEUTRAL, ls=":", lw=0.9, label="shafts, passing planets"))
+    out = [
+        Line2D([], [], color=NEUTRAL, ls="--", lw=1.0, label="orders of gear meshes"),
+        Line2D([], [], color=NEUTRAL, ls=":", lw=0.9, label="shafts, passing planets"),
+    ]
     if whirls:
-        out += [
-            Line2D([], [], color=STRAIGHT, label="mode"),
-            Line2D([], [], color=FORWARD, label="forward whirl"),
-            Line2D([], [], color=BACKWARD, label="backward whirl"),
-        ]
-    elif "campbell_nodal_index" in data:
-        out += [Line2D([], [], color=index_colour(k), label=f"k = {k}: {_kind(k)}") for k in kinds]
+        senses = {"mode": STRAIGHT, "forward whirl": FORWARD, "backward whirl": BACKWARD}
+        out += legend_lines(senses)
     else:
-        out.append(Line2D([], [], color=index_colour(0), label="mode"))
-    if "meeting" in data.dims and data.sizes["meeting"]:
-        within = f"within {100 * float(data.attrs.get('margin', 0.1)):.0f} %"
+        out += legend_lines({f"k = {k}: {_kind(k)}": index_colour(k) for k in kinds})
+    if data.sizes["meeting"]:
+        within = f"within {100 * float(data.attrs['margin']):.0f} %"
         for fill, cause in (("black", "equal planets excite it"), ("white", "errors alone do")):
             dot = Line2D([], [], color="black", ls="", marker="o", ms=3.6)
             dot.set_markerfacecolor(fill)

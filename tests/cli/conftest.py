@@ -1,5 +1,6 @@
 """The command line in this process, on cheap bodies instead of reductions."""
 
+import json
 import math
 
 import pytest
@@ -8,17 +9,47 @@ from stage_samples import cheap_stage
 from flexgear.cli.entry import run
 
 
+class CommandLine:
+    """Called with arguments it gives exit code, stdout and stderr."""
+
+    def __init__(self, capsys):
+        self._capsys = capsys
+
+    def __call__(self, *arguments):
+        code = run([str(a) for a in arguments])
+        shown = self._capsys.readouterr()
+        return code, shown.out, shown.err
+
+    def out(self, *arguments):
+        """What a command that works prints."""
+        code, out, err = self(*arguments)
+        assert code == 0, err
+        return out
+
+    def quiet(self, *arguments):
+        """The same of a command that has nothing to remark."""
+        code, out, err = self(*arguments)
+        assert (code, err) == (0, "")
+        return out
+
+    def json(self, *arguments):
+        """What a command that works says to programs."""
+        more = [] if arguments[0] in ("check", "cache") else ["--quiet"]
+        return json.loads(self.out(*arguments, "--json", *more))
+
+    def refused(self, *arguments):
+        """The one line in which a command refuses its arguments."""
+        code, out, err = self(*arguments)
+        assert (code, out, err.count("\n")) == (2, "", 1), err
+        assert err.startswith("flexgear: ")
+        return err
+
+
 @pytest.fixture
 def flexgear(capsys, monkeypatch):
-    """Function: arguments -> (exit code, stdout, stderr)."""
+    """The command line."""
     monkeypatch.setattr("flexgear.solve.bodies.stage_bodies", lambda stage, *_: cheap_stage(stage))
     # cores run other tests
     monkeypatch.setattr("flexgear.studies.job_pool.STARTING", math.inf)
     monkeypatch.setattr("flexgear.studies.early_workers.processors", lambda: 1)
-
-    def call(*arguments):
-        code = run([str(a) for a in arguments])
-        shown = capsys.readouterr()
-        return code, shown.out, shown.err
-
-    return call
+    return CommandLine(capsys)

@@ -42,9 +42,8 @@ def fill(place):
 def test_place_size_and_entries(flexgear, place):
     fill(place)
     sizes = [f.stat().st_size for key in KEYS for f in place.rglob(f"{key}/*")]
-    code, text, err = flexgear("cache", "--json")
-    assert (code, err) == (0, "")
-    assert json.loads(text) == {
+    text = json.loads(flexgear.quiet("cache", "--json"))
+    assert text == {
         "place": str(place), "cleared": False, "size_bytes": sum(sizes),
         "kinds": {
             "reduced bodies": {"entries": 2, "size_bytes": sum(sizes) - 1000},
@@ -54,15 +53,13 @@ def test_place_size_and_entries(flexgear, place):
             "compiled loops": {"entries": 0, "size_bytes": 0},
         },
     }  # fmt: skip
-    code, text, _ = flexgear("cache")
-    assert code == 0
+    text = flexgear.out("cache")
     assert f"kept in {place}" in text and "1 in 1 kB" in text
 
 
 def test_clear_removes_what_flexgear_keeps_and_nothing_else(flexgear, place):
     fill(place)
-    code, text, _ = flexgear("cache", "--clear")
-    assert code == 0
+    text = flexgear.out("cache", "--clear")
     assert f"removed from {place}" in text and "1 in 1 kB" in text
     left = sorted(str(f.relative_to(place)) for f in place.rglob("*") if f.is_file())
     assert left == ["reduced/notes", "thesis.tex"]

@@ -145,8 +145,6 @@ def test_figures_of_load_along_the_face_are_written_down(flexgear, tmp_path):
     keys = {"stage.gear_mesh.model": "face_load", "stage.gear_mesh.slices": "5", **CLEAN}
     sets = [word for key, value in keys.items() for word in ("--set", f"{key}={value}")]
     options = ["-q", "--no-pictures", *short("run", "wind-5mw"), *sets, "--json"]
-    code, out, err = flexgear("run", "wind-5mw", *options, "--out", tmp_path / "out")
-    assert code == 0, err
-    summary = json.loads(out)
+    summary = json.loads(flexgear.out("run", "wind-5mw", *options, "--out", tmp_path / "out"))
     assert summary["face_load"]["flexible"]
     jsonschema.validate(summary, SUMMARY_SCHEMA)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import sys
 
@@ -27,8 +26,7 @@ def place(tmp_path_factory, monkeypatch):
 
 def test_one_key_table_dataset_and_pictures(flexgear, tmp_path):
     out = tmp_path / "new" / "study"
-    code, text, _ = flexgear("sweep", "lin-parker", f"{KEY}=1e7:1e9:3:log", "--out", out, "-q")
-    assert code == 0
+    text = flexgear.out("sweep", "lin-parker", f"{KEY}=1e7:1e9:3:log", "--out", out, "-q")
     assert "frequency (Hz)" in text
     assert "load sharing, mean-based (–)" in text
     assert "727.267" in text
@@ -47,8 +45,7 @@ def test_one_key_table_dataset_and_pictures(flexgear, tmp_path):
 @pytest.mark.slow
 def test_long_tables_are_thinned_and_what_does_not_change_is_one_line(flexgear, tmp_path):
     command = ("sweep", "lin-parker", f"{KEY}=1e7:1e9:60:log", "--no-pictures", "-q")
-    code, text, _ = flexgear(*command, "--measure", "load_sharing", "--out", tmp_path / "even")
-    assert code == 0
+    text = flexgear.out(*command, "--measure", "load_sharing", "--out", tmp_path / "even")
     sharing = [line for line in text.splitlines() if line.startswith("load sharing")]
     assert sharing and all(
         line.endswith("the same at every point, stage ring 1, stage sun 1") for line in sharing
@@ -78,13 +75,11 @@ def test_two_keys_to_a_file(flexgear, tmp_path):
 
 
 def test_json_holds_everything(flexgear, tmp_path):
-    code, text, _ = flexgear(
-        "sweep", "lin-parker", "stage.planets=3,4,99", "--json", "--no-pictures", "-q",
+    found = flexgear.json(
+        "sweep", "lin-parker", "stage.planets=3,4,99", "--no-pictures",
         "--out", tmp_path / "d", "--measure", "frequencies", "--modes", "2",
         "--set", f"{KEY}=2e8", "--workers", "1",
     )  # fmt: skip
-    assert code == 0
-    found = json.loads(text)
     assert found["case"] == "lin-parker"
     assert found["keys"] == [{"key": "stage.planets", "units": "", "values": [3, 4, 99]}]
     frequency = found["measures"]["frequency"]
@@ -125,10 +120,7 @@ def test_json_holds_everything(flexgear, tmp_path):
 )
 def test_what_is_refused_says_why_in_one_line(flexgear, tmp_path, monkeypatch, arguments, words):
     monkeypatch.chdir(tmp_path)
-    code, out, err = flexgear("sweep", *arguments, "-q")
-    assert code == 2
-    assert out == ""
-    assert err.count("\n") == 1, err
+    err = flexgear.refused("sweep", *arguments, "-q")
     for word in words:
         assert word in err
     assert [p for p in tmp_path.rglob("*") if p.is_file()] == []
@@ -151,10 +143,9 @@ def test_a_folder_for_a_file_and_a_file_for_a_folder(flexgear, tmp_path):
     (tmp_path / "d.nc").mkdir()
     (tmp_path / "f").write_text("")
     for name in ("d.nc", "f"):
-        code, _, err = flexgear(
+        err = flexgear.refused(
             "sweep", "lin-parker", "stage.planets=3", "--out", tmp_path / name, "-q"
         )
-        assert code == 2
         assert name in err
 
 
@@ -162,11 +153,11 @@ def test_stopped_and_taken_up_again(flexgear, tmp_path, monkeypatch, place):
     """Ctrl-C after two points: one line, and the same command does the others."""
     measure, done = study.measured, []
 
-    def interrupted(model, *arguments):
+    def interrupted(shared, case):
         if len(done) == 2:
             raise KeyboardInterrupt
-        done.append(model.stages[0].planets)
-        return measure(model, *arguments)
+        done.append(case.stages[0].planets)
+        return measure(shared, case)
 
     out = tmp_path / "out"
     command = ("sweep", "lin-parker", "stage.planets=3,4,5,99,6", "-q", "--no-pictures",
@@ -180,8 +171,8 @@ def test_stopped_and_taken_up_again(flexgear, tmp_path, monkeypatch, place):
     )
     assert list(tmp_path.iterdir()) == []
     with monkeypatch.context() as patch:
-        patch.setattr(study, "measured", lambda m, *a: done.append(m.stages[0].planets) or
-                      measure(m, *a))  # fmt: skip
+        patch.setattr(study, "measured", lambda s, c: done.append(c.stages[0].planets) or
+                      measure(s, c))  # fmt: skip
         assert flexgear(*command)[0] == 0
     assert done == [3, 4, 5, 6]
     assert list(place.iterdir()) == []

@@ -68,14 +68,8 @@ def file(tmp_path, monkeypatch):
     return path
 
 
-def refused(flexgear, *arguments):
-    code, out, err = flexgear(*arguments)
-    assert (code, out, err.count("\n")) == (2, "", 1), err
-    return err
-
-
 def test_an_earlier_file_gets_one_line_whose_command_upgrades_it(flexgear, file):
-    err = refused(flexgear, "check", "mine.toml")
+    err = flexgear.refused("check", "mine.toml")
     assert "mine.toml: ring: is of the form that cases had up to flexgear 0.2.0" in err
     command = re.search(r"-- run flexgear (.*)$", err.strip())[1].split()
     code, out, _ = flexgear(*command)
@@ -119,7 +113,7 @@ def test_no_file_is_replaced_unasked(flexgear, file, tmp_path):
     other, original = tmp_path / "other.toml", tmp_path / "mine.toml.orig"
     for path, more in ((original, []), (other, ["--out", other])):
         path.write_text("precious")
-        assert "is there already" in refused(flexgear, "upgrade", file, *more)
+        assert "is there already" in flexgear.refused("upgrade", file, *more)
         assert (path.read_text(), file.read_text(encoding="utf-8")) == ("precious", EARLIER)
     assert flexgear("upgrade", file, "--out", other, "--force")[0] == 0
     assert same(other, SMALL_STAGE) and file.read_text(encoding="utf-8") == EARLIER
@@ -130,7 +124,7 @@ def test_no_file_is_replaced_unasked(flexgear, file, tmp_path):
 def test_of_several_stages_only_the_kind_of_the_case_goes(flexgear, file):
     """Stages keep theirs."""
     file.write_text(f'# two\nkind = "train"  # in series\n{SMALL}', encoding="utf-8")
-    assert "mine.toml: kind: is of the form" in refused(flexgear, "check", file)
+    assert "mine.toml: kind: is of the form" in flexgear.refused("check", file)
     assert flexgear("upgrade", file)[0] == 0
     assert file.read_text(encoding="utf-8") == f"# two\n{SMALL}"
 
@@ -212,12 +206,12 @@ def test_members_in_braces_are_named(flexgear, file):
         "planets = 4", "planets = 4\nring = { teeth = 72 }"
     )
     file.write_text(text, encoding="utf-8")
-    err = refused(flexgear, "upgrade", file)
+    err = flexgear.refused("upgrade", file)
     assert "stage.ring.fe: has no place in this file -- write sections under headers" in err
 
 
 def test_an_earlier_key_of_a_setting_is_told_its_present_name(flexgear):
-    err = refused(flexgear, "check", "wind-5mw", "--set", "drive.rated_torque_nm=3e6")
+    err = flexgear.refused("check", "wind-5mw", "--set", "drive.rated_torque_nm=3e6")
     assert "drive.rated_torque_nm: is what a key was called up to 0.2.0" in err
     assert "write inputs.0.torque_nm" in err
     with pytest.raises(InputError, match=r"write stage.ring.fe.tie$"):
@@ -229,5 +223,5 @@ def test_results_of_earlier_versions_are_one_line(flexgear, tmp_path, more):
     summary = {"kind": "stage", "version": "0.2.0", **more}
     (tmp_path / "summary.json").write_text(json.dumps(summary))
     (tmp_path / "case.json").write_text('{"kind": "stage"}')
-    err = refused(flexgear, "render", tmp_path)
+    err = flexgear.refused("render", tmp_path)
     assert "holds a run of flexgear 0.2.0, whose results this version does not read" in err

@@ -210,31 +210,36 @@ class TestModes:
 
 
 def campbell() -> xr.Dataset:
+    """Two whirl modes and one that does not whirl, and two orders, which meet none."""
     factor = np.linspace(0, 1.2, 5)
+    frequency = np.column_stack([100 + 20 * factor, 100 - 20 * factor, 0 * factor + 150])
     return xr.Dataset(
         {
-            "campbell_frequency": (
-                ("speed_factor", "mode"),
-                np.column_stack([100 + 20 * factor, 100 - 20 * factor, 0 * factor + 150]),
-            ),
+            "campbell_frequency": (("speed_factor", "mode"), frequency),
+            "campbell_nodal_index": (("mode", "turning_stage"), np.zeros((3, 2), dtype=int)),
             "whirl": (("speed_factor", "mode"), np.tile([1.0, -1.0, np.nan], (5, 1))),
             "excitation_slope": ("excitation", [80.0, 160.0]),
-            "crossing_factor": ("crossing", [0.9, 0.95]),
-            "crossing_frequency": ("crossing", [82.0, 150.0]),
+            "excitation_index": ("excitation", [1, 2]),
+            "meeting_mode": ("meeting", np.zeros(0)),
         },
         coords={
             "speed_factor": factor,
+            "turning_stage": ["stage_1", "stage_2"],
+            "excitation": ["stage_1 x 1", "stage_1 x 2"],
             "excitation_stage": ("excitation", ["stage_1", "stage_1"]),
+            "excitation_kind": ("excitation", ["gear mesh", "gear mesh"]),
             "excitation_order": ("excitation", [1.0, 2.0]),
         },
+        attrs={"margin": 0.2, "operating_factors": [1.0], "planets": [3, 3]},
     )
 
 
 def with_meetings() -> xr.Dataset:
     """Modes of index 0 and 1 of a stage of three planets; order 1 drives k = 1, order 2 k = 2."""
-    data = campbell().assign(
+    data = campbell().drop_dims("meeting").isel(turning_stage=[0])
+    return data.assign(
         campbell_nodal_index=(("mode", "turning_stage"), [[0], [1], [-2]]),
-        excitation_index=("excitation", [1, 2]),
+        whirl=np.nan * data["whirl"],
         meeting_factor=("meeting", [1.0, 1.0]),
         meeting_excitation=("meeting", ["stage_1 x 1", "stage_1 x 1"]),
         meeting_mode=("meeting", [1, 2]),
@@ -242,12 +247,6 @@ def with_meetings() -> xr.Dataset:
         meeting_away=("meeting", [-0.2, 0.0]),
         meeting_cause=("meeting", ["errors", "ideal"]),
     )
-    data = data.drop_vars("whirl").assign_coords(
-        excitation=["stage_1 x 1", "stage_1 x 2"],
-        turning_stage=["stage_1"],
-        excitation_kind=("excitation", ["gear mesh", "gear mesh"]),
-    )
-    return data.assign_attrs(margin=0.2, operating_factors=[1.0], planets=[3])
 
 
 class TestCampbell:
@@ -290,7 +289,8 @@ class TestCampbell:
         assert tops[0] < tops[1]
 
     def test_without_excitation(self):
-        data = campbell().drop_dims(["excitation", "crossing"])
+        """As of a train in which nothing turns."""
+        data = campbell().isel(excitation=[])
         (ax,) = campbell_chart(data).axes
         assert len(ax.get_lines()) > data.sizes["mode"]  # one a mode, and the rated speed
 
