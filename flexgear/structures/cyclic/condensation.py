@@ -132,11 +132,13 @@ class CyclicCondensation:
     def supported_solve(self, right: Array, supports: Array) -> Array:
         """x (d, k) with (K + B^T supports B) x = right; supports (b, b) makes the body regular."""
         held = np.linalg.inv(self.stiffness + supports)
-        return self._each(right, lambda g: self.solver.supported(g, lambda rho: -held @ rho))
+        return self._each(
+            right, lambda g: self.solver.solve(g, -held @ self.solver.reactions(g))[0]
+        )
 
     def constraint_motion(self, q: Array) -> Array:
         """Displacement Psi q (d, k) of the body where only its interface moves, by q."""
-        fields = [self.solver.motion(q[:, block]) for block in self.blocks(q.shape[1])]
+        fields = [self.solver.solve(None, q[:, block])[0] for block in self.blocks(q.shape[1])]
         return np.hstack([x.reshape(self.dofs, -1) for x in fields])
 
     def constraint_load(self, forces: Array) -> Array:
@@ -209,7 +211,7 @@ def cyclic_parts(
     stiffness, mass = sector_matrices(model, sectors)
     rigid = rigid_fields(model.nodes, sectors)
     solver = CyclicSolver(_interior(stiffness, ties), ties, rigid)
-    path = f"cyclic: {sectors.count} sectors, {solver.harmonics} harmonics"
+    path = f"cyclic: {sectors.count} sectors, {len(solver.border_harmonics)} harmonics"
     condensed, recovered = condensed_stiffness(solver, ties), model.vertex_dofs
     return CyclicCondensation(interface, ties, stiffness, mass, solver, condensed, recovered, path)
 
@@ -260,12 +262,10 @@ def condense_by_sectors(
         return None, "general: sectors not asked for"
     if interface.expansion is not None:
         return None, "general: rigid ties"
-    for count in counts:
-        sectors = find_sectors(model, (count,))
-        if sectors is None:
-            continue
-        parts = cyclic_parts(model, interface, sectors)
-        if parts is None:
-            return None, "general: no tie that every sector has lies within its sector"
-        return parts, parts.path
-    return None, "general: the FE mesh does not repeat by sectors"
+    sectors = find_sectors(model, counts)
+    if sectors is None:
+        return None, "general: the FE mesh does not repeat by sectors"
+    parts = cyclic_parts(model, interface, sectors)
+    if parts is None:
+        return None, "general: no tie that every sector has lies within its sector"
+    return parts, parts.path

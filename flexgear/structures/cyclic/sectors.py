@@ -79,8 +79,6 @@ class Sectors:
 def find_sectors(model: FeModel, counts: Iterable[int]) -> Sectors | None:
     """Sectors of a body for the first of some numbers that fits its mesh; None where none does."""
     for count in counts:
-        if count < LEAST:
-            continue
         image = _image(model.nodes, 2 * np.pi / count)
         if image is None:
             continue

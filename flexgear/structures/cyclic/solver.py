@@ -110,44 +110,23 @@ class CyclicSolver:
         condensed = free + self._hat.T @ self.gain
         self.border_harmonics = Harmonics(condensed, self.count, definite)
         self._tie_others(scaled_inverse if definite else balanced_inverse)
-        self.stiffness = self._periodic_stiffness()
-
-    @property
-    def harmonics(self) -> int:
-        """Number of sector problems."""
-        return len(self.border_harmonics)
+        self.stiffness = self._multipliers(self._unit_run()).transpose(0, 2, 1)
 
     @property
     def ends(self) -> int:
         """Ways in which a sector's ends move, see `shapes`."""
         return 2 * self._b + self._t + self._v
 
-    def solve(self, load: Array, q: Array | None = None) -> tuple[Array, Array]:
-        """Fields x (3n, z, k) under loads g, and rho (6 nodes, k); q (6 nodes, k) or zero."""
-        run = self._held(self._begin(load, q), q)
+    def solve(self, load: Array | None, q: Array | None = None) -> tuple[Array, Array]:
+        """Fields x (3n, z, k) under loads g or none, and rho (6 nodes, k); q (6 nodes, k) or
+        zero."""
+        run = self._run(load, q)
         reactions = self._reactions(run)
         return self._field(run), reactions
 
     def reactions(self, load: Array) -> Array:
         """Reactions rho (6 nodes, k) of the held interface: K x = g + B^T rho, B x = 0."""
-        return self._reactions(self._held(self._begin(load, None), None))
-
-    def motion(self, q: Array) -> Array:
-        """Fields (3n, z, k) under interface motion alone."""
-        return self._field(self._held(self._begin(None, q), q))
-
-    def supported(self, load: Array, motion_of: Callable[[Array], Array]) -> Array:
-        """Fields (3n, z, k) under loads where the interface moves by q = motion_of(rho).
-
-        rho (6 nodes, k) are the reactions of the interface while it is held at rest.
-        """
-        run = self._held(self._begin(load, None), None)
-        q = motion_of(self._reactions(run))
-        by_motion = self._held(self._begin(None, q), q)
-        run.border += by_motion.border
-        run.d += by_motion.d
-        run.mu += by_motion.mu
-        return self._field(run)
+        return self._reactions(self._run(load, None))
 
     def inside(self, load: Array) -> Array:
         """x_i (i, k) of one sector under loads g_i, its borders held."""
@@ -168,14 +147,9 @@ class CyclicSolver:
         m, t, z = self.coupling.shape
         return np.hstack([-self.coupling.reshape(m, t * z), np.eye(m)])
 
-    def tied(self, load: Array) -> tuple[Array, Array]:
-        """lambda (t, z, k) and q0 (m, k) with periodic ties held and the others free."""
-        run = self._begin(load, None)
-        return self._multipliers(run), run.q0
-
     def periodic_ends(self) -> Array:
         """Ends (2b + t + v, z, t) of the motion under sector 0's ties; see `shapes`."""
-        return self._ends(self._begin_local(None, self._unit_motion(), self._t))
+        return self._ends(self._unit_run())
 
     def other_ends(self) -> Array:
         """Ends (2b + t + v, z, m) of Y, the motion under unit loads on other ties."""
@@ -215,10 +189,11 @@ class CyclicSolver:
 
     # -- building
 
-    def _unit_motion(self) -> Array:
+    def _unit_run(self) -> Pass:
+        """Unit motion of sector 0's ties, the others free."""
         q = np.zeros((self._t, self.count, self._t))
         q[:, 0] = np.eye(self._t)
-        return q
+        return self._begin(None, q, self._t)
 
     def _tie_others(self, inverse: Callable[[Array], Array]) -> None:
         """Z_o, E, Y_b, G and H of the ties that do not share the period."""
@@ -274,19 +249,19 @@ class CyclicSolver:
             x[ends] = with_rigid(x[ends].T, self._rigid[inside.stop :], motion).T
         return x
 
-    def _periodic_stiffness(self) -> Array:
-        run = self._begin_local(None, self._unit_motion(), self._t)
-        return self._multipliers(run).transpose(0, 2, 1)
-
     # -- one solution
 
-    def _begin(self, load: Array | None, q: Array | None) -> Pass:
-        """Periodic ties at their motion, the others free."""
+    def _run(self, load: Array | None, q: Array | None) -> Pass:
+        """All ties at their motion."""
         local = None if q is None else self._ties.split(q)[0]
         columns = load.shape[2] if load is not None else q.shape[1]  # type: ignore[union-attr]
-        return self._begin_local(load, local, columns)
+        run = self._begin(load, local, columns)
+        run.mu = self.inverse @ (run.q0 - (0.0 if q is None else q[self._ties.other_dofs]))
+        self._release(run)
+        return run
 
-    def _begin_local(self, load: Array | None, q: Array | None, k: int) -> Pass:
+    def _begin(self, load: Array | None, q: Array | None, k: int) -> Pass:
+        """Periodic ties at their motion (t, z, k) in the sectors' axes, the others free."""
         b, z, t = self._b, self.count, self._t
         rest = np.zeros((2 * b + t + self._v, z, k))
         pieces, pulled = ([], {}) if load is None else self._eliminate(load, rest)
@@ -307,13 +282,6 @@ class CyclicSolver:
             if s in pulled:
                 q0[tied.at] += pulled[s]
         return Pass(pieces, d, border, q0, np.zeros_like(q0))
-
-    def _held(self, run: Pass, q: Array | None) -> Pass:
-        """The others at their motion too."""
-        tied = 0.0 if q is None else q[self._ties.other_dofs]
-        run.mu = self.inverse @ (run.q0 - tied)
-        self._release(run)
-        return run
 
     def _release(self, run: Pass) -> None:
         """Forces -mu of the other ties upon x_b and d."""

@@ -45,14 +45,13 @@ _STEPS = 5000
 class Eigenpairs:
     """nu = 1/omega^2 (k,) falling, vectors (n, k) with V^T M V = I, residual estimates (k,).
 
-    residuals: |A v - nu v|_M of A = K^{-1} M; applications: columns that A was applied to;
-    beside (r, k): what the solver gave beside its image of M V, where it gives something.
+    residuals: |A v - nu v|_M of A = K^{-1} M; beside (r, k): what the solver gave beside its image
+    of M V, where it gives something.
     """
 
     values: Array
     vectors: Array
     residuals: Array
-    applications: int
     beside: Array | None = None
 
     def lowest(self, count: int) -> Eigenpairs:
@@ -78,7 +77,7 @@ def all_modes(solve: Operator, mass: Operator, n: int, count: int) -> Eigenpairs
     m = mass(identity)
     image = mass(solve(m))
     values, vectors = sla.eigh(0.5 * (image + image.T), 0.5 * (m + m.T))
-    return Eigenpairs(values[::-1][:count], vectors[:, ::-1][:, :count], np.zeros(count), n)
+    return Eigenpairs(values[::-1][:count], vectors[:, ::-1][:, :count], np.zeros(count))
 
 
 def lowest_modes(
@@ -148,7 +147,7 @@ def lowest_modes(
                 ahead = unshifted(p) @ (coupling @ shapes[at])
                 beside = (beside - shift * ahead) / (1 + shift * ritz.values[:count])
             nu = ritz.unshifted[:count]
-            return Eigenpairs(nu, vectors.T, nu * ritz.residuals[:count], applied, beside)
+            return Eigenpairs(nu, vectors.T, nu * ritz.residuals[:count], beside)
         if full:
             keep = (count + most) // 2
             basis.recombine(ritz.vectors[:, :keep])

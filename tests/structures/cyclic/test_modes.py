@@ -80,7 +80,7 @@ def test_a_mode_that_was_passed_over_is_found_from_zero(ring, exact, monkeypatch
         found = whole(solve, mass, start, count + 1, most, shift=shift, **options)
         hidden = slice(1, None) if shift else slice(0, count)
         kept = (found.values[hidden], found.vectors[:, hidden], found.residuals[hidden])
-        return type(found)(*kept, found.applications, found.beside[:, hidden])
+        return type(found)(*kept, found.beside[:, hidden])
 
     monkeypatch.setattr(modes, "lowest_modes", blind)
     found = modes.cyclic_modes(parts, COUNT, lambda _: None)
