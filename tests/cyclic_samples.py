@@ -44,6 +44,15 @@ def ring_ties(model, teeth, radius, bolt_radius, face, tie=averaging_tie, patch=
     return ties
 
 
+def some_supports(interface):
+    """Stiffness (b, b) of springs at the bolts and the fit of such a ring."""
+    out = np.zeros((interface.size, interface.size))
+    for name, k in {"bolt_1": 1e9, "bolt_2": 5e8, "fit": 2e8}.items():
+        n = 6 * interface.node_names.index(name)
+        out[n : n + 6, n : n + 6] = np.diag([k, k, k, 1e-3 * k, 1e-3 * k, 1e-3 * k])
+    return out
+
+
 def toothed_ring_mesh():
     """The generator's ring with helical teeth and bolts that share no factor."""
     return ring_fe_mesh(

@@ -14,16 +14,11 @@ from skfem import Basis
 from skfem.models.poisson import mass
 
 from flexgear.structures.fem import FeModel, point_sample
-from flexgear.structures.linalg.threads import single_threaded_blas
 
 STEEL = (210e9, 0.3, 7850.0)
 
 
-@pytest.fixture(autouse=True, scope="module")
-def one_thread():
-    """Dense reference solutions on a busy machine: threads of BLAS would wait for each other."""
-    with single_threaded_blas():
-        yield
+pytestmark = pytest.mark.usefixtures("one_thread")
 
 
 MESHES = {

@@ -19,7 +19,6 @@ from flexgear.structures.bodies import rigid_variant
 from flexgear.structures.fe_mesh import FeMesh, PlanetMeshParameters
 from flexgear.structures.fe_mesh.solids import mesh_solid
 from flexgear.structures.kinematics import rigid_rows, turn
-from flexgear.structures.linalg.threads import single_threaded_blas
 from flexgear.structures.reduced import ReducedBody, elastic_modes, floating
 from flexgear.structures.sources.fe_body import Accuracy
 from flexgear.structures.sources.gears import PlanetSource
@@ -34,10 +33,7 @@ SMOOTH = PlanetMeshParameters(  # an annulus of 20 by 20 mm on a mean radius of 
 NAME = BodyName.of("stage", "planet", 0)
 
 
-@pytest.fixture(autouse=True, scope="module")
-def one_thread():
-    with single_threaded_blas():
-        yield
+pytestmark = pytest.mark.usefixtures("one_thread")
 
 
 def source(mesh: PlanetMeshParameters, young: float = YOUNG, modes: int = 20) -> PlanetSource:

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 import scipy.linalg as sla
 import scipy.sparse as sp
+from cyclic_samples import plain_ring, some_supports
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from plain_meshes import annulus, box, rigid_modes
+from plain_meshes import box, rigid_modes
 from scipy.sparse.linalg import eigsh, spsolve
 
 from flexgear.model.errors import FlexgearError
@@ -17,63 +18,29 @@ from flexgear.structures.estimate import ProbeLoad, compare_frequencies, probed,
 from flexgear.structures.fem import (
     FeModel,
     averaging_tie,
-    disc_points,
     facet_sample,
     interface_of,
-    point_sample,
     rigid_tie,
 )
-from flexgear.structures.linalg.threads import single_threaded_blas
 from flexgear.structures.reduction import reduce, reduce_body
 
 STEEL = (210e9, 0.3, 7850.0)
 
 
-@pytest.fixture(autouse=True, scope="module")
-def one_thread():
-    """Dense reference solutions on a busy machine: threads of BLAS would wait for each other."""
-    with single_threaded_blas():
-        yield
-
-
+pytestmark = pytest.mark.usefixtures("one_thread")
 TEETH = 8
 MODES = 24
 
 
-def ring_parts(kind="averaging"):
-    """A ring with eight patches inside, a fit outside and two bolts on one face."""
-    model = FeModel(annulus((16, 1, 2), teeth=TEETH), *STEEL)
-    tie = rigid_tie if kind == "rigid" else averaging_tie
-    ties = []
-    for j in range(TEETH):
-        angle = 2 * np.pi * (j + 0.5) / TEETH
-        sample = facet_sample(model, model.fe_mesh.facets[f"patch_{j + 1:03d}"])
-        ties.append(
-            tie(f"tooth_{j + 1}", 0.7 * np.array([np.cos(angle), np.sin(angle), 0]), sample)
-        )
-    outer = facet_sample(model, model.fe_mesh.facets["outer"])
-    ties.append(averaging_tie("fit", np.zeros(3), outer))
-    for k, angle in enumerate((0.3, 2.5)):
-        centre = np.array([0.88 * np.cos(angle), 0.88 * np.sin(angle), 0.15])
-        disc = disc_points(centre, np.array([0, 0, 1.0]), 0.06)
-        ties.append(averaging_tie(f"bolt_{k + 1}", centre, point_sample(model, *disc)))
-    return model, interface_of(model, ties)
-
-
 @pytest.fixture(scope="module")
 def ring():
-    model, interface = ring_parts()
+    model, interface = plain_ring(TEETH)
     return model, interface, reduce(model, interface, MODES)
 
 
 @pytest.fixture(scope="module")
 def supports(ring):
-    _, interface, _ = ring
-    out = np.zeros((interface.size, interface.size))
-    for name, k in {"bolt_1": 1e9, "bolt_2": 5e8, "fit": 2e8}.items():
-        n = 6 * interface.node_names.index(name)
-        out[n : n + 6, n : n + 6] = np.diag([k, k, k, 1e-3 * k, 1e-3 * k, 1e-3 * k])
-    return out
+    return some_supports(ring[1])
 
 
 @pytest.fixture(scope="module")
@@ -216,7 +183,7 @@ def test_frequency_comparison_knows_the_full_frequencies(ring, supports, support
 
 def test_rigid_ties_keep_rigid_motion_and_stiffen_the_body(ring):
     _, _, averaged = ring
-    model, interface = ring_parts("rigid")
+    model, interface = plain_ring(TEETH, teeth_tie=rigid_tie)
     made = reduce(model, interface, 6)
     psi = made.condensation.constraint_motion(np.eye(interface.size))
     assert np.abs(interface.rows @ psi - np.eye(interface.size)).max() < 1e-9
