@@ -4,10 +4,16 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 
+import gmsh
 import pytest
 
+from flexgear.model.errors import FlexgearError
+from flexgear.structures.fe_mesh import FeMesh, carrier_fe_mesh
 from flexgear.structures.fe_mesh.session import gmsh_session
+
+from .small_bodies import require_same, small_carrier
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signals are those of POSIX")
@@ -41,3 +47,33 @@ def test_a_pipe_without_a_reader_is_still_an_error():
     )
     found = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
     assert (found.returncode, found.stdout) == (0, "told\n")
+
+
+def test_meshing_works_off_the_main_thread_and_leaves_gmsh_finalised() -> None:
+    made: list[FeMesh] = []
+    threads = [
+        threading.Thread(target=lambda: made.append(carrier_fe_mesh(small_carrier())))
+        for _ in range(2)
+    ]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert len(made) == 2
+    require_same(*made)
+    assert not gmsh.isInitialized()
+
+
+def test_an_exception_while_meshing_leaves_gmsh_finalised() -> None:
+    def fail() -> None:
+        with gmsh_session("x") as session:
+            session.model.geo.addPlaneSurface([99])
+            session.model.geo.synchronize()
+            session.model.mesh.generate(7)
+
+    with pytest.raises(FlexgearError, match="gmsh could not make"):
+        fail()
+    assert not gmsh.isInitialized()
+    with pytest.raises(KeyError), gmsh_session("x"):
+        raise KeyError("ours")
+    assert not gmsh.isInitialized()

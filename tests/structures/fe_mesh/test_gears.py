@@ -1,6 +1,5 @@
-"""Shape, symmetry and patches of the ring's FE mesh."""
+"""Shape, symmetry and patches of the FE meshes of ring and planet."""
 
-import threading
 from dataclasses import replace
 from math import cos, pi, sin, tan
 
@@ -9,16 +8,37 @@ import pytest
 from scipy.spatial import cKDTree
 
 from flexgear.gears.tool import PlainTool
-from flexgear.model.errors import FlexgearError, InputError
-from flexgear.structures.fe_mesh import FeMesh, RingMeshParameters, carrier_fe_mesh, ring_fe_mesh
+from flexgear.model.errors import InputError
+from flexgear.structures.fe_mesh import (
+    FeMesh,
+    PlanetMeshParameters,
+    RingMeshParameters,
+    planet_fe_mesh,
+    ring_fe_mesh,
+)
 from flexgear.structures.fe_mesh.gears import layer_positions
+from flexgear.structures.fe_mesh.solids import mesh_solid, planet_solid
 
-from .small_bodies import require_same, small_carrier, small_ring
+from .small_bodies import small_ring
+
+MESHED = {RingMeshParameters: ring_fe_mesh, PlanetMeshParameters: planet_fe_mesh}
+SMALL_PLANET = PlanetMeshParameters(
+    teeth=33, normal_module=0.01, helix_angle=0.14, face_width=0.1, bore_diameter=0.2
+)
+
+
+def meshed(p: RingMeshParameters | PlanetMeshParameters) -> FeMesh:
+    return MESHED[type(p)](p)
 
 
 @pytest.fixture(scope="module")
 def plain() -> FeMesh:
     return ring_fe_mesh(small_ring())
+
+
+@pytest.fixture(scope="module")
+def planet() -> FeMesh:
+    return planet_fe_mesh(SMALL_PLANET)
 
 
 @pytest.fixture(scope="module")
@@ -35,25 +55,27 @@ def turned(points: np.ndarray, angle: float) -> np.ndarray:
     return points @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
 
 
+@pytest.mark.parametrize("body", [small_ring(), replace(SMALL_PLANET, profile_shift=0.2)])
 @pytest.mark.parametrize("hand", ["right", "left"])
 @pytest.mark.parametrize("side", ["flank", "backflank"])
-def test_flank_nodes_lie_on_the_involute_turned_by_the_helix(hand: str, side: str) -> None:
-    p = small_ring(hand=hand)
-    tooth, j = p.tooth, 7
-    m = ring_fe_mesh(p)
+def test_flank_nodes_lie_on_the_involute_turned_by_the_helix(hand, side, body) -> None:
+    p, j = replace(body, hand=hand), 7
+    m, outward = meshed(p), -1.0 if p.part == "ring" else 1.0
     at = m.points[np.unique(m.facets[f"tooth_{side}_{j + 1:03d}"])]
     r, theta = polar(at)
     # φ(z) = 2πj/z + κ z ∓ δ(r): inv α written out from the definition, not from gears.tooth
     alpha_t = np.arctan(tan(p.pressure_angle) / cos(p.helix_angle))
     r_ref = p.teeth * p.normal_module / cos(p.helix_angle) / 2.0
     alpha = np.arccos(r_ref * cos(alpha_t) / r)
-    half = pi / (2 * p.teeth) + (np.tan(alpha) - alpha) - (tan(alpha_t) - alpha_t)
+    thickness = pi / 2 + 2 * p.profile_shift * tan(p.pressure_angle)
+    half = thickness / p.teeth - outward * ((np.tan(alpha) - alpha) - (tan(alpha_t) - alpha_t))
     sign = 1.0 if hand == "right" else -1.0
     expected = 2 * pi * j / p.teeth + sign * tan(p.helix_angle) / r_ref * at[:, 2]
     expected += -half if side == "flank" else half
     assert np.abs(r * (theta - expected)).max() < 1e-12
-    assert r.min() == pytest.approx(tooth.tip_radius)
-    assert r.max() == pytest.approx(tooth.form_radius)
+    tip = r_ref + outward * (p.addendum + p.profile_shift) * p.normal_module
+    ends = (tip, p.tooth.form_radius)
+    assert (r.min(), r.max()) == pytest.approx((min(ends), max(ends)))
 
 
 def test_volume_is_the_profile_s_area_times_the_face_width() -> None:
@@ -88,15 +110,33 @@ def test_nodes_of_a_tooth_lie_on_flank_and_root() -> None:
     assert angle[between] == pytest.approx(t.root.half_angle(radius[between]), abs=1e-9)
 
 
-def test_tiny_teeth_leave_a_plain_annulus() -> None:
-    p = small_ring(
-        teeth=180, normal_module=0.002, helix_angle=0.0, bolts=0, fits=(), addendum=0.01,
-        dedendum=0.05, root_fillet=0.01,
+@pytest.mark.parametrize(
+    "body",
+    [small_ring(bolts=0, fits=()), PlanetMeshParameters(bore_diameter=0.25, fidelity="quick")],
+)
+def test_tiny_teeth_leave_a_plain_annulus(body) -> None:
+    p = replace(
+        body, teeth=180, normal_module=0.002, helix_angle=0.0, addendum=1e-3, dedendum=5e-3,
+        root_fillet=1e-3,
     )  # fmt: skip
-    volume = ring_fe_mesh(p).volume()
-    annulus = pi * (p.outer_radius**2 - p.tooth.root_radius**2) * p.face_width
+    rim = p.outer_radius if p.part == "ring" else p.bore_radius
+    annulus = pi * abs(rim**2 - p.tooth.root_radius**2) * p.face_width
     polygon = sin(2 * pi / 360) / (2 * pi / 360)
-    assert volume == pytest.approx(annulus * polygon, rel=1e-3)
+    assert meshed(p).volume() == pytest.approx(annulus * polygon, rel=1e-3)
+
+
+def test_planet_has_the_volume_and_moments_of_the_closed_form() -> None:
+    """Chords of flanks, tips and bore lose O(h²)."""
+    p = PlanetMeshParameters()
+    solid, errors = planet_solid(p), []
+    for fidelity in ("quick", "standard", "fine"):
+        of_mesh = mesh_solid(planet_fe_mesh(replace(p, fidelity=fidelity)))
+        assert np.abs(of_mesh.first).max() < 1e-14
+        errors.append(abs(of_mesh.volume / solid.volume - 1.0))
+        assert of_mesh.second == pytest.approx(solid.second, rel=2e-2, abs=1e-12)
+    assert errors[0] < 1e-2
+    assert errors[1] < 5e-3
+    assert errors[2] < 3e-3
 
 
 @pytest.mark.parametrize("holes", [False, True])
@@ -111,14 +151,15 @@ def test_every_patch_is_there_and_cells_are_well_shaped(
     assert m.quality() > 0.3
 
 
-def test_teeth_and_patches_repeat_under_exact_rotation(plain: FeMesh) -> None:
-    tree = cKDTree(plain.points)
-    distance, image = tree.query(turned(plain.points, 2 * pi / 36))
+@pytest.mark.parametrize(("name", "teeth"), [("plain", 36), ("planet", 33)])
+def test_teeth_and_patches_repeat_under_exact_rotation(request, name: str, teeth: int) -> None:
+    m = request.getfixturevalue(name)
+    distance, image = cKDTree(m.points).query(turned(m.points, 2 * pi / teeth))
     assert distance.max() < 1e-14
     for kind in ("flank", "backflank", "root"):
-        this, following = (plain.facets[f"tooth_{kind}_{j:03d}"] for j in (5, 6))
+        this, following = (m.facets[f"tooth_{kind}_{j:03d}"] for j in (5, 6))
         np.testing.assert_array_equal(image[this], following)
-        areas = [plain.facet_areas(f"tooth_{kind}_{j:03d}").sum() for j in range(1, 37)]
+        areas = [m.facet_areas(f"tooth_{kind}_{j:03d}").sum() for j in range(1, teeth + 1)]
         np.testing.assert_allclose(areas, areas[0], rtol=1e-12)
 
 
@@ -138,14 +179,33 @@ def test_root_patch_is_symmetric_about_the_tooth_and_lies_inside() -> None:
     assert surface.isdisjoint(map(tuple, np.sort(ids, axis=1)))
 
 
-def test_surface_patches_look_outward(holed: FeMesh) -> None:
+@pytest.mark.parametrize("name", ["holed", "planet"])
+def test_surface_patches_look_outward(request, name: str) -> None:
     def from_smallest(facets: np.ndarray) -> set[tuple[int, ...]]:
         return {tuple(np.roll(f, -int(np.argmin(f))).tolist()) for f in facets}
 
-    surface = from_smallest(holed.boundary)
-    for name, facets in holed.facets.items():
-        if not name.startswith("tooth_root"):
-            assert from_smallest(facets) <= surface, name
+    m = request.getfixturevalue(name)
+    surface = from_smallest(m.boundary)
+    for patch, facets in m.facets.items():
+        inside = patch.startswith("tooth_root")
+        assert (
+            surface.isdisjoint(from_smallest(facets))
+            if inside
+            else (from_smallest(facets) <= surface)
+        ), patch
+
+
+def test_planet_has_its_patches(planet: FeMesh) -> None:
+    names = {f"tooth_{k}_{j:03d}" for k in ("flank", "backflank", "root") for j in range(1, 34)}
+    assert set(planet.facets) == names | {"bore", "end_minus", "end_plus"}
+    assert planet.facet_areas("bore").sum() == pytest.approx(pi * 0.2 * 0.1, rel=1e-2)
+
+
+@pytest.mark.parametrize("bore", [0.02, 0.2, 0.5])
+@pytest.mark.parametrize("fidelity", ["quick", "standard", "fine"])
+def test_cells_of_planets_are_well_shaped_for_thick_and_thin_rims(bore, fidelity) -> None:
+    p = PlanetMeshParameters(bore_diameter=bore, fidelity=fidelity)
+    assert planet_fe_mesh(p).quality() > 0.3
 
 
 def test_fits_are_the_given_bands_of_the_outer_cylinder() -> None:
@@ -211,59 +271,41 @@ def test_layers_follow_the_bands_and_the_wanted_number() -> None:
     np.testing.assert_allclose(layer_positions(0.4, (), 4), [-0.2, -0.1, 0.0, 0.1, 0.2], atol=1e-15)
 
 
+RING, PLANET = small_ring(), PlanetMeshParameters()
+
+
 @pytest.mark.parametrize(
-    ("changes", "key"),
+    ("body", "changes", "key"),
     [
-        ({"teeth": 20}, "addendum"),
-        ({"root_fillet": 0.4, "dedendum": 2.4}, "dedendum"),
-        ({"tool": PlainTool(teeth=36)}, "tool.teeth"),
-        ({"rim_thickness": 0.001}, "rim_thickness"),
-        ({"bolt_circle_diameter": 0.3}, "bolts.circle_diameter"),
-        ({"bolt_circle_diameter": 0.51}, "bolts.circle_diameter"),
-        ({"bolts": 120}, "bolts.number"),
-        ({"bolts": 50, "bolt_holes": True}, "bolts.number"),
-        ({"fits": ((0.0, 0.2),)}, "fits"),
-        ({"helix_angle": 0.3, "face_width": 0.3, "bolt_holes": True, "fits": ()}, "bolts.holes"),
+        (RING, {"teeth": 20}, "addendum"),
+        (RING, {"root_fillet": 0.4, "dedendum": 2.4}, "dedendum"),
+        (RING, {"tool": PlainTool(teeth=36)}, "tool.teeth"),
+        (RING, {"rim_thickness": 0.001}, "rim_thickness"),
+        (RING, {"bolt_circle_diameter": 0.3}, "bolts.circle_diameter"),
+        (RING, {"bolt_circle_diameter": 0.51}, "bolts.circle_diameter"),
+        (RING, {"bolts": 120}, "bolts.number"),
+        (RING, {"bolts": 50, "bolt_holes": True}, "bolts.number"),
+        (RING, {"fits": ((0.0, 0.2),)}, "fits"),
+        (
+            small_ring(),
+            {"helix_angle": 0.3, "face_width": 0.3, "bolt_holes": True, "fits": ()},
+            "bolts.holes",
+        ),
+        (
+            PlanetMeshParameters(),
+            {"bore_diameter": 0.0},
+            "bore_diameter_mm: is missing",
+        ),
+        (
+            PlanetMeshParameters(),
+            {"bore_diameter": 0.53},
+            "bore_diameter_mm: leaves a rim of 9",
+        ),
+        (PLANET, {"profile_shift": 1.5, "addendum": 1.5}, "planet.addendum"),
     ],
 )
-def test_impossible_rings_are_refused_by_key(changes: dict, key: str) -> None:
+def test_impossible_gears_are_refused_by_key(body, changes: dict, key: str) -> None:
     with pytest.raises(InputError) as error:
-        ring_fe_mesh(small_ring(**changes))
+        meshed(replace(body, **changes))
     assert key in str(error.value)
     assert "\n" not in str(error.value)
-
-
-def test_meshing_works_off_the_main_thread_and_leaves_gmsh_finalised() -> None:
-    import gmsh
-
-    made: list[FeMesh] = []
-    threads = [
-        threading.Thread(target=lambda: made.append(carrier_fe_mesh(small_carrier())))
-        for _ in range(2)
-    ]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
-    assert len(made) == 2
-    require_same(*made)
-    assert not gmsh.isInitialized()
-
-
-def test_an_exception_while_meshing_leaves_gmsh_finalised() -> None:
-    import gmsh
-
-    from flexgear.structures.fe_mesh.session import gmsh_session
-
-    def fail() -> None:
-        with gmsh_session("x") as session:
-            session.model.geo.addPlaneSurface([99])
-            session.model.geo.synchronize()
-            session.model.mesh.generate(7)
-
-    with pytest.raises(FlexgearError, match="gmsh could not make"):
-        fail()
-    assert not gmsh.isInitialized()
-    with pytest.raises(KeyError), gmsh_session("x"):
-        raise KeyError("ours")
-    assert not gmsh.isInitialized()
