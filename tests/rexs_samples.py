@@ -12,6 +12,11 @@ import math
 import zipfile
 from xml.sax.saxutils import quoteattr
 
+from flexgear.files.rexs.from_case import model_of_case
+from flexgear.files.rexs.reading import read_rexs
+from flexgear.files.rexs.to_case import case_of_document
+from flexgear.model.load import load_case
+
 MM, DEG, RPM, NM = "mm", "deg", "1 / min", "N m"
 ARM = 90.0  # mm, of the planetary stage: (20 + 25) teeth of module 4
 HELIX = 10.0
@@ -118,6 +123,10 @@ class Model:
         form = {".rexs": self.xml, ".rexsj": self.json, ".rexsz": self.zip}[path.suffix]
         path.write_bytes(form())
         return path
+
+    def case(self, folder):
+        """The case of its file, as ``case_of_file``."""
+        return case_of_file(self.write(folder / "model.rexs"))
 
 
 def _xml(attributes):
@@ -257,3 +266,21 @@ def three_stages(version="2.0"):
                        inner_diameter_end=(20.0, MM))  # fmt: skip
     m.relate("reference", origin=m.sun_shaft, referenced=m.steel)
     return m
+
+
+def case_of_file(path, load_case_id=None):
+    """The case of a REXS file, and what was made of it: text, what was assumed and left out."""
+    made = case_of_document(read_rexs(path), str(path), load_case_id)
+    target = path.with_suffix(".toml")
+    target.write_text(made.text, encoding="utf-8")
+    return load_case(target), made
+
+
+def exported(case, path):
+    path.write_bytes(model_of_case(case).xml("flexgear", "0", "2026-01-01T00:00:00+00:00"))
+    return path
+
+
+def again(case, folder):
+    """The case written and read."""
+    return case_of_file(exported(case, folder / "out.rexs"))

@@ -2,6 +2,11 @@
 
 from pathlib import Path
 
+import pytest
+
+from flexgear.model.errors import InputError
+from flexgear.model.load import load_case
+
 SMALL_STAGE = Path(__file__).parents[1] / "docs" / "examples" / "stage.toml"
 
 SMALL = """
@@ -96,3 +101,15 @@ torque_nm = 4e6
 [output]
 member = "stage_1.sun"
 """
+
+
+def refused(path, text, old, new, words):
+    """The text with a change is one clear line that begins with the file and has a remedy."""
+    assert old in text
+    path.write_text(text.replace(old, new, 1), encoding="utf-8")
+    with pytest.raises(InputError, match=words) as caught:
+        load_case(path)
+    line = str(caught.value)
+    assert line.startswith(f"{path}: ")
+    assert "\n" not in line
+    assert " -- " in line

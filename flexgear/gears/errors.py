@@ -38,6 +38,7 @@ pitch deviations.
 
 from __future__ import annotations
 
+import cmath
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -177,10 +178,7 @@ def _gear_vectors(stage: Stage, e: GearErrors, role: str) -> list[TurningVector]
     """Where sun or ring lies off its place, as every planet sees it."""
     phi = np.asarray(stage.planet_angles, dtype=float)
     ones = np.ones(len(phi))
-    if role == "sun":
-        size, phase = e.sun_eccentricity, e.sun_eccentricity_phase
-    else:
-        size, phase = e.ring_eccentricity, e.ring_eccentricity_phase
+    size, phase = getattr(e, f"{role}_eccentricity"), getattr(e, f"{role}_eccentricity_phase")
     vectors = []
     if size:
         vectors.append(TurningVector(size * ones, phase - phi, stage_turns(stage)[role]))
@@ -234,15 +232,11 @@ def _helix_slopes(stage: Stage, e: GearErrors, path: GearMeshPath, role: str) ->
 def _gear_mesh_harmonic(e: GearErrors, role: str) -> tuple[float, float]:
     """Amplitude (m) and phase (rad) at gear-mesh frequency: ½ (f'_1 + f'_2) at the tooth errors'
     phase and the gear mesh's own error at its phase, added as phasors."""
-    teeth = 0.5 * (getattr(e, f"{role}_tooth") + e.planet_tooth)
+    teeth, place = 0.5 * (getattr(e, f"{role}_tooth") + e.planet_tooth), getattr(e, f"{role}_phase")
     amplitude, phase = getattr(e, f"{role}_gear_mesh"), getattr(e, f"{role}_gear_mesh_phase")
     if not amplitude:
-        return teeth, getattr(e, f"{role}_phase")
-    both = complex(
-        teeth * math.cos(getattr(e, f"{role}_phase")) + amplitude * math.cos(phase),
-        teeth * math.sin(getattr(e, f"{role}_phase")) + amplitude * math.sin(phase),
-    )
-    return abs(both), math.atan2(both.imag, both.real)
+        return teeth, place
+    return cmath.polar(cmath.rect(teeth, place) + cmath.rect(amplitude, phase))
 
 
 def _pitch_by_path(

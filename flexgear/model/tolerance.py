@@ -8,7 +8,7 @@ planets is drawn for each planet on its own.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, ClassVar, Literal
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
@@ -121,6 +121,12 @@ class PhaseDistribution(Section):
         return self
 
 
+def _present(section: Section) -> dict[str, Any]:
+    """Fields that are set, in their order."""
+    fields = {name: getattr(section, name) for name in type(section).model_fields}
+    return {name: value for name, value in fields.items() if value is not None}
+
+
 class ErrorDistributions(Section):
     """Distributions of what ``GearErrors`` holds. Pitch deviations of single teeth, where there are
     any, are drawn anew for every sample; theirs here is one of their standard deviation."""
@@ -160,10 +166,7 @@ class ErrorDistributions(Section):
     @property
     def given(self) -> dict[str, SizeDistribution | PhaseDistribution]:
         """Errors that have a distribution, in the order of the fields."""
-        every = {name: getattr(self, name) for name in type(self).model_fields}
-        return {
-            name: distribution for name, distribution in every.items() if distribution is not None
-        }
+        return _present(self)
 
     @model_validator(mode="after")
     def _possible(self) -> ErrorDistributions:
@@ -213,12 +216,10 @@ class FlankDistributions(Section):
 
     @model_validator(mode="after")
     def _possible(self) -> FlankDistributions:
-        for name in type(self).model_fields:
-            distribution = getattr(self, name)
-            if distribution is not None and name == "tip_relief":
+        for name, distribution in _present(self).items():
+            if name == "tip_relief":
                 _refuse_negative(name, distribution)
-            if distribution is not None:
-                _refuse_large(name, distribution)
+            _refuse_large(name, distribution)
         return self
 
 
@@ -246,13 +247,10 @@ class ModificationDistributions(Section):
     @property
     def given(self) -> dict[tuple[str, str], SizeDistribution]:
         """Distributions by flank and name of the modification, in the order of the fields."""
-        every = {
-            (flank, name): getattr(getattr(self, flank), name)
-            for flank in type(self).model_fields
-            for name in FlankDistributions.model_fields
-        }
         return {
-            key: distribution for key, distribution in every.items() if distribution is not None
+            (flank, name): distribution
+            for flank in type(self).model_fields
+            for name, distribution in _present(getattr(self, flank)).items()
         }
 
 

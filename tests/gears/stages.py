@@ -91,3 +91,9 @@ def pair_indices(path, planet, theta, z=0.0):
         math.ceil((path.s_lo - s) / path.base_pitch),
         math.floor((path.s_hi - s) / path.base_pitch) + 1,
     )
+
+
+def contact(path, planet, index, theta, z=0.0):
+    """Point (3,) at which a pair touches at z, in planet axes."""
+    s = path.s0[planet] + index * path.base_pitch + path.rate * theta + path.slope * z
+    return np.array([*(path.tangent_point - s * path.normal_xy), z])

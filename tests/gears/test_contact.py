@@ -1,20 +1,16 @@
 """Paths of contact against real involute flanks at many carrier angles."""
 
 import math
-import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
-from gears.stages import flexible_paths
+from gears.flanks import Teeth
+from gears.stages import contact, flexible_paths, pair_indices
 
 from flexgear.gears.contact import assembly_mismatch
 from flexgear.gears.geometry import stage_geometry
 from flexgear.model.errors import InputError
 from flexgear.model.load import load_case
-
-sys.path.insert(0, str(Path(__file__).parent))
-from flanks import Teeth
 
 VARIANTS = [
     {},
@@ -67,21 +63,6 @@ class Bench:
             (-self.g.center_distance, 0.0),
         )  # fmt: skip
 
-    def contact(self, path, planet, index, theta, z):
-        s = path.s0[planet] + index * path.base_pitch + path.rate * theta + path.slope * z
-        c = path.tangent_point - s * path.normal_xy
-        return s, np.array([*c, z])
-
-    def pairs(self, path, planet, theta, z):
-        """Pair indices whose contact line is on the path at z."""
-        s = path.s0[planet] + path.rate * theta + path.slope * z
-        k = np.arange(
-            math.ceil((path.s_lo - s) / path.base_pitch),
-            math.floor((path.s_hi - s) / path.base_pitch) + 1,
-        )
-        assert len(k) > 0
-        return k
-
 
 @pytest.fixture(scope="module", params=range(len(VARIANTS)))
 def bench(request):
@@ -92,14 +73,14 @@ def first_angles(bench, kind_of_flank="drive"):
     """Planet tooth 0's angle of every planet and sun tooth 0's, from one contact each."""
     path, planets = bench.paths["ring"], []
     for i in range(bench.stage.planets):
-        k = int(bench.pairs(path, i, 0.0, 0.0)[0])
-        _, c = bench.contact(path, i, k, 0.0, 0.0)
+        k = int(pair_indices(path, i, 0.0, 0.0)[0])
+        c = contact(path, i, k, 0.0, 0.0)
         number = path.planet_tooth0[i] + path.planet_step * k
         trial = bench.planet(0.0, i, 0.0)
         planets.append(2 * math.pi / trial.gear.teeth * (trial.locate(c, +1) - number))
     path = bench.paths["sun"]
-    k = int(bench.pairs(path, 0, 0.0, 0.0)[0])
-    _, c = bench.contact(path, 0, k, 0.0, 0.0)
+    k = int(pair_indices(path, 0, 0.0, 0.0)[0])
+    c = contact(path, 0, k, 0.0, 0.0)
     number = path.gear_tooth0[0] + path.gear_step * k
     trial = bench.sun(0.0, 0, 0.0)
     sun = 2 * math.pi / trial.gear.teeth * (trial.locate(c, SUN_SIDE) - number)
@@ -129,8 +110,8 @@ def test_both_flanks_pass_through_the_contact_point_with_the_path_normal(bench, 
             planet = bench.planet(theta, i, planets[i])
             normal = np.array([*path.normal_xy, path.slope]) / math.hypot(1, path.slope)
             for z in (-0.9 * path.half_face, 0.0, 0.6 * path.half_face):
-                for k in bench.pairs(path, i, theta, z):
-                    _, c = bench.contact(path, i, k, theta, z)
+                for k in pair_indices(path, i, theta, z):
+                    c = contact(path, i, k, theta, z)
                     mine = path.gear_tooth0[i] + path.gear_step * k
                     other = path.planet_tooth0[i] + path.planet_step * k
                     assert whole(gear.locate(c, side), path.gear_teeth, mine)
@@ -168,8 +149,8 @@ def test_coast_flanks_touch_when_the_planet_has_crossed_the_backlash(bench, thet
 
 def touch(bench, path, i, theta, gear, side, planet, planet_side):
     for z in (-0.7 * path.half_face, 0.5 * path.half_face):
-        for k in bench.pairs(path, i, theta, z):
-            _, c = bench.contact(path, i, k, theta, z)
+        for k in pair_indices(path, i, theta, z):
+            c = contact(path, i, k, theta, z)
             mine = path.gear_tooth0[i] + path.gear_step * k
             other = path.planet_tooth0[i] + path.planet_step * k
             assert whole(gear.locate(c, side), path.gear_teeth, mine)
@@ -206,7 +187,7 @@ def test_tooth_numbers_follow_the_carrier_over_full_turns(bench):
                                          bench.g.ring.teeth)  # fmt: skip
         previous = None
         for theta in np.linspace(0, 1.0, 400):
-            k = bench.pairs(path, 0, theta, 0.0)
+            k = pair_indices(path, 0, theta, 0.0)
             lead = k[0] if kind == "sun" else k[-1]
             if kind == "ring" and previous is not None:
                 assert lead in (previous, previous + 1)

@@ -8,6 +8,7 @@ import pytest
 from gears.flanks import Teeth
 from gears.stages import (
     UNLOADED,
+    contact,
     flexible_paths,
     helical,
     lin_parker,
@@ -25,11 +26,6 @@ from flexgear.model.load import load_case
 
 KINDS = ("ring", "sun", "ring_coast", "sun_coast")
 DEG = math.pi / 180
-
-
-def contact(path, planet, index, theta, z=0.0):
-    s = path.s0[planet] + index * path.base_pitch + path.rate * theta + path.slope * z
-    return np.array([*(path.tangent_point - s * path.normal_xy), z])
 
 
 def test_per_pair_paths_are_those_of_the_flexible_stage():

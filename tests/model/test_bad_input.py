@@ -7,24 +7,13 @@ import sys
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from small_train import refused
 
 from flexgear.model import input_file
 from flexgear.model.content import file_digest
 from flexgear.model.errors import FlexgearError, InputError
 from flexgear.model.load import bundled_text, load_case
 from flexgear.structures.fe_mesh.files import read_fe_mesh
-
-
-def refused(path, old, new, words):
-    text = bundled_text("wind-5mw")
-    assert old in text
-    path.write_text(text.replace(old, new, 1), encoding="utf-8")
-    with pytest.raises(InputError, match=words) as caught:
-        load_case(path)
-    line = str(caught.value)
-    assert line.startswith(f"{path}: ")
-    assert "\n" not in line
-    return line
 
 
 @pytest.mark.parametrize(
@@ -75,7 +64,7 @@ def refused(path, old, new, words):
     ],
 )  # fmt: skip
 def test_one_clear_line(tmp_path, old, new, words):
-    refused(tmp_path / "my.toml", old, new, words)
+    refused(tmp_path / "my.toml", bundled_text("wind-5mw"), old, new, words)
 
 
 def test_missing_file_folder_binary_and_unknown_name(tmp_path):

@@ -5,7 +5,7 @@ import re
 
 import numpy as np
 import pytest
-from small_train import ALONE, FLEXIBLE, SMALL
+from small_train import ALONE, FLEXIBLE, SMALL, refused
 
 from flexgear.gears.geometry import stage_geometry
 from flexgear.model.case import Case
@@ -337,17 +337,6 @@ def test_double_rotor_has_two_inputs():
 
 COUPLED = np.diag([1e8, 1e8, 1e8, 1e6, 1e6, 0]).tolist()
 COUPLED[0][4] = COUPLED[4][0] = 1e6
-
-
-def refused(path, text, old, new, words, over=None):
-    assert old in text
-    path.write_text(text.replace(old, new, 1), encoding="utf-8")
-    with pytest.raises(InputError, match=words) as caught:
-        load_case(path, over)
-    line = str(caught.value)
-    assert line.startswith(f"{path}: " if over is None else "--set: ")
-    assert "\n" not in line
-    assert " -- " in line
 
 
 @pytest.mark.parametrize(

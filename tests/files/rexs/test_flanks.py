@@ -2,18 +2,15 @@
 
 import numpy as np
 import pytest
-from rexs_samples import MM, NM, planetary
+from rexs_samples import MM, NM, again, planetary
 
 from flexgear.files.rexs.flanks import FACES, tooth_side
 from flexgear.files.rexs.from_case import model_of_case, not_written
-from flexgear.files.rexs.reading import read_rexs
-from flexgear.files.rexs.to_case import case_of_document
 from flexgear.gears.flanks import flank_name, modified_flanks, tooth_sides
 from flexgear.gears.paths import stage_paths
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.load import load_case
 
-DATE = "2026-01-01T00:00:00+00:00"
 BACKWARDS = {
     "herringbone": {"inputs.0.torque_knm": "-100"},
     "lin-parker": {"inputs.0.torque_nm": "-100"},
@@ -99,15 +96,6 @@ def settings(case):
     return found
 
 
-def again(case, folder):
-    path = folder / "out.rexs"
-    path.write_bytes(model_of_case(case).xml("flexgear", "0", DATE))
-    made = case_of_document(read_rexs(path), str(path))
-    target = folder / "again.toml"
-    target.write_text(made.text, encoding="utf-8")
-    return load_case(target), made
-
-
 def require_same_flanks(first, second):
     for old, new in zip(first.stages, second.stages, strict=True):
         for part in ("sun", "planet", "ring") if old.kind == "planetary" else ("pinion", "gear"):
@@ -167,14 +155,6 @@ def ground(m, gears, **sides):
     return m
 
 
-def imported(m, folder):
-    path = m.write(folder / "model.rexs")
-    made = case_of_document(read_rexs(path), str(path))
-    target = folder / "case.toml"
-    target.write_text(made.text, encoding="utf-8")
-    return load_case(target), made
-
-
 def slope(amount):
     return ("helix_slope", {"helix_slope": (amount, "mum")})
 
@@ -200,7 +180,7 @@ def test_the_carrier_drives_right_flanks_of_the_ring(tmp_path):
     m = ground(planetary(), gears_of(planetary()), left=[tip(30.0)], right=[tip(20.0)])
     for sense, left in ((1, ("drive", "coast", "sun")), (-1, ("coast", "drive", "ring"))):
         m.set(m.load, torque_around_u_axis=(sense * 3000.0, NM))
-        case, made = imported(m, tmp_path)
+        case, made = m.case(tmp_path)
         stage = case.stages[0]
         assert stage.gear_mesh.model == "per_pair"
         for part, flank in zip(("sun", "ring", "planet"), left, strict=True):
@@ -217,7 +197,7 @@ def test_the_other_datum_face_swaps_sides_and_ends(tmp_path):
     m = ground(planetary(), gears_of(planetary()), left=left, right=right)
     for gear in gears_of(m):
         m.set(gear, datum_face_orientation=("negative", ""))
-    wanted, made = imported(m, tmp_path)
+    wanted, made = m.case(tmp_path)
     view = wanted.view("low")  # the case runs: its gear meshes have a place for modified flanks
     assert len(modified_flanks(view, stage_paths(view, {"sun": 1.0, "ring": 1.0}))) == 6
     assert not any("no datum" in line for line in made.assumed)
@@ -239,7 +219,7 @@ def test_the_other_datum_face_swaps_sides_and_ends(tmp_path):
             u_axis_vector=((-1.0, 0.0, 0.0), MM),
         )
     for other in (swapped, turned):
-        require_same_flanks(wanted, imported(other, tmp_path)[0])
+        require_same_flanks(wanted, other.case(tmp_path)[0])
 
 
 def test_what_cannot_be_told_is_said(tmp_path):
@@ -251,7 +231,7 @@ def test_what_cannot_be_told_is_said(tmp_path):
     relation = next(r for k, r in m.relations if k == "stage" and r["gear_1"] == m.sun)
     data = m.add("cylindrical_stage_gear_data", loaded_tooth_flank=("right", ""))
     m.relate("stage_gear_data", stage=relation["stage"], gear=m.sun, stage_gear_data=data)
-    case, made = imported(m, tmp_path)
+    case, made = m.case(tmp_path)
     said = "\n".join(made.assumed)
     assert "not the flank that the torques load" in said
     assert "are not those of cylindrical_gear" in said
@@ -262,11 +242,11 @@ def test_what_cannot_be_told_is_said(tmp_path):
     assert case.stages[0].sun.modifications.of("drive").tip_relief.amount == 30e-6
 
     m.set(m.load, torque_around_u_axis=None)  # without a torque the file's word counts
-    case, made = imported(m, tmp_path)
+    case, made = m.case(tmp_path)
     assert case.output is None
     assert case.stages[0].sun.modifications.of("coast").tip_relief.amount == 30e-6
     m.set(data, loaded_tooth_flank=None)
-    assert any("no torque says which flanks carry" in x for x in imported(m, tmp_path)[1].assumed)
+    assert any("no torque says which flanks carry" in x for x in m.case(tmp_path)[1].assumed)
 
 
 def test_uneven_crowning_and_lone_flanks(tmp_path):
@@ -275,7 +255,7 @@ def test_uneven_crowning_and_lone_flanks(tmp_path):
         "helix_crowning_amount_datum_face": (8.0, "mum"),
         "helix_crowning_amount_non_datum_face": (12.0, "mum"),
     })  # fmt: skip
-    case, made = imported(ground(planetary(), [planetary().sun], left=[crowning]), tmp_path)
+    case, made = ground(planetary(), [planetary().sun], left=[crowning]).case(tmp_path)
     found = case.stages[0].sun.modifications
     assert found.lead_crowning is None and found.coast is None
     assert found.drive.lead_crowning == pytest.approx(10e-6)

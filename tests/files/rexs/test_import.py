@@ -11,7 +11,19 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from rexs_samples import ARM, DEG, HELIX, MM, NM, RPM, at, bearing, planetary, three_stages
+from rexs_samples import (
+    ARM,
+    DEG,
+    HELIX,
+    MM,
+    NM,
+    RPM,
+    at,
+    bearing,
+    case_of_file,
+    planetary,
+    three_stages,
+)
 
 from flexgear.files.rexs.reading import VERSIONS, read_rexs
 from flexgear.files.rexs.to_case import case_of_document
@@ -19,7 +31,6 @@ from flexgear.gears.power_flow import power_flow
 from flexgear.gears.radii import stage_radii
 from flexgear.gears.tooth import involute, tooth_geometry, transverse_angle
 from flexgear.model.errors import InputError
-from flexgear.model.load import load_case
 
 TURNS = 60 / (2 * math.pi)
 
@@ -29,11 +40,7 @@ def imported(tmp_path):
     """Function: model -> (case, what was assumed, what was left out)."""
 
     def run(model, suffix=".rexs", load_case_id=None):
-        path = model.write(tmp_path / f"model{suffix}")
-        made = case_of_document(read_rexs(path), str(path), load_case_id)
-        target = tmp_path / "case.toml"
-        target.write_text(made.text, encoding="utf-8")
-        return load_case(target), made
+        return case_of_file(model.write(tmp_path / f"model{suffix}"), load_case_id)
 
     return run
 
