@@ -187,7 +187,7 @@ class Recovery:
         if angle < 0:
             return vectors
         turns = [turn(sense * float(t)) for t in self.result.theta[:, angle]]
-        return np.einsum("tij,tj->ti", turns, vectors)
+        return np.einsum("tij,tj->ti", np.reshape(turns, (-1, 6, 6)), vectors)
 
     def _turning_force(self, support: RotatingFrameSupport) -> Array:
         node, housing = self.motion(support.rows), self.motion(support.housing)

@@ -21,6 +21,7 @@ from flexgear.structures.bodies import rigid_variant
 
 PLANETS = {"stage.planet.fe.tie": "root"}
 TORQUE = 4e6
+ROLLERS = {"count": 18, "rows": 2, "length_mm": 120, "spacing_mm": 150, "clearance_um": 40}
 
 
 def coupled(stiffer=1.0, rigid=("ring", "carrier"), **keys):
@@ -36,6 +37,11 @@ def coupled(stiffer=1.0, rigid=("ring", "carrier"), **keys):
     return build_system(view.case, parts, [name for name in bodies if name.part in rigid]), view
 
 
+def of_bearing(rollers):
+    """Keys of the planets' bearing."""
+    return {f"stage.planet_bearing.rollers.{k}": v for k, v in (rollers or {}).items()}
+
+
 def equilibria(system, cycles=1):
     """At three places of some gear-mesh cycles."""
     pairs, places = system.pairs, np.array([0.0, 0.3, 0.7])
@@ -46,14 +52,10 @@ def equilibria(system, cycles=1):
     return revolution(static_system(system), angles, TORQUE)
 
 
-ROLLERS = {"count": 18, "rows": 2, "length_mm": 120, "spacing_mm": 150, "clearance_um": 40}
-
-
 @pytest.mark.parametrize("rollers", [None, ROLLERS])
 def test_stiff_planets_carry_as_lumped_ones(rollers):
-    bearing = {f"stage.planet_bearing.rollers.{k}": v for k, v in (rollers or {}).items()}
     lumped, stiff, soft = (
-        equilibria(coupled(**k, **bearing)[0])
+        equilibria(coupled(**k, **of_bearing(rollers))[0])
         for k in ({"rigid": ("ring", "carrier", "planet")}, {"stiffer": 1e7}, {})
     )
     scale = lumped.pair_load.max()
@@ -85,8 +87,9 @@ def test_sun_and_ring_hold_the_balance_on_fe_planets(model):
     np.testing.assert_allclose(ring, sun, rtol=1e-9)
 
 
-def test_the_energy_of_a_transient_closes():
-    system, view = coupled()
+@pytest.mark.parametrize("rollers", [None, ROLLERS])
+def test_the_energy_of_a_transient_closes(rollers):
+    system, view = coupled(**of_bearing(rollers))
     run = simulate(model_of(view.case, system), duration=0.02, energy=True)
     data = run.data
     left = sum(sign * data[f"energy_{name}"] for name, sign in LEFT_OVER.items())
