@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pytest
 from stage_samples import doubtful_stage, made_of
+from trains import free_stage
 
 from flexgear.cli import body_commands
 from flexgear.results.dataset_file import load
@@ -103,3 +104,35 @@ def test_a_static_error_above_the_promise_is_one_line_with_what_to_do(
     )
     if name != "reduce":
         assert flexgear(name, "wind-5mw", *more, "--json", "-q", "--rigid", "ring")[2] == ""
+
+
+def test_the_command_writes_keys_and_a_picture(flexgear, tmp_path):
+    picture = tmp_path / "flanks.png"
+    few = ["--set", "stage.gear_mesh.slices=5", "--set", "stage.gear_mesh.model=face_load"]
+    out = flexgear.out(
+        "modify", "wind-5mw", "--rigid", "all", *few, "--set", "solver.fidelity=quick",
+        "--picture", picture, "--quiet", "--trials", 3,
+    )  # fmt: skip
+    assert "[stage.planet.modifications.ring]" in out
+    assert picture.stat().st_size > 1e4
+    assert "is no aim" in flexgear("modify", "wind-5mw", "--for", "quiet")[2]
+    assert "is no picture" in flexgear("modify", "wind-5mw", "--picture", tmp_path / "x.foo")[2]
+    assert "--force" in flexgear("modify", "wind-5mw", "--picture", picture)[2]
+    assert np.isfinite(float(out.rsplit("helix_slope_um = ")[1].split()[0]))
+
+
+@pytest.mark.parametrize("ports", ["", '[[inputs]]\nmember = "stage.sun"\nspeed_rpm = 1000\n'])
+def test_every_command_but_modes_says_why_not(flexgear, tmp_path, ports):
+    path = str(free_stage(tmp_path, ports).source)
+    for command in ("static", "simulate", "run", "compare", "tolerance"):
+        err = flexgear.refused(command, path)
+        assert "output: is missing, so that this is a case of free vibration -- " in err
+    assert len(flexgear.json("modes", path)["modes"]) == 3 * (3 + 4)
+    assert flexgear("check", path)[0] == 0
+    out = tmp_path / "swept.nc"
+    flexgear.out(
+        "sweep", path, "stage.planets=3,4", "--measure", "frequencies", "--out", out, "--quiet",
+        "--workers", "1",
+    )  # fmt: skip
+    code, _, err = flexgear("modes", path, "--angle-deg", "5", "--quiet")
+    assert (code == 0) == bool(ports), err

@@ -1,6 +1,7 @@
 """Datasets: labels, units, parameters, round trip, and files that appear whole or not at all."""
 
 import json
+import math
 import subprocess
 import sys
 
@@ -8,7 +9,16 @@ import numpy as np
 import pytest
 
 from flexgear.model.errors import FlexgearError
+from flexgear.model.names import GearMeshName
 from flexgear.results.dataset_file import load, save
+from flexgear.results.labelled_dataset import groups_of, labelled_dataset
+from flexgear.results.load_sharing import (
+    sharing_coefficients,
+    sharing_figures,
+    sharing_histories,
+)
+from flexgear.results.quantities import RESULT_COORDINATES
+from flexgear.results.result_quantities import RESULT_QUANTITIES
 from flexgear.results.stage_part import of_kind, ring_sharing
 
 
@@ -120,3 +130,127 @@ def test_write_that_the_system_cuts_short_leaves_nothing(tmp_path, how):
     assert done.stdout == f"cannot write {target}: File too large\n"
     assert [p.name for p in tmp_path.iterdir()] == ["run.nc"]
     assert target.read_text() == "the older result"
+
+
+NAMES = [
+    *[GearMeshName.of("stage_1", kind, "", i) for kind in ("ring", "sun") for i in (1, 2, 3)],
+    GearMeshName.of("stage_2", "sun", "", 1),
+]
+RATED = np.array([10.0] * 6 + [50.0])
+
+
+def forces(samples=8):
+    """Planet 1 carries 20 % too much now and then; the parallel stage a constant force."""
+    force = np.tile(RATED, (samples, 1))
+    force[1::2, [0, 3]] *= 1.2
+    force[1::2, [1, 2, 4, 5]] *= 0.9
+    return force
+
+
+def dataset(**changes):
+    force = forces()
+    arrays = {
+        "gear_mesh_force": force,
+        "rated_gear_mesh_force": RATED,
+        **sharing_histories(force, RATED, NAMES),
+        **sharing_coefficients(force, NAMES, {"stage_1": 4.0, "stage_2": 4.0}),
+        "port_torque": np.ones((8, 2)),
+    } | changes
+    labels = {
+        "port": ["stage_1.carrier", "stage_2.pinion"],
+        "definition": ["instantaneous", "mean-based", "cycle-based"],
+    }
+    return labelled_dataset("position", np.arange(8), arrays, {"case": "x"}, labels, NAMES)
+
+
+def test_gear_meshes_are_found_by_label_and_by_part():
+    data = dataset()
+    assert data["gear_mesh"].values[[0, 3, -1]].tolist() == [
+        "stage_1 ring 1",
+        "stage_1 sun 1",
+        "stage_2 sun 1",
+    ]
+    own = data["gear_mesh_force"].where((data.stage == "stage_1") & (data.planet == 2), drop=True)
+    assert own["kind"].values.tolist() == ["ring", "sun"]
+    assert data["group"].values.tolist() == ["stage_1 ring", "stage_1 sun"]
+    assert data["group_kind"].values.tolist() == ["ring", "sun"]
+
+
+def test_sides_are_groups_of_their_own():
+    names = [GearMeshName.of("stage", "sun", side, i) for side in ("left", "right") for i in (1, 2)]
+    assert {g: at.tolist() for g, at in groups_of(names).items()} == {
+        "stage sun left": [0, 1],
+        "stage sun right": [2, 3],
+    }
+
+
+def test_every_variable_of_a_train_has_a_unit_and_a_meaning():
+    data = dataset()
+    for name in data.variables:
+        assert data[name].attrs["long_name"], name
+        assert "units" in data[name].attrs, name
+    for name, quantity in RESULT_QUANTITIES.items():
+        assert quantity.meaning, name
+        assert set(quantity.dims) - {"sample"} <= set(RESULT_COORDINATES), name
+
+
+def test_round_trip_keeps_labels_and_values(tmp_path):
+    data = dataset()
+    back = load(save(data, tmp_path / "t.nc"))
+    assert back["gear_mesh"].values.tolist() == data["gear_mesh"].values.tolist()
+    assert back["stage"].values.tolist() == data["stage"].values.tolist()
+    np.testing.assert_allclose(back["gear_mesh_force"], data["gear_mesh_force"], rtol=1e-6)
+
+
+def test_what_does_not_fit_is_refused():
+    with pytest.raises(FlexgearError, match="not a variable"):
+        dataset(ring_pair_load=np.zeros(8))
+    with pytest.raises(FlexgearError, match="needs 2"):
+        dataset(gear_mesh_force=np.zeros(8))
+    with pytest.raises(FlexgearError, match="3 entries but 2 labels"):
+        dataset(port_torque=np.ones((8, 3)))
+    with pytest.raises(FlexgearError, match="labels of axis 'body'"):
+        dataset(body_displacement=np.zeros((8, 1, 6)))
+
+
+def test_factors_of_planets():
+    data = dataset()
+    factor = data["planet_load_factor"]
+    np.testing.assert_allclose(factor[1, :3], [1.2, 0.9, 0.9])
+    assert np.isnan(factor[:, -1]).all()  # the pinion shares with nobody
+    np.testing.assert_allclose(data["load_sharing"][:2, 0], [1.0, 1.2])
+    assert data["mesh_load_factor"].values.tolist() == [1.1, 1.1]
+    k = data["load_sharing_coefficient"].sel(group="stage_1 sun")
+    # maxima of every cycle: 12, 10, 10 -> N max / sum
+    np.testing.assert_allclose(k, [1.2, 36 / 32, 36 / 32])
+    np.testing.assert_allclose(
+        data["planet_coefficient"].sel(definition="cycle-based")[1], 1 + abs(30 / 32 - 1)
+    )
+
+
+def test_what_cannot_be_said_has_no_number():
+    force = forces()
+    few = sharing_coefficients(force, NAMES, {"stage_1": 3.0, "stage_2": 3.0})
+    assert few["load_sharing_coefficient"][0, 0] == pytest.approx(1.2)
+    assert np.isnan(few["load_sharing_coefficient"][1:]).all()  # too few samples a cycle
+    nothing = sharing_coefficients(0 * force, NAMES, {"stage_1": 4.0, "stage_2": 4.0})
+    assert np.isnan(nothing["load_sharing_coefficient"]).all()
+    figures = sharing_figures(dataset(**few), "stage_1 ring")
+    assert figures == {
+        "instantaneous": pytest.approx(1.2),
+        "mean-based": None,
+        "cycle-based": None,
+        "iec_61400_4": 1.1,
+    }
+
+
+def test_reversed_torque_counts_as_carried():
+    few = sharing_coefficients(-forces(), NAMES, {"stage_1": 4.0, "stage_2": 4.0})
+    assert few["load_sharing_coefficient"][0, 0] == pytest.approx(1.2)
+
+
+def test_a_stage_of_two_planets_has_no_iec_factor():
+    names = [GearMeshName.of("s", "ring", "", i) for i in (1, 2)]
+    found = sharing_coefficients(np.full((8, 2), 3.0), names, {"s": 4.0})
+    assert math.isnan(found["mesh_load_factor"][0])
+    assert found["load_sharing_coefficient"][:, 0].tolist() == [1.0, 1.0, 1.0]

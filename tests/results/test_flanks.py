@@ -1,8 +1,11 @@
-"""Which flank carries: the same run with its flanks exchanged has the same figures."""
+"""Which flank carries, its tooth pairs, and their loads by stiffness."""
 
 import numpy as np
 import pytest
 import xarray as xr
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
 
 from flexgear.model.errors import FlexgearError
 from flexgear.results.figure import values
@@ -11,6 +14,7 @@ from flexgear.results.flanks import (
     carrying_pairs,
     coast_carries,
     pairs_of,
+    stiffness_split,
     tooth_loads,
 )
 from flexgear.results.stage_part import of_kind, stage_part
@@ -87,3 +91,23 @@ def test_linear_contact_pulls_on_its_only_flank(make_part):
 def test_a_dataset_without_pairs_is_named(make_part):
     with pytest.raises(FlexgearError, match="no tooth pairs of the sun"):
         carrying_pairs(of_kind(make_part(), "ring"), "sun")
+
+
+POSITIVE = st.floats(1.0, 1e9)
+
+
+def test_by_hand():
+    np.testing.assert_allclose(
+        stiffness_split([[30.0, 60.0, 0.0]], [[1.0, 2.0, 6.0]]), [[10, 20, 60]]
+    )
+
+
+def test_no_pair_no_load():
+    assert (stiffness_split(np.zeros((2, 4)), np.zeros((2, 4))) == 0).all()
+
+
+@given(arrays(float, (3, 4), elements=POSITIVE), arrays(float, (3, 4), elements=POSITIVE))
+def test_sum_is_kept_and_split_again_changes_nothing(load, stiffness):
+    parts = stiffness_split(load, stiffness)
+    np.testing.assert_allclose(parts.sum(-1), load.sum(-1), rtol=1e-12)
+    np.testing.assert_allclose(stiffness_split(parts, stiffness), parts, rtol=1e-12)

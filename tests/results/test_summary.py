@@ -1,7 +1,9 @@
-"""Summary: its keys are the promised ones, its values plain, gaps are named."""
+"""Summary: its keys are declared once, its values plain, gaps are named."""
 
+import copy
 import json
 
+import jsonschema
 import numpy as np
 import pytest
 import xarray as xr
@@ -10,16 +12,78 @@ from flexgear.files.atomic import write_json
 from flexgear.model.errors import FlexgearError
 from flexgear.results.figure import values
 from flexgear.results.flanks import pairs_of
+from flexgear.results.labelled_dataset import labelled_dataset
 from flexgear.results.quantities import MISSING
 from flexgear.results.stage_part import stage_part
-from flexgear.results.summary import build_summary
+from flexgear.results.summary import (
+    KEYS,
+    VERSION,
+    build_summary,
+    json_schema,
+    lacking,
+    modes_summary,
+)
 from flexgear.results.time_figures import (
     STAGE_DROP,
     STEADY,
     StageDrop,
     SteadyRun,
+    displacement_summary,
     drop_summary,
 )
+from flexgear.solve.headlines import HEADLINES, rows_schema
+
+SCHEMA = json_schema({"headlines": rows_schema()})
+PART = {
+    "schema_version": VERSION,
+    "stages": {"first": {"kind": "planetary", "gear_mesh_frequency_hz": 5.0}},
+    "torque_steps": {"2e6": {"flexible": {"first": {"carrier_speed_rpm_min": 1.0}}}},
+    "headlines": [
+        {"name": HEADLINES[0].name, "unit": "1", "level": "note", "stage": "first", "value": 1.5,
+         "figure": "1.5", "sentence": "Words.", "window": "", "allowable": None},
+    ],
+}  # fmt: skip
+
+
+def faults(summary: dict) -> list[str]:
+    """What an independent reader of the schema finds but for what is missing."""
+    errors = jsonschema.Draft202012Validator(SCHEMA).iter_errors(summary)
+    return [e.message for e in errors if e.validator != "required"]
+
+
+def test_the_schema_is_one_and_takes_what_is_declared():
+    jsonschema.Draft202012Validator.check_schema(SCHEMA)
+    assert faults(PART) == []
+    assert len({key.path for key in KEYS}) == len(KEYS)
+
+
+@pytest.mark.parametrize(
+    ("change", "fault"),
+    [
+        ({"mood": 3}, "'mood'"),
+        ({"stages": {"first": {"mass": 1.0}}}, "'mass'"),
+        ({"stages": {"first": {"gear_mesh_frequency_hz": "5"}}}, "'5' is not of type"),
+        ({"schema_version": 1}, f"{VERSION} was expected"),
+        ({"headlines": [{**PART["headlines"][0], "level": "fine"}]}, "'fine'"),
+    ],
+)
+def test_the_schema_refuses_what_is_not(change, fault):
+    (found,) = faults({**copy.deepcopy(PART), **change})
+    assert fault in found
+
+
+def test_what_must_be_there_is_named_where_it_is_missing():
+    lost = lacking({**PART, "fe": {"ring": {}}})
+    assert "stages.first.sun_gear_mesh_force_n" in lost and "energy_residual" in lost
+    assert "torque_steps.2e6.flexible.gear_mesh_force" in lost
+    assert "fe.ring.dofs" in lost
+    assert not [name for name in lost if name.startswith(("steady", "kinematics", "headlines"))]
+
+
+def test_figures_of_flexible_stages_stand_below_their_names():
+    lost = lacking({"steady": {"first": {}}})
+    assert "steady.first.carrier_speed_rpm_mean" in lost
+
 
 REDUCTION = {
     "interface_dofs": np.int64(720),
@@ -173,3 +237,41 @@ def test_figures_are_those_of_both_halves(make_run):
     assert both["load_sharing_max"] == pytest.approx(alone["load_sharing_max"] + 0.5)
     assert both["tooth_load_n_min"] == pytest.approx(0.5 * alone["tooth_load_n_min"])
     assert both["carrier_speed_rpm_min"] == alone["carrier_speed_rpm_min"]
+
+
+def test_missing_and_infinite_figures_are_named():
+    with pytest.raises(FlexgearError, match=r"version is missing.*realtime_factor is not a finite"):
+        build_summary(case="x", realtime_factor=float("nan"))
+
+
+def test_repeated_modes_are_listed_once():
+    data = labelled_dataset(
+        "mode",
+        [1, 2, 3, 4],
+        {
+            "frequency": [0.0, 10.0, 10.0, 10.0],
+            "type": np.array(["rigid", "translational", "translational", "planet"]),
+            "multiplicity": [1, 2, 2, 1],
+        },
+        {},
+        {},
+    )
+    found = modes_summary(data)
+    assert [(m["type"], m["multiplicity"]) for m in found["lowest"]] == [
+        ("rigid", 1), ("translational", 2), ("planet", 1),
+    ]  # fmt: skip
+    assert found["types"] == {"rigid": 1, "translational": 2, "planet": 1}
+
+
+def test_distance_from_the_axis_is_the_largest_of_central_members():
+    motion = np.zeros((3, 3, 6))
+    motion[1, 0, :2] = 3e-6, 4e-6
+    motion[:, 2, :2] = 1.0
+    data = labelled_dataset(
+        "position",
+        [0, 1, 2],
+        {"body_displacement": motion},
+        {},
+        {"body": ["s.sun", "s.ring_left", "s.planet_1"]},
+    )
+    assert displacement_summary(data) == {"s.sun": pytest.approx(5.0), "s.ring_left": 0.0}

@@ -1,4 +1,4 @@
-"""Dataset and summary of a tolerance study: labels, units, gaps."""
+"""Statistics of a tolerance study, and their intervals against what they promise."""
 
 from __future__ import annotations
 
@@ -8,10 +8,22 @@ import math
 import numpy as np
 import pytest
 import xarray as xr
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy import stats
 from tolerance_results import study_data
 
 from flexgear.results.dataset_file import load, write_netcdf
-from flexgear.results.tolerance_dataset import failed, tolerance_summary
+from flexgear.results.tolerance_dataset import (
+    distribution_band,
+    failed,
+    mean_of,
+    quantile_of,
+    quantile_ranks,
+    share_above_limit,
+    share_interval,
+    tolerance_summary,
+)
 
 
 @pytest.fixture
@@ -77,3 +89,84 @@ def test_nothing_drawn_but_pitch_deviations():
     assert "error_size" not in data and "size" not in data.dims
     assert tolerance_summary(data)["drawn"] == []
     assert np.isfinite(data["load_sharing_max"]).all()
+
+
+@given(st.integers(2, 3000), st.floats(0.01, 0.99), st.floats(0.5, 0.999))
+def test_ranks_hold_what_they_promise_and_no_narrower_ones_do(count, share, confidence):
+    """P(X_(l) > Q) and P(X_(u) < Q) are each at most half the risk; one rank further in is not."""
+    low, high = quantile_ranks(count, share, confidence)
+    below, risk = stats.binom(count, share), 0.5 * (1 - confidence)
+    assert 0 <= low <= high <= count + 1
+    assert below.cdf(low - 1) <= risk * (1 + 1e-9)
+    assert below.sf(high - 1) <= risk * (1 + 1e-9)
+    assert below.cdf(low) > risk * (1 - 1e-9)
+    assert below.sf(high - 2) > risk * (1 - 1e-9)
+
+
+def test_wilks_59_samples():
+    """Wilks 1941: 59 samples are the first whose largest bounds 95 % with 95 % confidence."""
+    one_sided = 0.9  # half the risk on this side
+    assert quantile_ranks(59, 0.95, one_sided)[1] == 59
+    assert quantile_ranks(58, 0.95, one_sided)[1] == 59  # there is no such sample
+    found = quantile_of(np.arange(58.0), 0.95, one_sided)
+    assert math.isnan(found.high)
+    assert found.low < found.value
+
+
+@pytest.mark.parametrize("share", [0.5, 0.9, 0.95])
+def test_coverage_of_quantiles(share):
+    """In 2000 studies the interval holds the true quantile as often as promised."""
+    rng, studies, confidence = np.random.default_rng(1), 2000, 0.9
+    samples = rng.gumbel(size=(studies, 120))
+    true = stats.gumbel_r.ppf(share)
+    found = [quantile_of(x, share, confidence) for x in samples]
+    held = np.mean([not e.low > true and not e.high < true for e in found])
+    slack = 3 * math.sqrt(confidence * (1 - confidence) / studies)
+    assert confidence - slack < held < 0.97
+    assert np.mean([e.value for e in found]) == pytest.approx(true, abs=0.06)
+
+
+def test_coverage_of_means():
+    samples = np.random.default_rng(2).normal(1.0, 3.0, (2000, 12))
+    found = [mean_of(x, 0.95) for x in samples]
+    held = np.mean([e.low <= 1.0 <= e.high for e in found])
+    assert held == pytest.approx(0.95, abs=3 * math.sqrt(0.95 * 0.05 / 2000))
+
+
+def test_equal_samples_have_no_width():
+    found = quantile_of(np.ones(500), 0.95), mean_of(np.ones(500))
+    assert all((e.value, e.low, e.high) == (1.0, 1.0, 1.0) for e in found)
+
+
+def test_no_samples_are_no_numbers():
+    for found in (quantile_of([], 0.5), mean_of([]), share_above_limit([], 1.0)):
+        assert math.isnan(found.value)
+
+
+def test_share_above():
+    """Of 300 samples none above: at most 3 / n with 95 %, one-sided."""
+    found = share_above_limit(np.zeros(300), 1.0, confidence=0.9)
+    assert (found.value, found.low) == (0.0, 0.0)
+    assert found.high == pytest.approx(1 - 0.05 ** (1 / 300), rel=1e-12)
+    every = share_above_limit(np.ones(300), 0.5, confidence=0.9)
+    assert (every.value, every.high) == (1.0, 1.0)
+    assert every.low == pytest.approx(0.05 ** (1 / 300), rel=1e-12)
+
+
+@pytest.mark.parametrize("found", [1, 7, 50, 99])
+def test_share_interval_is_clopper_pearsons(found):
+    low, high = share_interval(np.array([found]), 100, 0.95)
+    exact = stats.binomtest(found, 100).proportion_ci(0.95, "exact")
+    assert (low[0], high[0]) == pytest.approx((exact.low, exact.high), rel=1e-9)
+
+
+def test_band_holds_the_true_distribution_at_every_point_as_often_as_promised():
+    rng, at = np.random.default_rng(3), 0.3
+    low, high = distribution_band(80, 0.9)
+    assert (np.diff(low) >= 0).all() and (np.diff(high) >= 0).all()
+    held = []
+    for _ in range(1500):
+        x = np.sort(rng.random(80))
+        k = np.searchsorted(x, at) - 1
+        held.append(k < 0 or low[k] <= at <= high[k])
+    assert np.mean(held) > 0.9 - 3 * math.sqrt(0.09 / 1500)

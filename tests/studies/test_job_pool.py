@@ -1,13 +1,20 @@
-"""Runs here or elsewhere: what is done where, order, failures, Ctrl-C."""
+"""Many runs here and in processes of this machine."""
 
 from __future__ import annotations
 
+import os
+import signal
+import subprocess
+import sys
+
 import pytest
+from interrupts import hear_interrupts, listening, processes_with, wait_until
+from threadpoolctl import threadpool_info
 
 from flexgear.model.errors import FlexgearError
 from flexgear.studies import dask_pool, job_pool
-from flexgear.studies.early_workers import Outcome
-from flexgear.studies.job_pool import run_jobs
+from flexgear.studies.early_workers import DIED, Outcome
+from flexgear.studies.job_pool import completed, run_jobs
 
 
 def times(shared, x):
@@ -76,3 +83,81 @@ def test_an_interrupt_is_passed_on():
 
     with pytest.raises(KeyboardInterrupt):
         list(run_jobs(stop, None, [1], workers=1))
+
+
+pytestmark = pytest.mark.slow
+posix = pytest.mark.skipif(sys.platform == "win32", reason="signals are those of POSIX")
+
+
+def job(shared, number):
+    """What the runs of these tests do; ``shared`` is a folder and the process of the tests."""
+    folder, tests = shared
+    if number == 3:
+        raise FlexgearError("three\nis odd")
+    if number == 6:
+        return max((p["num_threads"] for p in threadpool_info()), default=1)
+    if number < 0:  # takes as many workers with it
+        assert os.getpid() != tests
+        marks = [name for name in os.listdir(folder) if name.startswith(f"{number}_")]
+        if len(marks) < -number:
+            open(os.path.join(folder, f"{number}_{len(marks)}"), "w").close()
+            os.kill(os.getpid(), signal.SIGKILL)
+    return number**2
+
+
+def outcomes(shared, jobs, workers):
+    found = dict(completed(job, shared, jobs, workers))
+    return [found[k] for k in range(len(jobs))]
+
+
+@posix
+def test_results_errors_and_lost_workers(tmp_path):
+    """A lost worker costs only its runs; a run that takes every worker with it is given up."""
+    jobs = [1, 3, -1, 2, -99, 4, 5, 6]
+    found = outcomes((str(tmp_path), os.getpid()), jobs, workers=2)
+    assert [o.value for o in found] == [1, None, 1, 4, None, 16, 25, 1]
+    assert found[1].message == "three is odd"
+    assert found[4].message == DIED
+    assert sorted(os.listdir(tmp_path)) == ["-1_0", "-99_0", "-99_1", "-99_2"]
+
+
+def test_no_jobs_for_workers():
+    assert outcomes(("", 0), [], workers=2) == []
+
+
+SLEEPERS = """
+import os, time
+
+def sleep(folder, number):
+    open(os.path.join(folder, f"began_{number}"), "w").close()
+    time.sleep(600)
+"""
+MAIN = """
+import sys
+from flexgear.studies.job_pool import completed
+from sleepers import sleep
+list(completed(sleep, sys.argv[1], range(4), workers=2))
+"""
+
+
+@posix
+@pytest.mark.skipif(not os.path.isdir("/proc"), reason="looks for processes in /proc")
+def test_no_process_outlives_the_one_that_started_it(tmp_path):
+    """Not even where it is killed. Its script needs no ``if __name__ == "__main__"``."""
+    (tmp_path / "sleepers.py").write_text(SLEEPERS)
+    (tmp_path / "main.py").write_text(MAIN)
+    mark, scratch = f"FLEXGEAR_TEST={tmp_path}", tmp_path / "tmp"
+    scratch.mkdir()
+    first = subprocess.Popen(
+        [sys.executable, str(tmp_path / "main.py"), str(tmp_path)], preexec_fn=hear_interrupts,
+        env={**os.environ, "FLEXGEAR_TEST": str(tmp_path), "TMPDIR": str(scratch)},
+    )  # fmt: skip
+    try:
+        wait_until(lambda: len(list(tmp_path.glob("began_*"))) == 2 or first.poll() is not None)
+        assert len(processes_with(mark)) >= 3  # itself and two workers
+        assert listening(processes_with(mark)) == set()
+    finally:
+        first.kill()
+        first.wait()
+    wait_until(lambda: not processes_with(mark), 20)
+    wait_until(lambda: not list(scratch.iterdir()), 20)
