@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from flexgear.files.case_text import CaseText, Section
+from flexgear.files.case_text import CaseText
 from flexgear.files.rexs.document import Component, Datum, number
 from flexgear.files.rexs.gears import GearReader, Rack
 from flexgear.files.rexs.stages import RexsStage
@@ -17,36 +17,40 @@ _NO_SHIFT = 1e-6
 
 
 class StageWriter:
-    """Writes one stage into a case."""
+    """Writes one stage into a case. teeth: by role; distance: between centres, mm; wanted: sum of
+    profile shifts without backlash, by gear mesh."""
 
-    def __init__(self, gears: GearReader, case: CaseText, where: str) -> None:
+    def __init__(
+        self, gears: GearReader, case: CaseText, where: str, stage: RexsStage, name: str
+    ) -> None:
         self.document, self.gears, self.case, self.where = gears.document, gears, case, where
-
-    def write(self, stage: RexsStage, name: str) -> Rack:
-        """The sections [[stages]], [stages.sun] and so on. InputError where data are missing."""
-        self.case.stage = name
-        section = self.case.section("[[stages]]")
+        self.stage = stage
+        case.stage = name
+        self.section = section = case.section("[[stages]]")
         section.put("name", name, stage.component.label)
         section.put("kind", stage.kind, f"{stage.component.kind} with {', '.join(stage.roles)}")
         if stage.kind == "planetary":
             count = len(stage.halves["planet"][0])
             section.put("planets", count, f"planet gears of {stage.component.label}")
-        rack = self._rack(section, stage)
-        self._widths(section, stage, rack)
-        teeth = {role: self._teeth(stage, role) for role in stage.roles}
-        distance = self._distance(section, stage)
-        self._angles(section, stage, rack, teeth, distance)
-        if stage.kind == "planetary":
-            self._positions(section, stage)
-            self._assembly(section, stage, teeth)
+        self.rack = self._rack()
+        self._widths()
+        self.teeth = {role: self._teeth(role) for role in stage.roles}
+        self.distance = self._distance()
+        self.wanted = {role: self._wanted(role) for role in stage.meshes}
+
+    def write(self) -> Rack:
+        """The sections [[stages]], [stages.sun] and so on. InputError where data are missing."""
+        self._angles()
+        if self.stage.kind == "planetary":
+            self._positions()
+            self._assembly()
         else:
-            self._direction(section, stage)
-        shifts = self._shifts(stage, rack, teeth, distance)
-        sums = _wanted(stage, rack, teeth, distance)
-        self._backlash(section, stage, rack, sums, shifts, distance)
-        for role in stage.roles:
-            self._gear(stage, role, rack, teeth[role], shifts[role])
-        return rack
+            self._direction()
+        shifts = self._shifts()
+        self._backlash(shifts)
+        for role in self.stage.roles:
+            self._gear(role, shifts[role])
+        return self.rack
 
     def _missing(self, what: Component, attribute: str) -> InputError:
         return InputError(
@@ -54,63 +58,62 @@ class StageWriter:
             "write it in the program that the file comes from",
         )  # fmt: skip
 
-    def _teeth(self, stage: RexsStage, role: str) -> Datum:
-        datum = self.gears.teeth(stage.gears(role))
+    def _teeth(self, role: str) -> Datum:
+        datum = self.gears.teeth(self.stage.gears(role))
         if datum is None:
-            raise self._missing(stage.gears(role)[0], "number_of_teeth")
+            raise self._missing(self.stage.gears(role)[0], "number_of_teeth")
         return datum
 
-    def _rack(self, section: Section, stage: RexsStage) -> Rack:
-        every = [gear for role in stage.roles for gear in stage.gears(role)]
+    def _rack(self) -> Rack:
+        every = self.stage.all_gears
         module = number(every, "normal_module", "mm")
         if module is None or module.value <= 0:
             raise self._missing(every[0], "normal_module")
-        section.put("normal_module_mm", module.value, module.source)
+        self.section.put("normal_module_mm", module.value, module.source)
         flanks = self.gears.flanks(every)
         tools = self.gears.tools(every)
         pressure = number([*flanks, *tools], "normal_pressure_angle", "deg")
-        if not section.take("pressure_angle_deg", pressure):
-            self.case.assume(section, "pressure_angle_deg", 20, "usual")
+        if not self.section.take("pressure_angle_deg", pressure):
+            self.case.assume(self.section, "pressure_angle_deg", 20, "usual")
         if pressure is not None and not 0 < pressure.value < 45:
             raise InputError(
                 self.where, pressure.source, f"{pressure.value:g} deg is no pressure angle",
                 "correct it; 20 deg is usual",
             )  # fmt: skip
-        helix = self._helix(section, stage)
+        helix = self._helix()
         degrees = 20.0 if pressure is None else pressure.value
         return Rack(module.value, math.radians(degrees), helix)
 
-    def _helix(self, section: Section, stage: RexsStage) -> float:
+    def _helix(self) -> float:
         """Helix angle, rad; hand and halves are written, too."""
-        role = "planet" if stage.kind == "planetary" else "gear"
+        role = "planet" if self.stage.kind == "planetary" else "gear"
         key = "helix_angle_reference_diameter"
-        datum = number(stage.halves[role][0], key, "deg")
-        for half in (h for s in stage.roles for h in stage.halves[s]):
+        datum = number(self.stage.halves[role][0], key, "deg")
+        for half in (h for s in self.stage.roles for h in self.stage.halves[s]):
             number(half, key, "deg")  # read, so that it is not listed; hands are compared below
         if datum is None:
-            self.case.assume(section, "helix_angle_deg", 0, "no helix angle in the file: spur")
+            self.case.assume(self.section, "helix_angle_deg", 0, "no helix angle in the file: spur")
             return 0.0
-        section.put("helix_angle_deg", abs(datum.value), datum.source)
+        self.section.put("helix_angle_deg", abs(datum.value), datum.source)
         if datum.value == 0:
             return 0.0
         hand = "right" if datum.value > 0 else "left"
-        section.put(
+        self.section.put(
             "planet_hand", hand, f"its sign, positive right-handed (ISO 21771); of the {role}"
         )
-        mate = number(stage.halves["sun" if role == "planet" else "pinion"][0], key, "deg")
+        mate = number(self.stage.halves["sun" if role == "planet" else "pinion"][0], key, "deg")
         if mate is not None and mate.value * datum.value > 0:
             self.case.warn(
                 f"{mate.source}: has the hand of its mate, {datum.source}; external gears cannot"
                 " mesh so, the mate's hand was turned"
             )
-        if len(stage.halves[role]) == 2:
-            section.put("double_helical", True, "two gears of opposite hand on each shaft")
+        if len(self.stage.halves[role]) == 2:
+            self.section.put("double_helical", True, "two gears of opposite hand on each shaft")
         return math.radians(abs(datum.value))
 
-    def _widths(self, section: Section, stage: RexsStage, rack: Rack) -> None:
-        meshes = [mesh.stage for every in stage.meshes.values() for mesh in every]
-        gears = [gear for role in stage.roles for gear in stage.gears(role)]
-        width = number(meshes, "common_face_width", "mm")
+    def _widths(self) -> None:
+        gears = self.stage.all_gears
+        width = number(self.stage.pairs, "common_face_width", "mm")
         widths = [w for gear in gears if (w := number([gear], "face_width", "mm")) is not None]
         if width is None and widths:
             width = min(widths, key=lambda w: w.value)
@@ -118,35 +121,32 @@ class StageWriter:
                 width = Datum(width.value, f"{width.source}; the narrowest of the stage's gears")
         if width is None or width.value <= 0:
             raise self._missing(gears[0], "face_width")
-        section.put("face_width_mm", width.value, width.source)
-        role = stage.roles[0]
-        if len(stage.halves[role]) == 2:
+        self.section.put("face_width_mm", width.value, width.source)
+        role = self.stage.roles[0]
+        if len(self.stage.halves[role]) == 2:
             left, right = (
-                number(half, "u_coordinate_on_shaft", "mm") for half in stage.halves[role]
+                number(half, "u_coordinate_on_shaft", "mm") for half in self.stage.halves[role]
             )
             if left is not None and right is not None:
                 gap = abs(right.value - left.value) - width.value
                 why = f"{right.source} and of its left half, less the face width"
-                section.put("half_gap_mm", max(gap, 0.0), why)
+                self.section.put("half_gap_mm", max(gap, 0.0), why)
             else:
-                self.case.assume(section, "half_gap_mm", rack.module, "one module")
+                self.case.assume(self.section, "half_gap_mm", self.rack.module, "one module")
 
-    def _distance(self, section: Section, stage: RexsStage) -> Datum | None:
-        meshes = [mesh.stage for every in stage.meshes.values() for mesh in every]
-        datum = number(meshes, "center_distance", "mm")
+    def _distance(self) -> Datum | None:
+        datum = number(self.stage.pairs, "center_distance", "mm")
         if datum is not None and datum.value != 0:
-            datum = Datum(
-                abs(datum.value), datum.source
-            )  # negative of internal pairs in some files
+            datum = Datum(abs(datum.value), datum.source)  # some files: < 0 of internal pairs
         else:
-            datum = self._apart(stage)
+            datum = self._apart()
         if datum is not None:
-            section.put("center_distance_mm", datum.value, datum.source)
+            self.section.put("center_distance_mm", datum.value, datum.source)
         return datum
 
-    def _apart(self, stage: RexsStage) -> Datum | None:
+    def _apart(self) -> Datum | None:
         """Distance of two axes from their places."""
-        ends = [stage.gears(role)[0] for role in (*stage.roles[:2],)]
+        ends = [self.stage.gears(role)[0] for role in self.stage.roles[:2]]
         across = self._across(ends[0], ends[1])
         if across is None:
             return None
@@ -154,16 +154,9 @@ class StageWriter:
         source = f"places of {ends[0].label} and {ends[1].label}"
         return Datum(apart, source) if apart > 0 else None
 
-    def _angles(
-        self,
-        section: Section,
-        stage: RexsStage,
-        rack: Rack,
-        teeth: dict[str, Datum],
-        distance: Datum | None,
-    ) -> None:
+    def _angles(self) -> None:
         """Working angles of the file where they do not follow from the gears' geometry."""
-        for role, meshes in stage.meshes.items():
+        for role, meshes in self.stage.meshes.items():
             data = [
                 component
                 for mesh in meshes
@@ -176,20 +169,20 @@ class StageWriter:
             datum = number(data, "operating_pressure_angle_in_the_transverse_section", "deg")
             if datum is None:
                 continue
-            arm = _arm(stage, role, rack, teeth)
+            arm = self._arm(role)
             follows = None
-            if distance is not None and arm < distance.value:
-                follows = math.acos(arm / distance.value)
+            if self.distance is not None and arm < self.distance.value:
+                follows = math.acos(arm / self.distance.value)
             if follows is None or abs(follows - math.radians(datum.value)) > AGREES:
-                section.put(f"{role}_pressure_angle_deg", datum.value, datum.source)
+                self.section.put(f"{role}_pressure_angle_deg", datum.value, datum.source)
 
-    def _positions(self, section: Section, stage: RexsStage) -> None:
+    def _positions(self) -> None:
         """Angles of planets, from the first one, where they are not equally spaced."""
-        angles = self._planet_angles(stage)
+        angles = self._planet_angles()
         if angles is None:
             return
-        count, sense = len(angles), 1.0
-        turned = [math.remainder(sense * (a - angles[0]), 360.0) % 360.0 for a in angles]
+        count = len(angles)
+        turned = [math.remainder(a - angles[0], 360.0) % 360.0 for a in angles]
         order = sorted(range(count), key=lambda k: turned[k])
         exact = all(
             abs(math.remainder(turned[k] - 360.0 * n / count, 360.0)) < 1e-6
@@ -198,7 +191,7 @@ class StageWriter:
         if not exact:
             values = [turned[k] for k in order]
             why = "angles of the planets' shafts from the first one, from v to w"
-            section.put("planet_positions_deg", values, why)
+            self.section.put("planet_positions_deg", values, why)
 
     def _across(self, first: Component, second: Component) -> tuple[float, float] | None:
         """From one gear's axis to another's, v and w in mm; None where one has no place.
@@ -214,74 +207,65 @@ class StageWriter:
         start = (0.0, 0.0, 0.0) if ends[0] is None else ends[0].origin
         return float(ends[1].origin[1] - start[1]), float(ends[1].origin[2] - start[2])
 
-    def _planet_angles(self, stage: RexsStage) -> list[float] | None:
+    def _planet_angles(self) -> list[float] | None:
         angles = []
-        for planet in stage.halves["planet"][0]:
-            across = self._across(stage.gears("ring")[0], planet)
+        for planet in self.stage.halves["planet"][0]:
+            across = self._across(self.stage.gears("ring")[0], planet)
             if across is None or math.hypot(*across) == 0:
                 break
             angles.append(math.degrees(math.atan2(across[1], across[0])))
-        if len(angles) == len(stage.halves["planet"][0]):
+        if len(angles) == len(self.stage.halves["planet"][0]):
             return angles
         turns = [
             number([mesh.stage], "rotating_angle_around_neg_u_axis", "deg")
-            for planet in stage.halves["planet"][0]
-            for mesh in stage.meshes["sun"]
+            for planet in self.stage.halves["planet"][0]
+            for mesh in self.stage.meshes["sun"]
             if planet in mesh.gears
         ]
         return None if None in turns else [90.0 - t.value for t in turns if t is not None]
 
-    def _assembly(self, section: Section, stage: RexsStage, teeth: dict[str, Datum]) -> None:
-        count = len(stage.halves["planet"][0])
-        total = round(teeth["sun"].value + teeth["ring"].value)
-        if total % count and not section.holds("planet_positions_deg"):
-            self.case.assume(
-                section, "allow_unassemblable", True,
-                f"({teeth['sun'].value:g} + {teeth['ring'].value:g})/{count} is not whole",
-            )  # fmt: skip
+    def _assembly(self) -> None:
+        count = len(self.stage.halves["planet"][0])
+        sun, ring = self.teeth["sun"].value, self.teeth["ring"].value
+        if round(sun + ring) % count and not self.section.holds("planet_positions_deg"):
+            why = f"({sun:g} + {ring:g})/{count} is not whole"
+            self.case.assume(self.section, "allow_unassemblable", True, why)
 
-    def _direction(self, section: Section, stage: RexsStage) -> None:
+    def _direction(self) -> None:
         """Direction from pinion to gear, from v to w about u."""
-        ends = [stage.gears(role)[0] for role in stage.roles]
-        across = self._across(ends[0], ends[1])
+        ends = [self.stage.gears(role)[0] for role in self.stage.roles]
+        across = self._across(*ends)
         if across is not None and math.hypot(*across) > 0:
             why = f"places of {ends[0].label} and {ends[1].label}, from v to w"
-            section.put("position_deg", math.degrees(math.atan2(across[1], across[0])), why)
+            angle = math.degrees(math.atan2(across[1], across[0]))
+            self.section.put("position_deg", angle, why)
             return
-        mesh = stage.meshes["sun"][0]
+        mesh = self.stage.meshes["sun"][0]
         turn = number([mesh.stage], "rotating_angle_around_neg_u_axis", "deg")
         if turn is not None:
             degrees = 90.0 - turn.value + (0.0 if mesh.gears[0] is ends[0] else 180.0)
-            section.put("position_deg", math.remainder(degrees, 360.0), turn.source)
+            self.section.put("position_deg", math.remainder(degrees, 360.0), turn.source)
 
-    def _backlash(
-        self,
-        section: Section,
-        stage: RexsStage,
-        rack: Rack,
-        sums: dict[str, float | None],
-        shifts: dict[str, Datum],
-        distance: Datum | None,
-    ) -> None:
+    def _backlash(self, shifts: dict[str, Datum]) -> None:
         """Normal backlash that is asked for beside what thicknesses leave at the centre distance,
 
         2 m_n sin α_n (Σx without backlash − Σx), which a case has by itself. What the file does
         not say is left to the case's rule (``backlash``).
         """
-        for role, meshes in stage.meshes.items():
+        for role, meshes in self.stage.meshes.items():
             total = self._total_backlash([mesh.stage for mesh in meshes])
-            sum_of_shifts = sum(shifts[end].value for end in _pair(stage, role))
-            free = sums[role]
+            sum_of_shifts = sum(shifts[end].value for end in self._pair(role))
+            free = self.wanted[role]
             left = 0.0 if free is None else free - sum_of_shifts
-            left *= 2 * rack.module * math.sin(rack.pressure_angle)
+            left *= 2 * self.rack.module * math.sin(self.rack.pressure_angle)
             key = f"backlash_{role}_mm"
-            if total is not None and total.value - left >= -AGREES * rack.module:
+            if total is not None and total.value - left >= -AGREES * self.rack.module:
                 asked = max(total.value - left, 0.0)
-                section.put(key, asked, f"{total.source}, less what profile shifts leave")
-            elif left < -AGREES * rack.module and distance is not None:
-                least = 1e3 * least_backlash(1e-3 * distance.value, 1e-3 * rack.module)
+                self.section.put(key, asked, f"{total.source}, less what profile shifts leave")
+            elif left < -AGREES * self.rack.module and self.distance is not None:
+                least = 1e3 * least_backlash(1e-3 * self.distance.value, 1e-3 * self.rack.module)
                 why = f"teeth overlap by {-left:.4g} mm at the file's centre distance; and {RULE}"
-                self.case.assume(section, key, least - left, why)
+                self.case.assume(self.section, key, least - left, why)
 
     def _total_backlash(self, stages: list[Component]) -> Datum | None:
         mean = number(stages, "mean_normal_backlash", "mm")
@@ -292,15 +276,14 @@ class StageWriter:
             mean = Datum(value, " and ".join(end.source for end in present) + ", mean")
         return mean if mean is not None and mean.value >= 0 else None
 
-    def _shifts(
-        self, stage: RexsStage, rack: Rack, teeth: dict[str, Datum], distance: Datum | None
-    ) -> dict[str, Datum]:
+    def _shifts(self) -> dict[str, Datum]:
         """Profile shifts by gear. A ring's sign is the one that fits the centre distance; what is
         missing follows from it without backlash, or is 0."""
-        shifts = {role: self.gears.shift(stage.gears(role), rack) for role in stage.roles}
-        hub = "planet" if stage.kind == "planetary" else "gear"
-        sums = _wanted(stage, rack, teeth, distance)
-        ring, of_ring = shifts.get("ring"), sums.get("ring")
+        shifts = {
+            role: self.gears.shift(self.stage.gears(role), self.rack) for role in self.stage.roles
+        }
+        hub = "planet" if self.stage.kind == "planetary" else "gear"
+        ring, of_ring = shifts.get("ring"), self.wanted.get("ring")
         planet = shifts.get(hub)
         if ring is not None and planet is not None and of_ring is not None:
             fits = [abs(sign * ring.value + planet.value - of_ring) for sign in (1, -1)]
@@ -308,75 +291,60 @@ class StageWriter:
                 shifts["ring"] = Datum(
                     -ring.value, f"{ring.source}; sign turned, which fits the centre distance"
                 )
-        for role in stage.meshes:
-            self._fill(stage, shifts, _pair(stage, role), sums[role], distance)
-        for role in stage.roles:
+        for role in self.stage.meshes:
+            self._fill(shifts, role)
+        for role in self.stage.roles:
             if shifts[role] is None:
                 shifts[role] = Datum(0.0, "assumed: none in the file")
-                self.case.warn(f"{stage.gears(role)[0].label}: profile_shift = 0: none in the file")
+                self.case.warn(
+                    f"{self.stage.gears(role)[0].label}: profile_shift = 0: none in the file"
+                )
         return {role: datum for role, datum in shifts.items() if datum is not None}
 
-    def _fill(
-        self,
-        stage: RexsStage,
-        shifts: dict[str, Datum | None],
-        pair: tuple[str, str],
-        total_shift: float | None,
-        distance: Datum | None,
-    ) -> None:
+    def _fill(self, shifts: dict[str, Datum | None], role: str) -> None:
+        """Shifts of a gear mesh that the file does not give."""
+        total_shift, pair = self.wanted[role], self._pair(role)
         lacking = [role for role in pair if shifts[role] is None]
-        if not lacking or total_shift is None or distance is None:
+        if not lacking or total_shift is None or self.distance is None:
             return
         total = sum(d.value for role in pair if (d := shifts[role]) is not None)
         for role in lacking:
             value = (total_shift - total) / len(lacking)
             value = 0.0 if abs(value) < _NO_SHIFT else value
-            why = f"not in the file; without backlash at {distance.source}"
+            why = f"not in the file; without backlash at {self.distance.source}"
             shifts[role] = Datum(value, f"assumed: {why}")
-            self.case.warn(f"{stage.gears(role)[0].label}: profile_shift = {value:g}: {why}")
+            self.case.warn(f"{self.stage.gears(role)[0].label}: profile_shift = {value:g}: {why}")
 
-    def _gear(self, stage: RexsStage, role: str, rack: Rack, teeth: Datum, shift: Datum) -> None:
-        gears = stage.gears(role)
+    def _gear(self, role: str, shift: Datum) -> None:
+        gears, teeth = self.stage.gears(role), self.teeth[role]
         section = self.case.section(f"[stages.{role}]")
         section.put("teeth", int(teeth.value), teeth.source)
         section.put("profile_shift", shift.value, shift.source)
         base = number(gears, ("base_diameter", "base_circle_diameter"), "mm")
-        if (
-            base is not None
-            and abs(abs(base.value) - rack.base(int(teeth.value))) > AGREES * rack.module
-        ):
-            section.put(
-                "base_diameter_mm", abs(base.value), f"{base.source}; not that of its teeth"
-            )
-        self.gears.write(section, stage, role, rack, shift.value)
+        of_teeth, agrees = self.rack.base(int(teeth.value)), AGREES * self.rack.module
+        if base is not None and abs(abs(base.value) - of_teeth) > agrees:
+            why = f"{base.source}; not that of its teeth"
+            section.put("base_diameter_mm", abs(base.value), why)
+        self.gears.write(section, self.stage, role, self.rack, shift.value)
 
+    def _pair(self, role: str) -> tuple[str, str]:
+        """The two gears of a gear mesh, planet or gear first."""
+        return ("planet", role) if self.stage.kind == "planetary" else ("gear", "pinion")
 
-def _pair(stage: RexsStage, role: str) -> tuple[str, str]:
-    """The two gears of a gear mesh, planet or gear first."""
-    return ("planet", role) if stage.kind == "planetary" else ("gear", "pinion")
+    def _arm(self, role: str) -> float:
+        """r_b1 ± r_b2 of a gear mesh, mm."""
+        hub, mate = (self.rack.base(int(self.teeth[key].value)) / 2 for key in self._pair(role))
+        return mate - hub if role == "ring" else mate + hub
 
+    def _wanted(self, role: str) -> float | None:
+        """Sum of profile shifts of a gear mesh without backlash:
 
-def _arm(stage: RexsStage, role: str, rack: Rack, teeth: dict[str, Datum]) -> float:
-    """r_b1 ± r_b2 of a gear mesh, mm."""
-    hub, mate = (rack.base(int(teeth[key].value)) / 2 for key in _pair(stage, role))
-    return mate - hub if role == "ring" else mate + hub
-
-
-def _wanted(
-    stage: RexsStage, rack: Rack, teeth: dict[str, Datum], distance: Datum | None
-) -> dict[str, float | None]:
-    """Sum of profile shifts without backlash, by gear mesh:
-
-    Σx = (z_1 + z_2)(inv α_w − inv α_t)/(2 tan α_n), the ring's z negative (ISO 21771).
-    """
-    values: dict[str, float | None] = {}
-    for role in stage.meshes:
-        arm = _arm(stage, role, rack, teeth)
-        if distance is None or not 0 < arm < distance.value:
-            values[role] = None
-            continue
-        hub, mate = (teeth[key].value for key in _pair(stage, role))
-        gain = involute(math.acos(arm / distance.value)) - involute(rack.transverse_angle)
+        Σx = (z_1 + z_2)(inv α_w − inv α_t)/(2 tan α_n), the ring's z negative (ISO 21771).
+        """
+        arm = self._arm(role)
+        if self.distance is None or not 0 < arm < self.distance.value:
+            return None
+        hub, mate = (self.teeth[key].value for key in self._pair(role))
+        gain = involute(math.acos(arm / self.distance.value)) - involute(self.rack.transverse_angle)
         total = hub + (-mate if role == "ring" else mate)
-        values[role] = total * gain / (2 * math.tan(rack.pressure_angle))
-    return values
+        return total * gain / (2 * math.tan(self.rack.pressure_angle))

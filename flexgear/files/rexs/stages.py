@@ -51,6 +51,16 @@ class RexsStage:
         """Names of the gears."""
         return tuple(self.halves)
 
+    @property
+    def all_gears(self) -> list[Component]:
+        """Gears of all roles."""
+        return [gear for role in self.roles for gear in self.gears(role)]
+
+    @property
+    def pairs(self) -> list[Component]:
+        """The cylindrical_stage of every gear mesh."""
+        return [mesh.stage for meshes in self.meshes.values() for mesh in meshes]
+
 
 class Unfit(Exception):
     """A stage that no case of ours can hold; says why."""
@@ -111,9 +121,8 @@ def _mark(stage: RexsStage) -> None:
     for role in stage.roles:
         for gear in stage.gears(role):
             gear.role = role
-    for meshes in stage.meshes.values():
-        for mesh in meshes:
-            mesh.stage.role = "a gear mesh"
+    for pair in stage.pairs:
+        pair.role = "a gear mesh"
     for part in stage.carrier:
         part.role = "the carrier"
 

@@ -106,20 +106,19 @@ class _Conversion:
             raise InputError(self.where, "stages", f"none can be carried over: {why}",
                              "name a model with cylindrical gears")  # fmt: skip
         named = dict(zip(_names(stages), stages, strict=True))
-        members = members_of(named, self.assembly)
+        self.members = members = members_of(named, self.assembly)
         self.lost += assign_bearings(self.assembly, members)
         top = self.case.section("")
-        self._material([g for s in stages for role in s.roles for g in s.gears(role)])
+        self._material([gear for stage in stages for gear in stage.all_gears])
         ports = PortWriter(self.assembly, self.case, members)
-        joined = self._joined(members)
-        held = self._held(members, ports)
-        for gear in (g for s in stages for role in s.roles for g in s.gears(role)):
+        self.joined, self.held = self._joined(), self._held(ports)
+        for gear in (gear for stage in stages for gear in stage.all_gears):
             if not self.assembly.frames.is_parallel(gear):
                 self.case.warn(f"{gear.label}: its axis is not parallel to the gear unit's u axis")
         gears = GearReader(self.assembly, self.case)
-        racks = self._stages(gears, named, members, held, joined)
-        self._top(top, stages, racks, held)
-        self._joints(joined, racks, held)
+        racks = self._stages(gears, named)
+        self._top(top, racks)
+        self._joints(racks)
         damping = self.case.section("[damping]")
         self.case.assume(damping, "kind", "modal", "damping is not in REXS")
         self.case.assume(damping, "ratio", 0.02, "usual of roller bearings and bolted housings")
@@ -180,28 +179,20 @@ class _Conversion:
         for material in materials:
             material.role = "the material"
 
-    def _stages(
-        self,
-        gears: GearReader,
-        named: dict[str, RexsStage],
-        members: list[Member],
-        held: dict[Member, str],
-        joined: list[tuple[Member, Member]],
-    ) -> dict[str, Rack]:
+    def _stages(self, gears: GearReader, named: dict[str, RexsStage]) -> dict[str, Rack]:
         """Write all stages with supports; racks by the stage's name."""
-        writer = StageWriter(gears, self.case, self.where)
         supports = SupportWriter(self.assembly, self.case)
         racks = {}
         axial = any(self._helical(stage) for stage in named.values())
         for name, stage in named.items():
-            racks[name] = writer.write(stage, name)
+            racks[name] = StageWriter(gears, self.case, self.where, stage, name).write()
             scale = self._scale(stage, racks[name])
-            of_stage = [m for m in members if m.stage is stage]
+            of_stage = [m for m in self.members if m.stage is stage]
             if stage.kind == "planetary":
                 carrier = next(m for m in of_stage if m.role == "carrier")
                 supports.carrier_blank(carrier, self.material["density_kg_per_m3"], scale.radius)
             for member in of_stage:
-                needs = self._needs(member, held, joined, axial)
+                needs = self._needs(member, axial)
                 supports.support(member, scale, needs)
             if stage.kind == "planetary":
                 carrier = next(m for m in of_stage if m.role == "carrier")
@@ -222,56 +213,49 @@ class _Conversion:
         self.case.assume(mesh, "contact_law", "linear", "as the constant stiffness")
 
     def _helical(self, stage: RexsStage) -> bool:
-        every = [gear for role in stage.roles for gear in stage.gears(role)]
-        datum = number(every, "helix_angle_reference_diameter", "deg")
+        datum = number(stage.all_gears, "helix_angle_reference_diameter", "deg")
         return datum is not None and datum.value != 0
 
     def _scale(self, stage: RexsStage, rack: Rack) -> Scale:
-        every = [gear for role in stage.roles for gear in stage.gears(role)]
-        widths = [*every, *(mesh.stage for meshes in stage.meshes.values() for mesh in meshes)]
+        widths = [*stage.all_gears, *stage.pairs]
         names = ("face_width", "common_face_width")
         width = min(w.value for c in widths if (w := number([c], names, "m")) and w.value > 0)
-        teeth = [abs(t.value) for g in every if (t := number([g], "number_of_teeth", "none"))]
+        teeth = [
+            abs(t.value) for g in stage.all_gears if (t := number([g], "number_of_teeth", "none"))
+        ]
         young = 1e9 * self.material["young_modulus_gpa"]
         return Scale(young * width, 1e-3 * rack.reference(round(sum(teeth) / len(teeth))) / 2)
 
-    def _needs(
-        self,
-        member: Member,
-        held: dict[Member, str],
-        joined: list[tuple[Member, Member]],
-        axial: bool,
-    ) -> tuple[str, ...]:
+    def _needs(self, member: Member, axial: bool) -> tuple[str, ...]:
         """Directions in which a member must not be free.
 
         A sun may float between its planets. Members of one body hold one another axially.
         """
-        body = [m for m in {x for pair in joined for x in pair} if m.body == member.body] or [
-            member
-        ]
+        bodies = {x for pair in self.joined for x in pair}
+        body = [m for m in bodies if m.body == member.body] or [member]
         floats = member.role == "sun" and len(member.stage.halves["planet"][0]) >= 3
         needs = [] if floats or member.bearings else ["radial"]
         if axial and not any(m.bearings for m in body) and member is body[0]:
             needs.append("axial")
-        if member in held:
+        if member in self.held:
             needs = ["radial", "axial", "torsion"] if axial else ["radial", "torsion"]
         return tuple(needs)
 
-    def _joined(self, members: list[Member]) -> list[tuple[Member, Member]]:
+    def _joined(self) -> list[tuple[Member, Member]]:
         """Neighbours along the axis among the members of one body."""
         casing = {self.assembly.body(c) for c in self.document.kind("gear_casing")}
         pairs: list[tuple[Member, Member]] = []
-        for body in dict.fromkeys(m.body for m in members):
-            mine = [m for m in members if m.body == body]
+        for body in dict.fromkeys(m.body for m in self.members):
+            mine = [m for m in self.members if m.body == body]
             if body is not None and body not in casing:
                 if all(m.z is not None for m in mine):
                     mine.sort(key=lambda m: m.z or 0.0)
                 pairs += pairwise(mine)
         return pairs
 
-    def _held(self, members: list[Member], ports: PortWriter) -> dict[Member, str]:
+    def _held(self, ports: PortWriter) -> dict[Member, str]:
         """Members that do not turn, and why."""
-        held, used = {}, ports.bodies
+        held, used, members = {}, ports.bodies, self.members
         for member in members:
             if member.anchor is not None and self.assembly.held(member.anchor):
                 held[member] = f"{member.anchor.label} is coupled to the casing"
@@ -285,13 +269,7 @@ class _Conversion:
                 self.case.warn(f"{member.name} is held: {why}")
         return held
 
-    def _top(
-        self,
-        top: Section,
-        stages: list[RexsStage],
-        racks: dict[str, Rack],
-        held: dict[Member, str],
-    ) -> None:
+    def _top(self, top: Section, racks: dict[str, Rack]) -> None:
         units = self.document.kind("gear_unit")
         title = next((u.name for u in units if u.name.strip()), "")
         shown = "".join(c if c.isprintable() else " " for c in title)[:80]
@@ -299,9 +277,9 @@ class _Conversion:
         helical = any(rack.helix for rack in racks.values())
         why = "helical stages push along the axis" if helical else "spur gears alone"
         self.case.assume(top, "kinematics", "axial" if helical else "planar", why)
-        if held:
-            names = [member.name for member in held]
-            top.put("held", names, "; ".join(held.values()))
+        if self.held:
+            names = [member.name for member in self.held]
+            top.put("held", names, "; ".join(self.held.values()))
         self._gravity(top, units)
         for unit in units:
             unit.role = "the case"
@@ -323,14 +301,9 @@ class _Conversion:
         why += "" if size is not None else "; size assumed"
         top.put("gravity_m_per_s2", [value * p / length for p in parts], why)
 
-    def _joints(
-        self,
-        joined: list[tuple[Member, Member]],
-        racks: dict[str, Rack],
-        held: dict[Member, str],
-    ) -> None:
-        for first, second in joined:
-            if first in held and second in held:
+    def _joints(self, racks: dict[str, Rack]) -> None:
+        for first, second in self.joined:
+            if first in self.held and second in self.held:
                 continue
             assert first.anchor is not None and second.anchor is not None
             scale = self._scale(first.stage, racks[first.stage_name])
