@@ -102,32 +102,33 @@ class SectorTies:
 
 def sector_ties(interface: Interface, sectors: Sectors) -> SectorTies | None:
     """Ties by sectors; None where no tie has the period or one reaches beyond its sector."""
-    blocks = _LocalBlocks(interface.rows, sectors)
+    n, z, b = *sectors.nodes.shape, sectors.border
+    ties = _TiesBySector(interface.rows, sectors)
     orbits: list[Ints] = []
     rows: list[sp.csr_matrix] = []
     for orbit in _orbits(interface.positions, sectors):
-        if not blocks.alike(orbit):
+        if not all(ties.alike(orbit[0], node, s) for s, node in enumerate(orbit)):
             continue
-        begin = blocks.home(orbit[0])
+        begin = ties.home(orbit[0])
         if begin is None:
             return None
         orbits.append(np.roll(orbit, begin))
-        rows.append(blocks.rows(orbit[0], begin))
+        seen = ties.seen(orbit[0], begin)
+        rows.append(sp.hstack([seen[:, : 3 * n], seen[:, 3 * (2 * n - b) : 6 * n]]))
     if not orbits:
         return None
     periodic = np.stack(orbits, axis=1)
     rest = np.setdiff1d(np.arange(len(interface.node_names)), periodic)
-    even = np.array([blocks.even(node) for node in rest], dtype=bool)
-    other = np.concatenate([rest[even], rest[~even]])
-    shares = [blocks.share(node) for node in rest[even]]
-    none = sp.csr_matrix((0, 3 * len(sectors.nodes)))
+    even = np.array([ties.alike(node, node, 1) for node in rest], dtype=bool)
+    shares = [ties.seen(node, 0)[:, : 3 * n] for node in rest[even]]
+    none = sp.csr_matrix((0, 3 * n))
     return SectorTies(
         sectors,
         periodic,
         sp.vstack(rows).tocsr(),
-        other,
+        np.concatenate([rest[even], rest[~even]]),
         sp.vstack([none, *shares]).tocsr(),
-        blocks.by_sector(rest[~even], 6 * len(shares)),
+        tuple(ties.of_sector(s, rest[~even], 6 * len(shares)) for s in range(z)),
     )
 
 
@@ -148,93 +149,47 @@ def _orbits(positions: Array, sectors: Sectors) -> list[Ints]:
     return out
 
 
-class _LocalBlocks:
-    """The rows of B as blocks (6, 3) on nodes, columns in the axes of each node's sector."""
+class _TiesBySector:
+    """B on the dofs of sector 0, of sector 1, … in the axes of each sector: (6 nodes, 3n z)."""
 
     def __init__(self, rows: sp.csr_matrix, sectors: Sectors) -> None:
         n, z = sectors.nodes.shape
-        self.sectors = sectors
-        self.turns = sectors.turns()
-        local, sector = np.empty(n * z, dtype=np.int64), np.empty(n * z, dtype=np.int64)
-        local[sectors.nodes] = np.arange(n)[:, None]
-        sector[sectors.nodes] = np.arange(z)
-        blocks = rows.tobsr(blocksize=(6, 3))
-        self.indptr = blocks.indptr
-        self.local, self.sector = local[blocks.indices], sector[blocks.indices]
-        self.data = blocks.data @ self.turns[self.sector]
+        self.sectors, self.turns = sectors, sectors.turns()
+        axis, local = np.arange(3), np.arange(n)[:, None] + n * np.arange(z)
+        dofs = 3 * sectors.nodes[..., None, None] + axis[:, None]
+        columns = 3 * local[..., None, None] + axis
+        entries = np.broadcast_arrays(self.turns, dofs, columns)
+        values, dofs, columns = (a.ravel() for a in entries)
+        turned = sp.csr_matrix((values, (dofs, columns)), shape=(3 * n * z, 3 * n * z))
+        self.rows = (rows @ turned).tocsr()
 
-    def alike(self, orbit: Ints) -> bool:
-        """Whether the ties of an orbit are images of one another."""
-        first = self._relative(orbit[0], 0)
-        return all(
-            np.abs((self._relative(node, s) - first).data).max(initial=0.0) <= self._scale(first)
-            for s, node in enumerate(orbit)
-        )
+    def seen(self, node: int, s: int) -> sp.csr_matrix:
+        """(6, 3n z) rows of a tie as seen from sector s, which is the first then."""
+        part = self.rows[6 * node : 6 * node + 6].tocoo()
+        columns = (part.col - 3 * len(self.sectors.nodes) * s) % part.shape[1]
+        shifted = sp.csr_matrix((part.data, (part.row, columns)), shape=part.shape)
+        return sp.csr_matrix(six(self.turns[s].T)) @ shifted
+
+    def alike(self, first: int, node: int, s: int) -> bool:
+        """Whether a tie seen from sector s is the first one seen from sector 0."""
+        one = self.seen(first, 0)
+        apart = np.abs((self.seen(node, s) - one).data).max(initial=0.0)
+        return bool(apart <= _TOLERANCE * float(np.abs(one.data).max()))
 
     def home(self, node: int) -> int | None:
         """The sector whose own nodes and next border hold all of a tie; None if there is none."""
-        at = self._at(node)
-        local, sector = self.local[at], self.sector[at]
-        inside = np.unique(sector[local < self.sectors.interior])
+        columns = self.rows[6 * node : 6 * node + 6].indices
+        sector, local = np.divmod(columns, 3 * len(self.sectors.nodes))
+        inside = np.unique(sector[local < 3 * self.sectors.interior])
         if len(inside) != 1:
             return None
         beyond = (sector - inside[0]) % self.sectors.count
         return int(inside[0]) if beyond.max() <= 1 else None
 
-    def rows(self, node: int, begin: int) -> sp.csr_matrix:
-        """Rows (6, 3n + 3b) of the tie of a node on the dofs of sector ``begin``, in that sector's
-        axes."""
-        n = len(self.sectors.nodes)
-        at = self._at(node)
-        ahead = self.sector[at] != begin
-        place = np.where(ahead, self.local[at] + self.sectors.border, self.local[at])
-        back = six(self.turns[begin].T)
-        return _rows(place, back @ self.data[at], n + self.sectors.border)
-
-    def even(self, node: int) -> bool:
-        """Whether a turn by one pitch leaves a tie as it is."""
-        first, turned = self._relative(node, 0), self._relative(node, 1)
-        return bool(np.abs((turned - first).data).max(initial=0.0) <= self._scale(first))
-
-    def share(self, node: int) -> sp.csr_matrix:
-        """(6, 3n) of sector 0 in an even tie."""
-        at = self._at(node)
-        mine = self.sector[at] == 0
-        return _rows(self.local[at][mine], self.data[at][mine], len(self.sectors.nodes))
-
-    def by_sector(self, nodes: Ints, begin: int) -> tuple[tuple[Ints, sp.csr_matrix], ...]:
-        """For each sector the rows with entries, counted from begin on, and these rows (r, 3n)."""
-        n, z = self.sectors.nodes.shape
-        parts: list[list[tuple[int, sp.csr_matrix]]] = [[] for _ in range(z)]
-        for i, node in enumerate(nodes):
-            at = self._at(node)
-            for s in np.unique(self.sector[at]):
-                mine = self.sector[at] == s
-                parts[s].append((i, _rows(self.local[at][mine], self.data[at][mine], n)))
-        out = []
-        for part in parts:
-            index = [begin + 6 * i + c for i, _ in part for c in range(6)]
-            matrix = sp.vstack([m for _, m in part]) if part else sp.csr_matrix((0, 3 * n))
-            out.append((np.array(index, dtype=np.int64), matrix.tocsr()))
-        return tuple(out)
-
-    def _at(self, node: int) -> slice:
-        return slice(self.indptr[node], self.indptr[node + 1])
-
-    @staticmethod
-    def _scale(rows: sp.csr_matrix) -> float:
-        return _TOLERANCE * float(np.abs(rows.data).max())
-
-    def _relative(self, node: int, s: int) -> sp.csr_matrix:
-        """(6, 3nz) rows of a tie seen from sector s."""
-        at, n = self._at(node), len(self.sectors.nodes)
-        sector = (self.sector[at] - s) % self.sectors.count
-        back = six(self.turns[s].T)
-        return _rows(sector * n + self.local[at], back @ self.data[at], n * self.sectors.count)
-
-
-def _rows(nodes: Ints, blocks: Array, count: int) -> sp.csr_matrix:
-    """CSR (6, 3 count) of blocks (b, 6, 3) at nodes (b,)."""
-    columns = np.tile(3 * nodes[:, None] + np.arange(3), (1, 6)).ravel()
-    row = np.tile(np.repeat(np.arange(6), 3), len(nodes))
-    return sp.coo_matrix((blocks.ravel(), (row, columns)), shape=(6, 3 * count)).tocsr()
+    def of_sector(self, s: int, nodes: Ints, begin: int) -> tuple[Ints, sp.csr_matrix]:
+        """Rows of nodes with entries in sector s, counted from begin on, and these rows (r, 3n)."""
+        size = 3 * len(self.sectors.nodes)
+        dofs = (6 * nodes[:, None] + np.arange(6)).ravel()
+        part = self.rows[dofs][:, size * s : size * (s + 1)].tocsr()
+        used = np.repeat(np.diff(part.indptr).reshape(-1, 6).any(axis=1), 6)
+        return begin + np.flatnonzero(used), part[used]
