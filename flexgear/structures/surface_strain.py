@@ -26,7 +26,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from flexgear.structures.fe_mesh.fe_mesh import FACETS_VTK, HEX_TO_VTK
+from flexgear.structures.fe_mesh.fe_mesh import HEX_TO_VTK, facets_of, outer
 from flexgear.structures.reduced import ReducedBody
 
 Array = NDArray[np.float64]
@@ -113,17 +113,10 @@ class Surface:
     def triangles(self) -> NDArray[np.int64]:
         """(t, 3) vertex numbers; a quadrilateral is two of them."""
         cells = np.asarray(self.body.cells)
-        if cells.shape[1] == 4:
-            faces = np.concatenate([cells[:, list(face)] for face in FACETS_VTK["tet"]])
-        else:
-            faces = np.concatenate(
-                [cells[:, HEX_TO_VTK][:, list(face)] for face in FACETS_VTK["hex"]]
-            )
-        _, first, count = np.unique(
-            np.sort(faces, axis=1), axis=0, return_index=True, return_counts=True
-        )
-        outer = faces[first[count == 1]]
-        return outer if cells.shape[1] == 4 else np.concatenate([outer[:, :3], outer[:, [0, 2, 3]]])
+        surface = outer(facets_of(cells[:, HEX_TO_VTK] if cells.shape[1] == 8 else cells))
+        if surface.shape[1] == 3:
+            return surface
+        return np.concatenate([surface[:, :3], surface[:, [0, 2, 3]]])
 
     def meeting(self, ray: Ray) -> tuple[NDArray[np.int64], Array, Array] | None:
         """Vertices (3,), their weights (3,) and the base (3, 3) where a ray meets the surface."""

@@ -96,17 +96,12 @@ class FeMesh:
     @cached_property
     def every_facet(self) -> Ints:
         """(m·6, 4) or (m·4, 3) facets of all cells, outward from their cell; shared ones twice."""
-        table = np.array(FACETS_VTK[self.kind])
-        return self.vtk_cells[:, table].reshape(-1, table.shape[1])
+        return facets_of(self.vtk_cells)
 
     @cached_property
     def boundary(self) -> Ints:
         """(k, 3 or 4) facets that belong to one cell only, normals outward."""
-        every = self.every_facet
-        _, first, count = np.unique(
-            np.sort(every, axis=1), axis=0, return_index=True, return_counts=True
-        )
-        return every[np.sort(first[count == 1])]
+        return outer(self.every_facet)
 
     def quality(self) -> float:
         """Smallest scaled Jacobian: det [e1 e2 e3]/(|e1||e2||e3|), times √2 for tetrahedra.
@@ -143,6 +138,20 @@ class FeMesh:
     def facet_areas(self, name: str) -> Array:
         """Areas of the facets of a patch (k,) m²; a quadrilateral as its two triangles."""
         return facet_areas(self.points, self.facets[name])
+
+
+def facets_of(vtk_cells: Ints) -> Ints:
+    """(m·6, 4) or (m·4, 3) facets of cells in VTK order, outward from their cell."""
+    table = np.array(FACETS_VTK["hex" if vtk_cells.shape[1] == 8 else "tet"])
+    return vtk_cells[:, table].reshape(-1, table.shape[1])
+
+
+def outer(facets: Ints) -> Ints:
+    """Those of facets that are there once."""
+    _, first, count = np.unique(
+        np.sort(facets, axis=1), axis=0, return_index=True, return_counts=True
+    )
+    return facets[np.sort(first[count == 1])]
 
 
 def corner_jacobians(points: Array, vtk_cells: Ints, kind: Kind) -> tuple[Array, Array]:

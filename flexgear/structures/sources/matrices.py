@@ -7,7 +7,8 @@ body has no FE mesh: it bends, but nothing of it can be drawn.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,18 +41,12 @@ def given_body(
     which tolerances follow from; mass: of a steel body of its size, kg; where: what the case is
     from.
     """
-    files = [file for file in (section.fe_mesh_file, section.fe_mesh_mass_file) if file is not None]
-    assert section.fe_mesh_nodes is not None  # the model refuses a reduced body without them
-    try:
-        read = read_reduced(files, section.fe_mesh_nodes, section.fe_mesh_unit, name)
-        ordered = _in_order(read, list(places), section.fe_mesh_nodes)
-        _require_places(ordered, places, sizes, section.fe_mesh_nodes)
-        figures = check(ordered, files[0])
-        _require_size(figures["mass_kg"], mass, files[0])
-    except InputError as fault:
-        problem = f"{fault.where}: {fault.key}: {fault.problem}"
-        key = f"stage.{name}.fe.fe_mesh_file"
-        raise InputError(where, key, problem, fault.remedy) from None
+    with _faults_of(where, f"stage.{name}.fe.fe_mesh_file"):
+        read = _read(section, name)
+        ordered = _in_order(read, list(places), str(section.fe_mesh_nodes))
+        _require_places(ordered, places, sizes, str(section.fe_mesh_nodes))
+        figures = check(ordered, str(section.fe_mesh_file))
+        _require_size(figures["mass_kg"], mass, str(section.fe_mesh_file))
     size = len(ordered.stiffness)
     return ReducedBody(
         name=name,
@@ -79,14 +74,9 @@ def given_housing(housing: Housing, source: str) -> Body:
 
     source: where the case is from.
     """
-    files = [f for f in (housing.fe_mesh_file, housing.fe_mesh_mass_file) if f is not None]
-    assert housing.fe_mesh_nodes is not None  # the model refuses a reduced one without them
-    try:
-        read = read_reduced(files, housing.fe_mesh_nodes, housing.fe_mesh_unit, "housing")
-        check(read, files[0])
-    except InputError as fault:
-        problem = f"{fault.where}: {fault.key}: {fault.problem}"
-        raise InputError(source, "housing.fe_mesh_file", problem, fault.remedy) from None
+    with _faults_of(source, "housing.fe_mesh_file"):
+        read = _read(housing, "housing")
+        check(read, str(housing.fe_mesh_file))
     if not any(NodeName.parse(name).kind == MOUNT for name in read.node_names):
         raise InputError(
             source, "housing.fe_mesh_nodes", "has no node mount_1, so nothing holds the housing",
@@ -101,6 +91,22 @@ def given_housing(housing: Housing, source: str) -> Body:
         node_map=np.eye(6 * len(read.node_names), len(read.stiffness)),
         rigid_motions=node_motions(read.positions, len(read.stiffness)),
     )
+
+
+def _read(section: FeMeshSource | Housing, name: str) -> ReducedMatrices:
+    files = [file for file in (section.fe_mesh_file, section.fe_mesh_mass_file) if file is not None]
+    assert section.fe_mesh_nodes is not None  # the model refuses a reduced body without them
+    return read_reduced(files, section.fe_mesh_nodes, section.fe_mesh_unit, name)
+
+
+@contextmanager
+def _faults_of(where: str, key: str) -> Iterator[None]:
+    """Refusals of files name the key of the case that names the file."""
+    try:
+        yield
+    except InputError as fault:
+        problem = f"{fault.where}: {fault.key}: {fault.problem}"
+        raise InputError(where, key, problem, fault.remedy) from None
 
 
 def _in_order(body: ReducedMatrices, names: Sequence[str], where: str) -> ReducedMatrices:
