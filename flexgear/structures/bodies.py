@@ -23,13 +23,11 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from flexgear.model.errors import FlexgearError
 from flexgear.model.names import BodyName, NodeName
 from flexgear.structures.kinematics import rigid_rows, turn
-
-Array = NDArray[np.float64]
+from flexgear.structures.linalg import Array
 
 
 @dataclass(frozen=True)

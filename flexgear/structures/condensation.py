@@ -20,12 +20,11 @@ from numpy.typing import NDArray
 
 from flexgear.model.errors import FlexgearError
 from flexgear.structures.fem import FeModel, Interface
+from flexgear.structures.linalg import Array
 from flexgear.structures.linalg.dense import dot, scaled_inverse
 from flexgear.structures.linalg.sparse import Factor
 from flexgear.structures.linalg.threads import blocks
 from flexgear.structures.reduced import Progress
-
-Array = NDArray[np.float64]
 
 SOLVE_BLOCK = 96  # right-hand sides a solve
 _HELD_BYTES = 2e9  # of constraint modes in memory, while the mass is projected on them

@@ -32,9 +32,9 @@ from typing import Any
 
 import numpy as np
 import scipy.linalg as sla
-from numpy.typing import NDArray
 
 from flexgear.structures.fem import FeModel, Sample, facet_sample, point_sample
+from flexgear.structures.linalg import Array
 from flexgear.structures.linalg.dense import dot, times
 from flexgear.structures.linalg.threads import blocks
 from flexgear.structures.reduced import Progress, ReducedBody, silent
@@ -56,9 +56,9 @@ class ProbeLoad:
     node: str
     case: str
     sample: Sample = field(repr=False)
-    forces: NDArray[np.float64] = field(repr=False)
+    forces: Array = field(repr=False)
 
-    def wrench(self, position: NDArray[np.float64]) -> NDArray[np.float64]:
+    def wrench(self, position: Array) -> Array:
         """Statically equivalent force and moment (6,) at a position."""
         moment = np.cross(self.sample.points - position, self.forces).sum(axis=0)
         return np.concatenate([self.forces.sum(axis=0), moment])
@@ -98,7 +98,7 @@ def tooth_lines(
     return loads
 
 
-def pin_pressures(model: FeModel, pins: int, angles: NDArray[np.float64]) -> list[ProbeLoad]:
+def pin_pressures(model: FeModel, pins: int, angles: Array) -> list[ProbeLoad]:
     """Cosine pressure on pin seats, along x and y of the planet: whole seat and its halves."""
     loads = []
     for pin in range(pins):
@@ -138,9 +138,7 @@ class _Flank:
         )
         self.normal = normal / np.linalg.norm(normal, axis=1)[:, None]
 
-    def at(
-        self, radius: float, z: NDArray[np.float64]
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def at(self, radius: float, z: Array) -> tuple[Array, Array]:
         """Points (m, 3) at one radius and positions z (m,), with unit normals (m, 3)."""
         target = np.column_stack([np.full(len(z), radius), z])
         edges = np.stack([self.flat[:, 1] - self.flat[:, 0], self.flat[:, 2] - self.flat[:, 0]], -1)
@@ -166,11 +164,11 @@ _RIGID = 1e-5  # of the limit's frequency, below which supports leave a motion f
 class FrequencyComparison:
     """Supported frequencies up to a limit, or the lowest few, Hz: reduced, full (k,), rising."""
 
-    reduced: NDArray[np.float64]
-    full: NDArray[np.float64]
+    reduced: Array
+    full: Array
 
     @property
-    def errors(self) -> NDArray[np.float64]:
+    def errors(self) -> Array:
         """Relative errors (k,)."""
         return np.abs(self.reduced / self.full - 1)
 
@@ -190,7 +188,7 @@ def probed(reduction: Reduction, loads: Sequence[ProbeLoad]) -> ReducedBody:
     return reduction.body.with_(probe_cases=cases, probe_loads=both)
 
 
-def static_errors(body: ReducedBody, supports: NDArray[np.float64]) -> dict[str, float]:
+def static_errors(body: ReducedBody, supports: Array) -> dict[str, float]:
     """Worst error of the loaded nodes' translations by load case; supports (b, b) N/m.
 
     Empty where the supports leave the body free to move: then no load has a finite answer.
@@ -225,9 +223,7 @@ def worst(cases: Mapping[str, float]) -> dict[str, Any]:
     return {"static_error": None if load is None else cases[load], "static_error_load": load}
 
 
-def shape_errors(
-    influence: NDArray[np.float64], left_out: NDArray[np.float64], loads: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def shape_errors(influence: Array, left_out: Array, loads: Array) -> Array:
     """max |dC f| / max |C f| over the loaded slices, of loads (n, K); C and dC (K, K) m/N."""
     present, missed = (np.abs(loads @ c.T) * (loads > 0.0) for c in (influence, left_out))
     return np.asarray(missed.max(axis=1) / present.max(axis=1))
@@ -235,7 +231,7 @@ def shape_errors(
 
 def compare_frequencies(
     reduction: Reduction,
-    supports: NDArray[np.float64],
+    supports: Array,
     limit_hz: float,
     progress: Progress = silent,
 ) -> FrequencyComparison:
@@ -273,9 +269,7 @@ def compare_frequencies(
     return FrequencyComparison(reduced_hz[compared], full_hz[compared])
 
 
-def _ritz_values(
-    condensation: AnyCondensation, supports: NDArray[np.float64], field: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def _ritz_values(condensation: AnyCondensation, supports: Array, field: Array) -> Array:
     """Rising Ritz values of (K + B^T S B, M) on the columns of field (d, k); 1/s2."""
     count = field.shape[1]
     at_nodes = condensation.interface_motion(field)

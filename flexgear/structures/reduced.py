@@ -40,6 +40,7 @@ from scipy.linalg import block_diag
 from flexgear.model.names import SIDES, BodyName, NodeName
 from flexgear.structures.bodies import Body, Spring, node_motions
 from flexgear.structures.kinematics import rigid_motion, rotation, turn
+from flexgear.structures.linalg import Array, Ints
 from flexgear.structures.strain import strain_of_gradient, vertex_gradient
 from flexgear.structures.tooth_shapes import RimFlexibility
 
@@ -50,7 +51,7 @@ def silent(stage: str, fraction: float) -> None:
     """Progress that nobody watches."""
 
 
-def _no_probes() -> NDArray[np.float64]:
+def _no_probes() -> Array:
     return np.zeros((2, 0, 0))
 
 
@@ -68,16 +69,16 @@ class ReducedBody:
 
     name: str
     node_names: tuple[str, ...]
-    positions: NDArray[np.float64]
-    mass: NDArray[np.float64] = field(repr=False)
-    stiffness: NDArray[np.float64] = field(repr=False)
+    positions: Array
+    mass: Array = field(repr=False)
+    stiffness: Array = field(repr=False)
     n_modes: int
     report: dict[str, Any] = field(repr=False)
-    points: NDArray[np.float64] = field(repr=False)
-    cells: NDArray[np.int64] = field(repr=False)
+    points: Array = field(repr=False)
+    cells: Ints = field(repr=False)
     recovery: NDArray[np.float32] = field(repr=False)
     probe_cases: tuple[tuple[str, str], ...] = field(default=(), repr=False)
-    probe_loads: NDArray[np.float64] = field(default_factory=_no_probes, repr=False)
+    probe_loads: Array = field(default_factory=_no_probes, repr=False)
     rim: RimFlexibility | None = field(default=None, repr=False)
 
     @cached_property
@@ -114,11 +115,11 @@ class ReducedBody:
             rigid_motions=self.rigid_modes(),
         )
 
-    def rigid_modes(self) -> NDArray[np.float64]:
+    def rigid_modes(self) -> Array:
         """Coordinates (d, 6) of unit rigid motion about the origin: ux, uy, uz, tx, ty, tz."""
         return node_motions(self.positions, len(self.mass))
 
-    def recover(self, q: NDArray[np.float64]) -> NDArray[np.float64]:
+    def recover(self, q: Array) -> Array:
         """Displacements (p, 3[, k]) in m at the mesh vertices for coordinates q (d[, k]).
 
         The rigid motion nearest to q is taken through exactly, only the rest through the stored
@@ -138,14 +139,11 @@ class ReducedBody:
         """(3p, p): derivatives at the mesh vertices of values there; see ``strain``."""
         return vertex_gradient(self.points, self.cells)
 
-    def strain(self, q: NDArray[np.float64]) -> NDArray[np.float64]:
+    def strain(self, q: Array) -> Array:
         """Strain (p, 6) at the mesh vertices for coordinates q (d,), in the order of
         ``strain.COMPONENTS``, from the displacements of the vertices around each."""
         rows = (self.vertex_gradient @ self.recover(q)).reshape(len(self.points), 3, 3)
         return strain_of_gradient(rows.swapaxes(1, 2))
-
-
-Array = NDArray[np.float64]
 
 
 def elastic_modes(reduced: ReducedBody) -> tuple[Array, Array]:
@@ -229,13 +227,11 @@ def both_halves(half: ReducedBody, offset: float) -> ReducedBody:
     )
 
 
-def _in_order(matrix: Array, order: NDArray[np.int64]) -> Array:
+def _in_order(matrix: Array, order: Ints) -> Array:
     return np.ascontiguousarray(matrix[np.ix_(order, order)])
 
 
-def _recovery(
-    half: ReducedBody, sign: NDArray[np.float32], order: NDArray[np.int64]
-) -> NDArray[np.float32]:
+def _recovery(half: ReducedBody, sign: NDArray[np.float32], order: Ints) -> NDArray[np.float32]:
     rows = np.tile(PLACE.astype(np.float32), len(half.points))
     image = rows[:, None] * half.recovery * sign
     whole = np.zeros((2 * len(half.recovery), 2 * half.recovery.shape[1]), dtype=np.float32)

@@ -26,13 +26,13 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from flexgear.model.errors import FlexgearError
 from flexgear.structures.condensation import Condensation, condense_whole, free
 from flexgear.structures.cyclic.condensation import CyclicCondensation, condense_by_sectors
 from flexgear.structures.cyclic.modes import cyclic_modes
 from flexgear.structures.fem import FeModel, Interface
+from flexgear.structures.linalg import Array
 from flexgear.structures.linalg.lanczos import Eigenpairs, NotConverged, all_modes, lowest_modes
 from flexgear.structures.linalg.threads import single_threaded_blas
 from flexgear.structures.reduced import Progress, ReducedBody, silent
@@ -56,8 +56,8 @@ class Reduction:
 
     body: ReducedBody
     condensation: AnyCondensation
-    fixed_modes: NDArray[np.float64] = field(repr=False)
-    frequencies: NDArray[np.float64] = field(repr=False)
+    fixed_modes: Array = field(repr=False)
+    frequencies: Array = field(repr=False)
 
 
 def reduce_body(
@@ -134,10 +134,10 @@ class FixedModes:
     reactions (b, n) of the interface to loads M Phi, where they came on the way.
     """
 
-    omega: NDArray[np.float64]
-    vectors: NDArray[np.float64] = field(repr=False)
+    omega: Array
+    vectors: Array = field(repr=False)
     residual: float
-    reactions: NDArray[np.float64] | None = field(repr=False, default=None)
+    reactions: Array | None = field(repr=False, default=None)
 
 
 def fixed_interface_modes(

@@ -14,12 +14,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from flexgear.model.names import BodyName
 from flexgear.structures.bodies import Body, node_motions
-
-Array = NDArray[np.float64]
+from flexgear.structures.linalg import Array
 
 
 @dataclass(frozen=True)

@@ -23,14 +23,11 @@ from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from flexgear.structures.fe_mesh.fe_mesh import HEX_TO_VTK, facets_of, outer
+from flexgear.structures.linalg import Array, Ints
 from flexgear.structures.reduced import ReducedBody
-
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 # of a hexahedron in VTK's order, round the diagonal 0-6
 _TETRAHEDRA = ((0, 1, 2, 6), (0, 2, 3, 6), (0, 3, 7, 6), (0, 7, 4, 6), (0, 4, 5, 6), (0, 5, 1, 6))
@@ -110,7 +107,7 @@ class Surface:
     body: ReducedBody
 
     @cached_property
-    def triangles(self) -> NDArray[np.int64]:
+    def triangles(self) -> Ints:
         """(t, 3) vertex numbers; a quadrilateral is two of them."""
         cells = np.asarray(self.body.cells)
         surface = outer(facets_of(cells[:, HEX_TO_VTK] if cells.shape[1] == 8 else cells))
@@ -118,7 +115,7 @@ class Surface:
             return surface
         return np.concatenate([surface[:, :3], surface[:, [0, 2, 3]]])
 
-    def meeting(self, ray: Ray) -> tuple[NDArray[np.int64], Array, Array] | None:
+    def meeting(self, ray: Ray) -> tuple[Ints, Array, Array] | None:
         """Vertices (3,), their weights (3,) and the base (3, 3) where a ray meets the surface."""
         towards = np.array([math.cos(ray.angle), math.sin(ray.angle), 0.0])
         near = self._near(towards, ray.z)
@@ -153,7 +150,7 @@ class Surface:
         radii = np.linalg.norm(corners - centers[:, None], axis=2).max(axis=1)
         return centers, (1.0 + 4 * _EDGE) * radii
 
-    def _near(self, towards: Array, z: float) -> NDArray[np.int64]:
+    def _near(self, towards: Array, z: float) -> Ints:
         """Triangles whose spheres the line of a ray from the height z meets."""
         centers, radii = self._spheres
         x, y = centers[:, 0], centers[:, 1]
@@ -173,7 +170,7 @@ class Surface:
             rows[there] = 0.5 * (gradient + gradient.swapaxes(1, 2))
         return SurfaceStrain(self.body, rows)
 
-    def _gradient(self, vertices: NDArray[np.int64], weights: Array) -> Array:
+    def _gradient(self, vertices: Ints, weights: Array) -> Array:
         """Displacement gradients (n, 3, 3, d) at points among three vertices each, without what
         rounding makes of rigid motion."""
         body, count = self.body, len(vertices)

@@ -21,11 +21,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.polynomial.legendre import legvander
-from numpy.typing import NDArray
 
 from flexgear.structures.kinematics import rigid_motion
-
-Array = NDArray[np.float64]
+from flexgear.structures.linalg import Array
 
 ORDERS = (2, 3, 4)  # of Legendre polynomials along the face; lower ones are the node's
 COUNT = 4 * len(ORDERS)

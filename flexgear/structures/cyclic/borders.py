@@ -35,10 +35,9 @@ from numpy.typing import NDArray
 from flexgear.model.errors import FlexgearError
 from flexgear.structures.cyclic.sectors import Sectors
 from flexgear.structures.kinematics import rigid_motion, rotation
+from flexgear.structures.linalg import Array, Ints
 from flexgear.structures.linalg.dense import hermitian_inverse, signed_hermitian_inverse
 from flexgear.structures.linalg.threads import THREADS, shared
-
-Array = NDArray[np.float64]
 
 
 def rigid_fields(nodes: Array, sectors: Sectors) -> Array:
@@ -78,7 +77,6 @@ def with_rigid(ties: Array, rigid: Array, motion: Array) -> Array:
 
 
 Complex = NDArray[np.complex128]
-Ints = NDArray[np.int64]
 
 
 _PANEL = 256  # rows of an inverse that are kept together up to the diagonal: it is Hermitian

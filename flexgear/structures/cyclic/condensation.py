@@ -45,11 +45,10 @@ from flexgear.structures.cyclic.sectors import (
 from flexgear.structures.cyclic.solver import CyclicSolver
 from flexgear.structures.cyclic.ties import SectorTies, sector_ties
 from flexgear.structures.fem import FeModel, Interface
+from flexgear.structures.linalg import Array
 from flexgear.structures.linalg.dense import dot
 from flexgear.structures.linalg.sparse import Elimination, minimum_degree_order
 from flexgear.structures.linalg.threads import blocks, shared
-
-Array = NDArray[np.float64]
 
 _BLOCK_BYTES = 32e6  # of a block of vectors that is worked on at once
 

@@ -39,10 +39,10 @@ from flexgear.model.errors import FlexgearError
 from flexgear.structures.cyclic.condensation import CyclicCondensation
 from flexgear.structures.cyclic.sectors import Circulant
 from flexgear.structures.cyclic.solver import CyclicSolver
+from flexgear.structures.linalg import Array
 from flexgear.structures.linalg.lanczos import Eigenpairs, lowest_modes
 from flexgear.structures.linalg.threads import shared
 
-Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 _STEPS = 4

@@ -25,11 +25,10 @@ from flexgear.compiled import njit
 from flexgear.structures.cyclic.sectors import Circulant
 from flexgear.structures.cyclic.solver import CyclicSolver
 from flexgear.structures.cyclic.ties import SectorTies
+from flexgear.structures.linalg import Array, Ints
 from flexgear.structures.linalg.threads import THREADS, shared
 
-Array = NDArray[np.float64]
 Singles = NDArray[np.float32]
-Ints = NDArray[np.int64]
 
 _COLUMNS = 32  # of Y worked on at once
 

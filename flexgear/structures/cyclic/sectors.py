@@ -29,13 +29,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from flexgear.structures.fem import FeModel
 from flexgear.structures.kinematics import rotation
-
-Ints = NDArray[np.int64]
+from flexgear.structures.linalg import Array, Ints
 
 LEAST = 3  # with two sectors the one before is also the one after
 _TOLERANCE = 1e-9  # of the radius: how far an image may lie from its node
@@ -66,7 +64,7 @@ class Sectors:
         """Angle between sectors, rad."""
         return 2 * np.pi / self.count
 
-    def turns(self) -> NDArray[np.float64]:
+    def turns(self) -> Array:
         """Axes (z, 3, 3) of the sectors: components in the body are turns[s] @ local ones."""
         return rotation(self.pitch * np.arange(self.count, dtype=float))
 
@@ -89,7 +87,7 @@ def find_sectors(model: FeModel, counts: Iterable[int]) -> Sectors | None:
     return None
 
 
-def _image(nodes: NDArray[np.float64], angle: float) -> Ints | None:
+def _image(nodes: Array, angle: float) -> Ints | None:
     """Where each node goes under a turn (n,); None unless every one meets another."""
     turned = nodes @ rotation(angle).T
     tolerance = _TOLERANCE * float(np.hypot(nodes[:, 0], nodes[:, 1]).max())
@@ -176,9 +174,6 @@ def _sectors(element_dofs: Ints, count: int, image: Ints, cells: Ints) -> Sector
     if not reached.all() or border.sum() in (0, in_sector.sum()):
         return None
     return Sectors(count, nodes, int(border.sum()), cells)
-
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -34,16 +34,13 @@ from itertools import pairwise
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
 from flexgear.structures.cyclic.borders import Harmonics, with_rigid, without_rigid
 from flexgear.structures.cyclic.ties import SectorTies
+from flexgear.structures.linalg import Array, Ints
 from flexgear.structures.linalg.dense import balanced_inverse, scaled_inverse, times
 from flexgear.structures.linalg.sparse import Elimination
 from flexgear.structures.linalg.threads import CHUNK, THREADS, shared
-
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 
 @dataclass(eq=False)

@@ -14,15 +14,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from flexgear.structures.cyclic.sectors import Sectors
 from flexgear.structures.fem import Interface
 from flexgear.structures.kinematics import rotation, six
-
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
+from flexgear.structures.linalg import Array, Ints
 
 _TOLERANCE = 1e-9  # of the largest radius, or of a tie's largest row entry
 

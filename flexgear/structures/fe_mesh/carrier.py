@@ -21,13 +21,10 @@ from math import acos, asin, cos, hypot, pi, sin, sqrt
 from typing import Any, Literal, NoReturn
 
 import numpy as np
-from numpy.typing import NDArray
 
 from flexgear.model.errors import InputError
 from flexgear.model.ring import Fidelity
-
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
+from flexgear.structures.linalg import Array, Ints
 
 SAME_ANGLE = 1e-9  # rad; gaps that differ by less are meshed alike
 # gmsh fails on pins, or never ends, about a third thinner

@@ -15,7 +15,6 @@ from math import ceil, cos, pi, sin, sqrt
 from types import ModuleType
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import brentq
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
@@ -26,9 +25,7 @@ from flexgear.structures.fe_mesh.carrier import CarrierMeshParameters
 from flexgear.structures.fe_mesh.fe_mesh import FeMesh, corner_jacobians
 from flexgear.structures.fe_mesh.session import gmsh_session, meshing_unit
 from flexgear.structures.kinematics import rotation
-
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
+from flexgear.structures.linalg import Array, Ints
 
 _SIZE = {"quick": 1.6, "standard": 0.85, "fine": 0.5}  # cell size over mean plate thickness
 _ROUND = {"quick": 8, "standard": 16, "fine": 24}  # least number of straight sides of a circle

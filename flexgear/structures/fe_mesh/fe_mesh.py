@@ -22,12 +22,10 @@ from functools import cached_property
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from flexgear.model.errors import FlexgearError
+from flexgear.structures.linalg import Array, Ints
 
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
 Kind = Literal["hex", "tet"]
 
 HEX_TO_VTK = (7, 4, 1, 5, 6, 2, 0, 3)

@@ -38,9 +38,7 @@ from flexgear.structures.fe_mesh.fe_mesh import (
     facet_keys,
 )
 from flexgear.structures.fe_mesh.inp import InpDeck, read_inp, write_inp
-
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
+from flexgear.structures.linalg import Array, Ints
 
 UNITS = {"m": 1.0, "mm": 1e-3}
 _SUFFIXES = (".msh", ".vtu", ".inp")

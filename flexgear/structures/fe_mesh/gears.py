@@ -43,7 +43,6 @@ from math import ceil, pi, tan
 from typing import ClassVar, Literal, NoReturn
 
 import numpy as np
-from numpy.typing import NDArray
 
 from flexgear.gears.tool import PLAIN_TOOL, PlainTool
 from flexgear.gears.tooth import ToothGeometry, tooth_geometry
@@ -60,9 +59,8 @@ from flexgear.structures.fe_mesh.section import (
     toothed_section,
     with_bolt_holes,
 )
+from flexgear.structures.linalg import Array
 
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
 Band = tuple[float, float]
 
 DIVISIONS: dict[str, tuple[SectionDivisions, int]] = {  # section, least number of layers

@@ -13,7 +13,6 @@ from math import ceil, log10
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from flexgear.model.ring import RingSupport
 from flexgear.structures.fe_mesh.carrier import CarrierMeshParameters
@@ -22,8 +21,7 @@ from flexgear.structures.fe_mesh.gears import (
     RingMeshParameters,
     ToothedMeshParameters,
 )
-
-Array = NDArray[np.float64]
+from flexgear.structures.linalg import Array
 
 _ANYWHERE = float("nan")
 

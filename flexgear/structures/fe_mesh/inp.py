@@ -13,13 +13,10 @@ from pathlib import Path
 from typing import TextIO
 
 import numpy as np
-from numpy.typing import NDArray
 
 from flexgear.model.errors import InputError, echo
 from flexgear.structures.fe_mesh.fe_mesh import FACETS_VTK, FeMesh, facet_keys
-
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
+from flexgear.structures.linalg import Array, Ints
 
 _TYPES = {  # element name -> meshio's cell type, number of nodes
     "C3D8": ("hexahedron", 8),

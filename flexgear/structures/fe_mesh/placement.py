@@ -19,7 +19,6 @@ from math import ceil, degrees, log10
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
@@ -28,8 +27,7 @@ from flexgear.model.errors import InputError
 from flexgear.structures.fe_mesh.fe_mesh import FeMesh, facet_areas
 from flexgear.structures.fe_mesh.files import read_fe_mesh
 from flexgear.structures.fe_mesh.groups import Groups
-
-Array = NDArray[np.float64]
+from flexgear.structures.linalg import Array
 
 _BODY = 0.02  # of pitch and face width; centres of a whole set of groups are far more exact
 # the same for one group, whose border follows the cells; flanks are half a pitch apart

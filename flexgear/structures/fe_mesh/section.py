@@ -45,14 +45,12 @@ from itertools import pairwise
 from math import ceil, pi
 
 import numpy as np
-from numpy.typing import NDArray
 
 from flexgear.gears.tooth import ToothGeometry
 from flexgear.model.errors import InputError
 from flexgear.structures.fe_mesh.fe_mesh import HEX_FROM_VTK, FeMesh
+from flexgear.structures.linalg import Array, Ints
 
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
 Wall = tuple[Ints, Ints | None]  # edges of a section (k, 2), and layers
 
 _LAND = 0.2  # least width between neighbouring base sections, in tip radii of the tool
@@ -116,13 +114,13 @@ def graded(rows: int, growth: float) -> Array:
     return np.concatenate([[0.0], np.cumsum(steps) / steps.sum()])
 
 
-def quads_of(grid: NDArray[np.int64]) -> NDArray[np.int64]:
+def quads_of(grid: Ints) -> Ints:
     """Quadrilaterals (…, 4) of a grid of node numbers (…, rows, columns)."""
     corners = (grid[..., :-1, :-1], grid[..., 1:, :-1], grid[..., 1:, 1:], grid[..., :-1, 1:])
     return np.stack(corners, axis=-1).reshape(-1, 4)
 
 
-def counter_clockwise(points: Array, quads: NDArray[np.int64]) -> NDArray[np.int64]:
+def counter_clockwise(points: Array, quads: Ints) -> Ints:
     """Quadrilaterals (m, 4) over points (n, 2), turned round where they run clockwise."""
     at = points[quads]
     d1, d2 = at[:, 2] - at[:, 0], at[:, 3] - at[:, 1]

@@ -20,15 +20,13 @@ from dataclasses import dataclass
 from math import pi
 
 import numpy as np
-from numpy.typing import NDArray
 
 from flexgear.gears.tooth import ToothGeometry
 from flexgear.structures.fe_mesh.carrier import CarrierMeshParameters, Web
 from flexgear.structures.fe_mesh.fe_mesh import FeMesh
 from flexgear.structures.fe_mesh.gears import PlanetMeshParameters, RingMeshParameters
 from flexgear.structures.kinematics import rotation
-
-Array = NDArray[np.float64]
+from flexgear.structures.linalg import Array
 
 
 @dataclass(frozen=True, eq=False)

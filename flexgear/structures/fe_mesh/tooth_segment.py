@@ -30,7 +30,6 @@ from functools import cached_property
 from math import ceil
 
 import numpy as np
-from numpy.typing import NDArray
 
 from flexgear.gears.tooth import ToothGeometry
 from flexgear.model.errors import FlexgearError
@@ -47,9 +46,7 @@ from flexgear.structures.fe_mesh.section import (
     tooth_block,
     tooth_profile,
 )
-
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
+from flexgear.structures.linalg import Array, Ints
 
 _DEEPEST_LAYER = 0.35  # of the tooth's thickness in a row, for the layer under a flank
 

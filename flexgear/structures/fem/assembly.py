@@ -28,7 +28,6 @@ from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 from skfem import (
     Basis,
@@ -48,6 +47,7 @@ from skfem.models.elasticity import lame_parameters, linear_elasticity
 
 from flexgear.model.errors import InputError
 from flexgear.structures.fe_mesh.fe_mesh import FeMesh, Kind, facet_keys
+from flexgear.structures.linalg import Array, Ints
 from flexgear.structures.linalg.threads import blocks
 
 INTEGRATION_ORDER = 4
@@ -62,10 +62,10 @@ class SolidMesh:
     """Vertices (n, 3) m, cells (m, 8) or (m, 4), and patches by name, their facets (k, 4) or
     (k, 3) in cyclic order: an ``FeMesh`` that is taken as it is."""
 
-    points: NDArray[np.float64]
-    cells: NDArray[np.int64]
+    points: Array
+    cells: Ints
     kind: Kind
-    facets: Mapping[str, NDArray[np.int64]]
+    facets: Mapping[str, Ints]
 
 
 def solid_mesh(mesh: Mesh) -> SolidMesh:
@@ -106,7 +106,7 @@ class FeModel:
         return basis
 
     @cached_property
-    def nodes(self) -> NDArray[np.float64]:
+    def nodes(self) -> Array:
         """(n, 3) m, vertices of the mesh first, then edge midpoints."""
         return np.ascontiguousarray(self.basis.doflocs.T)
 
@@ -143,7 +143,7 @@ class FeModel:
         """(3n, 3n) CSR, kg: scalar_mass (x) I_3."""
         return sp.kron(self.scalar_mass, sp.identity(3), format="csr")
 
-    def part(self, cells: NDArray[np.int64]) -> tuple[FeModel, NDArray[np.int64]]:
+    def part(self, cells: Ints) -> tuple[FeModel, Ints]:
         """Some cells alone, and which node of this body each of their nodes is."""
         corners = np.asarray(self.fe_mesh.cells)[cells]
         vertices, numbers = np.unique(corners, return_inverse=True)
@@ -165,7 +165,7 @@ class FeModel:
         return 3 * len(self.fe_mesh.points)
 
     @cached_property
-    def facet_keys(self) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
+    def facet_keys(self) -> tuple[Ints, Ints, Ints]:
         """Rising keys (f,) of all facets, the facet number of each, sorted vertices (f, c)."""
         vertices = np.sort(self.basis.mesh.facets.T.astype(np.int64), axis=1)
         keys = facet_keys(vertices, len(self.nodes))
@@ -173,7 +173,7 @@ class FeModel:
         return keys[order], order, vertices
 
     @cached_property
-    def cell_corners(self) -> NDArray[np.float64]:
+    def cell_corners(self) -> Array:
         """Vertices of every cell (e, v, 3), m."""
         return self.basis.mesh.p.T[self.basis.mesh.t.T]
 
@@ -194,9 +194,7 @@ def _mesh_and_element(fe_mesh: FeMesh | SolidMesh) -> tuple[Mesh, Element]:
     return _MESHES[fe_mesh.kind](points, cells), _ELEMENTS[fe_mesh.kind]()
 
 
-def _element_matrices(
-    basis: CellBasis, chunk: slice, lam: float, mu: float
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _element_matrices(basis: CellBasis, chunk: slice, lam: float, mu: float) -> tuple[Array, Array]:
     """K_e (e, a*b, 9) in N/m and the scalar mass integral (e, a*b, 1) in m3 of a chunk."""
     dx = basis.dx[chunk]  # (e, q); some weights of tetrahedra are negative
     a, count = len(basis.basis), len(dx)
@@ -230,7 +228,7 @@ class _Pattern:
         self.indptr = np.searchsorted(keys // n, np.arange(n + 1)).astype(np.int32)
         self._place = place.reshape(len(dofs), -1)
 
-    def add(self, blocks: NDArray[np.float64], chunk: slice, values: NDArray[np.float64]) -> None:
+    def add(self, blocks: Array, chunk: slice, values: Array) -> None:
         """Add element blocks (e, a*b, c) of a chunk into the global blocks (size, c)."""
         place = self._place[chunk].ravel()
         used, local = np.unique(place, return_inverse=True)
@@ -240,7 +238,7 @@ class _Pattern:
         )
         blocks[used] += gather @ values.reshape(len(place), -1)
 
-    def matrix(self, blocks: NDArray[np.float64]) -> sp.csr_matrix:
+    def matrix(self, blocks: Array) -> sp.csr_matrix:
         """CSR matrix (3n, 3n) of node blocks (size, 3, 3), exactly symmetric."""
         bsr = sp.bsr_matrix((blocks, self.indices, self.indptr), shape=(3 * self.n, 3 * self.n))
         matrix = bsr.tocsr()
@@ -248,8 +246,8 @@ class _Pattern:
 
 
 def plane_strain(
-    points: NDArray[np.float64], cells: NDArray[np.int64], young: float, poisson: float
-) -> tuple[NDArray[np.float64], sp.csr_matrix]:
+    points: Array, cells: Ints, young: float, poisson: float
+) -> tuple[Array, sp.csr_matrix]:
     """Nodes (n, 2), m, and stiffness (2n, 2n), N/m per m of face, of quadratic quadrilaterals with
     straight sides; dofs 2 n and 2 n + 1 are x and y of node n.
 

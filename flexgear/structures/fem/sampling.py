@@ -13,15 +13,13 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 from skfem import Element, ElementQuad1, ElementTriP1
 from skfem.quadrature import get_quadrature
 
 from flexgear.model.errors import FlexgearError
 from flexgear.structures.fe_mesh.fe_mesh import facet_keys
 from flexgear.structures.fem.assembly import INTEGRATION_ORDER, FeModel
-
-Ints = NDArray[np.int64]
+from flexgear.structures.linalg import Array, Ints
 
 
 def edge_nodes(model: FeModel, first: Ints, second: Ints) -> Ints:
@@ -72,18 +70,18 @@ class Sample:
     points (m, 3) in m; weights (m,) in m2; interpolation (m, n) CSR on the model's nodes.
     """
 
-    points: NDArray[np.float64]
-    weights: NDArray[np.float64]
+    points: Array
+    weights: Array
     interpolation: sp.csr_matrix
 
-    def load(self, forces: NDArray[np.float64]) -> NDArray[np.float64]:
+    def load(self, forces: Array) -> Array:
         """Dof vectors (3n[, k]) of point forces (m, 3[, k]) in N: work-equivalent nodal forces."""
         rows = forces.reshape(len(self.points), -1)
         nodal = self.interpolation.T @ rows
         return nodal.reshape((3 * self.interpolation.shape[1],) + forces.shape[2:])
 
 
-def facet_sample(model: FeModel, facets: NDArray[np.int64]) -> Sample:
+def facet_sample(model: FeModel, facets: Ints) -> Sample:
     """Quadrature points of facets given by their vertices (k, 4) or (k, 3), in cyclic order.
 
     Geometry is (bi)linear on a facet: x = sum_i N_i x_i, dA = |dx/da x dx/db| da db.
@@ -108,8 +106,8 @@ def facet_sample(model: FeModel, facets: NDArray[np.int64]) -> Sample:
 
 def point_sample(
     model: FeModel,
-    points: NDArray[np.float64],
-    weights: NDArray[np.float64],
+    points: Array,
+    weights: Array,
     slack: float = _INSIDE,
 ) -> Sample:
     """Given points (m, 3), located in the elements; weights (m,) are taken as they are.
@@ -123,13 +121,13 @@ def point_sample(
 
 
 def disc_points(
-    centre: NDArray[np.float64],
-    normal: NDArray[np.float64],
+    centre: Array,
+    normal: Array,
     diameter: float,
-    toward: NDArray[np.float64] | None = None,
+    toward: Array | None = None,
     rings: int = 4,
     spokes: int = 16,
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+) -> tuple[Array, Array]:
     """Points (m, 3) and weights (m,) in m2 that integrate over a disc.
 
     Gauss-Legendre in r^2 (the Jacobian r dr absorbed) times equal angles: exact for polynomials
@@ -152,7 +150,7 @@ def disc_points(
     return points, weights
 
 
-def facet_numbers(model: FeModel, facets: NDArray[np.int64]) -> NDArray[np.int64]:
+def facet_numbers(model: FeModel, facets: Ints) -> Ints:
     """scikit-fem's numbers of facets given by their vertices (k, c), in any order."""
     sorted_facets = np.sort(np.asarray(facets, dtype=np.int64), axis=1)
     keys, order, vertices = model.facet_keys
@@ -163,9 +161,7 @@ def facet_numbers(model: FeModel, facets: NDArray[np.int64]) -> NDArray[np.int64
     return numbers
 
 
-def locate(
-    model: FeModel, points: NDArray[np.float64], slack: float = _INSIDE
-) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+def locate(model: FeModel, points: Array, slack: float = _INSIDE) -> tuple[Ints, Array]:
     """Element (m,) and reference coordinates (m, 3) of each point; Newton on the element map."""
     corners, tree = model.cell_corners, model.cell_tree
     cells = np.zeros(len(points), dtype=np.int64)
@@ -194,9 +190,7 @@ def locate(
     return cells, local
 
 
-def _functions(
-    elem: Element, at: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _functions(elem: Element, at: Array) -> tuple[Array, Array]:
     """Functions (..., a) of an element and their slopes (d, ..., a) at reference coordinates
     (d, ...)."""
     parts = [elem.lbasis(at, i) for i in range(len(elem.doflocs))]
@@ -206,10 +200,10 @@ def _functions(
 
 def _inverse_map(
     model: FeModel,
-    corners: NDArray[np.float64],
-    cells: NDArray[np.int64],
-    points: NDArray[np.float64],
-) -> NDArray[np.float64]:
+    corners: Array,
+    cells: Ints,
+    points: Array,
+) -> Array:
     """Reference coordinates (m, c, 3) of point m in each of its candidate cells (m, c)."""
     elem, tet = model.basis.mesh.elem(), model.fe_mesh.kind == "tet"
     vertices = corners[cells]  # (m, c, v, 3)
@@ -223,9 +217,7 @@ def _inverse_map(
     return x
 
 
-def _interpolation(
-    nodes: NDArray[np.int64], shape: NDArray[np.float64], count: int
-) -> sp.csr_matrix:
+def _interpolation(nodes: Ints, shape: Array, count: int) -> sp.csr_matrix:
     """CSR (m, count) with shape (m, a) at columns nodes (m, a); rounding zeros are left out."""
     rows = np.repeat(np.arange(len(nodes)), nodes.shape[1])
     values = shape.ravel()
@@ -235,7 +227,7 @@ def _interpolation(
     ).tocsr()
 
 
-def element_gradient(model: FeModel, vertices: NDArray[np.int64]) -> sp.csr_matrix:
+def element_gradient(model: FeModel, vertices: Ints) -> sp.csr_matrix:
     """D (3k, n): rows 3i + j give ∂f/∂x_j at vertex i of nodal values f (n,), the mean over the
     elements that meet there of the derivative of their functions."""
     cells, basis = model.basis.mesh.t, model.basis

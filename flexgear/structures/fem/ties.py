@@ -25,12 +25,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
 from flexgear.model.errors import FlexgearError
 from flexgear.structures.fem.assembly import FeModel
 from flexgear.structures.fem.sampling import Sample
 from flexgear.structures.kinematics import rigid_motion, rigid_rows
+from flexgear.structures.linalg import Array, Ints
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,9 +41,9 @@ class Tie:
     """
 
     name: str
-    position: NDArray[np.float64]
+    position: Array
     rows: sp.csr_matrix | None = None
-    nodes: NDArray[np.int64] | None = None
+    nodes: Ints | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,9 +55,9 @@ class Interface:
     """
 
     node_names: tuple[str, ...]
-    positions: NDArray[np.float64]
+    positions: Array
     rows: sp.csr_matrix = field(repr=False)
-    coordinates: NDArray[np.float64] = field(repr=False)
+    coordinates: Array = field(repr=False)
     expansion: sp.csr_matrix | None = field(repr=False, default=None)
 
     @property
@@ -65,12 +65,12 @@ class Interface:
         """Number of interface dofs."""
         return 6 * len(self.node_names)
 
-    def rigid_modes(self) -> NDArray[np.float64]:
+    def rigid_modes(self) -> Array:
         """Rigid motion (6n, 6) of the interface nodes about the origin, rotations included."""
         return rigid_rows(self.positions)
 
 
-def averaging_tie(name: str, position: NDArray[np.float64], sample: Sample) -> Tie:
+def averaging_tie(name: str, position: Array, sample: Sample) -> Tie:
     """q = B u: least-squares rigid motion about `position` over the sample's points."""
     patch = _Patch.of(sample)
     weight = np.einsum("m,mci->cmi", sample.weights, patch.motion)
@@ -78,9 +78,7 @@ def averaging_tie(name: str, position: NDArray[np.float64], sample: Sample) -> T
     return _tie(name, position, sample, patch, weight)
 
 
-def seat_tie(
-    name: str, position: NDArray[np.float64], axis: NDArray[np.float64], sample: Sample
-) -> Tie:
+def seat_tie(name: str, position: Array, axis: Array, sample: Sample) -> Tie:
     """q = B u of a bearing seat round the axis (3,), a unit vector through `position`.
 
     Translations across the axis and tilts fit the displacement along the seat's normals n, as a
@@ -118,12 +116,12 @@ class _Patch:
     """Centre (3,) of a patch, its points' root mean square distance from there m, their motion
     (m, 3, 6) by unit translations and by rotations of one over that distance: well conditioned."""
 
-    centre: NDArray[np.float64]
+    centre: Array
     length: float
-    motion: NDArray[np.float64]
+    motion: Array
 
     @classmethod
-    def of(cls, sample: Sample, centre: NDArray[np.float64] | None = None) -> _Patch:
+    def of(cls, sample: Sample, centre: Array | None = None) -> _Patch:
         """About a centre; without one, about the centroid."""
         share = sample.weights / sample.weights.sum()
         centre = share @ sample.points if centre is None else centre
@@ -134,7 +132,7 @@ class _Patch:
         return cls(centre, length, motion)
 
 
-def _inverse(name: str, gram: NDArray[np.float64]) -> NDArray[np.float64]:
+def _inverse(name: str, gram: Array) -> Array:
     if np.linalg.cond(gram) > 1e8:
         raise FlexgearError(
             f"patch '{name}' has no extent across one axis: it cannot tell a rotation there"
@@ -144,10 +142,10 @@ def _inverse(name: str, gram: NDArray[np.float64]) -> NDArray[np.float64]:
 
 def _tie(
     name: str,
-    position: NDArray[np.float64],
+    position: Array,
     sample: Sample,
     patch: _Patch,
-    weight: NDArray[np.float64],
+    weight: Array,
 ) -> Tie:
     """B of weights (3, m, 6) of the displacements at the points for the motion of the patch."""
     position = np.asarray(position, dtype=float)
@@ -173,7 +171,7 @@ def _tie(
     return Tie(name, position, rows=matrix)
 
 
-def rigid_tie(name: str, position: NDArray[np.float64], sample: Sample) -> Tie:
+def rigid_tie(name: str, position: Array, sample: Sample) -> Tie:
     """Every node the sample touches moves as one rigid piece with the interface node."""
     nodes = np.unique(sample.interpolation.indices)
     return Tie(name, np.asarray(position, dtype=float), nodes=nodes.astype(np.int64))
@@ -204,7 +202,7 @@ def interface_of(model: FeModel, ties: Sequence[Tie]) -> Interface:
 
 def _expansion(
     model: FeModel, ties: Sequence[Tie], rigid: Sequence[int]
-) -> tuple[sp.csr_matrix, int, NDArray[np.float64]]:
+) -> tuple[sp.csr_matrix, int, Array]:
     """T (3n, d) of u = T [u_free, q_rigid], the column where q_rigid starts, coordinates."""
     owner = np.full(len(model.nodes), -1)
     shared = np.zeros(len(model.nodes), dtype=bool)

@@ -16,10 +16,11 @@ from numpy.typing import NDArray
 from scipy.linalg import lapack
 
 from flexgear.compiled import njit
+from flexgear.structures.linalg import Array
 from flexgear.structures.linalg.threads import shared
 
 
-def scaled_inverse(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
+def scaled_inverse(matrix: Array) -> Array:
     """Inverse of a symmetric positive definite matrix whose rows have different units.
 
     It is scaled to unit diagonal first. Raises numpy.linalg.LinAlgError where it is not definite.
@@ -33,7 +34,7 @@ def scaled_inverse(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
     return scale[:, None] * inverse * scale
 
 
-def balanced_inverse(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
+def balanced_inverse(matrix: Array) -> Array:
     """Inverse of a symmetric regular matrix, its rows scaled to largest entries near one first."""
     scale = np.ones(len(matrix))
     for _ in range(3):
@@ -73,8 +74,6 @@ def _checked(result: NDArray[np.complex128], info: int) -> NDArray[np.complex128
         raise np.linalg.LinAlgError(f"LAPACK stopped at row {info}")
     return result
 
-
-Array = NDArray[np.float64]
 
 BLOCK_OF_FOUR = 4  # columns, known to the compiler: a row is one register
 _ROWS = 4096  # rows a thread takes at a time, at least

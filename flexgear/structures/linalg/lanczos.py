@@ -24,12 +24,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.linalg as sla
-from numpy.typing import NDArray
 
+from flexgear.structures.linalg import Array
 from flexgear.structures.linalg.dense import dot, subtract, times_in_place
 from flexgear.structures.linalg.threads import shared
 
-Array = NDArray[np.float64]
 Operator = Callable[[Array], Array]
 Solve = Callable[[Array], tuple[Array, Array]]
 

@@ -38,11 +38,9 @@ import numpy as np
 import scipy.sparse as sp
 from cvxopt import amd, cholmod, spmatrix
 from cvxopt import matrix as dense_of
-from numpy.typing import NDArray
 
 from flexgear.compiled import njit
-
-Array = NDArray[np.float64]
+from flexgear.structures.linalg import Array, Ints
 
 _SOLVE, _FORWARD, _BACKWARD, _PERMUTE, _PERMUTE_BACK = 0, 4, 5, 7, 8  # CHOLMOD's `sys`
 
@@ -55,7 +53,7 @@ class Factor:
 
     name = "cholmod"
 
-    def __init__(self, matrix: sp.csr_matrix, order: NDArray[np.int64] | None = None) -> None:
+    def __init__(self, matrix: sp.csr_matrix, order: Ints | None = None) -> None:
         """order: of elimination (n,), rows of the matrix; found by CHOLMOD if left out."""
         lower = to_cvxopt(sp.tril(matrix))
         if order is None:
@@ -137,8 +135,6 @@ def _factored(lower: spmatrix, order: Any = None) -> Any:
         raise np.linalg.LinAlgError("the matrix is not positive definite") from None
     return factor
 
-
-Ints = NDArray[np.int64]
 
 _TOGETHER = 4  # columns of the factor, known to the compiler
 
@@ -292,7 +288,7 @@ def backward(
                 x[a, c] *= inverse
 
 
-def flexibility(matrix: sp.csr_matrix, loads: sp.csc_matrix) -> NDArray[np.float64]:
+def flexibility(matrix: sp.csr_matrix, loads: sp.csc_matrix) -> Array:
     """R^T K^{-1} R (k, k) of K (n, n), symmetric positive definite, and R (n, k).
 
     Raises numpy.linalg.LinAlgError where K is not positive definite.

@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from flexgear.model.bodies import Carrier
 from flexgear.model.member import SeatBearing
@@ -25,13 +24,13 @@ from flexgear.structures.fe_mesh import (
     carrier_groups,
 )
 from flexgear.structures.fe_mesh.solids import Solid, carrier_solid
+from flexgear.structures.linalg import Array
 from flexgear.structures.sources.fe_body import FeBody, TiedNode
 
 if TYPE_CHECKING:
     from flexgear.structures.estimate import ProbeLoad
     from flexgear.structures.fem import FeModel
 
-Array = NDArray[np.float64]
 SEATS = ("drive", "bearing_drive", "bearing_far")
 
 

@@ -15,7 +15,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from flexgear.model.bodies import FeMeshSource, Material
 from flexgear.model.errors import InputError
@@ -33,6 +32,7 @@ from flexgear.structures.fe_mesh import (
 )
 from flexgear.structures.fe_mesh.solids import Solid, mesh_solid
 from flexgear.structures.kinematics import rigid_rows
+from flexgear.structures.linalg import Array
 from flexgear.structures.reduced import Progress, ReducedBody, silent
 from flexgear.structures.sources.matrices import given_body
 from flexgear.structures.store import cached, is_kept
@@ -41,8 +41,6 @@ if TYPE_CHECKING:
     from flexgear.structures.estimate import ProbeLoad
     from flexgear.structures.fem import FeModel
     from flexgear.structures.reduction import AnyCondensation
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -20,7 +20,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from flexgear.model.bodies import Planet
 from flexgear.model.member import PlanetBearing
@@ -40,6 +39,7 @@ from flexgear.structures.fe_mesh import (
     ring_groups,
 )
 from flexgear.structures.fe_mesh.solids import Solid, planet_solid, ring_solid
+from flexgear.structures.linalg import Array
 from flexgear.structures.reduced import PLACE, Progress, ReducedBody, both_halves, mirrored, silent
 from flexgear.structures.sources.fe_body import FeBody, TiedNode
 
@@ -48,7 +48,6 @@ if TYPE_CHECKING:
     from flexgear.structures.fem import FeModel
 
 
-Array = NDArray[np.float64]
 _PROBED_TEETH = 12  # teeth whose flanks the static error estimate loads
 
 

@@ -11,7 +11,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 
 import numpy as np
-from numpy.typing import NDArray
 
 from flexgear.files.matrices.body import ReducedMatrices, check
 from flexgear.files.matrices.exchange import read_reduced
@@ -19,9 +18,9 @@ from flexgear.model.bodies import FeMeshSource, Housing
 from flexgear.model.errors import InputError
 from flexgear.model.names import MOUNT, BodyName, NodeName
 from flexgear.structures.bodies import Body, node_motions
+from flexgear.structures.linalg import Array
 from flexgear.structures.reduced import ReducedBody
 
-Array = NDArray[np.float64]
 _ALONG = ("tooth", "pin")  # kinds of nodes whose place counts along the axis, too
 _OFF = 0.2  # tooth pitches (across the axis) and face widths (along it) that a node may be off
 _SIZES = 30.0  # between the masses of a body and of a steel one of the case's size; units make 1000

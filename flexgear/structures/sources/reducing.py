@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from flexgear.structures import estimate
 from flexgear.structures.cache import content_key
@@ -25,6 +24,7 @@ from flexgear.structures.fem import (
     seat_tie,
 )
 from flexgear.structures.fem.ties import Tie
+from flexgear.structures.linalg import Array
 from flexgear.structures.linalg.threads import single_threaded_blas
 from flexgear.structures.reduced import Progress, ReducedBody
 from flexgear.structures.reduction import AnyCondensation, condense, reduce
@@ -104,7 +104,7 @@ def reduced_body(source: FeBody, progress: Progress) -> ReducedBody:
     return body.with_(report=report)
 
 
-def judged(body: ReducedBody, supports: NDArray[np.float64], limit_hz: float | None) -> ReducedBody:
+def judged(body: ReducedBody, supports: Array, limit_hz: float | None) -> ReducedBody:
     """The body with its static errors on these supports, and its frequency error up to limit_hz
     (of the lowest mode where none lies below), in the report.
 

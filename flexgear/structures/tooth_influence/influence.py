@@ -69,11 +69,9 @@ from flexgear.structures.fem import (
     nodes_between,
 )
 from flexgear.structures.kinematics import rigid_motion
+from flexgear.structures.linalg import Array, Ints
 from flexgear.structures.linalg.sparse import flexibility
 from flexgear.structures.linalg.threads import blocks
-
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(4)  # of a slice's piece within a layer
 _TOGETHER = 200  # contact lines at a time
@@ -368,7 +366,7 @@ def _serendipity(x: Array, y: Array) -> Array:
     return np.stack([*corners, *sides, *(0.5 * (1 - y**2) * (1 + a * x) for a in (-1, 1))])
 
 
-def _means(nodes: NDArray[np.int64], shape: Array, count: int) -> sp.csr_matrix:
+def _means(nodes: Ints, shape: Array, count: int) -> sp.csr_matrix:
     """Means (K, count) over the points of slices; nodes, weighted shape: (functions, K, points)."""
     slices = np.broadcast_to(np.arange(nodes.shape[1])[:, None], nodes.shape)
     entries = (shape.ravel(), (slices.ravel(), nodes.ravel()))

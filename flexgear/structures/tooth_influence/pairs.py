@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple, Protocol, Self, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import interp1d
 
 from flexgear.gears.contact import GearMeshPath
@@ -18,6 +17,7 @@ from flexgear.gears.stiffness import line_load
 from flexgear.gears.tooth import ToothGeometry
 from flexgear.gears.weber_banaschek import middle_depth
 from flexgear.model.stage_view import StageView
+from flexgear.structures.linalg import Array, Ints
 from flexgear.structures.tooth_influence.influence import ToothInfluence
 from flexgear.structures.tooth_influence.of_case import tooth_influence
 from flexgear.structures.tooth_influence.tip_edge import (
@@ -28,8 +28,6 @@ from flexgear.structures.tooth_influence.tip_edge import (
     tip_ends,
 )
 
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
 Lines = tuple[Array, Array, Array]
 
 _PLACES = 251  # contact lines for which the flexibility is computed; linear between

@@ -32,7 +32,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
 from flexgear.gears.contact import GearMeshPath
 from flexgear.gears.slices import Slices
@@ -45,6 +44,7 @@ from flexgear.structures.fe_mesh import SegmentParameters
 from flexgear.structures.fe_mesh.section import base_section_angle
 from flexgear.structures.fem import FeModel, Sample, averaging_tie, facet_sample
 from flexgear.structures.kinematics import rigid_motion, turn
+from flexgear.structures.linalg import Array, Ints
 from flexgear.structures.linalg.sparse import flexibility
 from flexgear.structures.linalg.threads import single_threaded_blas
 from flexgear.structures.reduced import ReducedBody
@@ -61,8 +61,6 @@ from flexgear.structures.tooth_shapes import (
     ToothLine,
     carried,
 )
-
-Array = NDArray[np.float64]
 
 TEETH = 5  # whose answers are taken
 _FREE = 1e-12  # smallest pivot of a stiffness with unit diagonal that holds a body
@@ -223,7 +221,7 @@ def _axes(tooth: int, teeth: int) -> Array:
     return turn(2 * np.pi * tooth / teeth)
 
 
-def _root(model: FeModel, tooth: int) -> NDArray[np.int64]:
+def _root(model: FeModel, tooth: int) -> Ints:
     return model.fe_mesh.facets[f"tooth_root_{tooth + 1:03d}"]
 
 

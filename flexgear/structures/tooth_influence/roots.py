@@ -53,6 +53,7 @@ from flexgear.structures.fe_mesh import (
 )
 from flexgear.structures.fem import FeModel, element_gradient, facet_nodes
 from flexgear.structures.kinematics import rotation
+from flexgear.structures.linalg import Array, Ints
 from flexgear.structures.linalg.sparse import Factor
 from flexgear.structures.linalg.threads import blocks
 from flexgear.structures.reduced import ReducedBody
@@ -66,8 +67,6 @@ from flexgear.structures.tooth_influence.of_case import (
     require_teeth,
 )
 from flexgear.structures.tooth_influence.pairs import mating_flanks, some_places, widths
-
-Array = NDArray[np.float64]
 
 DEPTH = 4.5  # modules below the root circle where the body is cut
 FIRST = 0.15  # modules, height of the rim's first row: stress at the fillet's foot hangs on it
@@ -175,7 +174,7 @@ def root_influence(
     )
 
 
-def _loaded(segment: ToothSegment, model: FeModel) -> tuple[NDArray[np.int64], Array]:
+def _loaded(segment: ToothSegment, model: FeModel) -> tuple[Ints, Array]:
     """Nodes (2, teeth, n) of −θ flanks, and of +θ flanks where half a turn takes the −θ flanks of
     the same teeth as counted from the middle; unit loads (2, teeth, n, 3) of a mate there."""
     teeth = range(segment.parameters.teeth)
@@ -201,7 +200,7 @@ def _across(segment: ToothSegment, tooth: int, first: int) -> Array:
 
 
 def _stress_rows(
-    model: FeModel, vertices: NDArray[np.int64], across: Array, young: float, poisson: float
+    model: FeModel, vertices: Ints, across: Array, young: float, poisson: float
 ) -> sp.csr_matrix:
     """T (k, 3n): t · σ t at vertices (k,) for unit vectors t (k, 3)."""
     slopes = element_gradient(model, vertices)  # (3k, n)

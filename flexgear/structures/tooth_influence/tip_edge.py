@@ -52,7 +52,6 @@ from typing import NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
 from flexgear.gears.contact import GearMeshPath
 from flexgear.gears.hertz import (
@@ -68,10 +67,10 @@ from flexgear.gears.slices import Slices
 from flexgear.gears.tooth import ToothGeometry
 from flexgear.structures.cache import cached_arrays
 from flexgear.structures.fem import plane_strain
+from flexgear.structures.linalg import Array
 from flexgear.structures.linalg.sparse import flexibility
 from flexgear.structures.tooth_influence.influence import ToothInfluence
 
-Array = NDArray[np.float64]
 LESS = 1 / 8  # of the mean line load: the second load at which the contact is solved
 CLEAR = 3.0  # Hertz half widths from the edge, from where on a contact is left as it is
 NARROWEST = 0.05  # depths: half width below which the mean line load is not followed
