@@ -12,8 +12,6 @@ and only where they take little room.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
@@ -30,26 +28,37 @@ SOLVE_BLOCK = 96  # right-hand sides a solve
 _HELD_BYTES = 2e9  # of constraint modes in memory, while the mass is projected on them
 
 
-@dataclass(frozen=True, eq=False)
 class Condensation:
     """Static condensation of a body on its interface.
 
     rows: B (b, d); inverse: F^{-1} (b, b); ties: W (d, b) in the factor's order and W^T;
     stiffness: K_bb (b, b); fe_stiffness: (d, d) CSR on the dofs left after rigid ties; fe_mass:
-    (d, d) after rigid ties, scalar_mass: (d/3, d/3) where none is.
+    (d, d) after rigid ties, (d/3, d/3) for x, y and z alike where none is.
     """
 
-    interface: Interface
-    rows: sp.csr_matrix = field(repr=False)
-    fe_stiffness: sp.csr_matrix = field(repr=False)
-    fe_mass: sp.csr_matrix | None = field(repr=False)
-    scalar_mass: sp.csr_matrix | None = field(repr=False)
-    factor: Factor = field(repr=False)
-    inverse: Array = field(repr=False)
-    ties: tuple[sp.csr_matrix, sp.csr_matrix] = field(repr=False)
-    stiffness: Array = field(repr=False)
-    rigid_residual: float
-    path: str
+    def __init__(self, model: FeModel, interface: Interface, progress: Progress, path: str) -> None:
+        """One factor of the whole body, then constraint modes in blocks of right-hand sides."""
+        self.interface, self.rows, self.path = interface, interface.rows, path
+        self.fe_stiffness, self.fe_mass = model.stiffness, model.scalar_mass
+        if interface.expansion is not None:
+            t = interface.expansion
+            self.fe_stiffness = (t.T @ model.stiffness @ t).tocsr()
+            self.fe_mass = (t.T @ model.mass @ t).tocsr()
+        springs = _temporary_springs(interface, self.fe_stiffness)
+        held = self.rows.T @ sp.diags_array(springs) @ self.rows
+        try:
+            self.factor = Factor((self.fe_stiffness + held).tocsr())
+        except np.linalg.LinAlgError:
+            raise FlexgearError(
+                "the stiffness matrix is singular: the mesh falls into pieces or has cells that "
+                "hang on an edge"
+            ) from None
+        progress("constraint modes", 0.0)
+        self.ties = _tied(self.factor, self.rows, progress)
+        flexibility = (self.ties[1] @ self.ties[0]).toarray()
+        self.inverse = scaled_inverse(0.5 * (flexibility + flexibility.T))
+        self.stiffness, self.rigid_residual = free(self.inverse - np.diag(springs), interface)
+        progress("constraint modes", 1.0)
 
     @property
     def name(self) -> str:
@@ -64,11 +73,7 @@ class Condensation:
     def mass_product(self, x: Array) -> Array:
         """M x (d, k); the scalar mass matrix takes x, y and z together."""
         x = np.ascontiguousarray(x)
-        if self.fe_mass is not None:
-            return self.fe_mass @ x
-        assert self.scalar_mass is not None
-        by_nodes = x.reshape(self.scalar_mass.shape[0], -1)
-        return (self.scalar_mass @ by_nodes).reshape(x.shape)
+        return (self.fe_mass @ x.reshape(self.fe_mass.shape[0], -1)).reshape(x.shape)
 
     def stiffness_product(self, x: Array) -> Array:
         """K x (d, k)."""
@@ -147,47 +152,6 @@ class Condensation:
         f = np.zeros((self.dofs, q.shape[1])) if f is None else f
         f += self.ties[0] @ (self.inverse @ q)
         return self.factor.backward(f)
-
-
-def condense_whole(
-    model: FeModel, interface: Interface, progress: Progress, path: str
-) -> Condensation:
-    """One factor of the whole body, then constraint modes in blocks of right-hand sides."""
-    stiffness, mass = model.stiffness, None
-    if interface.expansion is not None:
-        t = interface.expansion
-        stiffness = (t.T @ stiffness @ t).tocsr()
-        mass = (t.T @ model.mass @ t).tocsr()
-    rows = interface.rows
-    springs = _temporary_springs(interface, stiffness)
-    held = rows.T @ sp.diags_array(springs) @ rows
-    try:
-        factor = Factor((stiffness + held).tocsr())
-    except np.linalg.LinAlgError:
-        raise FlexgearError(
-            "the stiffness matrix is singular: the mesh falls into pieces or has cells that hang "
-            "on an edge"
-        ) from None
-    progress("constraint modes", 0.0)
-    ties = _tied(factor, rows, progress)
-    flexibility = (ties[1] @ ties[0]).toarray()
-    inverse = scaled_inverse(0.5 * (flexibility + flexibility.T))
-    stiffness_b, residual = free(inverse - np.diag(springs), interface)
-    progress("constraint modes", 1.0)
-    scalar_mass = model.scalar_mass if mass is None else None
-    return Condensation(
-        interface,
-        rows,
-        stiffness,
-        mass,
-        scalar_mass,
-        factor,
-        inverse,
-        ties,
-        stiffness_b,
-        residual,
-        path,
-    )
 
 
 def _tied(

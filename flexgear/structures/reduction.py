@@ -28,19 +28,24 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from flexgear.model.errors import FlexgearError
-from flexgear.structures.condensation import Condensation, condense_whole, free
+from flexgear.structures.condensation import Condensation
 from flexgear.structures.cyclic.condensation import CyclicCondensation, condense_by_sectors
 from flexgear.structures.cyclic.modes import cyclic_modes
 from flexgear.structures.fem import FeModel, Interface
 from flexgear.structures.linalg import Array
-from flexgear.structures.linalg.lanczos import Eigenpairs, NotConverged, all_modes, lowest_modes
+from flexgear.structures.linalg.lanczos import (
+    Eigenpairs,
+    NotConverged,
+    all_modes,
+    lowest_modes,
+    most_rows,
+)
 from flexgear.structures.linalg.threads import single_threaded_blas
 from flexgear.structures.reduced import Progress, ReducedBody, silent
 
 LANCZOS_BLOCK = 4  # vectors a step: CHOLMOD solves one at a time, and small blocks need fewer
 _TOLERANCE = 1e-8
 _EQUAL = 1e-9  # apart, relative, are the omega^2 of a pair at most
-_BASIS_BYTES = 2.0e9  # of the general path's Lanczos basis, where that is enough for the modes
 
 
 AnyCondensation = Condensation | CyclicCondensation
@@ -98,7 +103,7 @@ def reduce(
         fixed_interface_modes=len(omega),
         fixed_interface_frequency_min_hz=float(omega[0] / 2 / np.pi) if n_modes else None,
         fixed_interface_frequency_max_hz=float(omega[-1] / 2 / np.pi) if n_modes else None,
-        fixed_interface_residual=fixed.residual,
+        fixed_interface_residual=float(np.max(fixed.residuals / fixed.values, initial=0.0)),
         rigid_residual=condensation.rigid_residual,
         solver=condensation.name,
         path=condensation.path,
@@ -117,33 +122,20 @@ def condense(
     try:
         by_sectors, path = condense_by_sectors(model, interface, sectors)
         if by_sectors is None:
-            return condense_whole(model, interface, progress, path)
+            return Condensation(model, interface, progress, path)
     except np.linalg.LinAlgError:
         raise FlexgearError(
             "two interface nodes are tied to the same points, or a patch holds too few nodes"
         ) from None
-    stiffness, residual = free(by_sectors.stiffness, interface)
     progress("constraint modes", 1.0)
-    return replace(by_sectors, stiffness=stiffness, rigid_residual=residual)
-
-
-@dataclass(frozen=True, eq=False)
-class FixedModes:
-    """omega (n,) in rad/s rising, Phi (d, n), largest residual relative to omega^2.
-
-    reactions (b, n) of the interface to loads M Phi, where they came on the way.
-    """
-
-    omega: Array
-    vectors: Array = field(repr=False)
-    residual: float
-    reactions: Array | None = field(repr=False, default=None)
+    return by_sectors
 
 
 def fixed_interface_modes(
     condensation: AnyCondensation, count: int, progress: Progress = silent
-) -> FixedModes:
-    """The `count` lowest modes with the interface held; sign: the largest entry is positive.
+) -> Eigenpairs:
+    """The `count` lowest modes with the interface held, and its reactions to loads M Phi where they
+    came on the way; sign: the largest entry is positive.
 
     Where the last is one of a pair of equal frequencies, as bodies of equal sectors have, the other
     comes along: which direction of the plane they span is found first is a matter of rounding.
@@ -151,7 +143,7 @@ def fixed_interface_modes(
     dofs = condensation.dofs
     if count == 0:
         none = np.zeros((condensation.interface.size, 0))
-        return FixedModes(np.zeros(0), np.zeros((dofs, 0)), 0.0, none)
+        return Eigenpairs(np.zeros(0), np.zeros((dofs, 0)), np.zeros(0), none)
     progress("fixed-interface modes", 0.0)
 
     def heard(fraction: float) -> None:
@@ -164,13 +156,10 @@ def fixed_interface_modes(
     nu = pairs.values
     if len(nu) > count and nu[count - 1] - nu[count] > _EQUAL * nu[count]:
         pairs = pairs.lowest(count)
-    vectors, reactions = pairs.vectors, pairs.beside
+    vectors = pairs.vectors
     sign = np.array([np.sign(column[np.abs(column).argmax()]) for column in vectors.T])
     vectors *= sign
-    residual = float(np.max(pairs.residuals / pairs.values))
-    if reactions is not None:
-        reactions = reactions * sign
-    return FixedModes(1 / np.sqrt(pairs.values), vectors, residual, reactions)
+    return replace(pairs, beside=None if pairs.beside is None else pairs.beside * sign)
 
 
 def _eigenpairs(
@@ -180,11 +169,10 @@ def _eigenpairs(
     mass, dofs, block = condensation.mass_product, condensation.dofs, LANCZOS_BLOCK
     if isinstance(condensation, CyclicCondensation) and 5 * count < dofs:
         return cyclic_modes(condensation, count, heard)
-    least, roomy = 3 * count // 2 + 4 * block, 4 * count + 8 * block
-    if roomy + block >= dofs:
+    if most_rows(count, block) + block >= dofs:
         return all_modes(condensation.fixed_solve, mass, dofs, count)
     start = np.random.default_rng(20230617).standard_normal((dofs, block))
-    most = min(roomy, max(least, int(_BASIS_BYTES / (8 * dofs))))
+    most = most_rows(count, block, dofs)
     solve = condensation.fixed_solve_with_reactions
     return lowest_modes(solve, mass, start, count, most, _TOLERANCE, heard)
 
@@ -192,7 +180,7 @@ def _eigenpairs(
 def _project(
     model: FeModel,
     condensation: AnyCondensation,
-    fixed: FixedModes,
+    fixed: Eigenpairs,
     name: str,
 ) -> ReducedBody:
     """Reduced matrices and the recovery at mesh vertices."""
@@ -201,7 +189,7 @@ def _project(
     b, count = interface.size, len(omega)
     recovery = np.empty((model.vertex_dofs, b + count), dtype=np.float32)
     reduced_mass = np.eye(b + count)
-    reduced_mass[:b, :b], coupling = condensation.projected(modes, recovery[:, :b], fixed.reactions)
+    reduced_mass[:b, :b], coupling = condensation.projected(modes, recovery[:, :b], fixed.beside)
     reduced_mass[b:, :b], reduced_mass[:b, b:] = coupling, coupling.T
     recovery[:, b:] = condensation.dofs_of(modes, model.vertex_dofs)
     reduced_stiffness = np.diag(np.concatenate([np.zeros(b), omega**2]))

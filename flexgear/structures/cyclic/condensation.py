@@ -26,6 +26,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from flexgear.model.errors import FlexgearError
+from flexgear.structures.condensation import free
 from flexgear.structures.cyclic.borders import rigid_fields
 from flexgear.structures.cyclic.projection import (
     SectorMotion,
@@ -68,7 +69,7 @@ class CyclicCondensation:
     stiffness: Array = field(repr=False)
     recovered: int
     path: str
-    rigid_residual: float = 0.0
+    rigid_residual: float
 
     @property
     def name(self) -> str:
@@ -211,8 +212,11 @@ def cyclic_parts(
     rigid = rigid_fields(model.nodes, sectors)
     solver = CyclicSolver(_interior(stiffness, ties), ties, rigid)
     path = f"cyclic: {sectors.count} sectors, {len(solver.border_harmonics)} harmonics"
-    condensed, recovered = condensed_stiffness(solver, ties), model.vertex_dofs
-    return CyclicCondensation(interface, ties, stiffness, mass, solver, condensed, recovered, path)
+    condensed, residual = free(condensed_stiffness(solver, ties), interface)
+    recovered = model.vertex_dofs
+    return CyclicCondensation(
+        interface, ties, stiffness, mass, solver, condensed, recovered, path, residual
+    )
 
 
 def _interior(stiffness: Circulant, ties: SectorTies) -> Elimination:

@@ -40,7 +40,7 @@ from flexgear.structures.cyclic.condensation import CyclicCondensation
 from flexgear.structures.cyclic.sectors import Circulant
 from flexgear.structures.cyclic.solver import CyclicSolver
 from flexgear.structures.linalg import Array
-from flexgear.structures.linalg.lanczos import Eigenpairs, lowest_modes
+from flexgear.structures.linalg.lanczos import Eigenpairs, lowest_modes, most_rows
 from flexgear.structures.linalg.threads import shared
 
 Complex = NDArray[np.complex128]
@@ -106,7 +106,6 @@ def _hermitian(a: Complex) -> Complex:
 
 
 BLOCK = 4  # vectors a step: columns of all sectors make them wide
-_BASIS_BYTES = 2.0e9  # of the basis, where that is enough for the modes
 _SHARE = 0.75  # of the highest omega^2 sought, about: fewest steps with a ring's modes
 _CERTAIN = 0.95  # of its lower bound: above it a basis would fill with modes nobody seeks
 _ATTEMPTS = 12
@@ -146,8 +145,7 @@ def _from_shift(
     progress: Callable[[float], None],
 ) -> Eigenpairs:
     dofs = condensation.dofs
-    least, roomy = 3 * count // 2 + 4 * BLOCK, 4 * count + 8 * BLOCK
-    most = min(roomy, max(least, int(_BASIS_BYTES / (8 * dofs))), dofs - BLOCK)
+    most = min(most_rows(count, BLOCK, dofs), dofs - BLOCK)
     start = np.random.default_rng(20230617).standard_normal((dofs, BLOCK))
     if shift:
         condensation.solver.border_harmonics.forget()  # beside the basis one set has room

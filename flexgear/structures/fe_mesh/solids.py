@@ -31,35 +31,41 @@ from flexgear.structures.linalg import Array
 
 @dataclass(frozen=True, eq=False)
 class Solid:
-    """volume: V, m³; first: s (3,) m⁴; second: S (3, 3) m⁵, about the origin."""
+    """moments (4, 4): ∫ [1, x]ᵀ [1, x] dV about the origin, m³ to m⁵."""
 
-    volume: float
-    first: Array
-    second: Array
+    moments: Array
+
+    @property
+    def volume(self) -> float:
+        """V, m³."""
+        return float(self.moments[0, 0])
+
+    @property
+    def first(self) -> Array:
+        """s (3,) m⁴."""
+        return self.moments[0, 1:]
+
+    @property
+    def second(self) -> Array:
+        """S (3, 3) m⁵."""
+        return self.moments[1:, 1:]
 
     def __add__(self, other: Solid) -> Solid:
-        return Solid(
-            self.volume + other.volume, self.first + other.first, self.second + other.second
-        )
+        return Solid(self.moments + other.moments)
 
     def __sub__(self, other: Solid) -> Solid:
-        return Solid(
-            self.volume - other.volume, self.first - other.first, self.second - other.second
-        )
+        return Solid(self.moments - other.moments)
 
     def shifted(self, by: Array) -> Solid:
         """The same solid moved by (3,) m."""
-        mixed = np.outer(by, self.first)
-        return Solid(
-            self.volume,
-            self.first + self.volume * by,
-            self.second + mixed + mixed.T + self.volume * np.outer(by, by),
-        )
+        move = np.eye(4)
+        move[1:, 0] = by
+        return Solid(move @ self.moments @ move.T)
 
     def mirrored(self) -> Solid:
         """Its image in the plane z = 0."""
-        image = np.array([1.0, 1.0, -1.0])
-        return Solid(self.volume, image * self.first, np.outer(image, image) * self.second)
+        image = np.array([1.0, 1.0, 1.0, -1.0])
+        return Solid(np.outer(image, image) * self.moments)
 
     def rigid_mass(self, density: float) -> Array:
         """M (6, 6) for ux, uy, uz, rx, ry, rz of the origin; density in kg/m³."""
@@ -72,38 +78,37 @@ class Solid:
         return density * out
 
 
-EMPTY = Solid(0.0, np.zeros(3), np.zeros((3, 3)))
+EMPTY = Solid(np.zeros((4, 4)))
 
 
 def cylinder(
     radius: float, low: float, high: float, centre: tuple[float, float] = (0.0, 0.0)
 ) -> Solid:
     """Solid cylinder between the heights low and high; m."""
-    x, y = centre
-    area = pi * radius**2
+    at, area = np.array([1.0, *centre]), pi * radius**2
     inertia = area * radius**2 / 4
-    plane = area * np.outer((x, y), (x, y)) + inertia * np.eye(2)
-    return _prism(area, area * np.array([x, y]), plane, low, high)
+    return _prism(area * np.outer(at, at) + inertia * np.diag([0.0, 1.0, 1.0]), low, high)
 
 
 def prism(corners: Array, low: float, high: float) -> Solid:
     """Over a polygon (n, 2) m with its corners counter-clockwise."""
-    p, q = corners, np.roll(corners, -1, axis=0)
-    twice = p[:, 0] * q[:, 1] - q[:, 0] * p[:, 1]
-    mid = p + q
-    plane = np.einsum("k,ki,kj->ij", twice, mid, mid)
-    plane += np.einsum("k,ki,kj->ij", twice, p, p) + np.einsum("k,ki,kj->ij", twice, q, q)
-    return _prism(float(twice.sum() / 2), twice @ mid / 6, plane / 24, low, high)
+    p = np.column_stack([np.ones(len(corners)), corners])
+    q = np.roll(p, -1, axis=0)
+    twice = p[:, 1] * q[:, 2] - q[:, 1] * p[:, 2]
+    plane = sum(np.einsum("k,ki,kj->ij", twice, x, x) for x in (p + q, p, q)) / 24
+    plane[0] = plane[:, 0] = twice @ (p + q) / 6
+    plane[0, 0] = twice.sum() / 2
+    return _prism(plane, low, high)
 
 
-def _prism(area: float, first: Array, second: Array, low: float, high: float) -> Solid:
-    """From the plane moments ∫dA, ∫x dA (2,), ∫x xᵀ dA (2, 2)."""
+def _prism(plane: Array, low: float, high: float) -> Solid:
+    """From the plane moments (3, 3): ∫ [1, x, y]ᵀ [1, x, y] dA."""
     long, squared, cubed = high - low, (high**2 - low**2) / 2, (high**3 - low**3) / 3
-    out = np.empty((3, 3))
-    out[:2, :2] = long * second
-    out[:2, 2] = out[2, :2] = squared * first
-    out[2, 2] = cubed * area
-    return Solid(long * area, np.array([*(long * first), squared * area]), out)
+    out = np.empty((4, 4))
+    out[:3, :3] = long * plane
+    out[:3, 3] = out[3, :3] = squared * plane[0]
+    out[3, 3] = cubed * plane[0, 0]
+    return Solid(out)
 
 
 _POINTS = 24  # of a flank, of a fillet with its land, of an arc of a web
@@ -156,11 +161,8 @@ def carrier_solid(p: CarrierMeshParameters) -> Solid:
 def mesh_solid(fe_mesh: FeMesh) -> Solid:
     """The cells of an FE mesh."""
     points, weights = fe_mesh.quadrature()
-    return Solid(
-        float(weights.sum()),
-        np.einsum("mq,mqi->i", weights, points),
-        np.einsum("mq,mqi,mqj->ij", weights, points, points),
-    )
+    at = np.concatenate([np.ones((*weights.shape, 1)), points], axis=2)
+    return Solid(np.einsum("mq,mqi,mqj->ij", weights, at, at))
 
 
 def _outline(tooth: ToothGeometry) -> Array:

@@ -38,6 +38,7 @@ _SELDOM = 8  # steps between passes at most
 _DEPENDENT = 1e-8  # condition of a block's Gram matrix below which it is made anew
 _CHUNK = 16384  # entries of a vector a thread takes at a time
 _STEPS = 5000
+_BASIS_BYTES = 2.0e9  # of the basis, where that is enough for the modes
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,6 +53,11 @@ class Eigenpairs:
     vectors: Array
     residuals: Array
     beside: Array | None = None
+
+    @property
+    def omega(self) -> Array:
+        """(k,) rad/s rising."""
+        return np.asarray(1 / np.sqrt(self.values))
 
     def lowest(self, count: int) -> Eigenpairs:
         """The first of them."""
@@ -68,6 +74,13 @@ class Eigenpairs:
 
 class NotConverged(RuntimeError):
     """The iteration found fewer modes than it was asked for."""
+
+
+def most_rows(count: int, block: int, n: int = 1) -> int:
+    """Rows of the basis for the `count` lowest modes of n dofs: room for few restarts, where that
+    takes no more than ``_BASIS_BYTES``."""
+    least, roomy = 3 * count // 2 + 4 * block, 4 * count + 8 * block
+    return min(roomy, max(least, int(_BASIS_BYTES / (8 * n))))
 
 
 def all_modes(solve: Operator, mass: Operator, n: int, count: int) -> Eigenpairs:
