@@ -6,15 +6,17 @@ Nothing heavy is imported here: a signal that comes before ``main`` begins ends 
 from __future__ import annotations
 
 import os
+import signal
 
-from flexgear.cli.stopping import STOPPED, on_stop
+from flexgear.files import STOPPING
 
 TYPE_CHECKING = False  # as in typing, which takes longer to load than all the rest here
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
     from types import FrameType
 
 __all__ = ["main"]
+STOPPED = "stopped; nothing half-written was left"
 # What libraries read when they are imported. Matrices are small: threads of one product wait for
 # one another, and both processors have other work.
 SETTINGS = {
@@ -38,3 +40,12 @@ def _leave(number: int, frame: FrameType | None) -> None:
     """Stop where nothing was begun; an exception within an import could turn into any other."""
     os.write(2, f"flexgear: {STOPPED}\n".encode())
     os._exit(1)
+
+
+def on_stop(handler: Callable[[int, FrameType | None], None] | signal.Handlers) -> None:
+    """Set what happens at the signals that stop a run; those that are ignored, as under nohup or
+    in a shell's background, stay so."""
+    for name in STOPPING:
+        number = getattr(signal, name, None)
+        if number is not None and signal.getsignal(number) is not signal.SIG_IGN:
+            signal.signal(number, handler)

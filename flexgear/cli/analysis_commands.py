@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
@@ -256,7 +256,6 @@ Save = Annotated[
         "--save", metavar="NAME", help="Variable to write to --out; repeatable. All if left out."
     ),
 ]
-Say = Callable[[str], None]
 
 
 def saved_names(save: Sequence[str] | None, out: Path | None) -> list[str]:

@@ -18,9 +18,9 @@ from flexgear.cli.outputs import save_or_rescue
 from flexgear.model.names import GEAR_MESH, PLANET_PASS, SHAFT, BodyName
 from flexgear.model.units import RPM
 from flexgear.results.dataset_file import save
-from flexgear.results.figure import number
 from flexgear.results.flanks import GEARS, flank_names
 from flexgear.results.harmonics import radial_harmonics, star_angle
+from flexgear.results.quantities import number
 from flexgear.results.report.sharing import DEFINITION
 from flexgear.results.report.wording import titled_by_stage, window_words, with_unit, words
 from flexgear.results.sinks import Ranges

@@ -24,7 +24,7 @@ from typing import Any, NamedTuple, TextIO
 import typer
 from typer.core import TyperCommand, TyperGroup
 
-from flexgear.cli.stopping import STOPPED, on_stop
+from flexgear.cli import STOPPED, on_stop
 from flexgear.model.errors import FlexgearError, FlexgearWarning, InputError, shortened
 
 
@@ -236,14 +236,7 @@ def _report(error: Exception) -> int:
     return _say(f"an internal error, please report it ({kind}: {error}); --debug shows where", 1)
 
 
-def _warn(
-    message: Warning | str,
-    category: type[Warning],
-    filename: str,
-    lineno: int,
-    file: TextIO | None = None,
-    line: str | None = None,
-) -> None:
+def _warn(message: Warning | str, category: type[Warning], *_: Any, **__: Any) -> None:
     """Our own warnings in one line; what libraries warn of is for developers."""
     if issubclass(category, FlexgearWarning):
         _say(str(message), 0)

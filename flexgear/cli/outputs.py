@@ -38,9 +38,9 @@ def _file_named(text: str) -> Path:
     return Path(text)
 
 
-def file_option(flag: str, about: str, metavar: str = "FILE") -> Any:
+def file_option(flag: str, about: str) -> Any:
     """An option that names a file to write."""
-    return typer.Option(flag, metavar=metavar, help=about, parser=_file_named)
+    return typer.Option(flag, metavar="FILE", help=about, parser=_file_named)
 
 
 OutFolder = Annotated[

@@ -53,7 +53,7 @@ def run(
     claim_folder(folder, RUN, origin_of_case(source, "run"), force)
     watch = Stopwatch()
     with (
-        EarlyWorkers(pictures, ready_to_draw if source.flexible_stages else bool) as workers,
+        EarlyWorkers(pictures, _imported if source.flexible_stages else bool) as workers,
         staged_folder(folder, earlier(RUN)) as stage,
         progress(quiet) as report,
     ):
@@ -105,11 +105,11 @@ def _show(title: str, case: Case, flow: PowerFlow, summary: dict[str, Any]) -> N
             typer.echo(f"  {'':<{width}}    {text}")
 
 
-def ready_to_draw() -> None:
+def _imported() -> None:
     """Import what draws; commands that draw nothing, or not yet, do without."""
-    from flexgear.cli import pictures
+    from flexgear.cli.pictures import imported
 
-    pictures.imported()
+    imported()
 
 
 def save_run(result: Run, stage: Path, report: Report) -> None:

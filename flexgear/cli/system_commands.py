@@ -23,6 +23,7 @@ from flexgear.files.cache_folder import cache_directory
 from flexgear.model.errors import FlexgearError
 from flexgear.results.version import version
 from flexgear.structures import cache as store
+from flexgear.studies.early_workers import processors
 
 LIBRARIES = {  # what gmsh and VTK load on Linux, and the package of Debian and Ubuntu that has it
     "libGL.so.1": "libgl1", "libEGL.so.1": "libegl1", "libGLU.so.1": "libglu1-mesa",
@@ -136,10 +137,9 @@ def _rendering() -> Finding:
 
 def _threads() -> Finding:
     """Processors that may be used, and settings that leave some idle."""
-    may = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
     names = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS")
     settings = ", ".join(f"{name}={os.environ[name]}" for name in names if name in os.environ)
-    return Finding("threads", f"{may} processors{'; ' + settings if settings else ''}")
+    return Finding("threads", f"{processors()} processors{'; ' + settings if settings else ''}")
 
 
 def _places() -> Iterator[Finding]:

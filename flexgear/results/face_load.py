@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from flexgear.gears.face_load import factor_along
 from flexgear.model.names import FlankName
-from flexgear.results.figure import Figure, values
+from flexgear.results.quantities import Figure, values
 
 Array = NDArray[np.float64]
 END = 2.0  # K at which a tilted tooth begins to leave its other end: see docs/face_load.md

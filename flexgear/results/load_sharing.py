@@ -27,8 +27,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from flexgear.model.errors import FlexgearError
 from flexgear.model.names import GearMeshName
-from flexgear.results.figure import number
 from flexgear.results.labelled_dataset import groups_of
+from flexgear.results.quantities import number
 
 Array = NDArray[np.float64]
 Definition = Literal["instantaneous", "mean-based", "cycle-based"]

@@ -21,7 +21,7 @@ from flexgear.model.member import PlanetBearing
 from flexgear.model.names import MemberName
 from flexgear.model.stage_view import StageView
 from flexgear.model.units import RPM
-from flexgear.results.figure import ABSENT, ALWAYS, WITH_SECTION, Bars, Figure, values
+from flexgear.results.quantities import ABSENT, ALWAYS, WITH_SECTION, Bars, Figure, values
 
 Array = NDArray[np.float64]
 

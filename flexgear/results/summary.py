@@ -17,8 +17,8 @@ import xarray as xr
 from flexgear.files.plain import plain
 from flexgear.model.errors import FlexgearError
 from flexgear.results.face_load import CYCLE_FIGURES, FLANK_FIGURES
-from flexgear.results.figure import ALWAYS, WITH_SECTION, Figure, below
 from flexgear.results.load_sharing import sharing_figures
+from flexgear.results.quantities import ALWAYS, WITH_SECTION, Figure, below
 from flexgear.results.stage_figures import KINEMATICS, MEMBERS, STAGE_FIGURES, TRAIN
 from flexgear.results.time_figures import DROP, ORDERS, RIM, STAGE_DROP, STEADY, TRANSIENT
 

@@ -8,8 +8,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -17,10 +16,9 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.special import bdtr, betaincinv, stdtrit
 
 from flexgear.model.names import GearMeshName
-from flexgear.results.figure import number
 from flexgear.results.labelled_dataset import GEAR_MESH, GROUP, fields_of, groups_of
 from flexgear.results.load_sharing import mesh_load_factor
-from flexgear.results.quantities import Quantity
+from flexgear.results.quantities import Quantity, number
 from flexgear.results.result_quantities import RESULT_QUANTITIES
 
 Array = NDArray[np.float64]
@@ -115,57 +113,56 @@ def tolerance_dataset(
             figures |= _spread(name, np.asarray(arrays[of]), confidence)
     coords: dict[str, Any] = {
         "sample": np.arange(len(arrays["load_sharing_max"])),
-        "size": list(sizes),
-        "phase": list(phases),
         "quantile": list(QUANTILES),
         "group": groups,
         "gear_mesh": list(gear_meshes),
     }
-    of_groups, of_gear_meshes = (
-        fields_of(groups, GROUP, "group_"),
-        fields_of(gear_meshes, GEAR_MESH),
-    )
-    coords |= {name: ("group", values) for name, values in of_groups.items()}
-    coords |= {name: ("gear_mesh", values) for name, values in of_gear_meshes.items()}
-    if not sizes:
-        del coords["size"]
-    if not phases:
-        del coords["phase"]
+    fields = {
+        "group": fields_of(groups, GROUP, "group_"),
+        "gear_mesh": fields_of(gear_meshes, GEAR_MESH),
+    }
+    coords |= {name: (dim, v) for dim, columns in fields.items() for name, v in columns.items()}
+    drawn = {"size": sizes, "phase": phases}
+    coords |= {name: list(labels) for name, labels in drawn.items() if labels}
     return xr.Dataset(
-        {name: _variable(name, figures[name]) for name in figures if figures[name].size},
+        {
+            name: xr.Variable(_VARIABLES[name].dims, values, _VARIABLES[name].attrs)
+            for name, values in figures.items()
+            if values.size
+        },
         coords,
         {**attrs, "confidence": confidence},
     )
 
 
-def _variable(name: str, values: Array) -> xr.Variable:
-    return xr.Variable(_VARIABLES[name].dims, values, _VARIABLES[name].attrs)
+def _ends(name: str, estimates: Sequence[Any]) -> dict[str, Array]:
+    """Values of estimates (…, 3) and the ends of their intervals, by the names of variables."""
+    values = np.array(estimates, dtype=float)
+    return {f"{name}{end}": values[..., k] for k, (end, _) in enumerate(PARTS)}
 
 
 def _share_above(values: Array, assumed: Sequence[float], confidence: float) -> dict[str, Array]:
     """Share of samples whose largest K (J, groups) is above what is assumed."""
+    columns = [column[np.isfinite(column)] for column in values.T]
     above = [
-        share_above_limit(column[np.isfinite(column)], limit, confidence)
-        if math.isfinite(limit)
-        else NO_ESTIMATE
-        for column, limit in zip(values.T, assumed, strict=True)
+        share_above_limit(x, limit, confidence) if math.isfinite(limit) else NO_ESTIMATE
+        for x, limit in zip(columns, assumed, strict=True)
     ]
-    return {f"share_above{end}": np.array([getattr(e, part) for e in above]) for end, part in PARTS}
+    return _ends("share_above", above)
 
 
 def _spread(name: str, values: Array, confidence: float) -> dict[str, Array]:
     """Deviation, mean and quantiles of a variable (J, groups) over its samples."""
     columns = [column[np.isfinite(column)] for column in values.T]
-    averages = [mean_of(x, confidence) for x in columns]
-    quantiles = [[quantile_of(x, p, confidence) for p in QUANTILES] for x in columns]
     deviations = [x.std(ddof=1) if len(x) > 1 else math.nan for x in columns]
-    out = {f"{name}_deviation": np.array(deviations)}
-    for end, part in PARTS:
-        out[f"{name}_average{end}"] = np.array([getattr(e, part) for e in averages])
-        out[f"{name}_quantile{end}"] = np.array(
-            [[getattr(e, part) for e in line] for line in quantiles]
-        )
-    return out
+    return {
+        f"{name}_deviation": np.array(deviations),
+        **_ends(f"{name}_average", [mean_of(x, confidence) for x in columns]),
+        **_ends(
+            f"{name}_quantile",
+            [[quantile_of(x, p, confidence) for p in QUANTILES] for x in columns],
+        ),
+    }
 
 
 def tolerance_summary(data: xr.Dataset) -> dict[str, Any]:
@@ -234,8 +231,7 @@ def _interval(
     return None if interval["value"] is None else interval
 
 
-@dataclass(frozen=True)
-class Estimate:
+class Estimate(NamedTuple):
     """A value and the ends of its confidence interval, NaN where there are too few samples."""
 
     value: float

@@ -31,7 +31,7 @@ from flexgear.gears.power_flow import PowerFlow
 from flexgear.model.case import Case
 from flexgear.model.names import BodyName, FlankName
 from flexgear.model.stage_view import StageView
-from flexgear.results.report.sharing import Sharing, own_variant, sharing_title, sharings
+from flexgear.results.report.sharing import Sharing, own_variant, sharings
 from flexgear.results.report.wording import (
     factor,
     number,
@@ -254,7 +254,7 @@ def _beside_sharing(case: Case, flow: PowerFlow, sharing: Sharing) -> list[dict[
     teeth = _teeth(case, flow, sharing.stage)
     if k - 1.0 < UNEVEN or soft <= SMALL * teeth:
         return []
-    title = sharing_title(sharing)
+    title = titled_by_stage("Load sharing", sharing.stage)
     left = " and ".join(EFFECTS[name] for name in effects)
     return [
         {

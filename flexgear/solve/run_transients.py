@@ -20,7 +20,7 @@ import xarray as xr
 
 from flexgear.coupling.pace import timed_drops
 from flexgear.model.case import Case
-from flexgear.results.figure import values
+from flexgear.results.quantities import values
 from flexgear.results.settling import settled, window_of
 from flexgear.results.sinks import DatasetSink, between, ranges_of
 from flexgear.results.stage_figures import KINEMATICS, STAGE_FIGURES, StageRun

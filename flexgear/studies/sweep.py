@@ -228,13 +228,11 @@ def failures(data: xr.Dataset, name: str = "message") -> list[tuple[str, str]]:
         return out
     for point in np.argwhere(data[name].to_numpy() != ""):
         failure = data[name][tuple(point)]
-        where = ", ".join(f"{d} = {_tick_text(failure[d].item())}" for d in data[name].dims)
+        ticks = {dim: failure[dim].item() for dim in data[name].dims}
+        texts = (f"{d} = {f'{v:g}' if isinstance(v, float) else v}" for d, v in ticks.items())
+        where = ", ".join(texts)
         out.append((where, str(failure.item())))
     return out
-
-
-def _tick_text(tick: float | str) -> str:
-    return f"{tick:g}" if isinstance(tick, float) else tick
 
 
 def _case(

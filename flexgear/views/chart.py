@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 from flexgear.gears.flanks import modified_flanks
 from flexgear.gears.paths import stage_paths
 from flexgear.model.errors import FlexgearError
-from flexgear.results.figure import Figure
+from flexgear.results.quantities import Figure
 from flexgear.results.report.wording import of_stage, window_words, with_unit
 from flexgear.results.run_folder import Folder, prefix_of
 from flexgear.results.settling import window_of

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from flexgear.model.errors import FlexgearError
-from flexgear.results import figure as declared
+from flexgear.results import quantities as declared
 from flexgear.results.report.parts import row
 from flexgear.results.report.wording import number, scale, words
 from flexgear.views.select import variable

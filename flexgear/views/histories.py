@@ -19,14 +19,15 @@ from flexgear.model.names import MemberName
 from flexgear.model.units import RPM
 from flexgear.results.report.wording import scale
 from flexgear.results.stage_part import displacement_of, of_kind, ring_force_spread, ring_sharing
-from flexgear.views.dense import draw, say_envelope
 from flexgear.views.loads import finish_x
 from flexgear.views.select import (
     Runs,
     Window,
     abscissa,
+    draw,
     leading_dim,
     planet_count,
+    say_envelope,
     thinned,
     variable,
     within_window,

@@ -1,11 +1,19 @@
-"""Taking what a picture needs out of labelled datasets."""
+"""Taking what a picture needs out of labelled datasets; envelopes and close-ups of long histories.
+
+An oscillation is a crest that stands out. Lines with many of them would be one solid band; their
+envelope is the least and largest value of pieces that hold some each.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 import xarray as xr
+from matplotlib.axes import Axes
+from scipy.interpolate import CubicSpline
+from scipy.signal import find_peaks
 
 from flexgear.model.errors import FlexgearError
 from flexgear.views.style import FloatArray
@@ -63,3 +71,73 @@ def thinned(dataset: xr.Dataset, samples: int) -> xr.Dataset:
     slice, which is read at once where the dataset lies in a file."""
     dim = leading_dim(dataset)
     return dataset.isel({dim: slice(None, None, max(1, -(-dataset.sizes[dim] // samples)))})
+
+
+MOST = 30  # oscillations that are drawn one by one
+PIECES = 240  # of an envelope
+LEAST = 3.0  # oscillations of a piece
+CREST, TINY = 0.3, 1e-300  # of the range of a history, by which a crest stands out at least
+SHOWN = 4.0  # oscillations of a close-up
+SMOOTH = 60  # points of an oscillation that looks round
+
+
+def oscillations(values: FloatArray) -> int:
+    """How many crests a history (t,) has that stand out by a share of all of its range."""
+    finite = values[np.isfinite(values)]
+    if finite.size < 3:
+        return 0
+    return len(find_peaks(finite, prominence=max(CREST * float(np.ptp(finite)), TINY))[0])
+
+
+def is_dense(values: FloatArray) -> bool:
+    """Whether histories (t,) or (t, n) have more oscillations than a picture shows."""
+    return any(oscillations(series) > MOST for series in values.reshape(len(values), -1).T)
+
+
+def draw(
+    axes: Axes, x: FloatArray, y: FloatArray, color: str, fill: bool = True, **style: Any
+) -> bool:
+    """Draw a history as a line, or as its envelope, filled or not; returns whether it is that."""
+    count = oscillations(y)
+    if count <= MOST:
+        axes.plot(x, y, color=color, **style)
+        return False
+    pieces = int(min(PIECES, count / LEAST))
+    starts = np.linspace(0, len(y), pieces, endpoint=False).astype(int)
+    low, high = np.fmin.reduceat(y, starts), np.fmax.reduceat(y, starts)
+    middle = x[np.minimum(starts + len(y) // (2 * pieces), len(y) - 1)]
+    middle[0], middle[-1] = x[0], x[-1]
+    zorder = style.get("zorder", 2.0)
+    if fill:
+        axes.fill_between(middle, low, high, color=color, alpha=0.25, lw=0.0, zorder=zorder)
+    for edge in (low, high):
+        axes.plot(middle, edge, color=color, **{**style, "lw": 0.9})
+    return True
+
+
+def say_envelope(axes: Axes) -> None:
+    """What the bands, or pairs of lines, of a panel are."""
+    axes.set_title("bands: least to largest", loc="right", fontsize=7.5, weight="normal")
+
+
+def close_up(values: FloatArray) -> slice:
+    """Some oscillations of histories (t, n) about their largest value."""
+    count = max(oscillations(series) for series in values.T)
+    length = int(np.ceil(SHOWN * len(values) / max(count, SHOWN)))
+    middle = int(np.nanargmax(np.nanmax(values, axis=1, initial=-np.inf)))
+    first = min(max(middle - length // 2, 0), len(values) - length)
+    return slice(first, first + length + 1)
+
+
+def orbit(way: FloatArray) -> FloatArray:
+    """The path (n, 2) of a place (t, 2), of its last oscillations if there are many, with enough
+    points between the samples that it looks as smooth as the motion is."""
+    count = float(max(oscillations(series) for series in way.T))
+    if count > MOST:
+        way = way[-int(np.ceil(SHOWN * len(way) / count)) - 1 :]
+        count = SHOWN
+    more = int(np.ceil(SMOOTH * count / len(way)))
+    if more <= 1 or len(way) < 4:
+        return way
+    at = np.arange(len(way))
+    return np.asarray(CubicSpline(at, way)(np.linspace(0, len(way) - 1, more * len(way))))

@@ -22,9 +22,8 @@ from flexgear.model.names import BodyName, MemberName
 from flexgear.model.units import RPM
 from flexgear.results.labelled_dataset import groups_in
 from flexgear.results.report.wording import scale
-from flexgear.views.dense import close_up, draw, is_dense, orbit, say_envelope
 from flexgear.views.histories import layer
-from flexgear.views.select import variable
+from flexgear.views.select import close_up, draw, is_dense, orbit, say_envelope, variable
 from flexgear.views.style import (
     KILO,
     MICRO,

@@ -287,7 +287,7 @@ _LINES = ("-", "--", "-")
 
 
 @styled
-def flank_drawing(flank: GearFlank, where: str = "") -> Figure:
+def flank_drawing(flank: GearFlank, where: str) -> Figure:
     """What a flank lacks (µm, normal to it in the transverse section) as a map over the face and
     the roll length, the tip above, with traces of the profile and of the helix beside it.
 

@@ -8,7 +8,6 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from flexgear.model.errors import FlexgearError
-from flexgear.results.figure import values
 from flexgear.results.flanks import (
     carrying_flank,
     carrying_pairs,
@@ -17,6 +16,7 @@ from flexgear.results.flanks import (
     stiffness_split,
     tooth_loads,
 )
+from flexgear.results.quantities import values
 from flexgear.results.stage_part import of_kind, stage_part
 from flexgear.results.time_figures import STAGE_DROP, StageDrop
 

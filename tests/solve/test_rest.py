@@ -8,8 +8,7 @@ from train_contexts import BUNDLED, bundled, put_together
 from trains import stage_train
 
 from flexgear.model.load import load_case
-from flexgear.results.figure import values
-from flexgear.results.quantities import MISSING
+from flexgear.results.quantities import MISSING, values
 from flexgear.results.settling import settled
 from flexgear.results.time_figures import STAGE_DROP, StageDrop
 from flexgear.solve.campbell import campbell

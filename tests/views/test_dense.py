@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from flexgear.views.dense import close_up, draw, is_dense, orbit, oscillations
+from flexgear.views.select import close_up, draw, is_dense, orbit, oscillations
 from flexgear.views.style import panels
 
 TIME = np.linspace(0.0, 5.32, 5321)

@@ -4,7 +4,7 @@ import numpy as np
 
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.load import load_case
-from flexgear.results.figure import Bars, Figure
+from flexgear.results.quantities import Bars, Figure
 from flexgear.results.report.parts import SECTIONS
 from flexgear.results.run_folder import Folder
 from flexgear.results.stage_figures import LIVES

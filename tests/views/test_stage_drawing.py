@@ -96,7 +96,7 @@ def test_axes_scale_and_traces(flank):
 def test_a_flank_that_lacks_the_same_everywhere_has_no_contours():
     flank = FLANKS["external"]
     one = GearFlank("sun", "drive", flank, (lambda rho, z: 5e-6 + 0 * rho + 0 * z,))
-    figure = flank_drawing(one)
+    figure = flank_drawing(one, "")
     assert figure.axes[0].get_title(loc="left") == "sun, drive flank: 5 … 5 µm missing"
     figure.canvas.draw()
 
@@ -104,7 +104,7 @@ def test_a_flank_that_lacks_the_same_everywhere_has_no_contours():
 def test_the_map_is_interactive_in_a_report():
     given = FlankModifications(lead_crowning=8e-6)
     one = GearFlank("sun", "drive", FLANKS["external"], tuple(gaps_of(given, FLANKS["external"])))
-    figure = flank_drawing(one)
+    figure = flank_drawing(one, "")
     figure.canvas.draw()
     maps = [t for p in panels_of(figure) for t in p["data"] if t["type"] == "heatmap"]
     shown = np.array(maps[0]["z"])

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from itertools import groupby
 from typing import Any, Literal
 
-from flexgear.results.figure import Figure
+from flexgear.results.quantities import Figure
 from flexgear.results.report.wording import words
 
 Level = Literal["good", "watch", "bad", "note", "open"]

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from flexgear.model.names import GroupName
-from flexgear.results.report.wording import factor, titled_by_stage, window_words
+from flexgear.results.report.wording import factor, window_words
 
 APART = 0.01  # by which factors in equilibria and in time differ before a sentence says why
 DEFINITION = (
@@ -75,11 +75,6 @@ def sharings(load_sharing: Mapping[str, Any]) -> Iterator[Sharing]:
             static, dynamic = (max(factors, default=None) for factors in (equilibria, times))
             sides = tuple((side, k) for side, k in halves[name].items() if side)
             yield Sharing(name, static, dynamic, assumed, window_words(in_time), sides)
-
-
-def sharing_title(sharing: Sharing) -> str:
-    """ "Load sharing, stage 1"; without the name of the only stage, written [stage]."""
-    return titled_by_stage("Load sharing", sharing.stage)
 
 
 def own_variant(by_variant: Mapping[str, Any]) -> Any:

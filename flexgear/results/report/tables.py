@@ -15,7 +15,7 @@ from flexgear.model.case import Case
 from flexgear.model.names import FlankName
 from flexgear.model.units import Quantity
 from flexgear.results.face_load import CYCLE_FIGURES, FLANK_FIGURES, misalignment_of_groups
-from flexgear.results.figure import Figure
+from flexgear.results.quantities import Figure
 from flexgear.results.report.key_words import rows_of
 from flexgear.results.report.parts import Row, Table, row, rows
 from flexgear.results.report.sharing import groups_of
@@ -23,6 +23,7 @@ from flexgear.results.report.wording import (
     FACTOR,
     excitation_words,
     of_stage,
+    titled_by_stage,
     window_words,
     with_unit,
     words,
@@ -72,11 +73,6 @@ def stage_tables(case: Case) -> Iterator[Table]:
             yield Table(section, title, rows_of(section_rows))
 
 
-def _of(stage: str, what: str) -> str:
-    """A title with its stage, but for the only one, written [stage]."""
-    return what if stage == "stage" else f"{words(stage)}, {what}"
-
-
 def _power(summary: Summary) -> Iterator[Table]:
     flow = summary["power_flow"]
     yield Table("power", "whole train", list(rows(TRAIN, flow)))
@@ -86,8 +82,8 @@ def _power(summary: Summary) -> Iterator[Table]:
 
 def _forces(summary: Summary) -> Iterator[Table]:
     for name, figures in summary["stages"].items():
-        yield Table(MESH, _of(name, "from the power flow"), list(rows(MESHES, figures)))
-        title = _of(name, "root stress by finite elements")
+        yield Table(MESH, titled_by_stage("from the power flow", name), list(rows(MESHES, figures)))
+        title = titled_by_stage("root stress by finite elements", name)
         yield Table("face", title, list(rows(ROOTS, figures)))
     transient = summary["transient"]
     title = f"forces in time, {window_words(transient)}"
@@ -138,10 +134,12 @@ def _bearings(case: Case, flow: PowerFlow, summary: Summary) -> Iterator[Table]:
             Row("bearings side by side", case.stage(at.name).planet_bearing.count),
             Row("basic rating life (ISO 281), nominal", nominal, "h"),
         ]
-        yield Table("bearings", _of(at.name, "planet bearings"), loads)
-        yield Table("bearings", _of(at.name, "carrier bearings"), list(rows(SEATS, figures)))
+        yield Table("bearings", titled_by_stage("planet bearings", at.name), loads)
+        yield Table(
+            "bearings", titled_by_stage("carrier bearings", at.name), list(rows(SEATS, figures))
+        )
         title = f"basic rating life (ISO 281), load of the same damage over {over}"
-        yield Table("bearings", _of(at.name, title), list(rows(LIVES, figures)))
+        yield Table("bearings", titled_by_stage(title, at.name), list(rows(LIVES, figures)))
 
 
 def _beside(force: float, flow: StageFlow) -> float:
