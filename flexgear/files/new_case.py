@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
-from flexgear.files.case_text import CaseText, Section, Value, commented
+from flexgear.files.case_text import CaseText, Value, commented
 from flexgear.gears import surroundings as around
 from flexgear.gears.sizing import FACTOR, FLANK, FORM, ROOT, Proposal
 
@@ -77,41 +77,36 @@ def _kinds(stages: Sequence[Proposal]) -> str:
     return f"{' and '.join(kinds).capitalize()} stages"
 
 
-def _put(text: CaseText, header: str, fields: Fields) -> Section:
-    """A section with these fields; rated figures to nine digits, lengths to four."""
+def _put(text: CaseText, header: str, fields: Fields) -> None:
+    """A section with these fields, lengths in m; rated figures to nine digits, lengths to four."""
     section = text.section(header)
     for key, (value, why) in fields.items():
-        digits = (
-            9 if why in (RATED, ASKED) else 5 if key in TEETH else 4 if key.endswith("_mm") else 3
-        )
-        section.put(key, float(f"{value:.{digits}g}") if isinstance(value, float) else value, why)
-    return section
-
-
-def _mm(length: float) -> float:
-    return 1e3 * length
+        length = key.endswith("_mm")
+        digits = 9 if why in (RATED, ASKED) else 5 if key in TEETH else 4 if length else 3
+        if isinstance(value, float):
+            value = float(f"{value * (1e3 if length else 1.0):.{digits}g}")
+        section.put(key, value, why)
 
 
 def _stage(text: CaseText, table: str, name: str, p: Proposal) -> None:
     stage = "[stage]" if table == "stage" else "[[stages]]"
     named: Fields = {} if table == "stage" else {"name": (name, "")}
-    bearing, support = around.bearing_stiffness(p), around.ring_support(p)
     carrier = around.carrier_size(p)
     _put(text, stage, named | _gears(p))
     _put(text, f"[{table}.errors]", _errors(p))
     planet = _gear(p, 1, "the sum Σ of sun and planet fits the ring's centre distance")
     bore = "bearing seat; rim of 1.2 tooth heights, ISO 6336-3"
-    _put(text, f"[{table}.planet]", {**planet, "bore_diameter_mm": (_mm(carrier.bore), bore)})
-    _put(text, f"[{table}.planet_bearing]", _planet_bearing(p, bearing))
+    _put(text, f"[{table}.planet]", {**planet, "bore_diameter_mm": (carrier.bore, bore)})
+    _put(text, f"[{table}.planet_bearing]", _planet_bearing(p))
     _put(text, f"[{table}.sun]", _gear(p, 0, "ISO/TR 4467: λ (u - 1)/(u + 1) + Σ/(u + 1), λ = 0.5"))
-    _sun_shaft(text, table, p, carrier, bearing)
+    _sun_shaft(text, f"{table}.sun.shaft", p, carrier)
     ring = _gear(p, 2, "x_p + x_r = 0: at their reference distance")
     ring["addendum"] = (p.teeth.ring_addendum, "its tip clears the root of the planets")
     ring["dedendum"] = (p.teeth.ring_dedendum, "its root clears the tips of the planets")
     ring["root_fillet"] = (p.teeth.ring_fillet, "of the tool's tip, ISO 53")
     _put(text, f"[{table}.ring]", ring)
-    _ring(text, table, p, support, bearing)
-    _carrier(text, table, p, carrier, bearing)
+    _ring(text, f"{table}.ring", p)
+    _carrier(text, f"{table}.carrier", p, carrier)
 
 
 def _gears(p: Proposal) -> Fields:
@@ -120,11 +115,11 @@ def _gears(p: Proposal) -> Fields:
         "planets": (p.request.planets, f"({p.teeth.sun} + {p.teeth.ring})/{p.request.planets} is "
                     "whole: equal spacings assemble"),
         "normal_module_mm": (
-            _mm(p.module), ASKED if p.request.module else "DIN 780; by flank and root",
+            p.module, ASKED if p.request.module else "DIN 780; by flank and root",
         ),
         "pressure_angle_deg": (20.0, "ISO 53"),
         "face_width_mm": (
-            _mm(p.face_width),
+            p.face_width,
             "the least that carries flank and root" + (", of each half" if double else ""),
         ),
     }  # fmt: skip
@@ -134,7 +129,7 @@ def _gears(p: Proposal) -> Fields:
         fields["planet_hand"] = ("right", f"of planets and ring{where}")
     if double:
         fields["double_helical"] = (True, "")
-        fields["half_gap_mm"] = (_mm(p.half_gap), "chosen: six modules for the tool to run out")
+        fields["half_gap_mm"] = (p.half_gap, "chosen: six modules for the tool to run out")
     return fields
 
 
@@ -144,7 +139,7 @@ def _gear(p: Proposal, which: int, why: str) -> Fields:
 
 
 def _errors(p: Proposal) -> Fields:
-    size = min(1.2 * math.sqrt(_mm(p.module)) + 2, _mm(p.module))
+    size = min(1.2 * math.sqrt(1e3 * p.module) + 2, 1e3 * p.module)
     why = "about ISO 1328 quality 5, or a thousandth of the module"
     return {f"{gear}_tooth_um": (size, why) for gear in ("ring", "planet", "sun")}
 
@@ -154,8 +149,8 @@ def _arm(p: Proposal) -> float:
     return 0.25 * p.gear_width
 
 
-def _planet_bearing(p: Proposal, bearing: float) -> Fields:
-    slides = p.request.double_helical
+def _planet_bearing(p: Proposal) -> Fields:
+    slides, bearing = p.request.double_helical, around.bearing_stiffness(p)
     return {
         "radial_n_per_m": (bearing, "two rows of 16 rollers, half of Palmgren's stiffness"),
         "axial_n_per_m": (
@@ -169,7 +164,9 @@ def _planet_bearing(p: Proposal, bearing: float) -> Fields:
     }
 
 
-def _bearing(p: Proposal, bearing: float, axial: float, why: str) -> Fields:
+def _bearing(p: Proposal, axial: float, why: str, times: float = 1.0) -> Fields:
+    """So many times as stiff as a planet's; axial: share of the radial stiffness."""
+    bearing = times * around.bearing_stiffness(p)
     return {
         "radial_n_per_m": (bearing, why),
         "axial_n_per_m": (axial * bearing, ""),
@@ -177,14 +174,12 @@ def _bearing(p: Proposal, bearing: float, axial: float, why: str) -> Fields:
     }
 
 
-def _sun_shaft(
-    text: CaseText, table: str, p: Proposal, carrier: around.CarrierSize, bearing: float
-) -> None:
-    at, slides = f"{table}.sun.shaft", p.request.double_helical
+def _sun_shaft(text: CaseText, at: str, p: Proposal, carrier: around.CarrierSize) -> None:
+    slides, bearing = p.request.double_helical, around.bearing_stiffness(p)
     _put(text, f"[{at}]", {"direction": (AXES[p.request.arrangement][2], "")})
     _put(text, f"[[{at}.sections]]", {
-        "length_mm": (_mm(p.gear_width + 4 * carrier.plate), "through a plate and beyond"),
-        "outer_diameter_mm": (_mm(carrier.shaft), "solid; 100 N/mm² of shear at rated torque"),
+        "length_mm": (p.gear_width + 4 * carrier.plate, "through a plate and beyond"),
+        "outer_diameter_mm": (carrier.shaft, "solid; 100 N/mm² of shear at rated torque"),
     })  # fmt: skip
     where = "; its end is held" if p.request.kind.held == "sun" else ""
     _put(text, f"[{at}.spline]", {
@@ -202,19 +197,11 @@ def _twist() -> str:
     return f"chosen: {1e3 * around.TWIST:g} mrad at rated torque"
 
 
-def _ring(
-    text: CaseText,
-    table: str,
-    p: Proposal,
-    support: around.Bolting | around.Splined,
-    bearing: float,
-) -> None:
-    at, double = f"{table}.ring.fe", p.request.double_helical
+def _ring(text: CaseText, ring: str, p: Proposal) -> None:
+    at, double, support = f"{ring}.fe", p.request.double_helical, around.ring_support(p)
     bolted = isinstance(support, around.Bolting)
     width = "3 to 3.5 modules (full by ISO 6336-3), with room for the bolts"
-    rim: Fields = {
-        "rim_thickness_mm": (_mm(support.rim), width if bolted else "chosen: three modules")
-    }
+    rim: Fields = {"rim_thickness_mm": (support.rim, width if bolted else "chosen: three modules")}
     if isinstance(support, around.Bolting):
         why = "chosen" + ("; the right half is mirrored" if double else "")
         end = "-z" if double else AXES[p.request.arrangement][1]
@@ -224,7 +211,7 @@ def _ring(
         _put(text, f"[{at}]", rim)
         _put(text, f"[[{at}.splines]]", {
             "z_mm": (0.0, "chosen: outer spline over most of the face"),
-            "half_width_mm": (_mm(support.half_width), ""),
+            "half_width_mm": (support.half_width, ""),
             "stiffness_radial_n_per_m": (support.across, "chosen: its flanks centre it"),
             "stiffness_axial_n_per_m": (support.across, "chosen: a snap ring"),
             "stiffness_tilt_nm_per_rad": (support.tilt, ""),
@@ -234,12 +221,12 @@ def _ring(
         return
     hub = around.ring_hub(p, support.rim)
     side = 1.0 if AXES[p.request.arrangement][1] == "+z" else -1.0
-    _put(text, f"[{table}.ring.hub]", {
+    _put(text, f"[{ring}.hub]", {
         "mass_kg": (hub.mass, "chosen: a flange a third as wide as the gears"),
         "inertia_kg_m2": (hub.inertia, ""), "tilt_inertia_kg_m2": (hub.tilt_inertia, ""),
-        "z_mm": (side * _mm(hub.z), ""),
+        "z_mm": (side * hub.z, ""),
     })  # fmt: skip
-    _put(text, f"[{table}.ring.hub.bearing]", _bearing(p, bearing, 0.5, "chosen: as a planet's"))
+    _put(text, f"[{ring}.hub.bearing]", _bearing(p, 0.5, "chosen: as a planet's"))
 
 
 def _bolts(b: around.Bolting) -> Fields:
@@ -248,8 +235,8 @@ def _bolts(b: around.Bolting) -> Fields:
         held = f"friction holds {100 * b.friction:.0f} % of the torque, fitted pins the rest"
     return {
         "number": (b.number, f"grade 10.9; {held}"),
-        "circle_diameter_mm": (_mm(b.circle), "middle of the rim"),
-        "diameter_mm": (_mm(b.diameter), ""),
+        "circle_diameter_mm": (b.circle, "middle of the rim"),
+        "diameter_mm": (b.diameter, ""),
         "stiffness_radial_n_per_m": (b.across, "chosen: friction joint, half of the axial one"),
         "stiffness_tangential_n_per_m": (b.across, ""),
         "stiffness_axial_n_per_m": (b.axial, "E A/l of the clamped sleeve"),
@@ -258,44 +245,42 @@ def _bolts(b: around.Bolting) -> Fields:
     }
 
 
-def _carrier(
-    text: CaseText, table: str, p: Proposal, c: around.CarrierSize, bearing: float
-) -> None:
+def _carrier(text: CaseText, at: str, p: Proposal, c: around.CarrierSize) -> None:
     held = p.request.kind.held == "carrier"
-    flange = _bearing(p, 2 * bearing, 1.0, "chosen: a flange bolted to the housing")
+    flange = _bearing(p, 1.0, "chosen: a flange bolted to the housing", times=2.0)
     flange["torsion_nm_per_rad"] = (p.carrier_torque / around.TWIST, _twist())
-    located = _bearing(p, bearing, 0.25, "chosen: as a planet's; locates axially")
-    _put(text, f"[{table}.carrier.bearing_drive]", flange if held else located)
-    _put(text, f"[{table}.carrier.bearing_far]", _bearing(p, bearing, 0.25, "chosen"))
-    _put(text, f"[{table}.carrier.fe]", {
+    located = _bearing(p, 0.25, "chosen: as a planet's; locates axially")
+    _put(text, f"[{at}.bearing_drive]", flange if held else located)
+    _put(text, f"[{at}.bearing_far]", _bearing(p, 0.25, "chosen"))
+    _put(text, f"[{at}.fe]", {
         "drive_side": (AXES[p.request.arrangement][0], "chosen: two plates round the planets"),
-        "plate_diameter_mm": (_mm(c.plate_diameter), "encloses the pins, passes through the ring"),
-        "plate_thickness_drive_mm": (_mm(c.plate), "half of a pin's diameter"),
-        "plate_thickness_far_mm": (_mm(c.plate), ""),
-        "plate_gap_mm": (_mm(c.gap), "width of the gears and two modules"),
-        "web_width_mm": (_mm(c.web_width), ""),
-        "web_clearance_mm": (_mm(c.web_clearance), ""),
-        "pin_diameter_mm": (_mm(c.pin), "three quarters of the planets' bore"),
-        "hub_outer_diameter_mm": (_mm(c.hub), ""),
-        "hub_bore_mm": (_mm(c.hub_bore), "the sun's shaft has room"),
-        "hub_length_mm": (_mm(c.hub_length), ""),
+        "plate_diameter_mm": (c.plate_diameter, "encloses the pins, passes through the ring"),
+        "plate_thickness_drive_mm": (c.plate, "half of a pin's diameter"),
+        "plate_thickness_far_mm": (c.plate, ""),
+        "plate_gap_mm": (c.gap, "width of the gears and two modules"),
+        "web_width_mm": (c.web_width, ""),
+        "web_clearance_mm": (c.web_clearance, ""),
+        "pin_diameter_mm": (c.pin, "three quarters of the planets' bore"),
+        "hub_outer_diameter_mm": (c.hub, ""),
+        "hub_bore_mm": (c.hub_bore, "the sun's shaft has room"),
+        "hub_length_mm": (c.hub_length, ""),
     })  # fmt: skip
     seats = {
         "drive": min(1.1 * c.hub, 0.95 * c.plate_diameter),
         "far": max(0.9 * c.hub, 1.12 * c.hub_bore),
     }
     for side, diameter in seats.items():
-        _put(text, f"[{table}.carrier.fe.seat_{side}]", {
-            "diameter_mm": (_mm(diameter), ""), "width_mm": (_mm(0.5 * c.hub_length), ""),
+        _put(text, f"[{at}.fe.seat_{side}]", {
+            "diameter_mm": (diameter, ""), "width_mm": (0.5 * c.hub_length, ""),
         })  # fmt: skip
 
 
 def _joint(text: CaseText, first: str, second: str, p: Proposal) -> None:
     """Between two stages; a sun's shaft has its spline in series."""
-    torque, bearing = p.request.torque / p.ratio, around.bearing_stiffness(p)
+    torque = p.request.torque / p.ratio
     _put(text, "[[joints]]", {
         "first": (first, ""), "second": (second, ""),
-        **_bearing(p, bearing, 0.25, "chosen: a flange"),
+        **_bearing(p, 0.25, "chosen: a flange"),
         "torsion_nm_per_rad": (torque / around.TWIST, _twist()),
     })  # fmt: skip
 
@@ -325,7 +310,7 @@ def _port(
         )
         fields["tilt_inertia_kg_m2"] = (max(0.5 * inertia, 1e-6), "")
         _put(text, header, fields)
-        bearing = _bearing(stage, around.bearing_stiffness(stage), 1.0, "chosen: shaft bearing")
+        bearing = _bearing(stage, 1.0, "chosen: shaft bearing")
         _put(text, f"{header.replace('[[', '[').replace(']]', ']')[:-1]}.bearing]", bearing)
         return
     _put(text, header, fields)
