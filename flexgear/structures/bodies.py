@@ -1,6 +1,4 @@
-"""Bodies as the coupled system sees them, and springs that hold them.
-
-Bodies as the coupled system sees them: mass, stiffness and named 6-dof nodes.
+"""Bodies as the coupled system sees them, with mass, stiffness and named 6-dof nodes, and springs.
 
 A body has coordinates ``q`` (d,). The motion of its nodes is ``node_map @ q`` with six rows a
 node in the order ux, uy, uz, rx, ry, rz (m, rad). A reduced finite-element body, a beam, a lumped
@@ -11,10 +9,9 @@ Coordinates are the node dofs followed by modal ones (Craig–Bampton, beams); t
 the frame's origin (rigid and lumped bodies); or that motion followed by elastic coordinates
 (``floating``). ``rigid_motions`` says for all of them which coordinates move the body as rigid.
 
-Springs that hold bodies, for the coupled system and the error estimates alike.
-
-A spring acts on the motion of one interface node against its surroundings, in axes turned about z:
-those of a bolt point outward along the radius, tangentially and along z.
+A spring, for the coupled system and the error estimates alike, acts on the motion of one interface
+node against its surroundings, in axes turned about z: those of a bolt point outward along the
+radius, tangentially and along z.
 """
 
 from __future__ import annotations

@@ -1,11 +1,8 @@
-"""How far a reduced body is from its FE model.
+"""How far a reduced body is from the FE model that it was made from.
 
-Loads that error estimates put on a body: lines on tooth flanks, pressure on pin seats.
-
-How far a reduced body is from the finite-element model it was made from.
-
-Static. Both models stand on the same supports S at the interface nodes. The full model under a
-load f on the surface answers with interface motion
+Static, under lines of load on tooth flanks and pressure on pin seats. Both models stand on the same
+supports S at the interface nodes. The full model under a load f on the surface answers with
+interface motion
 
     (K_bb + S) q = Psi^T f            (exact: Schur complement of K + B^T S B),
 

@@ -1,8 +1,6 @@
 """Reduced bodies; as floating ones, and both halves of a ring.
 
-Progress of long work: a stage in words and the share of it that is done.
-
-A reduced body: mass and stiffness on named 6-dof nodes and modal coordinates.
+A reduced body has mass and stiffness on named 6-dof nodes and modal coordinates.
 
 u ~ Psi q_b + Phi eta, coordinates q = [q_b, eta]; q_b = six dofs (ux, uy, uz in m; tx, ty, tz in
 rad) of each node in node order, eta scaled by Phi^T M Phi = I (kg^(1/2) m).
@@ -44,7 +42,7 @@ from flexgear.structures.linalg import Array, Ints
 from flexgear.structures.strain import strain_of_gradient, vertex_gradient
 from flexgear.structures.tooth_shapes import RimFlexibility
 
-Progress = Callable[[str, float], None]
+Progress = Callable[[str, float], None]  # a stage in words, and the share that is done
 
 
 def silent(stage: str, fraction: float) -> None:

@@ -1,12 +1,9 @@
 """Values and strain anywhere in a body's FE mesh and on its surface.
 
-Values anywhere in a body's FE mesh, or close beside it, from those at its vertices.
-
-Strain at points of a ring's surface as a linear map of the reduced coordinates.
-
-A point lies where a ray from the axis at a height z meets the surface of the FE mesh: last for the
-outer surface, first for a tooth root. There the strains of the three vertices around are
-interpolated linearly, so that with the gradient G of ``strain`` and the recovery Phi_r
+Strain at points of a ring's surface is a linear map of the reduced coordinates. A point lies where
+a ray from the axis at a height z meets the surface of the FE mesh: last for the outer surface,
+first for a tooth root. There the strains of the three vertices around are interpolated linearly, so
+that with the gradient G of ``strain`` and the recovery Phi_r
 
     eps_ij = sum_v w_v (e_i . G_vj Phi_r + e_j . G_vi Phi_r) q / 2 = rows q,
 

@@ -1,10 +1,9 @@
 """Borders of sectors: their rigid motion, and all of them together by harmonics.
 
-Rigid motion of one sector, which its condensed matrices keep to the last digit.
-
-Where a large body bends softly, its sectors move nearly as rigid pieces, and rounding of the size
-of a sector's own stiffness would outweigh what strain there is. Of a free sector condensed to its
-borders, S x_b, with B^ the motion its ties take from them and R rigid motion (R_b on the borders),
+The condensed matrices of one sector keep its rigid motion to the last digit. Where a large body
+bends softly, its sectors move nearly as rigid pieces, and rounding of the size of a sector's own
+stiffness would outweigh what strain there is. Of a free sector condensed to its borders, S x_b,
+with B^ the motion its ties take from them and R rigid motion (R_b on the borders),
 
     S R_b = 0,   B^ R_b = B R
 
@@ -13,10 +12,9 @@ of the two shares counts. With R_b^T R_b = I these are restored by the smallest 
 
     S <- (I - R_b R_b^T) S (I - R_b R_b^T),   B^ <- B^ + (B R - B^ R_b) R_b^T.
 
-The borders of all sectors together, by a discrete Fourier transform over the sectors.
-
-One sector's condensed matrix on [its border, the next border] is [S_00 S_01; S_10 S_11]. With
-x(s) = 1/z sum_h X_h e^{i h s 2 pi/z} the borders separate by harmonics,
+All borders together are solved by a Fourier transform over the sectors. One sector's condensed
+matrix on [its border, the next border] is [S_00 S_01; S_10 S_11]. With x(s) = 1/z sum_h X_h e^{i h
+s 2 pi/z} the borders separate by harmonics,
 
     S_h = S_00 + S_11 + S_01 e^{i h 2 pi/z} + S_10 e^{-i h 2 pi/z},   S_h X_h = R_h,
 

@@ -1,6 +1,4 @@
-"""Static condensation of a body of equal sectors.
-
-Static condensation of a body of equal sectors; `Condensation`'s counterpart.
+"""Static condensation of a body of equal sectors; `Condensation`'s counterpart.
 
 Constraint modes are held only where few large sectors meet. With Psi_t the motion of the body under
 its periodic ties, the others free, Y = the solution under C^T and H, G as in `cyclic/solver.py`,
@@ -10,8 +8,6 @@ its periodic ties, the others free, Y = the solution under C^T and H, G as in `c
 
 where columns of Psi_t for one sector give all others by rotation. Fields are in sector form,
 (3n z, k), dofs of one local node after another, see `cyclic/sectors.py`.
-
-Whether a body is reduced by its sectors, and why not.
 """
 
 from __future__ import annotations

@@ -1,10 +1,9 @@
-"""Fixed-interface modes of a body of equal sectors.
+"""Fixed-interface modes of a body of equal sectors, from a shift among them.
 
-Where the lowest modes of a body of equal sectors lie, for a shift among them.
-
-A sector whose borders are held vibrates far above the modes that are sought, so that motion of the
-borders tells nearly all. Their harmonics X_h move a sector's ends, see `CyclicSolver.shapes`, by
-e = E_h X_h, and with g = R^T E R, the inertia of ends of `cyclic/projection.py`,
+Where to put the shift. A sector whose borders are held vibrates far above the modes that are
+sought, so that motion of the borders tells nearly all. Their harmonics X_h move a sector's ends,
+see `CyclicSolver.shapes`, by e = E_h X_h, and with g = R^T E R, the inertia of ends of
+`cyclic/projection.py`,
 
     S_h X_h = lambda E_h^H g E_h X_h,   h = 0 ... z // 2,
 
@@ -16,7 +15,7 @@ lies between bounds as Dunkerley's,
 
 Source: Guyan 1965, AIAA J. 3:380.
 
-Fixed-interface modes of a body of equal sectors, from a shift among them.
+The modes. With the shift
 
     (K - sigma M) x = M v + B^T rho,   B x = 0
 

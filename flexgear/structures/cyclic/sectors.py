@@ -1,6 +1,4 @@
-"""Equal sectors of a body, and its matrices and fields by sectors.
-
-A body as z equal sectors: which nodes and cells of its mesh are images of one another.
+"""A body as z equal sectors: which nodes and cells are images of one another, matrices, fields.
 
 Sector s is sector 0 turned by s 2 pi / z about the z-axis. Its cells touch own nodes and the nodes
 where sector s + 1 begins; these count as the border of s + 1:
@@ -10,8 +8,6 @@ where sector s + 1 begins; these count as the border of s + 1:
 Whether a mesh is periodic is found from coordinates and cells alone, so a generated and a user's
 mesh are judged alike. Material is one and isotropic, so then K and M are block-circulant in axes
 that turn with the sectors.
-
-Block-circulant matrices of a body of equal sectors, and vectors sector by sector.
 
 A field in sector form is x (3n, z, k): local dof, sector, vector, each sector in its own axes,
 which turn with it. Then with the next sector's border b(s + 1)

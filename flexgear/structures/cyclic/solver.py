@@ -1,8 +1,4 @@
-"""Solutions of a body of equal sectors.
-
-What a solution by sectors holds on its way; letters as in `solver.py`.
-
-Solutions of a body of equal sectors with the motion of its interface given.
+"""Solutions of a body of equal sectors with the motion of its interface given.
 
     K x = g + B^T rho,   B x = q,
 

@@ -1,6 +1,4 @@
-"""FE meshes of gears with their teeth: what all have in common, planet, ring.
-
-What FE meshes of gears with their teeth and rims have in common: parameters, layers, extrusion.
+"""FE meshes of gears with their teeth and rims: what all have in common, planet, ring.
 
 Frame: origin at the gear's centre and mid-face, z the axis of rotation; the middle of tooth j
 (0-based) is at the angle 2πj/z at z = 0; patches are numbered from 1 (tooth_root_001 is j = 0).
@@ -16,19 +14,12 @@ Patches
                        symmetric about the tooth's middle
   end_minus, end_plus  plane faces at -b/2 and +b/2
 
-Planet with its teeth as hexahedra: teeth outside, rim inwards down to the bore, helix.
+A planet has f = 1, and ``bore``, the wall of the bore. Of a ring the flank on the -θ side is the
+one that planets press when the carrier turns by +z and drives. f = 1, for the rim is a body of
+revolution; with bolt holes only from the tooth's tip to the root circle, falling as 1 - 3t² + 2t³
+to 0 at the inside of the straight holes.
 
-Frame, helix and patches of teeth and ends: as above. f = 1: the rim is a body of revolution.
-``bore`` is the wall of the bore.
-
-Ring gear with its teeth as hexahedra: transverse section, layers along the axis, helix.
-
-Frame, helix and patches of teeth and ends: as above. The flank on the -θ side is the one that
-planets press when the carrier turns by +z and drives. f = 1, for the rim is a body of revolution;
-with bolt holes only from the tooth's tip to the root circle, falling as 1 - 3t² + 2t³ to 0 at the
-inside of the straight holes.
-
-More patches
+More patches of a ring
   fit_1, spline_1 ..   bands of the outer cylinder, in the order given
   bolt_NN              walls of the bolt holes, when there are holes
   outer                outer cylinder

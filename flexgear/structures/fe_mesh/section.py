@@ -1,20 +1,17 @@
 r"""Transverse sections of gears as quadrilaterals: teeth, rim, bolt holes.
 
-The block of quadrilaterals of one tooth, from its tip circle to its base section.
-
-Frame of ``gears.tooth``: the tooth on the x axis. Rows follow the profile from the tip (row 0) over
-the involute and the root that the tool leaves to the base section, which runs from root to root
-just above the middle of the spaces beside the tooth and bows one tip radius of the tool into the
-rim (that opens its corners). With the profile (x, y) of the +θ side and places −1 ≤ a ≤ 1 across,
+A tooth from its tip circle to its base section, in the frame of ``gears.tooth``: the tooth on the x
+axis. Rows follow the profile from the tip (row 0) over the involute and the root that the tool
+leaves to the base section, which runs from root to root just above the middle of the spaces beside
+the tooth and bows one tip radius of the tool into the rim (that opens its corners). With the
+profile (x, y) of the +θ side and places −1 ≤ a ≤ 1 across,
 
     P(row, a) = (x + (1 − s²) [√(r_a² − a² y_0²) − x_0] + s² d b(a),  a y),
 
 s: share of the profile's length from the tip, d: depth of the bow at a = 0, b(a) = t + t² − t³ with
 t = 1 − |a|. Nodes of the profile lie on it exactly.
 
-Transverse section of a gear with its rim as quadrilaterals, z-periodic and mirror-symmetric.
-
-One sector (tip at the top, rim at the bottom), repeated z times::
+A gear is z-periodic and mirror-symmetric: one sector (tip at the top), repeated z times::
 
         tip                     A   the tooth's block (``tooth_block``): rows along involute and
        +---+                        root, down to the base section, the patch "root" of the tooth
@@ -24,11 +21,10 @@ One sector (tip at the top, rim at the bottom), repeated z times::
      |   B   | C  |                 without nodes of its own
      +-------+----+
 
-Bolt holes in the ring's section: quadrilaterals only, whatever the numbers of teeth and bolts.
-
-The rim is a structured grid with whole columns to every tooth. Teeth and bolts share no factor, so
-each bolt takes the block of columns nearest to its axis; the block's inside is replaced by rings
-of quadrilaterals between the block's border and the hole's true circle (an O-grid)::
+Bolt holes of a ring, whatever the numbers of teeth and bolts. The rim is a structured grid with
+whole columns to every tooth. Teeth and bolts share no factor, so each bolt takes the block of
+columns nearest to its axis; the block's inside is replaced by rings of quadrilaterals between the
+block's border and the hole's true circle (an O-grid)::
 
     +--+--+--+--+          The hole lies exactly on its axis; the block is off by half a column
     |  \ | |  / |          at most. Border and hole carry the same number of nodes, and the spokes

@@ -1,6 +1,4 @@
-r"""Solids in closed form, and ring, planet and carrier as such.
-
-Volume and moments of solids in closed form, and the mass of a rigid body made of them.
+r"""Solids in closed form: volume, moments, the mass of a rigid body; ring, planet and carrier.
 
     V = \int dV,   s = \int x dV,   S = \int x x^T dV,
 
@@ -9,9 +7,8 @@ a body has
 
     M = rho [V I, -[s]x; [s]x, tr(S) I - S],   [s]x v = s x v.
 
-Ring, planet and carrier as solids in closed form: what they weigh, without a mesh of them.
-
-The same bodies as ``gears.py`` and ``carrier.py`` mesh, with true circles and flanks.
+Ring, planet and carrier are the bodies that ``gears.py`` and ``carrier.py`` mesh, with true circles
+and flanks: what they weigh, without a mesh of them.
 """
 
 from __future__ import annotations

@@ -1,11 +1,4 @@
-"""Nodes and sample points of an FE model, and fields and gradients there.
-
-Nodes of the quadratic basis by the vertices they belong to.
-
-Sample points of a displacement field with weights: on facets of a patch, or anywhere inside.
-
-Gradients of FE fields at the vertices of their mesh, from the elements' own functions.
-"""
+"""Nodes and sample points of an FE model, and fields and gradients there."""
 
 from __future__ import annotations
 

@@ -1,11 +1,8 @@
 """Dense matrices: inverses by LAPACK, and tall products on all threads.
 
-Inverses of dense symmetric and Hermitian matrices, by LAPACK.
-
-Tall products: of matrices with many rows and few columns, their rows shared out among threads.
-
-A block of four columns, as the Lanczos iteration has them, is multiplied by compiled loops: with
-so few columns BLAS spends its time on packing and on calls.
+Tall matrices have many rows, which threads share, and few columns. A block of four columns, as the
+Lanczos iteration has them, is multiplied by compiled loops: with so few columns BLAS spends its
+time on packing and on calls.
 """
 
 from __future__ import annotations

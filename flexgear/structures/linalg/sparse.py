@@ -1,6 +1,6 @@
 """Sparse symmetric matrices: factors by CHOLMOD, elimination of the first rows, flexibilities.
 
-Sparse Cholesky factorisation, used many times, by CHOLMOD.
+Cholesky factorisation by CHOLMOD, used many times:
 
     P A P^T = L L^T
 
@@ -8,9 +8,8 @@ with P the fill-reducing order that CHOLMOD finds (approximate minimum degree). 
 solve are open: W = L^{-1} P B^T has few entries where B^T has few.
 Source: Chen, Davis, Hager, Rajamanickam 2008, ACM TOMS 35:22; Python interface: CVXOPT.
 
-Elimination of the first rows of a sparse matrix, for many columns at a time.
-
-With inner rows i, outer rows b and constraint rows c,
+Elimination of the first rows for many columns at a time. With inner rows i, outer rows b and
+constraint rows c,
 
     [K_ii K_ib C_i^T]   [L   0]   [I 0]   [L^T W]
     [K_bi K_bb C_b^T] = [W^T I] x [0 S] x [0   I],   W = L^{-1} [K_ib C_i^T],
@@ -22,10 +21,9 @@ CHOLMOD solves one column at a time, so solutions are sweeps of our own through 
 take all columns of a right side together, and up to four columns of the factor that have the same
 rows. Source of the order: Amestoy, Davis, Duff 1996, SIAM J. Matrix Anal. Appl. 17:886.
 
-Flexibility R^T K^{-1} R of a sparse matrix for many loads on few rows.
-
-Loaded rows are eliminated last. With P K P^T = L L^T in that order W = L^{-1} P R has entries in
-loaded rows only, and R^T K^{-1} R = W^T W, symmetric and never indefinite by construction.
+Flexibility R^T K^{-1} R for many loads on few rows: loaded rows are eliminated last. With P K P^T =
+L L^T in that order W = L^{-1} P R has entries in loaded rows only, and R^T K^{-1} R = W^T W,
+symmetric and never indefinite by construction.
 """
 
 from __future__ import annotations

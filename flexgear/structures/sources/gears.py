@@ -1,16 +1,8 @@
 """Gears as FE bodies: what all have in common, planet, ring.
 
-A body with teeth: a node a tooth, tied to its root or flank, and the loads that judge it.
-
-A planet: teeth outside, carried by its bearing in the bore. All planets of a stage are the same
-body, reduced once.
-
-Nodes, in order: tooth_001.. at the reference circle and mid-face, bore on the axis at mid-face.
-
-A ring: teeth inside, held by fits, splines and bolts; of a double-helical stage both halves.
-
-Nodes, in order: tooth_001.. at the reference circle and mid-face, fit_1.. and spline_1.. on the
-axis, bolt_01.. on the bolt circles in the bolted faces.
+Nodes, in order: tooth_001.. at the reference circle and mid-face, tied to root or flank. Of a
+planet, of which all of a stage are the same body, reduced once: bore on the axis at mid-face. Of a
+ring: fit_1.. and spline_1.. on the axis, bolt_01.. on the bolt circles in the bolted faces.
 """
 
 from __future__ import annotations

@@ -1,6 +1,4 @@
-"""Shapes of the teeth of an FE ring: what the rim yields within a tooth, and whether that counts.
-
-What the rim of an FE ring yields along the face within a tooth, beyond the segment of a tooth.
+"""What the rim of an FE ring yields along the face within a tooth, and whether that counts.
 
 The influence of a tooth is that of a segment whose rim is held; in the ring the node of a tooth
 carries rigid motion only. With shapes p beside the node's motion q (``tooth_shapes``) and
@@ -21,8 +19,6 @@ K⁻¹ comes from the condensation of the ring on its nodes (``condensation``): 
 so that supports S may change without another factor. Loads L are in equilibrium by themselves:
 answers are local, and hardly differ from tooth to tooth (0.1 % between the bolts of ``wind-5mw``);
 the mean of some teeth is taken.
-
-Shapes of the teeth of an FE ring: whether they count, the cache, slices of its pairs.
 """
 
 from __future__ import annotations

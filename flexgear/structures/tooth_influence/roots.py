@@ -1,6 +1,4 @@
-"""Root stress of teeth.
-
-Root stress of a tooth under the slices of contact lines, by a submodel of three teeth.
+"""Root stress of a tooth under the slices of contact lines, by a submodel of three teeth.
 
 The body is cut ``DEPTH`` modules below the root and held there: nothing of the tooth's own
 clamping is near the fillet, as it is in the compliance model of an FE ring, whose tie ends just at
@@ -18,11 +16,9 @@ T is of the −θ flank's own fillet, in tension under load on this flank. Half 
 tooth's radial axis leaves the segment as it is: the stress of the +θ fillet under load on −θ flanks
 is that of the −θ fillet under load on +θ flanks, so that one set of solutions says all.
 
-Root stress of the teeth of a gear mesh per force of the slices of its contact lines, and of an
-FE ring by the motion of its body, as rows on its coordinates.
-
-With the motion u(x) = Φ_r(x) q of the body at the cut of the submodel, which stands at tooth j
-turned by φ_j about the axis,
+Of an FE ring rows on its coordinates give the stress by the motion of its body. With the motion
+u(x) = Φ_r(x) q of the body at the cut of the submodel, which stands at tooth j turned by φ_j about
+the axis,
 
     σ = Σ_c S_u,c · R(φ_j)ᵀ u(R(φ_j) x_c),
 

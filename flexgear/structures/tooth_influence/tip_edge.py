@@ -1,6 +1,4 @@
-"""Line contact at the tip edge of a flank.
-
-Line contact at the tip edge of a flank, near the ends of the path of contact and beyond them.
+"""Line contact at the tip edge of a flank, near the ends of the path of contact and beyond them.
 
 x along the flank of the gear whose tip it is, from the edge inwards. Flanks of relative radius ρ
 part by
@@ -22,10 +20,9 @@ logarithm (all of it, if flanks are in line or inclined by far, for wedges have 
 The load rests on average at x̄ > e, further in than the involutes touch. There the influence of the
 tooth is taken, for it bends less than at its edge: a tenth less per module.
 
-Surface of the layer under a flank near the tip edge, where half of the body is missing.
-
-The dip of line contact that is taken off an influence is that of a layer bonded to a rigid base.
-Inside a flank Hertz's line contact in a half plane with the layer's κ (``hertz``), stands for it:
+The layer under a flank near the tip edge, where half of the body is missing. The dip of line
+contact that is taken off an influence is that of a layer bonded to a rigid base. Inside a flank
+Hertz's line contact in a half plane with the layer's κ (``hertz``) stands for it:
 
     K_∞(r) = (2c/π) [ln(h/r) + κ − ½],   r = |x − y|,  c = (1 − ν²)/E
 
