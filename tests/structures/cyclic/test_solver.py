@@ -1,4 +1,4 @@
-"""Factors by harmonics, the constrained solve and Lanczos on it, against dense algebra."""
+"""Equal sectors: harmonics, solves, Lanczos with a shift, rigid motion, against dense algebra."""
 
 import numpy as np
 import pytest
@@ -8,8 +8,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from flexgear.model.errors import FlexgearError
-from flexgear.structures.cyclic.borders import Harmonics
+from flexgear.structures.cyclic import modes
+from flexgear.structures.cyclic.borders import Harmonics, rigid_fields, with_rigid, without_rigid
 from flexgear.structures.cyclic.condensation import condense_by_sectors
+from flexgear.structures.linalg.dense import (
+    balanced_inverse,
+    hermitian_inverse,
+    signed_hermitian_inverse,
+)
 from flexgear.structures.linalg.lanczos import NotConverged, lowest_modes
 
 
@@ -142,3 +148,187 @@ def test_a_basis_too_small_is_refused():
     mass, flexibility, _ = pencil()
     with pytest.raises(NotConverged, match="fewer modes"):
         lowest_modes(lambda g: (flexibility @ g, g), lambda x: mass @ x, np.ones((90, 4)), 12, 20)
+
+
+COUNT = 20
+
+
+def held_frequencies(model, rows):
+    """omega^2 of the body held at B x = 0, dense."""
+    free = sla.null_space(rows)
+    parts = (free.T @ (a @ free) for a in (model.stiffness, model.mass))
+    return sla.eigh(*parts, eigvals_only=True)
+
+
+@pytest.fixture(scope="module")
+def exact(ring):
+    return held_frequencies(ring[0], ring[1].rows.toarray())
+
+
+def test_bounds_of_a_body_held_by_the_sectors_own_ties(ring):
+    model, interface, parts = ring
+    own = np.sort(parts.ties.periodic.ravel())
+    rows = interface.rows.toarray()[(6 * own[:, None] + np.arange(6)).ravel()]
+    held = held_frequencies(model, rows)[:COUNT]
+    above = modes.lowest_values(parts.solver, parts.motion.inertia, COUNT)
+    inside = modes.held_value(parts.solver, parts.fe_mass)
+    assert (above >= held * (1 - 1e-9)).all()
+    assert (1 / (1 / above + 1 / inside) <= held * (1 + 1e-9)).all()
+    assert above[0] <= 1.3 * held[0]
+
+
+@pytest.mark.parametrize("at", [1, 3])
+def test_solutions_between_modes(ring, exact, at):
+    model, interface, parts = ring
+    sigma = 0.5 * (exact[at] + exact[at + 1])
+    b = interface.rows.toarray()
+    matrix = (model.stiffness - sigma * model.mass).toarray()
+    bordered = np.block([[matrix, b.T], [b, np.zeros((len(b), len(b)))]])
+    g = np.random.default_rng(at).standard_normal((model.dofs, 3))
+    expected = np.linalg.solve(bordered, np.vstack([g, np.zeros((len(b), 3))]))
+    x, reactions = parts.shifted(sigma).solve(parts.field_of(g).reshape(-1, TEETH, 3))
+    u, rho = expected[: model.dofs], -expected[model.dofs :]
+    found = parts.dofs_of(x.reshape(-1, 3), model.dofs)
+    assert np.abs(found - u).max() <= 1e-8 * np.abs(u).max()
+    assert np.abs(reactions - rho).max() <= 1e-8 * np.abs(rho).max()
+
+
+@pytest.mark.parametrize("at", [0, 1, 4, 7])
+def test_pivots_count_the_modes_below_a_shift(ring, exact, at):
+    _, _, parts = ring
+    for sigma in (0.999 * exact[at], 1.001 * exact[at]):
+        assert modes.modes_below(parts.shifted(sigma)) == (exact < sigma).sum()
+
+
+def test_a_mode_that_was_passed_over_is_found_from_zero(ring, exact, monkeypatch):
+    """An iteration that never sees the lowest mode, as one with an unlucky start."""
+    _, _, parts = ring
+    whole, shifts = modes.lowest_modes, []
+
+    def blind(solve, mass, start, count, most, *, shift, **options):
+        shifts.append(shift)
+        found = whole(solve, mass, start, count + 1, most, shift=shift, **options)
+        hidden = slice(1, None) if shift else slice(0, count)
+        kept = (found.values[hidden], found.vectors[:, hidden], found.residuals[hidden])
+        return type(found)(*kept, found.beside[:, hidden])
+
+    monkeypatch.setattr(modes, "lowest_modes", blind)
+    found = modes.cyclic_modes(parts, COUNT, lambda _: None)
+    assert shifts[0] > exact[0]
+    assert shifts[1:] == [0.0]
+    assert np.allclose(1 / found.values, exact[:COUNT], rtol=1e-9)
+
+
+@pytest.mark.parametrize("highest", [None, 1e6, 1e14, 1e30])
+def test_any_shift_gives_the_same_modes_and_reactions(ring, exact, monkeypatch, highest):
+    _, _, parts = ring
+    if highest is not None:
+        monkeypatch.setattr(modes, "lowest_values", lambda *_: np.array([highest]))
+        monkeypatch.setattr(modes, "held_value", lambda *_: 1e40)
+    found = modes.cyclic_modes(parts, COUNT, lambda _: None)
+    assert np.allclose(1 / found.values, exact[:COUNT], rtol=1e-9)
+    loads = parts.mass_product(np.ascontiguousarray(found.vectors))
+    _, reactions = parts.fixed_solve_with_reactions(loads)
+    assert np.abs(found.beside - reactions).max() <= 1e-9 * np.abs(reactions).max()
+
+
+def test_a_shift_upon_a_mode_is_moved(ring, exact, monkeypatch):
+    _, _, parts = ring
+    monkeypatch.setattr(modes, "lowest_values", lambda *_: exact[2:3] / modes._SHARE)
+    monkeypatch.setattr(modes, "held_value", lambda *_: np.inf)
+    shift, _ = modes._shifted(parts, COUNT)
+    assert shift == pytest.approx(0.97 * exact[2])
+
+
+@pytest.mark.parametrize("n", [1, 7, 130])
+def test_hermitian_inverses(n):
+    random = np.random.default_rng(n)
+    a = random.standard_normal((n, n)) + 1j * random.standard_normal((n, n))
+    definite = a @ a.conj().T + np.eye(n)
+    regular = a + a.conj().T
+    lower = np.tril_indices(n)
+    for found, negative, matrix in (
+        (hermitian_inverse(definite), 0, definite),
+        (*signed_hermitian_inverse(definite), definite),
+        (*signed_hermitian_inverse(-definite), -definite),
+        (*signed_hermitian_inverse(regular), regular),
+    ):
+        expected = np.linalg.inv(matrix)
+        assert np.abs(found - expected)[lower].max() <= 1e-9 * np.abs(expected).max()
+        assert negative == (np.linalg.eigvalsh(matrix) < 0).sum()
+    with pytest.raises(np.linalg.LinAlgError):
+        hermitian_inverse(-definite)
+    with pytest.raises(np.linalg.LinAlgError):
+        signed_hermitian_inverse(np.zeros((n, n), dtype=complex))
+
+
+def test_balanced_inverse_of_an_indefinite_matrix_in_unlike_units():
+    random = np.random.default_rng(0)
+    a = random.standard_normal((9, 9))
+    units = 10.0 ** np.arange(-8, 10, 2)
+    matrix = units[:, None] * (a + a.T) * units
+    found = balanced_inverse(matrix) * units[:, None] * units
+    assert np.allclose(found, np.linalg.inv(a + a.T), rtol=1e-9)
+
+
+def test_inverses_that_were_forgotten_are_made_anew(ring, monkeypatch):
+    _, _, parts = ring
+    g = np.random.default_rng(3).standard_normal((parts.dofs, 2))
+    before = parts.fixed_solve(g)
+    monkeypatch.setattr("flexgear.structures.cyclic.borders._LARGE", 0)
+    parts.solver.border_harmonics.forget()
+    assert np.array_equal(parts.fixed_solve(g), before)
+
+
+def test_rigid_fields_strain_no_sector_and_are_orthonormal_at_its_ends(ring):
+    model, _, parts = ring
+    fields = rigid_fields(model.nodes, parts.sectors)
+    inside = 3 * parts.sectors.interior
+    matrix = parts.fe_stiffness.extended()
+    scale = abs(matrix).max() * np.abs(fields).max()
+    assert np.abs((matrix @ fields)[:inside]).max() < 1e-13 * scale
+    assert np.allclose(fields[inside:].T @ fields[inside:], np.eye(6), atol=1e-12)
+
+
+def sector(b=12, seed=0):
+    """Stiffness (2b, 2b) of a free sector and its rigid motion, alike at both borders."""
+    random = np.random.default_rng(seed)
+    shape = random.standard_normal((b, 6))
+    rigid = np.linalg.qr(np.vstack([shape, shape @ random.standard_normal((6, 6))]))[0]
+    stiffness = random.standard_normal((2 * b, 2 * b))
+    stiffness = stiffness @ stiffness.T
+    free = np.eye(2 * b) - rigid @ rigid.T
+    return free @ stiffness @ free, rigid
+
+
+def test_stiffness_that_has_rigid_motion_is_kept_and_rounding_leaves_it():
+    exact, rigid = sector()
+    noise = np.random.default_rng(1).standard_normal(exact.shape)
+    found = without_rigid(exact + 1e-9 * (noise + noise.T), rigid)
+    assert np.abs(found @ rigid).max() < 1e-13 * np.abs(exact).max()
+    assert np.abs(found - exact).max() < 1e-7 * np.abs(exact).max()
+
+
+def test_only_the_sum_of_what_neighbours_add_at_a_border_counts():
+    exact, rigid = sector()
+    b = len(exact) // 2
+    moved = np.random.default_rng(1).standard_normal((b, b))
+    moved = moved + moved.T
+    shifted = exact.copy()
+    shifted[:b, :b] += moved
+    shifted[b:, b:] -= moved
+    found = without_rigid(shifted, rigid)
+    scale = np.abs(exact).max()
+    assert np.abs(found[:b, b:] - exact[:b, b:]).max() < 1e-11 * scale
+    both = exact[:b, :b] + exact[b:, b:]
+    assert np.abs(found[:b, :b] + found[b:, b:] - both).max() < 1e-11 * scale
+
+
+def test_ties_take_their_own_rigid_motion():
+    _, rigid = sector()
+    random = np.random.default_rng(2)
+    ties, motion = random.standard_normal((3, 24)), random.standard_normal((3, 6))
+    found = with_rigid(ties, rigid, motion)
+    assert np.allclose(found @ rigid, motion, atol=1e-12)
+    across = np.eye(24) - rigid @ rigid.T
+    assert np.allclose(found @ across, ties @ across, atol=1e-12)
