@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy import linalg
 
 from flexgear.coupling.connections import Connection
-from flexgear.coupling.gear_meshes import ExtraRows, GearMeshSet, GivenLoad
+from flexgear.coupling.gear_meshes import GearMeshSet
 from flexgear.coupling.laws.law import CENTERING
 from flexgear.coupling.members import Member
 from flexgear.coupling.springs import (
@@ -219,11 +219,6 @@ class Assembly(BodyCoordinates):
     def bearing_rows(self) -> list[Array]:
         """Rows (d,) that bearings with a law of their own hold in the end."""
         return [row for b in self.bearings for row in b.relative[b.components]]
-
-    def extra_rows(self, loads: Sequence[GivenLoad]) -> ExtraRows:
-        """Rows beside gear meshes, contact nodes being blocks behind those of gear meshes."""
-        first = len(self.blocks)
-        return ExtraRows(self.support_rows, self.node_angles, first, self.bearings, loads)
 
     def _rotating_frame_support(
         self, c: Connection, rows: Array, housing: Array, angle: int

@@ -214,9 +214,10 @@ def _join(a: Assembly, joint: Joint) -> None:
 def _system(a: Assembly, rigid_bodies: Collection[BodyName]) -> System:
     case, flow = a.case, a.flow
     require_masses(a.bodies, case.source, a.mass)
-    extra = a.extra_rows(given_loads(a))
+    loads, first = given_loads(a), len(a.blocks)  # loads have contact nodes, too
     blocks = np.vstack([*a.blocks, *a.contact_nodes])
-    pairs = pair_data(a.sets, len(blocks) // 6, extra)
+    rows = (first, a.node_angles, a.support_rows, a.bearings, loads)
+    pairs = pair_data(a.sets, len(blocks) // 6, *rows)
     rigid = orthonormal_rigid(a.mass, _loose_motions(a))
     angles = np.vstack(a.angles)
     contact = holding_rows(pairs, blocks, len(angles), a.bearing_rows())

@@ -279,7 +279,6 @@ def stage_sets(
                 gear_block=gear.first,
                 tooth_positions=gear.teeth,
                 turns=-1 if gear.teeth is None else frame.theta,
-                carries=path.carries,
                 one_sided=options.contact_law != "linear",
                 equivalent_mass=1.0 / inverse,
                 damping_ratio=options.damping_ratio,

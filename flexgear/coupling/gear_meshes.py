@@ -42,9 +42,8 @@ class GearMeshSet:
     is a block, else None; turns: angle by which the gear's frame lags the planets', −1 for the
     same frame; planet_teeth (N,), planet_tooth_positions (N, z_p, 3): block of tooth 0 and places
     of all where every tooth of the planets is a block, planet_turns: angle by which these have
-    turned in the planets' axes; carries: on the flanks that carry the rated torque; one_sided:
-    pairs only push; equivalent_mass: kg on the line of action, for pair damping c = 2 ζ √(k m);
-    model: PER_PAIR, SUMMED, WAVE or FACE_LOAD.
+    turned in the planets' axes; one_sided: pairs only push; equivalent_mass: kg on the line of
+    action, for pair damping c = 2 ζ √(k m); model: PER_PAIR, SUMMED, WAVE or FACE_LOAD.
     """
 
     path: GearMeshPath
@@ -57,7 +56,6 @@ class GearMeshSet:
     gear_block: int
     tooth_positions: Array | None
     turns: int
-    carries: bool
     one_sided: bool
     equivalent_mass: float
     damping_ratio: float
@@ -94,21 +92,6 @@ class GivenLoad(NamedTuple):
     history: int = -1
 
 
-@dataclass(frozen=True)
-class ExtraRows:
-    """Rows that are not gear meshes.
-
-    supports: stiffness and ends (node, 6-vector) of turning supports; support_angles: by node,
-    which angle its frame has turned by (−1: fixed); first_block: block of node 0.
-    """
-
-    supports: Sequence[SupportRow]
-    support_angles: Sequence[int]
-    first_block: int
-    bearings: Sequence[LawBearing]
-    loads: Sequence[GivenLoad]
-
-
 def labels(sets: Sequence[GearMeshSet]) -> tuple[GearMeshLabel, ...]:
     """Labels in the order of the gear meshes: set by set, planet by planet."""
     return tuple(
@@ -116,9 +99,22 @@ def labels(sets: Sequence[GearMeshSet]) -> tuple[GearMeshLabel, ...]:
     )
 
 
-def pair_data(sets: Sequence[GearMeshSet], blocks: int, extra: ExtraRows) -> PairData:
-    """Arrays of all gear meshes; blocks: number of contact blocks. FlexgearError where a body has
-    not as many tooth nodes as its gear has teeth."""
+def pair_data(
+    sets: Sequence[GearMeshSet],
+    blocks: int,
+    first: int,
+    angles: Sequence[int],
+    supports: Sequence[SupportRow],
+    bearings: Sequence[LawBearing],
+    loads: Sequence[GivenLoad],
+) -> PairData:
+    """Arrays of all gear meshes and of other rows; FlexgearError where a body has not as many tooth
+    nodes as its gear has teeth.
+
+    blocks: number of contact blocks; first, angles: block of the first contact node that is not of
+    gear meshes, and by node which angle its frame has turned by (−1: fixed); supports: stiffness
+    and ends (node, 6-vector) of turning supports.
+    """
     paths = [s.path for s in sets]
     start, step, k_table, z_table, gap_table = stiffness_tables(paths)
     rows = [
@@ -128,11 +124,9 @@ def pair_data(sets: Sequence[GearMeshSet], blocks: int, extra: ExtraRows) -> Pai
     ]
     columns = {name: _stacked([row[name] for row in rows]) for name in rows[0]}
     tilted = np.abs(columns["error_slope"]) * columns["half_face"]
-    block, vector, stiffness, turning = _supports(extra)
-    loads, bearings = extra.loads, extra.bearings
+    block, vector, stiffness, turning = _supports(first, angles, supports)
     bearing_blocks = [
-        [extra.first_block + node if node >= 0 else -1 for node in (b.inner, b.outer)]
-        for b in bearings
+        [first + node if node >= 0 else -1 for node in (b.inner, b.outer)] for b in bearings
     ]
     return PairData(
         one_sided=any(s.one_sided for s in sets),
@@ -196,7 +190,7 @@ def _gear_mesh(s: GearMeshSet, table: int, i: int, opposite: int) -> dict[str, A
         "sided": int(s.one_sided),
         "model": s.model,
         "kind": KINDS.index(p.kind),
-        "carries": int(s.carries),
+        "carries": int(p.carries),
         "opposite": opposite,
         "angle": s.angle,
         "turns": s.turns,
@@ -225,7 +219,7 @@ def _gear_mesh(s: GearMeshSet, table: int, i: int, opposite: int) -> dict[str, A
         "cos_b": cos_b,
         "sin_b": p.slope * cos_b,
         "s_pitch": p.base_radius_planet * math.tan(p.alpha),
-        "gap": 0.0 if s.carries else p.backlash,
+        "gap": 0.0 if p.carries else p.backlash,
         "table": table,
         "gear_tooth0": p.gear_tooth0[i],
         "gear_step": p.gear_step,
@@ -260,12 +254,12 @@ def _most_pairs(s: GearMeshSet) -> int:
 
 def _opposite(sets: Sequence[GearMeshSet], s: GearMeshSet, i: int) -> int:
     """Number of the gear mesh on the other flank, or −1."""
-    if not s.carries:
+    if not s.path.carries:
         return -1
     at = 0
     for other in sets:
         if (
-            not other.carries
+            not other.path.carries
             and other.stage == s.stage
             and other.path.side == s.path.side
             and other.path.kind.gear == s.path.kind.gear
@@ -289,16 +283,17 @@ def _padded(lines: Sequence[NDArray[Any]]) -> NDArray[Any]:
     return out
 
 
-def _supports(extra: ExtraRows) -> tuple[IntArray, Array, Array, IntArray]:
-    count = len(extra.supports)
+def _supports(
+    first: int, angles: Sequence[int], supports: Sequence[SupportRow]
+) -> tuple[IntArray, Array, Array, IntArray]:
+    count = len(supports)
     block = np.full((count, 2), -1, dtype=np.int64)
     vector = np.zeros((count, 2, 6))
     turning = np.full((count, 2), -1, dtype=np.int64)
-    for r, (_, ends) in enumerate(extra.supports):
+    for r, (_, ends) in enumerate(supports):
         for e, (node, w) in enumerate(ends):
-            block[r, e], vector[r, e] = extra.first_block + node, w
-            turning[r, e] = extra.support_angles[node]
-    return block, vector, np.array([r[0] for r in extra.supports], dtype=float), turning
+            block[r, e], vector[r, e], turning[r, e] = first + node, w, angles[node]
+    return block, vector, np.array([r[0] for r in supports], dtype=float), turning
 
 
 def stiffness_tables(paths: Sequence[GearMeshPath]) -> tuple[Array, ...]:
