@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from coupled import make_bodies, stage_system
+from coupled import make_bodies
 from train_contexts import mixed
 from trains import STEEL, stage_train, write
 
@@ -95,22 +95,6 @@ def test_ends_that_are_ports(tmp_path, said, drive, output):
     known = own + drive + output * ratio**2
     system = build_system(train, bodies)
     assert energy(system) == pytest.approx(known, rel=1e-9)
-
-
-def test_a_stage_alone_and_as_a_train_of_one_stage_are_the_same_system(tmp_path):
-    train = load_case(write(tmp_path, ALONE), {"output.brake_exponent": "2"})
-    case = load_case("wind-5mw", {"output.brake_exponent": "2"}).view()
-    inside = build_system(train, make_bodies(train.view()))
-    alone = stage_system(case, make_bodies(case))
-    for name in ("mass", "stiffness", "rolling", "input_rows", "blocks", "port_rows"):
-        a, b = getattr(inside, name), getattr(alone, name)
-        assert np.abs(a - b).max() <= 1e-12 * np.abs(b).max(), name
-    brakes = [system.machines[-1] for system in (inside, alone)]
-    assert brakes[0].exponent == brakes[1].exponent == 2
-    for name in ("rated_torque", "rated_speed"):
-        assert getattr(brakes[0], name) == pytest.approx(getattr(brakes[1], name), rel=1e-12)
-    assert inside.damping == alone.damping
-    assert inside.rated_port_torques == pytest.approx(alone.rated_port_torques, rel=1e-12)
 
 
 def test_lumped_members_have_no_inertia_of_ports_twice(tmp_path):

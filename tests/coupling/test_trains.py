@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from coupled import make_bodies, make_system, stage_system
+from coupled import make_bodies, stage_system
 from trains import STEEL, stage_train, write
 
 from flexgear.analysis.equilibrium import revolution
@@ -364,9 +364,3 @@ def test_no_rotation_makes_force(two_stages):
     for angle in (0.0, 0.4):
         k = springs_at(system, angle).stiffness
         assert np.abs(k @ system.rolling).max() < 1e-9 * np.abs(k).max()
-
-
-def test_make_system_still_has_one_input_coordinate():
-    system = make_system()
-    assert system.input_rows.shape[0] == 1
-    assert system.reactions.tolist() == [1]
