@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from functools import cache, cached_property
+from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -44,29 +44,14 @@ class RootTables:
     coordinate of their body; made when asked."""
 
     def __init__(self, case: Case, flow: PowerFlow, bodies: Bodies) -> None:
-        self._case, self._flow, self._bodies = case, flow, bodies
+        self.views = [case.view(stage.name) for stage in case.stages]
+        self.asked = [view.gear_mesh.root_stress == "fe" for view in self.views]
+        # stages with a node at every tooth of their ring
+        self.fe_rings = [k for k, v in enumerate(self.views) if v.name in case.fe_ring_stages]
+        self._flow, self._bodies = flow, bodies
         self.paths = cache(self._paths)
         self._roots = cache(self._made)
         self.ring_rows = cache(self._ring_rows)
-
-    def name(self, stage: int) -> str:
-        """Of a stage by its number."""
-        return self._case.stages[stage].name
-
-    @cached_property
-    def fe_rings(self) -> list[int]:
-        """Stages with a node at every tooth of their ring."""
-        names = self._case.fe_ring_stages
-        return [k for k, stage in enumerate(self._case.stages) if stage.name in names]
-
-    def ring_teeth(self, stage: int) -> int:
-        """Number of teeth of a stage's ring."""
-        return self._case.view(self.name(stage)).ring_gear.teeth
-
-    @property
-    def asked(self) -> list[bool]:
-        """Whether the case wants them, by stage."""
-        return [stage.gear_mesh.root_stress == "fe" for stage in self._case.stages]
 
     def of(self, label: GearMeshLabel) -> list[PairRoots]:
         """Of the planet, then of its mate."""
@@ -77,17 +62,16 @@ class RootTables:
         return self.paths(label.stage)[label.kind, label.side]
 
     def _paths(self, stage: int) -> dict[PathKey, GearMeshPath]:
-        view = self._case.view(self.name(stage))
-        return stage_paths(view, self._flow.stages[stage].gear_mesh_forces)
+        return stage_paths(self.views[stage], self._flow.stages[stage].gear_mesh_forces)
 
     def _made(self, stage: int, key: PathKey) -> list[PairRoots]:
         path = self.paths(stage)[key]
         assert path.slices is not None
-        return pair_roots(self._case.view(self.name(stage)), path, path.slices)
+        return pair_roots(self.views[stage], path, path.slices)
 
     def _ring_rows(self, stage: int) -> NDArray[np.float32]:
         """(z, 2, rows, q, d) Pa: see ``ring_root_rows``."""
-        view = self._case.view(self.name(stage))
+        view = self.views[stage]
         body = self._bodies[BodyName.of(view.name, "ring")]
         return ring_root_rows(root_of_case(view, "ring"), body, view.ring_gear.teeth)
 
@@ -124,7 +108,7 @@ def ring_roots(tables: RootTables, recovery: Recovery, lines: LineLoads, stage: 
     system = result.modal.system
     of_stage = [m for m, x in enumerate(system.gear_meshes) if x.stage == stage]
     flanks = [m for m in of_stage if system.gear_meshes[m].kind.internal]
-    body, teeth = f"{tables.name(stage)}.ring", int(system.pairs.gear_teeth[flanks[0]])
+    body, teeth = f"{tables.views[stage].name}.ring", int(system.pairs.gear_teeth[flanks[0]])
     shape = tables.of(system.gear_meshes[flanks[0]])[1].stress.shape[3:]
     out = np.zeros((len(result.theta), teeth, *shape), dtype=np.float32)
     if not system.body(body).rigid:
@@ -138,11 +122,7 @@ def ring_roots(tables: RootTables, recovery: Recovery, lines: LineLoads, stage: 
             roots = tables.of(system.gear_meshes[m])[1]
             stress = roots.of(result.pair_position[:, m][there], force[there])
             at, tooth = np.nonzero(there)[0], result.pair_tooth[:, m][there].astype(np.int64)
-            for offset in (
-                1,
-                0,
-                -1,
-            ):  # in the tooth after the pair's own, in that, in the one before
+            for offset in (1, 0, -1):  # the tooth after the pair's own, that, the one before
                 both = stress[:, 1 - offset, :: roots.sense].astype(np.float32)
                 np.add.at(out, (at, (tooth + offset) % teeth), both)
     return out
@@ -207,7 +187,7 @@ def _by_tooth(
         return {}
     largest, stresses = [], []
     for k in tables.fe_rings:
-        none = np.full((count, tables.ring_teeth(k), len(FILLETS)), np.nan)
+        none = np.full((count, tables.views[k].ring_gear.teeth, len(FILLETS)), np.nan)
         ring = rings.get(k, none[..., None, None])
         largest.append(ring.max(axis=(3, 4)).astype(float))
         if ranges:
