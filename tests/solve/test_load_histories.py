@@ -14,10 +14,9 @@ from flexgear.coupling.modal import modal_system
 from flexgear.model.errors import InputError
 from flexgear.model.load import load_case
 from flexgear.model.train import load_histories
-from flexgear.solve.machines import ends_of
 from flexgear.solve.model import model_of
 from flexgear.solve.static import static
-from flexgear.solve.transient import simulate
+from flexgear.solve.transient import ends_of, simulate
 
 MASS, SPRING, FORCE, RAMP = 2.0, 2e8, 3e4, 2.3e-3
 PAIR = (
