@@ -49,13 +49,12 @@ class WhirlModes:
 class Campbell:
     """Frequencies over speed, each column one tracked mode.
 
-    factors: (f,) rising; frequencies: (f, m) Hz; mac: (f, m) likeness to the same mode one factor
-    before, 1 for the first; sense: (f, m) in [−1, 1], +1 circular forward, NaN without plane.
+    factors: (f,) rising; frequencies: (f, m) Hz; sense: (f, m) in [−1, 1], +1 circular forward,
+    NaN without plane.
     """
 
     factors: Array
     frequencies: Array
-    mac: Array
     sense: Array
 
 
@@ -182,7 +181,7 @@ def campbell(
     s = np.asarray(factors, dtype=float)
     runs = [whirl_modes(mass, stiffness, gyroscopic, centripetal, f, count) for f in s]
     width = runs[0].shapes.shape[1]
-    frequencies, mac = np.zeros((len(s), width)), np.ones((len(s), width))
+    frequencies = np.zeros((len(s), width))
     sense = np.full((len(s), width), np.nan)
     before: Complex | None = None
     last = np.zeros(width)
@@ -192,12 +191,11 @@ def campbell(
             like = np.abs(before.conj().T @ mass @ run.shapes) ** 2
             far = np.abs(last[:, None] - run.frequencies[None]) / max(last.max(), 1e-300)
             order = linear_sum_assignment(like - 1e-3 * far, maximize=True)[1]
-            mac[i] = like[np.arange(width), order]
         before, last = run.shapes[:, order], run.frequencies[order]
         frequencies[i] = last
         if planes is not None:
             sense[i] = whirl_sense(before, planes, weights)
-    return Campbell(s, frequencies, mac, sense)
+    return Campbell(s, frequencies, sense)
 
 
 def crossings(campbell: Campbell, slopes: Sequence[float]) -> tuple[Crossing, ...]:

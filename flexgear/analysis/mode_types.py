@@ -49,15 +49,13 @@ RIGID = 1e-6  # of the highest frequency: below it a mode is rigid
 class ModeTypes:
     """kinds (m,); shares: part -> (m,), sum 1 ("planet": all planets, the others: central
     members); bodies: name -> (m,), sum 1; groups: indices of modes of one frequency; shapes:
-    (d, m) with repeated frequencies turned to pure types where the given ones mixed them;
-    turned: (m,) true where that was done."""
+    (d, m) with repeated frequencies turned to pure types where the given ones mixed them."""
 
     kinds: tuple[str, ...]
     shares: dict[str, Array]
     bodies: dict[BodyName, Array]
     groups: tuple[tuple[int, ...], ...]
     shapes: Array
-    turned: NDArray[np.bool_]
 
     @property
     def multiplicity(self) -> NDArray[np.int64]:
@@ -98,7 +96,7 @@ def classify(
     parts = _projections(mass, bodies)
     n_rigid = _rigid_count(f, rigid)
     groups = repeated(f, n_rigid)
-    shapes, turned = shapes.copy(), np.zeros(len(f), dtype=bool)
+    shapes = shapes.copy()
     for group in groups[1:] if n_rigid else groups:
         if len(group) == 1:
             continue
@@ -106,7 +104,7 @@ def classify(
         apart = _separated(parts, shapes[:, at])
         # a planet mode mixed into a rotational one looks like two rotational modes
         if _counted(parts, apart) != _counted(parts, shapes[:, at]):
-            shapes[:, at], turned[at] = apart, True
+            shapes[:, at] = apart
     shares = _shares(parts, shapes)
     kinds = [_kind(s) for s in _each(shares, len(f))]
     kinds[:n_rigid] = ["rigid"] * n_rigid
@@ -120,7 +118,7 @@ def classify(
             f"modes cannot be classified: {lost:.2g} of their kinetic energy belongs to no single "
             "body (a mass couples bodies, or the shapes are not M-orthonormal)"
         )
-    return ModeTypes(tuple(kinds), shares, energies, groups, shapes, turned)
+    return ModeTypes(tuple(kinds), shares, energies, groups, shapes)
 
 
 def repeated(frequencies: ArrayLike, rigid: int | None = None) -> tuple[tuple[int, ...], ...]:

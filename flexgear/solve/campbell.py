@@ -61,16 +61,6 @@ class Excitation:
         """Frequency at rated speed, Hz."""
         return self.order * self.base
 
-    @property
-    def stage(self) -> str:
-        """Stage that it is of."""
-        return self.label.stage
-
-    @property
-    def kind(self) -> str:
-        """What excites: GEAR_MESH, SHAFT or PLANET_PASS."""
-        return self.label.kind
-
 
 def excitations(
     model: Model, highest_hz: float, orders: tuple[float, ...] | None = None
@@ -249,8 +239,8 @@ def campbell(
         {**result_labels(model), "excitation": [line.label for line in lines]},
     )
     of_lines: dict[str, list[str] | list[float]] = {
-        "excitation_stage": [line.stage for line in lines],
-        "excitation_kind": [line.kind for line in lines],
+        "excitation_stage": [line.label.stage for line in lines],
+        "excitation_kind": [line.label.kind for line in lines],
         "excitation_order": [line.order for line in lines],
     }
     coords = {name: coordinate(name, "excitation", values) for name, values in of_lines.items()}
@@ -278,7 +268,7 @@ def _over_speed(model: Model, factors: Array, limit_hz: float | None) -> Campbel
         )
     times, frequencies = np.ones((len(factors), 1)), rest.frequencies[:count]
     sense = whirl_sense(rest.shapes[:, :count].astype(complex), planes, weights)
-    return Campbell(factors, frequencies * times, np.ones_like(frequencies * times), sense * times)
+    return Campbell(factors, frequencies * times, sense * times)
 
 
 def _meetings(
@@ -293,7 +283,7 @@ def _meetings(
     """Meetings at the operating speeds, by stage and order."""
     rates = decay(model.system, rest, model.mean_springs.cycles)
     for number, stage in enumerate(model.case.stages):
-        lines_of_stage = [line for line in lines if line.stage == stage.name]
+        lines_of_stage = [line for line in lines if line.label.stage == stage.name]
         groups = _groups(rest.frequencies, index[:, number])
         force, alone = _forces(model, stage.name, rest, rates, lines_of_stage, groups)
         for factor in operating:
@@ -327,7 +317,7 @@ def _groups(frequencies: Array, index: IntArray) -> list[IntArray]:
 
 def _cause(excitation: Excitation, index: int, planets: int) -> str:
     """Whether a stage whose planets are equal excites modes of that index."""
-    if excitation.kind != GEAR_MESH:
+    if excitation.label.kind != GEAR_MESH:
         return ERRORS
     free = index in (MIXED, UNEVEN)
     return IDEAL if free or index == folded(excitation.index, planets) else ERRORS

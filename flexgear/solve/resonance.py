@@ -51,24 +51,24 @@ def _rank(row: Mapping[str, Any]) -> tuple[bool, float, float]:
 def gear_mesh_orders(campbell: xr.Dataset) -> dict[str, list[int | float]]:
     """Orders of the gear meshes by stage."""
     orders: dict[str, list[int | float]] = {}
-    for stage, kind, order in zip(
-        *(campbell[f"excitation_{n}"].to_numpy() for n in ("stage", "kind", "order")), strict=True
-    ):
-        if kind == GEAR_MESH:
-            whole = int(order) if float(order).is_integer() else float(order)
-            orders.setdefault(str(stage), []).append(whole)
+    for stage, order, _ in _gear_mesh_lines(campbell):
+        orders.setdefault(stage, []).append(int(order) if order.is_integer() else order)
     return orders
 
 
 def _constant(campbell: xr.Dataset) -> list[str]:
     """Stages whose gear-mesh stiffness is constant, or as good as that."""
-    varies: dict[str, bool] = {}
-    for stage, kind, share in zip(
-        *(campbell[f"excitation_{n}"].to_numpy() for n in ("stage", "kind", "share")), strict=True
-    ):
+    varying = {stage for stage, _, share in _gear_mesh_lines(campbell) if share >= LEAST}
+    return [stage for stage in gear_mesh_orders(campbell) if stage not in varying]
+
+
+def _gear_mesh_lines(campbell: xr.Dataset) -> Iterator[tuple[str, float, float]]:
+    """Stage, order and share of the excitations by gear meshes."""
+    names = ("kind", "stage", "order", "share")
+    columns = (campbell[f"excitation_{name}"].to_numpy().tolist() for name in names)
+    for kind, *line in zip(*columns, strict=True):
         if kind == GEAR_MESH:
-            varies[str(stage)] = varies.get(str(stage), False) or bool(share >= LEAST)
-    return [stage for stage, orders_of_stage in varies.items() if not orders_of_stage]
+            yield tuple(line)
 
 
 def _rows(case: Case, campbell: xr.Dataset, modes: xr.Dataset) -> Iterator[dict[str, Any]]:

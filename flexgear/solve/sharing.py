@@ -13,7 +13,6 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from flexgear.analysis.equilibrium import revolution
-from flexgear.coupling.system import System
 from flexgear.model.errors import FlexgearError
 from flexgear.results.labelled_dataset import labelled_dataset
 from flexgear.results.load_sharing import (
@@ -53,7 +52,7 @@ def stages_sharing(
     """
     number = model.case.stage_index(stage)
     motions = stage_motions(model.case, model.flow)
-    linear = _linear(model.system)
+    linear = linear_train(model.system) if why_not_linear(model.system) is None else None
     every = cycles_of_train(motions, number)
     if model.case.stages[number].planets < 2:
         raise FlexgearError(f"{stage} has no planets that share a load")
@@ -103,10 +102,6 @@ def shared_stages(model: Model) -> list[str]:
         for s, m in zip(model.case.stages, motions, strict=True)
         if s.planets > 1 and m.theta != 0
     ]
-
-
-def _linear(system: System) -> LinearTrain | None:
-    return linear_train(system) if why_not_linear(system) is None else None
 
 
 def _forces(

@@ -160,7 +160,7 @@ def test_orders_are_those_of_the_stiffness(tmp_path):
     below = expected[expected * 1.0 * model.flow.stages[0].gear_mesh_frequency < 6600.0]
     assert data["excitation_order"][gear_mesh].to_numpy().tolist() == below.tolist()
     constant = excitations(bundled("lin-parker"), 1e5)
-    assert [x.order for x in constant if x.kind == "gear mesh"] == [1, 2, 3]
+    assert [x.order for x in constant if x.label.kind == "gear mesh"] == [1, 2, 3]
 
 
 def test_shafts_and_passing_planets_excite():
