@@ -12,8 +12,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from flexgear.analysis.step_plan import Adaptive, FineWindow, Stepping
-from flexgear.analysis.transient import Collector, Drive, Steps, Transient
-from flexgear.analysis.transient import transient as step_through
+from flexgear.analysis.transient import Drive, Steps, Transient, run_in_memory
 from flexgear.coupling.machines import Brake
 from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.pace import case_pace, timed_drops
@@ -354,7 +353,7 @@ def compile_transient(model: Model, *, energy: bool = False) -> None:
     step, ends = model.pace.time_step, ends_of(model.case, model.flow, RATED_DRIVE)
     for account in (False, True) if energy else (False,):
         stepping = Stepping(3 * step, step, step)
-        step_through(model.modal, ends.drive(), stepping, sink=Collector(), track_energy=account)
+        run_in_memory(model.modal, ends.drive(), stepping, track_energy=account)
 
 
 def train_histories(data: xr.Dataset) -> xr.Dataset:
