@@ -161,17 +161,13 @@ class Recovery:
         rows: as many as any bearing of the train has; 0 where none of those named has rollers.
         """
         rollers = {b.name: b.part_rows for b in self.modal.system.bearings if b.has_parts}
-        loads = {}
-        for name in names:
+        rows = max(rollers.values()) if rollers.keys() & {*names} else 0
+        out = np.full((len(self.result.theta), len(names), rows), np.nan)
+        for i, name in enumerate(names):
             if name in rollers:
                 load = self.bearing_loads(name)
                 psi = 2 * np.pi * np.arange(load.shape[2]) / load.shape[2]
-                loads[name] = np.abs(load @ np.exp(1j * psi))
-        rows = max(rollers.values()) if loads else 0
-        out = np.full((len(self.result.theta), len(names), rows), np.nan)
-        for i, name in enumerate(names):
-            if name in loads:
-                out[:, i, : loads[name].shape[1]] = loads[name]
+                out[:, i, : load.shape[1]] = np.abs(load @ np.exp(1j * psi))
         return out
 
     def bearing_loads(self, name: str) -> Array:
