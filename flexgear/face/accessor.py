@@ -6,8 +6,7 @@ import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from html import escape
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import xarray as xr
 
@@ -110,25 +109,19 @@ class Comparison:
         return comparison_chart(self.runs)
 
     def __repr__(self) -> str:
-        return "\n".join("  ".join(row) for row in self._rows())
+        return str(self._table().to_string(index=False, float_format="{:.4g}".format))
 
     def _repr_html_(self) -> str:
-        head, *rows = self._rows()
-        lines = (
-            f"<tr>{''.join(f'<td>{escape(x.strip())}</td>' for x in row)}</tr>" for row in rows
-        )
-        titles = "".join(f"<th>{escape(x.strip())}</th>" for x in head)
-        return f"<table><tr>{titles}</tr>{''.join(lines)}</table>"
+        return str(self._table().to_html(index=False, float_format="{:.4g}".format))
 
-    def _rows(self) -> list[list[str]]:
-        """Text of a table: largest force and load factor of every run."""
-        largest, width = self.figures.max("gear_mesh"), max(len(label) for label in self.runs)
-        rows = [["run".ljust(width), "largest gear-mesh force (kN)", "largest load factor"]]
-        for label in self.runs:
-            of_run = largest.sel(run=label)
-            force, factor = 1e-3 * of_run["gear_mesh_force"], of_run["planet_load_factor"]
-            rows.append([label.ljust(width), f"{force:28.4g}", f"{factor:19.4g}"])
-        return rows
+    def _table(self) -> Any:
+        """Largest force and load factor of every run, as a data frame of pandas."""
+        largest = self.figures.max("gear_mesh")
+        columns = {
+            "largest gear-mesh force (kN)": 1e-3 * largest["gear_mesh_force"],
+            "largest load factor": largest["planet_load_factor"],
+        }
+        return xr.Dataset(columns).to_dataframe().reset_index()
 
 
 def compare(**runs: xr.Dataset) -> Comparison:

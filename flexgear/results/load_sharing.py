@@ -118,50 +118,59 @@ def cycle_starts(samples: int, samples_per_cycle: float, first: int = 0) -> NDAr
     return np.ceil(np.arange(first, cycles + 1) * samples_per_cycle * (1 - 1e-12)).astype(np.int64)
 
 
-def shares(force: Array) -> Array:
-    """N F_i/ΣF (..., N) of forces whose sum is positive."""
-    return np.asarray(force.shape[-1] * force / force.sum(axis=-1, keepdims=True))
-
-
-def planet_figures(definition: Definition, history: Array) -> Array:
-    """What of the shares (c, N) counts: itself, or 1 + |B − 1| of the cycle-based factor."""
-    return np.asarray(1 + np.abs(history - 1) if definition == "cycle-based" else history)
-
-
 DEFINITIONS: tuple[Definition, ...] = get_args(Definition)
 FEWEST = 4.0  # samples a gear-mesh cycle whose maximum is to be seen
 
 
 class RunningSharing:
-    """Coefficients of N planets that share a load. samples_per_cycle: of their gear mesh.
+    """Coefficients of N planets that share a load, of forces that come piece by piece: no history
+    is kept. samples_per_cycle: of their gear mesh.
 
-    Windows that are closed are kept apart, so that coefficients can be of the later ones alone.
+    Only largest values over samples and gear-mesh cycles are needed, and of the samples only those
+    of the cycle that is not whole yet. Which sense the load has, positive or reversed, is known in
+    the end: both are followed. Windows that are closed are kept apart, so that coefficients can be
+    of the later ones alone.
     """
 
     def __init__(self, planets: int, samples_per_cycle: float) -> None:
         self._per_cycle = samples_per_cycle
-        self._senses = [_Sense(planets, sense, samples_per_cycle) for sense in (1.0, -1.0)]
-        self._sum, self._samples = 0.0, 0
+        self._open = np.zeros((0, planets))  # forces of the cycle that is not whole yet
+        self._sum, self._samples, self._cycles = 0.0, 0, 0
+        self._windows: list[tuple[_Largest, _Largest]] = []  # by sense of the load
+        self.close_window()
 
     def append(self, force: ArrayLike) -> None:
         """Some samples more of the gear-mesh forces (t, N), N."""
         f = np.asarray(force, dtype=float)
         if not len(f):
             return
-        self._sum += float(f.sum())
-        for sense in self._senses:
-            sense.append(f, self._samples)
-        self._samples += len(f)
+        first, held = self._samples - len(self._open), np.concatenate([self._open, f])
+        self._sum, self._samples = self._sum + float(f.sum()), self._samples + len(f)
+        starts = np.zeros(1, dtype=np.int64)
+        if self._per_cycle >= FEWEST:
+            starts = cycle_starts(self._samples, self._per_cycle, self._cycles) - first
+            self._open = held[starts[-1] :]
+            self._cycles += len(starts) - 1
+        for sense, window in zip((1.0, -1.0), self._windows[-1], strict=True):
+            carried = carry_together(f) & (sense * f.sum(axis=1) > 0)
+            window.loaded = window.loaded and bool(np.all(carried))
+            if not window.loaded:
+                continue
+            window.take("instantaneous", sense * f)
+            if len(starts) > 1:
+                largest = np.maximum.reduceat(sense * held[: starts[-1]], starts[:-1], axis=0)
+                for definition in DEFINITIONS[1:]:
+                    window.take(definition, largest)
 
     def close_window(self) -> None:
         """What comes is of the next window; a gear-mesh cycle in both counts in the later one."""
-        for sense in self._senses:
-            sense.windows.append(_Largest(sense.open.shape[1]))
+        planets = self._open.shape[1]
+        self._windows.append((_Largest(planets), _Largest(planets)))
 
     def planets(self, definition: Definition, first: int = 0) -> Array:
         """Coefficients (N,) of the planets from the window ``first`` on; NaN where there are
         none."""
-        windows = self._senses[0 if self._sum >= 0 else 1].windows[first:]
+        windows = [window[0 if self._sum >= 0 else 1] for window in self._windows[first:]]
         largest = np.max([window.figures[definition] for window in windows], axis=0)
         enough = definition == "instantaneous" or (
             self._per_cycle >= FEWEST and self._samples >= self._per_cycle
@@ -179,36 +188,12 @@ class _Largest:
         self.figures = {d: np.full(planets, -math.inf) for d in DEFINITIONS}
 
     def take(self, definition: Definition, largest: Array) -> None:
-        """Look at shares of the forces (k, N) of samples or cycles."""
-        figure = planet_figures(definition, shares(largest)).max(axis=0)
-        self.figures[definition] = np.maximum(self.figures[definition], figure)
-
-
-class _Sense:
-    """Coefficients by window if the load has one sense."""
-
-    def __init__(self, planets: int, sense: float, per_cycle: float) -> None:
-        self._sense, self._per_cycle = sense, per_cycle
-        self._cycles, self.open = 0, np.zeros((0, planets))
-        self.windows = [_Largest(planets)]
-
-    def append(self, force: Array, before: int) -> None:
-        """Some samples more, of which there were some before."""
-        force, window = self._sense * force, self.windows[-1]
-        carried = carry_together(force) & (force.sum(axis=1) > 0)
-        window.loaded = window.loaded and bool(np.all(carried))
-        if window.loaded:
-            window.take("instantaneous", force)
-        if self._per_cycle < FEWEST:
-            return
-        first, held = before - len(self.open), np.concatenate([self.open, force])
-        starts = cycle_starts(before + len(force), self._per_cycle, self._cycles) - first
-        self.open = held[starts[-1] :]
-        self._cycles += len(starts) - 1
-        if window.loaded and len(starts) > 1:
-            largest = np.maximum.reduceat(held[: starts[-1]], starts[:-1], axis=0)
-            for definition in DEFINITIONS[1:]:
-                window.take(definition, largest)
+        """Look at forces (k, N) of samples, or at their largest of cycles: at shares N F_i/ΣF, or
+        1 + |B − 1| of the cycle-based factor."""
+        shares = largest.shape[-1] * largest / largest.sum(axis=-1, keepdims=True)
+        if definition == "cycle-based":
+            shares = 1 + np.abs(shares - 1)
+        self.figures[definition] = np.maximum(self.figures[definition], shares.max(axis=0))
 
 
 ROUNDING = 1e-9  # of the largest force of a train: below it a gear mesh carries nothing

@@ -61,12 +61,6 @@ class RingFolder:
         """How names of pictures begin."""
         return prefix_of(self.name)
 
-    @property
-    def figures(self) -> Mapping[str, Any]:
-        """Its figures of steady running."""
-        steady: Mapping[str, Any] = self.run.summary["steady"][self.name]
-        return steady
-
     def runs(self, start: str) -> dict[str, xr.Dataset]:
         """Datasets of a kind by variant with errors, the case as it is first."""
         datasets = {

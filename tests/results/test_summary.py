@@ -238,11 +238,6 @@ def test_figures_are_those_of_both_halves(make_run):
     assert both["carrier_speed_rpm_min"] == alone["carrier_speed_rpm_min"]
 
 
-def test_missing_and_infinite_figures_are_named():
-    with pytest.raises(FlexgearError, match=r"version is missing.*realtime_factor is not a finite"):
-        build_summary(case="x", realtime_factor=float("nan"))
-
-
 def test_repeated_modes_are_listed_once():
     data = labelled_dataset(
         "mode",

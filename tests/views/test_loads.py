@@ -11,13 +11,6 @@ from flexgear.views import loads
 from flexgear.views.style import SPLIT_COLOUR, VARIANT_COLOURS
 
 
-def test_stiffness_split_keeps_the_total_and_the_stiffness_shares():
-    load = np.array([[3.0, 1.0, 0.0], [0.0, 0.0, 0.0]])
-    stiffness = np.array([[1.0, 2.0, 1.0], [0.0, 0.0, 0.0]])
-    split = loads.stiffness_split(load, stiffness)
-    np.testing.assert_allclose(split, [[1.0, 2.0, 1.0], [0, 0, 0]])
-
-
 def test_pair_curve_follows_a_tooth_through_its_slots_and_breaks_between_engagements():
     x = np.arange(6.0)
     tooth = np.array([[1, 0], [0, 1], [2, 0], [2, 0], [1, 2], [0, 1]])
