@@ -63,28 +63,32 @@ def _check_stage_names(case: Case) -> None:
         seen[stage.name] = k
 
 
+def _ports(case: Case) -> list[tuple[str, str]]:
+    """Keys and members of inputs and output."""
+    ports = [(f"inputs.{k}.member", port.member) for k, port in enumerate(case.inputs)]
+    return ports if case.output is None else [*ports, ("output.member", case.output.member)]
+
+
+def _joint_ends(case: Case) -> list[tuple[str, str]]:
+    """Keys and members of joints."""
+    ends = ("first", "second")
+    return [(f"joints.{k}.{e}", getattr(j, e)) for k, j in enumerate(case.joints) for e in ends]
+
+
 def _check_members(case: Case) -> None:
     """Every member that is named exists."""
-    named = [(f"held.{k}", name) for k, name in enumerate(case.held)]
-    named += [(f"inputs.{k}.member", port.member) for k, port in enumerate(case.inputs)]
-    if case.output is not None:
-        named += [("output.member", case.output.member)]
+    named = [(f"held.{k}", name) for k, name in enumerate(case.held)] + _ports(case)
     named += [(f"loads.{k}.member", load.member) for k, load in enumerate(case.loads)]
-    for k, joint in enumerate(case.joints):
-        named += [(f"joints.{k}.first", joint.first), (f"joints.{k}.second", joint.second)]
     members: list[str] = list(case.member_names())
-    for key, name in named:
+    for key, name in named + _joint_ends(case):
         if name not in members:
             raise Refusal(key, f"{echo(name)} is not a member", nearest(name, members))
 
 
 def _check_ports(case: Case) -> None:
     """A member has one role."""
-    ports = [(f"inputs.{k}.member", port.member) for k, port in enumerate(case.inputs)]
-    if case.output is not None:
-        ports.append(("output.member", case.output.member))
     seen: dict[str, str] = {}
-    for key, name in ports:
+    for key, name in _ports(case):
         if name in seen:
             raise Refusal(key, f"{name} is a port already ({seen[name]})", "name another member")
         seen[name] = key
@@ -93,18 +97,9 @@ def _check_ports(case: Case) -> None:
             raise Refusal(
                 f"held.{k}", f"{name} is also {seen[name]}", "a held member is no port; drop one"
             )
-    for name, key in seen.items():
+    for key, name in _ports(case) + _joint_ends(case):
         if case.kinematics_of(name) == "fixed":
             raise Refusal(key, f"{name} is fixed", 'choose another kinematics than "fixed"')
-    for k, joint in enumerate(case.joints):
-        for end in ("first", "second"):
-            name = getattr(joint, end)
-            if case.kinematics_of(name) == "fixed":
-                raise Refusal(
-                    f"joints.{k}.{end}",
-                    f"{name} is fixed",
-                    'choose another kinematics than "fixed"',
-                )
 
 
 def _check_held(case: Case) -> None:
@@ -143,9 +138,8 @@ def _check_held(case: Case) -> None:
 
 def _check_behind_shafts(case: Case) -> None:
     """What hangs behind the spline of a sun's shaft is a body that can move in all directions."""
-    places = [*(f"inputs.{k}" for k in range(len(case.inputs))), "output"]
-    for at, port in zip(places, case.ports, strict=False):
-        member = MemberName.parse(port.member)
+    for (key_of_member, _), port in zip(_ports(case), case.ports, strict=True):
+        at, member = key_of_member.removesuffix(".member"), MemberName.parse(port.member)
         beam = case.stage(member.stage).form(member.part) == "beam"
         for key in ("inertia", "mass", "tilt_inertia"):
             if beam and getattr(port, key) is None:
