@@ -8,7 +8,7 @@ from plain_meshes import annulus
 
 from flexgear.files.matrices.body import ReducedMatrices
 from flexgear.structures.fem import FeModel, averaging_tie, facet_sample, interface_of
-from flexgear.structures.reduction import reduce_body
+from flexgear.structures.reduction import reduce
 from flexgear.structures.shaft import BeamSection, shaft_body
 
 STEEL = (210e9, 0.3, 7850.0)
@@ -55,7 +55,7 @@ def ring():
         ties.append(averaging_tie(f"tooth_{j + 1:03d}", place, sample))
     outer = facet_sample(model, model.fe_mesh.facets["outer"])
     ties.append(averaging_tie("fit_1", np.zeros(3), outer))
-    made = reduce_body(model, interface_of(model, ties), 10)
+    made = reduce(model, interface_of(model, ties), 10).body
     return ReducedMatrices("ring", made.node_names, made.positions, made.stiffness, made.mass)
 
 

@@ -18,7 +18,7 @@ from flexgear.model.errors import InputError, echo
 from flexgear.model.read import nearest
 from flexgear.structures.fem import FeModel, averaging_tie, facet_sample, interface_of, solid_mesh
 from flexgear.structures.reduced import ReducedBody
-from flexgear.structures.reduction import reduce_body
+from flexgear.structures.reduction import reduce
 
 if TYPE_CHECKING:
     from flexgear.structures.fem.assembly import Mesh
@@ -86,4 +86,4 @@ def reduce_mesh(
         centre = sample.weights @ sample.points / sample.weights.sum()
         place = centre if position is None else np.asarray(position, dtype=float)
         ties.append(averaging_tie(name, place, sample))
-    return reduce_body(model, interface_of(model, ties), modes)
+    return reduce(model, interface_of(model, ties), modes).body

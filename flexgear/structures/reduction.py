@@ -65,18 +65,6 @@ class Reduction:
     frequencies: Array = field(repr=False)
 
 
-def reduce_body(
-    model: FeModel,
-    interface: Interface,
-    n_modes: int,
-    progress: Progress = silent,
-    name: str = "body",
-    sectors: Sequence[int] = (),
-) -> ReducedBody:
-    """The reduced body alone; see `reduce`."""
-    return reduce(model, interface, n_modes, progress, name, sectors).body
-
-
 def reduce(
     model: FeModel,
     interface: Interface,

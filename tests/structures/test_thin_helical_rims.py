@@ -11,7 +11,7 @@ import scipy.linalg as sla
 from flexgear.structures.fe_mesh.gears import RingMeshParameters, ring_fe_mesh
 from flexgear.structures.fe_mesh.solids import mesh_solid, ring_solid
 from flexgear.structures.fem import FeModel, averaging_tie, facet_sample, interface_of
-from flexgear.structures.reduction import reduce_body
+from flexgear.structures.reduction import reduce
 
 STEEL = (210e9, 0.3, 7850.0)
 TEETH, MODULE, HELIX = 30, 8e-3, radians(25.0)
@@ -76,7 +76,7 @@ def static_and_frequencies(p):
     for name, (low, high) in p.bands:
         place = np.array([0.0, 0.0, (low + high) / 2])
         ties.append(averaging_tie(name, place, facet_sample(model, patches[name])))
-    body = reduce_body(model, interface_of(model, ties), 8, sectors=(p.teeth,))
+    body = reduce(model, interface_of(model, ties), 8, sectors=(p.teeth,)).body
     held = np.zeros(len(body.mass))
     held[6 * p.teeth : body.interface_dofs] = np.tile([1e9, 1e9, 1e9, 1e7, 1e7, 1e7], 2)
     stiffness = body.stiffness + np.diag(held)

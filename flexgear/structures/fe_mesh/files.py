@@ -92,7 +92,6 @@ def read_fe_mesh(
     unit: str = "m",
     required_patches: Sequence[str] = (),
     expected_size: float | None = None,
-    where: str = "fe_mesh_file",
     stems: Sequence[str] = (),
 ) -> FeMesh:
     """A user's own FE mesh with its named groups as patches, converted to m.
@@ -103,8 +102,8 @@ def read_fe_mesh(
     renumbered; facets on the surface are turned outward. Everything wrong is an InputError.
     """
     path = Path(path)
-    require_format(path, where)
-    require_regular(path, where, MOST_FE_MESH)
+    require_format(path, "fe_mesh_file")
+    require_regular(path, "fe_mesh_file", MOST_FE_MESH)
     deck = read_inp(path) if path.suffix == ".inp" else _read_meshio(path)
     kind, cells = _solid_cells(deck, path)
     used, cells = np.unique(cells, return_inverse=True)

@@ -193,6 +193,6 @@ def _numbered(stem: str, count: int, digits: int) -> tuple[str, ...]:
     return tuple(f"{stem}_{k:0{digits}d}" for k in range(1, count + 1))
 
 
-def _polar(radius: float, angles: Array, z: float = 0.0) -> Array:
-    """Points (n, 3) at one radius and height."""
-    return np.column_stack([radius * np.cos(angles), radius * np.sin(angles), 0.0 * angles + z])
+def _polar(radius: float, angles: Array) -> Array:
+    """Points (n, 3) at one radius, at mid-face."""
+    return np.column_stack([radius * np.cos(angles), radius * np.sin(angles), 0.0 * angles])

@@ -133,11 +133,6 @@ class SectionDivisions:
     fillet: int
     rim: int
 
-    @property
-    def around(self) -> int:
-        """Columns of one tooth sector."""
-        return self.tooth + 1
-
 
 @dataclass(frozen=True)
 class ToothedSection:
@@ -204,7 +199,7 @@ def _sector(tooth: ToothGeometry, rim_radius: float, div: SectionDivisions, grow
     the rim below it."""
     profile = tooth_profile(tooth, div.flank, div.fillet)
     block = tooth_block(profile, even_columns(len(profile.points), div.tooth + 1))
-    half = tooth.pitch_angle * div.tooth / div.around / 2.0 * even_columns(1, div.tooth + 1)[0]
+    half = tooth.pitch_angle * div.tooth / (div.tooth + 1) / 2.0 * even_columns(1, div.tooth + 1)[0]
     foot = rim_radius * np.column_stack([np.cos(half), np.sin(half)])
     down = graded(div.rim, growth)[1:, None, None]
     return np.concatenate([block, block[-1] + down * (foot - block[-1])])

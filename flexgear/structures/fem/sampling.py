@@ -53,6 +53,7 @@ def _edges(model: FeModel) -> tuple[Ints, Ints]:
 
 
 _INSIDE = 1e-6
+_RINGS, _SPOKES = 4, 16  # of points on a disc
 _FACETS = {3: ElementTriP1(), 4: ElementQuad1()}
 
 
@@ -118,20 +119,18 @@ def disc_points(
     normal: Array,
     diameter: float,
     toward: Array | None = None,
-    rings: int = 4,
-    spokes: int = 16,
 ) -> tuple[Array, Array]:
     """Points (m, 3) and weights (m,) in m2 that integrate over a disc.
 
     Gauss-Legendre in r^2 (the Jacobian r dr absorbed) times equal angles: exact for polynomials
-    of degree 2 rings - 1 in r^2 and of degree below `spokes` in angle. toward: a direction (3,) in
+    of degree 2 _RINGS - 1 in r^2 and of degree below _SPOKES in angle. toward: a direction (3,) in
     the disc, in whose mirror the spokes lie alike. Discs whose directions turn with the elements
     below them have the same points in them.
     """
-    x, w = np.polynomial.legendre.leggauss(rings)
+    x, w = np.polynomial.legendre.leggauss(_RINGS)
     radius = 0.5 * diameter
     r = radius * np.sqrt(0.5 * (x + 1))
-    angle = 2 * np.pi * (np.arange(spokes) + 0.5) / spokes
+    angle = 2 * np.pi * (np.arange(_SPOKES) + 0.5) / _SPOKES
     normal = normal / np.linalg.norm(normal)
     helper = np.eye(3)[np.argmin(np.abs(normal))] if toward is None else toward
     e1 = np.cross(normal, helper)
@@ -139,7 +138,7 @@ def disc_points(
     e2 = np.cross(normal, e1)
     ray = np.cos(angle)[:, None] * e1 + np.sin(angle)[:, None] * e2
     points = centre + (r[:, None, None] * ray).reshape(-1, 3)
-    weights = np.repeat(0.5 * w * np.pi * radius**2 / spokes, spokes)
+    weights = np.repeat(0.5 * w * np.pi * radius**2 / _SPOKES, _SPOKES)
     return points, weights
 
 

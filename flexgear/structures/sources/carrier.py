@@ -23,7 +23,7 @@ from flexgear.structures.fe_mesh import (
     carrier_fe_mesh,
     carrier_groups,
 )
-from flexgear.structures.fe_mesh.solids import Solid, carrier_solid
+from flexgear.structures.fe_mesh.solids import carrier_solid
 from flexgear.structures.linalg import Array
 from flexgear.structures.sources.fe_body import FeBody, TiedNode
 
@@ -38,6 +38,9 @@ SEATS = ("drive", "bearing_drive", "bearing_far")
 class CarrierSource(FeBody):
     """pin_angles: (N,) rad; pitch: of the ring's teeth, m, which tolerances of places follow from;
     bearings: on the seats, "drive" and "far"."""
+
+    meshed = staticmethod(carrier_fe_mesh)
+    as_solid = staticmethod(carrier_solid)
 
     section: Carrier
     mesh: CarrierMeshParameters
@@ -95,13 +98,6 @@ class CarrierSource(FeBody):
         from flexgear.structures.estimate import pin_pressures
 
         return pin_pressures(model, len(self.pin_angles), np.asarray(self.pin_angles))
-
-    def solid(self) -> Solid:
-        """About the middle between its plates."""
-        return carrier_solid(self.mesh)
-
-    def _generated(self) -> FeMesh:
-        return carrier_fe_mesh(self.mesh)
 
     def _content(self) -> Mapping[str, Any]:
         return {

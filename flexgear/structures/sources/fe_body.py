@@ -12,7 +12,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import numpy as np
 
@@ -78,6 +78,9 @@ class FeBody(ABC):
     """key: of the body; section: of the case, as [stage.ring.fe]; mesh: what an FE mesh is made
     from; material; accuracy."""
 
+    meshed: ClassVar[Any]  # function that makes an FE mesh of ``mesh``
+    as_solid: ClassVar[Any]  # and one that makes the solid in closed form
+
     key: BodyName
     section: FeMeshSource
     mesh: RingMeshParameters | PlanetMeshParameters | CarrierMeshParameters
@@ -111,13 +114,6 @@ class FeBody(ABC):
     @abstractmethod
     def probe_loads(self, model: FeModel) -> Sequence[ProbeLoad]:
         """Loads of the static check."""
-
-    @abstractmethod
-    def solid(self) -> Solid:
-        """The generated body in closed form."""
-
-    @abstractmethod
-    def _generated(self) -> FeMesh: ...
 
     @abstractmethod
     def _content(self) -> Mapping[str, Any]:
@@ -158,7 +154,8 @@ class FeBody(ABC):
     def fe_mesh(self) -> FeMesh:
         """Generated, or the user's own file in its place; InputError where it is refused."""
         if self.section.fe_mesh == "generate":
-            return self._generated()
+            generated: FeMesh = self.meshed(self.mesh)
+            return generated
         return mesh_of_file(self.section, self.groups, self.mesh.size, self.mesh.where)
 
     def reduced(self, progress: Progress = silent, limit_hz: float | None = None) -> ReducedBody:
@@ -182,6 +179,11 @@ class FeBody(ABC):
         from flexgear.structures.sources.reducing import condensed_body
 
         return condensed_body(self)
+
+    def solid(self) -> Solid:
+        """The generated body in closed form about its middle, of a double-helical ring one half."""
+        solid: Solid = self.as_solid(self.mesh)
+        return solid
 
     def whole(self, body: ReducedBody) -> ReducedBody:
         """The body that a stage has, of what ``reduced`` returns."""

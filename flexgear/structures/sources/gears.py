@@ -92,6 +92,9 @@ BORE = "bore"
 class PlanetSource(ToothedSource):
     """bearing: in its bore."""
 
+    meshed = staticmethod(planet_fe_mesh)
+    as_solid = staticmethod(planet_solid)
+
     section: Planet
     mesh: PlanetMeshParameters
     bearing: PlanetBearing
@@ -113,13 +116,6 @@ class PlanetSource(ToothedSource):
         supports[held, held] += 1e3 * stiffness[held, held]
         return supports
 
-    def solid(self) -> Solid:
-        """About its centre."""
-        return planet_solid(self.mesh)
-
-    def _generated(self) -> FeMesh:
-        return planet_fe_mesh(self.mesh)
-
     def _content(self) -> Mapping[str, Any]:
         return {
             "ties": [self.section.tie, self.section.tie_kind],
@@ -132,6 +128,9 @@ class RingSource(ToothedSource):
     """half_offset: of the mid-planes of both halves of a double-helical ring from z = 0, m; None of
     a single one; segment: of teeth that may yield along the face beside their nodes, None where
     they take no shapes; along_face: whether gear meshes distribute load along the face."""
+
+    meshed = staticmethod(ring_fe_mesh)
+    as_solid = staticmethod(ring_solid)
 
     section: Ring
     mesh: RingMeshParameters
@@ -172,10 +171,6 @@ class RingSource(ToothedSource):
         springs = [Spring(s.node, np.diag(s.stiffness), s.angle) for s in self.held_by]
         return stiffness_at(springs, node_names)
 
-    def solid(self) -> Solid:
-        """Of one half, if double-helical."""
-        return ring_solid(self.mesh)
-
     def reduced(self, progress: Progress = silent, limit_hz: float | None = None) -> ReducedBody:
         """As of every body, and how its rim bends along the face where that counts."""
         body = super().reduced(progress, limit_hz)
@@ -204,9 +199,6 @@ class RingSource(ToothedSource):
         left = {n.of_half("left"): place - lift for n, place in places.items()}
         right = {n.of_half("right"): place * PLACE + lift for n, place in places.items()}
         return solid.shifted(-lift) + solid.mirrored().shifted(lift), left | right
-
-    def _generated(self) -> FeMesh:
-        return ring_fe_mesh(self.mesh)
 
     def _content(self) -> Mapping[str, Any]:
         return {
