@@ -47,6 +47,7 @@ from flexgear.views.style import (
 )
 
 AXES = ("x", "y", "z")
+ROUNDING = 1e-6  # of the largest displacement: a direction with less does not move
 Drawn = tuple[str, Callable[[xr.Dataset], xr.DataArray], float]  # label, of one run, factor
 SPEED: Drawn = ("carrier speed\n(r/min)", itemgetter("stage_speed"), RPM)
 SHARING: Drawn = ("load sharing\nfactor $K_γ$ (–)", ring_sharing, 1.0)
@@ -170,16 +171,21 @@ def three_directions(
     runs = within_window(runs, x, window)
     colours = variant_colours(runs)
     figure, axes = panels(3, 1, height_mm=132, sharex=True)
+    picked = {name: pick(dataset) * MICRO for name, dataset in runs.items()}
+    largest = np.max([np.nanmax(np.abs(v), axis=0, initial=0.0) for v in picked.values()], axis=0)
+    is_noise = largest < ROUNDING * largest.max(initial=0.0)
     for i, (name, dataset) in enumerate(runs.items()):
-        at, values = abscissa(dataset, x), pick(dataset) * MICRO
+        at, values = abscissa(dataset, x), picked[name]
         for k, ax in enumerate(axes[:, 0]):
             if draw(ax, at, values[:, k], colours[name], **layer(i)):
                 say_envelope(ax)
             if i == 0 and np.isfinite(values[:, k]).any():
                 peak = f"{values[np.nanargmax(np.abs(values[:, k])), k]:.3g}".replace("-", "−")
-                text = f"{directions[k]}: largest {peak} µm ({name})"
-                ax.set_title(text, weight="normal", fontsize=8)
+                text = "zero, to rounding" if is_noise[k] else f"largest {peak} µm ({name})"
+                ax.set_title(f"{directions[k]}: {text}", weight="normal", fontsize=8)
     for k, ax in enumerate(axes[:, 0]):
+        if is_noise[k]:
+            ax.set_ylim(-0.1 * largest.max(), 0.1 * largest.max())
         ax.axhline(0, color=NEUTRAL, lw=0.6, zorder=1)
         ax.set_ylabel(f"{directions[k]} (µm)")
     figure.suptitle(title, fontsize=9.5, weight="bold")

@@ -17,6 +17,7 @@ from flexgear.results.report.wording import factor, number, window_words, with_u
 from flexgear.solve.headlines.declaration import Answer, Findings, Headline, Level
 
 STANDARD = "IEC 61400-4:2012"
+ALIKE = 1e-6  # by which K is above 1 where nothing tells the planets apart
 
 
 @dataclass(frozen=True)
@@ -138,9 +139,15 @@ def _of_stage(findings: Findings, sharing: Sharing) -> Answer:
         compared = f"{side} the {sharing.assumed:.2f} that {STANDARD} assumes for its planets"
     in_time = f"; in time {sharing.window}" if sharing.in_time is not None else ""
     sentences = [f"{compared[0].upper()}{compared[1:]}{in_time}."]
-    if not findings.errors_given:
+    alike = max(both) - 1.0 < ALIKE
+    if alike or not findings.errors_given:
         level = "note" if level == "good" else level
-        sentences.append("No errors given: planets share unevenly by deflections alone.")
+        sentences.append(
+            "All planets carry alike: nothing in the case tells them apart, such as pin positions "
+            "or run-out."
+            if alike
+            else "No errors given: planets share unevenly by deflections alone."
+        )
     sentences += [sharing.reason, _halves(sharing)]
     drops = [
         (k, window)
