@@ -10,7 +10,7 @@ from __future__ import annotations
 import itertools
 import tomllib
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -34,7 +34,7 @@ _TORQUE, _POWER = "torque_around_u_axis", "power"
 class Port:
     """A member that an external load acts on; speed (rpm), torque (N m), power (kW) about +u.
 
-    rank: 0 for what the file says it defines. inertia: of additional masses, kg m².
+    inertia: of additional masses, kg m².
     """
 
     member: Member
@@ -44,7 +44,6 @@ class Port:
     power: Datum | None = None
     defines_torque: bool = False
     inertia: Datum | None = None
-    forces: list[str] = field(default_factory=list)
 
     @property
     def drives(self) -> bool | None:
@@ -79,29 +78,6 @@ def ports_of(assembly: Assembly, members: list[Member]) -> list[Port]:
         port.inertia = _inertia(assembly, body)
     order = {member: k for k, member in enumerate(members)}
     return sorted(ports.values(), key=lambda p: order[p.member])
-
-
-def forces_on(
-    assembly: Assembly, members: list[Member]
-) -> list[tuple[Member, Component, tuple[list[float], list[float]]]]:
-    """Forces (N) and moments (N m) across loads, in the case's axes x, y, z = v, w, u.
-
-    Of shafts along the gear unit's axes; moments about u are torques of ports. Others are listed.
-    """
-    forces = []
-    for load in assembly.document.kind("external_load"):
-        shaft = assembly.frames.shaft(load)
-        frame = None if shaft is None else assembly.frames.of(shaft)
-        member = _member_of(assembly, load, members)
-        if member is None or (frame is not None and abs(frame.axes - np.eye(3)).max() > _ALIGNED):
-            continue
-        force = [number([load], f"force_{a}_direction", "N") for a in "vwu"]
-        moment = [number([load], f"torque_around_{a}_axis", "N m") for a in "vw"]
-        values = [0.0 if d is None else d.value for d in (*force, *moment)]
-        if any(values):
-            load.role = load.role or f"forces on {member.name}"
-            forces.append((member, load, (values[:3], [*values[3:], 0.0])))
-    return forces
 
 
 def speed_of(assembly: Assembly, body: int | None) -> Datum | None:
@@ -203,7 +179,7 @@ class PortWriter:
             return
         chosen, loaded = self._chosen(where, free.mobility)
         if len(self.ports) < 2 or len(loaded) < len(self.ports) - free.mobility:
-            self._free(chosen, speeds)
+            self._free(chosen)
             return
         self._loaded(chosen, loaded, speeds)
 
@@ -262,7 +238,7 @@ class PortWriter:
             return chosen, loaded
         return best
 
-    def _free(self, chosen: list[Port], speeds: dict[str, float]) -> None:
+    def _free(self, chosen: list[Port]) -> None:
         """Ports of a case without loads: it is one of free vibration about steady speeds."""
         self.case.warn(
             "the torques of the file do not suffice: a case of free vibration, modes only"
@@ -296,13 +272,29 @@ class PortWriter:
         self._forces()
 
     def _forces(self) -> None:
-        """Forces and moments on members, in fixed axes, at the member's middle."""
-        for member, load, (force, moment) in forces_on(self.assembly, self.members):
+        """Forces and moments on members, in fixed axes x, y, z = v, w, u, at the member's middle.
+
+        Of shafts along the gear unit's axes; moments about u are torques of ports. Others are
+        listed.
+        """
+        for load in self.assembly.document.kind("external_load"):
+            shaft = self.assembly.frames.shaft(load)
+            frame = None if shaft is None else self.assembly.frames.of(shaft)
+            member = _member_of(self.assembly, load, self.members)
+            turned = frame is not None and abs(frame.axes - np.eye(3)).max() > _ALIGNED
+            if member is None or turned:
+                continue
+            data = [number([load], f"force_{a}_direction", "N") for a in "vwu"]
+            data += [number([load], f"torque_around_{a}_axis", "N m") for a in "vw"]
+            values = [0.0 if datum is None else datum.value for datum in data]
+            if not any(values):
+                continue
+            load.role = load.role or f"forces on {member.name}"
             section = self.case.section("[[loads]]")
             section.put("member", member.name, load.label)
-            section.put("force_n", force, f"{load.label}: v, w, u directions")
-            if any(moment):
-                section.put("moment_nm", moment, f"{load.label}: about v and w")
+            section.put("force_n", values[:3], f"{load.label}: v, w, u directions")
+            if any(values[3:]):
+                section.put("moment_nm", [*values[3:], 0.0], f"{load.label}: about v and w")
             self.case.warn(f"{load.label}: its force acts in the middle of {member.name} here")
 
     def _output(self, loaded: list[Port]) -> Port:
