@@ -103,7 +103,6 @@ class GearMeshPath:
     slope: float
     half_face: float
     alpha: float
-    beta_b: float
     base_radius_planet: float
     base_radius_gear: float
     center_distance: float
@@ -285,7 +284,6 @@ def gear_mesh_path(
         slope=t,
         half_face=half_face,
         alpha=a,
-        beta_b=math.atan(t),
         base_radius_planet=g.radii.planet,
         base_radius_gear=getattr(g.radii, kind.gear),
         center_distance=g.center_distance,

@@ -183,13 +183,12 @@ HALF_GAP = 6.0  # modules between halves, for the tool to run out
 
 @dataclass(frozen=True)
 class Arrangement:
-    """Which member is held, which turns slowly and which fast; reverses: in opposite senses."""
+    """Which member is held, which turns slowly and which fast."""
 
     name: str
     held: str
     slow: str
     fast: str
-    reverses: bool = False
 
     def ratio(self, basic: float) -> float:
         """Speed of the fast over the slow member, without sign, for z_r/z_s = ``basic``."""
@@ -210,7 +209,7 @@ ARRANGEMENTS = {
     one.name: one
     for one in (
         Arrangement("planetary", held="ring", slow="carrier", fast="sun"),
-        Arrangement("star", held="carrier", slow="ring", fast="sun", reverses=True),
+        Arrangement("star", held="carrier", slow="ring", fast="sun"),
         Arrangement("solar", held="sun", slow="carrier", fast="ring"),
     )
 }

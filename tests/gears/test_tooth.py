@@ -144,7 +144,7 @@ def test_a_pin_forward_presses_the_drive_flanks_and_relieves_the_coast_flanks():
     paths, e = flexible_paths(case), flexible_errors(case)
     for kind, sign in (("ring", 1), ("sun", 1), ("ring_coast", -1), ("sun_coast", -1)):
         p = paths[kind]
-        size = 50e-6 * math.cos(p.alpha) * math.cos(p.beta_b)
+        size = 50e-6 * math.cos(p.alpha) * p.cos_base_helix
         assert e[kind].offset == pytest.approx([sign * size, 0, 0, 0, 0])
     case = load_case("wind-5mw", {"stage.errors.pin_radial_um": "[0, 50, 0, 0, 0]"}).view()
     e = flexible_errors(case)
