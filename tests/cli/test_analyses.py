@@ -52,9 +52,7 @@ def test_reversed_torque_is_shown_on_the_flanks_that_carry(flexgear):
 
 
 def test_modes_start_with_the_rigid_rotation(flexgear):
-    code, text, _ = flexgear("modes", "wind-5mw", "--limit-hz", 200, "--json", "-q")
-    modes = json.loads(text)["modes"]
-    assert code == 0
+    modes = flexgear.json("modes", "wind-5mw", "--limit-hz", 200)["modes"]
     assert modes[0]["frequency_hz"] < 1e-3 < modes[1]["frequency_hz"]
     for mode in modes:
         assert sum(mode["kinetic_energy"].values()) == pytest.approx(1.0, abs=1e-6)
@@ -72,9 +70,7 @@ def test_simulate_writes_its_dataset_and_tells_progress(flexgear, tmp_path):
 
 @pytest.mark.slow
 def test_compare_has_eight_variants(flexgear):
-    code, text, _ = flexgear("compare", "wind-5mw", "--positions", 3, "--json", "-q")
-    found = json.loads(text)
-    assert code == 0
+    found = flexgear.json("compare", "wind-5mw", "--positions", 3)
     assert len(found) == 8
     assert {"flexible", "rigid", "ring+carrier", "shaft"} <= set(found)
     for row in found.values():

@@ -1,7 +1,5 @@
 """Ctrl-C before there is anything to stop, and pressed more than once."""
 
-from __future__ import annotations
-
 import signal
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """``flexgear simulate`` of any length: what is said before, what is kept, what is refused."""
 
-from __future__ import annotations
-
 import json
 import math
 

@@ -1,7 +1,5 @@
 """``flexgear sweep``: what is printed, written and drawn, and what is refused."""
 
-from __future__ import annotations
-
 import os
 import sys
 

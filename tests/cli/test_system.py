@@ -1,7 +1,5 @@
 """``flexgear doctor`` and ``flexgear cache``."""
 
-from __future__ import annotations
-
 import importlib.metadata
 import json
 import shutil

@@ -1,7 +1,5 @@
 """``flexgear tolerance``: what is printed, written and drawn, refused and resumed."""
 
-from __future__ import annotations
-
 import json
 import os
 import re

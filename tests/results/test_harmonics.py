@@ -1,7 +1,5 @@
 """Radial harmonics of a ring, and spectra of histories."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import xarray as xr

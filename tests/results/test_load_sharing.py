@@ -1,7 +1,5 @@
 """Load sharing factor, spread and coefficients against sums done by hand and closed forms."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import xarray as xr

@@ -1,7 +1,5 @@
 """Tables of a report: numbers, names and units as a person reads them."""
 
-from __future__ import annotations
-
 import pytest
 
 from flexgear.gears.power_flow import power_flow

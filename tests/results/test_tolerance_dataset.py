@@ -1,7 +1,5 @@
 """Statistics of a tolerance study, and their intervals against what they promise."""
 
-from __future__ import annotations
-
 import json
 import math
 

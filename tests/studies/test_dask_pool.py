@@ -1,7 +1,5 @@
 """Runs on a Dask cluster by its address: results, errors, credentials."""
 
-from __future__ import annotations
-
 import math
 import shlex
 import socket

@@ -1,7 +1,5 @@
 """Outcomes of runs, and workers that are made before they are needed."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess

@@ -1,7 +1,5 @@
 """Many runs here and in processes of this machine."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess

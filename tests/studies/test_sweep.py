@@ -1,7 +1,5 @@
 """Parameter studies: physics of what they give, gaps where points fail, the same in any order."""
 
-from __future__ import annotations
-
 import contextlib
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Keys, values and grids of parameter studies: what is written, what it means, what is refused."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given

@@ -1,7 +1,5 @@
 """Tolerance studies: physics of what they give, the same numbers however they are run."""
 
-from __future__ import annotations
-
 import json
 import math
 import zipfile

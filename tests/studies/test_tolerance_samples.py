@@ -1,7 +1,5 @@
 """Samples of manufacturing errors, and the errors of gear meshes that follow."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

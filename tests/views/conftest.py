@@ -1,7 +1,5 @@
 """Synthetic stage: five planets under a ring of 93 teeth; shapes, not physics."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

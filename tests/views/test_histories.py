@@ -1,7 +1,5 @@
 """Histories, displacements and charts: units, gaps, what is taken out."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Tooth loads: eq. 23, curves that break between engagements, the engagement map."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import xarray as xr

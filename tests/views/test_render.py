@@ -1,7 +1,5 @@
 """Probing for a renderer, and pictures where there is one."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 

@@ -1,7 +1,5 @@
 """The HTML page: one file, nothing from outside, right figures, two runs side by side."""
 
-from __future__ import annotations
-
 import base64
 import json
 import re

@@ -1,7 +1,5 @@
 """Drawings of a stage and of modified flanks."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from matplotlib.path import Path

@@ -1,7 +1,5 @@
 """The star has its points where the field has its maxima, still and turning."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """House style: units, colours, atomic saving, no trace in the user's matplotlib."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Pictures of parameter studies: lines, maps, words, gaps."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import xarray as xr

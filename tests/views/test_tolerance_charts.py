@@ -1,7 +1,5 @@
 """The picture of a tolerance study: what is drawn, and what it says."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from tolerance_results import study_data

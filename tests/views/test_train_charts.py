@@ -1,7 +1,5 @@
 """Pictures of trains: what is drawn, with which unit, and what is left out."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import xarray as xr
