@@ -162,10 +162,10 @@ class GearMeshPath:
         return float(self.s0[planet] + index * self.base_pitch + self.rate * carrier_angle)
 
 
-def ring_start(g: StageGeometry, planet_angles: Array, tooth_angle: float = 0.0) -> Array:
-    """s of the ring tooth at ``tooth_angle`` with every planet at θ_c = 0, z = 0; (N,) m."""
+def ring_start(g: StageGeometry, planet_angles: Array) -> Array:
+    """s of the ring tooth on the x axis with every planet at θ_c = 0, z = 0; (N,) m."""
     a, ring = g.ring_mesh.working_angle, g.ring
-    angle = tooth_angle - ring.base_half_angle + a - planet_angles
+    angle = -ring.base_half_angle + a - planet_angles
     return ring.base_radius * angle - g.center_distance * math.sin(a)
 
 

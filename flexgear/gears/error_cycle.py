@@ -118,13 +118,13 @@ def train_cycle(turns: Sequence[TrainTurn]) -> Fraction:
     return _common([t.cycle.turns / abs(t.rate) for t in moving])
 
 
-def exact_rate(speed: float, lead: float, limit: int = 10**6) -> Fraction:
-    """speed / lead as the fraction of tooth numbers that it is, denominators up to ``limit``.
+def exact_rate(speed: float, lead: float) -> Fraction:
+    """speed / lead as the fraction of tooth numbers that it is, denominators up to a million.
 
     Speeds that are given freely (two inputs) have no common period; theirs is then rounded to
     the nearest such fraction, which only matters beyond a million turns.
     """
-    return Fraction(speed / lead).limit_denominator(limit)
+    return Fraction(speed / lead).limit_denominator()
 
 
 def sample_train_angles(

@@ -41,6 +41,7 @@ from flexgear.gears.tooth import ToothGeometry, ToothOutline
 
 Array = NDArray[np.float64]
 Side = Literal["planet", "gear"]
+POINTS = 101  # along the path of contact
 
 
 @dataclass(frozen=True)
@@ -115,10 +116,9 @@ def pair_compliance(
     young: float,
     poisson: float,
     line_load: float,
-    points: int = 101,
 ) -> PairCompliance:
     """Compliance of planet and gear (ring or sun) along the path of contact; line_load N/m."""
-    xi = np.linspace(0.0, 1.0, points)
+    xi = np.linspace(0.0, 1.0, POINTS)
     s = gear_mesh.s_lo + xi * (gear_mesh.s_hi - gear_mesh.s_lo)
     reach = planet.tangent_distance(gear, gear_mesh.working_angle)
     rho_p = np.maximum(s, 1e-3 * gear_mesh.base_pitch)

@@ -191,7 +191,7 @@ def _numbers(value: Any, quantity: Quantity, suffix: str, many: bool, where: str
 
 
 def override_data(
-    root: type[Section], key: str, value: object, written: Written, where: str = "--set"
+    root: type[Section], key: str, value: object, written: Written
 ) -> tuple[list[str | int], Any]:
     """SI path and value of one override such as "stage.face_width_mm" = "400" or 400; for "" or
     None ``UNSET``: the key, section or list element that ``put`` then takes out.
@@ -199,7 +199,7 @@ def override_data(
     Whole numbers pick an element of a list: shaft.sections.0.length_mm.
     """
     section: type[Section] | None = root
-    parts, path, seen = key.split("."), list[str | int](), ""
+    where, parts, path, seen = "--set", key.split("."), list[str | int](), ""
     unset = value is None or (isinstance(value, str) and not value)
     for k, part in enumerate(parts):
         seen = f"{seen}.{part}" if seen else part
