@@ -17,8 +17,9 @@ of that is the coast flank of a sun gear mesh, under the name of what it does. A
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -42,6 +43,7 @@ if TYPE_CHECKING:
     from flexgear.model.stage_view import StageView
 
 PathKey = tuple[GearMeshKind, str]
+Ground = Callable[[tuple[float, float]], ProfileContact]  # by the span of the path, m
 DEEPEST = 3.0
 PLACES = 65  # slices over which a gap is averaged
 OTHER_HAND = {"right": "left", "left": "right"}
@@ -102,25 +104,24 @@ def _half_paths(
     paths = {kind: replace(path, carries=kind.coast != forward) for kind, path in paths.items()}
     flanks = flank_pairs(view, paths, mirrored=side == "left")
     if view.gear_mesh.model in PER_PAIR_MODELS:
-        by_pairs = _in_slices if view.gear_mesh.model == "face_load" else _as_springs
-        return {
-            kind: by_pairs(view, g, path, laws[kind.gear], forces[kind.gear], flanks[kind])
-            for kind, path in paths.items()
-        }
+        followed = {}
+        for kind, path in paths.items():
+            law, force, pair = laws[kind.gear], forces[kind.gear], flanks[kind]
+            ground = None if pair is None else partial(_profile, view, g, path, force, pair)
+            if view.gear_mesh.model == "face_load":
+                followed[kind] = _in_slices(view, path, law, force, ground)
+            else:
+                followed[kind] = path if ground is None else _as_springs(path, law, ground)
+        return followed
     waves = {role: _wave(view, g, role, forces[role]) for role in g.gear_meshes}
     return {k: replace(path, wave=waves[k.gear]) for k, path in paths.items()}
 
 
 def _in_slices(
-    view: StageView,
-    g: StageGeometry,
-    path: GearMeshPath,
-    law: Law,
-    force: float,
-    flanks: FlankPair | None,
+    view: StageView, path: GearMeshPath, law: Law, force: float, ground: Ground | None
 ) -> GearMeshPath:
     """A path with slices of its pairs; tips touch off the path where the gap is below ``DEEPEST``
-    times the approach of one pair that carries all of ``force``, N."""
+    times the approach of one pair that carries all of ``force``, N; ground: of modified flanks."""
     options, span = view.gear_mesh, (path.s_lo, path.s_hi)
     if not options.path_only:
         stiffness = float(law(np.array([0.5]))[0]) * 2.0 * path.half_face
@@ -131,34 +132,24 @@ def _in_slices(
 
     line = Line((path.s_lo, path.s_hi), span, path.slope, path.half_face)
     slices = cut(law, line, options.slices, None if options.path_only else gap)
-    if flanks is not None:
-        profile = _profile(view, g, path, force, flanks, span)
-        slices = slices.ground(profile, law, line)
+    if ground is not None:
+        slices = slices.ground(ground(span), law, line)
     return replace(path, slices=slices)
 
 
-def _as_springs(
-    view: StageView,
-    g: StageGeometry,
-    path: GearMeshPath,
-    law: Law,
-    force: float,
-    flanks: FlankPair | None,
-) -> GearMeshPath:
+def _as_springs(path: GearMeshPath, law: Law, ground: Ground) -> GearMeshPath:
     """A path whose pairs are one spring each, with the mean gap of modified flanks."""
-    if flanks is None:
-        return path
     ends = (path.s_lo, path.s_hi)
     line = Line(ends, ends, path.slope, path.half_face)
     slices = cut(law, line, PLACES)
-    ground = slices.ground(_profile(view, g, path, force, flanks, ends), law, line)
-    before, after = slices.stiffness.sum(axis=1), ground.stiffness.sum(axis=1)
+    modified = slices.ground(ground(ends), law, line)
+    before, after = slices.stiffness.sum(axis=1), modified.stiffness.sum(axis=1)
     share = np.divide(after, before, out=np.ones_like(after), where=before > 0.0)
     return replace(
         path,
         k_grid=path.k_grid * np.interp(path.s_grid, slices.s, share),
-        zc_grid=np.interp(path.s_grid, slices.s, ground.centre),
-        gap_grid=np.interp(path.s_grid, slices.s, ground.mean_gap),
+        zc_grid=np.interp(path.s_grid, slices.s, modified.centre),
+        gap_grid=np.interp(path.s_grid, slices.s, modified.mean_gap),
     )
 
 
