@@ -142,22 +142,18 @@ class SupportWriter:
 
     def _stiffness(self, joint: Component, direction: str, scale: Scale) -> Datum | None:
         """Of one bearing or coupling; None where it does not act."""
-        if direction == "tilt" or (direction == "torsion" and not _turns(joint)):
-            datum = number([joint], _NAMES[direction], _UNITS[direction])
-            limit = scale.limit(direction)
-            if datum is not None and datum.value > limit:
-                return Datum(limit, f"{datum.source} (rigid in the file)")
-            return datum if datum is not None and datum.value > 0 else None
-        datum = number([joint], _NAMES[direction], _UNITS[direction])
-        absorbs = self._absorbs(joint, direction)
-        if datum is not None and datum.value > scale.limit(direction):
-            return Datum(scale.limit(direction), f"{datum.source} (rigid in the file)")
+        datum, limit = number([joint], _NAMES[direction], _UNITS[direction]), scale.limit(direction)
+        only_stated = direction == "tilt" or (direction == "torsion" and not _turns(joint))
+        absorbs = None if only_stated else self._absorbs(joint, direction)
+        if datum is not None and datum.value > limit:
+            return Datum(limit, f"{datum.source} (rigid in the file)")
         if absorbs is False:
             return None
-        if datum is not None and (datum.value > 0 or absorbs is None):
-            return datum if datum.value > 0 else None
+        stated = datum if datum is not None and datum.value > 0 else None
+        if only_stated or stated is not None or (datum is not None and absorbs is None):
+            return stated
         if _turns(joint):
-            return Datum(scale.limit(direction), f"assumed: {joint.label} is rigid")
+            return Datum(limit, f"assumed: {joint.label} is rigid")
         point = self._operating_point(joint, direction)
         if point is not None or (absorbs is None and joint.kind == "concept_bearing"):
             return point
