@@ -47,8 +47,7 @@ class GapSets:
     """Gaps of slices of J sets beside those of the pair data.
 
     amounts: (J, M, B) m of B ways to grind flanks; factors: (2, B, K, T, n) of an amount and of its
-    square, m/m and 1/m, in what it adds to
-    the gaps of the n slices in the tables of ``PairData``.
+    square, m/m and 1/m, in what it adds to the gaps of the n slices in the tables of ``PairData``.
     """
 
     amounts: Array

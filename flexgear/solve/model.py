@@ -10,6 +10,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
+from flexgear.analysis.error_sets import no_errors
 from flexgear.analysis.gear_mesh_cycle import mean_springs, springs_under_load
 from flexgear.analysis.modes import ContactSprings, Modes, modes, springs_at
 from flexgear.analysis.recovery import Output
@@ -168,16 +169,7 @@ class Model:
         if not self.has_errors:
             return self.system
         pairs = self.system.pairs
-        zero = {
-            n: np.zeros_like(getattr(pairs, n)) for n in pairs._fields if n.startswith("error_")
-        }
-        return self.system.with_(
-            pairs=pairs._replace(
-                **zero,
-                runout_amplitude=np.zeros_like(pairs.runout_amplitude),
-                largest_error=np.zeros_like(pairs.largest_error),
-            )
-        )
+        return self.system.with_(pairs=no_errors(pairs).pairs(pairs, 0))
 
 
 def assemble(
