@@ -30,12 +30,7 @@ _TYPES = {
     "tuple_type": "a list",
     "finite_number": "a finite number",
 }
-_LIMITS = {
-    "greater_than_equal": ("ge", "below"),
-    "greater_than": ("gt", "not above"),
-    "less_than_equal": ("le", "above"),
-    "less_than": ("lt", "not below"),
-}
+_LIMITS = ("greater_than_equal", "greater_than", "less_than_equal", "less_than")
 
 
 def input_error(
@@ -53,7 +48,10 @@ def input_error(
     kind, context = first["type"], first.get("ctx", {})
     cause = context.get("error")
     if isinstance(cause, Refusal):
-        return _refused(root, loc, cause, where, written)
+        parts = _below(loc, cause.key)
+        path = ".".join(str(p) for p in parts)
+        where, key, _, _ = written.fields.get(path, (where, _spelled(root, parts), "", None))
+        return InputError(where, key, cause.problem, cause.remedy)
     if kind == "missing":
         return InputError(where, key, "is missing", f"add {_addition(root, key)}")
     if kind in _LIMITS:
@@ -85,8 +83,7 @@ def _all_missing(root: type[Section], lines: list[Any], where: str) -> InputErro
     for line in lines:
         loc: list[Any] = list(location(line))
         cause = line.get("ctx", {}).get("error")
-        parts = cause.key.split(".") if cause else []
-        keys[_spelled(root, [*loc, *(int(p) if p.isdigit() else p for p in parts)])] = None
+        keys[_spelled(root, _below(loc, cause.key) if cause else loc)] = None
     if len(keys) == 1:
         key = next(iter(keys))
         return InputError(where, key, "is missing", f"add {_addition(root, key)}")
@@ -133,13 +130,9 @@ def _spelled(root: type[Section], loc: list[Any]) -> str:
     return text
 
 
-def _refused(
-    root: type[Section], loc: list[Any], cause: Refusal, where: str, written: Written
-) -> InputError:
-    parts = [*loc, *(int(p) if p.isdigit() else p for p in cause.key.split("."))]
-    path = ".".join(str(p) for p in parts)
-    where, key, _, _ = written.fields.get(path, (where, _spelled(root, parts), "", None))
-    return InputError(where, key, cause.problem, cause.remedy)
+def _below(loc: list[Any], key: str) -> list[Any]:
+    """The location of a dotted key below a section's; numbers count elements of lists."""
+    return [*loc, *(int(p) if p.isdigit() else p for p in key.split("."))]
 
 
 def _out_of_range(
