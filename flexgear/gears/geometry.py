@@ -74,7 +74,7 @@ NO_PLAY = 1e-7  # modules of overlap that are rounding
 class GearMeshGeometry:
     """One gear mesh: working transverse pressure angle (rad), path of contact on the planet's
     line of action s_lo…s_hi (m), base pitch (m), contact ratios, normal backlash (m), and its part
-    that teeth of ring or sun are thinner by (``backlash``), m."""
+    that teeth of ring or sun are thinner by, m."""
 
     working_angle: float
     s_lo: float

@@ -21,7 +21,7 @@ Y_DT) is in it: a figure to compare gears and programs by, not the stress of the
 distribution. The edition of 2019 further has f_ε in Y_F and 1/cos³ β in Y_β.
 
 The critical section is where tangents at 30° to the tooth's middle line (60° for a ring) touch the
-root that the gear's tool leaves (``tooth_root``). For a rack these are the standard's equations 10
+root that the gear's tool leaves (``tool``). For a rack these are the standard's equations 10
 to 16. For a cutter the edition of 2006 has a rack in its place, the edition of 2019 the cutter. The
 formula of Y_S is for 1 ≤ q_s < 8.
 """
@@ -47,7 +47,6 @@ from flexgear.gears.tooth import (
     tooth_geometry,
     transverse_angle,
 )
-from flexgear.model.stage_view import StageView
 
 if TYPE_CHECKING:
     from flexgear.model.member import GearMember

@@ -53,7 +53,7 @@ def stage_paths(view: StageView, forces: Mapping[str, float]) -> dict[PathKey, G
     """Paths by (kind, side); side "", or "left" and "right" halves.
 
     forces: normal force of one gear mesh of "sun" and "ring" at rated load, N, for stiffness that
-    depends on it (``laws``) and for the flanks that carry: of "sun" and "ring" where it is not
+    depends on it (``stiffness``) and for the flanks that carry: of "sun" and "ring" where it is not
     negative. Raises InputError for gears that cannot mesh and planets that do not
     assemble.
     """

@@ -172,8 +172,7 @@ def _closed(errors: Sequence[PairErrors], half_face: float) -> dict[str, float]:
 
 
 def _root(gear: str, stress: RootStress) -> dict[str, Any]:
-    """Nominal root stress of a gear at rated torque and its factors; ``root_stress`` says what is
-    left out."""
+    """Nominal root stress of a gear at rated torque and its factors (``nominal_stress``)."""
     return {
         f"nominal_root_stress_iso_6336_3_{gear}_mpa": stress.stress / 1e6,
         f"form_and_notch_factor_{gear}": [stress.form_factor, stress.notch_factor],

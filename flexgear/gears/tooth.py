@@ -11,8 +11,8 @@ angle β, and for a ring ISO's negative tooth number, so that x > 0 thickens eve
 δ is the half angle of the tooth at the radius ρ: it falls outward on an external tooth and grows
 outward on a ring's, which is the space of an external gear.
 
-The root is what the tool leaves (``tool``, ``tooth_root``): a rack of tip height h_f and tip radius
-ρ_f m_n, or a cutter of z_0 teeth at the distance a_0,
+The root is what the tool leaves (``tool``): a rack of tip height h_f and tip radius ρ_f m_n, or a
+cutter of z_0 teeth at the distance a_0,
 
     inv α_0 = inv α_t + 2 tan α_n (x + x_0)/(z + z_0),   a_0 = (r_b ± r_b0)/cos α_0
     d_f = 2 a_0 ∓ d_a0      (a ring has z < 0 and the lower sign)

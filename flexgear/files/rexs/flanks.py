@@ -21,7 +21,7 @@ REXS leaves the signs of slopes to the standards. Here, as for a case (``gears.m
 and amounts are those at the ends of the active profile and of the face.
 
 Which is which follows from the torque of the stage, from the side that the datum face is on, and
-from the gear being internal or not (``flank_sides``); so flanks are read with their gears, and
+from the gear being internal or not; so flanks are read with their gears, and
 written when the case has its loads. A planet's are called by the mate that they meet under the
 rated torque, sun and ring. What both flanks lack stands once, for both.
 """

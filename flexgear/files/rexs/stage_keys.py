@@ -250,7 +250,7 @@ class StageWriter:
         """Normal backlash that is asked for beside what thicknesses leave at the centre distance,
 
         2 m_n sin α_n (Σx without backlash − Σx), which a case has by itself. What the file does
-        not say is left to the case's rule (``backlash``).
+        not say is left to the case's rule (``least_backlash``).
         """
         for role, meshes in self.stage.meshes.items():
             total = self._total_backlash([mesh.stage for mesh in meshes])
