@@ -209,6 +209,8 @@ def both_halves(half: ReducedBody, offset: float) -> ReducedBody:
             nodes + inner + coordinates[nodes:],
         ]
     )
+    image = np.tile(PLACE, len(half.points)).astype(np.float32)[:, None] * half.recovery
+    image *= sign.astype(np.float32)
     across = np.outer(sign, sign)
     lift = np.array([0.0, 0.0, offset])
     return half.with_(
@@ -219,7 +221,7 @@ def both_halves(half: ReducedBody, offset: float) -> ReducedBody:
         n_modes=2 * inner,
         points=np.vstack([half.points - lift, half.points * PLACE + lift]),
         cells=np.vstack([half.cells, half.cells + len(half.points)]),
-        recovery=_recovery(half, sign.astype(np.float32), order),
+        recovery=block_diag(half.recovery, image)[:, order],
         probe_cases=(),
         probe_loads=np.zeros((2, 0, 0)),
     )
@@ -227,12 +229,3 @@ def both_halves(half: ReducedBody, offset: float) -> ReducedBody:
 
 def _in_order(matrix: Array, order: Ints) -> Array:
     return np.ascontiguousarray(matrix[np.ix_(order, order)])
-
-
-def _recovery(half: ReducedBody, sign: NDArray[np.float32], order: Ints) -> NDArray[np.float32]:
-    rows = np.tile(PLACE.astype(np.float32), len(half.points))
-    image = rows[:, None] * half.recovery * sign
-    whole = np.zeros((2 * len(half.recovery), 2 * half.recovery.shape[1]), dtype=np.float32)
-    whole[: len(half.recovery), : half.recovery.shape[1]] = half.recovery
-    whole[len(half.recovery) :, half.recovery.shape[1] :] = image
-    return whole[:, order]
