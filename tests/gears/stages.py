@@ -1,14 +1,17 @@
-"""Stages that the tests of gears share, written down in SI without a case file, and their views."""
+"""Gears and stages that tests share, written down in SI without a case file, and their views."""
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from flexgear.gears.errors import stage_errors
 from flexgear.gears.paths import stage_paths
 from flexgear.gears.power_flow import power_flow
+from flexgear.gears.tool import PLAIN_TOOL, PlainTool
+from flexgear.gears.tooth import ToothGeometry, tooth_geometry
 from flexgear.model.bodies import Material
 from flexgear.model.load import load_case
 from flexgear.model.stage import Stage
@@ -18,6 +21,26 @@ STEEL = Material(young_modulus=206e9, poisson_ratio=0.3, density=7850.0)
 
 
 UNLOADED = {"sun": 0.0, "ring": 0.0}  # for stiffness that does not depend on the load
+
+
+@dataclass(frozen=True)
+class Gear:
+    """A rack and what is cut with it; lengths m, angles rad."""
+
+    teeth: int = 31
+    profile_shift: float = 0.2
+    addendum: float = 1.0
+    dedendum: float = 1.25
+    root_fillet: float = 0.3
+    normal_module: float = 5e-3
+    pressure_angle: float = math.radians(20)
+    helix_angle: float = 0.0
+    tool: PlainTool = PLAIN_TOOL
+
+    def tooth(self, internal: bool = False, **changes: object) -> ToothGeometry:
+        """Of this gear, or of one with some numbers changed."""
+        gear = replace(self, **changes)  # type: ignore[arg-type]
+        return tooth_geometry(gear, gear, internal=internal)
 
 
 def seen(stage: Stage, source: str = "my.toml") -> StageView:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from gears.plain_gear import Gear
+from gears.stages import Gear
 
 from flexgear.gears.off_path import OffPath
 from flexgear.gears.profile_contact import FlankPair, profile_contact

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from gears.plain_gear import Gear
+from gears.stages import Gear
 from scipy.optimize import brentq
 
 from flexgear.gears.geometry import stage_geometry

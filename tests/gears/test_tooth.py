@@ -8,8 +8,7 @@ import pytest
 from cut_teeth import envelope
 from cut_teeth.gear import Gear as CutGear
 from cut_teeth.of_case import gear_of
-from gears.plain_gear import Gear
-from gears.stages import flexible_errors, flexible_paths
+from gears.stages import Gear, flexible_errors, flexible_paths
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import brentq
