@@ -73,7 +73,6 @@ def run(report: Report, size: str) -> None:
 def by_sectors(case: StageView, fe_mesh: FeMesh, count: int) -> tuple[np.ndarray, np.ndarray]:
     """Interface stiffness N/m and frequencies Hz, one sector of the ring's teeth at a time."""
     from flexgear.structures.cyclic.condensation import sector_counts
-    from flexgear.structures.fem import FeModel
 
     m = case.material
     model = FeModel(fe_mesh, m.young_modulus, m.poisson_ratio, m.density)
