@@ -7,6 +7,8 @@ the part of a dataset that belongs to a stage and half (``stage_part``), gear "r
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
@@ -17,7 +19,9 @@ GEARS = ("ring", "sun")
 PARTS = ("load", "tooth", "stiffness", "position")
 
 
-def pairs_of(data: xr.Dataset, gear: str, sense: str, planet: int = 0) -> xr.Dataset:
+def pairs_of(
+    data: xr.Dataset, gear: str, sense: str, planet: int = 0, parts: Sequence[str] = PARTS
+) -> xr.Dataset:
     """Tooth pairs on the "drive" or "coast" flanks of all planets, or of one from 1: "load" N,
     "tooth" from 1 (0: none), "stiffness" N/m and "position" m, each (sample, planet, slot), those
     that ``data`` holds. None of a planet on coast flanks with the linear contact law."""
@@ -25,7 +29,7 @@ def pairs_of(data: xr.Dataset, gear: str, sense: str, planet: int = 0) -> xr.Dat
     if planet:
         of_flank &= data["flank_planet"] == planet
     at = np.flatnonzero(of_flank.to_numpy())
-    pairs = {part: data[f"pair_{part}"] for part in PARTS if f"pair_{part}" in data}
+    pairs = {part: data[f"pair_{part}"] for part in parts if f"pair_{part}" in data}
     if "load" not in pairs or not (len(at) or sense == "coast"):
         raise FlexgearError(f"the dataset holds no tooth pairs of the {gear}")
     bare = xr.Dataset(
@@ -34,20 +38,22 @@ def pairs_of(data: xr.Dataset, gear: str, sense: str, planet: int = 0) -> xr.Dat
     return bare.drop_vars("flank").rename(flank="planet")
 
 
-def coast_carries(data: xr.Dataset, gear: str, planet: int = 0) -> xr.DataArray:
-    """True (sample, planet) where the coast flank bears more than the drive flank."""
-    drive, coast = (pairs_of(data, gear, sense, planet)["load"] for sense in ("drive", "coast"))
-    carried = abs(drive.sum("slot"))
-    return carried < (coast.sum("slot") if coast.size else 0.0)
+def _carrying(
+    data: xr.Dataset, gear: str, planet: int, parts: Sequence[str]
+) -> tuple[xr.Dataset, xr.DataArray]:
+    """``carrying_pairs``, and True (sample, planet) where the coast flank bears more."""
+    drive, coast = (pairs_of(data, gear, sense, planet, parts) for sense in ("drive", "coast"))
+    load = abs(drive["load"].sum("slot"))
+    if not coast.sizes["planet"]:
+        return drive, load < 0.0
+    on_coast = load < coast["load"].sum("slot")
+    return drive.where(~on_coast, coast), on_coast
 
 
 def carrying_pairs(data: xr.Dataset, gear: str, planet: int = 0) -> xr.Dataset:
     """Pairs of the flank that carries, planet by planet and sample by sample, as ``pairs_of`` has
     them; the drive flank's where neither carries."""
-    drive, coast = (pairs_of(data, gear, sense, planet) for sense in ("drive", "coast"))
-    if not coast.sizes["planet"]:
-        return drive
-    return drive.where(~coast_carries(data, gear, planet), coast)
+    return _carrying(data, gear, planet, PARTS)[0]
 
 
 def tooth_loads(data: xr.Dataset, gear: str) -> xr.DataArray:
@@ -60,7 +66,7 @@ def tooth_loads(data: xr.Dataset, gear: str) -> xr.DataArray:
 def flank_histories(data: xr.Dataset, gear: str, planet: int = 0) -> xr.Dataset:
     """Over the samples: "load" of pairs on the flank that carries, N, not a number in slots without
     a pair; "drive" and "coast" (sample, planet), 1 where that flank bears a load."""
-    coast, pairs = coast_carries(data, gear, planet), carrying_pairs(data, gear, planet)
+    pairs, coast = _carrying(data, gear, planet, ("load", "tooth"))
     loaded = abs(pairs["load"].sum("slot")) > 0
     carrying = {"drive": (loaded & ~coast) * 1.0, "coast": (loaded & coast) * 1.0}
     return xr.Dataset({"load": pairs["load"].where(pairs["tooth"] > 0), **carrying})

@@ -11,7 +11,7 @@ from flexgear.model.errors import FlexgearError
 from flexgear.results.flanks import (
     carrying_flank,
     carrying_pairs,
-    coast_carries,
+    flank_histories,
     pairs_of,
     stiffness_split,
     tooth_loads,
@@ -67,7 +67,7 @@ def test_flanks_may_take_turns(both_flanks):
     )
     assert carrying_flank(turning, "ring") == "drive and coast"
     expected = np.broadcast_to(np.arange(20)[:, None] >= 5, (20, 5))
-    np.testing.assert_array_equal(coast_carries(turning, "ring"), expected)
+    np.testing.assert_array_equal(flank_histories(turning, "ring")["coast"], expected)
     xr.testing.assert_equal(
         carrying_pairs(turning, "ring").drop_attrs(), carrying_pairs(ahead, "ring").drop_attrs()
     )
