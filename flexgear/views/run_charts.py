@@ -160,7 +160,7 @@ def _deformed(body: str, field: xr.Dataset, bodies: int) -> Drawing:
     points, cells, shape = (field[n].to_numpy() for n in ("point", "cell", "displacement"))
     torque = field.attrs["input_torque"]
     title = f"{body}, equilibrium at {with_unit(torque, 'N m')}"
-    stress = field["von_mises_stress"].to_numpy() if "von_mises_stress" in field else None
+    stress = field["von_mises_stress"].to_numpy()
     scene = body_scene(points, cells, shape, stress, triangles_of_each(bodies)[0])
     return _rendered(scene, points, cells, shape, title=title)
 

@@ -37,11 +37,11 @@ def body_scene(
     points: FloatArray,
     cells: NDArray[np.integer],
     displacement: FloatArray,
-    von_mises: FloatArray | None = None,
+    von_mises: FloatArray,
     triangles: int = TRIANGLES,
 ) -> list[Panel]:
-    """Surface of a body x + f u, coloured by |u| in µm, or at a button by the equivalent stress in
-    MPa where it is given, (p,) Pa, with at most so many triangles; other arguments as of
+    """Surface of a body x + f u, coloured by |u| in µm, or at a button by the equivalent stress
+    von_mises (p,), Pa, in MPa, with at most so many triangles; other arguments as of
     ``render_deformed``."""
     u = np.asarray(displacement, dtype=float)
     factor = deformation_exaggeration(np.asarray(points, dtype=float), u)
@@ -62,9 +62,8 @@ def body_scene(
                   "xaxis": axis, "yaxis": axis, "zaxis": axis},
         "margin": {"l": 0, "r": 0, "t": 0, "b": 0},
     }  # fmt: skip
-    if von_mises is not None:
-        stress = MEGA * np.asarray(von_mises)[vertex]
-        layout["updatemenus"] = [_colours_of(trace, shape, caption, stress)]
+    stress = MEGA * np.asarray(von_mises)[vertex]
+    layout["updatemenus"] = [_colours_of(trace, shape, caption, stress)]
     return [{"data": [trace], "layout": layout}]
 
 

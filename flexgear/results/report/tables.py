@@ -185,21 +185,18 @@ def _modes(summary: Summary) -> Iterator[Table]:
     yield Table("modes", "lowest modes at rest or rated speed", lines)
     kinds = summary["modes"]["types"].items()
     yield Table("modes", "modes found by type", [Row(words(kind), n) for kind, n in kinds])
-    yield from _meetings(summary.get("resonance"))
+    yield from _meetings(summary["resonance"])
 
 
-def _meetings(resonance: Mapping[str, Any] | None) -> Iterator[Table]:
+def _meetings(resonance: Mapping[str, Any]) -> Iterator[Table]:
     """Excitations within the margin of natural frequencies at the operating speeds."""
-    if resonance is None:
-        return
+    within = with_unit(resonance["margin"], "share")
     for cause, title in (
         ("ideal", "excited in a stage of equal planets"),
         ("errors", "excited by unequal planets, run-out or unbalance alone"),
     ):
-        lines = [row for row in resonance["met"] if row["cause"] == cause]
-        if lines:
-            within = with_unit(resonance["margin"], "share")
-            yield Table("modes", f"{title}, within {within}", [_meeting(row) for row in lines])
+        lines = [_meeting(row) for row in resonance["met"] if row["cause"] == cause]
+        yield Table("modes", f"{title}, within {within}", lines)
 
 
 def _meeting(row: Mapping[str, Any]) -> Row:
