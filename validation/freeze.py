@@ -131,7 +131,12 @@ def compare(folder: Path, names: list[str]) -> int:
             of_each = {str(n): RENAMED.get(str(n), str(n)) for n in stored.data_vars}
             missing = [n for n in of_each.values() if n not in data]
             away = {
-                n: difference(stored[n].to_numpy(), data[today].to_numpy(), each=n == "frequency")
+                n: difference(
+                    stored[n].to_numpy(),
+                    data[today].to_numpy(),
+                    each=n == "frequency",
+                    least=level_of(stored, n),
+                )
                 for n, today in of_each.items()
                 if today in data
             }
@@ -150,9 +155,19 @@ def compare(folder: Path, names: list[str]) -> int:
     return status
 
 
-def difference(stored: NDArray[Any], computed: NDArray[Any], *, each: bool = False) -> float:
-    """Largest |a - b| over the largest |a|, or over its own |a| if ``each``; infinite where shapes,
-    texts or missing values differ."""
+def level_of(stored: xr.Dataset, name: str) -> float:
+    """What a standard deviation is small against: the largest mean of its variable."""
+    mean = f"{name.removesuffix('_std')}_mean"
+    if not name.endswith("_std") or mean not in stored:
+        return 0.0
+    return float(np.nan_to_num(np.abs(stored[mean].to_numpy())).max(initial=0.0))
+
+
+def difference(
+    stored: NDArray[Any], computed: NDArray[Any], *, each: bool = False, least: float = 0.0
+) -> float:
+    """Largest |a - b| over the largest |a|, or over its own |a| if ``each``, or over ``least`` where
+    that is more; infinite where shapes, texts or missing values differ."""
     if stored.shape != computed.shape:
         return np.inf
     if stored.dtype.kind not in "bif":
@@ -163,6 +178,7 @@ def difference(stored: NDArray[Any], computed: NDArray[Any], *, each: bool = Fal
     distance, size = np.nan_to_num(np.abs(a - b)), np.nan_to_num(np.abs(a))
     if not each:
         size = np.broadcast_to(size.max(initial=0.0), size.shape)
+    size = np.maximum(size, least)
     return float((distance / np.where(size > 0, size, 1.0)).max(initial=0.0))
 
 

@@ -142,7 +142,7 @@ def transient(
 
     Raises FlexgearError where a step has no solution, where the motion runs away or is not finite,
     and where steps are longer than a share of the gear-mesh period
-    (``gears.kinematics.longest_time_step``).
+    (``gears.error_cycle.longest_time_step``).
     """
     adaptive = stepping.adaptive
     if start is None:

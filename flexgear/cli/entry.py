@@ -144,7 +144,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     sys.stdout, sys.stderr = _unbroken(sys.stdout), _unbroken(sys.stderr)
     words = list(sys.argv[1:] if arguments is None else arguments)
     if not is_compiled(words):
-        os.environ.setdefault("NUMBA_DISABLE_JIT", "1")  # read by ``coupling.compiled``
+        os.environ.setdefault("NUMBA_DISABLE_JIT", "1")  # read by ``compiled``
     if "--scheduler" not in words:
         # xarray loads dask where it finds it, which takes a second and is of use on clusters alone
         sys.modules.setdefault("dask", None)  # type: ignore[arg-type]
