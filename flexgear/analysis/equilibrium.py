@@ -139,7 +139,7 @@ def revolution(
     loads = empty_pair_loads(pairs, count)
     positions = Positions(
         theta=theta,
-        known=at_ports,
+        port_torques=at_ports,
         torques=at_ports.copy(),
         eta=np.zeros((count, modal.modes.shape[1])),
         active_flanks=np.zeros((count, len(pairs.s0)), dtype=np.int64),
@@ -157,7 +157,7 @@ def revolution(
         if progress is not None and count > CHUNK:
             progress(stop / count)
     samples = positions._asdict()
-    del samples["known"]
+    del samples["port_torques"]
     return Equilibrium(modal, input_angles=input_angles, **samples, **pair_arrays(loads))
 
 

@@ -56,7 +56,7 @@ def start_state(modal: ModalSystem, prescribed: float | Array) -> State:
         active_flanks=at_rest.active_flanks[0].copy(),
         ports=_ports(system, ends, at_rest.torques[0], _port_rolling(system) @ speeds),
         energy=np.zeros(len(ENERGIES)),
-        given=np.array([_first_energy(modal, at_rest, velocity)]),
+        energy_in=np.array([_first_energy(modal, at_rest, velocity)]),
     )
 
 

@@ -205,15 +205,15 @@ class _Run:
         machines = enumerate(modal.system.machines)
         self.held = [p for p, machine in machines if isinstance(machine, GivenSpeed)]
         self.space = work_space(modal, energy or self.energy_gain is not None, sizes)
-        self.known: dict[tuple[float, ...], StepData] = {}
+        self.step_data: dict[tuple[float, ...], StepData] = {}
 
     def through(self, plan: Plan) -> Iterator[int]:
         """Run a piece; yields ticks as they are done."""
         h, laws = float(plan.sizes[0]), law_functions(self.modal.system.pairs)
         key = tuple(float(f"{size:.12g}") for size in plan.sizes)
-        if key not in self.known:
-            self.known[key] = step_data(self.modal, plan.sizes)
-        data = self.known[key]
+        if key not in self.step_data:
+            self.step_data[key] = step_data(self.modal, plan.sizes)
+        data = self.step_data[key]
         first = self._prescribed_at(plan.start, BESIDE * h)
         if consistent_acceleration(self.modal, data, self.state, first, self.space):
             raise FlexgearError(f"no consistent contact state at t = {plan.start:.6f} s")

@@ -29,7 +29,7 @@ class Integrator:
     def run(self, start: State, span: float) -> np.ndarray:
         """Modal coordinates after a span of time, s."""
         state, n = copied(start), len(start.eta)
-        state.given[0] = np.inf  # trial states may lie far off: that is no motion that ran away
+        state.energy_in[0] = np.inf  # trial states may lie far off: that is no motion that ran away
 
         def slope(_: float, y: np.ndarray) -> np.ndarray:
             state.eta[:], state.velocity[:] = y[:n], y[n:]

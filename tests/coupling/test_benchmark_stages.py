@@ -22,7 +22,7 @@ def test_an_integrator_may_try_states_far_off():
     """Motion of a thousand times the energy there was is what a first trial step may lead to."""
     modal = modal_system(planet_system(3), 3000.0)
     start = start_state(modal, TORQUE)
-    start.velocity[modal.rigid_count] += 1e3 * np.sqrt(2.0 * start.given[0])
+    start.velocity[modal.rigid_count] += 1e3 * np.sqrt(2.0 * start.energy_in[0])
     assert np.isfinite(Integrator(modal, TORQUE, "DOP853", 1e-3).run(start, 1e-9)).all()
 
 

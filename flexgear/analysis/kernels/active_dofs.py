@@ -66,7 +66,7 @@ class DofVectors(NamedTuple):
 
     free: Array  # motion without contact forces
     free_rate: Array
-    given: Array  # G f of given torques
+    torque_motion: Array  # G f of given torques
     force: Array
     motion: Array
     before: Array  # motion at the last step, for the account of energy

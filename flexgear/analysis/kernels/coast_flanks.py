@@ -38,13 +38,13 @@ def _nearest(pairs, count, m, s_pitch):
 
 
 @njit(**INNER)
-def _margins_left(coast, radial, delta, way):
+def _margins_left(coast, radial, delta, path):
     """How many margins the gap of a coast flank still has; below 1 it has nearly closed.
 
-    radial, delta: approaches along the line of centres and of the drive flank, m; way: of the coast
-    flank until the next look.
+    radial, delta: approaches along the line of centres and of the drive flank, m; path: what the
+    coast flank moves until the next look, m.
     """
-    margin = GAP * coast.gap + PITCH * coast.pitch + max(delta, 0.0) + 2.0 * way
+    margin = GAP * coast.gap + PITCH * coast.pitch + max(delta, 0.0) + 2.0 * path
     return (coast.gap - coast.largest_error - (2.0 * radial - delta)) / margin
 
 

@@ -186,23 +186,25 @@ def _reach(laws, work, element, parameters, x):
     left side rises with λ, from less than the right one, as a law's energy is convex. The spare
     place of the law space is overwritten.
     """
-    spare, known = work.space.motion.shape[0] - 1, work.memory[element.place, 0]
+    spare, last_motion = work.space.motion.shape[0] - 1, work.memory[element.place, 0]
     trial, force, tangent = work.space.motion[spare], work.space.force[spare], work.space.tangent
-    low, high, reach, asked = 0.0, 1.0, 1.0, 0.0
+    low, high, reach, required_work = 0.0, 1.0, 1.0, 0.0
     for a in range(element.rows):
         i = element.first + a
-        asked += x[i] * (work.delta[0, i] - known[a])
+        required_work += x[i] * (work.delta[0, i] - last_motion[a])
     for halving in range(HALVINGS):
-        done = 0.0
+        law_work = 0.0
         for a in range(element.rows):
-            trial[0, a] = known[a] + reach * (work.delta[0, element.first + a] - known[a])
+            trial[0, a] = last_motion[a] + reach * (
+                work.delta[0, element.first + a] - last_motion[a]
+            )
             trial[1, a] = 0.0
         laws[element.law](parameters, trial, force, tangent[spare])
         for a in range(element.rows):
-            done += force[0, a] * (work.delta[0, element.first + a] - known[a])
-        if halving == 0 and done <= STIFFER * max(asked, 0.0):
+            law_work += force[0, a] * (work.delta[0, element.first + a] - last_motion[a])
+        if halving == 0 and law_work <= STIFFER * max(required_work, 0.0):
             return 1.0
-        if done > asked:
+        if law_work > required_work:
             high = reach
         else:
             low = reach
@@ -235,11 +237,11 @@ def disagree(laws, work, count, x, least, share):
         laws[element.law](rows.parameters[e], trial, force, space.tangent[spare])
         for a in range(element.rows):
             wrong = wrong or abs(force[0, a] - x[element.first + a]) > least * largest
-        known = work.memory[element.place, 0]
-        way = min(share, _reach(laws, work, element, rows.parameters[e], x)) if wrong else 0.0
+        last_motion = work.memory[element.place, 0]
+        taken = min(share, _reach(laws, work, element, rows.parameters[e], x)) if wrong else 0.0
         for a in range(element.rows):
             if wrong:
-                known[a] += way * (work.delta[0, element.first + a] - known[a])
+                last_motion[a] += taken * (work.delta[0, element.first + a] - last_motion[a])
             else:
                 x[element.first + a] = force[0, a]
         differs = differs or wrong

@@ -40,7 +40,7 @@ class PortSpace(NamedTuple):
     """What is prescribed to the machines at the new time, and what they do then, (P,)."""
 
     prescribed: Array  # N·m or rad/s; rad/s² of a given speed in a step of no duration
-    given: Array  # torques that are given, zero at the other ports, N·m
+    given_torque: Array  # torques that are given, zero at the other ports, N·m
     torque: Array  # torques of all, N·m
     guess: Array  # extrapolated speeds, rad/s
 
@@ -96,7 +96,7 @@ def prescribe(machines, prescribed, ports):
     for p in range(machines.shape[0]):
         ports.prescribed[p] = prescribed[p]
         if machines[p].kind == TORQUE:
-            ports.given[p] = prescribed[p]
+            ports.given_torque[p] = prescribed[p]
 
 
 @njit(**INNER)
@@ -137,7 +137,7 @@ def hold_at_instant(n, i, active, acceleration, rows, image, problem):
 def machine_torques(machines, force, n, ports):
     """Torques of all ports from the given ones and the forces of their rows, from row n on."""
     for p in range(machines.shape[0]):
-        ports.torque[p] = ports.given[p]
+        ports.torque[p] = ports.given_torque[p]
         if machines[p].kind != TORQUE:
             ports.torque[p] = -force[n]
             n += 1

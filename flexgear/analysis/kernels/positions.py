@@ -25,7 +25,7 @@ class Positions(NamedTuple):
     """Positions: what is given and what is found, as ``Equilibrium`` has it."""
 
     theta: Array
-    known: Array
+    port_torques: Array
     torques: Array
     eta: Array
     active_flanks: NDArray[np.int64]
@@ -76,7 +76,7 @@ def _start_slices(meshes, forward, memory):
 
 
 @njit(**PART)
-def _solve_one(laws, theta, known, forward, train, work, out, active_flanks):
+def _solve_one(laws, theta, port_torques, forward, train, work, out, active_flanks):
     """One position until coast flanks and laws agree; (rows, tooth pairs, closure)."""
     gears, rows, motion = work.elements.gears, work.rows, work.channels[0]
     meshes = gears.mesh
@@ -87,7 +87,7 @@ def _solve_one(laws, theta, known, forward, train, work, out, active_flanks):
     n, pairs, closure = ZERO, ZERO, 0.0
     for look in range(LOOKS):
         n, count, pairs, closure = solve_position(
-            laws, theta, known, forward, active_flanks, train, work, out
+            laws, theta, port_torques, forward, active_flanks, train, work, out
         )
         if not closure <= CLOSURE:
             break
@@ -105,12 +105,12 @@ def solve_positions(laws, span, forward, train, modes, work, out, solutions, loa
     of the position that failed, or the end of the span, and that position's closure."""
     elastic, omega2 = modes
     rows, delta, channel_forces = work.rows, work.delta[0], work.channels[1]
-    angles, known, torques = solutions.theta, solutions.known, solutions.torques
+    angles, port_torques, torques = solutions.theta, solutions.port_torques, solutions.torques
     reactions = train.reactions
     r = train.moved.shape[1] - reactions.shape[0]
     for p in range(span[0], span[1]):
         n, pairs, closure = _solve_one(
-            laws, angles[p], known[p], forward[p], train, work, out,
+            laws, angles[p], port_torques[p], forward[p], train, work, out,
             solutions.active_flanks[p],
         )  # fmt: skip
         if not closure <= CLOSURE:

@@ -100,27 +100,27 @@ def position_work(pairs: PairData, train: Held, ports: int) -> PositionWork:
 
 
 @njit(**INNER)
-def _row_motions(n, known, train, work):
+def _row_motions(n, port_torques, train, work):
     """δ* of n rows under given torques (P,), and δ* − δ under unit row forces."""
     rows, flex, channel_force = work.rows, train.flexibility, work.channels[0]
-    first = flex.shape[0] - known.shape[0]
+    first = flex.shape[0] - port_torques.shape[0]
     m = local_blocks(rows, n, work.local)
     row_products(rows, n, flex, work.local, work.channels[2], work.contact.motion)
     add_neighbours(rows, n, work.contact.motion)
     release(work.local, m)
     for c in range(flex.shape[0]):
-        channel_force[c] = dot(known, flex[c, first:])
+        channel_force[c] = dot(port_torques, flex[c, first:])
     row_values(rows, n, channel_force, work.contact.free)
     for i in range(n):
         work.contact.free[i] += rows.row[i].offset
 
 
 @njit(**INNER)
-def _extra_unknowns(n, known, train, work):
+def _extra_unknowns(n, port_torques, train, work):
     """Columns of rigid motions and reactions in the rows' motion; balance and given rotations in
     the matrix below its n rows, and their right side."""
     rows, contact, moved, balance = work.rows, work.contact, train.moved, train.balance
-    extra, first = moved.shape[1], moved.shape[0] - known.shape[0]
+    extra, first = moved.shape[1], moved.shape[0] - port_torques.shape[0]
     for i in range(n):
         for e in range(extra):
             column, below = 0.0, 0.0
@@ -134,8 +134,8 @@ def _extra_unknowns(n, known, train, work):
     for e in range(extra):
         put(contact.matrix[n + e, n : n + extra], train.corner[e])
         contact.right[n + e] = 0.0
-        for q in range(known.shape[0]):
-            contact.right[n + e] += balance[first + q, e] * known[q]
+        for q in range(port_torques.shape[0]):
+            contact.right[n + e] += balance[first + q, e] * port_torques[q]
 
 
 @njit(**INNER)
@@ -170,8 +170,8 @@ def _law_imbalance(count, rows, space, delta, x):
             i = element.first + a
             row, force = rows.row[i], space.force[e, 0, a]
             for b in range(element.rows):
-                way = delta[element.first + b] - space.motion[e, 0, b]
-                force += space.tangent[e, 0, a, b] * way
+                moved = delta[element.first + b] - space.motion[e, 0, b]
+                force += space.tangent[e, 0, a, b] * moved
             if row.sided == 1 and force < 0.0:
                 force = 0.0
             largest = max(largest, abs(x[i]), row.stiffness * abs(row.offset))
@@ -181,14 +181,14 @@ def _law_imbalance(count, rows, space, delta, x):
 
 
 @njit(**INNER)
-def _closure(n, count, known, train, work, x):
+def _closure(n, count, port_torques, train, work, x):
     """Largest imbalance of a solution by substitution: channel forces, motion, laws, balance.
 
     Over the largest load of ``_law_imbalance``.
     """
     flex, balance, reactions, rows = train.flexibility, train.balance, train.reactions, work.rows
     motion, forces, delta, space = work.channels[0], work.channels[1], work.delta[0], work.space
-    nc, ports, free = flex.shape[0], known.shape[0], reactions.shape[0]
+    nc, ports, free = flex.shape[0], port_torques.shape[0], reactions.shape[0]
     first, r = nc - ports, balance.shape[1] - free
     fill(forces, 0.0)
     for i in range(n):
@@ -197,7 +197,7 @@ def _closure(n, count, known, train, work, x):
             for p in range(6):
                 forces[base + p] -= x[i] * rows.coef[i, a, p]
     for q in range(ports):
-        forces[first + q] = known[q]
+        forces[first + q] = port_torques[q]
     for f in range(free):
         forces[first + reactions[f]] -= x[n + r + f]
     for c in range(nc):
@@ -221,11 +221,11 @@ def _closure(n, count, known, train, work, x):
 
 
 @njit(**PART)
-def solve_position(laws, theta, known, forward, active_flanks, train, work, out):
+def solve_position(laws, theta, port_torques, forward, active_flanks, train, work, out):
     """One position; returns (rows, elements, pairs, closure), infinite without answer. out: x
     (n + r + F).
 
-    known (P,): given torques on the ports; forward: the flanks of the rated torque carry;
+    port_torques (P,): given torques on the ports; forward: the flanks of the rated torque carry;
     active_flanks (M,): gear meshes to look at, all of them where those that carry do not do.
     """
     extra = train.moved.shape[1]
@@ -238,8 +238,8 @@ def solve_position(laws, theta, known, forward, active_flanks, train, work, out)
         if attempt < 2:
             n, count, pairs = fill_rows(elements, theta, active_flanks, rows)
             start_guess(laws, rows, count, memory, work.space)
-            _row_motions(n, known, train, work)
-            _extra_unknowns(n, known, train, work)
+            _row_motions(n, port_torques, train, work)
+            _extra_unknowns(n, port_torques, train, work)
             _law_rows(n, count, n + extra, work)
         for i in range(n):
             contact.active[i] = 1
@@ -255,7 +255,7 @@ def solve_position(laws, theta, known, forward, active_flanks, train, work, out)
         for i in range(n):
             if rows.row[i].sided == 1 and (contact.active[i] == 0 or out[i] < 0.0):
                 out[i] = 0.0
-        closure = _closure(n, count, known, train, work, out)
+        closure = _closure(n, count, port_torques, train, work, out)
         if closure <= CLOSURE:
             break
     return n, count, pairs, closure

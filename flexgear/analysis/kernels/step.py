@@ -78,9 +78,9 @@ def _predict(h, level, modal, active, state, modes):
         rate[j] = velocity[j] + (1.0 - GAMMA) * h * before[j]
     for j in range(n):
         a[j] = -modal.damping[j] * rate[j] - modal.omega2[j] * free[j] - modes.rotating[j]
-    for t in range(ports.given.shape[0]):
-        if ports.given[t] != 0.0:
-            add(a[:n], ports.given[t], active.modes[t])
+    for t in range(ports.given_torque.shape[0]):
+        if ports.given_torque[t] != 0.0:
+            add(a[:n], ports.given_torque[t], active.modes[t])
     for j in range(n):
         a[j] *= modal.inverse[level, j]
         free[j] += BETA * h * h * a[j]
@@ -115,7 +115,7 @@ def _contact(laws, data, level, n, count, state, work):
     and on the active dofs; the rows, or −1 without a solution."""
     active, rows, dofs = work.active, work.rows, work.dofs
     problem, space, modes, h = work.problem, work.space, work.modes, data.modal.h[level]
-    machines, port_forces, memory = data.machines, modes.ports.given, state.memory
+    machines, port_forces, memory = data.machines, modes.ports.given_torque, state.memory
     # by which a displacement within a step is a rate; a step of no duration changes none
     share = GAMMA / (BETA * h) if h > 0.0 else 0.0
     total, elements = add_machines(
@@ -127,7 +127,7 @@ def _contact(laws, data, level, n, count, state, work):
     put(dofs.force, port_forces)
     add_residual(active, level, dofs.force, dofs.image, dofs.free)
     for d in range(active.counts[0].dofs):
-        dofs.given[d] = dofs.image[2 * d]
+        dofs.torque_motion[d] = dofs.image[2 * d]
     for i in range(total):
         problem.free[0, i] = rows.row[i].offset + row_value(rows, i, dofs.free)
         problem.free[1, i] = row_value(rows, i, dofs.free_rate)
@@ -169,7 +169,7 @@ def _advance_motion(h, machines, n_rows, work, state):
         work.rows,
         work.problem,
         work.modes,
-        state.given,
+        state.energy_in,
         state.eta.shape[0],
     )
     free, rate, acceleration, push = modes.free, modes.free_rate, modes.acceleration, modes.push
@@ -198,7 +198,7 @@ def _book(laws, data, level, n, count, state, work, ledger):
         put(dofs.before, dofs.motion[:many])
     apply_receptance(active, level, dofs.force, dofs.image)
     for d in range(many):
-        dofs.motion[d] = dofs.free[d] + dofs.image[2 * d] - dofs.given[d]
+        dofs.motion[d] = dofs.free[d] + dofs.image[2 * d] - dofs.torque_motion[d]
     settle(laws, modal, data.channels, count, n, state, work, ledger)
     fill(force, 0.0)
     for d in range(many):
@@ -259,7 +259,7 @@ def advance(data, laws, prescribed, first, state, space, samples, control):
         total = _contact(laws, data, level, n, count, state, work)
         if total < 0:
             return end, saved
-        _accelerate(modal.inverse[level], active, work.dofs.force, ports.given, modes.push)
+        _accelerate(modal.inverse[level], active, work.dofs.force, ports.given_torque, modes.push)
         if control.tolerance > 0.0:
             error = step_error(h, level, modal, state, work, n, control.load)
             if not after_step(control, level, error):

@@ -49,7 +49,7 @@ class State(NamedTuple):
     active_flanks: NDArray[np.int64]  # (M,) gear meshes to look at
     ports: Any  # (P,) PORT: torque, and what a controller carries on
     energy: Array  # (9,) in the order of ENERGIES
-    given: Array  # (1,) energy that the train began with and that machines and loads moved, J
+    energy_in: Array  # (1,) energy that the train began with and that machines and loads moved, J
 
 
 class ModalSpace(NamedTuple):

@@ -21,7 +21,7 @@ def _turned(vector, angle, coef):
 def fixed_rows(fixed, places, theta, rows, counts):
     """Rows and elements of supports, bearings and given forces after ``counts``, which carry on
     something after the ``places`` of gear meshes; new counts."""
-    count, made = counts
+    count, element_count = counts
     for f in range(fixed.row.shape[0]):
         fixed_part, row = fixed.row[f], rows.row[count + f]
         row.kind, row.owner, row.stiffness = fixed_part.kind, fixed_part.owner, fixed_part.stiffness
@@ -37,9 +37,9 @@ def fixed_rows(fixed, places, theta, rows, counts):
                 width += 1
         row.width = width
     for e in range(fixed.element.shape[0]):
-        fixed_part, element = fixed.element[e], rows.element[made + e]
+        fixed_part, element = fixed.element[e], rows.element[element_count + e]
         element.law, element.rows = fixed_part.law, fixed_part.rows
         element.first, element.place = count + fixed_part.first, places + e
         for p in range(fixed.parameters.shape[1]):
-            rows.parameters[made + e, p] = fixed.parameters[e, p]
-    return count + fixed.row.shape[0], made + fixed.element.shape[0]
+            rows.parameters[element_count + e, p] = fixed.parameters[e, p]
+    return count + fixed.row.shape[0], element_count + fixed.element.shape[0]

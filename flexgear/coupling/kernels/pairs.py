@@ -280,7 +280,7 @@ def _slices_of_pair(gears, m, turn, rows, n, e, q):
 def _rows_of_pairs(gears, m, theta, rows, counts, span):
     """Rows and elements after the ``counts`` (rows, elements) there are, of the pairs of a span
     (first, stop); the new counts."""
-    count, made = counts
+    count, element_count = counts
     first, stop = span
     mesh = gears.mesh[m]
     ca, sa, cp, sp = mesh.radial_x, mesh.radial_y, 1.0, 0.0
@@ -292,23 +292,26 @@ def _rows_of_pairs(gears, m, theta, rows, counts, span):
     turn = (ca, sa, cp, sp)
     while first < stop:
         if mesh.model == FACE_LOAD:
-            if _slices_of_pair(gears, m, turn, rows, count, made, first):
+            if _slices_of_pair(gears, m, turn, rows, count, element_count, first):
                 following = min(2 * (stop - first - 1), FOLLOWING)
                 for row in (rows.row[count], rows.row[count + 1]):
                     row.after, row.following = count + 2, following
-            count, made, first = count + 2, made + 1, first + 1
+            count, element_count, first = count + 2, element_count + 1, first + 1
             continue
         after = first + 1 if mesh.model == PER_PAIR else stop
         _fill_row(gears, m, turn, rows, count, (first, after), 0.0)
-        row, element = rows.row[count], rows.element[made]
+        row, element = rows.row[count], rows.element[element_count]
         element.law = ONE_SIDED_PAIR if mesh.sided == 1 else LINEAR_PAIR
         element.first, element.rows = count, 1
         element.place = mesh.places * m
         if mesh.model == PER_PAIR:
             element.place += rows.pair[first].place
-        rows.parameters[made, 0], rows.parameters[made, 1] = row.stiffness, row.damping
-        count, made, first = count + 1, made + 1, after
-    return count, made
+        rows.parameters[element_count, 0], rows.parameters[element_count, 1] = (
+            row.stiffness,
+            row.damping,
+        )
+        count, element_count, first = count + 1, element_count + 1, after
+    return count, element_count
 
 
 @njit(**UNCOUNTED)
@@ -318,15 +321,17 @@ def fill_rows(elements, theta, active_flanks, rows):
     active_flanks (M,): 1 where a gear mesh is to be looked at.
     """
     gears = elements.gears
-    count = made = pairs = places = ZERO
+    count = element_count = pairs = places = ZERO
     for m in range(gears.mesh.shape[0]):
         places += gears.mesh[m].places
         if active_flanks[m] == 1:
             stop = _find_pairs(gears, m, theta, rows.pair, pairs)
-            count, made = _rows_of_pairs(gears, m, theta, rows, (count, made), (pairs, stop))
+            count, element_count = _rows_of_pairs(
+                gears, m, theta, rows, (count, element_count), (pairs, stop)
+            )
             pairs = stop
-    n, made = fixed_rows(elements.fixed, places, theta, rows, (count, made))
-    return n, made, pairs
+    n, element_count = fixed_rows(elements.fixed, places, theta, rows, (count, element_count))
+    return n, element_count, pairs
 
 
 def build_rows(

@@ -48,8 +48,8 @@ SLICES_LAW, COUPLED_SLICES_LAW = LAWS.index(SLICES), LAWS.index(COUPLED_SLICES)
 def functions(used: Collection[int]) -> tuple[object, ...]:
     """The compiled functions of the basic laws and of those ``used``, by number, as solvers take
     them: ``ROOM`` places, and where nothing should call a law that gives no number."""
-    known = [n < len(BASIC) or n in used for n in range(len(LAWS))]
-    laws = [law if there else NOT_COMPILED for law, there in zip(LAWS, known, strict=True)]
+    needed = [n < len(BASIC) or n in used for n in range(len(LAWS))]
+    laws = [law if there else NOT_COMPILED for law, there in zip(LAWS, needed, strict=True)]
     return tuple(law.function() for law in laws + [NOT_COMPILED] * (ROOM - len(LAWS)))
 
 

@@ -59,11 +59,11 @@ def _line_contact(bending, count, j, f):
     if f < TOUCHES * d:
         secant = -a * math.log(TOUCHES)
         return secant * f, secant, 0.5 * secant * f * f
-    known = min(f, d * math.exp(-2.0))
-    ratio, over = math.log(d / known), f - known
-    approach, slope = a * known * ratio, a * (ratio - 1.0)
-    energy = 0.5 * a * known * known * (ratio - 0.5)
-    return approach + slope * over, slope, energy + slope * over * (known + 0.5 * over)
+    below = min(f, d * math.exp(-2.0))
+    ratio, over = math.log(d / below), f - below
+    approach, slope = a * below * ratio, a * (ratio - 1.0)
+    energy = 0.5 * a * below * below * (ratio - 0.5)
+    return approach + slope * over, slope, energy + slope * over * (below + 0.5 * over)
 
 
 @njit(**INNER)

@@ -35,9 +35,9 @@ def roller_stiffness(length: float) -> float:
 
 def roller_parameters(rollers: Rollers, radial: float, tilt: float) -> list[float]:
     """Parameters of the law; radial, tilt: of the linear bearing."""
-    places = list(rollers.places)
-    known = [roller_stiffness(rollers.length), rollers.clearance, rollers.count, rollers.rows]
-    return [*known, radial, tilt, *places]
+    stiffness = roller_stiffness(rollers.length)
+    counts = float(rollers.count), float(rollers.rows)
+    return [stiffness, rollers.clearance, *counts, radial, tilt, *rollers.places]
 
 
 def roller_loads(parameters: Array, motion: Array) -> Array:
