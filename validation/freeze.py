@@ -166,8 +166,8 @@ def level_of(stored: xr.Dataset, name: str) -> float:
 def difference(
     stored: NDArray[Any], computed: NDArray[Any], *, each: bool = False, least: float = 0.0
 ) -> float:
-    """Largest |a - b| over the largest |a|, or over its own |a| if ``each``, or over ``least`` where
-    that is more; infinite where shapes, texts or missing values differ."""
+    """Largest |a - b| over the largest |a|, or over its own |a| if ``each``; over ``least`` where
+    that is more. Infinite where shapes, texts or missing values differ."""
     if stored.shape != computed.shape:
         return np.inf
     if stored.dtype.kind not in "bif":

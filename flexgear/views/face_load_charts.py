@@ -3,7 +3,8 @@ transmission error and stiffness over gear-mesh cycles.
 
 Datasets are those of equilibria whose pairs have slices: ``face_line_load``, ``line_load`` with
 ``slice_position`` and ``slice_path``, ``gear_mesh_misalignment_by_cause`` by flank; and those of
-``solve.static.gear_mesh_cycles``, of whose cycles curves show the first, while orders come from all.
+``solve.static.gear_mesh_cycles``, of whose cycles curves show the first, while orders come from
+all.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Gear-mesh forces of many sets of errors at once, position by position: see ``many_errors``."""
+"""Gear-mesh forces of many sets of errors at once, position by position: see ``error_sets``."""
 
 from __future__ import annotations
 

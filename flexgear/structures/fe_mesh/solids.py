@@ -7,7 +7,7 @@ a body has
 
     M = rho [V I, -[s]x; [s]x, tr(S) I - S],   [s]x v = s x v.
 
-Ring, planet and carrier are the bodies that ``gears.py`` and ``carrier.py`` mesh, with true circles
+Ring, planet and carrier are the bodies that ``gears`` and ``carrier_mesh`` mesh, with true circles
 and flanks: what they weigh, without a mesh of them.
 """
 
