@@ -10,19 +10,17 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from flexgear.analysis.kernels.step import BETA, GAMMA
 from flexgear.analysis.modes import row_vectors
 from flexgear.analysis.transient import Drive
+from flexgear.arrays import Array
 from flexgear.coupling.kernels.elements import pair_rows
 from flexgear.coupling.kernels.pairs import build_rows
 from flexgear.coupling.modal import elastic_modes
 from flexgear.coupling.pair_data import carrying_flanks
 from flexgear.coupling.system import System
 from flexgear.model.errors import FlexgearError
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

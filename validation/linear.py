@@ -13,12 +13,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 from scipy.linalg import null_space
 
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
+from flexgear.arrays import Array, Complex
 
 
 @dataclass(frozen=True)

@@ -5,16 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from flexgear.analysis.equilibrium import Equilibrium, revolution
 from flexgear.analysis.step_plan import Stepping
 from flexgear.analysis.transient import Drive, Transient, run_in_memory
+from flexgear.arrays import Array
 from flexgear.coupling.build import build_system
 from flexgear.coupling.modal import ModalSystem, modal_system
 from flexgear.model.case import Case
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -22,12 +22,12 @@ from numpy.typing import NDArray
 from flexgear.analysis.kernels.pair_loads import PairLoads, empty_pair_loads
 from flexgear.analysis.kernels.positions import Positions, solve_positions
 from flexgear.analysis.kernels.static_position import Held, position_work
+from flexgear.arrays import Array
 from flexgear.coupling.kernels.elements import law_functions
 from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.system import System
 from flexgear.model.errors import FlexgearError
 
-Array = NDArray[np.float64]
 CHUNK = 100  # positions between two reports of progress
 
 

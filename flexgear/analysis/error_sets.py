@@ -25,7 +25,6 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from flexgear.analysis.equilibrium import Equilibrium, held, port_torques, revolution
 from flexgear.analysis.kernels.error_positions import Waves, forces_under_errors
@@ -34,12 +33,11 @@ from flexgear.analysis.kernels.static_position import (
     Held,
     position_work,
 )
+from flexgear.arrays import Array
 from flexgear.coupling.kernels.elements import law_functions
 from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.pair_data import PairData, gap_columns, rows_of_pair
 from flexgear.model.errors import FlexgearError
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

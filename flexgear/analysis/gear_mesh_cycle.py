@@ -42,6 +42,7 @@ from flexgear.analysis.modes import (
     Springs,
     other_springs,
 )
+from flexgear.arrays import Array, Ints
 from flexgear.coupling.kernels.elements import Rows, packed, pair_rows
 from flexgear.coupling.kernels.neighbours import between_rows
 from flexgear.coupling.kernels.pairs import build_rows, fill_rows
@@ -49,8 +50,6 @@ from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.pair_data import PairData, carrying_flanks
 from flexgear.coupling.system import System
 
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 POSITIONS = 120  # of a gear-mesh cycle, or the next multiple of the number of planets
 UNLOADED = 1e-9  # of the largest load: a gear mesh with less has none
 NOTHING = 1e-14  # of the largest square of a row: what is left out of a sum of thousands
@@ -60,7 +59,7 @@ class _Samples:
     """Springs of a flank over P positions: rows (n, c) with Σ rowᵀ row = Σ_p Vᵀ K V on ``columns``
     (c,) of the blocks' motions; stiffness, damping (P,) and force (P, c): see ``FlankCycle``."""
 
-    def __init__(self, columns: IntArray, count: int) -> None:
+    def __init__(self, columns: Ints, count: int) -> None:
         self.columns, self._parts = columns, list[Array]()
         self.stiffness, self.damping = np.zeros((2, count))
         self.force = np.zeros((count, len(columns)))
@@ -150,7 +149,7 @@ def _samples(
     return samples
 
 
-def _of_flanks(rows: Rows, n: int) -> Iterator[tuple[int, IntArray]]:
+def _of_flanks(rows: Rows, n: int) -> Iterator[tuple[int, Ints]]:
     """Every flank among the first n rows, and its rows."""
     owner = np.where(rows.kind[:n] >= 0, rows.owner[:n], -1)
     for m in np.unique(owner[owner >= 0]):
@@ -264,7 +263,7 @@ class _Ends:
         self._of_teeth = [slice(a, b) for a, b in pairwise(starts)]
         self._of_block = {block: slice(6 * k, 6 * k + 6) for k, block in enumerate(alone)}
 
-    def coefficients(self, rows: Rows, at: IntArray, angles: Array, start: Array) -> Array:
+    def coefficients(self, rows: Rows, at: Ints, angles: Array, start: Array) -> Array:
         """Rows ``at`` on ``columns`` (n, c), teeth turned back by their advance since ``start``."""
         out = np.zeros((len(at), len(self.columns)))
         for row, i in zip(out, at, strict=True):

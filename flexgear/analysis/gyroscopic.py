@@ -18,14 +18,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy import linalg
 from scipy.optimize import linear_sum_assignment
 
+from flexgear.arrays import Array, Complex
 from flexgear.model.errors import FlexgearError
-
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 CIRCULAR = 0.05  # least |sense| that is called a direction
 SOFT = 1e-13  # of the largest stiffness over mass: below it a direction is free, not stiff

@@ -18,13 +18,11 @@ import warnings
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy import linalg
 
+from flexgear.arrays import Array, Complex
 from flexgear.model.errors import FlexgearError
-
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 UNBALANCED = 1e-6  # of the load: what may drive the rigid motion at ω = 0
 LOST = 1e12  # amplification in scaled coordinates that leaves no digits

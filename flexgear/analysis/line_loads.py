@@ -40,6 +40,7 @@ from numpy.typing import NDArray
 from flexgear.analysis.equilibrium import Equilibrium
 from flexgear.analysis.recovery import Recovery
 from flexgear.analysis.transient import Transient
+from flexgear.arrays import Array
 from flexgear.coupling.kernels.elements import packed, pair_rows
 from flexgear.coupling.kernels.pairs import BESIDE, fill_rows
 from flexgear.coupling.laws.coupled_slices import forces_of
@@ -47,7 +48,6 @@ from flexgear.coupling.pair_data import FOLLOWING, KINDS, OF_LINE, PairData, nar
 from flexgear.coupling.system import System
 from flexgear.gears.slices import Line, line_ends
 
-Array = NDArray[np.float64]
 LEAST_WIDTH = 1e-6  # of half a face: shorter contact lines have no line load, but rounding over it
 
 

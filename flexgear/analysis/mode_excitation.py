@@ -33,14 +33,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from flexgear.analysis.modes import FlankCycle, Modes
+from flexgear.arrays import Array, Ints
 from flexgear.coupling.system import System
 from flexgear.structures.bodies import Body
 
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 MIXED, ABSENT, UNEVEN = -1, -2, -3  # in place of an index
 PURE = 0.9  # share of the stage's energy that one k and N − k have
 LEAST = 1e-6  # share of the train's energy in a stage without which it is at rest
@@ -65,7 +64,7 @@ def evenly_placed(angles: ArrayLike) -> bool:
     return bool(np.abs(gaps - 2 * np.pi / len(turns)).max() <= EVEN)
 
 
-def nodal_indices(system: System, shapes: Array, stage: str, angles: Sequence[float]) -> IntArray:
+def nodal_indices(system: System, shapes: Array, stage: str, angles: Sequence[float]) -> Ints:
     """min(k, N − k) of modes (d, m) in a stage with planets at ``angles`` (N,) rad.
 
     MIXED where no k has nine tenths of the stage's kinetic energy, ABSENT in modes that leave it at
@@ -146,13 +145,13 @@ def _fold(energy: Array, planets: int) -> Array:
     return out
 
 
-def _largest_circle(body: Body) -> IntArray | None:
+def _largest_circle(body: Body) -> Ints | None:
     """Nodes of the largest set of one kind of name that stand evenly on a circle round the axis, in
     the order of their angles; None where there are none."""
     kinds: dict[tuple[str, str], list[int]] = {}
     for i, node in enumerate(body.nodes):
         kinds.setdefault((node.kind, node.side), []).append(i)
-    best: IntArray | None = None
+    best: Ints | None = None
     size = float(np.abs(body.positions).max(initial=0.0))
     for nodes in kinds.values():
         place = body.positions[nodes]
@@ -201,7 +200,7 @@ def resonant_force(
     rates: Array,
     gear_meshes: Sequence[Loaded],
     orders: Sequence[int],
-    groups: Sequence[IntArray],
+    groups: Sequence[Ints],
     alone: int | None = None,
 ) -> Array:
     """Largest force of any gear mesh over its mean one, (orders, groups); infinite without damping.

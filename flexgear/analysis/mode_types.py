@@ -29,11 +29,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import linalg
 
+from flexgear.arrays import Array
 from flexgear.model.errors import FlexgearError
 from flexgear.model.names import BodyName
 from flexgear.structures.bodies import Body
-
-Array = NDArray[np.float64]
 
 MOTIONS = ("translational", "axial", "rotational", "tilting")
 _DOFS = {"translational": (0, 1), "axial": (2,), "rotational": (5,), "tilting": (3, 4)}

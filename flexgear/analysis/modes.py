@@ -16,14 +16,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
 
+from flexgear.arrays import Array
 from flexgear.coupling.kernels.elements import Rows, pair_rows
 from flexgear.coupling.kernels.neighbours import row_stiffness
 from flexgear.coupling.kernels.pairs import build_rows
 from flexgear.coupling.mode_choice import row_motions
 from flexgear.coupling.pair_data import BEARING, SUPPORT, carrying_flanks
 from flexgear.coupling.system import System
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -18,13 +18,13 @@ from numpy.typing import NDArray
 from flexgear.analysis.equilibrium import Equilibrium
 from flexgear.analysis.kernels.rows_at_angles import all_forces
 from flexgear.analysis.transient import Transient
+from flexgear.arrays import Array
 from flexgear.coupling.kernels.elements import packed, pair_rows
 from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.system import RotatingFrameSupport
 from flexgear.model.springs import at_height
 from flexgear.structures.kinematics import turn
 
-Array = NDArray[np.float64]
 Result = Equilibrium | Transient
 BLOCK = 128  # samples over which few of a ring's teeth carry load
 

@@ -12,7 +12,6 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from flexgear.analysis.equilibrium import Equilibrium, revolution
 from flexgear.analysis.kernels.contact_newton import first_memory
@@ -20,11 +19,11 @@ from flexgear.analysis.kernels.energy import ENERGIES
 from flexgear.analysis.kernels.machines import PORT
 from flexgear.analysis.kernels.step_arrays import State
 from flexgear.analysis.step_space import rated_row
+from flexgear.arrays import Array
 from flexgear.coupling.machines import Brake, Controller, GivenSpeed
 from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.system import System
 
-Array = NDArray[np.float64]
 AGREES = 1e-12  # of the torques of brakes that hold no balance, found in turns with the speeds
 
 

@@ -7,11 +7,10 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
 from flexgear.analysis.kernels.refinement import Control, control
+from flexgear.arrays import Array
 
-Array = NDArray[np.float64]
 CHUNK = 4096  # ticks: handing the arrays over takes as long as some thirty steps
 
 

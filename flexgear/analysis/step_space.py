@@ -10,7 +10,6 @@ import math
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
@@ -32,14 +31,12 @@ from flexgear.analysis.kernels.step_arrays import (
     Work,
 )
 from flexgear.analysis.kernels.vectors import SIMD, aligned, rounded_up
+from flexgear.arrays import Array, Ints
 from flexgear.coupling.kernels.elements import law_functions, packed, pair_rows, widest
 from flexgear.coupling.machines import Brake, Controller, GivenSpeed
 from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.pair_data import PairData, action_lines, covered
 from flexgear.coupling.system import System
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 
 def step_data(modal: ModalSystem, sizes: float | Array) -> StepData:
@@ -152,7 +149,7 @@ def channels(modal: ModalSystem, h: Array, inverse: Array) -> Channels:
     return Channels(modes, _spans(p), displacement, np.ascontiguousarray(residual), first, of_block)
 
 
-def _parts(p: Array, residual: Array, block_channels: int) -> IntArray:
+def _parts(p: Array, residual: Array, block_channels: int) -> Ints:
     """Part of the train (n_c,) that each channel is on: parts share neither modes p (n_c, n) nor
     residual flexibility (n_c, n_c). Ports and lines of action, the last channels, are on part 0.
     """
@@ -166,7 +163,7 @@ def _parts(p: Array, residual: Array, block_channels: int) -> IntArray:
     return np.unique(np.where(of_head, -1, component), return_inverse=True)[1]
 
 
-def _spans(p: Array) -> IntArray:
+def _spans(p: Array) -> Ints:
     """Ranges of modes that hold all that are not zero, in multiples of SIMD."""
     moves = p != 0.0
     first = np.where(moves.any(axis=1), moves.argmax(axis=1), 0)

@@ -20,7 +20,6 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from flexgear.analysis.equilibrium import Solution, pair_arrays, revolution
 from flexgear.analysis.kernels.energy import ENERGIES, LEFT_OVER
@@ -34,6 +33,7 @@ from flexgear.analysis.step_space import (
     step_data,
     work_space,
 )
+from flexgear.arrays import Array
 from flexgear.coupling.kernels.elements import law_functions
 from flexgear.coupling.machines import GivenSpeed
 from flexgear.coupling.modal import ModalSystem
@@ -41,7 +41,6 @@ from flexgear.coupling.pair_data import first_sizes
 from flexgear.gears.error_cycle import longest_time_step
 from flexgear.model.errors import FlexgearError
 
-Array = NDArray[np.float64]
 Prescribed = Callable[[Array], Array]
 BESIDE = 1e-3  # of a step: how far beside a jump what holds before and after it is read
 

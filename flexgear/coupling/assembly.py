@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import linalg
 
+from flexgear.arrays import Array
 from flexgear.coupling.connections import Connection
 from flexgear.coupling.gear_meshes import GearMeshSet
 from flexgear.coupling.laws.law import CENTERING
@@ -30,7 +30,6 @@ from flexgear.model.springs import at_height
 from flexgear.structures.bodies import Body
 from flexgear.structures.kinematics import rigid_rows, turn
 
-Array = NDArray[np.float64]
 MISPLACED = 0.05  # of the size of an FE housing, by which a node may be off its support
 LOOSE = 1e-12  # of the largest eigenvalue, below which a motion counts as not resisted
 

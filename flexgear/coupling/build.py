@@ -11,8 +11,8 @@ import math
 from collections.abc import Collection, Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexgear.arrays import Array
 from flexgear.coupling.assembly import Assembly
 from flexgear.coupling.connections import (
     GearBlock,
@@ -61,8 +61,6 @@ from flexgear.structures.reduced import ReducedBody
 from flexgear.structures.shaft import BeamSection, beam_element
 from flexgear.structures.sources.of_case import fe_sources
 from flexgear.structures.tooth_shapes import RimFlexibility
-
-Array = NDArray[np.float64]
 
 
 def build_system(

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexgear.arrays import Array
 from flexgear.coupling.gear_meshes import MODELS, GearMeshSet
 from flexgear.coupling.members import body_names, can_turn, mass_properties, rotation_radius
 from flexgear.coupling.pair_data import WAVE
@@ -28,7 +28,6 @@ from flexgear.model.stage_view import StageView
 from flexgear.structures.sources.of_case import ring_source
 from flexgear.structures.tooth_shapes import RimFlexibility
 
-Array = NDArray[np.float64]
 End = tuple[BodyName, str]  # a body and one of its ports
 
 

@@ -10,9 +10,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import linalg
 
+from flexgear.arrays import Array
 from flexgear.coupling.kernels.elements import pair_rows
 from flexgear.coupling.kernels.pairs import build_rows
 from flexgear.coupling.mode_choice import row_motions
@@ -22,7 +22,6 @@ from flexgear.model.errors import InputError
 from flexgear.model.names import BodyName
 from flexgear.structures.bodies import Body
 
-Array = NDArray[np.float64]
 ROUND_OFF = 1e-6  # of the largest compression, below which a row is not compressed
 MOVES = 1e-6  # of the largest motion, below which a body counts as at rest
 LIGHT = 1e-20  # of the largest mass or inertia of a train, below which one is none

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from flexgear.arrays import Array, Ints
 from flexgear.coupling.laws import law_number
 from flexgear.coupling.pair_data import (
     FACE_LOAD,
@@ -26,8 +27,6 @@ from flexgear.gears.errors import PairErrors
 from flexgear.gears.slices import Slices
 from flexgear.model.errors import FlexgearError
 
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 SupportRow = tuple[float, Sequence[tuple[int, Array]]]
 MODELS = {"per_pair": PER_PAIR, "lumped": SUMMED, "face_load": FACE_LOAD}  # all others: WAVE
 
@@ -285,7 +284,7 @@ def _padded(lines: Sequence[NDArray[Any]]) -> NDArray[Any]:
 
 def _supports(
     first: int, angles: Sequence[int], supports: Sequence[SupportRow]
-) -> tuple[IntArray, Array, Array, IntArray]:
+) -> tuple[Ints, Array, Array, Ints]:
     count = len(supports)
     block = np.full((count, 2), -1, dtype=np.int64)
     vector = np.zeros((count, 2, 6))

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexgear.arrays import Array
 from flexgear.coupling.assembly import Assembly
 from flexgear.coupling.gear_meshes import GivenLoad
 from flexgear.coupling.members import Member
@@ -15,8 +15,6 @@ from flexgear.model.stage import Stage
 from flexgear.model.train import varying
 from flexgear.structures.bodies import Body
 from flexgear.structures.kinematics import turn
-
-Array = NDArray[np.float64]
 
 
 def given_loads(a: Assembly) -> list[GivenLoad]:

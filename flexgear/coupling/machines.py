@@ -15,14 +15,12 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexgear.arrays import Array
 from flexgear.gears.power_flow import PowerFlow
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
 from flexgear.model.machine import Machine, machines_of
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from flexgear.gears.contact import planet_tooth_angle, ring_start
 from flexgear.gears.geometry import stage_geometry
@@ -24,7 +23,6 @@ from flexgear.structures.reduced import ReducedBody, floating
 from flexgear.structures.shaft import BeamSection, shaft_body
 from flexgear.structures.sources.of_case import fe_sources
 
-Array = NDArray[np.float64]
 AnyBody = ReducedBody | Body  # reduced, or rigid
 RIM_MODULES = 4.0  # rim of a ring outside its root circle where none is given, in modules
 

@@ -20,12 +20,11 @@ from numpy.typing import NDArray
 from scipy import linalg
 from scipy.sparse.csgraph import connected_components
 
+from flexgear.arrays import Array
 from flexgear.coupling.mode_choice import ModeChoice, choose_modes, mode_estimates
 from flexgear.coupling.pace import Pace
 from flexgear.coupling.system import System
 from flexgear.model.errors import FlexgearError
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -27,13 +27,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
 
+from flexgear.arrays import Array
 from flexgear.coupling.kernels.elements import Rows, pair_rows
 from flexgear.coupling.kernels.pairs import build_rows
 from flexgear.coupling.pair_data import carrying_flanks
 from flexgear.coupling.system import System
 from flexgear.model.errors import FlexgearError
 
-Array = NDArray[np.float64]
 EQUAL = 1e-6  # relative gap below which frequencies are equal
 POSITIONS = 4  # of the train; rows of other positions differ by about one per cent
 GOLDEN = 0.5 * (np.sqrt(5.0) - 1.0)

@@ -25,14 +25,11 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexgear.arrays import Array, Ints
 from flexgear.coupling.laws import LAWS
 from flexgear.gears.contact import GearMeshKind
 from flexgear.structures.kinematics import rotation
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 FEWEST_SLOTS = 4  # so that datasets of usual gears have one form
 KINDS = tuple(GearMeshKind)
@@ -47,22 +44,22 @@ class PairData(NamedTuple):
 
     one_sided: bool  # any gear mesh is
     slots: int  # most tooth pairs of one gear mesh that are in contact at once, or more
-    sided: IntArray  # (M,) 1 where pairs can only push
-    model: IntArray  # (M,) PER_PAIR, SUMMED, WAVE or FACE_LOAD
-    kind: IntArray  # (M,) index into KINDS
-    carries: IntArray  # (M,) 1 for the flank that carries the rated torque
-    opposite: IntArray  # (M,) gear mesh of the opposite flank, −1 none
-    angle: IntArray  # (M,) which angle is the stage's θ
-    turns: IntArray  # (M,) angle by which the gear's frame lags the planet's, −1: same frame
+    sided: Ints  # (M,) 1 where pairs can only push
+    model: Ints  # (M,) PER_PAIR, SUMMED, WAVE or FACE_LOAD
+    kind: Ints  # (M,) index into KINDS
+    carries: Ints  # (M,) 1 for the flank that carries the rated torque
+    opposite: Ints  # (M,) gear mesh of the opposite flank, −1 none
+    angle: Ints  # (M,) which angle is the stage's θ
+    turns: Ints  # (M,) angle by which the gear's frame lags the planet's, −1: same frame
     phi: Array  # (M,) planet angle in the stage's frame, rad
     radial: Array  # (M, 2) its cosine and sine
     center_distance: Array  # (M,) m
-    planet_block: IntArray  # (M,)
-    gear_block: IntArray  # (M,) block of the gear, or of its tooth 0
-    per_tooth: IntArray  # (M,) 1 where every tooth of the gear is a block
-    planet_tooth_block: IntArray  # (M,) block of the planet's tooth 0 where every tooth of it is
+    planet_block: Ints  # (M,)
+    gear_block: Ints  # (M,) block of the gear, or of its tooth 0
+    per_tooth: Ints  # (M,) 1 where every tooth of the gear is a block
+    planet_tooth_block: Ints  # (M,) block of the planet's tooth 0 where every tooth of it is
     # one, which then holds its elastic displacement; −1: none is
-    planet_turns: IntArray  # (M,) angle by which the teeth's frame has turned in the planet's axes
+    planet_turns: Ints  # (M,) angle by which the teeth's frame has turned in the planet's axes
     tooth_position: Array  # (B, 3) by block, used where teeth are blocks, m
     s0: Array  # (M,) m
     rate: Array  # (M,) m/rad
@@ -82,7 +79,7 @@ class PairData(NamedTuple):
     sin_b: Array  # (M,)
     s_pitch: Array  # (M,) path coordinate of the pitch point, m
     gap: Array  # (M,) m
-    table: IntArray  # (M,) which table
+    table: Ints  # (M,) which table
     table_start: Array  # (K,)
     table_step: Array  # (K,)
     k_table: Array  # (K, T) N/m over the path, or over one base pitch from s_lo on (WAVE)
@@ -93,14 +90,14 @@ class PairData(NamedTuple):
     # stiffness N/m and gap m, and where they bend each other what ``laws.coupled_slices`` takes
     # besides; of modified flanks then ``narrowing_columns``; n: of the set; 0 wide where no pair
     # has slices
-    gear_tooth0: IntArray  # (M,)
-    gear_step: IntArray  # (M,)
-    gear_teeth: IntArray  # (M,)
-    planet_tooth0: IntArray  # (M,)
-    planet_step: IntArray  # (M,)
-    planet_teeth: IntArray  # (M,)
-    slices: IntArray  # (M,) of a contact line; 0 where a pair is one spring
-    bent: IntArray  # (M,) 1 where slices bend each other
+    gear_tooth0: Ints  # (M,)
+    gear_step: Ints  # (M,)
+    gear_teeth: Ints  # (M,)
+    planet_tooth0: Ints  # (M,)
+    planet_step: Ints  # (M,)
+    planet_teeth: Ints  # (M,)
+    slices: Ints  # (M,) of a contact line; 0 where a pair is one spring
+    bent: Ints  # (M,) 1 where slices bend each other
     error_amplitude: Array  # (M,) m
     error_phase: Array  # (M,) rad
     error_offset: Array  # (M,) m
@@ -110,23 +107,23 @@ class PairData(NamedTuple):
     runout_amplitude: Array  # (M, H) m: Σ A sin(rate · θ_angle + phase)
     runout_rate: Array  # (M, H)
     runout_phase: Array  # (M, H) rad
-    runout_angle: IntArray  # (M, H)
+    runout_angle: Ints  # (M, H)
     largest_error: Array  # (M,) m, largest sum of errors of a pair
     damping: Array  # (M,) 2 ζ √m_eq, so that c = damping √k
-    support_block: IntArray  # (n_s, 2) blocks of the row of a rotating-frame support, −1 none
+    support_block: Ints  # (n_s, 2) blocks of the row of a rotating-frame support, −1 none
     support_vector: Array  # (n_s, 2, 6) fixed-frame vectors
     support_stiffness: Array  # (n_s,) N/m, of either sign
-    support_angle: IntArray  # (n_s, 2) angle by which the block's frame has turned, −1: fixed
-    bearing_law: IntArray  # (n_b,) index into ``laws.LAWS``
-    bearing_block: IntArray  # (n_b, 2) inner and outer block of a bearing, −1: housing
-    bearing_angle: IntArray  # (n_b, 2) angle by which the block's frame has turned, −1: none
+    support_angle: Ints  # (n_s, 2) angle by which the block's frame has turned, −1: fixed
+    bearing_law: Ints  # (n_b,) index into ``laws.LAWS``
+    bearing_block: Ints  # (n_b, 2) inner and outer block of a bearing, −1: housing
+    bearing_angle: Ints  # (n_b, 2) angle by which the block's frame has turned, −1: none
     bearing_parameters: Array  # (n_b, p) of its law, as many as the longest has
-    load_block: IntArray  # (n_l,)
+    load_block: Ints  # (n_l,)
     load_vector: Array  # (n_l, 6) N, N·m
-    load_angle: IntArray  # (n_l,) frame that turns against the load's, −1: same frame
-    load_grows: IntArray  # (n_l,) 1: with the square of speed, and given at rated speed
+    load_angle: Ints  # (n_l,) frame that turns against the load's, −1: same frame
+    load_grows: Ints  # (n_l,) 1: with the square of speed, and given at rated speed
     load_size: Array  # (n_l,) by which the vector is multiplied; at t = 0 of a load history
-    load_history: IntArray  # (n_l,) place among the load histories, −1: constant
+    load_history: Ints  # (n_l,) place among the load histories, −1: constant
 
 
 def rows_of_pair(data: PairData) -> int:
@@ -180,12 +177,12 @@ def first_sizes(data: PairData) -> Array:
     return out
 
 
-def carrying_flanks(data: PairData) -> IntArray:
+def carrying_flanks(data: PairData) -> Ints:
     """(M,) 1 where a gear mesh is to be looked at when the rated torque acts."""
     return data.carries.copy()
 
 
-def covered(pairs: PairData) -> IntArray:
+def covered(pairs: PairData) -> Ints:
     """(M,) how many of the first blocks of a row its line holds: 1 the planet, 2 the gear too."""
     return np.where((pairs.per_tooth == 0) & (pairs.turns < 0), 2, 1).astype(np.int64)
 

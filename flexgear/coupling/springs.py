@@ -10,14 +10,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexgear.arrays import Array
 from flexgear.coupling.laws import LAWS, law_number
 from flexgear.coupling.laws.law import CENTERING
 from flexgear.model.springs import Bearing, at_height
 from flexgear.structures.kinematics import turn
-
-Array = NDArray[np.float64]
 
 
 def invariant_part(matrix: Array) -> Array:

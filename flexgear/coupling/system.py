@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
 
+from flexgear.arrays import Array
 from flexgear.coupling.gear_meshes import GearMeshLabel
 from flexgear.coupling.machines import MachineLaw
 from flexgear.coupling.pair_data import PairData
@@ -22,8 +23,6 @@ from flexgear.model.errors import FlexgearError
 from flexgear.model.names import BodyName
 from flexgear.structures.bodies import Body
 from flexgear.structures.kinematics import rigid_rows
-
-Array = NDArray[np.float64]
 
 
 def variant_label(bodies: Iterable[BodyName], rigid: Collection[BodyName]) -> str:

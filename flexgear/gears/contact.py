@@ -27,8 +27,8 @@ from enum import StrEnum
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexgear.arrays import Array, Ints
 from flexgear.gears.geometry import StageGeometry
 from flexgear.gears.off_path import OffPath
 from flexgear.gears.slices import Slices
@@ -71,8 +71,6 @@ class GearMeshKind(StrEnum):
         return self in (GearMeshKind.RING_COAST, GearMeshKind.SUN_COAST)
 
 
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 TABLE = 2001
 ASSEMBLY_TOLERANCE = 1e-3  # of a sun tooth pitch
 
@@ -108,10 +106,10 @@ class GearMeshPath:
     center_distance: float
     normal_xy: Array
     tangent_point: Array
-    gear_tooth0: IntArray
+    gear_tooth0: Ints
     gear_step: int
     gear_teeth: int
-    planet_tooth0: IntArray
+    planet_tooth0: Ints
     planet_step: int
     planet_teeth: int
     s_grid: Array
@@ -188,7 +186,7 @@ def sun_tooth_angle(g: StageGeometry, s: Array) -> Array:
     return a + sun.base_half_angle - rho / sun.base_radius
 
 
-def tooth_numbers(angles: Array, reference: float, teeth: int) -> tuple[IntArray, Array]:
+def tooth_numbers(angles: Array, reference: float, teeth: int) -> tuple[Ints, Array]:
     """Nearest tooth numbers of angles and how far off they are, in pitches."""
     place = (angles - reference) * teeth / (2 * math.pi)
     number = np.rint(place)
@@ -226,7 +224,7 @@ def planetary_paths(
     gamma_coast = _coast_planet_tooth(g, gamma, ring_coast)
     sun_coast = sun_side(g, -gamma_coast)
 
-    def sun_teeth(s: Array, m: int) -> IntArray:
+    def sun_teeth(s: Array, m: int) -> Ints:
         return tooth_numbers(m * sun_tooth_angle(g, s) + phi, sigma0, g.sun.teeth)[0]
 
     behind = tooth_numbers(-planet_tooth_angle(g, ring_coast) - gamma, 0.0, g.planet.teeth)[0]
@@ -254,7 +252,7 @@ def planetary_paths(
 def gear_mesh_path(
     g: StageGeometry,
     kind: GearMeshKind,
-    start: tuple[Array, IntArray, IntArray],
+    start: tuple[Array, Ints, Ints],
     *,
     rolling_radius: float,
     planet_hand: str,

@@ -17,8 +17,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexgear.arrays import Array
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.radii import is_overridden, stage_radii
 from flexgear.model.errors import InputError
@@ -102,7 +102,6 @@ def _stage_tie(view: StageView) -> Tie:
     return Tie("stage", stage.name, {f"{stage.name}.{part}": c for part, c in row.items()})
 
 
-Array = NDArray[np.float64]
 RANK = 1e-9
 
 

@@ -27,6 +27,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from flexgear.arrays import Array
 from flexgear.gears.radii import gears_by_role
 from flexgear.model.errors import FlexgearError
 
@@ -34,8 +35,6 @@ if TYPE_CHECKING:
     from flexgear.model.gear_mesh import GearErrors
     from flexgear.model.stage import Stage
 
-
-Array = NDArray[np.float64]
 
 SOURCES = ("sun", "planet", "ring", "housing")  # pinion and gear count as sun and planet
 CANDIDATES = 64  # multipliers that are tried for an even spread

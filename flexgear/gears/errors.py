@@ -47,6 +47,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from flexgear.arrays import Array
 from flexgear.gears.contact import GearMeshKind, GearMeshPath
 from flexgear.gears.flanks import flank_name
 from flexgear.gears.paths import PathKey
@@ -58,7 +59,6 @@ if TYPE_CHECKING:
     from flexgear.model.stage import Stage
     from flexgear.model.stage_view import StageView
 
-Array = NDArray[np.float64]
 STAGE_ANGLE, CARRIER_ANGLE = 0, 1
 
 

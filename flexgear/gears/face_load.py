@@ -16,9 +16,8 @@ pieces of the face and not of places.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from flexgear.arrays import Array
 
 
 def with_ends(line_load: Array, held: Array | float = 0.0) -> Array:

@@ -17,8 +17,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexgear.arrays import Array
 from flexgear.gears.contact import GearMeshKind, GearMeshPath
 from flexgear.gears.geometry import PER_PAIR_MODELS
 from flexgear.gears.modifications import Flank, Gap, gaps_of
@@ -28,7 +28,6 @@ from flexgear.model.section import Refusal
 if TYPE_CHECKING:
     from flexgear.model.stage_view import StageView
 
-Array = NDArray[np.float64]
 _OTHER = {"sun": "ring", "ring": "sun"}
 
 

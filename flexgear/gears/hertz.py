@@ -31,9 +31,9 @@ from typing import Literal
 
 import numpy as np
 import scipy  # which loads its parts as they are named
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from flexgear.arrays import Array
+
 Reference = Literal["point", "layer", "length"]
 _ONE = 20.0  # qh from which the layer's compliance is a half plane's to rounding
 

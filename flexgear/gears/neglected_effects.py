@@ -34,8 +34,8 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexgear.arrays import Array
 from flexgear.gears.geometry import StageGeometry, stage_geometry
 
 if TYPE_CHECKING:
@@ -45,7 +45,6 @@ FRICTION = 0.05  # between ground, oiled flanks; 0.03 to 0.08 are usual
 RIM_KEYS = {r: f"free_planet_rim_gives_way_{r}_gear_mesh_um" for r in ("ring", "sun")}
 SHEAR = 0.9  # of a round section
 ORDERS = np.arange(2, 2001)
-Array = NDArray[np.float64]
 
 
 def neglected_effects(view: StageView, forces: Mapping[str, float]) -> dict[str, float]:

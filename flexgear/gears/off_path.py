@@ -52,12 +52,11 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import brentq
 
+from flexgear.arrays import Array
 from flexgear.gears.tooth import ToothGeometry, involutes
 
-Array = NDArray[np.float64]
 FURTHEST = 0.5  # base pitches beyond an end within which a touch is looked for
 PLACES = 201
 SAME_LENGTH = 1e-9  # relative: a path that ends at a tip

@@ -28,8 +28,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexgear.arrays import Array
 from flexgear.gears.determinacy import (
     Members,
     members_of,
@@ -127,7 +127,6 @@ def _path(branches: list[Branch], begin: Node, end: Node) -> list[Branch] | None
     return None
 
 
-Array = NDArray[np.float64]
 NOISE = 1e-13
 
 

@@ -40,11 +40,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from flexgear.arrays import Array
 from flexgear.gears.hertz import relative_radius
 from flexgear.gears.modifications.flank import Gap
 from flexgear.gears.off_path import OffPath
 
-Array = NDArray[np.float64]
 PLACES = 801  # along the path
 ACROSS = 9  # along the face, where what is missing is no sum of a profile and a lead
 NODES = 32  # of the half ellipse

@@ -16,12 +16,11 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexgear.arrays import Array
 from flexgear.gears.profile_contact import ProfileContact
 from flexgear.gears.stiffness import Law, pair_stiffness
 
-Array = NDArray[np.float64]
 Gap = Callable[[Array, Array], Array]
 GRID = 2001
 STIFFEST = 0.5  # least compliance of ground flanks over that of involutes

@@ -45,8 +45,8 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexgear.arrays import Array
 from flexgear.gears.geometry import PER_PAIR_MODELS, StageGeometry, given_stiffness
 from flexgear.gears.radii import gears_by_role
 from flexgear.gears.weber_banaschek import PairCompliance, Side, pair_compliance
@@ -55,7 +55,6 @@ if TYPE_CHECKING:
     from flexgear.model.stage_view import StageView
 
 
-Array = NDArray[np.float64]
 Law = Callable[[Array], Array]
 STEEL_YOUNG = 206e9  # ISO 6336-1 refers c' to steel
 

@@ -48,12 +48,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
+from flexgear.arrays import Array
+
 if TYPE_CHECKING:
     from flexgear.gears.tooth import ToothGeometry
     from flexgear.model.member import Tool
 
 
-Array = NDArray[np.float64]
 Points = NDArray[np.complex128]
 RAMP = 2.0  # length of the protuberance's flank over what reaches the finished one
 LEAST_ROUNDING = 1e-3  # over the pitch, below which a tool's tip is a point

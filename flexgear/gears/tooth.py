@@ -29,13 +29,11 @@ from functools import cached_property, lru_cache
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexgear.arrays import Array
 from flexgear.gears.tool import CutterTool, GeneratingTool, PlainTool, RackTool, ToothRoot, rounded
 from flexgear.model.member import Tool
 from flexgear.model.section import Refusal
-
-Array = NDArray[np.float64]
 
 
 class Rack(Protocol):

@@ -33,13 +33,12 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexgear.arrays import Array
 from flexgear.gears.geometry import GearMeshGeometry
 from flexgear.gears.hertz import ContactBody, line_contact, relative_radius
 from flexgear.gears.tooth import ToothGeometry, ToothOutline
 
-Array = NDArray[np.float64]
 Side = Literal["planet", "gear"]
 POINTS = 101  # along the path of contact
 

@@ -7,9 +7,10 @@ from typing import Literal
 
 import numpy as np
 import scipy  # which loads its parts as they are named
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from pydantic import Field, model_validator
 
+from flexgear.arrays import Array
 from flexgear.model.errors import InputError
 from flexgear.model.input_file import read_table
 from flexgear.model.section import Missing, Refusal, Section
@@ -67,7 +68,6 @@ def _series(
     return tuple(times), {name: tuple(column) for name, column in histories.items()}
 
 
-Array = NDArray[np.float64]
 _SAME_TIME = 1e-12  # of a time; a step at 1 s counts from the first instant after 1 s
 _MOST: dict[Followed, tuple[float, str]] = {"torque": (1e9, "1e9 N m"), "speed": (1e4, "1e4 rad/s")}
 

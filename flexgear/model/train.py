@@ -6,9 +6,10 @@ from collections.abc import Sequence
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from pydantic import Field, model_validator
 
+from flexgear.arrays import Array
 from flexgear.model.machine import Machine, refuse_infinite_slope
 from flexgear.model.names import Member
 from flexgear.model.section import Missing, Refusal, Section
@@ -126,7 +127,6 @@ class Output(Port):
         return self
 
 
-Array = NDArray[np.float64]
 _NONE = (0.0, 0.0, 0.0)
 
 

@@ -14,13 +14,12 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
+from flexgear.arrays import Array
 from flexgear.gears.face_load import factor_along
 from flexgear.model.names import FlankName
 from flexgear.results.quantities import Figure, values
 
-Array = NDArray[np.float64]
 END = 2.0  # K at which a tilted tooth begins to leave its other end: see docs/face_load.md
 EDGES = {  # what carries, how much is much, and what helps
     "tip": (

@@ -6,9 +6,8 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
+from flexgear.arrays import Array
 from flexgear.results.labelled_dataset import coordinate, groups_in, variable
-
-Array = NDArray[np.float64]
 
 
 def radial_displacement(displacement: ArrayLike, first_angle: float = 0.0) -> Array:

@@ -25,12 +25,12 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
+from flexgear.arrays import Array
 from flexgear.model.errors import FlexgearError
 from flexgear.model.names import GearMeshName
 from flexgear.results.labelled_dataset import groups_of
 from flexgear.results.quantities import number
 
-Array = NDArray[np.float64]
 Definition = Literal["instantaneous", "mean-based", "cycle-based"]
 
 # IEC 61400-4:2012, design requirements for wind turbine gearboxes; read in the source code of

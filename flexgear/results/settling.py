@@ -21,11 +21,10 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
+from flexgear.arrays import Array
 from flexgear.results.sinks import TIME, Coming, DatasetSink, Ranges, between
 
-Array = NDArray[np.float64]
 SHARE = 0.05  # of the peak-to-peak, by which figures may still differ from settled ones
 WINDOWS = 32  # of a run
 FEWEST = 8  # gear-mesh periods that tell whether a run has settled

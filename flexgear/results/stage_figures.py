@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
+from flexgear.arrays import Array
 from flexgear.gears.bearings import bearing_life_hours
 from flexgear.gears.geometry import StageGeometry, stage_geometry
 from flexgear.gears.nominal_stress import largest_root_stress
@@ -22,8 +22,6 @@ from flexgear.model.names import MemberName
 from flexgear.model.stage_view import StageView
 from flexgear.model.units import RPM
 from flexgear.results.quantities import ABSENT, ALWAYS, WITH_SECTION, Bars, Figure, values
-
-Array = NDArray[np.float64]
 
 
 def root_figures(data: xr.Dataset, stage: str) -> dict[str, dict[str, float]]:

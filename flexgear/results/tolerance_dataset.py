@@ -15,13 +15,13 @@ import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import bdtr, betaincinv, stdtrit
 
+from flexgear.arrays import Array
 from flexgear.model.names import GearMeshName
 from flexgear.results.labelled_dataset import GEAR_MESH, GROUP, fields_of, groups_of
 from flexgear.results.load_sharing import mesh_load_factor
 from flexgear.results.quantities import Quantity, number
 from flexgear.results.result_quantities import RESULT_QUANTITIES
 
-Array = NDArray[np.float64]
 QUANTILES = (0.5, 0.9, 0.95, 0.99)
 PARTS = (("", "value"), ("_low", "low"), ("_high", "high"))  # of an estimate
 SPREADS = {  # names of statistics, and what they are of

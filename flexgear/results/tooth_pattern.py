@@ -15,7 +15,8 @@ import xarray as xr
 from numpy.typing import NDArray
 from scipy.interpolate import griddata
 
-Array = NDArray[np.float64]
+from flexgear.arrays import Array
+
 CELLS = (10, 16)  # of a flank over diameter and face
 
 

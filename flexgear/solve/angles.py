@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexgear.arrays import Array
 from flexgear.coupling.springs import invariant_part
 from flexgear.gears.error_cycle import (
     AngleSamples,
@@ -28,7 +28,6 @@ from flexgear.gears.power_flow import PowerFlow
 from flexgear.model.case import Case
 from flexgear.model.errors import FlexgearError
 
-Array = NDArray[np.float64]
 ALL_CYCLES = 25_000  # gear-mesh cycles of a linear train that are all looked at
 SPREAD_CYCLES = 4_000  # of a linear train whose error cycle is longer
 SOLVED_CYCLES = 120  # of a train that is solved position by position

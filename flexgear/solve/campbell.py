@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from flexgear.analysis.gyroscopic import Campbell, crossings, whirl_sense
 from flexgear.analysis.gyroscopic import campbell as whirl_over_speed
@@ -25,6 +25,7 @@ from flexgear.analysis.mode_excitation import (
 )
 from flexgear.analysis.mode_types import planar_rows
 from flexgear.analysis.modes import Modes
+from flexgear.arrays import Array, Ints
 from flexgear.model.machine import machines_of
 from flexgear.model.names import GEAR_MESH, PLANET_PASS, SHAFT, ExcitationName
 from flexgear.model.stage import Stage
@@ -151,8 +152,6 @@ def operating_factors(model: Model) -> tuple[float, ...]:
     return tuple(sorted(factors))
 
 
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 HIGHEST = 1.2  # of the highest speed at which the case runs, where a diagram ends
 STEPS = 12  # of speed in a diagram
 MOST_MODES = 60  # that are followed over speed
@@ -176,7 +175,7 @@ class Meeting:
 
     factor: float
     excitation: Excitation
-    modes: IntArray
+    modes: Ints
     frequency: float
     away: float
     index: int
@@ -276,7 +275,7 @@ def _meetings(
     rest: Modes,
     diagram: Campbell,
     lines: Sequence[Excitation],
-    index: IntArray,
+    index: Ints,
     operating: Sequence[float],
     margin: float,
 ) -> Iterator[Meeting]:
@@ -302,7 +301,7 @@ def _meetings(
                         yield Meeting(factor, line, group, excited, away, k, cause, raised)
 
 
-def _groups(frequencies: Array, index: IntArray) -> list[IntArray]:
+def _groups(frequencies: Array, index: Ints) -> list[Ints]:
     """Indices of elastic modes of one frequency and nodal index."""
     groups: list[list[int]] = []
     for i in np.flatnonzero(frequencies > 0.0):
@@ -329,7 +328,7 @@ def _forces(
     rest: Modes,
     rates: Array,
     lines: Sequence[Excitation],
-    groups: Sequence[IntArray],
+    groups: Sequence[Ints],
 ) -> tuple[Array, Array]:
     """``resonant_force`` of the lines of a stage (lines, groups), NaN of those without a share: of
     all planets together, and the largest that one of them raises alone."""

@@ -13,11 +13,12 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from flexgear.analysis.equilibrium import Equilibrium
 from flexgear.analysis.recovery import Recovery
 from flexgear.analysis.transient import Transient
+from flexgear.arrays import Array
 from flexgear.coupling.pair_data import WAVE
 from flexgear.coupling.system import System
 from flexgear.model.case import Case
@@ -29,7 +30,6 @@ from flexgear.solve.angles import given_speeds
 from flexgear.solve.face_load import face_arrays, face_labels
 from flexgear.solve.model import Model, flank_name
 
-Array = NDArray[np.float64]
 NODES = {"shaft": "sun", "carrier": "drive"}  # nodes that stand for bodies of a flexible stage
 
 

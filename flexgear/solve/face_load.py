@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from flexgear.analysis.equilibrium import Equilibrium
 from flexgear.analysis.line_loads import (
@@ -20,13 +19,12 @@ from flexgear.analysis.line_loads import (
 )
 from flexgear.analysis.recovery import Recovery
 from flexgear.analysis.transient import Transient
+from flexgear.arrays import Array
 from flexgear.coupling.pair_data import KINDS, PairData
 from flexgear.gears.face_load import with_ends
 from flexgear.gears.hertz import ContactBody, line_contact, relative_radius
 from flexgear.solve.model import Model
 from flexgear.solve.stresses import FILLETS, MEMBERS, root_arrays
-
-Array = NDArray[np.float64]
 
 
 def face_arrays(model: Model, recovery: Recovery) -> dict[str, Any]:

@@ -19,11 +19,11 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from flexgear.analysis.harmonic import GearMeshRows, SteadyState, steady_state
 from flexgear.analysis.kernels.rows_at_angles import read_offsets
 from flexgear.analysis.modes import row_vectors, rows_at
+from flexgear.arrays import Array, Complex
 from flexgear.coupling.kernels.elements import packed, pair_rows
 from flexgear.coupling.machines import Brake, Controller, GivenSpeed
 from flexgear.coupling.modal import ModalSystem
@@ -38,8 +38,6 @@ from flexgear.solve.dataset import body_rows, result_attrs, result_labels
 from flexgear.solve.model import Model
 from flexgear.structures.kinematics import turn
 
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 CHUNK = 20_000  # times at once
 SAME = 12  # digits of the highest frequency in which equal ones agree
 COMPARED = 100_000  # samples of a transient beside the harmonic solution

@@ -14,6 +14,7 @@ from flexgear.analysis.error_sets import no_errors
 from flexgear.analysis.gear_mesh_cycle import mean_springs, springs_under_load
 from flexgear.analysis.modes import ContactSprings, Modes, modes, springs_at
 from flexgear.analysis.recovery import Output
+from flexgear.arrays import Array
 from flexgear.coupling.build import build_system, require_workable
 from flexgear.coupling.gear_meshes import GearMeshLabel
 from flexgear.coupling.modal import ModalSystem, chosen_modal, static_system
@@ -25,8 +26,6 @@ from flexgear.model.names import BodyName, GearMeshName
 from flexgear.results.load_sharing import without_rounding
 from flexgear.solve.bodies import Bodies, Progress, reduced_bodies, rigid_bodies, silent
 from flexgear.solve.stresses import GaugeRows, RootTables, gauge_rows, rim_stress_rows
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, repr=False)

@@ -12,13 +12,12 @@ from scipy import linalg
 from flexgear.analysis.mode_excitation import ABSENT, MIXED, UNEVEN, nodal_indices
 from flexgear.analysis.mode_types import PARTS, classify, strain_shares
 from flexgear.analysis.modes import ContactSprings
+from flexgear.arrays import Array
 from flexgear.coupling.pair_data import BEARING, SUPPORT
 from flexgear.model.errors import InputError
 from flexgear.results.labelled_dataset import labelled_dataset
 from flexgear.solve.dataset import body_rows, result_attrs, result_name
 from flexgear.solve.model import Model
-
-Array = NDArray[np.float64]
 
 
 def modes(model: Model, *, angle: float | None = None, limit_hz: float | None = None) -> xr.Dataset:

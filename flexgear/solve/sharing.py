@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from flexgear.analysis.equilibrium import revolution
+from flexgear.arrays import Array
 from flexgear.model.errors import FlexgearError
 from flexgear.results.labelled_dataset import labelled_dataset
 from flexgear.results.load_sharing import (
@@ -33,7 +33,6 @@ from flexgear.solve.dataset import result_attrs, result_labels
 from flexgear.solve.linear import LinearTrain, linear_train, why_not_linear
 from flexgear.solve.model import Model, rated_rotations
 
-Array = NDArray[np.float64]
 SHOWN_CYCLES = 200  # of one turn that the dataset holds position by position
 CHUNK = 20_000  # positions at once
 

@@ -12,9 +12,10 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from flexgear.analysis.equilibrium import revolution
+from flexgear.arrays import Array
 from flexgear.gears.bearings import bearing_life_hours
 from flexgear.model.member import PlanetBearing
 from flexgear.model.names import MemberName
@@ -117,7 +118,6 @@ def bearing_loads(model: Model, data: xr.Dataset) -> dict[str, dict[str, float]]
     return out
 
 
-Array = NDArray[np.float64]
 CYCLES = 7  # of a stage whose ring bends: prime, so that planets and bolts seldom repeat with them
 
 

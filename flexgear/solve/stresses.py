@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from flexgear.analysis.equilibrium import Equilibrium
 from flexgear.analysis.line_loads import LineLoads
 from flexgear.analysis.recovery import Recovery
+from flexgear.arrays import Array
 from flexgear.coupling.gear_meshes import GearMeshLabel
 from flexgear.coupling.system import System
 from flexgear.gears.contact import GearMeshPath
@@ -34,7 +35,6 @@ from flexgear.structures.tooth_influence import (
     root_of_case,
 )
 
-Array = NDArray[np.float64]
 MEMBERS = ("planet", "gear")  # of a tooth pair
 FILLETS = ("-theta", "+theta")
 

@@ -9,10 +9,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from flexgear.analysis.step_plan import Adaptive, FineWindow, Stepping
 from flexgear.analysis.transient import Drive, Steps, Transient, run_in_memory
+from flexgear.arrays import Array
 from flexgear.coupling.machines import Brake
 from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.pace import case_pace, timed_drops
@@ -33,7 +33,6 @@ from flexgear.solve.deformed import body_coordinates, require_bending
 from flexgear.solve.long_run import LongRun, TimedRun
 from flexgear.solve.model import Model
 
-Array = NDArray[np.float64]
 _STEADY = {
     "kind": "constant", "torque": None, "speed": None, "times": (), "torques": (), "speeds": (),
     "file": None,

@@ -21,10 +21,10 @@ from functools import cached_property
 
 import numpy as np
 
+from flexgear.arrays import Array
 from flexgear.model.errors import FlexgearError
 from flexgear.model.names import BodyName, NodeName
 from flexgear.structures.kinematics import rigid_rows, turn
-from flexgear.structures.linalg import Array
 
 
 @dataclass(frozen=True)

@@ -16,9 +16,9 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from flexgear.arrays import Array
 from flexgear.model.errors import FlexgearError
 from flexgear.structures.fem import FeModel, Interface
-from flexgear.structures.linalg import Array
 from flexgear.structures.linalg.dense import dot, scaled_inverse
 from flexgear.structures.linalg.sparse import Factor
 from flexgear.structures.linalg.threads import blocks

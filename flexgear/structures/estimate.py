@@ -30,8 +30,8 @@ from typing import Any
 import numpy as np
 import scipy.linalg as sla
 
+from flexgear.arrays import Array
 from flexgear.structures.fem import FeModel, Sample, facet_sample, point_sample
-from flexgear.structures.linalg import Array
 from flexgear.structures.linalg.dense import dot, times
 from flexgear.structures.linalg.threads import blocks
 from flexgear.structures.reduced import Progress, ReducedBody, silent

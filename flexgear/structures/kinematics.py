@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexgear.structures.linalg import Array
+from flexgear.arrays import Array
 
 
 def rotation(angle: Array | float) -> Array:

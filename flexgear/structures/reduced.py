@@ -35,10 +35,10 @@ from numpy.typing import NDArray
 from scipy import linalg
 from scipy.linalg import block_diag
 
+from flexgear.arrays import Array, Ints
 from flexgear.model.names import SIDES, BodyName, NodeName
 from flexgear.structures.bodies import Body, Spring, node_motions
 from flexgear.structures.kinematics import rigid_motion, rotation, turn
-from flexgear.structures.linalg import Array, Ints
 from flexgear.structures.strain import strain_of_gradient, vertex_gradient
 from flexgear.structures.tooth_shapes import RimFlexibility
 

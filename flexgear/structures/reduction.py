@@ -27,12 +27,12 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from flexgear.arrays import Array
 from flexgear.model.errors import FlexgearError
 from flexgear.structures.condensation import Condensation
 from flexgear.structures.cyclic.condensation import CyclicCondensation, condense_by_sectors
 from flexgear.structures.cyclic.modes import cyclic_modes
 from flexgear.structures.fem import FeModel, Interface
-from flexgear.structures.linalg import Array
 from flexgear.structures.linalg.lanczos import (
     Eigenpairs,
     NotConverged,

@@ -15,9 +15,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from flexgear.arrays import Array
 from flexgear.model.names import BodyName
 from flexgear.structures.bodies import Body, node_motions
-from flexgear.structures.linalg import Array
 
 
 @dataclass(frozen=True)

@@ -21,7 +21,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from flexgear.structures.linalg import Array
+from flexgear.arrays import Array
 
 COMPONENTS = ("xx", "yy", "zz", "xy", "yz", "xz")  # VTK's order of a symmetric tensor
 _PLACES = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))

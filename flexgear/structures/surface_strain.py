@@ -22,8 +22,8 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.spatial import cKDTree
 
+from flexgear.arrays import Array, Ints
 from flexgear.structures.fe_mesh.fe_mesh import HEX_TO_VTK, facets_of, outer
-from flexgear.structures.linalg import Array, Ints
 from flexgear.structures.reduced import ReducedBody
 
 # of a hexahedron in VTK's order, round the diagonal 0-6

@@ -22,8 +22,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.polynomial.legendre import legvander
 
+from flexgear.arrays import Array
 from flexgear.structures.kinematics import rigid_motion
-from flexgear.structures.linalg import Array
 
 ORDERS = (2, 3, 4)  # of Legendre polynomials along the face; lower ones are the node's
 COUNT = 4 * len(ORDERS)

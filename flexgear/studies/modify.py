@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize
 
 from flexgear.analysis.equilibrium import Equilibrium, revolution
+from flexgear.arrays import Array
 from flexgear.coupling.pair_data import PairData, gap_columns, slice_gaps
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
@@ -34,7 +35,6 @@ from flexgear.solve.dataset import equilibrium_data
 from flexgear.solve.face_load import worst_figures
 from flexgear.solve.model import Model, assemble, rated_rotations
 
-Array = NDArray[np.float64]
 Aim = Literal["line-load", "transmission-error"]
 LEAD = ("helix_slope", "lead_crowning", "end_relief")  # turn no flank across its profile
 UNIT = 1e-6  # m: amounts are whole micrometres

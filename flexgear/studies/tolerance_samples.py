@@ -14,10 +14,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import ndtr, ndtri
 
 from flexgear.analysis.error_sets import ErrorSets
+from flexgear.arrays import Array
 from flexgear.coupling.gear_meshes import GearMeshLabel
 from flexgear.coupling.pair_data import PairData
 from flexgear.gears.contact import GearMeshKind, GearMeshPath
@@ -35,7 +35,6 @@ from flexgear.model.tolerance import (
     ground_flank,
 )
 
-Array = NDArray[np.float64]
 Values = Mapping[tuple[str, str], Array]  # (stage, key) -> (J, count)
 TINY = 1e-30  # m; a size of zero would leave its place in the gear meshes out
 PITCHES = ("ring_pitch", "planet_pitch", "sun_pitch")

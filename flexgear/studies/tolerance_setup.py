@@ -17,6 +17,7 @@ from flexgear.analysis.error_sets import (
     gear_mesh_forces,
 )
 from flexgear.analysis.line_loads import line_loads
+from flexgear.arrays import Array
 from flexgear.coupling.gear_meshes import GearMeshLabel
 from flexgear.coupling.pair_data import PairData
 from flexgear.coupling.system import System
@@ -45,8 +46,6 @@ from flexgear.studies.tolerance_samples import (
     sample_values,
     with_sample,
 )
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -20,6 +20,7 @@ from matplotlib.text import Text
 from numpy.typing import NDArray
 from PIL import Image
 
+from flexgear.arrays import Array
 from flexgear.files.atomic import atomic_file
 from flexgear.views.star import (
     StageOutline,
@@ -30,11 +31,11 @@ from flexgear.views.star import (
     star_handles,
     star_reach,
 )
-from flexgear.views.style import FloatArray, factor_text, panels, styled
+from flexgear.views.style import factor_text, panels, styled
 
 
 def star_frames(
-    field: FloatArray, angles: FloatArray, outline: StageOutline, factor: float, dpi: float
+    field: Array, angles: Array, outline: StageOutline, factor: float, dpi: float
 ) -> Iterator[NDArray[np.uint8]]:
     """RGB pictures (h, w, 3), one a position; the axes stay put from frame to frame."""
     reach = star_reach(field, outline, factor)
@@ -55,7 +56,7 @@ def star_stage(factor: float, dpi: float) -> Figure:
 
 
 def place_star(
-    axes: Axes, displacement: FloatArray, angle: float, outline: StageOutline, factor: float
+    axes: Axes, displacement: Array, angle: float, outline: StageOutline, factor: float
 ) -> list[Artist]:
     """Draw one position instead of the one before; what may move, from the back to the front."""
     for old in (*axes.patches, *axes.lines, *axes.texts):
@@ -77,7 +78,7 @@ def place_star(
 @styled
 def star_backdrop(
     figure: Figure,
-    displacement: FloatArray,
+    displacement: Array,
     angle: float,
     outline: StageOutline,
     factor: float,
@@ -104,7 +105,7 @@ def star_backdrop(
 def star_frame(
     figure: Figure,
     backdrop: Any,
-    displacement: FloatArray,
+    displacement: Array,
     angle: float,
     outline: StageOutline,
     factor: float,
@@ -124,8 +125,8 @@ def agg_canvas(figure: Figure) -> FigureCanvasAgg:
 
 
 def animate_star(
-    displacement: xr.DataArray | FloatArray,
-    carrier_angles: Sequence[float] | FloatArray,
+    displacement: xr.DataArray | Array,
+    carrier_angles: Sequence[float] | Array,
     outline: StageOutline,
     path: str | os.PathLike[str],
     frames_per_second: float = 20.0,

@@ -10,6 +10,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
+from flexgear.arrays import Array
 from flexgear.model.errors import FlexgearError
 from flexgear.results import quantities as declared
 from flexgear.results.report.parts import row
@@ -21,7 +22,6 @@ from flexgear.views.style import (
     MICRO,
     NEUTRAL,
     PLANET_COLOURS,
-    FloatArray,
     panels,
     planet_colour,
     styled,
@@ -47,7 +47,7 @@ DECADES = 5  # below the largest amplitude that are shown
 
 
 @styled
-def radial_harmonics(harmonics: FloatArray, planets: int) -> Figure:
+def radial_harmonics(harmonics: Array, planets: int) -> Figure:
     """Amplitudes (m) of the ring's radial displacement by order 0, 1, 2, …
 
     Multiples of the planet number are drawn in red: with equal planets and no errors only they may

@@ -19,6 +19,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from scipy.interpolate import griddata
 
+from flexgear.arrays import Array
 from flexgear.gears.face_load import factor_along, mean_along
 from flexgear.model.names import FlankName
 from flexgear.results.stage_figures import gears_of
@@ -30,7 +31,6 @@ from flexgear.views.style import (
     ORIGINAL_COLOUR,
     SEQUENTIAL_MAP,
     SPLIT_COLOUR,
-    FloatArray,
     legend_of,
     new_figure,
     panels,
@@ -49,7 +49,7 @@ Row = tuple[Any, str, list[str]]  # axes of a row, title and flanks of the gear 
 
 def _rows(
     data: xr.Dataset, height_mm: float, columns: int = 1, **options: Any
-) -> tuple[Figure, FloatArray, list[Row]]:
+) -> tuple[Figure, Array, list[Row]]:
     """A row of axes for each stage, kind and side whose flanks carry, of so much height."""
     groups = dict(carrying(data))
     height = 14 + height_mm * len(groups)
@@ -58,7 +58,7 @@ def _rows(
     return figure, axes, [(ax, *group) for ax, group in zip(rows, groups.items(), strict=True)]
 
 
-def _finish_along_face(figure: Figure, axes: FloatArray) -> Figure:
+def _finish_along_face(figure: Figure, axes: Array) -> Figure:
     for ax in axes[:, 0]:
         ax.set_ylabel("line load (N/mm)")
         ax.set(ylim=(0.0, None), xlim=(-0.5, 0.5))
@@ -157,7 +157,7 @@ def carrying(data: xr.Dataset) -> Iterator[tuple[str, list[str]]]:
     yield from groups.items()
 
 
-def _binned(x: FloatArray, z: FloatArray, w: FloatArray) -> tuple[FloatArray, ...]:
+def _binned(x: Array, z: Array, w: Array) -> tuple[Array, ...]:
     """Edges of cells along x and z, and the largest w in each; in cells between that had no sample
     from their neighbours, NaN outside."""
     across = np.linspace(x.min(), x.max(), CELLS + 1)

@@ -14,6 +14,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from flexgear.arrays import Array
 from flexgear.model.errors import FlexgearError
 from flexgear.model.names import MemberName
 from flexgear.model.units import RPM
@@ -37,7 +38,6 @@ from flexgear.views.style import (
     KILO,
     MICRO,
     NEUTRAL,
-    FloatArray,
     least_span,
     legend_below,
     legend_lines,
@@ -161,7 +161,7 @@ def torque_drop(runs: Runs, window: Window | None = None) -> Figure:
 @styled
 def three_directions(
     runs: Runs,
-    pick: Callable[[xr.Dataset], FloatArray],
+    pick: Callable[[xr.Dataset], Array],
     title: str,
     directions: tuple[str, str, str],
     x: str,
@@ -197,7 +197,7 @@ def tooth_node_displacement(
 ) -> Figure:
     """X, Y, Z displacement of ring tooth node ``tooth`` (1-based), global (Figures 16, 22)."""
 
-    def pick(dataset: xr.Dataset) -> FloatArray:
+    def pick(dataset: xr.Dataset) -> Array:
         field = variable(dataset, "tooth_displacement")
         if not 1 <= tooth <= field.sizes["tooth"]:
             raise FlexgearError(f"cannot draw tooth {tooth}: there are {field.sizes['tooth']}")
@@ -211,7 +211,7 @@ def tooth_node_displacement(
 def sun_displacement(runs: Runs, x: str = "stage_angle", window: Window | None = None) -> Figure:
     """x, y, z displacement of the sun, carrier axes (Figures 14, 20)."""
 
-    def pick(dataset: xr.Dataset) -> FloatArray:
+    def pick(dataset: xr.Dataset) -> Array:
         field = displacement_of(dataset, "sun").transpose(leading_dim(dataset), "dof")
         return np.asarray(field, dtype=float)[:, :3]
 
@@ -232,7 +232,7 @@ def planet_displacement(
     motion R_c θ_z that comes from the rotation of the carrier's drive node is then taken out.
     """
 
-    def pick(dataset: xr.Dataset) -> FloatArray:
+    def pick(dataset: xr.Dataset) -> Array:
         dim, field = leading_dim(dataset), displacement_of(dataset, "planet")
         if not 1 <= planet <= field.sizes["body"]:
             raise FlexgearError(f"cannot draw planet {planet}: there are {field.sizes['body']}")

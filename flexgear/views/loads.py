@@ -15,6 +15,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
+from flexgear.arrays import Array
 from flexgear.model.errors import FlexgearError
 from flexgear.results.flanks import carrying_flank, carrying_pairs, stiffness_split
 from flexgear.views.select import (
@@ -33,7 +34,6 @@ from flexgear.views.style import (
     NEUTRAL,
     SEQUENTIAL_MAP,
     SPLIT_COLOUR,
-    FloatArray,
     angle_axis,
     legend_below,
     legend_lines,
@@ -47,9 +47,7 @@ LABELS = {"ring": "ring–planet", "sun": "sun–planet"}
 MOST_SAMPLES = 4000  # of a map over the carrier angle
 
 
-def pair_curves(
-    x: FloatArray, tooth: FloatArray, value: FloatArray
-) -> dict[int, tuple[FloatArray, FloatArray]]:
+def pair_curves(x: Array, tooth: Array, value: Array) -> dict[int, tuple[Array, Array]]:
     """Curve of each engaged tooth from (n, slots) arrays, broken (NaN) between engagements.
 
     ``tooth`` is 1-based, 0 = empty slot. A tooth may change its slot from sample to sample.
@@ -67,7 +65,7 @@ def pair_curves(
     return curves
 
 
-def engagements(x: FloatArray, tooth: FloatArray) -> FloatArray:
+def engagements(x: Array, tooth: Array) -> Array:
     """(m, 3) rows: tooth number, first and last x of each stretch of contact."""
     spans = []
     for number in np.unique(tooth[tooth > 0]).tolist():
@@ -77,9 +75,7 @@ def engagements(x: FloatArray, tooth: FloatArray) -> FloatArray:
     return np.array(spans, dtype=float).reshape(-1, 3)
 
 
-def pair_arrays(
-    dataset: xr.Dataset, gear_mesh: str, planet: int
-) -> tuple[FloatArray, FloatArray, FloatArray]:
+def pair_arrays(dataset: xr.Dataset, gear_mesh: str, planet: int) -> tuple[Array, Array, Array]:
     """Load (N), tooth number and stiffness (N/m), each (n, slots), of one planet's gear mesh, on
     whichever flank carries."""
     if gear_mesh not in LABELS:
@@ -104,7 +100,7 @@ def flank_label(datasets: Iterable[xr.Dataset], gear_mesh: str, planet: int) -> 
 
 
 def draw_pairs(
-    axes: Axes, x: FloatArray, tooth: FloatArray, load: FloatArray, colour: str, **line: object
+    axes: Axes, x: Array, tooth: Array, load: Array, colour: str, **line: object
 ) -> None:
     for at, value in pair_curves(x, tooth, load).values():
         axes.plot(at, value * KILO, color=colour, **line)  # type: ignore[arg-type]
@@ -195,10 +191,10 @@ def engagement_map(whole: xr.Dataset) -> Figure:
     return figure
 
 
-States = list[tuple[FloatArray, FloatArray, FloatArray]]
+States = list[tuple[Array, Array, Array]]
 
 
-def zoom_window(x: FloatArray, tooth: FloatArray) -> Window:
+def zoom_window(x: Array, tooth: Array) -> Window:
     """A stretch near the middle of x over which about four new teeth come into contact, away from
     the first and the last tooth, so that numbers do not jump in it."""
     newest = tooth.max(axis=1)
@@ -212,14 +208,14 @@ def zoom_window(x: FloatArray, tooth: FloatArray) -> Window:
     return max(low, middle - 2.5 * each), min(high, middle + 2.5 * each)
 
 
-def draw_engagements(axes: Axes, at: FloatArray, states: States, last: int) -> None:
+def draw_engagements(axes: Axes, at: Array, states: States, last: int) -> None:
     thickness = max(0.8, min(3.0, 180.0 / last))
     for i, (_, tooth, _) in enumerate(states):
         axes.hlines(*engagements(at, tooth).T, color=planet_colour(i + 1), lw=thickness)
     axes.set_ylim(0, last + 1)
 
 
-def draw_stiffness_map(axes: Axes, at: FloatArray, states: States, last: int) -> QuadMesh:
+def draw_stiffness_map(axes: Axes, at: Array, states: States, last: int) -> QuadMesh:
     image = np.full((last, at.size), np.nan)
     for _, tooth, stiffness in states:
         row, slot = np.nonzero((tooth > 0) & (stiffness > 0))

@@ -13,18 +13,11 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
+from flexgear.arrays import Array
 from flexgear.model.errors import FlexgearError
 from flexgear.model.names import BodyName
 from flexgear.views.select import variable
-from flexgear.views.style import (
-    NEUTRAL,
-    PLANET_COLOURS,
-    FloatArray,
-    legend_below,
-    legend_lines,
-    panels,
-    styled,
-)
+from flexgear.views.style import NEUTRAL, PLANET_COLOURS, legend_below, legend_lines, panels, styled
 
 TYPE_COLOURS = {
     "rotational": "#D55E00",
@@ -98,7 +91,7 @@ def modes_chart(data: xr.Dataset) -> Figure:
     return figure
 
 
-def _distinct(frequency: FloatArray, kinds: list[str]) -> list[list[int]]:
+def _distinct(frequency: Array, kinds: list[str]) -> list[list[int]]:
     """Modes by row: those of one frequency and type together."""
     rows: list[list[int]] = []
     for i, f in enumerate(frequency):
@@ -111,7 +104,7 @@ def _distinct(frequency: FloatArray, kinds: list[str]) -> list[list[int]]:
     return rows
 
 
-def _frequencies(ax: Axes, frequency: FloatArray, kinds: list[str], rows: list[list[int]]) -> None:
+def _frequencies(ax: Axes, frequency: Array, kinds: list[str], rows: list[list[int]]) -> None:
     """A line from the axis to each frequency, its value beside it; logarithmic."""
     elastic = [frequency[r[0]] for r in rows if frequency[r[0]] > 0]
     low = 0.5 * min(elastic, default=1.0)
@@ -144,7 +137,7 @@ def _stages(data: xr.Dataset) -> set[str]:
     return {BodyName.parse(n).stage for n in data["body"].to_numpy()}
 
 
-def _shares(data: xr.Dataset, name: str, rows: list[list[int]]) -> dict[str, FloatArray]:
+def _shares(data: xr.Dataset, name: str, rows: list[list[int]]) -> dict[str, Array]:
     """Mean shares of energy by part in each row, parts that are nowhere left out."""
     if name not in data:
         return {}
@@ -155,9 +148,9 @@ def _shares(data: xr.Dataset, name: str, rows: list[list[int]]) -> dict[str, Flo
     return {p: means[:, k] for k, p in enumerate(parts) if np.nanmax(means[:, k]) > 5e-3}
 
 
-def _summed_springs(shares: Mapping[str, FloatArray], stages: set[str]) -> dict[str, FloatArray]:
+def _summed_springs(shares: Mapping[str, Array], stages: set[str]) -> dict[str, Array]:
     """Springs of the same kind together, over planets and stages; rare kinds as "others"."""
-    kinds: dict[str, FloatArray] = {}
+    kinds: dict[str, Array] = {}
     for name, share in shares.items():
         kind = _spring_kind(name, stages)
         kinds[kind] = kinds.get(kind, 0.0) + share
@@ -177,7 +170,7 @@ def _spring_kind(name: str, stages: set[str]) -> str:
     return re.sub(r" (left|right)\b", "", name)
 
 
-def _share_colours(parts: Mapping[str, FloatArray]) -> dict[str, str]:
+def _share_colours(parts: Mapping[str, Array]) -> dict[str, str]:
     if all(p in TYPE_COLOURS for p in parts):
         return {p: TYPE_COLOURS[p] for p in parts}
     colours = {p: PLANET_COLOURS[k % len(PLANET_COLOURS)] for k, p in enumerate(parts)}
@@ -251,7 +244,7 @@ def _panel(ax: Axes, data: xr.Dataset, stage: str, whirls: bool) -> set[int]:
     return drawn
 
 
-def _top(values: FloatArray, excited: float) -> float:
+def _top(values: Array, excited: float) -> float:
     """Top of a panel: the highest order at the highest speed, or the lowest elastic modes."""
     elastic = np.sort(values[-1][values[-1] > RIGID * np.nanmax(values[-1], initial=0.0)])
     least = float(elastic[: min(LEAST_MODES, elastic.size)].max(initial=1.0))
@@ -265,7 +258,7 @@ def index_colour(index: int) -> str:
     return PLANET_COLOURS[index % len(PLANET_COLOURS)] if index >= 0 else NEUTRAL
 
 
-def _mode_colour(index: int, whirl: FloatArray, whirls: bool) -> str:
+def _mode_colour(index: int, whirl: Array, whirls: bool) -> str:
     if not whirls or index == ABSENT:
         return index_colour(index)
     sense = whirl[np.isfinite(whirl)]
@@ -274,7 +267,7 @@ def _mode_colour(index: int, whirl: FloatArray, whirls: bool) -> str:
 
 
 def _orders(
-    ax: Axes, data: xr.Dataset, lines: np.ndarray, factor: FloatArray, top: float, whirls: bool
+    ax: Axes, data: xr.Dataset, lines: np.ndarray, factor: Array, top: float, whirls: bool
 ) -> set[int]:
     """Rays with their order at the end; the nodal indices that they drive."""
     drawn, labelled = set[int](), list[float]()
@@ -311,9 +304,7 @@ def _order_index(data: xr.Dataset, number: int) -> int:
     return min(k % count, -k % count)
 
 
-def _number_modes(
-    ax: Axes, values: FloatArray, index: np.ndarray, top: float, start: float
-) -> None:
+def _number_modes(ax: Axes, values: Array, index: np.ndarray, top: float, start: float) -> None:
     """Numbers of the modes at rest, those of one frequency together, where there is room."""
     at_rest = values[0]
     free, i = -np.inf, 0

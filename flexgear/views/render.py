@@ -19,6 +19,7 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from flexgear.arrays import Array
 from flexgear.model.errors import FlexgearError
 from flexgear.results.report.wording import with_unit
 from flexgear.views.probe import rendering_available, require_rendering
@@ -26,7 +27,6 @@ from flexgear.views.style import (
     FULL_WIDTH_MM,
     MICRO,
     SEQUENTIAL_MAP,
-    FloatArray,
     factor_text,
     new_figure,
     nice_number,
@@ -35,7 +35,7 @@ from flexgear.views.style import (
 
 PER_CENT = 1e-4  # m, drawn as 100 µm: 100 % of a displacement without size
 VTK_CELLS = {4: 10, 8: 12}  # tetrahedron, hexahedron
-VIEWS: Mapping[str, tuple[FloatArray, FloatArray]] = {  # direction towards the eye, up
+VIEWS: Mapping[str, tuple[Array, Array]] = {  # direction towards the eye, up
     "iso": (np.array([0.45, -0.85, 0.95]), np.array([0.0, 0.0, 1.0])),
     "axial": (np.array([0.0, 0.0, 1.0]), np.array([0.0, 1.0, 0.0])),
     "side": (np.array([0.0, -1.0, 0.12]), np.array([0.0, 0.0, 1.0])),
@@ -49,8 +49,8 @@ class Snapshot:
 
     pixels: NDArray[np.uint8]
     height: float
-    right: FloatArray
-    up: FloatArray
+    right: Array
+    up: Array
 
 
 def load_renderer() -> None:
@@ -60,7 +60,7 @@ def load_renderer() -> None:
         import pyvista  # noqa: F401
 
 
-def eye_axes(view: str) -> tuple[FloatArray, FloatArray, FloatArray]:
+def eye_axes(view: str) -> tuple[Array, Array, Array]:
     """Unit vectors to the eye, right and up of a named view."""
     if view not in VIEWS:
         raise FlexgearError(f"cannot render view '{view}': choose {', '.join(VIEWS)}")
@@ -70,7 +70,7 @@ def eye_axes(view: str) -> tuple[FloatArray, FloatArray, FloatArray]:
     return towards, right, np.cross(towards, right)
 
 
-def deformation_exaggeration(points: FloatArray, displacement: FloatArray) -> float:
+def deformation_exaggeration(points: Array, displacement: Array) -> float:
     """Round factor that draws the largest displacement as at most 6 % of the body's size."""
     size = float(np.max(np.ptp(points, axis=0)))
     largest = float(np.max(np.linalg.norm(displacement, axis=1), initial=0.0))
@@ -88,14 +88,14 @@ def field_grid(field: xr.Dataset) -> Any:
     return grid
 
 
-def body_surface(points: FloatArray, cells: NDArray[np.integer], values: FloatArray) -> Any:
+def body_surface(points: Array, cells: NDArray[np.integer], values: Array) -> Any:
     """Outer surface (pyvista PolyData) of a hex8 or tet4 mesh with point data "µm"."""
     grid = _grid(points, cells)
     grid.point_data["µm"] = values
     return grid.extract_surface(algorithm="dataset_surface")
 
 
-def _grid(points: FloatArray, cells: NDArray[np.integer]) -> Any:
+def _grid(points: Array, cells: NDArray[np.integer]) -> Any:
     """pyvista.UnstructuredGrid of a hex8 or tet4 mesh."""
     import pyvista
 
@@ -113,9 +113,9 @@ def _grid(points: FloatArray, cells: NDArray[np.integer]) -> Any:
 
 
 def snapshot(
-    points: FloatArray,
+    points: Array,
     cells: NDArray[np.integer],
-    displacement: FloatArray,
+    displacement: Array,
     factor: float,
     limits: tuple[float, float],
     view: str,
@@ -176,9 +176,9 @@ def snapshot(
 
 @styled
 def render_deformed(
-    points: FloatArray,
+    points: Array,
     cells: NDArray[np.integer],
-    displacement: FloatArray,
+    displacement: Array,
     title: str = "",
     exaggeration: float | None = None,
     view: str = "iso",

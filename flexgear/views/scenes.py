@@ -10,6 +10,7 @@ from matplotlib import colormaps
 from matplotlib.colors import to_hex
 from numpy.typing import NDArray
 
+from flexgear.arrays import Array
 from flexgear.views.interactive import Panel
 from flexgear.views.render import body_surface, deformation_exaggeration
 from flexgear.views.star import StageOutline, ring_points, star_exaggeration
@@ -20,7 +21,6 @@ from flexgear.views.style import (
     NEUTRAL,
     ORIGINAL_COLOUR,
     SEQUENTIAL_MAP,
-    FloatArray,
     factor_text,
     planet_colour,
 )
@@ -34,10 +34,10 @@ CIRCLE = np.linspace(0, 2 * np.pi, 73)
 
 
 def body_scene(
-    points: FloatArray,
+    points: Array,
     cells: NDArray[np.integer],
-    displacement: FloatArray,
-    von_mises: FloatArray,
+    displacement: Array,
+    von_mises: Array,
     triangles: int = TRIANGLES,
 ) -> list[Panel]:
     """Surface of a body x + f u, coloured by |u| in µm, or at a button by the equivalent stress
@@ -68,9 +68,9 @@ def body_scene(
 
 
 def mode_scene(
-    points: FloatArray,
+    points: Array,
     cells: NDArray[np.integer],
-    shapes: FloatArray,
+    shapes: Array,
     labels: Sequence[str],
     triangles: int = TRIANGLES,
 ) -> list[Panel]:
@@ -103,7 +103,7 @@ def mode_scene(
     return [{"data": [trace], "layout": layout, "swing": {"rest": rest, "modes": modes}}]
 
 
-def _coloured(corners: NDArray[np.integer], size: FloatArray, unit: str) -> dict[str, Any]:
+def _coloured(corners: NDArray[np.integer], size: Array, unit: str) -> dict[str, Any]:
     """Triangles of a surface and their colours by a size in a unit."""
     colours = colormaps[SEQUENTIAL_MAP](np.linspace(0, 1, 11))
     return {
@@ -124,8 +124,8 @@ def triangles_of_each(bodies: int) -> tuple[int, int]:
 
 
 def coarse_surface(
-    points: FloatArray, cells: NDArray[np.integer], triangles: int
-) -> tuple[FloatArray, NDArray[np.integer], NDArray[np.integer]]:
+    points: Array, cells: NDArray[np.integer], triangles: int
+) -> tuple[Array, NDArray[np.integer], NDArray[np.integer]]:
     """Surface of an FE mesh at rest of at most so many triangles: its points (q, 3), their numbers
     at the corners of triangles (t, 3), and the vertex of the mesh at or next to each, (q,)."""
     full = body_surface(points, cells, np.zeros(len(points))).triangulate()
@@ -150,9 +150,7 @@ def _decimated(surface: Any, triangles: int) -> Any:
     return decimated
 
 
-def _colours_of(
-    trace: dict[str, Any], shape: str, caption: str, stress: FloatArray
-) -> dict[str, Any]:
+def _colours_of(trace: dict[str, Any], shape: str, caption: str, stress: Array) -> dict[str, Any]:
     """Buttons that colour a body by displacement, as it is drawn first, or by stress in MPa."""
     ways = {
         "displacement": (trace["intensity"], "µm", caption),
@@ -175,9 +173,7 @@ def _colours_of(
             "xanchor": "left", "yanchor": "top"}  # fmt: skip
 
 
-def star_scene(
-    displacement: FloatArray, carrier_angles: FloatArray, outline: StageOutline
-) -> list[Panel]:
+def star_scene(displacement: Array, carrier_angles: Array, outline: StageOutline) -> list[Panel]:
     """The star turning with the carrier: displacement (p, z, 3) m at angles (p,) rad."""
     factor = star_exaggeration(displacement, outline.ring_radius)
     at = np.unique(np.linspace(0, len(carrier_angles) - 1, FRAMES).astype(int))
@@ -215,7 +211,7 @@ def star_scene(
 
 
 def _star(
-    displacement: FloatArray, angle: float, outline: StageOutline, factor: float
+    displacement: Array, angle: float, outline: StageOutline, factor: float
 ) -> list[dict[str, Any]]:
     """Lines of one position: ring, sun, planets."""
     ring = ring_points(displacement, outline.ring_radius, factor)
@@ -232,7 +228,7 @@ def _star(
 
 
 def _line(
-    x: FloatArray, y: FloatArray, colour: str, name: str, width: float = 1.5, dash: str = "solid"
+    x: Array, y: Array, colour: str, name: str, width: float = 1.5, dash: str = "solid"
 ) -> dict[str, Any]:
     return {
         "type": "scatter",

@@ -15,8 +15,8 @@ from matplotlib.axes import Axes
 from scipy.interpolate import CubicSpline
 from scipy.signal import find_peaks
 
+from flexgear.arrays import Array
 from flexgear.model.errors import FlexgearError
-from flexgear.views.style import FloatArray
 
 Runs = Mapping[str, xr.Dataset]  # by variant
 Window = tuple[float, float]
@@ -40,7 +40,7 @@ def planet_count(dataset: xr.Dataset) -> int:
     return len(np.unique(variable(dataset, "planet")))
 
 
-def abscissa(dataset: xr.Dataset, x: str) -> FloatArray:
+def abscissa(dataset: xr.Dataset, x: str) -> Array:
     """Values of the horizontal axis: "stage_angle" of the carrier (rad) or "time" (s)."""
     if x not in ("stage_angle", "time"):
         raise FlexgearError(f"cannot draw over '{x}': choose stage_angle or time")
@@ -81,7 +81,7 @@ SHOWN = 4.0  # oscillations of a close-up
 SMOOTH = 60  # points of an oscillation that looks round
 
 
-def oscillations(values: FloatArray) -> int:
+def oscillations(values: Array) -> int:
     """How many crests a history (t,) has that stand out by a share of all of its range."""
     finite = values[np.isfinite(values)]
     if finite.size < 3:
@@ -89,14 +89,12 @@ def oscillations(values: FloatArray) -> int:
     return len(find_peaks(finite, prominence=max(CREST * float(np.ptp(finite)), TINY))[0])
 
 
-def is_dense(values: FloatArray) -> bool:
+def is_dense(values: Array) -> bool:
     """Whether histories (t,) or (t, n) have more oscillations than a picture shows."""
     return any(oscillations(series) > MOST for series in values.reshape(len(values), -1).T)
 
 
-def draw(
-    axes: Axes, x: FloatArray, y: FloatArray, color: str, fill: bool = True, **style: Any
-) -> bool:
+def draw(axes: Axes, x: Array, y: Array, color: str, fill: bool = True, **style: Any) -> bool:
     """Draw a history as a line, or as its envelope, filled or not; returns whether it is that."""
     count = oscillations(y)
     if count <= MOST:
@@ -120,7 +118,7 @@ def say_envelope(axes: Axes) -> None:
     axes.set_title("bands: least to largest", loc="right", fontsize=7.5, weight="normal")
 
 
-def close_up(values: FloatArray) -> slice:
+def close_up(values: Array) -> slice:
     """Some oscillations of histories (t, n) about their largest value."""
     count = max(oscillations(series) for series in values.T)
     length = int(np.ceil(SHOWN * len(values) / max(count, SHOWN)))
@@ -129,7 +127,7 @@ def close_up(values: FloatArray) -> slice:
     return slice(first, first + length + 1)
 
 
-def orbit(way: FloatArray) -> FloatArray:
+def orbit(way: Array) -> Array:
     """The path (n, 2) of a place (t, 2), of its last oscillations if there are many, with enough
     points between the samples that it looks as smooth as the motion is."""
     count = float(max(oscillations(series) for series in way.T))

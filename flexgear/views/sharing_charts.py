@@ -17,6 +17,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
+from flexgear.arrays import Array
 from flexgear.model.errors import FlexgearError
 from flexgear.model.names import BodyName, MemberName
 from flexgear.model.units import RPM
@@ -29,7 +30,6 @@ from flexgear.views.style import (
     MICRO,
     NEUTRAL,
     PLANET_COLOURS,
-    FloatArray,
     least_span,
     legend_below,
     legend_lines,
@@ -203,7 +203,7 @@ def _planet_lines(
     """A line a planet, or its envelope; one for all where they are alike, which is said for the
     title."""
 
-    def line(values: FloatArray, colour: str, width: float) -> None:
+    def line(values: Array, colour: str, width: float) -> None:
         at, y = _broken(data, values)
         if envelope:
             draw(ax, at, y, colour, fill=False, lw=width)
@@ -220,7 +220,7 @@ def _planet_lines(
     return ""
 
 
-def sample_axis(data: xr.Dataset) -> tuple[FloatArray, str]:
+def sample_axis(data: xr.Dataset) -> tuple[Array, str]:
     """Time (s), or turns of the first independent member, and the axis label."""
     if "time" in data.dims:
         return np.asarray(variable(data, "time"), dtype=float), "time (s)"
@@ -230,7 +230,7 @@ def sample_axis(data: xr.Dataset) -> tuple[FloatArray, str]:
     return np.asarray(angle, dtype=float) / (2 * np.pi), f"turns of {_label(name)} (–)"
 
 
-def _broken(data: xr.Dataset, values: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _broken(data: xr.Dataset, values: Array) -> tuple[Array, Array]:
     """Line with gaps where samples are further apart than usual."""
     at, _ = sample_axis(data)
     if len(at) < 3:
@@ -262,12 +262,12 @@ def _finished(
     return figure
 
 
-def _moving(data: xr.Dataset) -> dict[str, dict[tuple[str, str], FloatArray]]:
+def _moving(data: xr.Dataset) -> dict[str, dict[tuple[str, str], Array]]:
     """Displacements (t, 2) in µm of central members that leave their axis in its plane, by stage,
     part and half."""
     field = variable(data, "body_displacement")
     field = field.transpose(*[d for d in field.dims if d not in ("body", "dof")], "body", "dof")
-    stages: dict[str, dict[tuple[str, str], FloatArray]] = {}
+    stages: dict[str, dict[tuple[str, str], Array]] = {}
     largest = float(np.abs(field.to_numpy()[..., :2]).max(initial=0.0)) * MICRO
     for name in map(BodyName.parse, field["body"].to_numpy()):
         displacement = np.asarray(field.sel(body=name), dtype=float)[:, :2] * MICRO
@@ -276,7 +276,7 @@ def _moving(data: xr.Dataset) -> dict[str, dict[tuple[str, str], FloatArray]]:
     return stages
 
 
-def _orbit(ax: Axes, motion: Mapping[tuple[str, str], FloatArray]) -> None:
+def _orbit(ax: Axes, motion: Mapping[tuple[str, str], Array]) -> None:
     """Way in the plane of the sun (else of the member that goes furthest), equal scales."""
     at = max(motion, key=lambda n: (n[0] in ("sun", "pinion"), np.abs(motion[n]).max()))
     path, colour, member = orbit(motion[at]), MEMBER_COLOURS[at[0]], " ".join(at).strip()

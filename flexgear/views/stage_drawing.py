@@ -17,6 +17,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
+from flexgear.arrays import Array
 from flexgear.gears.flanks import GearFlank
 from flexgear.gears.geometry import StageGeometry, stage_geometry
 from flexgear.gears.tooth import ToothGeometry
@@ -27,7 +28,6 @@ from flexgear.views.style import (
     NEUTRAL,
     SEQUENTIAL_MAP,
     VARIANT_COLOURS,
-    FloatArray,
     new_figure,
     panels,
     planet_colour,
@@ -135,7 +135,7 @@ def _legend(figure: Figure, view: StageView, front: bool) -> None:
     figure.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), 4))
 
 
-def gear_outline(gear: ToothGeometry, rotation: float) -> FloatArray:
+def gear_outline(gear: ToothGeometry, rotation: float) -> Array:
     """Outline (n, 2) in m of a gear whose first tooth stands at an angle, closed."""
     side = gear.profile(POINTS, POINTS)
     radius, angle = np.hypot(*side.T), np.arctan2(*side.T[::-1])
@@ -269,11 +269,11 @@ def _bore(view: StageView, role: str) -> float:
     return float(view.stage.member(view.part(role)).bore_diameter) / 2  # type: ignore[union-attr]
 
 
-def _fill(ax: Axes, points: FloatArray, colour: str, alpha: float = 1.0) -> None:
+def _fill(ax: Axes, points: Array, colour: str, alpha: float = 1.0) -> None:
     ax.fill(MILLI * points[:, 0], MILLI * points[:, 1], fc=(colour, alpha), **LINE)
 
 
-def _circle(ax: Axes, centre: FloatArray | tuple[float, float], radius: float, fill: str) -> None:
+def _circle(ax: Axes, centre: Array | tuple[float, float], radius: float, fill: str) -> None:
     if radius > 0:
         turn = np.linspace(0, 2 * np.pi, 49)
         edge = np.column_stack([np.cos(turn), np.sin(turn)])
@@ -327,7 +327,7 @@ def _title_of(flank: GearFlank) -> str:
     return f"{flank.part}, {flank.name} flank"
 
 
-def _map(figure: Figure, ax: Axes, z: FloatArray, rho: FloatArray, gap: FloatArray) -> None:
+def _map(figure: Figure, ax: Axes, z: Array, rho: Array, gap: Array) -> None:
     """Colours with contours in round micrometres."""
     low, high = float(gap.min()), max(float(gap.max()), float(gap.min()) + 1e-9)
     colours = ax.pcolormesh(

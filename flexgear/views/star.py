@@ -22,13 +22,13 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, FancyArrowPatch
 from matplotlib.ticker import FuncFormatter, MultipleLocator
 
+from flexgear.arrays import Array
 from flexgear.model.errors import FlexgearError
 from flexgear.views.style import (
     DEFORMED_COLOUR,
     MICRO,
     NEUTRAL,
     ORIGINAL_COLOUR,
-    FloatArray,
     factor_text,
     nice_number,
     panels,
@@ -56,28 +56,28 @@ class StageOutline:
         """Radius at which a pin is drawn."""
         return 0.45 * self.planet_radius if self.pin_radius is None else self.pin_radius
 
-    def planet_centre(self, planet: int, carrier_angle: float) -> FloatArray:
+    def planet_centre(self, planet: int, carrier_angle: float) -> Array:
         """(x, y) of planet ``planet`` (0-based) with the carrier at ``carrier_angle``."""
         angle = carrier_angle + self.planet_angles[planet]
         return self.center_distance * np.array([np.cos(angle), np.sin(angle)])
 
 
-def ring_points(displacement: FloatArray, radius: float, factor: float) -> FloatArray:
+def ring_points(displacement: Array, radius: float, factor: float) -> Array:
     """Drawn tooth nodes (z, 2) for ``displacement`` (z, 2 or 3) in m."""
     angles = 2 * pi * np.arange(displacement.shape[0]) / displacement.shape[0]
     circle = radius * np.column_stack([np.cos(angles), np.sin(angles)])
     return circle + factor * displacement[:, :2]
 
 
-def radial(displacement: FloatArray) -> FloatArray:
+def radial(displacement: Array) -> Array:
     """Radial part u_x cos φ + u_y sin φ of (…, z, 2 or 3) tooth displacements."""
     angles = 2 * pi * np.arange(displacement.shape[-2]) / displacement.shape[-2]
     return displacement[..., 0] * np.cos(angles) + displacement[..., 1] * np.sin(angles)
 
 
 def as_positions(
-    displacement: xr.DataArray | FloatArray, carrier_angles: Sequence[float] | FloatArray
-) -> tuple[FloatArray, FloatArray]:
+    displacement: xr.DataArray | Array, carrier_angles: Sequence[float] | Array
+) -> tuple[Array, Array]:
     """(p, z, 3) displacements and (p,) angles, from one position or several."""
     field = np.asarray(displacement, dtype=float)
     angles = np.atleast_1d(np.asarray(carrier_angles, dtype=float))
@@ -91,18 +91,18 @@ def as_positions(
     return field, angles
 
 
-def _largest(displacement: FloatArray) -> float:
+def _largest(displacement: Array) -> float:
     """Largest displacement in the plane, m."""
     return float(np.nanmax(np.hypot(displacement[..., 0], displacement[..., 1]), initial=0.0))
 
 
-def star_exaggeration(displacement: FloatArray, radius: float) -> float:
+def star_exaggeration(displacement: Array, radius: float) -> float:
     """Round factor that draws the largest in-plane displacement as at most 0.16 of the radius."""
     largest = _largest(displacement)
     return nice_number(0.16 * radius / largest) if largest > 0 else 1.0
 
 
-def star_reach(displacement: FloatArray, outline: StageOutline, factor: float) -> float:
+def star_reach(displacement: Array, outline: StageOutline, factor: float) -> float:
     """Half the side of a square that holds the star, m."""
     return outline.ring_radius + 1.15 * max(
         factor * _largest(displacement), 0.03 * outline.ring_radius
@@ -165,8 +165,8 @@ def square(axes: Axes, reach: float) -> None:
 
 @styled
 def ring_star(
-    displacement: xr.DataArray | FloatArray,
-    carrier_angles: Sequence[float] | FloatArray,
+    displacement: xr.DataArray | Array,
+    carrier_angles: Sequence[float] | Array,
     outline: StageOutline,
 ) -> Figure:
     """The deformed ring at one or more carrier angles, side by side.
@@ -206,7 +206,7 @@ def star_handles() -> list[Line2D]:
 
 
 def draw_star(
-    axes: Axes, displacement: FloatArray, angle: float, outline: StageOutline, factor: float
+    axes: Axes, displacement: Array, angle: float, outline: StageOutline, factor: float
 ) -> None:
     """One star into ``axes``."""
     draw_gears(axes, outline, angle)
@@ -225,8 +225,8 @@ def draw_star(
 
 @styled
 def radial_profile(
-    displacement: xr.DataArray | FloatArray,
-    carrier_angles: Sequence[float] | FloatArray,
+    displacement: xr.DataArray | Array,
+    carrier_angles: Sequence[float] | Array,
     outline: StageOutline,
 ) -> Figure:
     """Radial displacement (µm) of the tooth nodes over the ring angle, planets marked."""

@@ -35,7 +35,6 @@ from flexgear.model.errors import FlexgearError
 P = ParamSpec("P")
 R = TypeVar("R")
 Share = bool | Literal["none", "all", "row", "col"]
-FloatArray = NDArray[np.float64]
 
 PLANET_COLOURS = (
     "#0072B2", "#E69F00", "#009E73", "#CC79A7", "#D55E00", "#56B4E9", "#8C6D1F", "#444444",

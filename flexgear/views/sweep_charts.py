@@ -23,6 +23,7 @@ from matplotlib.ticker import (
     NullLocator,
 )
 
+from flexgear.arrays import Array
 from flexgear.model.errors import FlexgearError
 from flexgear.results.report.wording import scale
 from flexgear.views.mode_charts import TYPE_COLOURS
@@ -32,7 +33,6 @@ from flexgear.views.style import (
     NEUTRAL,
     PLANET_COLOURS,
     SEQUENTIAL_MAP,
-    FloatArray,
     least_span,
     legend_below,
     panels,
@@ -56,7 +56,7 @@ class Curve:
     """A line of a panel: its label, values along the key, colour and style."""
 
     label: str
-    values: FloatArray
+    values: Array
     colour: str
     style: str = "-"
 
@@ -278,13 +278,13 @@ def _spreads(field: xr.DataArray) -> bool:
     return field.attrs.get("units") == "Hz" or "life" in str(field.name)
 
 
-def _positions(ticks: xr.DataArray) -> FloatArray:
+def _positions(ticks: xr.DataArray) -> Array:
     if ticks.dtype.kind in "if":
         return np.asarray(ticks, dtype=float)
     return np.arange(ticks.size, dtype=float)
 
 
-def _edges(x: FloatArray, logarithmic: bool) -> FloatArray:
+def _edges(x: Array, logarithmic: bool) -> Array:
     """Edges of cells round points, half way between them."""
     at = np.log(x) if logarithmic else x
     if len(at) == 1:

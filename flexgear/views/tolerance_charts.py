@@ -10,11 +10,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, MaxNLocator
 
+from flexgear.arrays import Array
 from flexgear.model.errors import FlexgearError
 from flexgear.model.names import GroupName
 from flexgear.results.tolerance_dataset import distribution_band
 from flexgear.views.select import variable
-from flexgear.views.style import NEUTRAL, PLANET_COLOURS, FloatArray, legend_of, panels, styled
+from flexgear.views.style import NEUTRAL, PLANET_COLOURS, legend_of, panels, styled
 
 BARS = "#9DBAD5"
 MEAN, STATED, STANDARD = PLANET_COLOURS[2], PLANET_COLOURS[1], PLANET_COLOURS[4]
@@ -67,9 +68,9 @@ def tolerance_chart(data: xr.Dataset, name: str = "load_sharing") -> Figure:
     return figure
 
 
-def _groups(data: xr.Dataset) -> dict[str, tuple[FloatArray, xr.Dataset]]:
+def _groups(data: xr.Dataset) -> dict[str, tuple[Array, xr.Dataset]]:
     """Rising samples and figures of groups by title; those with the same samples as one."""
-    groups: list[tuple[list[str], FloatArray, xr.Dataset]] = []
+    groups: list[tuple[list[str], Array, xr.Dataset]] = []
     for group in data["group"].to_numpy():
         of_group = data.sel(group=group)
         values = of_group["values"].to_numpy()
@@ -96,7 +97,7 @@ def _title(names: list[str]) -> str:
     return ", ".join(f"{stage} {' and '.join(kinds)}".strip() for stage, kinds in stages.items())
 
 
-def _histogram(ax: Axes, values: FloatArray, of_group: xr.Dataset) -> None:
+def _histogram(ax: Axes, values: Array, of_group: xr.Dataset) -> None:
     if _constant(values):
         text = f"{values[0]:.6f} in all {len(values)} samples"
         ax.text(0.5, 0.5, text, ha="center", va="center", transform=ax.transAxes, color=NEUTRAL)
@@ -112,7 +113,7 @@ def _histogram(ax: Axes, values: FloatArray, of_group: xr.Dataset) -> None:
     _marks(ax, of_group)
 
 
-def _distribution(ax: Axes, values: FloatArray, of_group: xr.Dataset) -> None:
+def _distribution(ax: Axes, values: Array, of_group: xr.Dataset) -> None:
     low, high = distribution_band(len(values), float(of_group.attrs["confidence"]))
     ax.fill_between(values, low, high, step="post", color=LINE, alpha=0.2, lw=0,
                     label=f"distribution, {_percent(of_group)} band")  # fmt: skip
@@ -152,7 +153,7 @@ def _percent(of_group: xr.Dataset) -> str:
     return f"{100 * float(of_group.attrs['confidence']):g} %"
 
 
-def _span(ax: Axes, values: FloatArray) -> None:
+def _span(ax: Axes, values: Array) -> None:
     """Readable ticks, also where all samples are equal."""
     if _constant(values):
         middle = float(values[0])
@@ -160,5 +161,5 @@ def _span(ax: Axes, values: FloatArray) -> None:
     ax.xaxis.set_major_locator(MaxNLocator(5))
 
 
-def _constant(values: FloatArray) -> bool:
+def _constant(values: Array) -> bool:
     return bool(np.ptp(values) <= EQUAL * abs(values[-1]))

@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from cut_teeth.gear import Gear, working
+from flexgear.arrays import Array
 
-Array = NDArray[np.float64]
 Points = NDArray[np.complex128]
 ON_TOOL = 900  # points of the rounding, and of each flank
 POSITIONS = 3000

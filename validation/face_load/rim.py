@@ -14,10 +14,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 from rows import STORED, Row
 from scipy.optimize import nnls
 
+from flexgear.arrays import Array
 from flexgear.files.atomic import atomic_file
 from flexgear.gears.contact import GearMeshPath
 from flexgear.gears.face_load import factor_along
@@ -34,8 +34,6 @@ from flexgear.structures.tooth_influence import pair_bending, rim_bending
 from flexgear.structures.tooth_influence.pairs import PairBending, mating_flanks
 from flexgear.structures.tooth_influence.rim import flank_motion
 from flexgear.structures.tooth_shapes import RimFlexibility
-
-Array = NDArray[np.float64]
 
 CASES = {
     "ev-reducer": "stage",

@@ -6,18 +6,17 @@ from collections.abc import Mapping
 from functools import cache
 
 import numpy as np
-from numpy.typing import NDArray
 from trains import TrainRun, gear_mesh_forces, put_together
 
 from flexgear.analysis.equilibrium import Equilibrium
 from flexgear.analysis.transient import Transient
+from flexgear.arrays import Array
 from flexgear.gears.power_flow import PowerFlow, power_flow
 from flexgear.results.load_sharing import RunningSharing
 from hu2023 import studies
 from hu2023.cases import drive, train
 from hu2023.sharing import SAMPLES, cycle_times, gear_mesh_rate
 
-Array = NDArray[np.float64]
 STAGES = (0, 1, 2)
 KINDS = {"outside": "sun", "inside": "ring"}
 CYCLES = 150  # gear-mesh cycles of a stage's period

@@ -19,9 +19,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from linear import Linear
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from flexgear.arrays import Array
+
 PLANETS = 3
 
 

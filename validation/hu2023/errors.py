@@ -20,11 +20,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from linear import Harmonic
-from numpy.typing import NDArray
 
+from flexgear.arrays import Array
 from hu2023.equations import PLANETS, Drive
 
-Array = NDArray[np.float64]
 SIGNS = ("geometry", "equation 1")
 MICRO = 1e-6
 

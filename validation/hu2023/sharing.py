@@ -6,11 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from linear import Harmonic, Linear, cycle_shares
-from numpy.typing import NDArray
 
+from flexgear.arrays import Array
 from hu2023.equations import Drive
 
-Array = NDArray[np.float64]
 SAMPLES = 16  # a gear-mesh cycle
 
 

@@ -7,15 +7,14 @@ from dataclasses import replace
 from functools import cache
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import brentq
 
+from flexgear.arrays import Array
 from hu2023.cases import drive
 from hu2023.equations import Drive, matrices
 from hu2023.errors import TABLE_4, Errors, changed, harmonics
 from hu2023.sharing import Found, found
 
-Array = NDArray[np.float64]
 CYCLES = 100
 STIFFNESSES = np.geomspace(1e8, 1e10, 9)
 SIZES = np.linspace(0.0, 60e-6, 7)

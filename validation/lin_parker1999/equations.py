@@ -15,10 +15,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import eigh
 
-Array = NDArray[np.float64]
+from flexgear.arrays import Array
+
 CARRIER, RING, SUN = 0, 3, 6  # first coordinate of each
 CENTRAL = 9  # coordinates before the planets'
 

@@ -7,15 +7,14 @@ from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from flexgear.analysis.mode_types import classify
 from flexgear.analysis.modes import modes, springs_at
+from flexgear.arrays import Array
 from flexgear.coupling.build import build_system
 from flexgear.model.load import load_case
 from lin_parker1999 import equations
 
-Array = NDArray[np.float64]
 KINDS = ("rotational", "translational", "planet")
 
 

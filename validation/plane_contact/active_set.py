@@ -13,7 +13,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from flexgear.arrays import Array
+
 Active = NDArray[np.bool_]
 MOST_STEPS = 200
 

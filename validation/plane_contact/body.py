@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 from skfem import Basis, ElementTriP2, ElementVector, FacetBasis, MeshTri
 from skfem.models.elasticity import lame_parameters, linear_elasticity
 
+from flexgear.arrays import Array
 from flexgear.structures.linalg.sparse import Factor
 
-Array = NDArray[np.float64]
 ELEMENT = ElementVector(ElementTriP2())
 COLUMNS = 256  # right-hand sides at a time
 

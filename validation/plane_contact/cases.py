@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 from cut_teeth.gear import working
 from cut_teeth.of_case import gear_of
-from numpy.typing import NDArray
 
+from flexgear.arrays import Array
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.load import load_case
 from flexgear.model.stage_view import StageView
@@ -19,7 +19,6 @@ from plane_contact.gear_contact import Found, GearContact
 from plane_contact.rolling import Pair, Relief
 from plane_contact.sector import Grid
 
-Array = NDArray[np.float64]
 KINDS = ("sun", "ring")
 CASE = Path(__file__).parent / "case.toml"
 RELIEF_UM, RELIEF_MM = 40.0, 20.0  # amount and length on the path, linear, on both gears

@@ -14,15 +14,14 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexgear.arrays import Array
 from plane_contact import active_set
 from plane_contact.body import Body, Elastic
 from plane_contact.gear_contact import forces_on, half_width
 from plane_contact.rolling import Candidates, foot_on, with_middles
 from plane_contact.sector import Grid, chain_on, triangles
 
-Array = NDArray[np.float64]
 WINDOW = 2.5  # half widths on either side in which nodes may touch
 
 

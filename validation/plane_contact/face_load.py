@@ -9,15 +9,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexgear.arrays import Array
 from flexgear.gears.paths import stage_paths
 from flexgear.model.load import load_case
 from flexgear.solve.model import assemble
 from flexgear.solve.static import static
 from plane_contact.cases import CASE, RELIEF_MM, RELIEF_UM, Loading
 
-Array = NDArray[np.float64]
 COMPLIANCES = {"width": "Weber and Banaschek, pairs per width", "fe": "FE influence of the teeth"}
 
 

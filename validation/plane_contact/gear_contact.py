@@ -6,14 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from flexgear.arrays import Array
 from plane_contact import active_set
 from plane_contact.body import Body, Elastic
 from plane_contact.rolling import Candidates, Pair, Relief, Rolling
 from plane_contact.sector import LOADED, Grid, Sector, sector
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

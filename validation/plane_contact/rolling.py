@@ -21,10 +21,9 @@ import numpy as np
 from cut_teeth.gear import Gear
 from numpy.typing import NDArray
 
+from flexgear.arrays import Array, Complex
 from plane_contact.sector import LOADED, Sector, flank_points
 
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 Relief = Callable[[Array], Array]  # material missing (m) at a roll length (m)
 
 

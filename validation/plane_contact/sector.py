@@ -19,9 +19,9 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 from skfem import MeshTri
 
+from flexgear.arrays import Array
 from flexgear.structures.fe_mesh.session import gmsh_session
 
-Array = NDArray[np.float64]
 LOADED = (-1, 0, 1)  # teeth that touch, counted from the middle one
 
 

@@ -20,10 +20,10 @@ from cut_teeth.envelope import Points
 from cut_teeth.gear import working
 from cut_teeth.of_case import gear_of
 from cut_teeth.shape import shape
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 from skfem import MeshTri
 
+from flexgear.arrays import Array
 from flexgear.gears.paths import stage_paths
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.stage_view import StageView
@@ -32,8 +32,6 @@ from plane_contact.body import Body, Elastic
 from plane_contact.gear_contact import GearContact, forces_on
 from plane_contact.rolling import Candidates, Pair, Rolling
 from plane_contact.sector import LOADED, Grid, Sector, marked, teeth_outline, triangles
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -9,14 +9,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 import flexgear as fg
+from flexgear.arrays import Array
 from flexgear.model.load import load_case
 from flexgear.solve.model import assemble
 from flexgear.solve.static import static
 
-Array = NDArray[np.float64]
 FOLDER = Path(__file__).parent
 FILE, CASE = FOLDER / "stage.json", FOLDER / "stage_case.toml"
 KINDS = ("ring", "sun")  # in the order of stage.json

@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from flexgear.arrays import Array
+
 FILE = Path(__file__).parent / "reference.json"
 
 

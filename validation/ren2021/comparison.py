@@ -8,11 +8,11 @@ from functools import cache, partial
 import numpy as np
 from linear import Harmonic
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 from rows import CLOSED_FORM, FLEXGEAR, INDEPENDENT, Picture, Row, number
 from trains import TrainRun, gear_mesh_forces, put_together
 
 from flexgear.analysis.transient import Transient
+from flexgear.arrays import Array
 from flexgear.coupling.build import build_system
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
@@ -24,7 +24,6 @@ from ren2021.errors import Errors, harmonics
 from ren2021.sharing import CASES, SAMPLES, cycle_times, sharing
 from ren2021.stiffness import contact_ratio, gear_mesh_stiffness
 
-Array = NDArray[np.float64]
 PAPER = "ren2021"
 line = partial(Row, PAPER)  # where, quantity, published, computed, tolerance, holds, why
 STEP, EVERY, SETTLED, END = 1e-4, 1e-3, 0.8, 1.3  # s

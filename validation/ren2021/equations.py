@@ -13,9 +13,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from linear import Linear, modal_damping
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from flexgear.arrays import Array
+
 CARRIER, LEFT, RIGHT, SUN, PLANETS = 0, 4, 8, 12, 16  # first coordinates
 HALVES = (("sun", +1, SUN), ("sun", -1, SUN), ("ring", +1, LEFT), ("ring", -1, RIGHT))
 

@@ -20,11 +20,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from linear import Harmonic
-from numpy.typing import NDArray
 
+from flexgear.arrays import Array
 from ren2021.equations import Stage
 
-Array = NDArray[np.float64]
 SIGNS = ("geometry", "equation 20", "equation 16")
 
 

@@ -6,12 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 from linear import Linear, cycle_shares
-from numpy.typing import NDArray
 
+from flexgear.arrays import Array
 from ren2021.equations import Stage, Supports
 from ren2021.errors import Errors, harmonics
 
-Array = NDArray[np.float64]
 SAMPLES = 16  # a gear-mesh cycle
 E = 20e-6  # m, the paper's size of every error
 CASES = {

@@ -9,13 +9,12 @@ from dataclasses import replace
 from functools import cache
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexgear.arrays import Array
 from ren2021.equations import Stage, Supports, matrices
 from ren2021.errors import Errors
 from ren2021.sharing import CASES, sharing
 
-Array = NDArray[np.float64]
 CYCLES = 500  # of the common period, spread over it
 STIFF = 1e10  # N/m, radial support of a member that does not float; the rings' of Table 2
 CARRIER_ERRORS = np.linspace(0.0, 100e-6, 6)

@@ -17,17 +17,16 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 from plane_contact.body import Elastic
 from plane_contact.rolling import Pair
 from plane_contact.sector import Grid
 
+from flexgear.arrays import Array
 from flexgear.structures.fe_mesh import FeMesh
 from flexgear.structures.fe_mesh.fe_mesh import HEX_FROM_VTK
 from flexgear.structures.fe_mesh.inp import write_inp
 from solid_contact.segment import extruded, section, walls
 
-Array = NDArray[np.float64]
 TABLES = ("relative contact displacement", "contact print energy")
 
 

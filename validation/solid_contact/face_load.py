@@ -11,17 +11,15 @@ from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
-from numpy.typing import NDArray
 from plane_contact.cases import CASE
 from scipy.optimize import brentq
 
+from flexgear.arrays import Array
 from flexgear.coupling.laws.coupled_slices import forces_of
 from flexgear.gears.paths import stage_paths
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.load import load_case
 from flexgear.structures.tooth_influence import pair_bending
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -14,10 +14,9 @@ from cut_teeth.gear import Gear
 from numpy.typing import NDArray
 from plane_contact.sector import Grid, outline, sector_outline
 
+from flexgear.arrays import Array, Ints
 from flexgear.structures.fe_mesh.session import gmsh_session
 
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
 QUAD = 3  # gmsh's number of four-node quadrilaterals
 ON = 1e-7  # of a radius: how far a vertex may lie off a line that it is on
 

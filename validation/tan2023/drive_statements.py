@@ -7,10 +7,10 @@ from functools import partial
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from flexgear.analysis.step_plan import Stepping
 from flexgear.analysis.transient import Drive, run_in_memory
+from flexgear.arrays import Array
 from flexgear.coupling.modal import ModalSystem
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.load import load_case
@@ -33,8 +33,6 @@ from tan2023.runs import (
     side_by_side,
 )
 from tan2023.statements import Finding, reference, statement
-
-Array = NDArray[np.float64]
 
 
 def inertias(runs: Runs) -> str:

@@ -7,14 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
+from flexgear.arrays import Array
 from flexgear.model.names import MemberName, NodeName
 from flexgear.results.flanks import pairs_of, stiffness_split
 from flexgear.results.harmonics import radial_harmonics, star_angle
 from flexgear.results.stage_part import displacement_of
 
-Array = NDArray[np.float64]
 MICRO = 1e6
 RPM = 30 / math.pi
 

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
+from flexgear.arrays import Array
 from flexgear.results.stage_part import displacement_of
 from tan2023 import measures
 from tan2023.runs import Runs
 from tan2023.statements import Finding, reference, statement
 
 MICRO = 1e6
-Array = NDArray[np.float64]
 TUNING = (
     "mean shifts grow with flexibility; which variant vibrates more hangs on how near multiples of "
     "the gear-mesh frequency lie to its natural frequencies, so on unpublished stiffnesses"

@@ -9,6 +9,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
+from flexgear.arrays import Array
 from flexgear.views.loads import LABELS, finish_x, flank_label, pair_arrays, pair_curves
 from flexgear.views.select import Window, abscissa, planet_count, windowed
 from flexgear.views.style import (
@@ -17,7 +18,6 @@ from flexgear.views.style import (
     N_PER_M_TO_N_PER_UM,
     NEUTRAL,
     PLANET_COLOURS,
-    FloatArray,
     panels,
     planet_colour,
     styled,
@@ -77,7 +77,7 @@ def numbered_pair_loads(
 
 @styled
 def pair_stiffness_and_error(
-    curves: Mapping[str, Mapping[str, FloatArray]],
+    curves: Mapping[str, Mapping[str, Array]],
     x_label: str = "position on the line of action s (mm)",
     x_factor: float = 1e3,
 ) -> Figure:

@@ -17,6 +17,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MultipleLocator
 
+from flexgear.arrays import Array
 from flexgear.results.stage_part import displacement_of
 from flexgear.structures.kinematics import turn
 from flexgear.views.select import leading_dim, variable
@@ -25,7 +26,6 @@ from flexgear.views.style import (
     DEFORMED_COLOUR,
     NEUTRAL,
     ORIGINAL_COLOUR,
-    FloatArray,
     factor_text,
     nice_number,
     panels,
@@ -41,11 +41,11 @@ MAGNIFICATION_YZ = {"ring": 50000.0, "carrier": 50000.0, "sun": 5000.0}
 class Disc:
     """A rigid circle of ``radius`` about ``centre`` (3,), moved by u + θ × r (global, small)."""
 
-    centre: FloatArray
+    centre: Array
     radius: float
-    motion: FloatArray  # (6,) global; spin about Z is not drawn
+    motion: Array  # (6,) global; spin about Z is not drawn
 
-    def curves(self) -> tuple[FloatArray, FloatArray]:
+    def curves(self) -> tuple[Array, Array]:
         """Original points (n, 3) and their displacements (n, 3)."""
         angle = np.linspace(0, 2 * pi, 97)
         arm = self.radius * np.column_stack([np.cos(angle), np.sin(angle), 0 * angle])
@@ -53,7 +53,7 @@ class Disc:
         return self.centre + arm, self.motion[:3] + np.cross(tilt, arm)
 
 
-def turned(motion: FloatArray, angle: float) -> FloatArray:
+def turned(motion: Array, angle: float) -> Array:
     """(6,) motion from axes turned by ``angle`` about Z into global axes."""
     return turn(angle) @ motion
 

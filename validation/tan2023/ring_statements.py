@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexgear.arrays import Array
 from flexgear.results.harmonics import radial_harmonics
 from flexgear.results.stage_part import displacement_of
 from tan2023 import measures
@@ -12,7 +12,6 @@ from tan2023.runs import FLEXIBLE, Runs
 from tan2023.statements import Finding, statement
 
 MICRO = 1e6
-Array = NDArray[np.float64]
 
 
 def pair_curves(runs: Runs) -> dict[str, dict[str, Array]]:

@@ -14,11 +14,11 @@ from typing import Any, TypeVar
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from flexgear.analysis.start import start_state
 from flexgear.analysis.step_plan import Stepping
 from flexgear.analysis.transient import Drive, run_in_memory
+from flexgear.arrays import Array
 from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.system import System, variant_label
 from flexgear.gears.geometry import StageGeometry, stage_geometry
@@ -36,7 +36,6 @@ from flexgear.structures.reduced import ReducedBody
 from flexgear.structures.sources.of_case import ring_source
 from flexgear.views.star import StageOutline
 
-Array = NDArray[np.float64]
 T = TypeVar("T")
 Variant = frozenset[BodyName]  # bodies that do not bend
 BODIES = tuple(BodyName.of("stage", part) for part in ("ring", "carrier", "shaft"))

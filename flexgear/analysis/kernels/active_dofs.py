@@ -13,7 +13,6 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from flexgear.analysis.kernels.vectors import (
     SIMD,
@@ -22,10 +21,9 @@ from flexgear.analysis.kernels.vectors import (
     padded,
     two_dots,
 )
+from flexgear.arrays import Array, Ints
 from flexgear.compiled import FAST, INNER, PART, njit
 
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 # short loops over unsigned numbers are quicker: none is counted from the end
 ONE, TWO, SIX = np.uint64(1), np.uint64(2), np.uint64(6)
 AT_ONCE = 6  # most dofs that are read together: behind those in use there is room for so many
@@ -36,11 +34,11 @@ class Channels(NamedTuple):
     """All channels: blocks, ports, lines of action, approaches; L step sizes, n modes."""
 
     modes: Array  # (n_c, n)
-    span: IntArray  # (n_c, 2) first and one past the last mode that moves a channel
+    span: Ints  # (n_c, 2) first and one past the last mode that moves a channel
     displacement: Array  # (L, n_c, n_c) G = Φ βh² D Φᵀ + R, m/N
     residual: Array  # (n_c, n_c) R, m/N
-    first: IntArray  # (B + M,) first channel of a block, then of a line of action
-    part: IntArray  # (B,) number of the part of the train that a block is on: parts do not move
+    first: Ints  # (B + M,) first channel of a block, then of a line of action
+    part: Ints  # (B,) number of the part of the train that a block is on: parts do not move
     # each other; ports and lines of action are on part 0
 
 
@@ -49,15 +47,15 @@ class ActiveDofs(NamedTuple):
 
     counts: Any  # (1,) COUNTS; fresh: 1 where the dofs have changed since that was noted;
     # head: dofs of ports and lines of action, which come first
-    channel: IntArray  # (C,) of each dof
-    place: IntArray  # (B + M,) first dof of a block or a line of action, −1 where it has none
+    channel: Ints  # (C,) of each dof
+    place: Ints  # (B + M,) first dof of a block or a line of action, −1 where it has none
     modes: Array  # (C, n)
-    span: IntArray  # (C, 2)
-    beside: IntArray  # (C, 2) first and one past the last dof on the same part of the train
+    span: Ints  # (C, 2)
+    beside: Ints  # (C, 2) first and one past the last dof on the same part of the train
     receptance: Array  # (L, C, ≥ 2 C): G and R side by side, at [c, 2 d] and [c, 2 d + 1]
-    reach: IntArray  # (C, 2) in a row: first and one past the last number that is not zero
-    gathered: IntArray  # (L,) 1 where ``receptance`` of a step size is that of these dofs
-    filled: IntArray  # (L, C, 2) what ``beside`` was when a row of ``receptance`` was gathered: all
+    reach: Ints  # (C, 2) in a row: first and one past the last number that is not zero
+    gathered: Ints  # (L,) 1 where ``receptance`` of a step size is that of these dofs
+    filled: Ints  # (L, C, 2) what ``beside`` was when a row of ``receptance`` was gathered: all
     # else in it is zero
 
 

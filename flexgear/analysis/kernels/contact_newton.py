@@ -22,7 +22,6 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from flexgear.analysis.kernels.static_contact import eliminate, solve_dense
 from flexgear.analysis.kernels.vectors import (
@@ -35,13 +34,13 @@ from flexgear.analysis.kernels.vectors import (
     rounded_up,
     two_dots,
 )
+from flexgear.arrays import Array
 from flexgear.compiled import FAST, INNER, PART, njit
 from flexgear.coupling.kernels.elements import places, places_of_gear_mesh, widest
 from flexgear.coupling.laws import BASIC, HELD_RATE_LAW, ONE_SIDED_LAW
 from flexgear.coupling.laws.basic import one_sided
 from flexgear.coupling.pair_data import PairData, deepest_gap
 
-Array = NDArray[np.float64]
 TRIES = 60  # linear problems until all laws agree
 CAUTIOUS = 20  # tries after which one element changes at a time
 STIFFER = 2.0  # times the force of its tangent: a law that is not followed all of the way

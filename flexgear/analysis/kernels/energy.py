@@ -18,18 +18,17 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from flexgear.analysis.kernels.active_dofs import add_residual, motions
 from flexgear.analysis.kernels.contact_newton import linearise
 from flexgear.analysis.kernels.row_receptances import place_rows, row_value
 from flexgear.analysis.kernels.vectors import put
+from flexgear.arrays import Array
 from flexgear.compiled import FAST, INNER, PART, njit
 from flexgear.coupling.kernels.elements import Rows
 from flexgear.coupling.kernels.neighbours import neighbour_energy
 from flexgear.coupling.pair_data import LOAD
 
-Array = NDArray[np.float64]
 ENERGIES = (
     "kinetic",
     "elastic",

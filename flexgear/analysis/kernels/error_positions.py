@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from flexgear.analysis.kernels.static_contact import (
     EXACT,
@@ -15,9 +14,9 @@ from flexgear.analysis.kernels.static_contact import (
     with_right,
 )
 from flexgear.analysis.kernels.static_position import CLOSURE, solve_position
+from flexgear.arrays import Array
 from flexgear.compiled import njit
 
-Array = NDArray[np.float64]
 ROUND_OFF = 1e-11  # of the largest force: pull below which a row counts as unloaded
 GROWTH = 1e15  # of it: gaps beyond 1e4 times the forces come from a singular choice of rows
 

@@ -14,13 +14,9 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
 from flexgear.analysis.kernels.vectors import dot
+from flexgear.arrays import Array
 from flexgear.compiled import FAST, INNER, njit
-
-Array = NDArray[np.float64]
 
 
 class FrameData(NamedTuple):

@@ -17,15 +17,14 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from flexgear.analysis.kernels.active_dofs import motions
 from flexgear.analysis.kernels.row_receptances import row_value
 from flexgear.analysis.kernels.vectors import dot
+from flexgear.arrays import Array
 from flexgear.compiled import INNER, njit
 from flexgear.coupling.laws import HELD_RATE_LAW, LINEAR_RATE_LAW
 
-Array = NDArray[np.float64]
 STICK = 1e-3  # share of rated speed below which a constant brake torque fades
 TORQUE, SPEED, BRAKE, CONTROLLER = range(4)
 MACHINE = np.dtype(

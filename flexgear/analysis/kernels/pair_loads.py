@@ -7,10 +7,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from flexgear.arrays import Array
 from flexgear.compiled import INNER, njit
 from flexgear.coupling.pair_data import PairData, extra_rows, two_rows
-
-Array = NDArray[np.float64]
 
 
 class PairLoads(NamedTuple):

@@ -12,10 +12,10 @@ from flexgear.analysis.kernels.contact_newton import AGREES, TOUCHING, disagree
 from flexgear.analysis.kernels.pair_loads import note_loads
 from flexgear.analysis.kernels.static_position import CLOSURE, solve_position
 from flexgear.analysis.kernels.vectors import fill, put
+from flexgear.arrays import Array
 from flexgear.compiled import FAST, INNER, PART, UNCOUNTED, ZERO, njit
 from flexgear.coupling.kernels.neighbours import freeze_neighbours
 
-Array = NDArray[np.float64]
 LOOKS = 60  # tries to agree on coast flanks and on linearised laws
 DEEP = 0.01  # base pitches: a start at which all slices of a flank touch
 CAUTIOUS = 20  # of them after which laws go half way only

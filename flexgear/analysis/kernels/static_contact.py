@@ -10,13 +10,11 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from flexgear.analysis.kernels.vectors import SIMD, padded
+from flexgear.arrays import Array, Ints
 from flexgear.compiled import FAST, INNER, PART, njit
 
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 MAX_SETS = 50
 SHARES = (1e-1, 1e-3, 1e-5, 1e-7, 1e-9, 0.0)  # of their stiffness that open rows keep, in turn
 EXACT, LOOSE = 5, 4  # places of nothing, and of the smallest share
@@ -30,8 +28,8 @@ class ContactSet(NamedTuple):
 
     matrix: Array  # (S, S) rows, then rigid motions, then reactions
     right: Array  # (S,)
-    sided: IntArray  # (S,) 1 where a row can only push
-    active: IntArray  # (S,) 1 where a row is loaded
+    sided: Ints  # (S,) 1 where a row can only push
+    active: Ints  # (S,) 1 where a row is loaded
     motion: Array  # (R, S): δ = δ* − motion @ x
     free: Array  # (R,) δ*
     small: Array  # (S, S) work

@@ -15,7 +15,6 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from flexgear.analysis.kernels.contact_newton import LawSpace, first_memory, law_space, start_guess
 from flexgear.analysis.kernels.static_contact import (
@@ -30,14 +29,13 @@ from flexgear.analysis.kernels.static_contact import (
     solve_set,
 )
 from flexgear.analysis.kernels.vectors import dot, fill, put
+from flexgear.arrays import Array, Ints
 from flexgear.compiled import INNER, PART, ZERO, njit
 from flexgear.coupling.kernels.elements import Elements, Rows, packed, pair_rows
 from flexgear.coupling.kernels.neighbours import add_neighbours, yield_to_neighbours
 from flexgear.coupling.kernels.pairs import fill_rows
 from flexgear.coupling.pair_data import PairData
 
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 CLOSURE = 1e-8
 
 
@@ -53,7 +51,7 @@ class Held(NamedTuple):
     moved: Array  # (n_c, x) motion of the channels by each of these unknowns
     balance: Array  # (n_c, x) P, then −input_rows · q per unit force on a channel, transposed
     corner: Array  # (x, x) what these unknowns do in balance and given rotations themselves
-    reactions: IntArray  # (F,) ports whose torque is sought
+    reactions: Ints  # (F,) ports whose torque is sought
 
 
 class PositionWork(NamedTuple):
@@ -66,7 +64,7 @@ class PositionWork(NamedTuple):
     memory: Array  # (places, 2, r) this motion
     delta: Array  # (2, R) δ at the solution, and no rate
     channels: Array  # (3, n_c) motion and forces at the solution, work
-    local: tuple[IntArray, IntArray, IntArray]  # place, blocks, reach: see ``local_blocks``
+    local: tuple[Ints, Ints, Ints]  # place, blocks, reach: see ``local_blocks``
 
 
 def position_work(pairs: PairData, train: Held, ports: int) -> PositionWork:

@@ -13,9 +13,8 @@ from flexgear.analysis.kernels.energy import Ledger
 from flexgear.analysis.kernels.frame_forces import FrameData
 from flexgear.analysis.kernels.machines import PortSpace
 from flexgear.analysis.kernels.pair_loads import PairLoads
+from flexgear.arrays import Array
 from flexgear.coupling.kernels.elements import Elements, Rows
-
-Array = NDArray[np.float64]
 
 
 class ModalData(NamedTuple):

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from flexgear.arrays import Array, Ints
 from flexgear.coupling.laws import (
     COUPLED_SLICES_LAW,
     GIVEN_FORCE_LAW,
@@ -34,8 +35,6 @@ from flexgear.coupling.pair_data import (
     rows_of_pair,
 )
 
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 Records = Any  # a structured array: numba reads its fields by name
 
 RATE_PARAMETERS = 5  # of the law of machines at ports
@@ -112,7 +111,7 @@ class Rows(NamedTuple):
     # behind lines and ports that the row or one after it acts on; parts: bits of the parts of the
     # train that its blocks are on (``analysis.kernels.active_dofs``)
     yields: Array  # (R, FOLLOWING) m/N, by which a row yields to forces on those that follow it
-    blocks: IntArray  # (R, B)
+    blocks: Ints  # (R, B)
     place: NDArray[np.uint64]  # (R, B) first active dof of a block beyond
     coef: Array  # (R, B, 6)
     pair: Records  # (P,) PAIR: its first row and how many; share of their load; s, z on its path, m
@@ -120,27 +119,27 @@ class Rows(NamedTuple):
     parameters: Array  # (E, p) of the laws
 
     @property
-    def kind(self) -> IntArray:
+    def kind(self) -> Ints:
         """Kind of every row (R,)."""
         return self.row["kind"]  # type: ignore[no-any-return]
 
     @property
-    def owner(self) -> IntArray:
+    def owner(self) -> Ints:
         """Gear mesh of every row, or its number among the others (R,)."""
         return self.row["owner"]  # type: ignore[no-any-return]
 
     @property
-    def sided(self) -> IntArray:
+    def sided(self) -> Ints:
         """1 where a row can only push (R,)."""
         return self.row["sided"]  # type: ignore[no-any-return]
 
     @property
-    def width(self) -> IntArray:
+    def width(self) -> Ints:
         """Blocks of every row (R,)."""
         return self.row["width"]  # type: ignore[no-any-return]
 
     @property
-    def line(self) -> IntArray:
+    def line(self) -> Ints:
         """Gear mesh whose line of action holds the first blocks of a row, −1 none (R,)."""
         return self.row["line"]  # type: ignore[no-any-return]
 
@@ -150,7 +149,7 @@ class Rows(NamedTuple):
         return self.row["along"]  # type: ignore[no-any-return]
 
     @property
-    def beyond(self) -> IntArray:
+    def beyond(self) -> Ints:
         """First block of every row that its line of action does not hold (R,)."""
         return self.row["beyond"]  # type: ignore[no-any-return]
 

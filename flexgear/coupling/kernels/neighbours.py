@@ -9,12 +9,10 @@ themselves.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexgear.arrays import Array
 from flexgear.compiled import INNER, njit
 from flexgear.coupling.kernels.elements import Rows
-
-Array = NDArray[np.float64]
 
 
 @njit(**INNER)

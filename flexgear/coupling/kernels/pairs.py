@@ -22,21 +22,13 @@ import math
 
 import numpy as np
 
+from flexgear.arrays import Array, Ints
 from flexgear.compiled import INNER, PART, UNCOUNTED, ZERO, as_read, njit
 from flexgear.coupling.kernels.elements import PAIR_LAWS, Rows, packed
 from flexgear.coupling.kernels.fixed_rows import fixed_rows
 from flexgear.coupling.laws import COUPLED_SLICES_LAW, SLICES_LAW
 from flexgear.coupling.laws.slices import COUNT, FIRST, RELAXATION
-from flexgear.coupling.pair_data import (
-    FACE_LOAD,
-    FOLLOWING,
-    OF_LINE,
-    PER_PAIR,
-    WAVE,
-    Array,
-    IntArray,
-    PairData,
-)
+from flexgear.coupling.pair_data import FACE_LOAD, FOLLOWING, OF_LINE, PER_PAIR, WAVE, PairData
 
 LINEAR_PAIR, ONE_SIDED_PAIR = PAIR_LAWS
 BESIDE = 2  # column of a table of slices where B begins
@@ -334,9 +326,7 @@ def fill_rows(elements, theta, active_flanks, rows):
     return n, element_count, pairs
 
 
-def build_rows(
-    data: PairData, rows: Rows, theta: Array, active_flanks: IntArray
-) -> tuple[int, int]:
+def build_rows(data: PairData, rows: Rows, theta: Array, active_flanks: Ints) -> tuple[int, int]:
     """Fill ``rows``; (number of rows, number of tooth pairs)."""
     theta = np.ascontiguousarray(theta, dtype=float)
     n, _, pairs = fill_rows(as_read(packed(data)), theta, active_flanks, as_read(rows))

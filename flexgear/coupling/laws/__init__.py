@@ -21,6 +21,7 @@ from collections.abc import Collection, Sequence
 
 import numpy as np
 
+from flexgear.arrays import Array
 from flexgear.compiled import njit
 from flexgear.coupling.laws.basic import (
     GIVEN_FORCE,
@@ -32,7 +33,7 @@ from flexgear.coupling.laws.basic import (
 )
 from flexgear.coupling.laws.clearance import CLEARANCE
 from flexgear.coupling.laws.coupled_slices import COUPLED_SLICES
-from flexgear.coupling.laws.law import Array, Law
+from flexgear.coupling.laws.law import Law
 from flexgear.coupling.laws.rollers import ROLLERS
 from flexgear.coupling.laws.slices import SLICES
 from flexgear.model.errors import FlexgearError

@@ -21,8 +21,9 @@ import math
 
 import numpy as np
 
+from flexgear.arrays import Array
 from flexgear.compiled import INNER, njit
-from flexgear.coupling.laws.law import Array, Law, compiled_law
+from flexgear.coupling.laws.law import Law, compiled_law
 from flexgear.coupling.laws.slices import COUNT, FIRST, LOOSE, RELAXATION
 
 TRIES = 60

@@ -8,11 +8,10 @@ from functools import cache
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexgear.arrays import Array
 from flexgear.model.springs import Bearing
 
-Array = NDArray[np.float64]
 CENTERING = 1e-4  # of its stiffness: what a bearing with a law keeps as a spring about its middle
 
 

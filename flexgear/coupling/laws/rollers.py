@@ -20,7 +20,8 @@ import math
 
 import numpy as np
 
-from flexgear.coupling.laws.law import Array, Law, compiled_law
+from flexgear.arrays import Array
+from flexgear.coupling.laws.law import Law, compiled_law
 from flexgear.model.springs import Bearing, Rollers
 
 EXPONENT = 10.0 / 9.0

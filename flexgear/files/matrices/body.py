@@ -21,10 +21,10 @@ import numpy as np
 import scipy.linalg
 from numpy.typing import NDArray
 
+from flexgear.arrays import Array
 from flexgear.model.errors import InputError, echo
 from flexgear.model.input_file import MEGABYTE, MOST_MATRICES
 
-Array = NDArray[np.float64]
 SYMMETRIC = 1e-6  # of the largest entry of the two rows, scaled by their diagonals
 RIGID = 1e-6  # of the energy that the coordinates alone would take; single precision leaves 1e-7
 FREE = 1e-9  # eigenvalue of the stiffness scaled to a unit diagonal that counts as zero

@@ -17,8 +17,8 @@ from typing import IO, Any
 import numpy as np
 import scipy.io
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from flexgear.arrays import Array
 from flexgear.files.matrices.body import (
     LENGTHS,
     NodeTable,
@@ -35,7 +35,6 @@ from flexgear.files.packed import DAMAGED
 from flexgear.model.errors import InputError
 from flexgear.model.input_file import MOST_MATRICES, read_bytes
 
-Array = NDArray[np.float64]
 _HEADERS = {
     (1, 0): np.lib.format.read_array_header_1_0,
     (2, 0): np.lib.format.read_array_header_2_0,

@@ -14,11 +14,10 @@ import struct
 from collections.abc import Callable, Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexgear.arrays import Array
 from flexgear.model.errors import InputError
 
-Array = NDArray[np.float64]
 _PER_LINE, _WIDTH = 3, 23
 _SQUARE, _SYMMETRIC, _RECTANGULAR = 1, 6, 2
 _SINGLE, _DOUBLE = 1, 2

@@ -18,11 +18,10 @@ from itertools import pairwise
 from math import pi
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexgear.arrays import Array
 from flexgear.files.rexs.document import Component, Document, number, vector
 
-Array = NDArray[np.float64]
 _ALONG = 1e-9
 _ALIGNED = 1e-6  # 1 − cos of the angle between axes that count as parallel: 1.4 mrad
 

@@ -18,7 +18,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from flexgear.gears.modifications.flank import Array, Flank, Gap
+from flexgear.arrays import Array
+from flexgear.gears.modifications.flank import Flank, Gap
 from flexgear.model.modifications import FlankModifications
 
 SHAPES: dict[str, Callable[[Array, Array], Array]] = {  # f(ξ, ζ) by key of the case

@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexgear.gears.modifications.flank import Array, Flank, Gap
+from flexgear.arrays import Array
+from flexgear.gears.modifications.flank import Flank, Gap
 from flexgear.model.modifications import FlankModifications, Relief
 from flexgear.model.section import Refusal
 

@@ -28,12 +28,11 @@ from collections.abc import Iterator
 
 import numpy as np
 import scipy.fft
-from numpy.typing import NDArray
 
+from flexgear.arrays import Array, Complex, Ints
 from flexgear.model.errors import FlexgearError
 from flexgear.structures.cyclic.sectors import Sectors
 from flexgear.structures.kinematics import rigid_motion, rotation
-from flexgear.structures.linalg import Array, Ints
 from flexgear.structures.linalg.dense import hermitian_inverse, signed_hermitian_inverse
 from flexgear.structures.linalg.threads import THREADS, shared
 
@@ -72,9 +71,6 @@ def _balanced(stiffness: Array, rigid: Array) -> Array:
 def with_rigid(ties: Array, rigid: Array, motion: Array) -> Array:
     """B^ (r, 2b) with B^ R_b = B R (r, 6)."""
     return ties + (motion - ties @ rigid) @ rigid.T
-
-
-Complex = NDArray[np.complex128]
 
 
 _PANEL = 256  # rows of an inverse that are kept together up to the diagonal: it is Hermitian

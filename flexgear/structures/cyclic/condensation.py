@@ -21,6 +21,7 @@ import scipy.linalg as sla
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from flexgear.arrays import Array
 from flexgear.model.errors import FlexgearError
 from flexgear.structures.condensation import free
 from flexgear.structures.cyclic.borders import rigid_fields
@@ -42,7 +43,6 @@ from flexgear.structures.cyclic.sectors import (
 from flexgear.structures.cyclic.solver import CyclicSolver
 from flexgear.structures.cyclic.ties import SectorTies, sector_ties
 from flexgear.structures.fem import FeModel, Interface
-from flexgear.structures.linalg import Array
 from flexgear.structures.linalg.dense import dot
 from flexgear.structures.linalg.sparse import Elimination, minimum_degree_order
 from flexgear.structures.linalg.threads import blocks, shared

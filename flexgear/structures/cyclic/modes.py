@@ -32,17 +32,14 @@ from collections.abc import Callable
 
 import numpy as np
 import scipy.linalg as sla
-from numpy.typing import NDArray
 
+from flexgear.arrays import Array, Complex
 from flexgear.model.errors import FlexgearError
 from flexgear.structures.cyclic.condensation import CyclicCondensation
 from flexgear.structures.cyclic.sectors import Circulant
 from flexgear.structures.cyclic.solver import CyclicSolver
-from flexgear.structures.linalg import Array
 from flexgear.structures.linalg.lanczos import Eigenpairs, lowest_modes, most_rows
 from flexgear.structures.linalg.threads import shared
-
-Complex = NDArray[np.complex128]
 
 _STEPS = 4
 _SPARE = 4  # vectors beyond those that are sought

@@ -21,11 +21,11 @@ import scipy.fft
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from flexgear.arrays import Array, Ints
 from flexgear.compiled import njit
 from flexgear.structures.cyclic.sectors import Circulant
 from flexgear.structures.cyclic.solver import CyclicSolver
 from flexgear.structures.cyclic.ties import SectorTies
-from flexgear.structures.linalg import Array, Ints
 from flexgear.structures.linalg.threads import THREADS, shared
 
 Singles = NDArray[np.float32]

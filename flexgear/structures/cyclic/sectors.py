@@ -27,9 +27,9 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.spatial import cKDTree
 
+from flexgear.arrays import Array, Ints
 from flexgear.structures.fem import FeModel
 from flexgear.structures.kinematics import rotation
-from flexgear.structures.linalg import Array, Ints
 
 LEAST = 3  # with two sectors the one before is also the one after
 _TOLERANCE = 1e-9  # of the radius: how far an image may lie from its node

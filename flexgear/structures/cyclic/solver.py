@@ -31,9 +31,9 @@ from itertools import pairwise
 import numpy as np
 import scipy.sparse as sp
 
+from flexgear.arrays import Array, Ints
 from flexgear.structures.cyclic.borders import Harmonics, with_rigid, without_rigid
 from flexgear.structures.cyclic.ties import SectorTies
-from flexgear.structures.linalg import Array, Ints
 from flexgear.structures.linalg.dense import balanced_inverse, scaled_inverse, times
 from flexgear.structures.linalg.sparse import Elimination
 from flexgear.structures.linalg.threads import CHUNK, THREADS, shared

@@ -16,10 +16,10 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.spatial import cKDTree
 
+from flexgear.arrays import Array, Ints
 from flexgear.structures.cyclic.sectors import Sectors
 from flexgear.structures.fem import Interface
 from flexgear.structures.kinematics import rotation, six
-from flexgear.structures.linalg import Array, Ints
 
 _TOLERANCE = 1e-9  # of the largest radius, or of a tie's largest row entry
 

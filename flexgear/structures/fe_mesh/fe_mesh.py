@@ -23,8 +23,8 @@ from typing import Literal
 
 import numpy as np
 
+from flexgear.arrays import Array, Ints
 from flexgear.model.errors import FlexgearError
-from flexgear.structures.linalg import Array, Ints
 
 Kind = Literal["hex", "tet"]
 

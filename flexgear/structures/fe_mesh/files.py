@@ -26,6 +26,7 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
+from flexgear.arrays import Array, Ints
 from flexgear.files.atomic import atomic_file
 from flexgear.model.errors import FlexgearError, InputError
 from flexgear.model.input_file import MOST_FE_MESH, require_regular
@@ -38,7 +39,6 @@ from flexgear.structures.fe_mesh.fe_mesh import (
     facet_keys,
 )
 from flexgear.structures.fe_mesh.inp import InpDeck, read_inp, write_inp
-from flexgear.structures.linalg import Array, Ints
 
 UNITS = {"m": 1.0, "mm": 1e-3}
 _SUFFIXES = (".msh", ".vtu", ".inp")

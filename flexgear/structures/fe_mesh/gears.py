@@ -35,6 +35,7 @@ from typing import ClassVar, Literal, NoReturn
 
 import numpy as np
 
+from flexgear.arrays import Array
 from flexgear.gears.tool import PLAIN_TOOL, PlainTool
 from flexgear.gears.tooth import ToothGeometry, tooth_geometry
 from flexgear.model.errors import InputError
@@ -50,7 +51,6 @@ from flexgear.structures.fe_mesh.section import (
     toothed_section,
     with_bolt_holes,
 )
-from flexgear.structures.linalg import Array
 
 Band = tuple[float, float]
 

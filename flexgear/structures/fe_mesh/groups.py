@@ -14,6 +14,7 @@ from typing import Literal
 
 import numpy as np
 
+from flexgear.arrays import Array
 from flexgear.model.ring import RingSupport
 from flexgear.structures.fe_mesh.carrier import CarrierMeshParameters
 from flexgear.structures.fe_mesh.gears import (
@@ -21,7 +22,6 @@ from flexgear.structures.fe_mesh.gears import (
     RingMeshParameters,
     ToothedMeshParameters,
 )
-from flexgear.structures.linalg import Array
 
 _ANYWHERE = float("nan")
 

@@ -14,9 +14,9 @@ from typing import TextIO
 
 import numpy as np
 
+from flexgear.arrays import Array, Ints
 from flexgear.model.errors import InputError, echo
 from flexgear.structures.fe_mesh.fe_mesh import FACETS_VTK, FeMesh, facet_keys
-from flexgear.structures.linalg import Array, Ints
 
 _TYPES = {  # element name -> meshio's cell type, number of nodes
     "C3D8": ("hexahedron", 8),

@@ -22,12 +22,12 @@ import numpy as np
 from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
+from flexgear.arrays import Array
 from flexgear.model.bodies import FeMeshSource
 from flexgear.model.errors import InputError
 from flexgear.structures.fe_mesh.fe_mesh import FeMesh, facet_areas
 from flexgear.structures.fe_mesh.files import read_fe_mesh
 from flexgear.structures.fe_mesh.groups import Groups
-from flexgear.structures.linalg import Array
 
 _BODY = 0.02  # of pitch and face width; centres of a whole set of groups are far more exact
 # the same for one group, whose border follows the cells; flanks are half a pitch apart

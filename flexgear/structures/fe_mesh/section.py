@@ -42,10 +42,10 @@ from math import ceil, pi
 
 import numpy as np
 
+from flexgear.arrays import Array, Ints
 from flexgear.gears.tooth import ToothGeometry
 from flexgear.model.errors import InputError
 from flexgear.structures.fe_mesh.fe_mesh import HEX_FROM_VTK, FeMesh
-from flexgear.structures.linalg import Array, Ints
 
 Wall = tuple[Ints, Ints | None]  # edges of a section (k, 2), and layers
 

@@ -18,12 +18,12 @@ from math import pi
 
 import numpy as np
 
+from flexgear.arrays import Array
 from flexgear.gears.tooth import ToothGeometry
 from flexgear.structures.fe_mesh.carrier import CarrierMeshParameters, Web
 from flexgear.structures.fe_mesh.fe_mesh import FeMesh
 from flexgear.structures.fe_mesh.gears import PlanetMeshParameters, RingMeshParameters
 from flexgear.structures.kinematics import rotation
-from flexgear.structures.linalg import Array
 
 
 @dataclass(frozen=True, eq=False)

@@ -31,6 +31,7 @@ from math import ceil
 
 import numpy as np
 
+from flexgear.arrays import Array, Ints
 from flexgear.gears.tooth import ToothGeometry
 from flexgear.model.errors import FlexgearError
 from flexgear.structures.fe_mesh.fe_mesh import FeMesh
@@ -46,7 +47,6 @@ from flexgear.structures.fe_mesh.section import (
     tooth_block,
     tooth_profile,
 )
-from flexgear.structures.linalg import Array, Ints
 
 _DEEPEST_LAYER = 0.35  # of the tooth's thickness in a row, for the layer under a flank
 

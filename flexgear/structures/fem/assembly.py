@@ -45,9 +45,9 @@ from skfem import (
 from skfem.assembly.basis.abstract_basis import AbstractBasis
 from skfem.models.elasticity import lame_parameters, linear_elasticity
 
+from flexgear.arrays import Array, Ints
 from flexgear.model.errors import InputError
 from flexgear.structures.fe_mesh.fe_mesh import FeMesh, Kind, facet_keys
-from flexgear.structures.linalg import Array, Ints
 from flexgear.structures.linalg.threads import blocks
 
 INTEGRATION_ORDER = 4

@@ -9,10 +9,10 @@ import scipy.sparse as sp
 from skfem import Element, ElementQuad1, ElementTriP1
 from skfem.quadrature import get_quadrature
 
+from flexgear.arrays import Array, Ints
 from flexgear.model.errors import FlexgearError
 from flexgear.structures.fe_mesh.fe_mesh import facet_keys
 from flexgear.structures.fem.assembly import INTEGRATION_ORDER, FeModel
-from flexgear.structures.linalg import Array, Ints
 
 
 def edge_nodes(model: FeModel, first: Ints, second: Ints) -> Ints:

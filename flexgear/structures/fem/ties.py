@@ -26,11 +26,11 @@ from dataclasses import dataclass, field
 import numpy as np
 import scipy.sparse as sp
 
+from flexgear.arrays import Array, Ints
 from flexgear.model.errors import FlexgearError
 from flexgear.structures.fem.assembly import FeModel
 from flexgear.structures.fem.sampling import Sample
 from flexgear.structures.kinematics import rigid_motion, rigid_rows
-from flexgear.structures.linalg import Array, Ints
 
 
 @dataclass(frozen=True, eq=False)

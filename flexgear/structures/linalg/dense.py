@@ -12,8 +12,8 @@ import scipy.linalg as sla
 from numpy.typing import NDArray
 from scipy.linalg import lapack
 
+from flexgear.arrays import Array
 from flexgear.compiled import njit
-from flexgear.structures.linalg import Array
 from flexgear.structures.linalg.threads import shared
 
 

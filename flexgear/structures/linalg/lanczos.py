@@ -25,7 +25,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import scipy.linalg as sla
 
-from flexgear.structures.linalg import Array
+from flexgear.arrays import Array
 from flexgear.structures.linalg.dense import dot, subtract, times_in_place
 from flexgear.structures.linalg.threads import shared
 

@@ -37,8 +37,8 @@ import scipy.sparse as sp
 from cvxopt import amd, cholmod, spmatrix
 from cvxopt import matrix as dense_of
 
+from flexgear.arrays import Array, Ints
 from flexgear.compiled import njit
-from flexgear.structures.linalg import Array, Ints
 
 _SOLVE, _FORWARD, _BACKWARD, _PERMUTE, _PERMUTE_BACK = 0, 4, 5, 7, 8  # CHOLMOD's `sys`
 

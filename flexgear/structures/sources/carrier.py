@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from flexgear.arrays import Array
 from flexgear.model.bodies import Carrier
 from flexgear.model.member import SeatBearing
 from flexgear.model.names import NodeName
@@ -24,7 +25,6 @@ from flexgear.structures.fe_mesh import (
     carrier_groups,
 )
 from flexgear.structures.fe_mesh.solids import carrier_solid
-from flexgear.structures.linalg import Array
 from flexgear.structures.sources.fe_body import FeBody, TiedNode
 
 if TYPE_CHECKING:

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import numpy as np
 
+from flexgear.arrays import Array
 from flexgear.model.bodies import FeMeshSource, Material
 from flexgear.model.errors import InputError
 from flexgear.model.input_file import MOST_FE_MESH, require_regular
@@ -32,7 +33,6 @@ from flexgear.structures.fe_mesh import (
 )
 from flexgear.structures.fe_mesh.solids import Solid, mesh_solid
 from flexgear.structures.kinematics import rigid_rows
-from flexgear.structures.linalg import Array
 from flexgear.structures.reduced import Progress, ReducedBody, silent
 from flexgear.structures.sources.matrices import given_body
 from flexgear.structures.store import cached, is_kept

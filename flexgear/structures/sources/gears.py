@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from flexgear.arrays import Array
 from flexgear.model.bodies import Planet
 from flexgear.model.member import PlanetBearing
 from flexgear.model.names import NodeName
@@ -31,7 +32,6 @@ from flexgear.structures.fe_mesh import (
     ring_groups,
 )
 from flexgear.structures.fe_mesh.solids import Solid, planet_solid, ring_solid
-from flexgear.structures.linalg import Array
 from flexgear.structures.reduced import PLACE, Progress, ReducedBody, both_halves, mirrored, silent
 from flexgear.structures.sources.fe_body import FeBody, TiedNode
 

@@ -12,13 +12,13 @@ from contextlib import contextmanager
 
 import numpy as np
 
+from flexgear.arrays import Array
 from flexgear.files.matrices.body import ReducedMatrices, check
 from flexgear.files.matrices.exchange import read_reduced
 from flexgear.model.bodies import FeMeshSource, Housing
 from flexgear.model.errors import InputError
 from flexgear.model.names import MOUNT, BodyName, NodeName
 from flexgear.structures.bodies import Body, node_motions
-from flexgear.structures.linalg import Array
 from flexgear.structures.reduced import ReducedBody
 
 _ALONG = ("tooth", "pin")  # kinds of nodes whose place counts along the axis, too

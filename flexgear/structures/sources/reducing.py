@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from flexgear.arrays import Array
 from flexgear.structures import estimate
 from flexgear.structures.cache import content_key
 from flexgear.structures.cyclic.condensation import sector_counts
@@ -24,7 +25,6 @@ from flexgear.structures.fem import (
     seat_tie,
 )
 from flexgear.structures.fem.ties import Tie
-from flexgear.structures.linalg import Array
 from flexgear.structures.linalg.threads import single_threaded_blas
 from flexgear.structures.reduced import Progress, ReducedBody
 from flexgear.structures.reduction import AnyCondensation, condense, reduce

@@ -57,6 +57,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from flexgear.arrays import Array, Ints
 from flexgear.gears.hertz import ContactBody
 from flexgear.gears.tooth import ToothGeometry
 from flexgear.structures.fe_mesh import SegmentParameters, ToothSegment, tooth_segment
@@ -69,7 +70,6 @@ from flexgear.structures.fem import (
     nodes_between,
 )
 from flexgear.structures.kinematics import rigid_motion
-from flexgear.structures.linalg import Array, Ints
 from flexgear.structures.linalg.sparse import flexibility
 from flexgear.structures.linalg.threads import blocks
 

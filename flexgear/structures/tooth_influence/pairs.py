@@ -9,6 +9,7 @@ from typing import NamedTuple, Protocol, Self, TypeVar
 import numpy as np
 from scipy.interpolate import interp1d
 
+from flexgear.arrays import Array, Ints
 from flexgear.gears.contact import GearMeshPath
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.hertz import ContactBody, line_contact, relative_radius
@@ -17,7 +18,6 @@ from flexgear.gears.stiffness import line_load
 from flexgear.gears.tooth import ToothGeometry
 from flexgear.gears.weber_banaschek import middle_depth
 from flexgear.model.stage_view import StageView
-from flexgear.structures.linalg import Array, Ints
 from flexgear.structures.tooth_influence.influence import ToothInfluence
 from flexgear.structures.tooth_influence.of_case import tooth_influence
 from flexgear.structures.tooth_influence.tip_edge import (

@@ -29,6 +29,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import scipy.sparse as sp
 
+from flexgear.arrays import Array, Ints
 from flexgear.gears.contact import GearMeshPath
 from flexgear.gears.slices import Slices
 from flexgear.gears.tooth import ToothGeometry
@@ -40,7 +41,6 @@ from flexgear.structures.fe_mesh import SegmentParameters
 from flexgear.structures.fe_mesh.section import base_section_angle
 from flexgear.structures.fem import FeModel, Sample, averaging_tie, facet_sample
 from flexgear.structures.kinematics import rigid_motion, turn
-from flexgear.structures.linalg import Array, Ints
 from flexgear.structures.linalg.sparse import flexibility
 from flexgear.structures.linalg.threads import single_threaded_blas
 from flexgear.structures.reduced import ReducedBody

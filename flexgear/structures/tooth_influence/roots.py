@@ -36,6 +36,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from flexgear.arrays import Array, Ints
 from flexgear.gears.contact import GearMeshPath
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.slices import Slices
@@ -49,7 +50,6 @@ from flexgear.structures.fe_mesh import (
 )
 from flexgear.structures.fem import FeModel, element_gradient, facet_nodes
 from flexgear.structures.kinematics import rotation
-from flexgear.structures.linalg import Array, Ints
 from flexgear.structures.linalg.sparse import Factor
 from flexgear.structures.linalg.threads import blocks
 from flexgear.structures.reduced import ReducedBody

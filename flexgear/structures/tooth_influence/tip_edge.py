@@ -50,6 +50,7 @@ from typing import NamedTuple
 import numpy as np
 import scipy.sparse as sp
 
+from flexgear.arrays import Array
 from flexgear.gears.contact import GearMeshPath
 from flexgear.gears.hertz import (
     ContactBody,
@@ -64,7 +65,6 @@ from flexgear.gears.slices import Slices
 from flexgear.gears.tooth import ToothGeometry
 from flexgear.structures.cache import cached_arrays
 from flexgear.structures.fem import plane_strain
-from flexgear.structures.linalg import Array
 from flexgear.structures.linalg.sparse import flexibility
 from flexgear.structures.tooth_influence.influence import ToothInfluence
 
