@@ -62,14 +62,14 @@ def test_run_writes_results_and_summary(finished, content):
     assert [p.name for p in out.parent.iterdir()] == ["mine"]  # no stage left behind
 
 
-@pytest.mark.parametrize("broken", ["run_commands._draw", "pictures.write_report"])
+@pytest.mark.parametrize("broken", ["draw", "write_report"])
 def test_pictures_that_fail_cost_no_results(monkeypatch, tmp_path, capsys, broken):
     """Whatever the drawing does, a bug of its own included: the work before it is not lost."""
 
     def fails(*_):
         raise ValueError("no room for a label")
 
-    monkeypatch.setattr(f"flexgear.cli.{broken}", fails)
+    monkeypatch.setattr(pictures, broken, fails)
     out, short = tmp_path / "mine", ["--set", "solver.duration_s=0.02"]
     assert run(["run", "lin-parker", "--quiet", "--out", str(out), *short]) == 1
     (said,) = (line for line in capsys.readouterr().err.splitlines() if "pictures" in line)
@@ -102,7 +102,7 @@ def test_pictures_that_fail_leave_an_older_folder_alone(flexgear, finished, monk
         (place / "half.png").write_text("half a picture")
         raise FlexgearError("cannot draw")
 
-    monkeypatch.setattr(run_commands, "_draw", broken)
+    monkeypatch.setattr(pictures, "draw", broken)
     code, _, err = flexgear("render", finished[0], "--quiet", "--out", tmp_path)
     assert code == 1
     assert err == "flexgear: cannot draw\n"
@@ -113,20 +113,20 @@ def test_pictures_that_fail_leave_an_older_folder_alone(flexgear, finished, monk
 def test_any_process_draws_a_run_from_its_folder(finished, content, tmp_path, monkeypatch):
     """Pictures of a process that reads the folder are those of the one that has the run."""
     monkeypatch.setattr(pictures, "_known", {})
-    sheet = pictures.Sheet(finished[0], tmp_path / "there")
+    folders = finished[0], tmp_path / "there"
     for name in ("load_sharing", "torque_step_2e6_energy"):
-        there = pictures._picture(sheet, name)
+        there = pictures._picture(folders, name)
         here = pictures.Pictures(content, tmp_path / "here").picture(name)
         assert there.caption == here.caption
         assert there.file.read_bytes() == here.file.read_bytes()
-    assert list(pictures._known) == [sheet]  # read once
+    assert list(pictures._known) == [folders]  # read once
 
 
 def test_what_another_process_could_not_draw_is_drawn_here(
     finished, content, tmp_path, monkeypatch
 ):
     class Lost:
-        def completed(self, function, sheet, names):
+        def completed(self, function, folders, names):
             yield from ((k, Outcome(None, "its process died")) for k in range(len(names)))
 
     drawn = []
@@ -135,8 +135,7 @@ def test_what_another_process_could_not_draw_is_drawn_here(
         "picture",
         lambda self, name: drawn.append(name) or pictures.Picture(name, "modes", "", "", None),
     )
-    sheet = pictures.Sheet(finished[0], tmp_path)
-    pictures.drawn_side(content, sheet, lambda *_: None, Lost())
+    pictures.drawn_side(content, finished[0], tmp_path, lambda *_: None, Lost())
     assert {"ring_3d", "ring_star", "ring_star_turning", "load_sharing"} <= set(drawn)
     assert pictures._known == {}
 
