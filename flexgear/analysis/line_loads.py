@@ -255,8 +255,8 @@ def gear_mesh_stiffness(result: Equilibrium | Transient, lines: LineLoads) -> Ar
 
 
 def _together(pairs: PairData, m: int, s: Array, tangent: Array) -> float:
-    """Stiffness N/m of neighbouring pairs of gear mesh m at path coordinates s (n,), rising, with
-    tangents (n, 2, 2) N/m."""
+    """Stiffness, N/m, of pairs of gear mesh m that carry together and yield to one another, at the
+    rising path coordinates s (n,), m; tangent: of each pair alone (n, 2, 2), N/m."""
     n = len(s)
     between = interpolated(pairs, m, s)[:, BESIDE:OF_LINE].reshape(n, 2, FOLLOWING)
     whole, yields = np.zeros((2 * n, 2 * n)), np.zeros((2 * n, 2 * n))

@@ -121,7 +121,7 @@ class Stepping:
     adaptive: Adaptive | None = None
 
     def plans(self, load: float = np.inf) -> list[Plan]:
-        """Pieces without a jump; load: that errors of chosen steps are shares of, N."""
+        """A plan for each piece between two jumps; load: N, that errors of steps are held to."""
         if self.adaptive is None:
             cut = plan_segments(self.duration, self.time_step, self.jumps, self.windows)
             return [fixed_plan(s, self.output_interval) for s in cut]

@@ -342,7 +342,7 @@ def rigid_system(case: Case) -> System:
 
 
 def _require_steps(case: Case, frequency: float) -> None:
-    """Time steps see every tooth pair of the fastest gear mesh (Hz) come and go."""
+    """InputError where time steps are too long for the fastest gear mesh, Hz."""
     longest, period = longest_time_step(frequency), 1 / frequency if frequency else math.inf
     steps = case.solver.step_tolerance == 0.0
     for key in ["time_step", "step_time_step"] if steps else ["longest_time_step"]:

@@ -52,7 +52,7 @@ SMALL = 1e-9  # of the largest branch power
 
 @dataclass
 class Branch:
-    """Power ``power`` (W, > 0) from node ``tail`` to node ``head``."""
+    """A flow of power (W, > 0) from the node ``tail`` to the node ``head``."""
 
     tail: Node
     head: Node

@@ -156,16 +156,16 @@ def _out_of_range(
             f"correct it{unit and ' (SI)'}",
         )
     unit = unit_name(suffix)
-    shown = quantity.from_si(value, suffix)
+    in_unit = quantity.from_si(value, suffix)
     limits = [None if x is None else quantity.from_si(x, suffix) for x in (low, high)]
     remedy = "check value and unit"
     for other in quantity.suffixes:
-        si = quantity.to_si(shown, other)
+        si = quantity.to_si(in_unit, other)
         if other != suffix and (low is None or si >= low) and (high is None or si <= high):
-            remedy = f"check the unit: {name}_{other} = {shown:.6g}?"
+            remedy = f"check the unit: {name}_{other} = {in_unit:.6g}?"
             break
     return InputError(
-        where, key, f"{shown:.6g} {unit} is outside {_span(limits[0], limits[1], unit)}", remedy
+        where, key, f"{in_unit:.6g} {unit} is outside {_span(limits[0], limits[1], unit)}", remedy
     )
 
 

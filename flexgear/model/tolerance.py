@@ -334,10 +334,10 @@ def check_tolerance(case: Case) -> None:
 def _check_ground(case: Case) -> None:
     """Modifications are drawn of pairs with slices, tip relief of flanks that have one."""
     drawn = [case.tolerance.ground(stage) for stage in case.stages]
-    asked = {"tolerance.modifications": case.tolerance.modifications.given}
+    modifications = {"tolerance.modifications": case.tolerance.modifications.given}
     for k, of_stage in enumerate(case.tolerance.by_stage):
-        asked[f"tolerance.by_stage.{k}.modifications"] = of_stage.modifications.given
-    for at, tolerances in asked.items():
+        modifications[f"tolerance.by_stage.{k}.modifications"] = of_stage.modifications.given
+    for at, tolerances in modifications.items():
         for key in tolerances:
             if not any(key in section for section in drawn):
                 raise Refusal(

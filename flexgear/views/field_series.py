@@ -67,10 +67,10 @@ class _Samples(VTKPythonAlgorithmBase):  # type: ignore[misc]
 
     def RequestData(self, request: Any, inputs: Any, outputs: Any) -> int:
         """Hands VTK the grid nearest to the time that it asks for."""
-        asked = outputs.GetInformationObject(0).Get(
+        requested_time = outputs.GetInformationObject(0).Get(
             vtkStreamingDemandDrivenPipeline.UPDATE_TIME_STEP()
         )
-        nearest = int(np.argmin(np.abs(np.array(self.times) - asked)))
+        nearest = int(np.argmin(np.abs(np.array(self.times) - requested_time)))
         vtkUnstructuredGrid.GetData(outputs).ShallowCopy(self.grids[nearest])
         return 1
 

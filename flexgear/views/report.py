@@ -236,12 +236,12 @@ def _cells(rows: Sequence[Row | None]) -> tuple[list[str], str]:
     if len(numbers) < 2 or len(numbers) < len(values):
         return [with_unit(v, unit) for v in values], ""
     printed, by = scale(numbers, unit)
-    shown = [f"{number(v * by)} {printed}".rstrip() for v in numbers]
+    texts = [f"{number(v * by)} {printed}".rstrip() for v in numbers]
     first, second = numbers
     if first == second:
-        return shown, "="
+        return texts, "="
     change = 100 * (second - first) / abs(first) if first else float("inf")
-    return shown, f"{change:+.2f} %" if abs(change) < 1e4 else "–"
+    return texts, f"{change:+.2f} %" if abs(change) < 1e4 else "–"
 
 
 def _section(

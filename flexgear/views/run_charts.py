@@ -92,14 +92,12 @@ def _gauges(data: xr.Dataset) -> Any:
 def _outline(ring: RingFolder) -> star.StageOutline:
     """Circles that stand for the gears."""
     g = stage_geometry(ring.run.case.view(ring.name))
-    fe_carrier = ring.stage.stage.form("carrier") == "fe"
     return star.StageOutline(
         ring_radius=g.ring.reference_radius,
         sun_radius=g.sun.reference_radius,
         planet_radius=g.planet.reference_radius,
         center_distance=g.center_distance,
         planet_angles=tuple(ring.stage.stage.planet_angles),
-        pin_radius=ring.stage.carrier.pin_diameter / 2 if fe_carrier else None,
     )
 
 

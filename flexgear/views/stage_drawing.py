@@ -314,8 +314,8 @@ def flank_drawing(flank: GearFlank, where: str) -> Figure:
     profile.set_xlabel("missing (µm)")
     key = figure.add_subplot(grid[1, 1])
     key.axis("off")
-    shown = [*profile.get_lines(), *helix.get_lines()]
-    key.legend(handles=shown, loc="center left", borderpad=0.0)
+    handles = [*profile.get_lines(), *helix.get_lines()]
+    key.legend(handles=handles, loc="center left", borderpad=0.0)
     ends = " … ".join(f"{x:.3g}".replace("-", "−") for x in (gap.min(), gap.max()))
     surface.set_title(f"{where} {_title_of(flank)}: {ends} µm missing".strip())
     return figure

@@ -49,12 +49,6 @@ class StageOutline:
     planet_radius: float
     center_distance: float
     planet_angles: tuple[float, ...]
-    pin_radius: float | None = None
-
-    @property
-    def pin_circle(self) -> float:
-        """Radius at which a pin is drawn."""
-        return 0.45 * self.planet_radius if self.pin_radius is None else self.pin_radius
 
     def planet_centre(self, planet: int, carrier_angle: float) -> Array:
         """(x, y) of planet ``planet`` (0-based) with the carrier at ``carrier_angle``."""

@@ -181,8 +181,8 @@ def _outline(axes: Axes, patch: Patch) -> Iterator[dict[str, Any]]:
 
 def named(artist: Any) -> dict[str, Any]:
     label = str(artist.get_label() or "")
-    shown = bool(label) and not label.startswith("_")
-    return {"name": plain_math(label), "showlegend": True} if shown else {"showlegend": False}
+    in_legend = bool(label) and not label.startswith("_")
+    return {"name": plain_math(label), "showlegend": True} if in_legend else {"showlegend": False}
 
 
 def _filled(values: Any) -> Array:

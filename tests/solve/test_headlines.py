@@ -117,7 +117,7 @@ def test_an_even_share_without_errors_is_no_praise():
     without = found(load_sharing=nearly, errors_given=False)["Load sharing"]
     assert without.level == "note" and "No errors given" in without.sentence
     even = found(load_sharing=sharing(1.0, 1.0))["Load sharing"]
-    assert even.level == "note" and "nothing in the case tells them apart" in even.sentence
+    assert even.level == "note" and "no error of the case tells them apart" in even.sentence
     assert found(load_sharing=sharing(1.3, 1.3), errors_given=False)["Load sharing"].level == "bad"
 
 

@@ -121,7 +121,6 @@ class Runs:
             planet_radius=g.planet.reference_radius,
             center_distance=g.center_distance,
             planet_angles=tuple(self.case.stage.planet_angles),
-            pin_radius=0.5 * self.case.carrier.pin_diameter,
         )
 
     @cached_property

@@ -143,8 +143,8 @@ def _of_stage(findings: Findings, sharing: Sharing) -> Answer:
     if alike or not findings.errors_given:
         level = "note" if level == "good" else level
         sentences.append(
-            "All planets carry alike: nothing in the case tells them apart, such as pin positions "
-            "or run-out."
+            "All planets carry alike: no error of the case tells them apart (pin positions, "
+            "run-out), or a floating member evens out what does."
             if alike
             else "No errors given: planets share unevenly by deflections alone."
         )

@@ -174,7 +174,8 @@ def _sectors(element_dofs: Ints, count: int, image: Ints, cells: Ints) -> Sector
 
 @dataclass(frozen=True, eq=False)
 class Circulant:
-    """A_0 (n, n) and A_1 (n, b) CSR of a block-circulant matrix; b the last rows of n.
+    """A block-circulant matrix by two blocks, CSR: A_0 (n, n) couples a sector with itself, A_1
+    (n, b) with the border of the next sector, the last b of its n dofs.
 
     ahead_turn: Q (3, 3) where there is one entry a node, for x, y and z.
     """

@@ -95,10 +95,10 @@ def ring_shapes(
     model: FeModel, condensation: AnyCondensation, line: ToothLine, teeth: int, cut: Cut
 ) -> RingShapes:
     """Of a ring of so many teeth with averaging ties at their roots; line: of tooth 0."""
-    asked = sorted({k * teeth // TEETH for k in range(TEETH)})
-    shapes = [_of_tooth(model, condensation, line, (j, teeth), cut) for j in asked]
+    sampled_teeth = sorted({k * teeth // TEETH for k in range(TEETH)})
+    shapes = [_of_tooth(model, condensation, line, (j, teeth), cut) for j in sampled_teeth]
     stacked = (np.stack(arrays) for arrays in zip(*shapes, strict=True))
-    return RingShapes(np.array(asked, dtype=float), np.array(float(teeth)), *stacked)
+    return RingShapes(np.array(sampled_teeth, dtype=float), np.array(float(teeth)), *stacked)
 
 
 def rim_flexibility(
