@@ -130,6 +130,14 @@ def computed() -> dict[str, Found]:
     return {cause.name: found(cause) for cause in every_cause()}
 
 
+def stored_figures(line: dict[str, str], load: str) -> Figures:
+    """A cause's figures under one load, from its line of causes.csv."""
+    excess, row_excess, held = (
+        float(line[f"{load}_{key}"]) for key in ("excess", "row_excess", "held")
+    )
+    return Figures(excess, row_excess, held)
+
+
 @cache
 def stored() -> dict[str, Found]:
     """causes.csv by the names of causes."""
@@ -138,10 +146,8 @@ def stored() -> dict[str, Found]:
     return {
         line["cause"]: Found(
             line["cause"],
-            *(
-                Figures(*(float(line[f"{load}_{key}"]) for key in ("excess", "row_excess", "held")))
-                for load in ("torque", "moment")
-            ),
+            stored_figures(line, "torque"),
+            stored_figures(line, "moment"),
             float(line["direction"]),
         )
         for line in lines

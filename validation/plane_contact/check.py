@@ -79,7 +79,7 @@ def test_gap_off_the_path_is_flexgears(coarse):
     """The least gap of a tooth's nodes to its mate is that of the tip edge."""
     kind, bodies = coarse
     p, g = bodies.pair, stage_geometry(stage())
-    edges = OffPath(g.planet, g.gears[kind], p.offset, *p.path, 1.0)
+    edges = OffPath(g.planet, g.gears[kind], p.offset, p.path[0], p.path[1], 1.0)
     rolling = bodies.rolling((np.zeros_like, np.zeros_like), 1e-3, False)
     beyond = np.array([0.02, 0.06, 0.1]) * p.planet.base_pitch
     for s in (*(p.path[0] - beyond), *(p.path[1] + beyond)):

@@ -137,7 +137,7 @@ class Rolling:
             tuple(np.concatenate([c[i][b] for _, c in parts]) for b in (0, 1)) for i in (4, 5, 6)
         ]
         pair = np.concatenate([np.full(len(c[0]), k) for k, c in parts])
-        return Candidates(gap, point, direction, arc, *sides, pair)
+        return Candidates(gap, point, direction, arc, sides[0], sides[1], sides[2], pair)
 
     def _of_pair(self, j: int, slave: int, places: tuple[Place, Place]):
         numbers = (j, self.pair.mate_step * j)

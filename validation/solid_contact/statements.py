@@ -57,8 +57,10 @@ def _of(run: str, compliance: str) -> list[Row]:
     where = f"planet and ring, {run}"
 
     def row(quantity: str, published: str, computed: str, limit: str, holds: bool) -> Row:
-        demand = (limit, holds) if asked else ("reported", None)
-        return Row("solid_contact", where, quantity, published, computed, *demand, why, INDEPENDENT)
+        limit, verdict = (limit, holds) if asked else ("reported", None)
+        return Row(
+            "solid_contact", where, quantity, published, computed, limit, verdict, why, INDEPENDENT
+        )
 
     loads = [1e-6 * x.max() * len(x) / known.face_width for x in (known.forces, own.forces)]
     return [

@@ -71,7 +71,7 @@ def figure_8(runs: Runs) -> Figure:
     data = runs.star.isel(position=[1, 2]).copy(deep=True)
     for name in ("body_displacement", "carrier_displacement"):
         data[name][{"dof": [3, 4]}] = 0.0
-    return equilibrium_positions(data, runs.outline)
+    return equilibrium_positions(data, runs.outline, runs.pin_radius)
 
 
 @picture(9, "Carrier held at the drive flange under clockwise pin forces")
@@ -100,7 +100,7 @@ def pins_only(runs: Runs, q: np.ndarray) -> Figure:
     for i in range(runs.case.stage.planets):
         node = list(body.node_names).index(f"pin_{i + 1}")
         centre, u = body.positions[node, :2], q[6 * node : 6 * node + 2]
-        circle = runs.outline.pin_circle * np.column_stack([np.cos(turn), np.sin(turn)])
+        circle = runs.pin_radius * np.column_stack([np.cos(turn), np.sin(turn)])
         axes[0, 0].plot(*(centre + circle).T, color=ORIGINAL_COLOUR, lw=0.9)
         axes[0, 0].plot(*(centre + circle + factor * u).T, color=DEFORMED_COLOUR, lw=1.2)
     axes[0, 0].set_aspect("equal")

@@ -63,7 +63,9 @@ def drive_rotation(position: xr.Dataset) -> float:
     return float(position["carrier_displacement"].sel(carrier_node="stage.drive").isel(dof=5))
 
 
-def stage_discs(position: xr.Dataset, outline: StageOutline) -> dict[str, list[Disc]]:
+def stage_discs(
+    position: xr.Dataset, outline: StageOutline, pin_radius: float
+) -> dict[str, list[Disc]]:
     """Pins, planets and sun of one position, relative to the carrier's drive node."""
     angle = float(position["stage_angle"])
     spin = drive_rotation(position)
@@ -76,7 +78,7 @@ def stage_discs(position: xr.Dataset, outline: StageOutline) -> dict[str, list[D
         parts["planet"].append(Disc(centre, outline.planet_radius, turned(planet, angle + offset)))
         pin = np.array(pins(position).isel(carrier_node=i), dtype=float)
         pin[:2] -= carried * np.array([-np.sin(offset), np.cos(offset)])
-        parts["pin"].append(Disc(centre, outline.pin_circle, turned(pin, angle)))
+        parts["pin"].append(Disc(centre, pin_radius, turned(pin, angle)))
     sun = np.array(displacement_of(position, "sun"), dtype=float)
     parts["sun"].append(Disc(np.zeros(3), outline.sun_radius, turned(sun, angle)))
     return parts
@@ -86,6 +88,7 @@ def stage_discs(position: xr.Dataset, outline: StageOutline) -> dict[str, list[D
 def equilibrium_positions(
     dataset: xr.Dataset,
     outline: StageOutline,
+    pin_radius: float,
     magnification_xy: Mapping[str, float] = MAGNIFICATION_XY,
     magnification_yz: Mapping[str, float] = MAGNIFICATION_YZ,
 ) -> Figure:
@@ -102,8 +105,8 @@ def equilibrium_positions(
     for row in range(count):
         position = dataset.isel({dim: row})
         left, right = axes[row]
-        draw_plane(left, position, outline, magnification_xy, (0, 1))
-        draw_plane(right, position, outline, magnification_yz, (1, 2))
+        draw_plane(left, position, outline, pin_radius, magnification_xy, (0, 1))
+        draw_plane(right, position, outline, pin_radius, magnification_yz, (1, 2))
         text = angle_text(float(position["stage_angle"]), len(outline.planet_angles))
         left.set_title(f"X–Y, {text}")
         right.set_title(f"Y–Z, {text}")
@@ -132,6 +135,7 @@ def draw_plane(
     axes: Axes,
     position: xr.Dataset,
     outline: StageOutline,
+    pin_radius: float,
     factors: Mapping[str, float],
     plane: tuple[int, int],
 ) -> None:
@@ -140,7 +144,7 @@ def draw_plane(
     flat = ring_points(np.zeros_like(teeth), outline.ring_radius, 0.0)
     ring = np.column_stack([flat, np.zeros(len(flat))])
     drawn = [(np.vstack([ring, ring[:1]]), np.vstack([teeth, teeth[:1]]), factors["ring"], 1.3)]
-    for name, discs in stage_discs(position, outline).items():
+    for name, discs in stage_discs(position, outline, pin_radius).items():
         factor = factors["sun" if name == "sun" else "carrier"]
         width = 0.8 if name == "pin" else 1.1
         drawn += [(*disc.curves(), factor, width) for disc in discs]

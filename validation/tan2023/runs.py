@@ -123,6 +123,10 @@ class Runs:
             planet_angles=tuple(self.case.stage.planet_angles),
         )
 
+    @property
+    def pin_radius(self) -> float:
+        return 0.5 * self.case.carrier.pin_diameter
+
     @cached_property
     def bodies(self) -> Bodies:
         return stage_bodies(self.case)
