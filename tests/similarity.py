@@ -22,7 +22,7 @@ POWERS = {
     "force": 2, "power": 2, "acceleration": -1, "stiffness": 1, "rotational stiffness": 3,
     "rotational damping": 4,
     "stiffness per face width": 0, "modulus": 0, "stress": 0, "life": 1, "density": 0, "mass": 3,
-    "inertia": 5,
+    "inertia": 5, "kinematic viscosity": 1, "temperature": 0,
 }  # fmt: skip
 UNITS = {
     "": 0, "1": 0, "rad": 0, "m": 1, "s": 1, "Hz": -1, "rad/s": -1, "N": 2, "N m": 3, "N/m": 1,

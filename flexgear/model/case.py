@@ -12,6 +12,7 @@ from flexgear.model.content import content_hash, digest_files
 from flexgear.model.errors import InputError, echo
 from flexgear.model.faults import input_error
 from flexgear.model.gear_mesh import Damping
+from flexgear.model.lubricant import Lubricant
 from flexgear.model.machine import TorqueHistory, check_machines
 from flexgear.model.member import CarrierMember, GearMember, Kinematics
 from flexgear.model.names import BodyName, Member, MemberName
@@ -183,8 +184,8 @@ class Case(Section):
     shafts between members. held: members that do not turn; a planetary stage without a held member
     holds its ring unless that is a port or in a joint. inputs: driven members. output: the loaded
     member. loads: constant forces and moments on members. drive: machine of the first input.
-    housing: what the bearings stand on. damping: of the structure. tolerance: what a tolerance
-    study draws. solver: numerical options.
+    housing: what the bearings stand on. lubricant: of gears and bearings. damping: of the
+    structure. tolerance: what a tolerance study draws. solver: numerical options.
 
     Without ``output`` the case is one of free vibration, which has modes only: about rest without
     inputs, else about the steady speeds that they give. Only there may members that turn have a
@@ -206,6 +207,7 @@ class Case(Section):
     loads: tuple[MemberLoad, ...] = ()
     drive: TorqueHistory = TorqueHistory()
     housing: Housing = Housing()
+    lubricant: Lubricant | None = None
     damping: Damping = Damping()
     tolerance: Tolerance = Tolerance()
     solver: Solver = Solver()

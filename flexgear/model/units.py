@@ -42,8 +42,12 @@ _SUFFIXES: dict[str, dict[str, tuple[float, float]]] = {
     "density": {"kg_per_m3": (1, 1), "g_per_cm3": (1e3, 1), "t_per_m3": (1e3, 1)},
     "mass": {"kg": (1, 1), "t": (1e3, 1)},
     "inertia": {"kg_m2": (1, 1), "t_m2": (1e3, 1)},
+    "kinematic viscosity": {"mm2_per_s": (1, 1e6), "m2_per_s": (1, 1)},
+    "temperature": {"c": (1, 1)},
     "6 x 6 matrix": {"si": (1, 1)},  # N/m, N/rad, N m/m and N m/rad side by side
 }
+
+_ZERO = {"c": 273.15}  # of a scale that does not begin at zero, in SI
 
 
 @dataclass(frozen=True)
@@ -60,12 +64,12 @@ class Quantity:
     def to_si(self, value: float, suffix: str) -> float:
         """A number written in the unit ``suffix``, in SI."""
         times, over = _SUFFIXES[self.dimension][suffix]
-        return value * times / over
+        return value * times / over + _ZERO.get(suffix, 0.0)
 
     def from_si(self, value: float, suffix: str) -> float:
         """An SI number in the unit ``suffix``."""
         times, over = _SUFFIXES[self.dimension][suffix]
-        return value * over / times
+        return (value - _ZERO.get(suffix, 0.0)) * over / times
 
 
 DIMENSIONS = frozenset(_SUFFIXES)
@@ -107,6 +111,9 @@ _PRINTED = {
     "kg_per_m3": "kg/m³",
     "g_per_cm3": "g/cm³",
     "t_per_m3": "t/m³",
+    "mm2_per_s": "mm²/s",
+    "m2_per_s": "m²/s",
+    "c": "°C",
 }
 
 
@@ -135,4 +142,6 @@ Life = Annotated[float, Quantity("life")]
 Density = Annotated[float, Quantity("density")]
 Mass = Annotated[float, Quantity("mass")]
 Inertia = Annotated[float, Quantity("inertia")]
+Viscosity = Annotated[float, Quantity("kinematic viscosity")]
+Temperature = Annotated[float, Quantity("temperature")]  # K
 MatrixEntry = Annotated[float, Quantity("6 x 6 matrix")]

@@ -76,6 +76,8 @@ def test_there_and_back(dimension, value):
         ("power", "mw", 5, 5e6),
         ("power", "kw", 6.4, 6400),
         ("acceleration", "m_per_s2", 9.81, 9.81),
+        ("kinematic viscosity", "mm2_per_s", 320, 320e-6),
+        ("temperature", "c", 65, 338.15),
     ],
 )
 def test_factors_by_hand(dimension, suffix, value, si):
