@@ -8,7 +8,7 @@ Basic rating life by ISO 281 from the power flow: the load on a pin and the plan
 import matplotlib.pyplot as plt
 
 import flexgear as fg
-from flexgear.gears.bearings import planet_bearing_life_hours
+from flexgear.gears.bearings.basic_life import planet_bearing_life_hours
 from flexgear.views.style import save_figure
 
 rating = {"stage.planet_bearing.dynamic_rating_kn": 18, "stage.planet_bearing.rolling": "roller"}

@@ -26,7 +26,7 @@ from flexgear.coupling.build import build_system, rigid_system
 from flexgear.coupling.machines import machine_words
 from flexgear.coupling.pace import case_pace, pace_sections
 from flexgear.files.atomic import file_target, staged_folder, write_bytes, write_json
-from flexgear.gears.bearings import planet_bearing_life_hours
+from flexgear.gears.bearings.basic_life import planet_bearing_life_hours
 from flexgear.gears.implausible import implausible
 from flexgear.gears.power_flow import PowerFlow, power_flow
 from flexgear.gears.radii import stage_radii

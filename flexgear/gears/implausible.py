@@ -24,7 +24,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from flexgear.gears.bearings import planet_bearing_life_hours, roller_bearing_stiffness
+from flexgear.gears.bearings.basic_life import planet_bearing_life_hours, roller_bearing_stiffness
 from flexgear.gears.contact import ASSEMBLY_TOLERANCE, GearMeshKind, assembly_mismatch
 from flexgear.gears.errors import errors_closing, stage_errors
 from flexgear.gears.geometry import (

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from flexgear.gears.bearings import roller_bearing_stiffness
+from flexgear.gears.bearings.basic_life import roller_bearing_stiffness
 from flexgear.gears.sizing import Proposal
 
 STEEL, DENSITY = 2.06e11, 7850.0  # Pa, kg/m³

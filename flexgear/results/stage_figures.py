@@ -12,7 +12,7 @@ import numpy as np
 import xarray as xr
 
 from flexgear.arrays import Array
-from flexgear.gears.bearings import bearing_life_hours
+from flexgear.gears.bearings.basic_life import bearing_life_hours
 from flexgear.gears.geometry import StageGeometry, stage_geometry
 from flexgear.gears.nominal_stress import largest_root_stress
 from flexgear.gears.power_flow import PowerFlow

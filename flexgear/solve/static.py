@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 
 from flexgear.analysis.equilibrium import revolution
 from flexgear.arrays import Array
-from flexgear.gears.bearings import bearing_life_hours
+from flexgear.gears.bearings.basic_life import bearing_life_hours
 from flexgear.model.member import PlanetBearing
 from flexgear.model.names import MemberName
 from flexgear.results.face_load import face_figures

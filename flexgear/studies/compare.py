@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from flexgear.gears.bearings import (
+from flexgear.gears.bearings.basic_life import (
     BALL,
     ROLLER,
     planet_bearing_life_hours,

@@ -7,7 +7,7 @@ from flow_samples import planetary, train
 from hypothesis import given
 from hypothesis import strategies as st
 
-from flexgear.gears.bearings import (
+from flexgear.gears.bearings.basic_life import (
     BALL,
     ROLLER,
     bearing_life_hours,

@@ -11,7 +11,7 @@ from train_contexts import put_together
 
 from flexgear.coupling.build import build_system
 from flexgear.coupling.system import variant_label
-from flexgear.gears.bearings import ROLLER, rating_life_hours
+from flexgear.gears.bearings.basic_life import ROLLER, rating_life_hours
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.errors import FlexgearError
 from flexgear.model.load import load_case

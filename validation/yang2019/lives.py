@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from flexgear.gears.bearings import planet_bearing_life_ratios
+from flexgear.gears.bearings.basic_life import planet_bearing_life_ratios
 from yang2019 import printed_rules as printed
 from yang2019.trains import (
     CARRIER,

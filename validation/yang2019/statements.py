@@ -8,7 +8,7 @@ from statistics import mean
 
 from rows import Row, compared, gathered
 
-from flexgear.gears.bearings import rating_life_hours
+from flexgear.gears.bearings.basic_life import rating_life_hours
 from flexgear.gears.radii import stage_radii
 from yang2019 import printed_rules as printed
 from yang2019.lives import consistent_life, life_by_rule, mixture, printed_life

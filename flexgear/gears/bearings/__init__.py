@@ -1,0 +1,1 @@
+"""Rolling bearings: load in rows of rolling elements, rating life, static safety."""
