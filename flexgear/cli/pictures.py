@@ -144,7 +144,7 @@ def _picture(folders: tuple[Path, Path], name: str) -> Picture:
 def imported() -> None:
     """What a worker does before there is anything to draw: this module is there, and so is all that
     3D renders need."""
-    from flexgear.views import animation, render, scenes  # noqa: F401
+    from flexgear.views import render, scenes  # noqa: F401
 
     render.load_renderer()
 

@@ -140,14 +140,13 @@ def _energy(data: xr.Dataset, *_: Any) -> Any:
 
 def _animation(ring: RingFolder) -> Drawing:
     """The star turning with the carrier until planets stand alike, which closes the loop."""
-    from flexgear.views.animation import animate_star
     from flexgear.views.scenes import star_scene
 
     angles = ring.equilibria["stage_angle"].to_numpy()
     loop = np.flatnonzero(angles < ring.stage.stage.planet_period - 1e-9)
     shape, outline = ring.equilibria["tooth_displacement"][loop], _outline(ring)
 
-    write = partial(animate_star, shape, angles[loop], outline, dpi=90, frames_per_second=12)
+    write = partial(star.animate_star, shape, angles[loop], outline, dpi=90, frames_per_second=12)
     return Drawing(write, star_scene(shape.to_numpy(), angles[loop], outline))
 
 

@@ -1,4 +1,4 @@
-"""The ring as a five-pointed star.
+"""The ring as a five-pointed star, still and turning.
 
 A tooth node at angle φ_j on the pitch circle R is drawn at
 
@@ -10,19 +10,24 @@ counted from the X axis, the carrier turns counter-clockwise (docs/conventions.m
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import pi
+from pathlib import Path
 
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, FancyArrowPatch
 from matplotlib.ticker import FuncFormatter, MultipleLocator
+from PIL import Image
 
 from flexgear.arrays import Array
+from flexgear.files.atomic import atomic_file
 from flexgear.model.errors import FlexgearError
 from flexgear.views.style import (
     DEFORMED_COLOUR,
@@ -254,3 +259,45 @@ def radial_profile(
     last.set_xticklabels([pi_label(2 * pi * k / planets, planets) for k in range(planets + 1)])
     last.set_xlabel("angle on the ring φ (rad); dotted: planets 1…N")
     return figure
+
+
+@styled
+def animate_star(
+    displacement: xr.DataArray | Array,
+    carrier_angles: Sequence[float] | Array,
+    outline: StageOutline,
+    path: str | os.PathLike[str],
+    frames_per_second: float = 20.0,
+    dpi: float = 120.0,
+) -> Path:
+    """Write the turning star atomically as .gif, with one palette for all frames (no flicker), and
+    return the path.
+
+    ``displacement`` (p, z, 3) m at ``carrier_angles`` (p,) rad, one frame each; the clip loops,
+    so leave out the last position where it equals the first.
+    """
+    field, angles = as_positions(displacement, carrier_angles)
+    factor = star_exaggeration(field, outline.ring_radius)
+    figure, axes = panels(1, 1, height_mm=121, width_mm=105)
+    ax, canvas = axes[0, 0], FigureCanvasAgg(figure)
+    figure.set_dpi(dpi)
+    figure.legend(handles=star_handles(), loc="outside lower center", ncols=2)
+    figure.suptitle(f"Ring tooth nodes, displacement {factor_text(factor)}", fontsize=9)
+    square(ax, star_reach(field, outline, factor))
+    frames: list[Image.Image] = []
+    for u, angle in zip(field, angles, strict=True):
+        for artist in (*ax.patches, *ax.lines, *ax.texts):
+            artist.remove()
+        draw_star(ax, u, angle, outline, factor)
+        ax.set_title(f"$θ_c$ = {np.degrees(angle):.1f}°")
+        canvas.draw()
+        figure.set_layout_engine("none")  # the axes stay where the first frame has them
+        picture = Image.fromarray(np.asarray(canvas.buffer_rgba())[..., :3])
+        palette = frames[0] if frames else None
+        frames.append(picture.quantize(128, palette=palette, dither=Image.Dither.NONE))
+    with atomic_file(path) as temporary:
+        frames[0].save(
+            temporary, format="GIF", save_all=True, append_images=frames[1:], loop=0,
+            duration=round(1000 / frames_per_second), optimize=False,
+        )  # fmt: skip
+    return Path(path)

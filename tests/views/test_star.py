@@ -8,7 +8,6 @@ from PIL import Image
 
 from flexgear.model.errors import FlexgearError
 from flexgear.views import star
-from flexgear.views.animation import animate_star
 
 TENTH, FIFTH = 2 * np.pi / 10, 2 * np.pi / 5
 
@@ -67,7 +66,7 @@ ANGLES = np.linspace(0, 2 * np.pi / 5, 5, endpoint=False)
 
 
 def test_gif_has_one_moving_frame_an_angle(tmp_path: Path, outline, field):
-    path = animate_star(field(ANGLES), ANGLES, outline, tmp_path / "star.gif", dpi=60)
+    path = star.animate_star(field(ANGLES), ANGLES, outline, tmp_path / "star.gif", dpi=60)
     with Image.open(path) as clip:
         assert clip.n_frames == 5
         assert clip.info["loop"] == 0
@@ -81,7 +80,7 @@ def test_stopped_animation_leaves_nothing(tmp_path: Path, outline, field, monkey
     def stop(*_):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("flexgear.views.animation.star_frame", stop)
+    monkeypatch.setattr("flexgear.views.star.draw_star", stop)
     with pytest.raises(KeyboardInterrupt):
-        animate_star(field(ANGLES), ANGLES, outline, tmp_path / "star.gif", dpi=40)
+        star.animate_star(field(ANGLES), ANGLES, outline, tmp_path / "star.gif", dpi=40)
     assert list(tmp_path.iterdir()) == []
