@@ -16,9 +16,9 @@ from flexgear.files.new_case import Rated
 from flexgear.gears.sizing import ARRANGEMENTS, Proposal, StageRequest
 from flexgear.model.errors import InputError
 from flexgear.model.read import nearest
+from flexgear.model.units import RPM
 from flexgear.studies.proposal import proposed_case
 
-RPM = math.pi / 30
 T = TypeVar("T")
 
 
@@ -118,7 +118,7 @@ def _rated(
         _asked(
             f"--{flag}speed-rpm", f"rated speed of the {member}, r/min", operating_point[1], 100.0
         )
-        * RPM,
+        / RPM,
         at_sun,
     )
 

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 Value = float | int | str | bool | list[float] | list[str]
 _KEPT = ("[stages.carrier]",)  # sections that a case needs though nothing stands in them
-_COLUMN = 42  # of the comments
+COLUMN = 42  # of the comments
 
 
 @dataclass
@@ -55,7 +55,7 @@ class Section:
         rows = [self.header] if self.header else []
         for key, value, why in self.lines:
             line = f"{key} = {toml(value)}"
-            rows.append(f"{line:<{_COLUMN}}# {why}" if why else line)
+            rows.append(f"{line:<{COLUMN}}# {why}" if why else line)
         return "\n".join(rows) + "\n"
 
 
