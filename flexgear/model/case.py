@@ -12,6 +12,7 @@ from flexgear.model.content import content_hash, digest_files
 from flexgear.model.errors import InputError, echo
 from flexgear.model.faults import input_error
 from flexgear.model.gear_mesh import Damping
+from flexgear.model.load_cases import LoadCase, Spectrum, check_load_cases
 from flexgear.model.lubricant import Lubricant
 from flexgear.model.machine import TorqueHistory, check_machines
 from flexgear.model.member import CarrierMember, GearMember, Kinematics
@@ -48,6 +49,7 @@ def check_case(case: Case) -> None:
     _check_ports(case)
     _check_held(case)
     check_machines(case)
+    check_load_cases(case)
     _check_behind_shafts(case)
     _check_hubs(case)
 
@@ -183,9 +185,10 @@ class Case(Section):
     own. stages: from the first on; alone it is written [stage]. joints: splines, couplings and
     shafts between members. held: members that do not turn; a planetary stage without a held member
     holds its ring unless that is a port or in a joint. inputs: driven members. output: the loaded
-    member. loads: constant forces and moments on members. drive: machine of the first input.
-    housing: what the bearings stand on. lubricant: of gears and bearings. damping: of the
-    structure. tolerance: what a tolerance study draws. solver: numerical options.
+    member. loads: constant forces and moments on members. load_cases: steady states that a rating
+    counts. spectrum: more of them in a table. drive: machine of the first input. housing: what the
+    bearings stand on. lubricant: of gears and bearings. damping: of the structure. tolerance: what
+    a tolerance study draws. solver: numerical options.
 
     Without ``output`` the case is one of free vibration, which has modes only: about rest without
     inputs, else about the steady speeds that they give. Only there may members that turn have a
@@ -205,6 +208,8 @@ class Case(Section):
     inputs: tuple[Input, ...] = ()
     output: Output | None = None
     loads: tuple[MemberLoad, ...] = ()
+    load_cases: tuple[LoadCase, ...] = ()
+    spectrum: Spectrum = Spectrum()
     drive: TorqueHistory = TorqueHistory()
     housing: Housing = Housing()
     lubricant: Lubricant | None = None
@@ -311,6 +316,8 @@ class Case(Section):
         data = self.model_dump(mode="python", exclude=_NOT_PHYSICAL)
         for dumped in data["stages"]:
             dumped.pop("case")
+        for dumped in data["load_cases"]:
+            del dumped["source"], dumped["line"]
         digest_files(data)
         if sections:
             data = {name: data[name] for name in sections}

@@ -92,6 +92,7 @@ def _files(data: dict[str, Any]) -> Iterator[tuple[dict[str, Any], str]]:
     """Sections that name a file, and the key."""
     named = (*_history_sections(data), *_load_sections(data), *flank_tables(data))
     sections: list[tuple[Any, str]] = [(section, "file") for section in named]
+    sections.append((data.get("spectrum"), "file"))
     sections += [(data.get("housing"), key) for key in FE_MESH_FILES]
     for stage in data.get("stages", ()):
         for name in ("ring", "carrier"):

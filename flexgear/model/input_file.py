@@ -106,39 +106,55 @@ def read_table(
     is refused. Raises InputError with the line and column of what is wrong.
     """
     where = str(path)
-    text = read_text(path, what, MOST_SERIES)
-    separator = _separator(text)
-    rows = _rows(text, separator, where)
-    header = [h.strip().lower() for h in next(rows, (0, []))[1]]
+    header, rows, separator = read_cells(path, what)
     if not header:
         usual = ", ".join(_usual(next(iter(any_of.items()))) for any_of in columns)
         raise InputError(where, what, "is empty", f"give columns {usual}")
+    header = [title.lower() for title in header]
     columns_of_table = [_column(header, any_of, where) for any_of in columns]
     columns_of_table += _optional(header, optional or {}, where)
     titles = {name: header[at] for name, _, at, _ in columns_of_table}
     return titles, _values(rows, header, columns_of_table, separator, where)
 
 
+def read_cells(path: Path, what: str) -> tuple[list[str], Iterator[Row], str]:
+    """Titles, rows of cells, and what separates them, of a CSV file."""
+    text = read_text(path, what, MOST_SERIES)
+    separator = _separator(text)
+    rows = _rows(text, separator, str(path))
+    return [h.strip() for h in next(rows, (0, []))[1]], rows, separator
+
+
+def require_titles(row: list[str], header: list[str], where: str, number: int) -> None:
+    """InputError for a row with cells beyond the titles."""
+    if any(cell.strip() for cell in row[len(header) :]):
+        raise InputError(
+            where, f"line {number}", f"has {len(row)} cells under {len(header)} titles",
+            "write numbers with a decimal point, or semicolons between the columns",
+        )  # fmt: skip
+
+
+def number_in(cell: str, separator: str, where: str, place: str) -> float:
+    """The number in a cell; InputError names its place where it holds none."""
+    value = _number(cell, separator)
+    if not math.isfinite(value):
+        raise InputError(
+            where, place, f"{echo(cell)} is not a number" if cell else "is empty",
+            "give a number with a decimal point and nothing between thousands",
+        )  # fmt: skip
+    return value
+
+
 def _values(
     rows: Iterator[Row], header: list[str], columns: list[Column], separator: str, where: str
 ) -> Iterator[Values]:
     for number, row in rows:
-        if any(cell.strip() for cell in row[len(header) :]):
-            raise InputError(
-                where, f"line {number}", f"has {len(row)} cells under {len(header)} titles",
-                "write numbers with a decimal point, or semicolons between the columns",
-            )  # fmt: skip
+        require_titles(row, header, where, number)
         values = {}
         for name, dimension, at, suffix in columns:
             cell = row[at].strip() if at < len(row) else ""
-            values[name] = Quantity(dimension).to_si(_number(cell, separator), suffix)
-            if not math.isfinite(values[name]):
-                raise InputError(
-                    where,
-                    f"line {number}, {header[at]}",
-                    f"{echo(cell)} is not a number" if cell else "is empty",
-                    "give a number with a decimal point and nothing between thousands",
-                )
+            value = number_in(cell, separator, where, f"line {number}, {header[at]}")
+            values[name] = Quantity(dimension).to_si(value, suffix)
         yield number, values
 
 

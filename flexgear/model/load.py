@@ -14,6 +14,7 @@ from flexgear.model.case import Case, validated_case
 from flexgear.model.content import resolve_files
 from flexgear.model.errors import InputError, echo
 from flexgear.model.input_file import read_text
+from flexgear.model.load_cases import take_spectrum
 from flexgear.model.names import MemberName
 from flexgear.model.read import (
     Written,
@@ -168,6 +169,7 @@ def _case(
         if key not in named:
             _override(data, key, value, written)
     resolve_files(data, folder)
+    take_spectrum(data, written)
     return validated_case({"name": name, **data, "source": where}, where, written)
 
 

@@ -10,6 +10,7 @@ from functools import cache
 from typing import Any
 
 from flexgear.model.case import Case
+from flexgear.model.load_cases import LoadCase
 from flexgear.model.section import Section, is_list, quantity_of, section_of, takes_one
 from flexgear.model.stage import Stage
 from flexgear.model.units import Quantity, unit_name
@@ -108,7 +109,8 @@ def _listed(section: type[Section]) -> dict[str, str]:
     return meanings
 
 
-NOT_WRITTEN = {(Case, "source")}  # fields that reading a file sets
+# fields that reading a file sets
+NOT_WRITTEN = {(Case, "source"), (LoadCase, "source"), (LoadCase, "line")}
 
 
 @dataclass(frozen=True)

@@ -348,7 +348,8 @@ MOST = 12  # entries of a list that are written out
 
 
 def case_tables(case: Case) -> list[Table]:
-    """Every parameter: one table for each stage and each other part of the case."""
+    """Every parameter: one table for each stage and each other part of the case, without load
+    cases, which only a rating takes."""
     top = [
         Row("name", case.name),
         Row("title", case.title or "–"),
@@ -361,7 +362,12 @@ def case_tables(case: Case) -> list[Table]:
         value = getattr(case, name)
         if isinstance(value, BaseModel):
             tables.append(Table("case", words(name), list(_rows(value))))
-        elif name != "stages" and isinstance(value, tuple) and value and _is_model(value[0]):
+        elif (
+            name not in ("stages", "load_cases")
+            and isinstance(value, tuple)
+            and value
+            and _is_model(value[0])
+        ):
             rows = [row for k, item in enumerate(value) for row in _rows(item, f"{k + 1} · ")]
             tables.append(Table("case", words(name), rows))
     return [table for table in tables if table.rows]

@@ -1,0 +1,245 @@
+"""Load bins: speeds, torques and loads of the whole train in each load case, by its statics."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from flexgear.arrays import Array
+from flexgear.gears.determinacy import members_of, port_matrix, rank, tie_matrix
+from flexgear.gears.power_flow import NOISE, PowerFlow, power_flow
+from flexgear.model.errors import InputError
+from flexgear.model.load_cases import LoadCase, MemberState
+from flexgear.model.train import MemberLoad
+from flexgear.model.units import RPM
+
+if TYPE_CHECKING:
+    from flexgear.model.case import Case
+
+HOUR = 3600.0  # s
+SAME = 0.01  # by which values that are given twice may differ; tables are rounded, and have losses
+MOST_TORQUE, LEAST_TORQUE = 50.0, 1 / 200  # of the rated one; N m for kN m is a factor of 1000
+MOST_SPEED = 8.0  # of the rated one; r/min for rad/s is a factor of 9.5
+
+
+@dataclass(frozen=True)
+class LoadBin:
+    """A steady state of a train with its duration.
+
+    hours: 0 of an extreme one. torque: N m from outside on the member of each port, positive about
+    +z. speed: rad/s of every member. loads: constant loads on members. extreme: whether it is a
+    static load without duration. source: where it was read, for messages.
+    """
+
+    name: str
+    hours: float
+    torque: Mapping[str, float]
+    speed: Mapping[str, float]
+    loads: tuple[MemberLoad, ...]
+    extreme: bool = False
+    source: str = ""
+
+    def turns(self, speed: float) -> float:
+        """Turns in the bin of what turns at ``speed``, rad/s: 3600 h |ω| / 2π."""
+        return HOUR * self.hours * abs(speed) / (2.0 * math.pi)
+
+
+def case_in_bin(case: Case, load_bin: LoadBin) -> Case:
+    """The case with speeds and torques of the bin where it gives speeds and torques, and its
+    loads."""
+    changes: dict[str, object] = {"loads": load_bin.loads}
+    inputs = []
+    for port in case.inputs:
+        values: dict[str, float | None] = {"power": None}
+        if port.speed is not None:
+            values["speed"] = load_bin.speed[port.member]
+        if port.given_torque is not None:
+            values["torque"] = load_bin.torque[port.member]
+        inputs.append(port.model_copy(update=values))
+    output = case.output
+    if output is not None:
+        values = {}
+        if output.speed is not None:
+            values["speed"] = load_bin.speed[output.member]
+        if output.torque is not None:
+            values["torque"] = load_bin.torque[output.member]
+        changes["output"] = output.model_copy(update=values)
+    return case.model_copy(update={**changes, "inputs": tuple(inputs)})
+
+
+def bins_of_load_cases(case: Case) -> tuple[LoadBin, ...]:
+    """A bin for each load case, in their order. Raises InputError for speeds and torques that the
+    train cannot have, a wrong sense and a wrong unit."""
+    if not case.load_cases:
+        return ()
+    case.require_load()
+    train = _Train(case)
+    bins = tuple(train.bin_of(k, load_case) for k, load_case in enumerate(case.load_cases))
+    train.require_unit(bins)
+    return bins
+
+
+class _Train:
+    """Statics of a train whose ports carry other speeds and torques than the rated ones."""
+
+    def __init__(self, case: Case) -> None:
+        self.case, self.members = case, members_of(case)
+        self.flow: PowerFlow = power_flow(case)
+        self.ties = tie_matrix(self.members, self.members.ties)
+        self.first = case.inputs[0].member
+        self.rated_torque = {
+            p.member: self.flow.torque[p.member] - self.members.loads.get(p.member, 0.0)
+            for p in self.members.ports
+        }
+
+    def bin_of(self, k: int, load_case: LoadCase) -> LoadBin:
+        """The bin of load case number k."""
+        states = list(load_case.states(self.first))
+        speed = self._speeds(k, load_case, states)
+        loads = self._loads(states)
+        moments = dict.fromkeys((load.member for load in loads), 0.0)
+        for load in loads:
+            moments[load.member] += float(load.first[5])
+        torque = self._torques(k, load_case, states, speed, moments)
+        turn = abs(speed[self.first])
+        if load_case.cycles and turn == 0.0:
+            self._refuse(k, "cycles", f"are turns of {self.first}, which is at rest", "give hours")
+        hours = load_case.hours or 0.0
+        if load_case.cycles:
+            hours = load_case.cycles * 2.0 * math.pi / turn / HOUR
+        source = f"{load_case.source} line {load_case.line}" if load_case.source else ""
+        name = load_case.name or (f"line {load_case.line}" if source else f"load case {k + 1}")
+        return LoadBin(
+            name, hours, torque, speed, loads, load_case.extreme, source or f"load_cases[{k}]"
+        )
+
+    def _refuse(self, k: int, key: str, problem: str, remedy: str) -> None:
+        load_case = self.case.load_cases[k]
+        if load_case.source:
+            raise InputError(load_case.source, f"line {load_case.line}, {key}", problem, remedy)
+        raise InputError(self.case.source, f"load_cases[{k}].{key}", problem, remedy)
+
+    def _loads(self, states: list[tuple[str, str, MemberState]]) -> tuple[MemberLoad, ...]:
+        """Loads of a load case in place of the case's on the same members."""
+        stated = [s for s in states if s[2].force is not None or s[2].moment is not None]
+        loads = [load for load in self.case.loads if load.member not in {s[1] for s in stated}]
+        none = (0.0, 0.0, 0.0)
+        loads += [
+            MemberLoad(
+                member=member, force=state.force or none, moment=state.moment or none,
+                frame=state.frame,
+            )
+            for _, member, state in stated
+        ]  # fmt: skip
+        return tuple(loads)
+
+    def _speeds(
+        self, k: int, load_case: LoadCase, states: list[tuple[str, str, MemberState]]
+    ) -> dict[str, float]:
+        """Speeds of all members, from those stated and of rated proportion."""
+        stated = {m: (f"{at}speed", s.speed) for at, m, s in states if s.speed is not None}
+        ratios = [v / r for m, (_, v) in stated.items() if (r := self.flow.speed[m])]
+        ratio = ratios[0] if ratios else 1.0
+        rows, right = self.ties, [0.0] * len(self.ties)
+        names = self.members.names
+        for member, (key, value) in stated.items():
+            rated = self.flow.speed[member]
+            if rated and abs(value) > MOST_SPEED * abs(rated):
+                problem = f"{value * RPM:.6g} r/min is {abs(value / rated):.3g} times the rated"
+                self._refuse(k, key, f"{problem} {rated * RPM:.6g} r/min", "check the unit")
+            row = self._row(member)
+            if rank(np.vstack([rows, row])) > rank(rows):
+                rows, right = np.vstack([rows, row]), [*right, value]
+                continue
+            implied = float(row[0] @ np.linalg.lstsq(rows, np.array(right), rcond=None)[0])
+            if abs(value - implied) > SAME * max(abs(value), abs(implied)):
+                problem = f"is {value * RPM:.6g} r/min, but the train makes {member} turn at"
+                remedy = "correct it, or leave it out"
+                self._refuse(k, key, f"{problem} {implied * RPM:.6g}", remedy)
+        for port in self.members.ports:
+            row = self._row(port.member)
+            if port.speed is not None and rank(np.vstack([rows, row])) > rank(rows):
+                rows, right = np.vstack([rows, row]), [*right, port.speed * ratio]
+        speeds = np.linalg.solve(rows, np.array(right))
+        speeds = np.where(abs(speeds) > NOISE * abs(speeds).max(), speeds, 0.0)
+        return dict(zip(names, speeds.tolist(), strict=True))
+
+    def _row(self, member: str) -> Array:
+        row = np.zeros((1, len(self.members.names)))
+        row[0, self.members.names.index(member)] = 1.0
+        return row
+
+    def _torques(
+        self, k: int, load_case: LoadCase, states: list[tuple[str, str, MemberState]],
+        speed: Mapping[str, float], moments: Mapping[str, float],
+    ) -> dict[str, float]:  # fmt: skip
+        """Torques of all ports from those stated, and of rated proportion, by
+
+            Gᵀ λ + Pᵀ T = −M ,  T_m = stated
+
+        with the ties G and the rows P of the ports.
+        """
+        stated: dict[str, tuple[str, float]] = {}
+        for at, member, state in states:
+            if state.torque is not None:
+                stated[member] = (f"{at}torque", state.torque)
+            elif state.power is not None:
+                if not speed[member]:
+                    problem = f"is given, and {member} is at rest"
+                    self._refuse(k, f"{at}power", problem, "give its torque")
+                stated[member] = (f"{at}power", state.power / speed[member])
+        for member, (key, value) in stated.items():
+            self._check_torque(k, load_case, member, key, value, speed[member])
+        ratios = [v / r for m, (_, v) in stated.items() if (r := self.rated_torque[m])]
+        ratio = ratios[0] if ratios else 1.0
+        ports, ties = list(self.members.ports), len(self.ties)
+        rows = np.vstack([self.ties, port_matrix(self.members, ports)]).T
+        right = [-moments.get(member, 0.0) for member in self.members.names]
+        order = [p.member for p in ports]
+        for member, (key, value) in stated.items():
+            row = np.eye(len(rows[0]))[None, ties + order.index(member)]
+            if rank(np.vstack([rows, row])) > rank(rows):
+                rows, right = np.vstack([rows, row]), [*right, value]
+                continue
+            implied = float(row[0] @ np.linalg.lstsq(rows, np.array(right), rcond=None)[0])
+            if abs(value - implied) > SAME * max(abs(value), abs(implied)):
+                problem = f"makes {value:.6g} N m on {member}, but the other torques make it"
+                remedy = "leave it out, or correct it: the train has no losses"
+                self._refuse(k, key, f"{problem} {implied:.6g}", remedy)
+        for port in ports:
+            row = np.eye(len(rows[0]))[None, ties + order.index(port.member)]
+            if port.torque is not None and rank(np.vstack([rows, row])) > rank(rows):
+                rows, right = np.vstack([rows, row]), [*right, port.torque * ratio]
+        solution = np.linalg.solve(rows, np.array(right))
+        return dict(zip(order, (solution[ties:] + 0.0).tolist(), strict=True))
+
+    def _check_torque(
+        self, k: int, load_case: LoadCase, member: str, key: str, value: float, speed: float
+    ) -> None:
+        """A torque that is rated elsewhere by a factor of a unit, or takes power the other way."""
+        rated, rated_speed = self.rated_torque[member], self.flow.speed[member]
+        if not rated:
+            return
+        if abs(value) > MOST_TORQUE * abs(rated):
+            problem = f"makes {value:.6g} N m on {member}, {abs(value / rated):.4g} times the rated"
+            self._refuse(k, key, f"{problem} {rated:.6g}", "check the unit: N m for kN m?")
+        sense = value * speed / (rated * rated_speed) if speed and rated_speed else value / rated
+        if sense < 0.0 and not load_case.back_driven:
+            problem = f"makes {value:.6g} N m on {member}, against the rated sense of its power"
+            remedy = f"turn its sign (rated: {rated:.6g} N m), or set back_driven = true"
+            self._refuse(k, key, problem, remedy)
+
+    def require_unit(self, bins: tuple[LoadBin, ...]) -> None:
+        """InputError where no bin comes near rated torque: kN m for N m."""
+        rated = self.rated_torque[self.first]
+        largest = max(abs(b.torque[self.first]) for b in bins)
+        if rated and 0.0 < largest < LEAST_TORQUE * abs(rated):
+            problem = f"have at most {largest:.6g} N m on {self.first}, {largest / abs(rated):.2g}"
+            raise InputError(
+                self.case.source, "load_cases", f"{problem} of the rated {rated:.6g}",
+                "check the unit: kN m for N m?",
+            )  # fmt: skip

@@ -1,0 +1,241 @@
+"""Load cases of a rating: what ports and members carry, and for how long; in a case or a CSV."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+from pydantic import Field, model_validator
+
+from flexgear.model.errors import InputError, echo
+from flexgear.model.input_file import number_in, read_cells, require_titles
+from flexgear.model.names import Member
+from flexgear.model.read import Written, nearest
+from flexgear.model.section import Missing, Refusal, Section, accepted_keys, quantity_of
+from flexgear.model.units import Force, Power, Speed, Torque
+
+if TYPE_CHECKING:
+    from flexgear.model.case import Case
+
+SUM_OF_HOURS = 1e-3  # by which hours may miss their stated total; tables are printed with 4 digits
+AXES = ("x", "y", "z")
+FLAGS = {"1": True, "true": True, "yes": True, "0": False, "false": False, "no": False, "": False}
+
+
+class MemberState(Section):
+    """What one member carries in a load case. What is left out at a port follows the first one that
+    is given, in rated proportion; a load that is left out is that of ``loads``.
+
+    speed: of a port. torque: on the member of a port from outside, positive about +z. power: into
+    the train at a port, for the torque power / speed. force, moment: along x, y, z on any member;
+    about the axis of a port that is the torque. frame: whose axes these are.
+    """
+
+    speed: Speed | None = Field(default=None, ge=-1e4, le=1e4)
+    torque: Torque | None = Field(default=None, ge=-1e9, le=1e9)
+    power: Power | None = Field(default=None, ge=-1e9, le=1e9)
+    force: tuple[Force, Force, Force] | None = None
+    moment: tuple[Torque, Torque, Torque] | None = None
+    frame: Literal["fixed", "carrier"] = "fixed"
+
+    @model_validator(mode="after")
+    def _one_torque(self) -> MemberState:
+        if self.power is not None and self.torque is not None:
+            raise Refusal("power", "is given beside torque", "keep one of them")
+        return self
+
+
+class OtherMember(MemberState):
+    """A port other than the first input, or any member with a load.
+
+    member: its name.
+    """
+
+    member: Member
+
+
+class LoadCase(MemberState):
+    """A steady state with its duration, or an extreme one without. Its own keys speed to frame are
+    those of the first input.
+
+    name: shown in tables, each once. hours: in the whole life. cycles: turns of the first input in
+    place of hours. extreme: whether it is a static load that has no duration. back_driven: whether
+    power goes against its rated sense by intent, as when a motor brakes. members: other ports, and
+    loads on other members. source, line: file and line that it was read from.
+    """
+
+    name: str = ""
+    hours: float | None = Field(default=None, ge=0.0, le=1e7)
+    cycles: float | None = Field(default=None, ge=0.0, le=1e15)
+    extreme: bool = False
+    back_driven: bool = False
+    members: tuple[OtherMember, ...] = ()
+    source: str = ""
+    line: int = 0
+
+    @model_validator(mode="after")
+    def _duration(self) -> LoadCase:
+        durations = [key for key in ("hours", "cycles") if getattr(self, key) is not None]
+        if self.extreme and durations:
+            raise Refusal(
+                durations[0], "is given for an extreme load, which is static", "keep one of them"
+            )
+        if len(durations) == 2:
+            raise Refusal("cycles", "are given beside hours", "keep one of them")
+        if not self.extreme and not durations:
+            raise Missing("hours", remedy="add hours or cycles, or extreme = true")
+        return self
+
+    def states(self, first: str) -> Iterator[tuple[str, str, MemberState]]:
+        """Key before those of a state, its member and the state; ``first``: the first input's."""
+        yield "", first, self
+        for k, other in enumerate(self.members):
+            yield f"members[{k}].", other.member, other
+
+
+class Spectrum(Section):
+    """Load cases of a table, beside those of ``load_cases``.
+
+    file: CSV with a row for each load case under titles that are keys of ``load_cases``: name,
+    hours or cycles, extreme and back_driven (1 or 0), speed_rpm, torque_knm or power_mw, force_x_kn
+    … moment_z_knm; for other members with their name before: stage.sun.torque_nm. total_hours: that
+    hours of all load cases add up to, for a check.
+    """
+
+    file: str | None = None
+    total_hours: float | None = Field(default=None, gt=0.0, le=1e7)
+
+
+def check_load_cases(case: Case) -> None:
+    """Refusal unless load cases have names of their own, members that can carry what they say, and
+    the hours that are stated."""
+    if case.load_cases and (case.output is None or not case.inputs):
+        raise Refusal("load_cases", "are given for a case without inputs and output", "add them")
+    names: dict[str, int] = {}
+    for k, load_case in enumerate(case.load_cases):
+        if load_case.name and load_case.name in names:
+            problem = f"{echo(load_case.name)} is also the name of number {names[load_case.name]}"
+            raise Refusal(f"load_cases.{k}.name", problem, "give each its own name")
+        names[load_case.name] = k + 1
+        _check_members(case, k, load_case)
+    total = case.spectrum.total_hours
+    hours = [c.hours for c in case.load_cases if c.hours is not None]
+    timed = all(c.cycles is None for c in case.load_cases)
+    if total is not None and hours and timed and abs(sum(hours) / total - 1.0) > SUM_OF_HOURS:
+        raise Refusal(
+            "spectrum.total_hours",
+            f"is {total:g}, but the hours of {len(hours)} load cases add up to {sum(hours):g}",
+            "correct the hours or the total",
+        )
+
+
+def _check_members(case: Case, k: int, load_case: LoadCase) -> None:
+    ports = [port.member for port in case.ports]
+    seen: list[str] = []
+    for place, member, state in load_case.states(case.inputs[0].member):
+        key = f"load_cases.{k}.{place.replace('[', '.').replace(']', '')}"
+        if member not in case.member_names():
+            problem = f"{echo(member)} is not a member"
+            raise Refusal(f"{key}member", problem, nearest(member, case.member_names()))
+        if member in seen:
+            problem = f"{member} has values already"
+            raise Refusal(f"{key}member", problem, "give them in one place")
+        seen.append(member)
+        stated = [q for q in ("speed", "torque", "power") if getattr(state, q) is not None]
+        if stated and member not in ports:
+            problem = f"is given for {member}, which is neither input nor output"
+            raise Refusal(f"{key}{stated[0]}", problem, f"name one of {', '.join(ports)}")
+        if member in ports and state.moment is not None and state.moment[2] != 0.0:
+            problem = f"has a part about the axis of {member}, which is the torque of a port"
+            raise Refusal(f"{key}moment", problem, "put it into torque, and 0 here")
+
+
+def take_spectrum(data: dict[str, Any], written: Written) -> None:
+    """Rows of the table that SI data of a case name become load cases, behind those of the case."""
+    spectrum = data.get("spectrum")
+    if not isinstance(spectrum, dict) or not isinstance(spectrum.get("file"), str):
+        return
+    cases = list(data.get("load_cases") or ())
+    for row in read_load_cases(Path(spectrum["file"]), len(cases), written):
+        cases.append(row)
+    data["load_cases"] = tuple(cases)
+
+
+def read_load_cases(path: Path, before: int, written: Written) -> Iterator[dict[str, Any]]:
+    """SI data of a load case for each row of a CSV file. before: load cases that come before it."""
+    where = str(path)
+    header, rows, separator = read_cells(path, "load spectrum")
+    columns = [_column(title, where) for title in header]
+    if not header:
+        raise InputError(where, "load spectrum", "is empty", f"head it {', '.join(_titles()[:6])}")
+    for number, cells in rows:
+        require_titles(cells, header, where, number)
+        row: dict[str, Any] = {"source": where, "line": number}
+        at = f"load_cases.{before}"
+        for name in LoadCase.model_fields:
+            written.fields[f"{at}.{name}"] = (where, f"line {number}, {name}", "", None)
+        for title, (member, name, axis, suffix), cell in zip(header, columns, cells, strict=False):
+            text, key = cell.strip(), (where, f"line {number}, {title}")
+            if name in ("", "name"):
+                row |= {name: text} if name and text else {}
+            elif name in ("extreme", "back_driven"):
+                if text.lower() not in FLAGS:
+                    raise InputError(*key, f"{echo(text)} is neither 1 nor 0", "give 1 or 0")
+                row[name] = FLAGS[text.lower()]
+            elif text:
+                state, place = _state(row, member, at)
+                written.fields[f"{place}.member"] = (*key, "", member)
+                value = number_in(text, separator, *key)
+                quantity = quantity_of(LoadCase, name)
+                value = quantity.to_si(value, suffix) if quantity else value
+                if axis:
+                    vector = list(state.get(name, (0.0, 0.0, 0.0)))
+                    vector[AXES.index(axis)] = value
+                    state[name] = tuple(vector)
+                else:
+                    state[name] = value
+                written.fields[f"{place}.{name}"] = (*key, suffix, value)
+        row["members"] = tuple(row.get("members", {}).values())
+        before += 1
+        yield row
+
+
+def _state(row: dict[str, Any], member: str, at: str) -> tuple[dict[str, Any], str]:
+    """Where a row keeps values of a member ("": of the first input), and the path to them."""
+    if not member:
+        return row, at
+    members: dict[str, Any] = row.setdefault("members", {})
+    state = members.setdefault(member, {"member": member})
+    return state, f"{at}.members.{list(members).index(member)}"
+
+
+def _column(title: str, where: str) -> tuple[str, str, str, str]:
+    """Member ("" for the first input), key, axis and unit that a title names; all "" for a title
+    that begins with #."""
+    if title.startswith("#"):
+        return "", "", "", ""
+    member, _, key = title.rpartition(".")
+    key = key.lower()
+    if not member and key in ("name", "hours", "cycles", "extreme", "back_driven"):
+        return "", key, "", ""
+    for name in ("speed", "torque", "power", "force", "moment"):
+        quantity = quantity_of(LoadCase, name)
+        assert quantity is not None
+        for axis in AXES if name in ("force", "moment") else ("",):
+            suffix = key.removeprefix(f"{name}_{axis}_" if axis else f"{name}_")
+            if suffix != key and suffix in quantity.suffixes:
+                return member, name, axis, suffix
+    keys = [k for k in _titles() if not member or "_" in k]
+    raise InputError(
+        where, f"column {echo(title)}", "is not known",
+        f"{nearest(key, keys)}; a title that begins with # is left alone",
+    )  # fmt: skip
+
+
+def _titles() -> list[str]:
+    """Usual titles of the table."""
+    plain = ["name", "hours", "cycles", "extreme", "back_driven"]
+    of_state = [k for k in accepted_keys(MemberState) if not k.startswith(("force", "moment"))]
+    vectors = [f"{n}_{a}_{s}" for n, s in (("force", "kn"), ("moment", "knm")) for a in AXES]
+    return [*plain, *(k for k in of_state if k != "frame"), *vectors]
