@@ -67,7 +67,7 @@ def backlash_source(view: StageView, role: str) -> str:
 
 
 PER_PAIR_MODELS = ("per_pair", "face_load", "lumped")
-NO_PLAY = 1e-7  # modules of overlap that are rounding
+ROUNDED = 1e-3  # modules of play, 2 tan α Σδx, that profile shifts of three decimals make or take
 
 
 @dataclass(frozen=True)
@@ -342,12 +342,13 @@ def _backlash(
     radii: StageRadii,
     allowance: float,
 ) -> float:
-    """Normal play left by thicknesses at the working circles, plus the allowance, m."""
-    module = view.stage.normal_module
+    """Normal play left by thicknesses at the working circles, plus the allowance, m; 0 where
+    rounded profile shifts and centre distances alone make a little play, or an overlap as small."""
+    rounding = ROUNDED * view.stage.normal_module
     backlash = allowance + inherent_backlash(gears, role, radii)
-    if backlash < -NO_PLAY * module:
+    if backlash < -rounding:
         raise view.refuse(
-            view.part(role), f"teeth overlap by {-1e6 * backlash:.1f} µm at this distance",
+            view.part(role), f"teeth overlap by {-1e6 * backlash:.3g} µm at this distance",
             f"raise backlash_{role}_mm or change the centre distance",
         )  # fmt: skip
-    return backlash if backlash > NO_PLAY * module else 0.0
+    return backlash if backlash > (0.0 if allowance else rounding) else 0.0

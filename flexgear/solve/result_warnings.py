@@ -4,8 +4,9 @@ Paths of contact, pressure angles and which teeth touch are those of gears in th
 that moves by u changes a centre distance by up to u, and the play between flanks by up to
 2 u sin α cos β_b. So u is compared with a tenth of the module, with the room between tips and roots
 and, where contact is linear and so has no coast flanks, with j/(2 sin α cos β_b) of the backlash j:
-the case's, or the least recommended one. Teeth of an FE ring count as a member; planets are
-compared with the module alone, as tooth forces move them along their circle.
+the case's, or the least recommended one. Teeth of an FE ring count as a member. Planets are
+compared with the module alone, and without the turn about the axis that those of a stage make
+together: bearings that yield and shafts that wind up let them roll on, at the same distances.
 
 ``gears.neglected_effects`` sizes what the models of gear meshes leave out. Where that is more than
 a tenth of a headline figure of the same stage, a sentence names both. Load sharing has no length:
@@ -53,12 +54,27 @@ CONSEQUENCE = (
 
 
 def motion_histories(data: xr.Dataset) -> xr.Dataset:
-    """axis_distance of bodies and, of FE rings, tooth_distance of teeth from their places, m."""
-    histories = xr.Dataset({"axis_distance": axis_distance(data)})
+    """axis_distance of bodies, of planets without their common turn about the axis, and, of FE
+    rings, tooth_distance of teeth from their places, m."""
+    motion = _without_common_turn(data["body_displacement"])
+    histories = xr.Dataset({"axis_distance": axis_distance(xr.Dataset({motion.name: motion}))})
     if "tooth_displacement" in data:
         x, y = (data["tooth_displacement"].sel(axis=k, drop=True) for k in "xy")
         histories["tooth_distance"] = np.hypot(x, y)
     return histories
+
+
+def _without_common_turn(motion: xr.DataArray) -> xr.DataArray:
+    """Motion (…, body, dof) of bodies, less the mean tangential one of each stage's planets."""
+    planets: dict[str, list[int]] = {}
+    for i, body in enumerate(map(BodyName.parse, map(str, motion["body"].to_numpy()))):
+        if body.part == "planet":
+            planets.setdefault(body.stage, []).append(i)
+    uy = motion["dof"].to_numpy().tolist().index("uy")
+    values = motion.to_numpy().copy()
+    for at in planets.values():
+        values[..., at, uy] -= values[..., at, uy].mean(axis=-1, keepdims=True)
+    return motion.copy(data=values)
 
 
 def largest_motions(histories: xr.Dataset) -> dict[str, float]:

@@ -129,6 +129,25 @@ def test_profile_shift_moves_all_gears_after_iso():
     assert g.ring_mesh.backlash == pytest.approx(0.5e-3, rel=1e-6)
 
 
+def test_a_printed_centre_distance_without_backlash_is_accepted():
+    """DTU 10 MW, stage 2: shifts of four decimals and a to a µm leave play or overlap below a µm;
+    one more µm of centre distance is one more of play, 2 sin(α_w) times it."""
+    shifts = {"sun": 0.2787, "planet": 0.1213, "ring": -0.0024}
+    over: dict[str, object] = {f"stage.{g}.profile_shift": x for g, x in shifts.items()}
+    over |= {"stage.sun.teeth": 26, "stage.planet.teeth": 41, "stage.ring.teeth": 109}
+    over |= {"stage.normal_module_mm": 20, "stage.helix_angle_deg": 8, "stage.planet_hand": "left"}
+    over |= {
+        "stage.face_width_mm": 520,
+        "stage.planets": 3,
+        "stage.gear_mesh.contact_law": "linear",
+    }
+    over |= {"stage.backlash_sun_mm": 0, "stage.backlash_ring_mm": 0}
+    for distance in (684.272, 684.273, 684.274):
+        case = load_case("lin-parker", {**over, "stage.center_distance_mm": distance})
+        g = stage_geometry(case.view())
+        assert 0.0 <= g.sun_mesh.backlash < 1e-6
+
+
 @pytest.mark.parametrize(
     ("over", "words"),
     [

@@ -30,7 +30,7 @@ from flexgear.studies.measures import WARNING
 from flexgear.studies.sweep import failures, planned, run_sweep
 
 CASE = load_case("wind-5mw")  # module 18 mm, one-sided contact
-SOFT = {"stage.ring.support.tangential_n_per_m": "1e5"}
+SOFT = {"stages.2.pinion.support.radial_n_per_m": "1e6"}  # of nrel-5mw: teeth push it aside
 
 
 def line(law="one-sided", **motions):
@@ -87,21 +87,35 @@ def test_the_largest_of_all_samples_bodies_and_teeth():
 
 
 def test_sweeps_keep_a_warning_for_each_point(tmp_path, monkeypatch):
-    """A ring on 1e5 N/m under tooth forces of 1 kN turns by centimetres, and planets follow."""
+    """A pinion on 1e6 N/m under a separating force of 0.1 MN moves by decimetres."""
     monkeypatch.setenv("FLEXGEAR_CACHE", str(tmp_path))
     (key,) = SOFT
-    plan = planned("lin-parker", {key: (1e5, 1e8)}, measures=["frequencies"])
+    plan = planned("nrel-5mw", {key: (1e6, 2e9)}, measures=["frequencies"])
     ((where, text),) = failures(run_sweep(plan, workers=1), WARNING)
-    assert where == f"{key} = 100000" and "the module of 2.947 mm: planet" in text
+    assert where == f"{key} = 1e+06" and "the module of 14 mm" in text and "pinion" in text
 
 
 def test_the_figure_in_it_is_the_displacement_of_the_bodies():
-    model = load_case("lin-parker", SOFT).assemble()
+    model = load_case("nrel-5mw", SOFT).assemble()
     data = model.static([0, 17])
     (text,) = large_motions(model.case, largest_motions(motion_histories(data)))
-    across = data["body_displacement"].sel(body="stage.planet_1", dof=["ux", "uy"])
+    across = data["body_displacement"].sel(body="stage_3.pinion", dof=["ux", "uy"])
     most = float(np.sqrt((across**2).sum("dof")).max())
     assert f"{1e3 * most:.4g} mm" in text
+
+
+def test_a_shaft_that_winds_up_turns_planets_without_moving_them_apart():
+    """A quill shaft of a hundredth of the torsional stiffness turns the next stage by some 0.5 rad:
+    its planets roll on, and nothing is said of them."""
+    soft = load_case("nrel-5mw", {"joints.0.torsion_nm_per_rad": "5e6"}).assemble()
+    stiff = load_case("nrel-5mw").assemble()
+    data = soft.static(0)
+    turn = data["body_displacement"].sel(body="stage_2.planet_1", dof="uy")
+    assert abs(float(turn.max())) > 0.1
+    motions = [largest_motions(motion_histories(m.static(0))) for m in (soft, stiff)]
+    assert not large_motions(soft.case, motions[0])
+    for name in ("stage_2.planet_1", "stage_2.sun"):
+        assert motions[0][name] == pytest.approx(motions[1][name], abs=2e-6)
 
 
 def test_commands_say_it(tmp_path, capsys):
@@ -110,10 +124,10 @@ def test_commands_say_it(tmp_path, capsys):
     (soft,) = (f"{k}={v}" for k, v in SOFT.items())
     for command in (["static"], ["simulate", "--duration-s", "0.002"]):
         for settings, expected in (["--set", soft], 1), ([], 0):
-            assert run([command[0], "lin-parker", *command[1:], "--json", "-q", *settings]) == 0
+            assert run([command[0], "nrel-5mw", *command[1:], "--json", "-q", *settings]) == 0
             shown = json.loads(capsys.readouterr().out)
             lines = shown.get("transient", shown)["neglected"]
-            assert sum("the module of 2.947 mm" in text for text in lines) == expected
+            assert sum("the module of 14 mm" in text for text in lines) == expected
 
 
 FLOW = power_flow(CASE)
