@@ -74,7 +74,7 @@ def _without_common_turn(motion: xr.DataArray) -> xr.DataArray:
     values = motion.to_numpy().copy()
     for at in planets.values():
         values[..., at, uy] -= values[..., at, uy].mean(axis=-1, keepdims=True)
-    return motion.copy(data=values)
+    return motion.copy(deep=False, data=values)  # of files, coordinates are not copied
 
 
 def largest_motions(histories: xr.Dataset) -> dict[str, float]:
