@@ -129,12 +129,6 @@ PLANET_LISTS = (
 )  # fmt: skip
 PIN_LISTS = ("pin_tangential", "pin_radial")
 OF_PLANETS = (*PIN_LISTS, *PLANET_LISTS)  # of which each planet has its own
-NOT_PARALLEL = (  # errors of parts that a parallel stage does not have
-    "ring_tooth", "ring_phase", "ring_pitch", "pin_tangential", "pin_radial", "ring_eccentricity",
-    "ring_eccentricity_phase", "carrier_eccentricity", "carrier_eccentricity_phase", "ring_offset",
-    "ring_offset_phase", "ring_gear_mesh", "ring_gear_mesh_phase", "ring_helix_slope",
-    "planet_ring_helix_slope",
-)  # fmt: skip
 
 
 def _or_one_number(schema: dict[str, Any]) -> None:
@@ -256,3 +250,10 @@ class GearErrors(Section):
                     "check value and unit",
                 )
         return self
+
+
+NOT_PARALLEL = tuple(  # errors of parts that a parallel stage does not have
+    name
+    for name in GearErrors.model_fields
+    if name.startswith(("ring", "carrier", "pin", "planet_ring"))
+)

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field, create_model, model_validator
 
 from flexgear.model.errors import echo
 from flexgear.model.gear_mesh import NOT_PARALLEL, GearErrors
@@ -127,41 +127,29 @@ def _present(section: Section) -> dict[str, Any]:
     return {name: value for name, value in fields.items() if value is not None}
 
 
-class ErrorDistributions(Section):
+def _distributions_of(section: type[Section], *names: str) -> Any:
+    """A section with a distribution for each of these fields of another one."""
+    fields: dict[str, Any] = {
+        name: (
+            PhaseDistribution | None if name.endswith("_phase") else SizeDistribution | None,
+            None,
+        )
+        for name in names
+    }
+    return create_model(f"Of{section.__name__}", __base__=Section, **fields)
+
+
+_ERRORS: Any = _distributions_of(GearErrors, *(n for n in GearErrors.model_fields if n != "seed"))
+_GROUND: Any = _distributions_of(
+    FlankModifications, "profile_crowning", "profile_slope", "lead_crowning", "twist", "tip_relief"
+)
+
+
+class ErrorDistributions(_ERRORS):
     """Distributions of what ``GearErrors`` holds. Pitch deviations of single teeth, where there are
     any, are drawn anew for every sample; theirs here is one of their standard deviation."""
 
     same_as: ClassVar = (GearErrors,)
-
-    ring_tooth: SizeDistribution | None = None
-    planet_tooth: SizeDistribution | None = None
-    sun_tooth: SizeDistribution | None = None
-    ring_phase: PhaseDistribution | None = None
-    sun_phase: PhaseDistribution | None = None
-    ring_pitch: SizeDistribution | None = None
-    planet_pitch: SizeDistribution | None = None
-    sun_pitch: SizeDistribution | None = None
-    pin_tangential: SizeDistribution | None = None
-    pin_radial: SizeDistribution | None = None
-    sun_eccentricity: SizeDistribution | None = None
-    sun_eccentricity_phase: PhaseDistribution | None = None
-    ring_eccentricity: SizeDistribution | None = None
-    ring_eccentricity_phase: PhaseDistribution | None = None
-    carrier_eccentricity: SizeDistribution | None = None
-    carrier_eccentricity_phase: PhaseDistribution | None = None
-    planet_eccentricity: SizeDistribution | None = None
-    planet_eccentricity_phase: PhaseDistribution | None = None
-    ring_offset: SizeDistribution | None = None
-    ring_offset_phase: PhaseDistribution | None = None
-    planet_thickness: SizeDistribution | None = None
-    sun_helix_slope: SizeDistribution | None = None
-    ring_helix_slope: SizeDistribution | None = None
-    planet_sun_helix_slope: SizeDistribution | None = None
-    planet_ring_helix_slope: SizeDistribution | None = None
-    ring_gear_mesh: SizeDistribution | None = None
-    ring_gear_mesh_phase: PhaseDistribution | None = None
-    sun_gear_mesh: SizeDistribution | None = None
-    sun_gear_mesh_phase: PhaseDistribution | None = None
 
     @property
     def given(self) -> dict[str, SizeDistribution | PhaseDistribution]:
@@ -202,17 +190,11 @@ def _refuse_negative(name: str, distribution: SizeDistribution) -> None:
     )
 
 
-class FlankDistributions(Section):
+class FlankDistributions(_GROUND):
     """Distributions of what ``FlankModifications`` states as one amount, and of the amount of its
     tip relief, whose length and form stay those of the case."""
 
     same_as: ClassVar = (FlankModifications,)
-
-    profile_crowning: SizeDistribution | None = None
-    profile_slope: SizeDistribution | None = None
-    lead_crowning: SizeDistribution | None = None
-    twist: SizeDistribution | None = None
-    tip_relief: SizeDistribution | None = None
 
     @model_validator(mode="after")
     def _possible(self) -> FlankDistributions:

@@ -7,15 +7,9 @@ from small_train import SMALL
 
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
-from flexgear.model.gear_mesh import GearErrors
 from flexgear.model.load import bundled_text, load_case
-from flexgear.model.tolerance import ErrorDistributions
 
 PIN = "tolerance.errors.pin_radial"
-
-
-def test_every_error_has_a_distribution_of_its_name():
-    assert {*ErrorDistributions.model_fields} == {*GearErrors.model_fields} - {"seed"}
 
 
 def test_units():
