@@ -1,8 +1,8 @@
 """Worker processes that are made before they are needed, while this process has one thread.
 
 On Linux they are copies of this process, which cost nothing and have imported what it has;
-elsewhere they start anew, while this process works. They wait at a pipe and end when this process
-does, however it does. They do not hear Ctrl-C, and print nothing.
+elsewhere they start anew, while this process works. They end when this process does, however it
+does. They do not hear Ctrl-C, and print nothing.
 """
 
 from __future__ import annotations
@@ -10,16 +10,15 @@ from __future__ import annotations
 import contextlib
 import multiprocessing
 import os
-import pickle
-import queue
 import signal
 import sys
 import threading
-from collections import deque
 from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Future, ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
-from typing import Any, Generic, TypeVar
+from typing import Generic, TypeVar
 
 from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
 
@@ -81,78 +80,47 @@ class EarlyWorkers:
     def __init__(self, needed: bool, ready: Callable[[], object]) -> None:
         self._count = min(processors() - 1, MOST) if needed else 0
         self._ready = ready
-        self._processes: list[Any] = []
-        self._pipes: list[Connection] = []
+        self._ended = contextlib.ExitStack()
+        self._pool: ProcessPoolExecutor | None = None
 
     def __enter__(self) -> EarlyWorkers:
-        if threading.active_count() > 1:  # which a copy would lack, with what they hold
-            return self
-        method: Any = multiprocessing.get_context("fork" if sys.platform == "linux" else "spawn")
-        for _ in range(self._count):
-            ours, theirs = multiprocessing.Pipe()
-            parent_ends = [*self._pipes, ours] if sys.platform == "linux" else []
-            process = method.Process(
-                target=_serve, args=(theirs, self._ready, parent_ends), daemon=True
-            )
+        # a copy would lack other threads, with the locks that they hold
+        if self._count > 0 and threading.active_count() == 1:
+            method = multiprocessing.get_context("fork" if sys.platform == "linux" else "spawn")
+            theirs, ours = method.Pipe(duplex=False)
+            arguments = (self._ready, theirs, ours)
+            self._pool = ProcessPoolExecutor(self._count, method, _prepare, arguments)
+            self._ended.callback(self._pool.shutdown)
+            self._ended.callback(ours.close)
             with deaf_children():
-                process.start()
-            theirs.close()
-            self._pipes.append(ours)
-            self._processes.append(process)
+                self._pool.submit(bool)  # which starts all of them
         return self
 
     def __exit__(self, *_: object) -> None:
-        for process in self._processes:
-            process.kill()
-        for process in self._processes:
-            process.join()
-        for pipe in self._pipes:
-            pipe.close()
+        self._ended.close()
 
     def completed(
         self, function: Callable[[S, J], R], shared: S, jobs: Sequence[J]
     ) -> Iterator[tuple[int, Outcome[R]]]:
-        """Number and outcome of every job as it is done: function(shared, job), by the workers from
-        the first on, by this process from the last. What a worker died of is done here.
+        """Number and outcome of every job: function(shared, job), by the workers from the first on,
+        by this process from the last. What a worker died of is done here.
 
         All must be picklable, of modules that workers can import.
         """
-        waiting, lock = deque(range(len(jobs))), threading.Lock()
-        done: queue.SimpleQueue[tuple[int, Outcome[R]] | None] = queue.SimpleQueue()
-
-        def drive(pipe: Connection) -> None:
-            while True:
-                with lock:
-                    if not waiting:
-                        break
-                    k = waiting.popleft()
+        futures: dict[int, Future[Outcome[R]]] = {}
+        if self._pool is not None:
+            with contextlib.suppress(BrokenProcessPool):
+                for k, job in enumerate(jobs):
+                    futures[k] = self._pool.submit(on_one_thread, function, shared, job)
+        for k in reversed(range(len(jobs))):
+            if k not in futures or futures[k].cancel():
+                yield k, on_one_thread(function, shared, jobs[k])
+        for k, future in futures.items():
+            if not future.cancelled():
                 try:
-                    pipe.send_bytes(pickle.dumps((function, shared, jobs[k])))
-                    done.put((k, pipe.recv()))
-                except (EOFError, OSError):  # the worker is no more
-                    with lock:
-                        waiting.append(k)
-                    break
-            done.put(None)
-
-        threads = [threading.Thread(target=drive, args=(p,), daemon=True) for p in self._pipes]
-        for thread in threads:
-            thread.start()
-        driving = len(threads)
-        while True:
-            with contextlib.suppress(queue.Empty):
-                while True:
-                    outcome = done.get(block=driving > 0 and not waiting)
-                    if outcome is None:
-                        driving -= 1
-                    else:
-                        yield outcome
-            with lock:
-                mine = waiting.pop() if waiting else None
-            if mine is not None:
-                yield mine, on_one_thread(function, shared, jobs[mine])
-            elif driving == 0:
-                return
+                    yield k, future.result()
+                except BrokenProcessPool:
+                    yield k, on_one_thread(function, shared, jobs[k])
 
 
 @contextlib.contextmanager
@@ -169,7 +137,7 @@ def deaf_children() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def silenced() -> None:
+def _silence() -> None:
     """A worker prints nothing and leaves Ctrl-C to its parent; other signals end it."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     for name in ("SIGTERM", "SIGHUP"):
@@ -180,15 +148,21 @@ def silenced() -> None:
             os.dup2(nowhere.fileno(), stream)
 
 
-def _serve(
-    pipe: Connection, ready: Callable[[], object], parent_ends: Sequence[Connection]
-) -> None:
-    """A worker: answers jobs until its pipe ends; parent_ends: the parent's ends of pipes."""
-    silenced()
-    for connection in parent_ends:
-        connection.close()
-    with contextlib.suppress(EOFError, OSError):
-        ready()
-        while True:
-            function, shared, job = pickle.loads(pipe.recv_bytes())
-            pipe.send(on_one_thread(function, shared, job))
+def _prepare(ready: Callable[[], object], parent: Connection, parents_end: Connection) -> None:
+    """At a worker's start; both ends of ``end_with``'s pipe."""
+    parents_end.close()
+    end_with(parent)
+    ready()
+
+
+def end_with(parent: Connection) -> None:
+    """Make this worker silent, and let it end, whatever it does, when its parent ends or closes the
+    other end of the pipe."""
+
+    def wait() -> None:
+        with contextlib.suppress(OSError, EOFError):
+            parent.poll(None)
+        os._exit(1)
+
+    _silence()
+    threading.Thread(target=wait, daemon=True).start()

@@ -9,11 +9,8 @@ does.
 
 from __future__ import annotations
 
-import contextlib
 import multiprocessing
-import os
 import pickle
-import threading
 import time
 import warnings
 from collections import Counter, deque
@@ -30,10 +27,10 @@ from flexgear.studies.early_workers import (
     DIED,
     Outcome,
     deaf_children,
+    end_with,
     on_one_thread,
     outcome_of,
     processors,
-    silenced,
 )
 
 S = TypeVar("S")
@@ -172,14 +169,7 @@ def _prepare(common: bytes, parent: Connection) -> None:
     """At a worker's start. parent: a pipe that has an end when the parent has."""
     global _common
     _common = common
-    silenced()
-    threading.Thread(target=_end_with, args=(parent,), daemon=True).start()
-
-
-def _end_with(parent: Connection) -> None:
-    with contextlib.suppress(OSError, EOFError):
-        parent.poll(None)
-    os._exit(1)
+    end_with(parent)
 
 
 def _run(job: bytes) -> Outcome[Any]:

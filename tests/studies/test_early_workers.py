@@ -60,12 +60,12 @@ def test_one_thread():
 
 linux = pytest.mark.skipif(sys.platform != "linux", reason="looks at processes in /proc")
 SCRIPT = """
-import os, sys, time
+import multiprocessing, sys, time
 from test_early_workers import answers
 from flexgear.studies import early_workers
 early_workers.processors = lambda: 3
 with early_workers.EarlyWorkers(True, dict) as workers:
-    print(*[p.pid for p in workers._processes], flush=True)
+    print(*[p.pid for p in multiprocessing.active_children()], flush=True)
     if sys.argv[1:]:
         time.sleep(60)
     found = dict(workers.completed(answers, "at", list(range(40))))
