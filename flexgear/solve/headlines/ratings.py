@@ -9,7 +9,7 @@ from typing import Any
 
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.nominal_stress import pitch_point_pressure
-from flexgear.model.names import FlankName, NodeName
+from flexgear.model.names import FlankName, GroupName, NodeName
 from flexgear.model.springs import Rolling
 from flexgear.model.stage_view import StageView
 from flexgear.model.units import Quantity
@@ -81,16 +81,25 @@ def _flank_pressure(findings: Findings) -> Iterator[Answer]:
             group = FlankName.parse(flank).group
             if group.stage == stage and "largest_contact_pressure_mpa" in figures:
                 largest = figures["largest_contact_pressure_mpa"]
-                stresses[group.part] = max(stresses.get(group.part, 0.0), largest)
-                gears[group.part] = (view.part(group.kind), view.part("planet"))
+                gear_mesh = _gear_mesh(view, group)
+                stresses[gear_mesh] = max(stresses.get(gear_mesh, 0.0), largest)
+                gears[gear_mesh] = (view.part(group.kind), view.part("planet"))
         computed = bool(stresses)
         if not computed:
             geometry, forces = stage_geometry(view), findings.flow.stage(stage).gear_mesh_forces
             for role, force in forces.items():
                 if role in geometry.gear_meshes and force:
-                    stresses[role] = pitch_point_pressure(view, geometry, role, force) / 1e6
-                    gears[role] = (view.part(role), view.part("planet"))
+                    gear_mesh = _gear_mesh(view, GroupName.of(stage, role))
+                    pressure = pitch_point_pressure(view, geometry, role, force)
+                    stresses[gear_mesh] = pressure / 1e6
+                    gears[gear_mesh] = (view.part(role), view.part("planet"))
         yield from _largest(_Part(findings, stage, _FLANK, gears, computed), stresses)
+
+
+def _gear_mesh(view: StageView, group: GroupName) -> str:
+    """ "sun gear mesh", "sun left gear mesh"; of a parallel stage "gear mesh", "left gear mesh"."""
+    part = group.side if view.stage.kind == "parallel" else group.part
+    return f"{part} gear mesh".strip()
 
 
 def _largest(part: _Part, stresses_mpa: Mapping[str, float]) -> Iterator[Answer]:
