@@ -99,16 +99,9 @@ class Condensation:
             return x[:count]
         return self.interface.expansion[:count] @ x
 
-    def projected(
-        self, modes: Array, recovery: NDArray[np.float32], reactions: Array | None = None
-    ) -> tuple[Array, Array]:
-        """Psi^T M Psi (b, b) and modes^T M Psi (n, b); Psi at the mesh's first dofs (r, b).
-
-        reactions (b, n) to loads M modes, where they are known: Psi^T M modes = -reactions.
-        """
-        b = self.interface.size
-        if reactions is None:
-            reactions = -self._load(self.mass_product(modes))
+    def projected(self, modes: Array, recovery: NDArray[np.float32]) -> tuple[Array, Array]:
+        """Psi^T M Psi (b, b) and modes^T M Psi (n, b); Psi at the mesh's first dofs (r, b)."""
+        b, coupling = self.interface.size, self._load(self.mass_product(modes)).T
         psi = self.constraint_motion(np.eye(b)) if 8 * self.dofs * b <= _HELD_BYTES else None
         result = np.zeros((b, b))
         for block in blocks(b, SOLVE_BLOCK):
@@ -121,16 +114,12 @@ class Condensation:
                 result[: block.stop, block] = upper
                 result[block, : block.stop] = upper.T
             recovery[:, block] = self.dofs_of(some, len(recovery))
-        return 0.5 * (result + result.T), -reactions.T
+        return 0.5 * (result + result.T), coupling
 
     def fixed_solve(self, right: Array) -> Array:
         """x (d, k) with K x = right + B^T (reactions), B x = 0."""
-        return self.fixed_solve_with_reactions(right)[0]
-
-    def fixed_solve_with_reactions(self, right: Array) -> tuple[Array, Array]:
-        """The same, and the reactions -F^{-1} B y = -Psi^T right (b, k)."""
         f, at = self._forward(right)
-        return self._field(f, -at), -self.inverse @ at
+        return self._field(f, -at)
 
     def supported_solve(self, right: Array, supports: Array) -> Array:
         """x (d, k) with (K + B^T supports B) x = right; supports (b, b) makes the body regular."""

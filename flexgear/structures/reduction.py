@@ -23,7 +23,7 @@ Source: Craig, Bampton 1968, AIAA J. 6:1313; constraint form: Farhat, Geradin 19
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -38,7 +38,7 @@ from flexgear.structures.linalg.lanczos import (
     NotConverged,
     all_modes,
     lowest_modes,
-    most_rows,
+    most_vectors,
 )
 from flexgear.structures.linalg.threads import single_threaded_blas
 from flexgear.structures.reduced import Progress, ReducedBody, silent
@@ -122,16 +122,14 @@ def condense(
 def fixed_interface_modes(
     condensation: AnyCondensation, count: int, progress: Progress = silent
 ) -> Eigenpairs:
-    """The `count` lowest modes with the interface held, and its reactions to loads M Phi where they
-    came on the way; sign: the largest entry is positive.
+    """The `count` lowest modes with the interface held; sign: the largest entry is positive.
 
     Where the last is one of a pair of equal frequencies, as bodies of equal sectors have, the other
     comes along: which direction of the plane they span is found first is a matter of rounding.
     """
     dofs = condensation.dofs
     if count == 0:
-        none = np.zeros((condensation.interface.size, 0))
-        return Eigenpairs(np.zeros(0), np.zeros((dofs, 0)), np.zeros(0), none)
+        return Eigenpairs(np.zeros(0), np.zeros((dofs, 0)), np.zeros(0))
     progress("fixed-interface modes", 0.0)
 
     def heard(fraction: float) -> None:
@@ -145,9 +143,8 @@ def fixed_interface_modes(
     if len(nu) > count and nu[count - 1] - nu[count] > _EQUAL * nu[count]:
         pairs = pairs.lowest(count)
     vectors = pairs.vectors
-    sign = np.array([np.sign(column[np.abs(column).argmax()]) for column in vectors.T])
-    vectors *= sign
-    return replace(pairs, beside=None if pairs.beside is None else pairs.beside * sign)
+    vectors *= np.array([np.sign(column[np.abs(column).argmax()]) for column in vectors.T])
+    return pairs
 
 
 def _eigenpairs(
@@ -157,12 +154,11 @@ def _eigenpairs(
     mass, dofs, block = condensation.mass_product, condensation.dofs, LANCZOS_BLOCK
     if isinstance(condensation, CyclicCondensation) and 5 * count < dofs:
         return cyclic_modes(condensation, count, heard)
-    if most_rows(count, block) + block >= dofs:
+    if most_vectors(count, block) + block >= dofs:
         return all_modes(condensation.fixed_solve, mass, dofs, count)
     start = np.random.default_rng(20230617).standard_normal((dofs, block))
-    most = most_rows(count, block, dofs)
-    solve = condensation.fixed_solve_with_reactions
-    return lowest_modes(solve, mass, start, count, most, _TOLERANCE, heard)
+    most = most_vectors(count, block, dofs)
+    return lowest_modes(condensation.fixed_solve, mass, start, count, most, _TOLERANCE, heard)
 
 
 def _project(
@@ -177,7 +173,7 @@ def _project(
     b, count = interface.size, len(omega)
     recovery = np.empty((model.vertex_dofs, b + count), dtype=np.float32)
     reduced_mass = np.eye(b + count)
-    reduced_mass[:b, :b], coupling = condensation.projected(modes, recovery[:, :b], fixed.beside)
+    reduced_mass[:b, :b], coupling = condensation.projected(modes, recovery[:, :b])
     reduced_mass[b:, :b], reduced_mass[:b, b:] = coupling, coupling.T
     recovery[:, b:] = condensation.dofs_of(modes, model.vertex_dofs)
     reduced_stiffness = np.diag(np.concatenate([np.zeros(b), omega**2]))

@@ -117,24 +117,16 @@ class CyclicCondensation:
 
     def fixed_solve(self, right: Array) -> Array:
         """x (d, k) with K x = right + B^T (reactions), B x = 0."""
-        return self.fixed_solve_with_reactions(right)[0]
-
-    def fixed_solve_with_reactions(self, right: Array) -> tuple[Array, Array]:
-        """The same, and the reactions (b, k)."""
-        parts = [self.solver.solve(self._form(right[:, b])) for b in self.blocks(right.shape[1])]
-        fields, reactions = zip(*parts, strict=True)
-        return np.hstack([x.reshape(self.dofs, -1) for x in fields]), np.hstack(reactions)
+        return self._each(right, self.solver.solve)
 
     def supported_solve(self, right: Array, supports: Array) -> Array:
         """x (d, k) with (K + B^T supports B) x = right; supports (b, b) makes the body regular."""
         held = np.linalg.inv(self.stiffness + supports)
-        return self._each(
-            right, lambda g: self.solver.solve(g, -held @ self.solver.reactions(g))[0]
-        )
+        return self._each(right, lambda g: self.solver.solve(g, -held @ self.solver.reactions(g)))
 
     def constraint_motion(self, q: Array) -> Array:
         """Displacement Psi q (d, k) of the body where only its interface moves, by q."""
-        fields = [self.solver.solve(None, q[:, block])[0] for block in self.blocks(q.shape[1])]
+        fields = [self.solver.solve(None, q[:, block]) for block in self.blocks(q.shape[1])]
         return np.hstack([x.reshape(self.dofs, -1) for x in fields])
 
     def constraint_load(self, forces: Array) -> Array:
@@ -142,19 +134,11 @@ class CyclicCondensation:
         loads = (to_sectors(forces[:, b], self.sectors) for b in self.blocks(forces.shape[1]))
         return -np.hstack([self.solver.reactions(load) for load in loads])
 
-    def projected(
-        self, modes: Array, recovery: NDArray[np.float32], reactions: Array | None = None
-    ) -> tuple[Array, Array]:
-        """Psi^T M Psi (b, b) and modes^T M Psi (n, b); Psi at the mesh's first dofs (r, b).
-
-        reactions (b, n) to loads M modes, where they are known: Psi^T M modes = -reactions.
-        """
-        if reactions is None:
-            loads = (
-                self.fe_mass.product(self._form(modes[:, b])) for b in self.blocks(modes.shape[1])
-            )
-            reactions = np.hstack([self.solver.reactions(load) for load in loads])
-        coupling = -reactions.T
+    def projected(self, modes: Array, recovery: NDArray[np.float32]) -> tuple[Array, Array]:
+        """Psi^T M Psi (b, b) and modes^T M Psi (n, b); Psi at the mesh's first dofs (r, b)."""
+        loads = (self.fe_mass.product(self._form(modes[:, b])) for b in self.blocks(modes.shape[1]))
+        no_modes = np.zeros((self.interface.size, 0))
+        coupling = -np.hstack([no_modes, *map(self.solver.reactions, loads)]).T
         if self.has_short_borders:
             result = project_constraint_modes(self.solver, self.ties, self.motion, recovery)
             return result, coupling

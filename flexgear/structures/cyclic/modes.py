@@ -38,7 +38,7 @@ from flexgear.model.errors import FlexgearError
 from flexgear.structures.cyclic.condensation import CyclicCondensation
 from flexgear.structures.cyclic.sectors import Circulant
 from flexgear.structures.cyclic.solver import CyclicSolver
-from flexgear.structures.linalg.lanczos import Eigenpairs, lowest_modes, most_rows
+from flexgear.structures.linalg.lanczos import Eigenpairs, lowest_modes, most_vectors
 from flexgear.structures.linalg.threads import shared
 
 _STEPS = 4
@@ -111,7 +111,7 @@ _NEAR = 1e5  # sigma over a mode's distance from it, at most
 def cyclic_modes(
     condensation: CyclicCondensation, count: int, progress: Callable[[float], None]
 ) -> Eigenpairs:
-    """The `count` lowest modes with the interface held, and its reactions to M Phi beside them."""
+    """The `count` lowest modes with the interface held."""
     shift, solver = 0.0, condensation.solver
     if condensation.has_short_borders:  # else it spares fewer steps than it costs
         shift, solver = _shifted(condensation, count)
@@ -141,29 +141,16 @@ def _from_shift(
     progress: Callable[[float], None],
 ) -> Eigenpairs:
     dofs = condensation.dofs
-    most = min(most_rows(count, BLOCK, dofs), dofs - BLOCK)
+    most = min(most_vectors(count, BLOCK, dofs), dofs - BLOCK)
     start = np.random.default_rng(20230617).standard_normal((dofs, BLOCK))
     if shift:
         condensation.solver.border_harmonics.forget()  # beside the basis one set has room
 
-    def solve(load: Array) -> tuple[Array, Array]:
-        x, reactions = solver.solve(load.reshape(-1, solver.count, load.shape[1]))
-        return x.reshape(dofs, -1), reactions
+    def solve(load: Array) -> Array:
+        return solver.solve(load.reshape(-1, solver.count, load.shape[1])).reshape(dofs, -1)
 
-    def reactions(load: Array) -> Array:
-        solver.border_harmonics.forget()  # the last that is asked
-        return condensation.solver.reactions(load.reshape(-1, solver.count, load.shape[1]))
-
-    return lowest_modes(
-        solve,
-        condensation.mass_product,
-        start,
-        count,
-        most,
-        progress=progress,
-        shift=shift,
-        unshifted=reactions,
-    )
+    mass = condensation.mass_product
+    return lowest_modes(solve, mass, start, count, most, progress=progress, shift=shift)
 
 
 def _shifted(condensation: CyclicCondensation, count: int) -> tuple[float, CyclicSolver]:
@@ -188,6 +175,6 @@ def _shifted(condensation: CyclicCondensation, count: int) -> tuple[float, Cycli
 def _far(condensation: CyclicCondensation, solver: CyclicSolver, shift: float) -> bool:
     """Whether no mode is so near that it would drown the others: |T M x| against |x|."""
     shape = (condensation.dofs // solver.count, solver.count, 1)
-    x, _ = solver.solve(np.random.default_rng(7).standard_normal(shape))
-    image, _ = solver.solve(condensation.mass_product(x.reshape(-1, 1)).reshape(shape))
+    x = solver.solve(np.random.default_rng(7).standard_normal(shape))
+    image = solver.solve(condensation.mass_product(x.reshape(-1, 1)).reshape(shape))
     return bool(shift * np.linalg.norm(image) <= _NEAR * np.linalg.norm(x))

@@ -110,16 +110,14 @@ class CyclicSolver:
         """Ways in which a sector's ends move, see `shapes`."""
         return 2 * self._b + self._t + self._v
 
-    def solve(self, load: Array | None, q: Array | None = None) -> tuple[Array, Array]:
-        """Fields x (3n, z, k) under loads g or none, and rho (6 nodes, k); q (6 nodes, k) or
-        zero."""
-        run = self._run(load, q)
-        reactions = self._reactions(run)
-        return self._field(run), reactions
+    def solve(self, load: Array | None, q: Array | None = None) -> Array:
+        """Fields x (3n, z, k) under loads g or none; q (6 nodes, k) or zero."""
+        return self._field(self._run(load, q))
 
-    def reactions(self, load: Array) -> Array:
-        """Reactions rho (6 nodes, k) of the held interface: K x = g + B^T rho, B x = 0."""
-        return self._reactions(self._run(load, None))
+    def reactions(self, load: Array | None, q: Array | None = None) -> Array:
+        """Reactions rho (6 nodes, k) of the interface likewise."""
+        run = self._run(load, q)
+        return self._ties.joined(self._multipliers(run), -run.mu)
 
     def inside(self, load: Array) -> Array:
         """x_i (i, k) of one sector under loads g_i, its borders held."""
@@ -291,9 +289,6 @@ class CyclicSolver:
     def _multipliers(self, run: Pass) -> Array:
         """lambda (t, z, k)."""
         return run.d - self._ahead(run.border)
-
-    def _reactions(self, run: Pass) -> Array:
-        return self._ties.joined(self._multipliers(run), -run.mu)
 
     def _ahead(self, border: Array) -> Array:
         """D^{-1} B^ x_b (t, z, k)."""

@@ -1,8 +1,6 @@
 """Dense matrices: inverses by LAPACK, and tall products on all threads.
 
-Tall matrices have many rows, which threads share, and few columns. A block of four columns, as the
-Lanczos iteration has them, is multiplied by compiled loops: with so few columns BLAS spends its
-time on packing and on calls.
+Tall matrices have many rows, which threads share, and few columns.
 """
 
 from __future__ import annotations
@@ -13,7 +11,6 @@ from numpy.typing import NDArray
 from scipy.linalg import lapack
 
 from flexgear.arrays import Array
-from flexgear.compiled import njit
 from flexgear.structures.linalg.threads import shared
 
 
@@ -72,7 +69,6 @@ def _checked(result: NDArray[np.complex128], info: int) -> NDArray[np.complex128
     return result
 
 
-BLOCK_OF_FOUR = 4  # columns, known to the compiler: a row is one register
 _ROWS = 4096  # rows a thread takes at a time, at least
 _ENTRIES = 1 << 18  # entries it takes at a time where rows are short: less would cost calls
 
@@ -89,28 +85,19 @@ def times(a: Array, b: Array) -> Array:
 
 
 def times_in_place(a: Array, b: Array) -> None:
-    """a <- a b of a tall a (n, k) and b (k, k)."""
-    square = np.ascontiguousarray(b)
+    """The first p columns of a tall a (n, k) become those of a b, b (k, p)."""
 
     def part(rows: slice) -> None:
-        if a.shape[1] == BLOCK_OF_FOUR:
-            _combine(a[rows], square, a[rows], 0.0)
-        else:
-            a[rows] = a[rows] @ b
+        a[rows, : b.shape[1]] = a[rows] @ b
 
     shared(len(a), part, _chunk(a))
 
 
 def subtract(w: Array, a: Array, b: Array) -> None:
     """w <- w - a b of tall w (n, p), a (n, k) and b (k, p)."""
-    four = w.shape[1] == a.shape[1] == BLOCK_OF_FOUR
-    minus = -np.ascontiguousarray(b)
 
     def part(rows: slice) -> None:
-        if four:
-            _combine(a[rows], minus, w[rows], 1.0)
-        else:
-            w[rows] += a[rows] @ minus
+        w[rows] -= a[rows] @ b
 
     shared(len(w), part, _chunk(w))
 
@@ -118,45 +105,16 @@ def subtract(w: Array, a: Array, b: Array) -> None:
 def dot(a: Array, b: Array) -> Array:
     """a^T b (k, p) of tall a (n, k) and b (n, p); summed in a fixed order."""
     parts: dict[int, Array] = {}
-    four = a.shape[1] == b.shape[1] == BLOCK_OF_FOUR
 
     def part(rows: slice) -> None:
-        parts[rows.start] = _gram(a[rows], b[rows]) if four else a[rows].T @ b[rows]
+        parts[rows.start] = a[rows].T @ b[rows]
 
     shared(len(a), part, _chunk(a))
-    total = np.zeros((a.shape[1], b.shape[1]))
-    for start in sorted(parts):
-        total += parts[start]
-    return total
+    return np.asarray(
+        sum((parts[start] for start in sorted(parts)), np.zeros((a.shape[1], b.shape[1])))
+    )
 
 
 def _chunk(tall: Array) -> int:
     """Rows a thread takes at a time."""
     return max(_ROWS, _ENTRIES // max(tall.shape[1], 1))
-
-
-@njit(nogil=True, fastmath={"contract"})
-def _gram(a: Array, b: Array) -> Array:  # pragma: no cover - compiled
-    """a^T b (4, 4) of a, b (n, 4)."""
-    out = np.zeros((BLOCK_OF_FOUR, BLOCK_OF_FOUR))
-    for i in range(len(a)):
-        for k in range(BLOCK_OF_FOUR):
-            factor = a[i, k]
-            for c in range(BLOCK_OF_FOUR):
-                out[k, c] += factor * b[i, c]
-    return out
-
-
-@njit(nogil=True, fastmath={"contract"})
-def _combine(a: Array, b: Array, out: Array, keep: float) -> None:  # pragma: no cover - compiled
-    """out <- keep out + a b of a, out (n, 4) and b (4, 4); out may be a."""
-    row = np.empty(BLOCK_OF_FOUR)
-    for i in range(len(a)):
-        for c in range(BLOCK_OF_FOUR):
-            row[c] = keep * out[i, c]
-        for k in range(BLOCK_OF_FOUR):
-            factor = a[i, k]
-            for c in range(BLOCK_OF_FOUR):
-                row[c] += factor * b[k, c]
-        for c in range(BLOCK_OF_FOUR):
-            out[i, c] = row[c]
