@@ -18,7 +18,11 @@ Nominal tooth root stress after ISO 6336-3:2006, method B.
 of the virtual spur gear in the normal section, z_n = z/(cos² β_b cos β), with the whole load at the
 outer point of single contact. No load factor (K_A, K_v, K_Fβ, K_Fα), rim or deep tooth factor (Y_B,
 Y_DT) is in it: a figure to compare gears and programs by, not the stress of the case's own load
-distribution. The edition of 2019 further has f_ε in Y_F and 1/cos³ β in Y_β.
+distribution. The edition of 2019 further has f_ε in Y_F and 1/cos³ β in Y_β, which
+``contact_line_factor`` and ``helix_factor`` give:
+
+    f_ε = √(1/ε_αn) where ε_β ≥ 1, 1 for spur gears (0.7 where ε_αn ≥ 2), between them
+    √(1 − ε_β + ε_β/ε_αn), or √((1 − ε_β)/2 + ε_β/ε_αn) where ε_αn ≥ 2;  ε_αn = ε_α/cos² β_b
 
 The critical section is where tangents at 30° to the tooth's middle line (60° for a ring) touch the
 root that the gear's tool leaves (``tool``). For a rack these are the standard's equations 10
@@ -54,6 +58,12 @@ if TYPE_CHECKING:
     from flexgear.model.stage_view import StageView
 
 
+def flank_load_share(gear_mesh: GearMeshGeometry) -> float:
+    """Z_ε² of ISO 6336-2."""
+    ratio, overlap = gear_mesh.transverse_contact_ratio, min(gear_mesh.overlap_ratio, 1.0)
+    return max((4.0 - ratio) / 3.0 * (1.0 - overlap), 0.0) + overlap / ratio
+
+
 def pitch_point_pressure(view: StageView, g: StageGeometry, role: str, force: float) -> float:
     """Pa; role: "sun" or "ring"; force: normal, of one gear mesh and half, N."""
     gear_mesh, gear, material = g.gear_meshes[role], g.gears[role], view.material
@@ -62,8 +72,7 @@ def pitch_point_pressure(view: StageView, g: StageGeometry, role: str, force: fl
     ]
     cos_base = math.cos(g.base_helix_angle)
     radius = relative_radius(*curvature, internal=gear.internal) / cos_base
-    ratio, overlap = gear_mesh.transverse_contact_ratio, min(gear_mesh.overlap_ratio, 1.0)
-    share = max((4.0 - ratio) / 3.0 * (1.0 - overlap), 0.0) + overlap / ratio
+    share = flank_load_share(gear_mesh)
     depth = gear.reference_radius  # which the pressure does not depend on
     body = ContactBody(material.young_modulus, material.poisson_ratio, depth)
     line_load = abs(force) * cos_base / view.stage.face_width * share
@@ -141,6 +150,24 @@ def outer_single_contact(tooth: ToothGeometry, base_pitch: float, contact_ratio:
     return math.hypot(tooth.base_radius, tooth.roll_length(tooth.tip_radius) - step)
 
 
+def helix_factor(overlap_ratio: float, helix_angle: float, edition: str = "2006") -> float:
+    """Y_β of ISO 6336-3; helix_angle rad; edition "2006", or "2019" with 1/cos³ β."""
+    tilt = min(math.degrees(helix_angle), 30.0) / 120.0
+    factor = 1.0 - min(overlap_ratio, 1.0) * tilt
+    return factor / math.cos(helix_angle) ** 3 if edition == "2019" else factor
+
+
+def contact_line_factor(gear_mesh: GearMeshGeometry, beta_b: float, edition: str) -> float:
+    """f_ε of ISO 6336-3:2019; 1 in the edition of 2006."""
+    if edition != "2019":
+        return 1.0
+    ratio = gear_mesh.transverse_contact_ratio / math.cos(beta_b) ** 2
+    overlap = min(gear_mesh.overlap_ratio, 1.0)
+    if overlap == 0.0:
+        return 0.7 if ratio >= 2.0 else 1.0
+    return math.sqrt((1.0 - overlap) / (2.0 if ratio >= 2.0 else 1.0) + overlap / ratio)
+
+
 def root_stress(
     tooth: ToothGeometry,
     gear: GearMember,
@@ -162,8 +189,7 @@ def root_stress(
     form = 6 * lever * module * math.cos(angle) / section.thickness**2
     form /= math.cos(stage.pressure_angle)
     notch_factor = (1.2 + 0.13 * slimness) * notch ** (1 / (1.21 + 2.3 / slimness))
-    tilt = min(math.degrees(stage.helix_angle), 30.0) / 120.0
-    helix = 1.0 - min(gear_mesh.overlap_ratio, 1.0) * tilt
+    helix = helix_factor(gear_mesh.overlap_ratio, stage.helix_angle)
     tangential = abs(force) * math.cos(beta_b) * math.cos(transverse_angle(stage))
     stress = tangential / (stage.face_width * module) * form * notch_factor * helix
     return RootStress(section, lever, angle, form, notch_factor, helix, stress)

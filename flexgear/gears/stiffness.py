@@ -59,6 +59,34 @@ Law = Callable[[Array], Array]
 STEEL_YOUNG = 206e9  # ISO 6336-1 refers c' to steel
 
 
+def iso_theoretical_stiffness(
+    virtual_teeth: tuple[float, float], shifts: tuple[float, float]
+) -> float:
+    """c'_th = 1/q' per unit face width, N/m²; ISO 6336-1:2006, 9.3. virtual_teeth: z_n, ∞ of a
+    ring; shifts; planet (or pinion) first."""
+    z1, inverse2, (x1, x2) = virtual_teeth[0], 1.0 / virtual_teeth[1], shifts
+    q = (
+        0.04723 + 0.15551 / z1 + 0.25791 * inverse2 - 0.00635 * x1 - 0.11654 * x1 / z1
+        - 0.00193 * x2 - 0.24188 * x2 * inverse2 + 0.00529 * x1**2 + 0.00182 * x2**2
+    )  # fmt: skip
+    return 1e9 / q  # N/(mm µm) -> N/m²
+
+
+def iso_transverse_stiffness(
+    theoretical: float,
+    *,
+    dedendum: float,
+    pressure_angle: float,
+    helix_angle: float,
+    young_modulus: float,
+) -> float:
+    """c' = c'_th C_M C_R C_B cosβ E/E_steel, of force and deflection along the transverse line of
+    action, N/m²; C_M = 0.8, C_R = 1, C_B = [1 + 0.5 (1.2 − h_fP/m)] [1 − 0.02 (20° − α_n)].
+    ISO 6336-1:2006, 9.3. Angles rad, young_modulus Pa."""
+    basic = (1 + 0.5 * (1.2 - dedendum)) * (1 - 0.02 * (20 - math.degrees(pressure_angle)))
+    return 0.8 * theoretical * basic * math.cos(helix_angle) * young_modulus / STEEL_YOUNG
+
+
 def iso_single_stiffness(
     *,
     teeth: tuple[int, int],
@@ -71,22 +99,19 @@ def iso_single_stiffness(
 ) -> float:
     """Peak c' of one pair per unit face width along the 3D line of action, N/m².
 
-    ISO 6336-1:2006, 9.3: c'_th = 1/q' with virtual tooth numbers z_n = z/cos³β (internal gear:
-    z_n2 → ∞), c' = c'_th C_M C_R C_B cosβ with C_M = 0.8, C_R = 1 and
-    C_B = [1 + 0.5 (1.2 − h_fP/m)] [1 − 0.02 (20° − α_n)]. ISO's c' refers force and deflection
-    to the transverse line of action; along the 3D one it is larger by 1/cos²β_b.
+    ISO's c' (``iso_transverse_stiffness``) refers force and deflection to the transverse line of
+    action; along the 3D one it is larger by 1/cos²β_b. z_n = z/cos³β, ∞ of a ring (internal).
     teeth, shifts: planet (or pinion) first. Angles rad, young_modulus Pa.
     """
-    cos_b = math.cos(helix_angle)
-    z1 = teeth[0] / cos_b**3
-    inverse2 = 0.0 if internal else cos_b**3 / teeth[1]
-    x1, x2 = shifts
-    q = (
-        0.04723 + 0.15551 / z1 + 0.25791 * inverse2 - 0.00635 * x1 - 0.11654 * x1 / z1
-        - 0.00193 * x2 - 0.24188 * x2 * inverse2 + 0.00529 * x1**2 + 0.00182 * x2**2
-    )  # fmt: skip
-    basic = (1 + 0.5 * (1.2 - dedendum)) * (1 - 0.02 * (20 - math.degrees(pressure_angle)))
-    transverse = 0.8 / q * basic * cos_b * 1e9 * young_modulus / STEEL_YOUNG  # N/(mm µm) -> N/m²
+    cube = math.cos(helix_angle) ** 3
+    virtual = teeth[0] / cube, math.inf if internal else teeth[1] / cube
+    transverse = iso_transverse_stiffness(
+        iso_theoretical_stiffness(virtual, shifts),
+        dedendum=dedendum,
+        pressure_angle=pressure_angle,
+        helix_angle=helix_angle,
+        young_modulus=young_modulus,
+    )
     sin_bb = math.sin(helix_angle) * math.cos(pressure_angle)
     return transverse / (1 - sin_bb**2)
 
@@ -196,18 +221,32 @@ def iso_mean_stiffness(peak: float, contact_ratio: float, face_width: float) -> 
     return peak * (0.75 * contact_ratio + 0.25) * face_width
 
 
-def iso_peak(view: StageView, role: str) -> float:
-    """c' of ISO 6336-1 with "sun" or "ring", N/m² along the 3D normal."""
-    stage, gears = view.stage, gears_by_role(view.stage)
-    # index 1 of ISO is the pinion, the smaller of two external gears
+def iso_numbers(view: StageView, role: str) -> tuple[tuple[int, int], tuple[float, float]]:
+    """Teeth and profile shifts of a gear mesh, index 1 of ISO first: the planet beside a ring, the
+    smaller of two external gears; no shift counts on a ring."""
+    gears = gears_by_role(view.stage)
     first, second = gears["planet"], gears[role]
     if role != "ring" and second.teeth < first.teeth:
         first, second = second, first
+    shift = 0.0 if role == "ring" else second.profile_shift
+    return (first.teeth, second.teeth), (first.profile_shift, shift)
+
+
+def iso_dedendum(view: StageView, role: str) -> float:
+    """h_fP/m_n of C_B, the mean of both gears."""
+    gears = gears_by_role(view.stage)
+    return 0.5 * (gears["planet"].dedendum + gears[role].dedendum)
+
+
+def iso_peak(view: StageView, role: str) -> float:
+    """c' of ISO 6336-1 with "sun" or "ring", N/m² along the 3D normal."""
+    stage = view.stage
+    teeth, shifts = iso_numbers(view, role)
     return iso_single_stiffness(
-        teeth=(first.teeth, second.teeth),
+        teeth=teeth,
         internal=role == "ring",
-        shifts=(first.profile_shift, 0.0 if role == "ring" else second.profile_shift),
-        dedendum=0.5 * (first.dedendum + second.dedendum),
+        shifts=shifts,
+        dedendum=iso_dedendum(view, role),
         pressure_angle=stage.pressure_angle,
         helix_angle=stage.helix_angle,
         young_modulus=view.material.young_modulus,

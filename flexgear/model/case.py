@@ -17,6 +17,7 @@ from flexgear.model.lubricant import Lubricant
 from flexgear.model.machine import TorqueHistory, check_machines
 from flexgear.model.member import CarrierMember, GearMember, Kinematics
 from flexgear.model.names import BodyName, Member, MemberName
+from flexgear.model.rating import Rating
 from flexgear.model.read import Written, is_place, nearest, numbered, of_only_stage, put
 from flexgear.model.ring import Ring
 from flexgear.model.section import Missing, Refusal, Section
@@ -187,8 +188,8 @@ class Case(Section):
     holds its ring unless that is a port or in a joint. inputs: driven members. output: the loaded
     member. loads: constant forces and moments on members. load_cases: steady states that a rating
     counts. spectrum: more of them in a table. drive: machine of the first input. housing: what the
-    bearings stand on. lubricant: of gears and bearings. damping: of the structure. tolerance: what
-    a tolerance study draws. solver: numerical options.
+    bearings stand on. lubricant: of gears and bearings. rating: rules by which gears are rated.
+    damping: of the structure. tolerance: what a tolerance study draws. solver: numerical options.
 
     Without ``output`` the case is one of free vibration, which has modes only: about rest without
     inputs, else about the steady speeds that they give. Only there may members that turn have a
@@ -213,6 +214,7 @@ class Case(Section):
     drive: TorqueHistory = TorqueHistory()
     housing: Housing = Housing()
     lubricant: Lubricant | None = None
+    rating: Rating = Rating()
     damping: Damping = Damping()
     tolerance: Tolerance = Tolerance()
     solver: Solver = Solver()

@@ -10,6 +10,7 @@ from pydantic import Field, model_validator
 
 from flexgear.model.bodies import Carrier, Hub, Planet, Shaft
 from flexgear.model.modifications import GearModifications, PlanetModifications
+from flexgear.model.rating import GearRating
 from flexgear.model.ring import Ring
 from flexgear.model.section import Missing, Refusal, Section
 from flexgear.model.springs import Bearing, Rolling
@@ -188,15 +189,17 @@ class GearMember(LumpedInertia, Gear):
     """A lumped gear.
 
     base_diameter: replaces the one from module and teeth. rim_thickness: of a ring, outside its
-    root circle; serves only to derive mass and inertia. allowable_root_stress: permissible stress
-    σ_FP of ISO 6336-3, which the computed root stress is held to. allowable_flank_pressure:
-    permissible contact stress σ_HP of ISO 6336-2, which the computed flank pressure is held to.
+    root circle; serves to derive mass and inertia, and to rate its roots. allowable_root_stress:
+    permissible stress σ_FP of ISO 6336-3, which the computed root stress is held to.
+    allowable_flank_pressure: permissible contact stress σ_HP of ISO 6336-2, which the computed
+    flank pressure is held to. rating: what load capacity depends on beside the teeth.
     """
 
     base_diameter: Length | None = Field(default=None, ge=1e-4, le=10.0)
     rim_thickness: Length | None = Field(default=None, ge=1e-4, le=3.0)
     allowable_root_stress: Stress | None = Field(default=None, gt=0.0, le=1e10)
     allowable_flank_pressure: Stress | None = Field(default=None, gt=0.0, le=1e10)
+    rating: GearRating = GearRating()
 
 
 class PlanetGear(GearMember):

@@ -1,0 +1,1 @@
+"""Load capacity of gears after ISO 6336: factors, permissible stresses, damage; closed form."""

@@ -1,0 +1,283 @@
+"""Load factors of ISO 6336-1:2006, method B: dynamic, face and transverse load factors.
+
+Dynamic factor (clause 6): with the reduced mass m_red per face width on the line of action and the
+mesh stiffness c_γα the resonance ratio is N = 2π f/√(c_γα/m_red), f the frequency of teeth in the
+carrier. With w = F_t K_A K_γ/b
+
+    B_p = c' f_pb,eff/w,  B_f = c' f_fα,eff/w,  B_k = |1 − c' C_a/w|
+    N ≤ N_S      K_v = 1 + N (C_v1 B_p + C_v2 B_f + C_v3 B_k)
+    N ≤ 1.15     K_v = 1 + C_v1 B_p + C_v2 B_f + C_v4 B_k
+    N ≥ 1.5      K_v = C_v5 B_p + C_v6 B_f + C_v7,  straight between 1.15 and 1.5
+    N_S = 0.85, or 0.5 + 0.35 √(w/100) below w = 100 N/mm
+
+    m_red = 1/(1/m_planet + N_planets/m_gear),  m = J/(b r_b²);  a gear at rest has m = ∞
+
+which is the standard's m_red of pinion and wheel, of sun and planets, and of planets in a fixed
+ring. f_pb,eff and f_fα,eff are the larger deviation of the two gears less y_p, y_f by running in,
+here both of the rule for y_α. C_a: mean of both tip reliefs; without any C_ay = (σ_Hlim/97 −
+18.45)²/18 + 1.5 µm (σ_Hlim N/mm², mean of both), and B_k = 1 from grade 6 on. Deviations of a
+grade: ISO 1328-1, edition 1995 or 2013, of the gear's own module and diameter.
+
+Transverse load factors (clause 8), w_H = F_t K_A K_γ K_v K_Hβ/b:
+
+    K_Hα = K_Fα = ε_γ/2 (0.9 + 0.4 q)            ε_γ ≤ 2,  q = c_γα (f_pb − y_α)/w_H
+                = 0.9 + 0.4 q √(2 (ε_γ − 1)/ε_γ)  above
+    1 ≤ K_Hα ≤ ε_γ/(ε_α Z_ε²),  1 ≤ K_Fα ≤ ε_γ/(0.25 ε_α + 0.75)
+
+Face load factor of the root (7.2): K_Fβ = K_Hβ^{N_F}, N_F = 1/(1 + h/b + (h/b)²), h/b ≤ 1/3, the
+larger of both gears. c' falls with (w/100 N/mm)^{1/4} below that load.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+from flexgear.gears.nominal_stress import flank_load_share
+from flexgear.gears.rating.pair import GearPair, PairLoad, RatedGear
+from flexgear.gears.rating.steels import THROUGH_HARDENED
+
+LOW_LOAD = 1e5  # N/m, below which c' falls
+COARSE = 6  # accuracy grade, from which on B_k = 1
+_INFINITE = math.inf
+
+
+@dataclass(frozen=True)
+class LoadFactors:
+    """K_A, K_γ, K_v, K_Hβ, K_Fβ, K_Hα, K_Fα."""
+
+    application: float = 1.0
+    load_sharing: float = 1.0
+    dynamic: float = 1.0
+    face_flank: float = 1.0
+    face_root: float = 1.0
+    transverse_flank: float = 1.0
+    transverse_root: float = 1.0
+
+    @property
+    def flank(self) -> float:
+        """K_A K_γ K_v K_Hβ K_Hα."""
+        common = self.application * self.load_sharing * self.dynamic
+        return common * self.face_flank * self.transverse_flank
+
+    @property
+    def root(self) -> float:
+        """K_A K_γ K_v K_Fβ K_Fα."""
+        common = self.application * self.load_sharing * self.dynamic
+        return common * self.face_root * self.transverse_root
+
+
+@dataclass(frozen=True)
+class DynamicFactor:
+    """K_v, the resonance ratio N, its range in words, and B_p, B_f, B_k."""
+
+    value: float
+    resonance_ratio: float
+    range: str
+    pitch: float
+    profile: float
+    relief: float
+
+
+@dataclass(frozen=True)
+class Deviations:
+    """f_pb, f_fα of a gear mesh and what running in takes off them, y_p and y_f, m."""
+
+    base_pitch: float
+    profile: float
+    base_pitch_run_in: float
+    profile_run_in: float
+
+    @property
+    def effective_pitch(self) -> float:
+        """f_pb − y_p, m."""
+        return self.base_pitch - self.base_pitch_run_in
+
+    @property
+    def effective_profile(self) -> float:
+        """f_fα − y_f, m."""
+        return self.profile - self.profile_run_in
+
+
+def tolerances(pair: GearPair, gear: RatedGear) -> tuple[float, float] | None:
+    """f_pt and f_fα, m: stated, or of the accuracy grade A, ISO 1328-1 (m, d in mm, µm):
+
+    1995    (0.3 (m + 0.4 √d) + 4) 2^{(A−5)/2},  (2.5 √m + 0.17 √d + 0.5) 2^{(A−5)/2}
+    2013    (0.001 d + 0.4 m + 5) 2^{(A−5)/2},   (0.55 m + 5) 2^{(A−5)/2}
+    """
+    data, m, d = gear.data, 1e3 * pair.normal_module, 1e3 * gear.reference_diameter
+    pitch, profile = data.pitch_deviation, data.profile_deviation
+    if data.accuracy_grade is not None:
+        step = 1e-6 * 2.0 ** ((data.accuracy_grade - 5) / 2)
+        if pair.rules.edition == "2006":
+            of_grade = (
+                0.3 * (m + 0.4 * math.sqrt(d)) + 4.0,
+                2.5 * math.sqrt(m) + 0.17 * math.sqrt(d) + 0.5,
+            )
+        else:
+            of_grade = (0.001 * d + 0.4 * m + 5.0, 0.55 * m + 5.0)
+        pitch = step * of_grade[0] if pitch is None else pitch
+        profile = step * of_grade[1] if profile is None else profile
+    return None if pitch is None or profile is None else (pitch, profile)
+
+
+def _run_in(gear: RatedGear, deviation: float, velocity: float) -> float | None:
+    """y_α, m: 0.075 f up to 3 µm of surface-hardened steels, 160/σ_Hlim f of others, up to
+    12 800/σ_Hlim above 5 m/s and half of that above 10 m/s; None where the steel is not known."""
+    if gear.data.steel is None:
+        return None
+    if gear.data.steel not in THROUGH_HARDENED:
+        return min(0.075 * deviation, 3e-6)
+    if isinstance(gear.flank_strength, str):
+        return None
+    strength = gear.flank_strength / 1e6
+    most = _INFINITE if velocity <= 5.0 else (12.8e-3 if velocity <= 10.0 else 6.4e-3) / strength
+    return min(160.0 / strength * deviation, most)
+
+
+def deviations(pair: GearPair, velocity: float) -> Deviations | None:
+    """Of both gears together; None where accuracy or steel of one of them is not known."""
+    of_gears = [tolerances(pair, gear) for gear in pair.gears.values()]
+    pitches = [x[0] for x in of_gears if x is not None]
+    profiles = [x[1] for x in of_gears if x is not None]
+    if len(pitches) < len(pair.gears):
+        return None
+    pitch, profile = max(pitches) * math.cos(pair.transverse_angle), max(profiles)
+    run_in = [
+        [_run_in(gear, f, velocity) for gear in pair.gears.values()] for f in (pitch, profile)
+    ]
+    of_pitch, of_profile = ([y for y in both if y is not None] for both in run_in)
+    if len(of_pitch) < len(pair.gears):
+        return None
+    return Deviations(pitch, profile, sum(of_pitch) / 2, sum(of_profile) / 2)
+
+
+def reduced_mass(pair: GearPair) -> float:
+    """m_red per face width, kg/m."""
+    inverse = 0.0
+    for part, gear in pair.gears.items():
+        mates = 1 if part == "planet" else pair.planets
+        if gear.turns or part == "planet":
+            inverse += mates * gear.tooth.base_radius**2 / gear.inertia
+    return 1.0 / inverse
+
+
+def _softened(line_load: float) -> float:
+    """What c' is multiplied by at a load per face width, N/m."""
+    return min(line_load / LOW_LOAD, 1.0) ** 0.25
+
+
+def _tip_relief(pair: GearPair) -> float | None:
+    """C_a of B_k, m; None where neither relief nor strengths are known."""
+    gears = pair.gears.values()
+    if any(gear.tip_relief for gear in gears):
+        return sum(gear.tip_relief for gear in gears) / 2
+    amounts = [
+        1e-6 * ((gear.flank_strength / 97e6 - 18.45) ** 2 / 18.0 + 1.5)
+        for gear in gears
+        if not isinstance(gear.flank_strength, str)
+    ]
+    return sum(amounts) / 2 if len(amounts) == len(pair.gears) else None
+
+
+def _coefficients(ratio: float) -> tuple[float, ...]:
+    """C_v1 … C_v7 of the total contact ratio ε_γ; ISO 6336-1:2006, table 8."""
+    if ratio <= 2.0:
+        v2, v3, v4, v6 = 0.34, 0.23, 0.90, 0.47
+    else:
+        v2, v3 = 0.57 / (ratio - 0.3), 0.096 / (ratio - 1.56)
+        v4, v6 = (0.57 - 0.05 * ratio) / (ratio - 1.44), 0.12 / (ratio - 1.74)
+    v7 = 0.75 if ratio <= 1.5 else 1.0
+    if 1.5 < ratio <= 2.5:
+        v7 = 0.125 * math.sin(math.pi * (ratio - 2.0)) + 0.875
+    return 0.32, v2, v3, v4, 0.47, v6, v7
+
+
+def dynamic_factor(pair: GearPair, load: PairLoad, ratio: float) -> DynamicFactor | None:
+    """K_v; ratio: K_A K_γ. None where accuracy, steel or strength are not known; 1 without load."""
+    line_load = ratio * load.tangential_force / pair.face_width
+    deviation, relief = deviations(pair, load.velocity), _tip_relief(pair)
+    grades = [gear.data.accuracy_grade for gear in pair.gears.values()]
+    if any(grade is not None and grade >= COARSE for grade in grades):
+        relief = 0.0  # B_k = 1
+    if deviation is None or relief is None:
+        return None
+    pitch = math.pi * pair.normal_module / math.cos(pair.helix_angle)
+    soft = _softened(line_load) if line_load else 1.0
+    natural = math.sqrt(pair.mesh_stiffness * soft / reduced_mass(pair))
+    resonance = 2.0 * math.pi * load.velocity / pitch / natural
+    if line_load == 0.0:
+        return DynamicFactor(1.0, resonance, "unloaded", 0.0, 0.0, 0.0)
+    stiffness = soft * pair.single_stiffness
+    b_p = stiffness * deviation.effective_pitch / line_load
+    b_f = stiffness * deviation.effective_profile / line_load
+    b_k = abs(1.0 - stiffness * relief / line_load)
+    c1, c2, c3, c4, c5, c6, c7 = _coefficients(pair.geometry.total_contact_ratio)
+    low = 0.85 if line_load >= LOW_LOAD else 0.5 + 0.35 * math.sqrt(line_load / LOW_LOAD)
+    near = 1.0 + c1 * b_p + c2 * b_f + c4 * b_k
+    above = c5 * b_p + c6 * b_f + c7
+    if resonance <= low:
+        value, where = 1.0 + resonance * (c1 * b_p + c2 * b_f + c3 * b_k), "subcritical"
+    elif resonance <= 1.15:
+        value, where = near, "main resonance"
+    elif resonance < 1.5:
+        value, where = above + (near - above) / 0.35 * (1.5 - resonance), "intermediate"
+    else:
+        value, where = above, "supercritical"
+    return DynamicFactor(value, resonance, where, b_p, b_f, b_k)
+
+
+def root_face_factor(pair: GearPair, face_flank: float) -> float:
+    """K_Fβ of K_Hβ."""
+    slim = max(gear.tooth_height for gear in pair.gears.values()) / pair.face_width
+    slim = min(slim, 1.0 / 3.0)
+    return float(face_flank ** (1.0 / (1.0 + slim + slim**2)))
+
+
+def transverse_factors(pair: GearPair, load: PairLoad, ratio: float) -> tuple[float, float] | None:
+    """K_Hα, K_Fα; ratio: K_A K_γ K_v K_Hβ. None where accuracy or steel are not known."""
+    deviation = deviations(pair, load.velocity)
+    if deviation is None:
+        return None
+    alpha, total = pair.geometry.transverse_contact_ratio, pair.geometry.total_contact_ratio
+    flank_limit = total / (alpha * flank_load_share(pair.geometry))
+    root_limit = total / (0.25 * alpha + 0.75)
+    line_load = ratio * load.tangential_force / pair.face_width
+    if line_load == 0.0:
+        return flank_limit, root_limit
+    stiffness = _softened(line_load) * pair.mesh_stiffness
+    uneven = 0.4 * stiffness * deviation.effective_pitch / line_load
+    if total <= 2.0:
+        value = total / 2.0 * (0.9 + uneven)
+    else:
+        value = 0.9 + uneven * math.sqrt(2.0 * (total - 1.0) / total)
+    return max(min(value, flank_limit), 1.0), max(min(value, root_limit), 1.0)
+
+
+def method_b(
+    pair: GearPair,
+    load: PairLoad,
+    face_flank: float,
+    load_sharing: float = 1.0,
+    dynamic: float | None = None,
+) -> LoadFactors | None:
+    """All factors, with the floors of the case; face_flank: K_Hβ, load_sharing: K_γ, dynamic: K_v
+    from elsewhere. None where accuracy, steel or strength are not known."""
+    rules = pair.rules
+    factors = LoadFactors(rules.application_factor, load_sharing)
+    if dynamic is None:
+        by_rule = dynamic_factor(pair, load, factors.flank)
+        if by_rule is None:
+            return None
+        dynamic = by_rule.value
+    face = max(face_flank, rules.face_load_floor)
+    factors = replace(
+        factors,
+        dynamic=max(dynamic, rules.dynamic_floor),
+        face_flank=face,
+        face_root=root_face_factor(pair, face),
+    )
+    transverse = transverse_factors(pair, load, factors.flank)
+    if transverse is None:
+        return None
+    return replace(factors, transverse_flank=transverse[0], transverse_root=transverse[1])

@@ -1,0 +1,258 @@
+"""Two gears in mesh as ISO 6336 sees them: what does not depend on the load.
+
+F_t acts at the reference circle of one gear mesh of one planet (and of one half of a double-helical
+stage); a gear's two gear meshes are rated one by one. Gears are named as everywhere, "sun",
+"planet" and "ring", pinion and gear of a parallel stage in the first two places.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from flexgear.gears.geometry import GearMeshGeometry, StageGeometry
+from flexgear.gears.nominal_stress import RootStress, root_stress, virtual_teeth
+from flexgear.gears.radii import gears_by_role
+from flexgear.gears.rating.steels import allowable_stress
+from flexgear.gears.stiffness import (
+    iso_dedendum,
+    iso_numbers,
+    iso_theoretical_stiffness,
+    iso_transverse_stiffness,
+)
+from flexgear.gears.tooth import ToothGeometry, base_helix_angle, transverse_angle
+from flexgear.model.rating import GearRating, Rating
+from flexgear.model.section import Refusal
+
+if TYPE_CHECKING:
+    from flexgear.gears.stage_flow import StageFlow
+    from flexgear.model.bodies import Material
+    from flexgear.model.member import GearMember
+    from flexgear.model.stage_view import StageView
+
+
+@dataclass(frozen=True)
+class PairLoad:
+    """tangential_force: F_t of one gear mesh at the reference circle, N; velocity: of the pitch
+    line (reference circle) seen from the carrier, m/s; both ≥ 0."""
+
+    tangential_force: float
+    velocity: float
+
+
+@dataclass(frozen=True)
+class RatedGear:
+    """One of the two. root: nominal root stress under F_t = 1 N and its factors; flank_strength,
+    root_strength: σ_Hlim, σ_Flim, Pa, or the key that is missing; rim_factor: Y_B, None where the
+    rim is not known; inertia: J per face width, kg m; turns: whether it turns about its axis;
+    reversed: whether its roots are loaded in both senses; tip_relief: C_αa of the flank here, m."""
+
+    part: str
+    name: str
+    teeth: int
+    tooth: ToothGeometry
+    data: GearRating
+    root: RootStress
+    flank_strength: float | str
+    root_strength: float | str
+    rim_factor: float | None
+    inertia: float
+    turns: bool
+    reversed: bool
+    tip_relief: float
+    roll_length: float
+
+    @property
+    def reference_diameter(self) -> float:
+        """d, m."""
+        return 2.0 * self.tooth.reference_radius
+
+    @property
+    def tooth_height(self) -> float:
+        """h, from root to tip circle, m."""
+        return abs(self.tooth.tip_radius - self.tooth.root_radius)
+
+
+@dataclass(frozen=True)
+class GearPair:
+    """A gear mesh "sun" or "ring" of a stage. gears: by part, "planet" and the role; the smaller
+    one first, which ISO calls pinion. theoretical_stiffness, single_stiffness: c'_th, c' of high
+    loads, N/m² along the transverse line of action, with z_n = z/(cos² β_b cos β) as ISO/TR
+    6336-30 has it; viscosity: ν_40, m²/s; planets: their
+    number; rules: of the case."""
+
+    role: str
+    gears: Mapping[str, RatedGear]
+    geometry: GearMeshGeometry
+    normal_module: float
+    pressure_angle: float
+    helix_angle: float
+    base_helix_angle: float
+    transverse_angle: float
+    face_width: float
+    planets: int
+    material: Material
+    theoretical_stiffness: float
+    single_stiffness: float
+    viscosity: float | None
+    rules: Rating
+
+    @property
+    def pinion(self) -> RatedGear:
+        """The smaller one."""
+        return next(iter(self.gears.values()))
+
+    @property
+    def wheel(self) -> RatedGear:
+        """The larger one, or the ring."""
+        return list(self.gears.values())[1]
+
+    @property
+    def internal(self) -> bool:
+        """Whether the wheel is a ring."""
+        return self.role == "ring"
+
+    @property
+    def mesh_stiffness(self) -> float:
+        """c_γα of high loads, N/m²; ISO 6336-1:2006, 9.3."""
+        return self.single_stiffness * (0.75 * self.geometry.transverse_contact_ratio + 0.25)
+
+    def curvature(self, part: str, place: float = 0.0) -> float:
+        """Radius of curvature of a flank in the transverse section at the pitch point, or on the
+        path of contact at ``place`` from there towards the planet's tip, m."""
+        gear = self.gears[part]
+        sign = 1.0 if part == "planet" or self.internal else -1.0
+        return gear.roll_length + sign * place
+
+    @property
+    def relative_curvature(self) -> float:
+        """ρ_red at the pitch point, transverse, m; ISO 6336-2:2006, 12.3."""
+        small, large = (self.curvature(part) for part in self.gears)
+        return small * large / (large - small if self.internal else large + small)
+
+
+def gear_pair(
+    view: StageView, g: StageGeometry, role: str, fe_rims: Collection[str] | None = None
+) -> GearPair:
+    """The gear mesh "sun" or "ring" of a stage. fe_rims: parts whose rim bends in an FE body, so
+    that Y_B is 1; those that are FE bodies in the case if left out. InputError where base diameters
+    or working angles are stated: the teeth then are not those of the gears."""
+    stage = view.stage
+    if g.overridden:
+        raise view.refuse(
+            view.part(role),
+            "cannot be rated beside base diameters or working angles that the case states",
+            "take these out, so that teeth are those of module, tooth numbers and profile shifts",
+        )
+    if fe_rims is None:
+        fe_rims = {part for part in ("planet", "ring") if stage.form(part) == "fe"}
+    (first, second), shifts = iso_numbers(view, role)
+    large = math.inf if role == "ring" else virtual_teeth(second, stage)
+    theoretical = iso_theoretical_stiffness((virtual_teeth(first, stage), large), shifts)
+    parts = sorted(("planet", role), key=lambda part: g.gears[part].teeth)
+    lubricant = view.case.lubricant
+    return GearPair(
+        role=role,
+        gears={part: _gear(view, g, role, part, part in fe_rims) for part in parts},
+        geometry=g.gear_meshes[role],
+        normal_module=stage.normal_module,
+        pressure_angle=stage.pressure_angle,
+        helix_angle=stage.helix_angle,
+        base_helix_angle=base_helix_angle(stage),
+        transverse_angle=transverse_angle(stage),
+        face_width=stage.face_width,
+        planets=stage.planets,
+        material=view.material,
+        theoretical_stiffness=theoretical,
+        single_stiffness=iso_transverse_stiffness(
+            theoretical,
+            dedendum=iso_dedendum(view, role),
+            pressure_angle=stage.pressure_angle,
+            helix_angle=stage.helix_angle,
+            young_modulus=view.material.young_modulus,
+        ),
+        viscosity=None if lubricant is None else lubricant.viscosity_40,
+        rules=view.case.rating,
+    )
+
+
+def _gear(view: StageView, g: StageGeometry, role: str, part: str, fe_rim: bool) -> RatedGear:
+    stage, tooth, gear_mesh = view.stage, g.gears[part], g.gear_meshes[role]
+    member, name = gears_by_role(stage)[part], view.part(part)
+    unit = 1.0 / (math.cos(base_helix_angle(stage)) * math.cos(transverse_angle(stage)))
+    try:
+        strengths = [allowable_stress(member.rating, place) for place in ("flank", "root")]
+    except Refusal as fault:
+        key = f"{name}.rating.{fault.key}"
+        raise view.refuse(key, fault.problem, fault.remedy) from None
+    rim = _rim(view, part, tooth, member)
+    is_planet = part == "planet" and stage.kind == "planetary"
+    relief = member.modifications.of(role if is_planet else "drive").tip_relief
+    return RatedGear(
+        part=part,
+        name=name,
+        teeth=member.teeth,
+        tooth=tooth,
+        data=member.rating,
+        root=root_stress(tooth, member, stage, gear_mesh, unit),
+        flank_strength=strengths[0],
+        root_strength=strengths[1],
+        rim_factor=1.0 if fe_rim else _rim_factor(member, tooth, rim, stage.normal_module),
+        inertia=_inertia(view, tooth, member, rim),
+        turns=f"{stage.name}.{name}" not in view.case.held_members(),
+        reversed=is_planet,
+        tip_relief=0.0 if relief is None else relief.amount,
+        roll_length=tooth.base_radius * math.tan(gear_mesh.working_angle),
+    )
+
+
+def _rim(view: StageView, part: str, tooth: ToothGeometry, member: GearMember) -> float | None:
+    """s_R, m; ∞ of a gear without bore, None where it is not known."""
+    if not tooth.internal:
+        bore = member.bore_diameter
+        return tooth.root_radius - bore / 2 if bore else math.inf
+    return view.ring.rim_thickness if view.stage.form("ring") == "fe" else member.rim_thickness
+
+
+def _rim_factor(
+    member: GearMember, tooth: ToothGeometry, rim: float | None, module: float
+) -> float | None:
+    """Y_B of ISO 6336-3: external 1.6 ln(2.242 h_t/s_R) for 0.5 < s_R/h_t < 1.2, internal 1.15
+    ln(8.324 m_n/s_R) for 1.75 < s_R/m_n < 3.5, 1 above; None of a rim thinner than that."""
+    if member.rating.rim_factor is not None:
+        return member.rating.rim_factor
+    if rim is None:
+        return None
+    if tooth.internal:
+        if rim <= 1.75 * module:
+            return None
+        return max(1.0, 1.15 * math.log(8.324 * module / rim)) if rim < 3.5 * module else 1.0
+    height = abs(tooth.tip_radius - tooth.root_radius)
+    if rim <= 0.5 * height:
+        return None
+    return max(1.0, 1.6 * math.log(2.242 * height / rim)) if rim < 1.2 * height else 1.0
+
+
+def _inertia(view: StageView, tooth: ToothGeometry, member: GearMember, rim: float | None) -> float:
+    """J per face width of a disc from its bore to the mean of tip and root circle, or of a ring
+    from there to its rim's outside, kg m; ISO 6336-1:2006, 6.4.8. ∞ of a ring of unknown rim."""
+    middle = tooth.tip_radius + tooth.root_radius  # diameter
+    if not tooth.internal:
+        outer, inner = middle, member.bore_diameter
+    elif rim is None:
+        return math.inf
+    else:
+        outer, inner = 2.0 * (tooth.root_radius + rim), middle
+    return math.pi / 32.0 * view.material.density * (outer**4 - inner**4)
+
+
+def pair_load(pair: GearPair, flow: StageFlow) -> PairLoad:
+    """F_t = F_n cos β_b cos α_t and v = f p_t of the stage's power flow, equal over all planets."""
+    tangential = abs(flow.gear_mesh_forces[pair.role]) * math.cos(pair.base_helix_angle)
+    pitch = math.pi * pair.normal_module / math.cos(pair.helix_angle)
+    return PairLoad(
+        tangential_force=tangential * math.cos(pair.transverse_angle),
+        velocity=flow.gear_mesh_frequency * pitch,
+    )

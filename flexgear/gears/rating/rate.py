@@ -1,0 +1,230 @@
+"""Stresses, strengths and safeties of both gears of a gear mesh, with every factor.
+
+A gear's flank or root in one state of load is a ``LimitState``: nominal stress, stress, and the
+curve of what it bears. What is not known leaves ``curve`` None, and ``missing`` names the key.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from flexgear.gears.rating import flank, root
+from flexgear.gears.rating.damage import LifeCurve
+from flexgear.gears.rating.load_factors import LoadFactors
+from flexgear.gears.rating.pair import GearPair, PairLoad, RatedGear
+from flexgear.gears.rating.steels import (
+    Knees,
+    flank_knees,
+    root_knees,
+    root_roughness_factor,
+    root_size_factor,
+)
+
+
+@dataclass(frozen=True)
+class Factor:
+    """A line of a rating sheet; value in ``unit``."""
+
+    symbol: str
+    value: float
+    unit: str
+    meaning: str
+    source: str
+
+
+@dataclass(frozen=True)
+class LimitState:
+    """Flank or root of one gear under one load. nominal: σ_H0 or σ_F0, Pa; stress: σ_H or σ_F, Pa;
+    curve: σ_HG or σ_FG over cycles, None where ``missing`` names the key that it lacks, in the
+    gear's section ``rating`` or "lubricant"; knees: of the life factor; least_safety: S_Hmin or
+    S_Fmin; factors: all that were used, in order."""
+
+    nominal: float
+    stress: float
+    curve: LifeCurve | None
+    knees: Knees
+    least_safety: float
+    factors: tuple[Factor, ...]
+    missing: str = ""
+
+    def permissible(self, cycles: float) -> float | None:
+        """σ_HP or σ_FP, Pa."""
+        return None if self.curve is None else self.curve.stress_at(cycles) / self.least_safety
+
+    def safety(self, cycles: float) -> float | None:
+        """S_H or S_F under this load alone; ∞ without load."""
+        if self.curve is None:
+            return None
+        return self.curve.stress_at(cycles) / self.stress if self.stress else math.inf
+
+    def life_factor(self, cycles: float) -> float | None:
+        """Z_NT or Y_NT."""
+        if not self.knees:
+            return None
+        numbers, factors = zip(*self.knees, strict=True)
+        return LifeCurve(numbers, factors).stress_at(cycles)
+
+
+@dataclass(frozen=True)
+class GearState:
+    """One gear in one gear mesh under one load."""
+
+    part: str
+    flank: LimitState
+    root: LimitState
+
+
+def rate(
+    pair: GearPair, load: PairLoad, factors: LoadFactors, reversal: float | None = None
+) -> dict[str, GearState]:
+    """Both gears by part. reversal: lower over higher load of the two flanks of a tooth; left out,
+    1 of planets in a planetary stage, 0 of all other gears."""
+    states = {}
+    for part, gear in pair.gears.items():
+        opposite = (1.0 if gear.reversed else 0.0) if reversal is None else reversal
+        states[part] = GearState(
+            part, _flank(pair, gear, load, factors), _root(pair, gear, load, factors, opposite)
+        )
+    return states
+
+
+def _common(pair: GearPair, load: PairLoad, factors: LoadFactors) -> list[Factor]:
+    part1 = "ISO 6336-1"
+    return [
+        Factor("F_t", load.tangential_force, "N", "force at the reference circle", part1),
+        Factor("v", load.velocity, "m/s", "speed of the pitch line", part1),
+        Factor("K_A", factors.application, "", "application factor", part1),
+        Factor("K_γ", factors.load_sharing, "", "mesh load factor", part1),
+        Factor("K_v", factors.dynamic, "", "dynamic factor", part1),
+    ]
+
+
+def _flank(pair: GearPair, gear: RatedGear, load: PairLoad, factors: LoadFactors) -> LimitState:
+    rules, source = pair.rules, "ISO 6336-2"
+    nominal = flank.nominal_pressure(pair, load)
+    single = flank.single_pair_factor(pair, gear.part)
+    stress = single * nominal * math.sqrt(factors.flank)
+    name = "Z_B" if gear is pair.pinion else "Z_D"
+    lines = [
+        *_common(pair, load, factors),
+        Factor("K_Hβ", factors.face_flank, "", "face load factor", "ISO 6336-1"),
+        Factor("K_Hα", factors.transverse_flank, "", "transverse load factor", "ISO 6336-1"),
+        Factor("Z_H", flank.zone_factor(pair), "", "zone factor", source),
+        Factor("Z_E", flank.elasticity_factor(pair) / 1e3, "√(N/mm²)", "elasticity factor", source),
+        Factor("Z_ε", flank.contact_ratio_factor(pair), "", "contact ratio factor", source),
+        Factor("Z_β", flank.helix_angle_factor(pair), "", "helix angle factor", source),
+        Factor(name, single, "", "single pair tooth contact factor", source),
+        Factor("σ_H0", nominal / 1e6, "MPa", "nominal contact stress", source),
+        Factor("σ_H", stress / 1e6, "MPa", "contact stress", source),
+    ]
+    strength = _flank_strength(pair, gear, load)
+    if isinstance(strength, str):
+        return LimitState(nominal, stress, None, (), rules.flank_safety, tuple(lines), strength)
+    assert gear.data.steel is not None
+    knees = flank_knees(gear.data.steel, rules.flank_long_life_factor, rules.limited_pitting)
+    reference = math.prod(line.value for line in strength[:-1])
+    static = strength[0].value * strength[4].value * strength[5].value
+    if rules.static_factors == "constant":
+        static = reference
+    curve = _curve(knees, 1e6 * reference, 1e6 * static)
+    return LimitState(nominal, stress, curve, knees, rules.flank_safety, (*lines, *strength))
+
+
+def _flank_strength(pair: GearPair, gear: RatedGear, load: PairLoad) -> list[Factor] | str:
+    """σ_Hlim and its factors, S_Hmin last, or the key that is missing."""
+    source = "ISO 6336-2"
+    if gear.data.steel is None:
+        return "steel"
+    if isinstance(gear.flank_strength, str):
+        return gear.flank_strength
+    if pair.viscosity is None:
+        return "lubricant"
+    rough = [g.data.flank_roughness for g in pair.gears.values()]
+    peaks = [rz for rz in rough if rz is not None]
+    if len(peaks) < len(rough):
+        return "flank_rz"
+    hardening = flank.work_hardening_factor(pair, gear, load)
+    if isinstance(hardening, str):
+        return hardening
+    return [
+        Factor("σ_Hlim", gear.flank_strength / 1e6, "MPa", "allowable stress number", "ISO 6336-5"),
+        Factor("Z_L", flank.lubricant_factor(pair, pair.viscosity), "", "lubricant factor", source),
+        Factor("Z_v", flank.velocity_factor(pair, load.velocity), "", "velocity factor", source),
+        Factor("Z_R", flank.roughness_factor(pair, sum(peaks) / 2), "", "roughness factor", source),
+        Factor("Z_W", hardening, "", "work hardening factor", source),
+        Factor("Z_X", 1.0, "", "size factor", source),
+        Factor("S_Hmin", pair.rules.flank_safety, "", "least safety", "[rating]"),
+    ]
+
+
+def _root(
+    pair: GearPair, gear: RatedGear, load: PairLoad, factors: LoadFactors, reversal: float
+) -> LimitState:
+    rules, source = pair.rules, "ISO 6336-3"
+    nominal = root.nominal_root_stress(pair, gear, load)
+    stress = nominal * factors.root
+    lines = [
+        *_common(pair, load, factors),
+        Factor("K_Fβ", factors.face_root, "", "face load factor", "ISO 6336-1"),
+        Factor("K_Fα", factors.transverse_root, "", "transverse load factor", "ISO 6336-1"),
+        Factor("Y_F", root.form_factor(pair, gear), "", "form factor", source),
+        Factor("Y_S", gear.root.notch_factor, "", "stress correction factor", source),
+        Factor("Y_β", root.root_helix_factor(pair), "", "helix angle factor", source),
+        Factor("Y_DT", root.deep_tooth_factor(pair), "", "deep tooth factor", source),
+    ]
+    if gear.rim_factor is not None:
+        lines.append(Factor("Y_B", gear.rim_factor, "", "rim thickness factor", source))
+    lines += [
+        Factor("σ_F0", nominal / 1e6, "MPa", "nominal root stress", source),
+        Factor("σ_F", stress / 1e6, "MPa", "root stress", source),
+    ]
+    strength = _root_strength(pair, gear, reversal)
+    if isinstance(strength, str):
+        return LimitState(nominal, stress, None, (), rules.root_safety, tuple(lines), strength)
+    assert gear.data.steel is not None
+    knees = root_knees(gear.data.steel, rules.root_long_life_factor)
+    limit, correction, sensitivity, _, _, mean, _ = (line.value for line in strength)
+    reference = math.prod(line.value for line in strength[:-1])
+    static = limit * correction * root.static_notch_factor(gear, sensitivity) * mean
+    if rules.static_factors == "constant":
+        static = reference
+    curve = _curve(knees, 1e6 * reference, 1e6 * static)
+    return LimitState(nominal, stress, curve, knees, rules.root_safety, (*lines, *strength))
+
+
+def _root_strength(pair: GearPair, gear: RatedGear, reversal: float) -> list[Factor] | str:
+    """σ_Flim and its factors, S_Fmin last, or the key that is missing."""
+    source, steel = "ISO 6336-3", gear.data.steel
+    if steel is None:
+        return "steel"
+    if isinstance(gear.root_strength, str):
+        return gear.root_strength
+    if gear.rim_factor is None:
+        return "rim_factor"
+    if gear.data.root_roughness is None:
+        return "root_rz"
+    sensitivity = root.notch_sensitivity_factor(gear)
+    mean = root.mean_stress_factor(gear, reversal)
+    for value in (sensitivity, mean):
+        if isinstance(value, str):
+            return value
+    rough = root_roughness_factor(steel, gear.data.root_roughness)
+    size = root_size_factor(steel, pair.normal_module)
+    return [
+        Factor("σ_Flim", gear.root_strength / 1e6, "MPa", "allowable stress number", "ISO 6336-5"),
+        Factor("Y_ST", root.STRESS_CORRECTION, "", "stress correction of test gears", source),
+        Factor("Y_δrelT", float(sensitivity), "", "relative notch sensitivity factor", source),
+        Factor("Y_RrelT", rough, "", "relative surface factor", source),
+        Factor("Y_X", size, "", "size factor", source),
+        Factor("Y_M", float(mean), "", "mean stress factor", source),
+        Factor("S_Fmin", pair.rules.root_safety, "", "least safety", "[rating]"),
+    ]
+
+
+def _curve(knees: Knees, reference: float, static: float) -> LifeCurve:
+    """σ_G at the knees of a life factor, Pa: the first one with the static factors; not below what
+    follows."""
+    stress = [reference * factor for _, factor in knees]
+    stress[0] = max(static * knees[0][1], stress[1])
+    return LifeCurve(tuple(n for n, _ in knees), tuple(stress))

@@ -1,0 +1,194 @@
+"""Steels of gears: allowable stress numbers by hardness, life factors, notch and roughness numbers.
+
+Allowable stress numbers of ISO 6336-5 are straight lines over the surface hardness,
+
+    σ_Hlim, σ_Flim = A x + B     x: Vickers hardness, N/mm²
+
+for wrought steels as of table 1 of the edition of 2003, which text books repeat. Life factors Z_NT
+and Y_NT are straight lines between knees in logarithms (ISO 6336-2, table 2; ISO 6336-3, table 1).
+Slip-layer thicknesses ρ' and roughness formulas: ISO 6336-3, 13.2 and 13.3.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from flexgear.model.rating import GearRating, SteelKind
+from flexgear.model.section import Refusal
+
+Knees = tuple[tuple[float, float], ...]  # cycles, factor
+LONG_LIFE = 1e10  # cycles, of the long-life factors
+SURFACE_HARDENED: frozenset[SteelKind] = frozenset(
+    {
+        "case_hardened", "induction_hardened", "nitrided", "nitrided_through_hardening",
+        "nitrocarburised",
+    }
+)  # fmt: skip
+THROUGH_HARDENED: frozenset[SteelKind] = frozenset({"through_hardened", "through_hardened_carbon"})
+NITRIDED: frozenset[SteelKind] = frozenset(
+    {"nitrided", "nitrided_through_hardening", "nitrocarburised"}
+)
+
+
+@dataclass(frozen=True)
+class Line:
+    """A x + B, N/mm², from ``low`` to ``high`` HV."""
+
+    slope: float
+    constant: float
+    low: float
+    high: float
+
+    @property
+    def is_constant(self) -> bool:
+        """Whether hardness does not count."""
+        return self.slope == 0.0
+
+
+def _flat(value: float, low: float, high: float) -> tuple[Line, ...]:
+    return (Line(0.0, value, low, high),)
+
+
+Table = dict[tuple[SteelKind, str], tuple[Line, ...]]
+_CARBON, _ALLOY = (135.0, 210.0), (200.0, 360.0)
+_SOFT, _HARD = (300.0, 450.0), (450.0, 650.0)  # nitrocarburised below and above 450 HV
+
+FLANK: Table = {
+    ("case_hardened", "ML"): _flat(1300.0, 600.0, 800.0),
+    ("case_hardened", "MQ"): _flat(1500.0, 660.0, 800.0),
+    ("case_hardened", "ME"): _flat(1650.0, 660.0, 800.0),
+    ("induction_hardened", "ML"): (Line(0.740, 602.0, 485.0, 615.0),),
+    ("induction_hardened", "MQ"): (Line(0.541, 882.0, 500.0, 615.0),),
+    ("induction_hardened", "ME"): (Line(0.505, 1013.0, 500.0, 615.0),),
+    ("nitrided", "ML"): _flat(1125.0, 650.0, 900.0),
+    ("nitrided", "MQ"): _flat(1250.0, 650.0, 900.0),
+    ("nitrided", "ME"): _flat(1450.0, 650.0, 900.0),
+    ("nitrided_through_hardening", "ML"): _flat(788.0, 450.0, 650.0),
+    ("nitrided_through_hardening", "MQ"): _flat(998.0, 450.0, 650.0),
+    ("nitrided_through_hardening", "ME"): _flat(1217.0, 450.0, 650.0),
+    ("nitrocarburised", "ML"): _flat(650.0, 300.0, 650.0),
+    ("nitrocarburised", "MQ"): (Line(1.167, 425.0, *_SOFT), Line(0.0, 950.0, *_HARD)),
+    ("nitrocarburised", "ME"): (Line(1.167, 425.0, *_SOFT), Line(0.0, 950.0, *_HARD)),
+    ("through_hardened", "ML"): (Line(1.313, 188.0, *_ALLOY),),
+    ("through_hardened", "MQ"): (Line(1.313, 373.0, *_ALLOY),),
+    ("through_hardened", "ME"): (Line(2.213, 260.0, 200.0, 390.0),),
+    ("through_hardened_carbon", "ML"): (Line(0.963, 283.0, *_CARBON),),
+    ("through_hardened_carbon", "MQ"): (Line(0.925, 360.0, *_CARBON),),
+    ("through_hardened_carbon", "ME"): (Line(0.838, 432.0, *_CARBON),),
+}
+ROOT: Table = {
+    ("case_hardened", "ML"): _flat(312.0, 600.0, 800.0),
+    ("case_hardened", "MQ"): _flat(425.0, 660.0, 800.0),
+    ("case_hardened", "ME"): _flat(525.0, 660.0, 800.0),
+    ("induction_hardened", "ML"): (Line(0.305, 76.0, 485.0, 615.0),),
+    ("induction_hardened", "MQ"): (
+        Line(0.138, 290.0, 500.0, 570.0),
+        Line(0.0, 369.0, 570.0, 615.0),
+    ),
+    ("induction_hardened", "ME"): (Line(0.271, 237.0, 500.0, 615.0),),
+    ("nitrided", "ML"): _flat(270.0, 650.0, 900.0),
+    ("nitrided", "MQ"): _flat(420.0, 650.0, 900.0),
+    ("nitrided", "ME"): _flat(468.0, 650.0, 900.0),
+    ("nitrided_through_hardening", "ML"): _flat(258.0, 450.0, 650.0),
+    ("nitrided_through_hardening", "MQ"): _flat(363.0, 450.0, 650.0),
+    ("nitrided_through_hardening", "ME"): _flat(432.0, 450.0, 650.0),
+    ("nitrocarburised", "ML"): _flat(224.0, 300.0, 650.0),
+    ("nitrocarburised", "MQ"): (Line(0.653, 94.0, *_SOFT), Line(0.0, 388.0, *_HARD)),
+    ("nitrocarburised", "ME"): (Line(0.653, 94.0, *_SOFT), Line(0.0, 388.0, *_HARD)),
+    ("through_hardened", "ML"): (Line(0.423, 104.0, *_ALLOY),),
+    ("through_hardened", "MQ"): (Line(0.425, 187.0, *_ALLOY),),
+    ("through_hardened", "ME"): (Line(0.358, 231.0, 200.0, 390.0),),
+    ("through_hardened_carbon", "ML"): (Line(0.250, 108.0, 115.0, 215.0),),
+    ("through_hardened_carbon", "MQ"): (Line(0.240, 163.0, 115.0, 215.0),),
+    ("through_hardened_carbon", "ME"): (Line(0.283, 202.0, 115.0, 215.0),),
+}
+CORE = 30.0  # HRC of the core, from which on MQ has the higher root strength, N/mm²
+HARD_CORE = 500.0
+SOFTEST_CORE = 25.0  # HRC that grade MQ asks for
+
+
+def allowable_stress(data: GearRating, place: str) -> float | str:
+    """σ_Hlim ("flank") or σ_Flim ("root"), Pa, or the key that is missing. Refusal of a hardness
+    that the standard has no number for."""
+    stated: float | None = getattr(data, f"{place}_strength")
+    if stated is not None:
+        return stated
+    if data.steel is None or data.grade is None:
+        return "steel" if data.steel is None else "grade"
+    lines = (FLANK if place == "flank" else ROOT)[data.steel, data.grade]
+    hardness = data.vickers_hardness
+    if hardness is None:
+        if len(lines) > 1 or not lines[0].is_constant:
+            return "vickers_hardness"
+        value = lines[0].constant
+    else:
+        low, high = lines[0].low, lines[-1].high
+        if not low <= hardness <= high:
+            raise Refusal(
+                "vickers_hardness",
+                f"is {hardness:g}, and ISO 6336-5 has no {place} strength of {data.steel} "
+                f"{data.grade} beyond {low:g} to {high:g} HV",
+                f"check it, or give {place}_strength_mpa",
+            )
+        line = next(x for x in lines if hardness <= x.high)
+        value = line.slope * hardness + line.constant
+    core = data.core_rockwell_hardness
+    if place == "root" and (data.steel, data.grade) == ("case_hardened", "MQ") and core is not None:
+        if core < SOFTEST_CORE:
+            raise Refusal(
+                "core_rockwell_hardness",
+                f"is {core:g}, below the {SOFTEST_CORE:g} HRC of grade MQ",
+                'take grade "ML", or give root_strength_mpa',
+            )
+        value = HARD_CORE if core >= CORE else value
+    return 1e6 * value
+
+
+def flank_knees(steel: SteelKind, long_life: float, limited_pitting: bool) -> Knees:
+    """Z_NT; long_life: at 1e10 cycles."""
+    if steel == "nitrocarburised":
+        return ((1e5, 1.1), (2e6, 1.0), (LONG_LIFE, long_life))
+    if steel in NITRIDED:
+        return ((1e5, 1.3), (2e6, 1.0), (LONG_LIFE, long_life))
+    if limited_pitting:
+        return ((6e5, 1.6), (1e7, 1.3), (1e9, 1.0), (LONG_LIFE, long_life))
+    return ((1e5, 1.6), (5e7, 1.0), (LONG_LIFE, long_life))
+
+
+def root_knees(steel: SteelKind, long_life: float) -> Knees:
+    """Y_NT; long_life: at 1e10 cycles."""
+    first = (1e4, 2.5) if steel in THROUGH_HARDENED else (1e3, 2.5)
+    if steel in NITRIDED:
+        first = (1e3, 1.1) if steel == "nitrocarburised" else (1e3, 1.6)
+    return (first, (3e6, 1.0), (LONG_LIFE, long_life))
+
+
+_SLIP_YIELD = (500.0, 600.0, 800.0, 1000.0)  # N/mm²
+_SLIP_LAYER = (0.0281, 0.0194, 0.0064, 0.0014)  # mm
+
+
+def slip_layer(data: GearRating) -> float | str:
+    """ρ', mm, or the key that is missing; straight between the table's yield strengths."""
+    if data.steel in THROUGH_HARDENED:
+        if data.yield_strength is None:
+            return "yield_strength"
+        return float(np.interp(data.yield_strength / 1e6, _SLIP_YIELD, _SLIP_LAYER))
+    return 0.1005 if data.steel in NITRIDED else 0.0030
+
+
+def root_roughness_factor(steel: SteelKind, roughness: float) -> float:
+    """Y_RrelT of R_z, m; at most R_z = 40 µm."""
+    rz = min(max(1e6 * roughness, 1.0), 40.0)
+    if steel in NITRIDED:
+        return 1.025 if 1e6 * roughness < 1.0 else 4.299 - 3.259 * (rz + 1.0) ** 0.0058
+    return 1.12 if 1e6 * roughness < 1.0 else 1.674 - 0.529 * (rz + 1.0) ** 0.1
+
+
+def root_size_factor(steel: SteelKind, module: float) -> float:
+    """Y_X of the normal module, m."""
+    mn = 1e3 * module
+    if steel in THROUGH_HARDENED:
+        return min(max(1.03 - 0.006 * mn, 0.85), 1.0)
+    return min(max(1.05 - 0.01 * mn, 0.80), 1.0)

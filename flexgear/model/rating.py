@@ -1,0 +1,134 @@
+"""What gears are rated by: steels, surfaces, accuracy of each gear, and the rules of a case."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import Field, model_validator
+
+from flexgear.model.section import Missing, Refusal, Section
+from flexgear.model.units import Length, Stress
+
+SteelKind = Literal[
+    "case_hardened", "induction_hardened", "nitrided", "nitrided_through_hardening",
+    "nitrocarburised", "through_hardened", "through_hardened_carbon",
+]  # fmt: skip
+RZ_OVER_RA = 6.0  # of gear flanks, as text books on ISO 6336-2 take it
+
+
+class GearRating(Section):
+    """What of one gear its load capacity depends on beside its teeth. What is left out leaves flank
+    or root without a verdict.
+
+    steel: case_hardened, induction_hardened (or by flame, flank and root), nitrided (nitriding
+    steel), nitrided_through_hardening (through-hardening steel, gas nitrided), nitrocarburised,
+    through_hardened (alloy steel) or through_hardened_carbon (plain carbon steel). grade: quality
+    of material and heat treatment, ISO 6336-5. vickers_hardness: of the surface (HB is about 0.95
+    HV). core_rockwell_hardness: HRC below a hardened case. flank_strength: allowable stress number
+    σ_Hlim in place of what steel, grade and hardness give. root_strength: σ_Flim, likewise.
+    yield_strength: σ_0.2 of a through-hardened gear, for its notch sensitivity.
+
+    flank_rz, root_rz: mean peak-to-valley roughness. flank_ra, root_ra: mean roughness in its
+    place, R_z = 6 R_a. accuracy_grade: of ISO 1328-1. pitch_deviation, profile_deviation: single
+    pitch deviation f_pt and profile form deviation f_fα in place of those of the grade. rim_factor:
+    Y_B in place of that of the rim's thickness. mean_stress_ratio: M of ISO 6336-3 for roots loaded
+    in both senses; of case-hardened steels 0.8 - 0.15 Y_S if left out.
+    """
+
+    steel: SteelKind | None = None
+    grade: Literal["ML", "MQ", "ME"] | None = None
+    vickers_hardness: float | None = Field(default=None, ge=100.0, le=1000.0)
+    core_rockwell_hardness: float | None = Field(default=None, ge=10.0, le=60.0)
+    flank_strength: Stress | None = Field(default=None, ge=5e7, le=3e9)
+    root_strength: Stress | None = Field(default=None, ge=2e7, le=2e9)
+    yield_strength: Stress | None = Field(default=None, ge=1e8, le=3e9)
+    flank_rz: Length | None = Field(default=None, ge=5e-8, le=2e-4)
+    flank_ra: Length | None = Field(default=None, ge=1e-8, le=5e-5)
+    root_rz: Length | None = Field(default=None, ge=5e-8, le=2e-4)
+    root_ra: Length | None = Field(default=None, ge=1e-8, le=5e-5)
+    accuracy_grade: int | None = Field(default=None, ge=1, le=12)
+    pitch_deviation: Length | None = Field(default=None, ge=0.0, le=1e-3)
+    profile_deviation: Length | None = Field(default=None, ge=0.0, le=1e-3)
+    rim_factor: float | None = Field(default=None, ge=1.0, le=5.0)
+    mean_stress_ratio: float | None = Field(default=None, ge=0.0, lt=1.0)
+
+    @property
+    def flank_roughness(self) -> float | None:
+        """R_z of the flank, m."""
+        return _roughness(self.flank_rz, self.flank_ra)
+
+    @property
+    def root_roughness(self) -> float | None:
+        """R_z of the root, m."""
+        return _roughness(self.root_rz, self.root_ra)
+
+    @model_validator(mode="after")
+    def _once(self) -> GearRating:
+        for place in ("flank", "root"):
+            if None not in (getattr(self, f"{place}_rz"), getattr(self, f"{place}_ra")):
+                raise Refusal(f"{place}_ra", f"is given beside {place}_rz", "keep one of them")
+        if self.grade is not None and self.steel is None:
+            raise Missing("steel", "is missing beside grade", "add steel, or take grade out")
+        return self
+
+
+def _roughness(rz: float | None, ra: float | None) -> float | None:
+    return rz if ra is None else RZ_OVER_RA * ra
+
+
+LIMITS = {  # least S_H, S_F, K_v, K_Hβ
+    "none": (1.0, 1.0, 1.0, 1.0),
+    "wind": (1.25, 1.56, 1.05, 1.15),
+}
+
+
+class Rating(Section):
+    """Rules by which the gears of a case are rated.
+
+    edition: of ISO 6336, "2006" with deviations of ISO 1328-1:1995, or "2019" with those of 2013.
+    application_factor: K_A; 1 where a load spectrum holds what it stands for. limits: a set of
+    least safeties and factors: "none" has 1 for all; "wind" has S_H 1.25, S_F 1.56, K_v 1.05 and
+    K_Hβ 1.15, which papers on gearboxes of wind turbines quote from IEC 61400-4:2012.
+    least_flank_safety: S_Hmin. least_root_safety: S_Fmin. least_dynamic_factor: lowest K_v.
+    least_face_load_factor: lowest K_Hβ; each in place of that of the set. flank_long_life_factor,
+    root_long_life_factor: Z_NT and Y_NT at 1e10 cycles, 0.85, or up to 1 for the best material,
+    manufacture and experience. limited_pitting: whether some pits are allowed (not on nitrided
+    flanks). static_factors: whether factors of lubricant, roughness, notch and size hold for any
+    number of cycles ("constant"), or go over to those of static stress below the knee of the curve
+    ("interpolated", ISO 6336-2 and -3 method B).
+    """
+
+    edition: Literal["2006", "2019"] = "2019"
+    application_factor: float = Field(default=1.0, ge=0.1, le=10.0)
+    limits: Literal["none", "wind"] = "none"
+    least_flank_safety: float | None = Field(default=None, ge=0.5, le=5.0)
+    least_root_safety: float | None = Field(default=None, ge=0.5, le=5.0)
+    least_dynamic_factor: float | None = Field(default=None, ge=1.0, le=3.0)
+    least_face_load_factor: float | None = Field(default=None, ge=1.0, le=5.0)
+    flank_long_life_factor: float = Field(default=0.85, ge=0.85, le=1.0)
+    root_long_life_factor: float = Field(default=0.85, ge=0.85, le=1.0)
+    limited_pitting: bool = False
+    static_factors: Literal["constant", "interpolated"] = "constant"
+
+    def _limit(self, place: int, stated: float | None) -> float:
+        return LIMITS[self.limits][place] if stated is None else stated
+
+    @property
+    def flank_safety(self) -> float:
+        """S_Hmin."""
+        return self._limit(0, self.least_flank_safety)
+
+    @property
+    def root_safety(self) -> float:
+        """S_Fmin."""
+        return self._limit(1, self.least_root_safety)
+
+    @property
+    def dynamic_floor(self) -> float:
+        """Lowest K_v."""
+        return self._limit(2, self.least_dynamic_factor)
+
+    @property
+    def face_load_floor(self) -> float:
+        """Lowest K_Hβ."""
+        return self._limit(3, self.least_face_load_factor)
