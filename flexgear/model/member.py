@@ -12,8 +12,9 @@ from flexgear.model.bodies import Carrier, Hub, Planet, Shaft
 from flexgear.model.modifications import GearModifications, PlanetModifications
 from flexgear.model.rating import GearRating
 from flexgear.model.ring import Ring
+from flexgear.model.rolling import Rolling, check_elements
 from flexgear.model.section import Missing, Refusal, Section
-from flexgear.model.springs import Bearing, Rolling
+from flexgear.model.springs import Bearing
 from flexgear.model.units import Angle, Inertia, Length, Mass, Stiffness, Stress
 
 
@@ -152,9 +153,19 @@ class Support(Bearing):
 class PlanetBearing(Support, Rolling):
     """Bearing between planet and pin."""
 
+    @model_validator(mode="after")
+    def _elements_fit(self) -> PlanetBearing:
+        check_elements(self, self)
+        return self
+
 
 class SeatBearing(Bearing, Rolling):
     """Bearing between a seat of a carrier and the housing."""
+
+    @model_validator(mode="after")
+    def _elements_fit(self) -> SeatBearing:
+        check_elements(self, self)
+        return self
 
 
 class LumpedInertia(Section):

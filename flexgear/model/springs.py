@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Literal
-
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
-from flexgear.model.section import Missing, Refusal, Section
-from flexgear.model.units import Force, Length, Life, MatrixEntry, RotationalStiffness, Stiffness
+from flexgear.model.section import Refusal, Section
+from flexgear.model.units import Length, MatrixEntry, RotationalStiffness, Stiffness
 
 
 class Rollers(Section):
@@ -137,28 +135,4 @@ class Bearing(Springs):
         if self.full is not None and np.array(self.full)[:2, 2:].any():
             problem = "is a radial gap, but full couples radial motion with other directions"
             raise Refusal("clearance", problem, "take one of the two out")
-        return self
-
-
-class Rolling(Section):
-    """What the basic rating life (ISO 281) of a rolling bearing needs.
-
-    dynamic_rating: C of one bearing; rolling: kind of its elements, which says the exponent;
-    count: equal bearings side by side, which share the load evenly. required_life: which the basic
-    rating life is held to.
-    """
-
-    dynamic_rating: Force | None = Field(default=None, gt=0.0, le=1e9)
-    rolling: Literal["roller", "ball"] | None = None
-    count: int = Field(default=1, ge=1, le=8)
-    required_life: Life | None = Field(default=None, gt=0.0, le=1e10)
-
-    @model_validator(mode="after")
-    def _rating_of_a_kind(self) -> Rolling:
-        if self.dynamic_rating is not None and self.rolling is None:
-            remedy = 'add rolling = "roller" or "ball"'
-            raise Missing("rolling", "is missing beside dynamic_rating", remedy)
-        if self.required_life is not None and self.dynamic_rating is None:
-            remedy = "add dynamic_rating and rolling"
-            raise Missing("dynamic_rating", "is missing beside required_life", remedy)
         return self

@@ -31,7 +31,7 @@ from numpy.typing import ArrayLike
 if TYPE_CHECKING:
     from flexgear.gears.power_flow import PowerFlow
     from flexgear.model.case import Case
-    from flexgear.model.springs import Rolling
+    from flexgear.model.rolling import Rolling
 
 
 BALL = 3.0

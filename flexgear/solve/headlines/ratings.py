@@ -10,7 +10,7 @@ from typing import Any
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.nominal_stress import pitch_point_pressure
 from flexgear.model.names import FlankName, GroupName, NodeName
-from flexgear.model.springs import Rolling
+from flexgear.model.rolling import Rolling
 from flexgear.model.stage_view import StageView
 from flexgear.model.units import Quantity
 from flexgear.results.report.sharing import own_variant, sharings

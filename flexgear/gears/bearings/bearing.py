@@ -1,0 +1,179 @@
+"""A whole rolling bearing: rows side by side, equilibrium under a load, ratings of all rows.
+
+The load (5,) is (F_x, F_y, F_z, M_x, M_y) at the middle of the bearing, the motion (5,) its
+conjugate (x, y, z, r_x, r_y); see ``rows``. Equilibrium minimises Σ energy(u) − load · u by a trust
+region, whose unknowns are scaled by the approach that the load makes.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+import scipy
+
+from flexgear.arrays import Array
+from flexgear.gears.bearings.reference_life import (
+    Lubrication,
+    Ratings,
+    Ring,
+    RowRating,
+    life_of_rows,
+    row_rating,
+)
+from flexgear.gears.bearings.rows import BallRow, RollerRow, Row, RowState, roller_stiffness
+from flexgear.model.errors import FlexgearError
+
+COMPONENTS = ("x", "y", "z", "rx", "ry")
+CLOSURE = 1e-8  # of an equilibrium, over the load
+
+
+@dataclass(frozen=True)
+class RollingBearing:
+    """rows: all of them along the axis, of equal bearings side by side if there are several;
+    ratings: of one bearing. estimates: what was estimated and by which rule; with any of them the
+    figures of life and safety are to have no verdict."""
+
+    rows: tuple[Row, ...]
+    ratings: Ratings
+    estimates: tuple[str, ...] = field(default=())
+
+    @property
+    def of_rollers(self) -> bool:
+        """Whether its elements are rollers."""
+        return isinstance(self.rows[0], RollerRow)
+
+    def states(self, motion: Array, first: float = 0.0) -> list[RowState]:
+        """Loads of all rows at a motion (5,); first: angle of the first element, rad."""
+        return [row.state(np.asarray(motion, dtype=float), first) for row in self.rows]
+
+
+@dataclass(frozen=True)
+class BearingRating:
+    """motion: (5,), m and rad; rows: figures of every row; basic_life, modified_life: of all rows
+    together, revolutions; static_safety: the least; estimates: as of the bearing."""
+
+    motion: Array
+    rows: tuple[RowRating, ...]
+    basic_life: float
+    modified_life: float | None
+    static_safety: float | None
+    estimates: tuple[str, ...]
+
+    @property
+    def pressure(self) -> float:
+        """Largest of all rows, Pa."""
+        return max(row.pressure for row in self.rows)
+
+
+def direction(vector: Array) -> float:
+    """Angle of the radial part of a load or motion (5,), rad, where the first element stands."""
+    return math.atan2(vector[1], vector[0])
+
+
+def equilibrium(
+    bearing: RollingBearing,
+    load: Array,
+    held: Mapping[str, float] | None = None,
+    first: float | None = None,
+) -> Array:
+    """Motion (5,) under a load (5,), N and N m.
+
+    held: components whose motion is prescribed, m or rad, in place of their load. Cylindrical
+    rollers cannot take a thrust: there z is held at 0 unless said. first: angle of the first
+    element, rad; under the load if left out. FlexgearError without equilibrium.
+    """
+    load = np.asarray(load, dtype=float)
+    motion = np.zeros(5)
+    prescribed = dict(held or {})
+    if not any(row.contact_angle for row in bearing.rows) and bearing.of_rollers:
+        if "z" not in prescribed and load[2] != 0:
+            raise FlexgearError("a cylindrical roller bearing takes no axial load")
+        prescribed.setdefault("z", 0.0)
+    for name, value in prescribed.items():
+        motion[COMPONENTS.index(name)] = value
+    free = np.array([name not in prescribed for name in COMPONENTS])
+    first = direction(load) if first is None else first
+    scale = _scale(bearing, load)[free]
+    size = max(float(np.abs(scale * load[free]).max(initial=0.0)), 1e-300)
+
+    def at(q: Array) -> tuple[float, Array, Array]:
+        u = motion.copy()
+        u[free] = scale * q
+        states = bearing.states(u, first)
+        energy = sum(s.energy for s in states) - float(load[free] @ u[free])
+        force = np.sum([s.force for s in states], axis=0)[free] - load[free]
+        tangent = np.sum([s.tangent for s in states], axis=0)[np.ix_(free, free)]
+        return energy / size, scale * force / size, scale[:, None] * tangent * scale / size
+
+    if not load[free].any() and not prescribed:
+        return motion
+    solution = scipy.optimize.minimize(
+        lambda q: at(q)[0],
+        np.zeros(free.sum()),
+        jac=lambda q: at(q)[1],
+        hess=lambda q: at(q)[2],
+        method="trust-exact",
+        options={"gtol": 0.01 * CLOSURE, "max_trust_radius": 1e4, "maxiter": 500},
+    )
+    if not np.abs(at(solution.x)[1]).max() < CLOSURE:
+        raise FlexgearError("no equilibrium of the bearing under its load: it can move freely")
+    motion[free] = scale * solution.x
+    return motion
+
+
+def _scale(bearing: RollingBearing, load: Array) -> Array:
+    """Expected size of the motion (5,): approach of an element under the load, over an arm."""
+    row = bearing.rows[0]
+    arm = max(row.pitch_diameter / 2, *(abs(r.position) for r in bearing.rows))
+    force = max(float(np.abs(load[:3]).max()), float(np.abs(load[3:]).max()) / arm, 1.0)
+    each = 5 * force / (row.count * len(bearing.rows))
+    stiffness = row.stiffness if isinstance(row, BallRow) else None
+    if isinstance(row, RollerRow):
+        stiffness = roller_stiffness(row.length)
+    assert stiffness is not None
+    approach = (each / stiffness) ** (1 / row.exponent)
+    return approach * np.array([1, 1, 1, 1 / arm, 1 / arm])
+
+
+def rate_motion(
+    bearing: RollingBearing,
+    motion: Array,
+    stationary: Ring,
+    lubrication: Lubrication | None = None,
+    first: float | None = None,
+) -> BearingRating:
+    """Figures of all rows at a motion (5,). stationary: ring that stands still under the load.
+    first: angle of the first element, rad; where the motion is largest if left out."""
+    motion = np.asarray(motion, dtype=float)
+    states = bearing.states(motion, direction(motion) if first is None else first)
+    rows = tuple(
+        row_rating(row, bearing.ratings, motion, state, stationary, lubrication)
+        for row, state in zip(bearing.rows, states, strict=True)
+    )
+    exponent = 9 / 8 if bearing.of_rollers else 10 / 9
+    basic = life_of_rows([row.basic_life for row in rows], exponent)
+    assert basic is not None
+    safeties = [row.static_safety for row in rows if row.static_safety is not None]
+    return BearingRating(
+        motion,
+        rows,
+        basic,
+        life_of_rows([row.modified_life for row in rows], exponent),
+        min(safeties) if safeties else None,
+        bearing.estimates,
+    )
+
+
+def rate_load(
+    bearing: RollingBearing,
+    load: Array,
+    stationary: Ring,
+    lubrication: Lubrication | None = None,
+    held: Mapping[str, float] | None = None,
+) -> BearingRating:
+    """``rate_motion`` in equilibrium with a load (5,), the first element under it."""
+    motion = equilibrium(bearing, load, held)
+    return rate_motion(bearing, motion, stationary, lubrication, direction(np.asarray(load)))

@@ -1,0 +1,244 @@
+"""One row of rolling elements: loads of its elements from the relative motion of both rings.
+
+The motion is (x, y, z, r_x, r_y), m and rad, of one ring against the other at the middle of the
+bearing, z along the axis. At the angle ψ of an element of a row at z_0 the rings approach radially
+and axially by, and tilt against one another by,
+
+    u_r = x cos ψ + y sin ψ + z_0 θ,   u_a = z − R θ,   θ = r_y cos ψ − r_x sin ψ.
+
+Rollers, in laminae at x_k along the roller, with a contact angle α, a gap g on every side and a
+profile that falls by P_k on each side of the roller:
+
+    δ_k = u_r cos α + u_a sin α − g + x_k θ − 2 P_k,   q_k = c_L/n_s δ_k^(10/9),
+    c_L = 35 948 L^(8/9) N/mm^(10/9), L in mm, R = D_pw/2
+
+Balls, whose contact angle α_j changes with the load, with A = r_i + r_e − D_w the distance of the
+centres of the grooves and α_0 the nominal contact angle:
+
+    δ = √((A cos α_0 − g + u_r)² + (A sin α_0 + u_a)²) − A,   Q = c_P δ^(3/2),
+    1/c_P^(2/3) = sum of the compliances of both raceways,
+    R = D_pw/2 + (r_i − D_w/2) (A cos α_0 − g)/A
+
+so that z counts from the middle of the axial play where α_0 = 0; where not, the groove has no
+shoulder on the other side (a cylinder there: the axial term is not below zero). Signs: α > 0 where
+motion along +z loads the row. Rollers keep in the middle between both raceways; centrifugal forces
+are left out.
+Sources: ISO/TS 16281:2008, 4.2 and 5.2; Harris, Kotzalas 2006, ch. 6 and 7.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import ClassVar
+
+import numpy as np
+
+from flexgear.arrays import Array
+from flexgear.gears.bearings.load_zone import LINE, POINT
+from flexgear.gears.bearings.point_contact import PointContact, point_contact
+from flexgear.gears.hertz import ContactBody, line_contact
+
+YOUNG, POISSON = 210e9, 0.3  # of bearing steel
+
+
+def roller_stiffness(length: float) -> float:
+    """c_L of a steel roller between two raceways, N/m^(10/9); effective length, m."""
+    return float(35948.0 * (1e3 * length) ** (8 / 9) * 1e3**LINE)
+
+
+@dataclass(frozen=True)
+class RowState:
+    """loads (Z, n): of every lamina of every element, N, n = 1 for balls; angles (Z,): ψ, rad.
+    contact_angles (Z,): α, rad. force (5,): N, N m, against the motion; tangent (5, 5): its
+    derivative; energy: J."""
+
+    loads: Array
+    angles: Array
+    contact_angles: Array
+    force: Array
+    tangent: Array
+    energy: float
+
+    @property
+    def element_loads(self) -> Array:
+        """Q (Z,), N."""
+        return np.asarray(self.loads.sum(axis=1))
+
+
+@dataclass(frozen=True)
+class Row:
+    """count: Z; diameter: D_w or D_we, m; pitch_diameter: D_pw, m; contact_angle: nominal, rad;
+    gap: radial, on every side, m (negative: preload); position: z_0 of its middle, m."""
+
+    count: int
+    diameter: float
+    pitch_diameter: float
+    contact_angle: float = 0.0
+    gap: float = 0.0
+    position: float = 0.0
+
+    exponent: ClassVar[float]  # of load over approach
+
+    @property
+    def gamma(self) -> float:
+        """γ = D_w cos α/D_pw."""
+        return self.diameter * math.cos(self.contact_angle) / self.pitch_diameter
+
+    @property
+    def arm(self) -> float:
+        """R, m."""
+        return self.pitch_diameter / 2
+
+    def approach(self, psi: Array) -> tuple[Array, Array]:
+        """(Z, 5) twice: u_r and u_a over the motion."""
+        c, s, zero = np.cos(psi), np.sin(psi), np.zeros_like(psi)
+        z, r = self.position, self.arm
+        radial = np.stack([c, s, zero, -z * s, z * c], axis=1)
+        return radial, np.stack([zero, zero, zero + 1, r * s, -r * c], axis=1)
+
+    def angles(self, first: float = 0.0) -> Array:
+        """ψ (Z,), rad; first: of the first element."""
+        return first + 2 * np.pi * np.arange(self.count) / self.count
+
+    def state(self, motion: Array, first: float = 0.0) -> RowState:
+        """Loads at a motion (5,)."""
+        raise NotImplementedError
+
+    def pressure(self, loads: Array) -> Array:
+        """Largest contact pressure of inner and outer raceway (2,), Pa, under loads (Z, n), N."""
+        raise NotImplementedError
+
+
+@dataclass(frozen=True)
+class RollerRow(Row):
+    """length: L_we, m; drops (n_s,): P_k of the laminae from one end of the roller to the other, m;
+    edge_stress: whether equivalent loads count the concentration of stress at the ends (life)."""
+
+    length: float = 0.0
+    drops: tuple[float, ...] = (0.0,) * 30
+    edge_stress: bool = True
+
+    exponent: ClassVar[float] = LINE
+
+    @property
+    def laminae(self) -> Array:
+        """x_k (n_s,), m: middles of the laminae."""
+        n = len(self.drops)
+        return self.length * ((np.arange(n) + 0.5) / n - 0.5)
+
+    def state(self, motion: Array, first: float = 0.0) -> RowState:
+        psi = self.angles(first)
+        radial, axial = self.approach(psi)
+        alpha = self.contact_angle
+        middle = math.cos(alpha) * radial + math.sin(alpha) * axial
+        tilt = np.zeros_like(middle)
+        tilt[:, 3], tilt[:, 4] = -np.sin(psi), np.cos(psi)
+        gradient = middle[:, None] + self.laminae[:, None] * tilt[:, None]  # (Z, n_s, 5)
+        closing = gradient @ motion - self.gap * math.cos(alpha) - 2 * np.asarray(self.drops)
+        closing = np.maximum(closing, 0.0)
+        stiffness = roller_stiffness(self.length) / len(self.drops)
+        loads = stiffness * closing**LINE
+        slopes = LINE * stiffness * closing ** (LINE - 1)
+        return RowState(
+            loads,
+            psi,
+            np.full(self.count, alpha),
+            np.einsum("jk,jka->a", loads, gradient),
+            np.einsum("jk,jka,jkb->ab", slopes, gradient, gradient),
+            float((loads * closing).sum() / (1 + LINE)),
+        )
+
+    def pressure(self, loads: Array) -> Array:
+        """Of the lamina with the largest load, as of a line contact of that load per length."""
+        line_load = float(loads.max()) * len(self.drops) / self.length
+        body = ContactBody(YOUNG, POISSON, self.length)
+        radii = self.diameter / 2 * np.array([1 - self.gamma, 1 + self.gamma])
+        return line_contact(body, body, radii).pressure(line_load)
+
+
+@dataclass(frozen=True)
+class BallRow(Row):
+    """inner_groove, outer_groove: r_i and r_e, m; young, poisson: of balls and rings; tilt_arm: in
+    place of R, m (some programs take D_pw/2)."""
+
+    inner_groove: float = 0.0
+    outer_groove: float = 0.0
+    tilt_arm: float | None = None
+    young: float = YOUNG
+    poisson: float = POISSON
+
+    exponent: ClassVar[float] = POINT
+
+    @property
+    def groove_distance(self) -> float:
+        """A, m."""
+        return self.inner_groove + self.outer_groove - self.diameter
+
+    @property
+    def radial_distance(self) -> float:
+        """A cos α_0 − g, m: of the centres of the grooves in the middle position."""
+        return self.groove_distance * math.cos(self.contact_angle) - self.gap
+
+    @property
+    def arm(self) -> float:
+        if self.tilt_arm is not None:
+            return self.tilt_arm
+        free = self.radial_distance / self.groove_distance
+        return self.pitch_diameter / 2 + (self.inner_groove - self.diameter / 2) * free
+
+    @cached_property
+    def contacts(self) -> tuple[PointContact, PointContact]:
+        """With the inner and the outer raceway, at the nominal contact angle."""
+        modulus, d, g = self.young / (1 - self.poisson**2), self.diameter, self.gamma
+        inner = point_contact(2 / d / (1 - g), 2 / d - 1 / self.inner_groove, modulus)
+        outer = point_contact(2 / d / (1 + g), 2 / d - 1 / self.outer_groove, modulus)
+        return inner, outer
+
+    @property
+    def stiffness(self) -> float:
+        """c_P, N/m^(3/2)."""
+        return float(sum(contact.compliance for contact in self.contacts) ** -POINT)
+
+    def state(self, motion: Array, first: float = 0.0) -> RowState:
+        psi = self.angles(first)
+        radial, axial = self.approach(psi)
+        r = self.radial_distance + radial @ motion
+        a = self.groove_distance * math.sin(self.contact_angle) + axial @ motion
+        if self.contact_angle:  # no shoulder on the other side
+            a = np.copysign(np.maximum(np.copysign(1.0, self.contact_angle) * a, 0.0), a)
+        distance = np.hypot(r, a)
+        closing = np.maximum(distance - self.groove_distance, 0.0)
+        gradient = (r[:, None] * radial + a[:, None] * axial) / distance[:, None]
+        loads = self.stiffness * closing**POINT
+        slopes = POINT * self.stiffness * np.sqrt(closing)
+        across = loads / distance  # by the turning of the contact lines
+        tangent = np.einsum("j,ja,jb->ab", slopes - across, gradient, gradient)
+        for part, share in ((radial, across), (axial, across * (a != 0))):
+            tangent += np.einsum("j,ja,jb->ab", share, part, part)
+        energy = float((loads * closing).sum() / (1 + POINT))
+        return RowState(loads[:, None], psi, np.arctan2(a, r), loads @ gradient, tangent, energy)
+
+    def pressure(self, loads: Array) -> Array:
+        return np.array([float(contact.pressure(loads.max())) for contact in self.contacts])
+
+
+def standard_drops(
+    diameter: float, length: float, contact_angle: float = 0.0, laminae: int = 30
+) -> tuple[float, ...]:
+    """P_k (n_s,), m, of the logarithmic profile of ISO/TS 16281:2008 for a roller of D_we and L_we.
+
+    0.00035 D_we ln 1/(1 − (2x/L)²) of cylindrical rollers up to L = 2.5 D_we (0.00045 of tapered
+    ones); longer ones are straight but for lengths of 1.25 D_we at both ends, where it is
+    0.0005 D_we ln 1/(1 − ((2|x| − L + 2.5 D_we)/(2.5 D_we))²).
+    """
+    x = np.abs((2 * np.arange(laminae) + 1) / laminae - 1)  # 2|x_k|/L
+    if contact_angle:
+        size, share = 0.00045, x
+    elif length <= 2.5 * diameter:
+        size, share = 0.00035, x
+    else:
+        size = 0.0005
+        share = np.maximum(x * length - length + 2.5 * diameter, 0.0) / (2.5 * diameter)
+    return tuple(float(p) for p in -size * diameter * np.log(1 - share**2))
