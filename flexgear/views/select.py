@@ -102,7 +102,7 @@ def draw(axes: Axes, x: Array, y: Array, color: str, fill: bool = True, **style:
         return False
     pieces = int(min(PIECES, count / LEAST))
     starts = np.linspace(0, len(y), pieces, endpoint=False).astype(int)
-    low, high = np.fmin.reduceat(y, starts), np.fmax.reduceat(y, starts)
+    low, high = (_of_neighbours(pick, pick.reduceat(y, starts)) for pick in (np.fmin, np.fmax))
     middle = x[np.minimum(starts + len(y) // (2 * pieces), len(y) - 1)]
     middle[0], middle[-1] = x[0], x[-1]
     zorder = style.get("zorder", 2.0)
@@ -111,6 +111,13 @@ def draw(axes: Axes, x: Array, y: Array, color: str, fill: bool = True, **style:
     for edge in (low, high):
         axes.plot(middle, edge, color=color, **{**style, "lw": 0.9})
     return True
+
+
+def _of_neighbours(pick: np.ufunc, edge: Array) -> Array:
+    """Least or largest of each piece (p,) and those beside it, so that a piece that misses the turn
+    of a slow cycle makes no tooth in the edge; NaN stays."""
+    beside = np.pad(edge, 1, mode="edge")
+    return np.where(np.isnan(edge), edge, pick(pick(beside[:-2], edge), beside[2:]))
 
 
 def say_envelope(axes: Axes) -> None:

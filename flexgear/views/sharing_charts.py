@@ -107,6 +107,7 @@ def _planets_chart(
             row[1].set_title(
                 "closer, where it is largest", weight="normal", fontsize=8, loc="right"
             )
+            say_envelope(row[0])
         for ax in row:
             ax.axhline(middle(part), color=NEUTRAL, lw=0.7, zorder=1)
             least_span(ax, 0.01)
