@@ -25,8 +25,18 @@ from flexgear.cli.analysis_views import (
     transient_figures,
 )
 from flexgear.cli.display import Report, present, progress, size_text, warn
-from flexgear.cli.options import AsJson, CaseName, Quiet, Rigid, Settings, read_case, rigid_parts
-from flexgear.cli.outputs import Force, OutFile, claim_file
+from flexgear.cli.options import (
+    AsJson,
+    CaseName,
+    Force,
+    OutFile,
+    Quiet,
+    Rigid,
+    Settings,
+    claim_file,
+    read_case,
+    rigid_parts,
+)
 from flexgear.coupling.pace import too_coarse
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.case import Case

@@ -14,7 +14,7 @@ import typer
 import xarray as xr
 
 from flexgear.cli.display import as_json_text, key_table, shown, table
-from flexgear.cli.outputs import save_or_rescue
+from flexgear.cli.options import save_or_rescue
 from flexgear.model.names import GEAR_MESH, PLANET_PASS, SHAFT, BodyName
 from flexgear.model.units import RPM
 from flexgear.results.dataset_file import save

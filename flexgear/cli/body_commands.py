@@ -12,12 +12,14 @@ from flexgear.cli.display import present, progress, table, warn
 from flexgear.cli.options import (
     AsJson,
     CaseName,
+    Force,
     Quiet,
     Settings,
+    claim_file,
+    file_option,
     read_case,
     require_flexible,
 )
-from flexgear.cli.outputs import Force, claim_file, file_option
 from flexgear.files.cache_folder import cache_directory
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError

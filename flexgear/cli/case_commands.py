@@ -12,14 +12,19 @@ import numpy as np
 import typer
 
 from flexgear.cli.display import as_json_text, present, table, warn
-from flexgear.cli.options import AsJson, CaseName, Settings, read_case
-from flexgear.cli.outputs import (
+from flexgear.cli.options import (
     CHECK,
+    AsJson,
+    CaseName,
     Force,
+    ForceNew,
+    Settings,
     claim_folder,
     earlier,
     file_option,
     folder_named,
+    read_case,
+    require_new,
     with_schema,
 )
 from flexgear.coupling.build import build_system, rigid_system
@@ -94,7 +99,7 @@ def _write(folder: Path, case: Case, figures: Sections, doubts: Sequence[str]) -
 def cases(
     name: Annotated[str | None, typer.Argument(metavar="[NAME]", help="A bundled case.")] = None,
     copy: Annotated[Path | None, file_option("--copy", "Write the case to a new file.")] = None,
-    force: Annotated[bool, typer.Option("--force", help="Replace a file that is there.")] = False,
+    force: ForceNew = False,
 ) -> None:
     """List the bundled cases, print one, or copy it to a file that you edit."""
     names = bundled_cases()
@@ -108,8 +113,7 @@ def cases(
     if copy is None:
         typer.echo(bundled_text(name), nl=False)
         return
-    if file_target(copy).exists() and not force:
-        raise InputError("--copy", str(copy), "is there already", "choose a new name, or --force")
+    require_new(copy, "--copy", force)
     write_bytes(copy, with_schema(bundled_text(name), copy))
     typer.echo(f"wrote {copy}; edit it, then: flexgear check {copy}")
 
@@ -117,7 +121,7 @@ def cases(
 def upgrade(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="A case of an earlier version.")],
     out: Annotated[Path | None, file_option("--out", "Leave FILE alone, write this one.")] = None,
-    force: Annotated[bool, typer.Option("--force", help="Replace a file that is there.")] = False,
+    force: ForceNew = False,
 ) -> None:
     """Write a case file of an earlier version in the form of this one, with its comments.
 
@@ -129,8 +133,7 @@ def upgrade(
         typer.echo(f"{file} has the present form already")
         return
     written = out or file.with_name(f"{file.name}.orig")
-    if file_target(written).exists() and not force:
-        raise InputError("upgrade", str(written), "is there already", "move it away, or --force")
+    require_new(written, "upgrade", force, "move it away, or --force")
     write_bytes(written, (text if out is None else present).encode())
     if out is None:
         write_bytes(file, present.encode())

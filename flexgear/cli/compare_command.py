@@ -15,12 +15,15 @@ from flexgear.cli.display import present, progress, warn
 from flexgear.cli.options import (
     AsJson,
     CaseName,
+    Force,
+    Interactive,
     Quiet,
     Settings,
+    claim_file,
+    file_option,
     read_case,
     require_flexible,
 )
-from flexgear.cli.outputs import Force, Interactive, claim_file, file_option
 from flexgear.cli.pictures import drawn_side, imported
 from flexgear.coupling.system import variant_label
 from flexgear.model.case import Case

@@ -13,7 +13,7 @@ from typing import Any
 
 import typer
 
-from flexgear.files.plain import plain
+from flexgear.files.atomic import plain
 from flexgear.model.errors import FlexgearError
 from flexgear.results.report.key_words import titled
 

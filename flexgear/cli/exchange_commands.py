@@ -12,9 +12,19 @@ import typer
 from flexgear.cli.body_commands import Component, components
 from flexgear.cli.display import as_json_text, progress
 from flexgear.cli.entry import without_collection
-from flexgear.cli.options import AsJson, CaseName, Quiet, Settings, read_case
-from flexgear.cli.outputs import file_option, folder_named, with_schema
-from flexgear.files.atomic import file_target, folder_target, staged_folder, write_bytes
+from flexgear.cli.options import (
+    AsJson,
+    CaseName,
+    ForceNew,
+    Quiet,
+    Settings,
+    file_option,
+    folder_named,
+    read_case,
+    require_new,
+    with_schema,
+)
+from flexgear.files.atomic import folder_target, staged_folder, write_bytes
 from flexgear.files.matrices.body import ReducedMatrices
 from flexgear.files.matrices.exchange import FORMATS, write_reduced
 from flexgear.files.rexs.from_case import model_of_case, not_written
@@ -34,12 +44,12 @@ def import_rexs(
     load_case: Annotated[
         int | None, typer.Option("--load-case", metavar="ID", help="The first one if left out.")
     ] = None,
-    force: Annotated[bool, typer.Option("--force", help="Replace a file that is there.")] = False,
+    force: ForceNew = False,
     as_json: AsJson = False,
 ) -> None:
     """Make a commented case of a REXS file; each key says where it comes from."""
     target = Path(f"{Path(file).stem}.toml") if out is None else out
-    _require_new(target, "--out", force)
+    require_new(target, "--out", force)
     with without_collection():
         imported = case_of_document(read_rexs(file), file, load_case)
     write_bytes(target, with_schema(imported.text, target))
@@ -88,7 +98,7 @@ def export(
 def _write_rexs(case: Case, rexs: Path, force: bool) -> None:
     if rexs.suffix.lower() != ".rexs":
         raise InputError("--rexs", str(rexs), "does not end in .rexs", "name it so")
-    _require_new(rexs, "--rexs", force)
+    require_new(rexs, "--rexs", force)
     date = datetime.now(UTC).isoformat(timespec="seconds")
     write_bytes(rexs, model_of_case(case).xml("flexgear", version(), date))
     left = not_written(case)
@@ -123,11 +133,6 @@ def _write_reduced(
             )
             written += [path.name for path in write_reduced(matrices, stage, form)]
     typer.echo(f"wrote {', '.join(written)} to {folder}; N, m, kg")
-
-
-def _require_new(path: Path, option: str, force: bool) -> None:
-    if file_target(path).exists() and not force:
-        raise InputError(option, str(path), "is there already", "choose a new name, or --force")
 
 
 def _summary(imported: Imported, target: Path) -> str:

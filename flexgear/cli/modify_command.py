@@ -10,8 +10,18 @@ import typer
 
 from flexgear.cli.analysis_commands import put_together
 from flexgear.cli.display import present, progress
-from flexgear.cli.options import AsJson, CaseName, Quiet, Rigid, Settings, read_case, rigid_parts
-from flexgear.cli.outputs import Force, claim_file, save_or_rescue
+from flexgear.cli.options import (
+    AsJson,
+    CaseName,
+    Force,
+    Quiet,
+    Rigid,
+    Settings,
+    claim_file,
+    read_case,
+    rigid_parts,
+    save_or_rescue,
+)
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
 from flexgear.results.origin import origin_of_case

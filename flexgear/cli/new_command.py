@@ -10,8 +10,8 @@ from typing import Annotated, TypeVar
 
 import typer
 
-from flexgear.cli.outputs import with_schema
-from flexgear.files.atomic import file_target, write_bytes
+from flexgear.cli.options import ForceNew, require_new, with_schema
+from flexgear.files.atomic import write_bytes
 from flexgear.files.new_case import Rated
 from flexgear.gears.sizing import ARRANGEMENTS, Proposal, StageRequest
 from flexgear.model.errors import InputError
@@ -61,7 +61,7 @@ def new(
     double: Annotated[
         bool, typer.Option("--double-helical", help="Two halves of opposite hand.")
     ] = False,
-    force: Annotated[bool, typer.Option("--force", help="Replace a file that is there.")] = False,
+    force: ForceNew = False,
 ) -> None:
     """Propose planetary stages for a ratio, torque and speed, as a commented case.
 
@@ -70,9 +70,7 @@ def new(
     stage's fast member drives the next one's slow member, or the other way round. Asks on a
     terminal for what is left out.
     """
-    there = file_target(out)
-    if there.exists() and not force:
-        raise InputError("new", str(out), "is there already", "choose a new name, or --force")
+    require_new(out, "new", force)
     ratios = _asked_list("--ratio", "speed of the fast over that of the slow member", ratio, "4.5")
     kinds = _each("--arrangement", [_kind(word) for word in arrangement.split(",")], len(ratios))
     numbers = _asked_list("--planets", "number of planets", planets, "4")
@@ -91,7 +89,7 @@ def new(
         )
     ]
     text, stages = proposed_case(requests, rated)
-    write_bytes(out, with_schema(text, there))
+    write_bytes(out, with_schema(text, out))
     typer.echo(f"wrote {out}: {'; '.join(map(_proposal_text, stages))}; next: flexgear check {out}")
 
 

@@ -1,15 +1,27 @@
-"""Arguments and options that commands share, and the case they name."""
+"""Options that commands share, the case they name, and where results go: asked before the work
+whether they may be there, and can.
+
+An output replaces only what flexgear wrote for the same case, and anything where --force is given.
+"""
 
 from __future__ import annotations
 
-from typing import Annotated
+import os
+import shutil
+import tempfile
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated, Any
 
 import typer
 
 from flexgear.coupling.build import require_workable
+from flexgear.files.atomic import file_target, folder_target, try_file
 from flexgear.model.case import Case
-from flexgear.model.errors import InputError
+from flexgear.model.errors import FlexgearError, InputError
 from flexgear.model.load import load_case
+from flexgear.results.origin import Origin, is_picture, origin_of
 
 CaseName = Annotated[
     str, typer.Argument(metavar="CASE", help="A TOML file, or the name of a bundled case.")
@@ -88,3 +100,165 @@ def rigid_parts(names: list[str] | None, case: Case) -> tuple[str, ...]:
     parts = tuple(n.strip() for text in names or [] for n in text.split(","))
     rigid_bodies(case, parts)
     return tuple(dict.fromkeys(parts))
+
+
+Force = Annotated[
+    bool,
+    typer.Option("--force", help="Replace files that are no earlier result of the same case, too."),
+]
+
+
+ForceNew = Annotated[bool, typer.Option("--force", help="Replace a file that is there.")]
+
+
+def require_new(
+    path: Path, option: str, force: bool, remedy: str = "choose a new name, or --force"
+) -> None:
+    """InputError for an output that is there already, unless it may be replaced."""
+    if file_target(path).exists() and not force:
+        raise InputError(option, str(path), "is there already", remedy)
+
+
+def folder_named(text: str) -> Path:
+    """The folder that an option names."""
+    if not text:
+        raise InputError("--out", '""', "names no folder", "name a folder")
+    return Path(text)
+
+
+def _file_named(text: str) -> Path:
+    if not text or text.endswith(("/", os.sep)):
+        raise InputError("--out", text or '""', "names no file", "name a file")
+    return Path(text)
+
+
+def file_option(flag: str, about: str) -> Any:
+    """An option that names a file to write."""
+    return typer.Option(flag, metavar="FILE", help=about, parser=_file_named)
+
+
+OutFolder = Annotated[
+    Path | None,
+    typer.Option("--out", metavar="DIR", help="Folder for results.", parser=folder_named),
+]
+Interactive = Annotated[
+    bool, typer.Option(help="Plots in the report that zoom and turn; static pictures without.")
+]
+OutFile = Annotated[Path | None, file_option("--out", "Write the dataset (netCDF).")]
+SCHEMA = "flexgear.schema.json"
+PICTURES = ("report.html", "pictures/*")
+RUN = ("*.nc", "case.json", "summary.json", *PICTURES)
+CHECK = ("summary.json", "flank_*.png")
+TOLERANCE = (
+    "tolerance.nc",
+    "summary.json",
+    "report.html",
+    "tolerance.png",
+    "face_load_factor.png",
+    "largest_line_load.png",
+)
+_KINDS = {"run": "run", "check": "check", "tolerance": "tolerance study"}
+
+
+def claim_file(path: Path | None, origin: Origin, force: bool) -> None:
+    """InputError or FlexgearError if results of a case must not, or cannot, be the file ``path``.
+
+    None: nothing is written.
+    """
+    if path is None:
+        return
+    target = file_target(path)
+    if not force and target.exists():
+        _require_own([target], origin)
+    try_file(target)
+
+
+def claim_folder(path: Path, names: Sequence[str], origin: Origin, force: bool) -> None:
+    """InputError if the folder ``path`` holds files called ``names`` that are of something else.
+
+    names: patterns. Pictures belong to the case of the results, or of the report, beside them.
+    """
+    target = folder_target(path)
+    if not force and target.is_dir():
+        _require_own(_named(target, names), origin)
+
+
+def earlier(names: Sequence[str]) -> Callable[[Path], list[Path]]:
+    """Function: a folder -> its files called ``names`` (patterns) that flexgear wrote, and the
+    pictures among them; new results take the place of all of them."""
+
+    def files_in(folder: Path) -> list[Path]:
+        return [f for f in _named(folder, names) if is_picture(f) or origin_of(f) is not None]
+
+    return files_in
+
+
+def _named(folder: Path, names: Sequence[str]) -> list[Path]:
+    """Files in ``folder`` that match a pattern of ``names``, but for hidden ones."""
+    files = (f for name in names for f in sorted(folder.glob(name)))
+    return [f for f in files if not f.name.startswith(".")]
+
+
+def save_or_rescue(save: Callable[[Path], object], path: Path) -> None:
+    """Write finished work to ``path``, a file or folder; where the disk refuses (it may have filled
+    meanwhile) to the system's folder for temporary files, and the FlexgearError says so."""
+    try:
+        save(path)
+    except FlexgearError as error:
+        if not isinstance(error.__cause__, OSError):
+            raise
+        rescue = Path(tempfile.mkdtemp(prefix="flexgear-"))
+        try:
+            save(rescue / path.name)
+        except FlexgearError:
+            shutil.rmtree(rescue, ignore_errors=True)
+            raise error from None
+        message = f"{error}; the finished work is kept as {rescue / path.name}"
+        raise FlexgearError(message) from error
+
+
+@contextmanager
+def without_pictures(lost: list[str]) -> Iterator[None]:
+    """Pictures that cannot be drawn cost no results: ``lost`` says why they are missing.
+
+    A stop by the user still ends everything.
+    """
+    try:
+        yield
+    except Exception as error:
+        text = " ".join(str(error).split())
+        lost.append(text if isinstance(error, FlexgearError) else f"{type(error).__name__}: {text}")
+
+
+def require_pictures(lost: Sequence[str], folder: Path) -> None:
+    """FlexgearError if pictures are missing beside results that are whole."""
+    if lost:
+        raise FlexgearError(
+            f"the pictures could not be drawn ({lost[0]}); the results are whole in {folder}: "
+            f"try `flexgear render {folder}`"
+        )
+
+
+def _require_own(files: Iterable[Path], origin: Origin) -> None:
+    origins = {f: origin_of(f) for f in files}
+    ours = any(o is not None and o.same(origin) for o in origins.values())
+    for file, owner in origins.items():
+        if owner is None and is_picture(file) and ours:
+            continue
+        if owner is None:
+            problem = f"is there already and no result of {origin.name}"
+        elif not owner.same(origin):
+            problem = f"holds a {_KINDS.get(owner.result, 'result')} of {owner.name}"
+        else:
+            continue
+        remedy = "name another place, or replace it with --force"
+        raise InputError("--out", str(file), problem, remedy)
+
+
+def with_schema(text: str, case: Path) -> bytes:
+    """A case file's bytes, begun with the line by which editors find the schema beside it.
+
+    The text as it is where flexgear.schema.json (``flexgear schema --out``) is not there.
+    """
+    header = f"#:schema ./{SCHEMA}\n" if (file_target(case).parent / SCHEMA).exists() else ""
+    return (header + text).encode()

@@ -9,15 +9,19 @@ from typing import Annotated, Any
 import typer
 
 from flexgear.cli.display import Report, as_json_text, progress, warn
-from flexgear.cli.options import AsJson, CaseName, Quiet, Settings, read_case
-from flexgear.cli.outputs import (
+from flexgear.cli.options import (
     PICTURES,
     RUN,
+    AsJson,
+    CaseName,
     Force,
     Interactive,
     OutFolder,
+    Quiet,
+    Settings,
     claim_folder,
     earlier,
+    read_case,
     require_pictures,
     save_or_rescue,
     without_pictures,

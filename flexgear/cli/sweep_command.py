@@ -16,13 +16,15 @@ from flexgear.cli.display import Report, as_json_text, progress, resumable, show
 from flexgear.cli.options import (
     AsJson,
     CaseName,
+    Force,
     Quiet,
     Scheduler,
     Settings,
     Workers,
+    claim_folder,
+    folder_named,
     settings_of,
 )
-from flexgear.cli.outputs import Force, claim_folder, folder_named
 from flexgear.files.atomic import file_target, staged_folder
 from flexgear.model.errors import InputError
 from flexgear.results.dataset_file import write_netcdf

@@ -11,15 +11,19 @@ import xarray as xr
 
 from flexgear.cli.display import as_json_text, progress, resumable, table
 from flexgear.cli.options import (
+    TOLERANCE,
     AsJson,
     CaseName,
+    Force,
+    OutFolder,
     Quiet,
     Scheduler,
     Settings,
     Workers,
+    claim_folder,
+    earlier,
     read_case,
 )
-from flexgear.cli.outputs import TOLERANCE, Force, OutFolder, claim_folder, earlier
 from flexgear.files.atomic import staged_folder, write_json
 from flexgear.model.case import Case
 from flexgear.results.dataset_file import write_netcdf

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from flexgear.cli.outputs import RUN, claim_folder, earlier, save_or_rescue
+from flexgear.cli.options import RUN, claim_folder, earlier, save_or_rescue
 from flexgear.cli.run_commands import draw_again, save_run
 from flexgear.face import accessor as accessor  # datasets have ``.fg`` from here on
 from flexgear.face.notebook import Progress, html_table, progress_or_bars

@@ -1,13 +1,12 @@
-"""Files and folders that appear whole or not at all.
+"""Files and folders that appear whole or not at all, and results as files of text can hold them.
 
-A private folder beside an output in which it is made ready, and those that dead processes left.
+What is written is made ready in a private folder, the stage, on the target's own device and renamed
+into place. What cannot be renamed in the end is not thrown away: it stays where it is, and the
+message says where.
 
 A stage is locked as long as its process lives: the system takes the lock away however the process
 ends, so a stage that can be locked is stale. One without a lock file is just being made, or holds
 finished work that could not be moved; it is left alone.
-
-Both are made in a private folder on the target's own device and renamed into place. What cannot be
-renamed in the end is not thrown away: it stays where it is, and the message says where.
 """
 
 from __future__ import annotations
@@ -25,6 +24,8 @@ import threading
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from flexgear.files import STOPPING
 from flexgear.model.errors import FlexgearError, InputError
@@ -344,3 +345,20 @@ def reason(error: OSError) -> str:
     text = error.strerror or str(error)
     full = error.errno in (errno.ENOSPC, getattr(errno, "EDQUOT", errno.ENOSPC))
     return f"{text}; free some space or choose another folder" if full else text
+
+
+def plain(value: Any) -> Any:
+    """Mappings, lists, text and Python numbers only, from numpy and xarray values."""
+    if isinstance(value, Mapping):
+        return {str(k): plain(v) for k, v in value.items()}
+    if hasattr(value, "to_numpy"):
+        value = value.to_numpy()
+    if isinstance(value, np.ndarray):
+        return plain(value.tolist())
+    if isinstance(value, np.generic):
+        return value.item()
+    if isinstance(value, (list, tuple)):
+        return [plain(v) for v in value]
+    if value is None or isinstance(value, (str, bool, int, float)):
+        return value
+    raise FlexgearError(f"a summary cannot hold a {type(value).__name__}")

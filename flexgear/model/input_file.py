@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import csv
 import errno
+import lzma
 import math
 import os
 import stat
+import zipfile
+import zlib
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import BinaryIO
@@ -231,3 +234,9 @@ def _column_of(header: list[str], any_of: Mapping[str, str]) -> Column | None:
             if suffix != title and suffix in Quantity(dimension).suffixes:
                 return name, dimension, at, suffix
     return None
+
+
+DAMAGED = (  # what reading a damaged zip, or an array in one, may raise; bz2 raises OSError
+    zipfile.BadZipFile, zlib.error, lzma.LZMAError, OSError, EOFError, ValueError, RuntimeError,
+    NotImplementedError, OverflowError,
+)  # fmt: skip

@@ -14,7 +14,7 @@ from typing import Any
 
 import xarray as xr
 
-from flexgear.files.plain import plain
+from flexgear.files.atomic import plain
 from flexgear.model.errors import FlexgearError
 from flexgear.results.face_load import CYCLE_FIGURES, FLANK_FIGURES
 from flexgear.results.load_sharing import sharing_figures

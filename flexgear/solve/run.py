@@ -19,7 +19,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from flexgear.coupling.pace import too_coarse
-from flexgear.files.plain import plain
+from flexgear.files.atomic import plain
 from flexgear.gears.implausible import implausible
 from flexgear.gears.power_flow import PowerFlow
 from flexgear.model.case import Case

@@ -31,9 +31,8 @@ from flexgear.files.matrices.body import (
 )
 from flexgear.files.matrices.entries import read_abaqus, read_dmig
 from flexgear.files.matrices.op4 import op4_text, read_op4
-from flexgear.files.packed import DAMAGED
 from flexgear.model.errors import InputError
-from flexgear.model.input_file import MOST_MATRICES, read_bytes
+from flexgear.model.input_file import DAMAGED, MOST_MATRICES, read_bytes
 
 _HEADERS = {
     (1, 0): np.lib.format.read_array_header_1_0,

@@ -22,10 +22,9 @@ from xml.parsers import expat
 
 import numpy as np
 
-from flexgear.files.packed import DAMAGED
 from flexgear.files.rexs.document import Attribute, Component, Document, LoadCase, Relation
 from flexgear.model.errors import InputError, echo
-from flexgear.model.input_file import MOST_REXS, read_bytes
+from flexgear.model.input_file import DAMAGED, MOST_REXS, read_bytes
 
 _MODEL = ("version", "applicationId", "applicationVersion", "applicationLanguage", "date",
           "relations", "components", "load_spectrum", "accumulation")  # fmt: skip
