@@ -150,16 +150,16 @@ def outer_single_contact(tooth: ToothGeometry, base_pitch: float, contact_ratio:
     return math.hypot(tooth.base_radius, tooth.roll_length(tooth.tip_radius) - step)
 
 
-def helix_factor(overlap_ratio: float, helix_angle: float, edition: str = "2006") -> float:
-    """Y_β of ISO 6336-3; helix_angle rad; edition "2006", or "2019" with 1/cos³ β."""
+def helix_factor(overlap_ratio: float, helix_angle: float, edition: int = 2006) -> float:
+    """Y_β of ISO 6336-3; helix_angle rad; edition 2006, or 2019 with 1/cos³ β."""
     tilt = min(math.degrees(helix_angle), 30.0) / 120.0
     factor = 1.0 - min(overlap_ratio, 1.0) * tilt
-    return factor / math.cos(helix_angle) ** 3 if edition == "2019" else factor
+    return factor / math.cos(helix_angle) ** 3 if edition == 2019 else factor
 
 
-def contact_line_factor(gear_mesh: GearMeshGeometry, beta_b: float, edition: str) -> float:
+def contact_line_factor(gear_mesh: GearMeshGeometry, beta_b: float, edition: int) -> float:
     """f_ε of ISO 6336-3:2019; 1 in the edition of 2006."""
-    if edition != "2019":
+    if edition != 2019:
         return 1.0
     ratio = gear_mesh.transverse_contact_ratio / math.cos(beta_b) ** 2
     overlap = min(gear_mesh.overlap_ratio, 1.0)

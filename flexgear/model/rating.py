@@ -85,7 +85,7 @@ LIMITS = {  # least S_H, S_F, K_v, K_Hβ
 class Rating(Section):
     """Rules by which the gears of a case are rated.
 
-    edition: of ISO 6336, "2006" with deviations of ISO 1328-1:1995, or "2019" with those of 2013.
+    edition: of ISO 6336, 2006 with deviations of ISO 1328-1:1995, or 2019 with those of 2013.
     application_factor: K_A; 1 where a load spectrum holds what it stands for. limits: a set of
     least safeties and factors: "none" has 1 for all; "wind" has S_H 1.25, S_F 1.56, K_v 1.05 and
     K_Hβ 1.15, which papers on gearboxes of wind turbines quote from IEC 61400-4:2012.
@@ -98,7 +98,7 @@ class Rating(Section):
     ("interpolated", ISO 6336-2 and -3 method B).
     """
 
-    edition: Literal["2006", "2019"] = "2019"
+    edition: Literal[2006, 2019] = 2019
     application_factor: float = Field(default=1.0, ge=0.1, le=10.0)
     limits: Literal["none", "wind"] = "none"
     least_flank_safety: float | None = Field(default=None, ge=0.5, le=5.0)

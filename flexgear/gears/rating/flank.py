@@ -55,7 +55,7 @@ def contact_ratio_factor(pair: GearPair) -> float:
 def helix_angle_factor(pair: GearPair) -> float:
     """Z_β."""
     root = math.sqrt(math.cos(pair.helix_angle))
-    return root if pair.rules.edition == "2006" else 1.0 / root
+    return root if pair.rules.edition == 2006 else 1.0 / root
 
 
 def single_pair_factor(pair: GearPair, part: str) -> float:

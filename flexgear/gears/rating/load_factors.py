@@ -109,7 +109,7 @@ def tolerances(pair: GearPair, gear: RatedGear) -> tuple[float, float] | None:
     pitch, profile = data.pitch_deviation, data.profile_deviation
     if data.accuracy_grade is not None:
         step = 1e-6 * 2.0 ** ((data.accuracy_grade - 5) / 2)
-        if pair.rules.edition == "2006":
+        if pair.rules.edition == 2006:
             of_grade = (
                 0.3 * (m + 0.4 * math.sqrt(d)) + 4.0,
                 2.5 * math.sqrt(m) + 0.17 * math.sqrt(d) + 0.5,

@@ -119,6 +119,11 @@ class GearPair:
         """c_γα of high loads, N/m²; ISO 6336-1:2006, 9.3."""
         return self.single_stiffness * (0.75 * self.geometry.transverse_contact_ratio + 0.25)
 
+    @property
+    def face_stiffness(self) -> float:
+        """c_γβ, N/m²; ISO 6336-1:2006, 9.3."""
+        return 0.85 * self.mesh_stiffness
+
     def curvature(self, part: str, place: float = 0.0) -> float:
         """Radius of curvature of a flank in the transverse section at the pitch point, or on the
         path of contact at ``place`` from there towards the planet's tip, m."""

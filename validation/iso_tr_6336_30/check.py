@@ -1,0 +1,35 @@
+"""ISO/TR 6336-30, example 1: every printed figure, and what the print needs to be met."""
+
+from __future__ import annotations
+
+import pytest
+from rows import failures
+
+from flexgear.gears.geometry import stage_geometry
+from flexgear.gears.power_flow import power_flow
+from flexgear.gears.rating.load_factors import dynamic_factor
+from flexgear.gears.rating.pair import gear_pair, pair_load
+from flexgear.model.load import load_case
+from iso_tr_6336_30.statements import HERE, rows
+
+
+def test_every_printed_figure_is_met() -> None:
+    table = rows()
+    assert len(table) == 33
+    assert all(row.holds for row in table), failures(table)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"rating.edition": "2006"},
+        {"stage.pinion.bore_diameter_mm": "60"},
+        {"stage.pinion.modifications.tip_relief.amount_um": "50"},
+    ],
+)
+def test_k_v_rounds_to_the_print_whatever_the_report_does_not_print(change: dict[str, str]) -> None:
+    case = load_case(HERE / "case.toml", change)
+    view = case.view()
+    pair = gear_pair(view, stage_geometry(view), "sun")
+    factor = dynamic_factor(pair, pair_load(pair, power_flow(case).stages[0]), 1.0)
+    assert factor is not None and factor.value == pytest.approx(1.003, abs=5e-4)
