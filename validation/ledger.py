@@ -41,6 +41,7 @@ PAPERS = (
     Paper("yang2019"),
     Paper("ren2021"),
     Paper("hu2023"),
+    Paper("iso_16281"),
     Paper("grc"),
     Paper("face_load", by_fidelity=True),
     Paper("solid_contact", by_fidelity=True),

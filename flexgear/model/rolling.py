@@ -22,7 +22,7 @@ class RollingElements(Section):
     circle of their centres. length: L_we, effective length of rollers. clearance: radial gap on
     every side (half of the radial internal clearance), in operation. contact_angle: nominal; of
     several rows half face one way, half the other, and a single row is loaded by thrust along +z.
-    arrangement: contact lines of rows meet outside ("O") or inside ("X") of the bearing.
+    arrangement: contact lines meet the axis outside of the rows ("O") or between them ("X").
     profile: of rollers, see below. drops: of a profile by a table, at equal steps from the middle
     of the roller to its end. inner_groove, outer_groove: radius of the grooves over the diameter of
     balls.

@@ -15,40 +15,22 @@ in N and mm. The dynamic rating of balls is not estimated.
 from __future__ import annotations
 
 import math
-from typing import Protocol
 
 import numpy as np
 
 from flexgear.gears.bearings.bearing import RollingBearing
 from flexgear.gears.bearings.reference_life import LIFE_FACTOR_MATERIAL, Ratings
 from flexgear.gears.bearings.rows import BallRow, RollerRow, Row, standard_drops
+from flexgear.model.member import PlanetBearing, SeatBearing
 from flexgear.model.rolling import RollingElements
-from flexgear.model.springs import Rollers
 
 LAMINAE = 50
 STATIC_PRESSURE, STATIC_YOUNG = 4200e6, 207e9  # of balls at the static rating in ISO 76, Pa
 
 
-class RatedSection(Protocol):
-    """What a planet's bearing and that of a seat state."""
-
-    @property
-    def dynamic_rating(self) -> float | None: ...
-    @property
-    def static_rating(self) -> float | None: ...
-    @property
-    def fatigue_load_limit(self) -> float | None: ...
-    @property
-    def rolling(self) -> str | None: ...
-    @property
-    def count(self) -> int: ...
-    @property
-    def elements(self) -> RollingElements | None: ...
-    @property
-    def rollers(self) -> Rollers | None: ...
-
-
-def rolling_bearing(section: RatedSection, laminae: int = LAMINAE) -> RollingBearing | str:
+def rolling_bearing(
+    section: PlanetBearing | SeatBearing, laminae: int = LAMINAE
+) -> RollingBearing | str:
     """The bearing with all its rows, or why it cannot be rated: which keys are missing."""
     elements = section.elements
     if elements is None:
@@ -74,7 +56,9 @@ def rolling_bearing(section: RatedSection, laminae: int = LAMINAE) -> RollingBea
     return RollingBearing(rows, Ratings(dynamic, static, limit, each), tuple(estimates))
 
 
-def _rows(section: RatedSection, elements: RollingElements, laminae: int) -> tuple[Row, ...]:
+def _rows(
+    section: PlanetBearing | SeatBearing, elements: RollingElements, laminae: int
+) -> tuple[Row, ...]:
     """Rows of all bearings, from −z to +z."""
     source = section.rollers or elements
     total = section.rollers.rows if section.rollers else (elements.rows or 1) * section.count

@@ -1,0 +1,54 @@
+"""Published load zones and the worked example of a ball bearing beside flexgear."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import replace
+from pathlib import Path
+
+from rows import Published, Row, compared, gathered, reference
+
+from flexgear.gears.bearings.load_zone import LINE, POINT, load_zone_integral
+from iso_16281.example import D_PW, figure, rated
+
+PAPER = "iso_16281"
+ELSEWHERE = 2e-4  # with the arm of the example
+
+
+def rows() -> list[Row]:
+    """All rows."""
+    return gathered(PAPER, load_zones, ball_bearing, with_the_arm_of_the_example)
+
+
+def published(where: str) -> list[Published]:
+    """Lines of reference.csv."""
+    lines = reference(Path(__file__).with_name("reference.csv")).values()
+    return [line for line in lines if line.where == where]
+
+
+def load_zones() -> Iterable[Row]:
+    """J_r(ε), and 1/J_r(1/2)."""
+    for line in published("load zone"):
+        exponent = POINT if "ball" in line.quantity else LINE
+        if line.quantity.startswith("J_r"):
+            extent = float(line.quantity.partition("= ")[2])
+            yield compared(PAPER, line, load_zone_integral(extent, exponent))
+        else:
+            yield compared(PAPER, line, 1 / load_zone_integral(0.5, exponent))
+
+
+def ball_bearing() -> Iterable[Row]:
+    """All figures, with the arm of the inner groove's centres."""
+    for line in published("ball bearing"):
+        load, _, name = line.quantity.partition(": ")
+        yield compared(PAPER, line, figure(rated(load), name))
+
+
+def with_the_arm_of_the_example() -> Iterable[Row]:
+    """All figures, with the arm D_pw/2."""
+    for line in published("ball bearing"):
+        load, _, name = line.quantity.partition(": ")
+        tight = replace(
+            line, quantity=f"{line.quantity}, arm D_pw/2", tolerance=ELSEWHERE, reason=""
+        )
+        yield compared(PAPER, tight, figure(rated(load, D_PW / 2), name))
