@@ -100,10 +100,12 @@ def begin(space: Space, data: StepData) -> None:
     counts = active.counts[0]
     ports = 6 * counts["blocks"] + np.arange(counts["ports"])
     active.place[:], active.gathered[:], counts["dofs"], counts["fresh"] = -1, 0, len(ports), 1
+    counts["head"] = len(ports)
     active.channel[: len(ports)] = ports
     active.modes[: len(ports)] = data.channels.modes[ports]
     active.span[: len(ports)] = data.channels.span[ports]
     active.beside[: len(ports)] = 0, len(ports)
+    space.work.space.remembered[-1] = -1
 
 
 def empty_samples(modal: ModalSystem, count: int) -> Samples:

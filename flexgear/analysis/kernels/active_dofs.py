@@ -4,8 +4,9 @@ Channels are all that could be loaded: six of a contact block, one of a port, tw
 along its line of action (``action_lines``; they stand for planets and lumped gears), one of its
 approach along the line of centres. Of hundreds of ring teeth only a few are in contact at a time.
 The dofs of a step are the ports, the lines of action and the blocks that its rows act on; their
-rows of modes and receptances are copied into contiguous arrays. They are gathered anew when a row
-needs a block that is not among them, some dozen steps apart, so that the copy costs little.
+rows of modes and receptances are copied into contiguous arrays. When a row needs a block that is
+not among them, it takes the place of one that is no longer needed, such as that of a tooth that has
+left contact; where there is none, all are gathered anew.
 """
 
 from __future__ import annotations
@@ -115,13 +116,87 @@ def _place_blocks(active, channels, rows, n, part):
 
 
 @njit(**INNER)
+def _acted_on(block, rows, n):
+    """Whether n rows act on a block."""
+    for i in range(n):
+        for a in range(rows.row[i].beyond, rows.row[i].width):
+            if rows.blocks[i, a] == block:
+                return True
+    return False
+
+
+@njit(**INNER)
+def _copy_modes(active, channels, first, stop):
+    """Modes of the dofs first … stop − 1."""
+    for d in range(first, stop):
+        c = active.channel[d]
+        active.span[d, 0], active.span[d, 1] = channels.span[c, 0], channels.span[c, 1]
+        for j in range(active.modes.shape[1]):
+            active.modes[d, j] = channels.modes[c, j]
+
+
+@njit(**INNER)
+def _replace(active, channels, d, block):
+    """Put a block in the place of the one at dof d, on the same part of the train."""
+    active.place[active.channel[d] // 6], active.place[block] = -1, d
+    for p in range(6):
+        active.channel[d + p] = channels.first[block] + p
+    _copy_modes(active, channels, d, d + 6)
+    for level in range(active.gathered.shape[0]):
+        if active.gathered[level] == 0:
+            continue
+        table = active.receptance[level]
+        for p in range(d, d + 6):
+            _copy_receptance(active, channels, level, p)
+        for c in range(active.beside[d, 0], active.beside[d, 1]):
+            moves = False
+            for p in range(d, d + 6):
+                table[c, 2 * p], table[c, 2 * p + 1] = table[p, 2 * c], table[p, 2 * c + 1]
+                moves = moves or table[c, 2 * p] != 0.0 or table[c, 2 * p + 1] != 0.0
+            if moves:
+                active.reach[c, 0] = min(active.reach[c, 0], 2 * d)
+                active.reach[c, 1] = max(active.reach[c, 1], 2 * d + 12)
+
+
+@njit(**INNER)
+def _replaced(active, channels, rows, n, last_rows, last):
+    """Put blocks of rows in places of blocks on the same part that no row acts on any more;
+    whether all have a place then."""
+    counts = active.counts[0]
+    for i in range(n):
+        row = rows.row[i]
+        if row.line >= 0 and active.place[counts.blocks + row.line] < 0:
+            return False
+        for a in range(row.beyond, row.width):
+            block, d = rows.blocks[i, a], counts.head
+            if active.place[block] >= 0:
+                continue
+            for d in range(counts.head, counts.dofs, 6):
+                other = active.channel[d] // 6
+                if channels.part[other] == channels.part[block] and not (
+                    _acted_on(other, rows, n) or _acted_on(other, last_rows, last)
+                ):
+                    _replace(active, channels, d, block)
+                    break
+            if active.place[block] < 0:
+                return False
+    counts.fresh = 1
+    return True
+
+
+@njit(**INNER)
 def gather(active, channels, rows, n, last_rows, last):
     """Make the dofs of n rows active, and those of rows of the last step; True where they change.
 
-    Dofs stay active until a row needs others. Those on one part of the train stand side by side.
+    Dofs stay active until a row needs others, which take their places if there are enough. Those on
+    one part of the train stand side by side.
     """
     if _all_placed(active, rows, n):
         return False
+    if _all_placed(active, last_rows, last) and _replaced(
+        active, channels, rows, n, last_rows, last
+    ):
+        return True
     counts = active.counts[0]
     fill(active.place, -1)
     for p in range(counts.ports):
@@ -139,14 +214,24 @@ def gather(active, channels, rows, n, last_rows, last):
         for d in range(first, counts.dofs):
             active.beside[d, 0], active.beside[d, 1] = first, counts.dofs
         first = counts.dofs
-    for d in range(counts.dofs):
-        c = active.channel[d]
-        active.span[d, 0], active.span[d, 1] = channels.span[c, 0], channels.span[c, 1]
-        for j in range(active.modes.shape[1]):
-            active.modes[d, j] = channels.modes[c, j]
+    _copy_modes(active, channels, 0, counts.dofs)
     fill(active.gathered, 0)
     counts.fresh = 1
     return True
+
+
+@njit(**INNER)
+def _copy_receptance(active, channels, level, c):
+    """G and R of the active dof c for a step size; all else in its row of the table is zero."""
+    g = channels.displacement[level, active.channel[c]]
+    r, entries = channels.residual[active.channel[c]], active.receptance[level, c]
+    begin, end = active.beside[c, 0], active.beside[c, 1]
+    first, stop = 2 * end, 0
+    for d in range(begin, end):
+        entries[2 * d], entries[2 * d + 1] = g[active.channel[d]], r[active.channel[d]]
+        if entries[2 * d] != 0.0 or entries[2 * d + 1] != 0.0:
+            first, stop = min(first, 2 * d), 2 * d + 2
+    active.reach[c, 0], active.reach[c, 1] = min(first, stop), stop
 
 
 @njit(**INNER)
@@ -155,19 +240,11 @@ def gather_receptance(active, channels, level):
     if active.gathered[level] == 1:
         return
     active.gathered[level] = 1
-    dofs, filled = active.counts[0].dofs, active.filled[level]
-    for c in range(dofs):
-        g = channels.displacement[level, active.channel[c]]
-        r = channels.residual[active.channel[c]]
-        begin, end, entries = active.beside[c, 0], active.beside[c, 1], active.receptance[level, c]
-        fill(entries[2 * filled[c, 0] : 2 * filled[c, 1]], 0.0)
-        filled[c, 0], filled[c, 1] = begin, end
-        first, stop = 2 * end, 0
-        for d in range(begin, end):
-            entries[2 * d], entries[2 * d + 1] = g[active.channel[d]], r[active.channel[d]]
-            if entries[2 * d] != 0.0 or entries[2 * d + 1] != 0.0:
-                first, stop = min(first, 2 * d), 2 * d + 2
-        active.reach[c, 0], active.reach[c, 1] = min(first, stop), stop
+    filled = active.filled[level]
+    for c in range(active.counts[0].dofs):
+        fill(active.receptance[level, c, 2 * filled[c, 0] : 2 * filled[c, 1]], 0.0)
+        filled[c, 0], filled[c, 1] = active.beside[c, 0], active.beside[c, 1]
+        _copy_receptance(active, channels, level, c)
 
 
 @njit(**INNER, fastmath=FAST)
@@ -251,7 +328,7 @@ def add_residual(active, level, force, image, out):
         out[d] += image[2 * d + 1]
 
 
-@njit(**INNER)
+@njit(**INNER, fastmath=FAST)
 def channel_motion(channels, active, c, eta, rate, force):
     """Φη + R f of any channel c, and Φη̇."""
     modes = channels.modes[c]
@@ -261,7 +338,7 @@ def channel_motion(channels, active, c, eta, rate, force):
     return motion, speed
 
 
-@njit(**INNER)
+@njit(**INNER, fastmath=FAST)
 def dof_motion(active, level, d, eta, rate, force):
     """The same of the active dof d."""
     first, stop = active.span[d, 0], active.span[d, 1]

@@ -34,7 +34,7 @@ from flexgear.analysis.kernels.vectors import (
     rounded_up,
     two_dots,
 )
-from flexgear.arrays import Array
+from flexgear.arrays import Array, Ints
 from flexgear.compiled import FAST, INNER, PART, njit
 from flexgear.coupling.kernels.elements import places, places_of_gear_mesh, widest
 from flexgear.coupling.laws import BASIC, HELD_RATE_LAW, ONE_SIDED_LAW
@@ -71,6 +71,8 @@ class LawSpace(NamedTuple):
     motion: Array  # (E + 1, 2, r) δ₀, δ̇₀
     force: Array  # (E + 1, 2, r) F₀ and its part that has a potential
     tangent: Array  # (E + 1, 2, r, r) K, C
+    remembered: Ints  # (E + 1,) places of the memory that the last step wrote; their number, −1
+    # where it is not known, at the end
 
 
 def contact_problem(rows: int) -> ContactProblem:
@@ -91,7 +93,10 @@ def law_space(elements: int, rows: int) -> LawSpace:
     """Work space for elements of at most ``rows`` rows."""
     count = elements + 1
     return LawSpace(
-        np.zeros((count, 2, rows)), np.zeros((count, 2, rows)), np.zeros((count, 2, rows, rows))
+        motion=np.zeros((count, 2, rows)),
+        force=np.zeros((count, 2, rows)),
+        tangent=np.zeros((count, 2, rows, rows)),
+        remembered=np.full(count, -1),
     )
 
 
@@ -141,17 +146,26 @@ def start_guess(laws, rows, count, memory, space):
 
 
 @njit(**INNER)
-def remember(rows, count, motion, memory):
+def _forget(memory, place):
+    """Make the motion at a place of the memory one at which a tooth pair just touches."""
+    for a in range(memory.shape[2]):
+        memory[place, 0, a], memory[place, 1, a] = TOUCHING, 0.0
+
+
+@njit(**INNER)
+def remember(rows, count, motion, memory, remembered):
     """Save the motion (2, R) of all elements as memory (places, 2, r) for the next step. Places of
     elements that do not exist now get a motion at which a tooth pair just touches."""
-    for p in range(memory.shape[0]):
-        for a in range(memory.shape[2]):
-            memory[p, 0, a], memory[p, 1, a] = TOUCHING, 0.0
+    end = remembered.shape[0] - 1
+    for p in range(remembered[end] if remembered[end] >= 0 else memory.shape[0]):
+        _forget(memory, remembered[p] if remembered[end] >= 0 else p)
     for e in range(count):
         element = rows.element[e]
         for a in range(element.rows):
             memory[element.place, 0, a] = motion[0, element.first + a]
             memory[element.place, 1, a] = motion[1, element.first + a]
+        remembered[e] = element.place
+    remembered[end] = count
 
 
 @njit(**INNER, fastmath=FAST)

@@ -40,7 +40,7 @@ def row_value(rows, i, vector):
     return total
 
 
-@njit(**INNER)
+@njit(**PART)
 def add_row(rows, i, factor, vector):
     """vector += factor · V_i at the active dofs."""
     row = rows.row[i]

@@ -230,7 +230,7 @@ def _finish(h, machines, state, work, count):
     put(state.eta, modes.free[:n])
     put(state.velocity, modes.free_rate[:n])
     carry_on(h, machines, modes.ports, state.velocity, work.active.modes, state.ports)
-    remember(work.rows, count, work.problem.motion, state.memory)
+    remember(work.rows, count, work.problem.motion, state.memory, work.space.remembered)
 
 
 @njit(**UNCOUNTED, nogil=True)

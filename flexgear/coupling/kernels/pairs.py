@@ -177,7 +177,8 @@ def _tooth_end(gears, coef, block, share, n, at):
 
 @njit(**PART)
 def _fill_row(gears, m, turn, rows, n, span, away):
-    """Row n from pairs first … stop − 1 of gear mesh m: one pair, or all at the pitch point.
+    """Row n from pairs first … stop − 1 of gear mesh m: one pair, or all at the pitch point; its
+    stiffness and damping.
 
     turn: cosine and sine of the planet's angle in the gear's frame, then of the angle of its teeth
     in its own axes; span: first, stop; away: m along the face from the centre of the pair's
@@ -222,8 +223,10 @@ def _fill_row(gears, m, turn, rows, n, span, away):
             width += 1
     row.width, row.line, row.along = width, m, nz * s + mesh.cos_b * z
     row.kind, row.owner, row.sided, row.following = mesh.kind, m, mesh.sided, 0
-    row.stiffness, row.damping = total, mesh.damping * math.sqrt(total)
+    damping = mesh.damping * math.sqrt(total)
+    row.stiffness, row.damping = total, damping
     row.offset = error + mesh.error_slope * away - mesh.gap
+    return total, damping
 
 
 @njit(**INNER)
@@ -291,17 +294,14 @@ def _rows_of_pairs(gears, m, theta, rows, counts, span):
             count, element_count, first = count + 2, element_count + 1, first + 1
             continue
         after = first + 1 if mesh.model == PER_PAIR else stop
-        _fill_row(gears, m, turn, rows, count, (first, after), 0.0)
-        row, element = rows.row[count], rows.element[element_count]
+        stiffness, damping = _fill_row(gears, m, turn, rows, count, (first, after), 0.0)
+        parameters, element = rows.parameters[element_count], rows.element[element_count]
         element.law = ONE_SIDED_PAIR if mesh.sided == 1 else LINEAR_PAIR
         element.first, element.rows = count, 1
         element.place = mesh.places * m
         if mesh.model == PER_PAIR:
             element.place += rows.pair[first].place
-        rows.parameters[element_count, 0], rows.parameters[element_count, 1] = (
-            row.stiffness,
-            row.damping,
-        )
+        parameters[0], parameters[1] = stiffness, damping
         count, element_count, first = count + 1, element_count + 1, after
     return count, element_count
 
