@@ -16,14 +16,12 @@ from matplotlib.lines import Line2D
 
 from flexgear.arrays import Array
 from flexgear.model.errors import FlexgearError
-from flexgear.model.names import MemberName
 from flexgear.model.units import RPM
 from flexgear.results.report.wording import scale
 from flexgear.results.stage_part import displacement_of, of_kind, ring_force_spread, ring_sharing
 from flexgear.views.loads import finish_x
 from flexgear.views.select import (
     Runs,
-    Window,
     abscissa,
     draw,
     leading_dim,
@@ -31,7 +29,6 @@ from flexgear.views.select import (
     say_envelope,
     thinned,
     variable,
-    within_window,
 )
 from flexgear.views.style import (
     DIVERGING_MAP,
@@ -97,11 +94,8 @@ def finish(
 
 
 @styled
-def carrier_speed(
-    runs: Runs, window: Window | None = None, rated_rpm: float | None = None
-) -> Figure:
+def carrier_speed(runs: Runs, rated_rpm: float | None = None) -> Figure:
     """Input torque and carrier speed (r/min) of one or several runs over time (Figure 10)."""
-    runs = within_window(runs, "time", window)
     figure, axes = panels(2, 1, height_mm=96, sharex=True, height_ratios=[1, 2])
     top, bottom = axes[:, 0]
     torque_panel(top, runs, "time")
@@ -127,14 +121,11 @@ def torque_panel(axes: Axes, runs: Runs, x: str) -> None:
 
 
 @styled
-def load_sharing(
-    runs: Runs, x: str = "stage_angle", window: Window | None = None, spread: bool = False
-) -> Figure:
+def load_sharing(runs: Runs, x: str = "stage_angle", spread: bool = False) -> Figure:
     """Load sharing factor K_γ = N max F / Σ F, with gaps where it is undefined (Figures 19, 25).
 
     ``spread`` adds (max − min)/rated mean of the planets' gear-mesh forces, defined everywhere.
     """
-    runs = within_window(runs, x, window)
     figure, axes = panels(2 if spread else 1, 1, height_mm=110 if spread else 70, sharex=True)
     top = axes[0, 0]
     over_runs(top, runs, x, SHARING)
@@ -147,9 +138,8 @@ def load_sharing(
 
 
 @styled
-def torque_drop(runs: Runs, window: Window | None = None) -> Figure:
+def torque_drop(runs: Runs) -> Figure:
     """A torque drop over time: torque, speed, mean mesh force, load sharing, force spread."""
-    runs = within_window(runs, "time", window)
     figure, axes = panels(5, 1, height_mm=190, sharex=True, height_ratios=[0.7, 1, 1, 1, 1])
     torque_panel(axes[0, 0], runs, "time")
     for ax, drawn in zip(axes[1:, 0], (SPEED, FORCE, SHARING, SPREAD), strict=True):
@@ -165,10 +155,8 @@ def three_directions(
     title: str,
     directions: tuple[str, str, str],
     x: str,
-    window: Window | None,
 ) -> Figure:
     """One panel a direction (µm) with every variant; ``pick`` gives (n, 3) in m."""
-    runs = within_window(runs, x, window)
     colours = variant_colours(runs)
     figure, axes = panels(3, 1, height_mm=132, sharex=True)
     picked = {name: pick(dataset) * MICRO for name, dataset in runs.items()}
@@ -192,9 +180,7 @@ def three_directions(
     return finish(figure, axes, runs, x)
 
 
-def tooth_node_displacement(
-    runs: Runs, tooth: int = 1, x: str = "stage_angle", window: Window | None = None
-) -> Figure:
+def tooth_node_displacement(runs: Runs, tooth: int = 1, x: str = "stage_angle") -> Figure:
     """X, Y, Z displacement of ring tooth node ``tooth`` (1-based), global (Figures 16, 22)."""
 
     def pick(dataset: xr.Dataset) -> Array:
@@ -205,10 +191,10 @@ def tooth_node_displacement(
         return np.asarray(of_tooth, dtype=float)
 
     title = f"Displacement of ring tooth node {tooth}"
-    return three_directions(runs, pick, title, ("X", "Y", "Z"), x, window)
+    return three_directions(runs, pick, title, ("X", "Y", "Z"), x)
 
 
-def sun_displacement(runs: Runs, x: str = "stage_angle", window: Window | None = None) -> Figure:
+def sun_displacement(runs: Runs, x: str = "stage_angle") -> Figure:
     """x, y, z displacement of the sun, carrier axes (Figures 14, 20)."""
 
     def pick(dataset: xr.Dataset) -> Array:
@@ -216,39 +202,21 @@ def sun_displacement(runs: Runs, x: str = "stage_angle", window: Window | None =
         return np.asarray(field, dtype=float)[:, :3]
 
     title = "Displacement of the sun, axes of the carrier"
-    return three_directions(runs, pick, title, AXES, x, window)
+    return three_directions(runs, pick, title, AXES, x)
 
 
-def planet_displacement(
-    runs: Runs,
-    planet: int = 1,
-    x: str = "stage_angle",
-    window: Window | None = None,
-    center_distance: float | None = None,
-) -> Figure:
-    """Radial, tangential and axial displacement of a planet (Figures 15, 21).
-
-    Give ``center_distance`` (m) where the dataset's displacements are absolute: the tangential
-    motion R_c θ_z that comes from the rotation of the carrier's drive node is then taken out.
-    """
+def planet_displacement(runs: Runs, planet: int = 1, x: str = "stage_angle") -> Figure:
+    """Radial, tangential and axial displacement of a planet (Figures 15, 21)."""
 
     def pick(dataset: xr.Dataset) -> Array:
         dim, field = leading_dim(dataset), displacement_of(dataset, "planet")
         if not 1 <= planet <= field.sizes["body"]:
             raise FlexgearError(f"cannot draw planet {planet}: there are {field.sizes['body']}")
-        motion = np.array(field.isel(body=planet - 1).transpose(dim, "dof"), dtype=float)[:, :3]
-        if center_distance is not None:
-            nodes = [MemberName.parse(n).part for n in variable(dataset, "carrier_node").values]
-            if "drive" not in nodes:
-                raise FlexgearError("cannot draw: carrier_displacement has no node 'drive'")
-            nodes_motion = variable(dataset, "carrier_displacement")
-            drive = nodes_motion.isel(carrier_node=nodes.index("drive")).transpose(dim, "dof")
-            motion[:, 1] -= center_distance * np.asarray(drive)[:, 5]
-        return motion
+        return np.array(field.isel(body=planet - 1).transpose(dim, "dof"), dtype=float)[:, :3]
 
     title = f"Displacement of planet {planet}, its own axes"
     names = ("x, radial", "y, tangential", "z, axial")
-    return three_directions(runs, pick, title, names, x, window)
+    return three_directions(runs, pick, title, names, x)
 
 
 @styled

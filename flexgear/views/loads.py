@@ -26,7 +26,6 @@ from flexgear.views.select import (
     planet_count,
     thinned,
     windowed,
-    within_window,
 )
 from flexgear.views.style import (
     KILO,
@@ -120,15 +119,13 @@ def pair_loads(
     gear_mesh: str = "ring",
     planet: int = 1,
     x: str = "stage_angle",
-    window: Window | None = None,
     split: str = "flexible",
 ) -> Figure:
     """Load of every tooth pair of one planet, one line style a variant (Figures 17, 18, 23, 24).
 
     ``split`` names the run whose total is also split by stiffness (eq. 23, dashed).
-    ``window`` limits x (rad or s); a whole revolution is legible only in a window.
+    A whole revolution is not legible: give part of the runs (``within_window``).
     """
-    runs = within_window(runs, x, window)
     colours = variant_colours(runs)
     figure, axes = panels(1, 1, height_mm=78)
     ax, handles, ends = axes[0, 0], legend_lines(colours), list[float]()

@@ -29,7 +29,7 @@ from flexgear.views.chart import Chart, Drawing, NotDrawn, Subjects
 from flexgear.views.charts import figure_bars, gauges_chart, spectrum_chart
 from flexgear.views.face_load_charts import root_stress_chart, tooth_rows_chart
 from flexgear.views.mode_charts import campbell_chart, modes_chart
-from flexgear.views.select import thinned
+from flexgear.views.select import thinned, within_window
 from flexgear.views.stage_drawing import flank_drawing, front_drawing, section_drawing
 
 DPI = 150  # of pictures, which are as wide as a page
@@ -125,7 +125,8 @@ def _pair_loads(ring: RingFolder, gear: str) -> Any:
     name, first = next(iter(ring.steady.items()))
     angle = float(first["stage_angle"][first.sizes["time"] // 2])
     close = (angle, angle + TEETH_SHOWN * 2 * np.pi / ring.stage.ring_gear.teeth)
-    return loads.pair_loads(ring.steady, gear, window=close, split=name)
+    close_runs = within_window(ring.steady, "stage_angle", close)
+    return loads.pair_loads(close_runs, gear, split=name)
 
 
 def _drop(ring: RingFolder, depth: str) -> dict[str, xr.Dataset]:

@@ -47,10 +47,8 @@ def abscissa(dataset: xr.Dataset, x: str) -> Array:
     return np.asarray(variable(dataset, x), dtype=float)
 
 
-def windowed(dataset: xr.Dataset, x: str, window: Window | None) -> xr.Dataset:
-    """Samples with window[0] <= x <= window[1]."""
-    if window is None:
-        return dataset
+def windowed(dataset: xr.Dataset, x: str, window: Window) -> xr.Dataset:
+    """Samples with window[0] <= x <= window[1], x as ``abscissa`` has it."""
     values = abscissa(dataset, x)
     keep = np.flatnonzero((values >= window[0]) & (values <= window[1]))
     if keep.size < 2:
@@ -61,7 +59,7 @@ def windowed(dataset: xr.Dataset, x: str, window: Window | None) -> xr.Dataset:
     return dataset.isel({leading_dim(dataset): keep})
 
 
-def within_window(runs: Runs, x: str, window: Window | None) -> Runs:
+def within_window(runs: Runs, x: str, window: Window) -> Runs:
     """The same of every run."""
     return {name: windowed(data, x, window) for name, data in runs.items()}
 

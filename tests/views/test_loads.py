@@ -6,6 +6,7 @@ import xarray as xr
 
 from flexgear.model.errors import FlexgearError
 from flexgear.views import loads
+from flexgear.views.select import within_window
 from flexgear.views.style import SPLIT_COLOUR, VARIANT_COLOURS
 
 
@@ -27,7 +28,7 @@ def test_engagement_spans():
 
 @pytest.mark.parametrize(("x", "label"), [("stage_angle", "(rad)"), ("time", "(s)")])
 def test_pair_loads_overlays_variants_and_split(steady, x, label):
-    figure = loads.pair_loads(steady, "ring", 1, x=x, window=(1.0, 1.5))
+    figure = loads.pair_loads(within_window(steady, x, (1.0, 1.5)), "ring", 1, x=x)
     ax = figure.axes[0]
     drawn = {line.get_color() for line in ax.get_lines()}
     assert {SPLIT_COLOUR, *VARIANT_COLOURS.values()} <= drawn
@@ -53,7 +54,7 @@ def test_wrong_choices_are_one_clear_line(steady):
     with pytest.raises(FlexgearError, match="there are 5"):
         loads.pair_loads(steady, "ring", 6)
     with pytest.raises(FlexgearError, match="nothing to draw between"):
-        loads.pair_loads(steady, "ring", 1, window=(80.0, 90.0))
+        within_window(steady, "stage_angle", (80.0, 90.0))
 
 
 def test_reversed_torque_draws_the_coast_flanks(steady):
@@ -64,7 +65,7 @@ def test_reversed_torque_draws_the_coast_flanks(steady):
     coast = ahead.assign_coords(flank=labels, flank_sense=("flank", ["coast"] * len(labels)))
     back = xr.concat([unloaded, coast], "flank", data_vars="minimal")
     one, other = (
-        loads.pair_loads({"flexible": d}, "ring", 1, window=(1.0, 1.5)).axes[0]
+        loads.pair_loads(within_window({"flexible": d}, "stage_angle", (1.0, 1.5))).axes[0]
         for d in (ahead, back)
     )
     for a, b in zip(one.get_lines(), other.get_lines(), strict=True):

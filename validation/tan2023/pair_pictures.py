@@ -11,7 +11,7 @@ from matplotlib.ticker import MaxNLocator
 
 from flexgear.arrays import Array
 from flexgear.views.loads import LABELS, finish_x, flank_label, pair_arrays, pair_curves
-from flexgear.views.select import Window, abscissa, planet_count, windowed
+from flexgear.views.select import abscissa, planet_count
 from flexgear.views.style import (
     KILO,
     MICRO,
@@ -25,14 +25,8 @@ from flexgear.views.style import (
 
 
 @styled
-def numbered_pair_loads(
-    dataset: xr.Dataset,
-    gear_mesh: str = "ring",
-    planet: int = 1,
-    window: Window | None = None,
-) -> Figure:
+def numbered_pair_loads(dataset: xr.Dataset, gear_mesh: str = "ring", planet: int = 1) -> Figure:
     """Load of each tooth pair with its tooth number, and pairs in contact below (Figure 12)."""
-    dataset = windowed(dataset, "stage_angle", window)
     at = abscissa(dataset, "stage_angle")
     load, tooth, _ = pair_arrays(dataset, gear_mesh, planet)
     figure, axes = panels(2, 1, height_mm=98, sharex=True, height_ratios=[4, 1])

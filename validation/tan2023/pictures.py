@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from math import pi
 
 import numpy as np
+import xarray as xr
 from matplotlib.figure import Figure
 
 from flexgear.model.errors import FlexgearError
+from flexgear.model.names import BodyName, MemberName
 from flexgear.views import histories, loads
 from flexgear.views.probe import require_rendering
+from flexgear.views.select import Window, within_window
 from flexgear.views.style import DEFORMED_COLOUR, ORIGINAL_COLOUR, panels, styled
 from tan2023.measures import RPM
 from tan2023.pair_pictures import numbered_pair_loads, pair_stiffness_and_error
@@ -21,8 +24,31 @@ from tan2023.runs import MAIN_DROP, Runs
 
 DROP = (0.9, 1.8)  # s, what Figures 20-25 show
 CLOSE = (0.98, 1.28)  # s, tooth loads in the drop
-NEAR = (pi / 5, pi / 5 + 0.45)  # rad, tooth loads and gear-mesh ripple in steady running
+NEAR = pi / 5  # rad, where tooth loads and gear-mesh ripple in steady running are looked at
 CUT = "A cut of the revolution, wide enough for six gear-mesh periods; the rest repeats it."
+
+
+def _steady(runs: Runs, width: float = 0.45) -> Mapping[str, xr.Dataset]:
+    """Steady running from the carrier angle ``NEAR`` on, rad."""
+    return within_window(runs.steady, "stage_angle", (NEAR, NEAR + width))
+
+
+def _drop(runs: Runs, window: Window = DROP) -> Mapping[str, xr.Dataset]:
+    """The main torque drop within a window, s."""
+    return within_window(runs.main_drop, "time", window)
+
+
+def _to_drive_flange(runs: Runs, parts: Mapping[str, xr.Dataset]) -> Mapping[str, xr.Dataset]:
+    """Displacements of planets less R_c θ_z of the carrier's drive flange, in tangential sense."""
+    relative = {}
+    for name, part in parts.items():
+        node = [MemberName.parse(n).part for n in part["carrier_node"].values].index("drive")
+        angle = part["carrier_displacement"].isel(carrier_node=node, dof=5, drop=True)
+        planets = [BodyName.parse(n).part == "planet" for n in part["body"].values]
+        motion = part["body_displacement"].copy(deep=True)
+        motion[{"body": planets, "dof": 1}] -= runs.geometry.center_distance * angle
+        relative[name] = part.assign(body_displacement=motion)
+    return relative
 
 
 @dataclass(frozen=True)
@@ -113,9 +139,8 @@ def pins_only(runs: Runs, q: np.ndarray) -> Figure:
 def figure_10(runs: Runs) -> Figure:
     named = {f"to {t / 1e6:g} MN·m": runs.drops[t] for t in (2e6, MAIN_DROP, 2e5)}
     return histories.carrier_speed(
-        {"from rest": runs.start_up.data, **named},
+        within_window({"from rest": runs.start_up.data, **named}, "time", (0.0, 2.2)),
         rated_rpm=runs.case.case.inputs[0].speed * RPM,
-        window=(0.0, 2.2),
     )
 
 
@@ -126,7 +151,7 @@ def figure_11(runs: Runs) -> Figure:
 
 @picture(12, "Tooth loads of ring and planet 1")
 def figure_12(runs: Runs) -> Figure:
-    return numbered_pair_loads(runs.steady["flexible"], "ring", 1, window=NEAR)
+    return numbered_pair_loads(_steady(runs)["flexible"], "ring", 1)
 
 
 @picture(13, "X displacement of all ring tooth nodes")
@@ -136,7 +161,7 @@ def figure_13(runs: Runs) -> Figure:
 
 @picture(14, "Sun displacement, steady", CUT)
 def figure_14(runs: Runs) -> Figure:
-    return histories.sun_displacement(runs.steady, window=NEAR)
+    return histories.sun_displacement(_steady(runs))
 
 
 @picture(
@@ -146,9 +171,7 @@ def figure_14(runs: Runs) -> Figure:
     f"(positive with the rotation), z axial. {CUT}",
 )
 def figure_15(runs: Runs) -> Figure:
-    return histories.planet_displacement(
-        runs.steady, 1, window=NEAR, center_distance=runs.geometry.center_distance
-    )
+    return histories.planet_displacement(_to_drive_flange(runs, _steady(runs)), 1)
 
 
 @picture(16, "Ring tooth node 1, steady")
@@ -158,49 +181,47 @@ def figure_16(runs: Runs) -> Figure:
 
 @picture(17, "Tooth loads of sun and planet 1, steady")
 def figure_17(runs: Runs) -> Figure:
-    return loads.pair_loads(runs.steady, "sun", 1, window=(NEAR[0], NEAR[0] + 0.3))
+    return loads.pair_loads(_steady(runs, 0.3), "sun", 1)
 
 
 @picture(18, "Tooth loads of ring and planet 1, steady")
 def figure_18(runs: Runs) -> Figure:
-    return loads.pair_loads(runs.steady, "ring", 1, window=(NEAR[0], NEAR[0] + 0.3))
+    return loads.pair_loads(_steady(runs, 0.3), "ring", 1)
 
 
 @picture(19, "Load sharing, steady", CUT)
 def figure_19(runs: Runs) -> Figure:
-    return histories.load_sharing(runs.steady, window=NEAR)
+    return histories.load_sharing(_steady(runs))
 
 
 @picture(20, "Sun displacement in a torque drop to 4e5 N·m")
 def figure_20(runs: Runs) -> Figure:
-    return histories.sun_displacement(runs.main_drop, x="time", window=DROP)
+    return histories.sun_displacement(_drop(runs), x="time")
 
 
 @picture(21, "Planet 1 displacement in a torque drop to 4e5 N·m", "Against the carrier's drive "
          "flange, as in Figure 15.")  # fmt: skip
 def figure_21(runs: Runs) -> Figure:
-    return histories.planet_displacement(
-        runs.main_drop, 1, x="time", window=DROP, center_distance=runs.geometry.center_distance
-    )
+    return histories.planet_displacement(_to_drive_flange(runs, _drop(runs)), 1, x="time")
 
 
 @picture(22, "Ring tooth node 1 in a torque drop to 4e5 N·m")
 def figure_22(runs: Runs) -> Figure:
-    return histories.tooth_node_displacement(runs.main_drop, 1, x="time", window=DROP)
+    return histories.tooth_node_displacement(_drop(runs), 1, x="time")
 
 
 @picture(23, "Tooth loads of sun and planet 1 in the torque drop", "Linear contact, as in the "
          "paper: pairs on the path of contact may pull.")  # fmt: skip
 def figure_23(runs: Runs) -> Figure:
-    return loads.pair_loads(runs.main_drop, "sun", 1, x="time", window=CLOSE)
+    return loads.pair_loads(_drop(runs, CLOSE), "sun", 1, x="time")
 
 
 @picture(24, "Tooth loads of ring and planet 1 in the torque drop", "Linear contact, as in the "
          "paper: pairs on the path of contact may pull.")  # fmt: skip
 def figure_24(runs: Runs) -> Figure:
-    return loads.pair_loads(runs.main_drop, "ring", 1, x="time", window=CLOSE)
+    return loads.pair_loads(_drop(runs, CLOSE), "ring", 1, x="time")
 
 
 @picture(25, "Load sharing in the torque drop")
 def figure_25(runs: Runs) -> Figure:
-    return histories.load_sharing(runs.main_drop, x="time", window=DROP, spread=True)
+    return histories.load_sharing(_drop(runs), x="time", spread=True)
