@@ -24,8 +24,9 @@ class RollingElements(Section):
     several rows half face one way, half the other, and a single row is loaded by thrust along +z.
     arrangement: contact lines meet the axis outside of the rows ("O") or between them ("X").
     profile: of rollers, see below. drops: of a profile by a table, at equal steps from the middle
-    of the roller to its end. inner_groove, outer_groove: radius of the grooves over the diameter of
-    balls.
+    of the roller to its end. edge_stress: whether lives count the concentration of stress at the
+    ends of rollers, which the standard puts on top of the loads of laminae. inner_groove,
+    outer_groove: radius of the grooves over the diameter of balls.
 
     logarithmic  that of ISO/TS 16281
     straight     none
@@ -43,6 +44,7 @@ class RollingElements(Section):
     arrangement: Literal["O", "X"] = "O"
     profile: Literal["logarithmic", "straight", "table"] = "logarithmic"
     drops: tuple[Length, ...] = ()
+    edge_stress: bool = True
     inner_groove: float = Field(default=0.52, gt=0.5, le=1.0)
     outer_groove: float = Field(default=0.53, gt=0.5, le=1.0)
 

@@ -31,7 +31,7 @@ from flexgear.model.lubricant import Lubricant
 
 MM = 1e-3
 RATINGS = Ratings(1e5, 1.2e5, 1.5e4)
-OIL = Lubrication(1.0, 0.5)
+OIL = Lubrication(0.7, 0.1)
 
 
 def rollers(laminae=30, **more):

@@ -44,6 +44,11 @@ def loads() -> Figure:
         order = np.argsort(np.angle(np.exp(1j * state.angles)))
         angles = np.degrees(np.angle(np.exp(1j * state.angles)))[order]
         right.plot(angles, state.element_loads[order], "o-", ms=3, lw=1, label=name)
-    right.set(xlabel="angle of the ball from the load (°)", ylabel="load (N)", title="balls")
+    right.set(
+        xlabel="angle of the ball from the load (°)",
+        ylabel="load (N)",
+        title="balls",
+        ylim=(0, 1500),
+    )
     right.legend(fontsize=6)
     return figure

@@ -1,8 +1,9 @@
 """A whole rolling bearing: rows side by side, equilibrium under a load, ratings of all rows.
 
 The load (5,) is (F_x, F_y, F_z, M_x, M_y) at the middle of the bearing, the motion (5,) its
-conjugate (x, y, z, r_x, r_y); see ``rows``. Equilibrium minimises Σ energy(u) − load · u by a trust
-region, whose unknowns are scaled by the approach that the load makes.
+conjugate (x, y, z, r_x, r_y); see ``rows``. Equilibrium minimises Π = Σ energy(u) − load · u by
+Newton's method, damped (Levenberg, Marquardt) so that Π falls, in unknowns that are scaled by the
+approach which the load makes; without damping in the end, so that it converges as Newton's does.
 """
 
 from __future__ import annotations
@@ -12,7 +13,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
-import scipy
 
 from flexgear.arrays import Array
 from flexgear.gears.bearings.reference_life import (
@@ -27,7 +27,8 @@ from flexgear.gears.bearings.rows import BallRow, RollerRow, Row, RowState, roll
 from flexgear.model.errors import FlexgearError
 
 COMPONENTS = ("x", "y", "z", "rx", "ry")
-CLOSURE = 1e-8  # of an equilibrium, over the load
+CLOSURE = 1e-9  # of an equilibrium, over the load
+ITERATIONS = 200
 
 
 @dataclass(frozen=True)
@@ -77,51 +78,49 @@ def equilibrium(
     bearing: RollingBearing,
     load: Array,
     held: Mapping[str, float] | None = None,
-    first: float | None = None,
+    start: Array | None = None,
 ) -> Array:
-    """Motion (5,) under a load (5,), N and N m.
+    """Motion (5,) under a load (5,), N and N m, the first element under it.
 
     held: components whose motion is prescribed, m or rad, in place of their load. Cylindrical
-    rollers cannot take a thrust: there z is held at 0 unless said. first: angle of the first
-    element, rad; under the load if left out. FlexgearError without equilibrium.
+    rollers cannot take a thrust: there z is held at 0 unless said. start: motion (5,) to begin at,
+    such as that of a similar load. FlexgearError without equilibrium.
     """
     load = np.asarray(load, dtype=float)
-    motion = np.zeros(5)
+    motion = np.zeros(5) if start is None else np.array(start, dtype=float)
     prescribed = dict(held or {})
-    if not any(row.contact_angle for row in bearing.rows) and bearing.of_rollers:
+    if bearing.of_rollers and not any(row.contact_angle for row in bearing.rows):
         if "z" not in prescribed and load[2] != 0:
             raise FlexgearError("a cylindrical roller bearing takes no axial load")
         prescribed.setdefault("z", 0.0)
     for name, value in prescribed.items():
         motion[COMPONENTS.index(name)] = value
     free = np.array([name not in prescribed for name in COMPONENTS])
-    first = direction(load) if first is None else first
-    scale = _scale(bearing, load)[free]
-    size = max(float(np.abs(scale * load[free]).max(initial=0.0)), 1e-300)
+    first, scale = direction(load), _scale(bearing, load)
+    size = max(float(np.abs(scale * load)[free].max(initial=0.0)), 1e-12 * float(scale[0]))
 
-    def at(q: Array) -> tuple[float, Array, Array]:
-        u = motion.copy()
-        u[free] = scale * q
+    def at(u: Array) -> tuple[float, Array, Array]:
         states = bearing.states(u, first)
-        energy = sum(s.energy for s in states) - float(load[free] @ u[free])
-        force = np.sum([s.force for s in states], axis=0)[free] - load[free]
-        tangent = np.sum([s.tangent for s in states], axis=0)[np.ix_(free, free)]
-        return energy / size, scale * force / size, scale[:, None] * tangent * scale / size
+        energy = sum(s.energy for s in states) - float(load @ (free * u))
+        out_of_balance = np.sum([s.force for s in states], axis=0) - load
+        tangent = scale[:, None] * np.sum([s.tangent for s in states], axis=0) * scale
+        balance = (scale * out_of_balance)[free] / size
+        return energy / size, balance, tangent[np.ix_(free, free)] / size
 
-    if not load[free].any() and not prescribed:
-        return motion
-    solution = scipy.optimize.minimize(
-        lambda q: at(q)[0],
-        np.zeros(free.sum()),
-        jac=lambda q: at(q)[1],
-        hess=lambda q: at(q)[2],
-        method="trust-exact",
-        options={"gtol": 0.01 * CLOSURE, "max_trust_radius": 1e4, "maxiter": 500},
-    )
-    if not np.abs(at(solution.x)[1]).max() < CLOSURE:
-        raise FlexgearError("no equilibrium of the bearing under its load: it can move freely")
-    motion[free] = scale * solution.x
-    return motion
+    damping, (potential, balance, tangent) = 1e-3, at(motion)
+    for _ in range(ITERATIONS):
+        if np.abs(balance).max(initial=0.0) < CLOSURE:
+            return motion
+        trial = motion.copy()
+        damped = tangent + damping * np.eye(len(balance))
+        trial[free] -= scale[free] * np.linalg.solve(damped, balance)
+        there = at(trial)
+        if there[0] <= potential + 1e-12 * abs(potential):
+            motion, (potential, balance, tangent) = trial, there
+            damping *= 0.1
+        else:
+            damping *= 10
+    raise FlexgearError("no equilibrium of the bearing under its load: it can move freely")
 
 
 def _scale(bearing: RollingBearing, load: Array) -> Array:
@@ -173,7 +172,8 @@ def rate_load(
     stationary: Ring,
     lubrication: Lubrication | None = None,
     held: Mapping[str, float] | None = None,
+    start: Array | None = None,
 ) -> BearingRating:
-    """``rate_motion`` in equilibrium with a load (5,), the first element under it."""
-    motion = equilibrium(bearing, load, held)
+    """``rate_motion`` in ``equilibrium`` with a load (5,), the first element under it."""
+    motion = equilibrium(bearing, load, held, start)
     return rate_motion(bearing, motion, stationary, lubrication, direction(np.asarray(load)))

@@ -24,7 +24,7 @@ from flexgear.gears.bearings.rows import BallRow, RollerRow, Row, standard_drops
 from flexgear.model.member import PlanetBearing, SeatBearing
 from flexgear.model.rolling import RollingElements
 
-LAMINAE = 50
+LAMINAE = 30  # of a roller: the least number of the standard
 STATIC_PRESSURE, STATIC_YOUNG = 4200e6, 207e9  # of balls at the static rating in ISO 76, Pa
 
 
@@ -77,7 +77,8 @@ def _rows(
             rows.append(BallRow(*common, spacing * place, inner, outer))
         else:
             drops = _drops(elements, length, laminae)
-            rows.append(RollerRow(*common, spacing * place, length, drops))
+            edge_stress = elements.edge_stress
+            rows.append(RollerRow(*common, spacing * place, length, drops, edge_stress))
     return tuple(rows)
 
 

@@ -40,6 +40,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Literal
 
 import numpy as np
@@ -88,6 +89,7 @@ class RowRating:
     static_safety: float | None
 
 
+@lru_cache
 def edge_factors(laminae: int) -> Array:
     """f_k (n_s,): concentration of stress at the ends of rollers."""
     k = np.arange(1, laminae + 1)

@@ -131,24 +131,21 @@ class RollerRow(Row):
     def state(self, motion: Array, first: float = 0.0) -> RowState:
         psi = self.angles(first)
         radial, axial = self.approach(psi)
-        alpha = self.contact_angle
+        alpha, x = self.contact_angle, self.laminae
         middle = math.cos(alpha) * radial + math.sin(alpha) * axial
         tilt = np.zeros_like(middle)
         tilt[:, 3], tilt[:, 4] = -np.sin(psi), np.cos(psi)
-        gradient = middle[:, None] + self.laminae[:, None] * tilt[:, None]  # (Z, n_s, 5)
-        closing = gradient @ motion - self.gap * math.cos(alpha) - 2 * np.asarray(self.drops)
-        closing = np.maximum(closing, 0.0)
+        gap = self.gap * math.cos(alpha) + 2 * np.asarray(self.drops)
+        closing = np.maximum((middle @ motion)[:, None] + np.outer(tilt @ motion, x) - gap, 0.0)
         stiffness = roller_stiffness(self.length) / len(self.drops)
-        loads = stiffness * closing**LINE
         slopes = LINE * stiffness * closing ** (LINE - 1)
-        return RowState(
-            loads,
-            psi,
-            np.full(self.count, alpha),
-            np.einsum("jk,jka->a", loads, gradient),
-            np.einsum("jk,jka,jkb->ab", slopes, gradient, gradient),
-            float((loads * closing).sum() / (1 + LINE)),
-        )
+        loads = slopes * closing / LINE
+        force = loads.sum(axis=1) @ middle + (loads @ x) @ tilt
+        bent = middle.T * (slopes @ x) @ tilt
+        tangent = middle.T * slopes.sum(axis=1) @ middle + bent + bent.T
+        tangent += tilt.T * (slopes @ x**2) @ tilt
+        energy = float((loads * closing).sum() / (1 + LINE))
+        return RowState(loads, psi, np.full(self.count, alpha), force, tangent, energy)
 
     def pressure(self, loads: Array) -> Array:
         """Of the lamina with the largest load, as of a line contact of that load per length."""
@@ -214,9 +211,9 @@ class BallRow(Row):
         loads = self.stiffness * closing**POINT
         slopes = POINT * self.stiffness * np.sqrt(closing)
         across = loads / distance  # by the turning of the contact lines
-        tangent = np.einsum("j,ja,jb->ab", slopes - across, gradient, gradient)
+        tangent = gradient.T * (slopes - across) @ gradient
         for part, share in ((radial, across), (axial, across * (a != 0))):
-            tangent += np.einsum("j,ja,jb->ab", share, part, part)
+            tangent += part.T * share @ part
         energy = float((loads * closing).sum() / (1 + POINT))
         return RowState(loads[:, None], psi, np.arctan2(a, r), loads @ gradient, tangent, energy)
 
