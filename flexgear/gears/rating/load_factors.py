@@ -79,26 +79,6 @@ class DynamicFactor:
     relief: float
 
 
-@dataclass(frozen=True)
-class Deviations:
-    """f_pb, f_fα of a gear mesh and what running in takes off them, y_p and y_f, m."""
-
-    base_pitch: float
-    profile: float
-    base_pitch_run_in: float
-    profile_run_in: float
-
-    @property
-    def effective_pitch(self) -> float:
-        """f_pb − y_p, m."""
-        return self.base_pitch - self.base_pitch_run_in
-
-    @property
-    def effective_profile(self) -> float:
-        """f_fα − y_f, m."""
-        return self.profile - self.profile_run_in
-
-
 def tolerances(pair: GearPair, gear: RatedGear) -> tuple[float, float] | None:
     """f_pt and f_fα, m: stated, or of the accuracy grade A, ISO 1328-1 (m, d in mm, µm):
 
@@ -135,21 +115,21 @@ def _run_in(gear: RatedGear, deviation: float, velocity: float) -> float | None:
     return min(160.0 / strength * deviation, most)
 
 
-def deviations(pair: GearPair, velocity: float) -> Deviations | None:
-    """Of both gears together; None where accuracy or steel of one of them is not known."""
-    of_gears = [tolerances(pair, gear) for gear in pair.gears.values()]
-    pitches = [x[0] for x in of_gears if x is not None]
-    profiles = [x[1] for x in of_gears if x is not None]
-    if len(pitches) < len(pair.gears):
+def deviations(pair: GearPair, velocity: float) -> tuple[float, float] | None:
+    """f_pb,eff = f_pb − y_p and f_fα,eff = f_fα − y_f, m; None where accuracy or steel of a gear is
+    not known."""
+    gears = pair.gears.values()
+    of_gears = [x for x in (tolerances(pair, gear) for gear in gears) if x is not None]
+    if len(of_gears) < len(pair.gears):
         return None
-    pitch, profile = max(pitches) * math.cos(pair.transverse_angle), max(profiles)
-    run_in = [
-        [_run_in(gear, f, velocity) for gear in pair.gears.values()] for f in (pitch, profile)
-    ]
-    of_pitch, of_profile = ([y for y in both if y is not None] for both in run_in)
-    if len(of_pitch) < len(pair.gears):
-        return None
-    return Deviations(pitch, profile, sum(of_pitch) / 2, sum(of_profile) / 2)
+    effective = []
+    for place, cos in enumerate((math.cos(pair.transverse_angle), 1.0)):
+        deviation = cos * max(x[place] for x in of_gears)
+        run_in = [y for y in (_run_in(g, deviation, velocity) for g in gears) if y is not None]
+        if len(run_in) < len(pair.gears):
+            return None
+        effective.append(deviation - sum(run_in) / len(run_in))
+    return effective[0], effective[1]
 
 
 def reduced_mass(pair: GearPair) -> float:
@@ -209,8 +189,8 @@ def dynamic_factor(pair: GearPair, load: PairLoad, ratio: float) -> DynamicFacto
     if line_load == 0.0:
         return DynamicFactor(1.0, resonance, "unloaded", 0.0, 0.0, 0.0)
     stiffness = soft * pair.single_stiffness
-    b_p = stiffness * deviation.effective_pitch / line_load
-    b_f = stiffness * deviation.effective_profile / line_load
+    b_p = stiffness * deviation[0] / line_load
+    b_f = stiffness * deviation[1] / line_load
     b_k = abs(1.0 - stiffness * relief / line_load)
     c1, c2, c3, c4, c5, c6, c7 = _coefficients(pair.geometry.total_contact_ratio)
     low = 0.85 if line_load >= LOW_LOAD else 0.5 + 0.35 * math.sqrt(line_load / LOW_LOAD)
@@ -246,7 +226,7 @@ def transverse_factors(pair: GearPair, load: PairLoad, ratio: float) -> tuple[fl
     if line_load == 0.0:
         return flank_limit, root_limit
     stiffness = _softened(line_load) * pair.mesh_stiffness
-    uneven = 0.4 * stiffness * deviation.effective_pitch / line_load
+    uneven = 0.4 * stiffness * deviation[0] / line_load
     if total <= 2.0:
         value = total / 2.0 * (0.9 + uneven)
     else:

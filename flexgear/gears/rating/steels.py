@@ -11,7 +11,8 @@ Slip-layer thicknesses ρ' and roughness formulas: ISO 6336-3, 13.2 and 13.3.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -20,90 +21,48 @@ from flexgear.model.section import Refusal
 
 Knees = tuple[tuple[float, float], ...]  # cycles, factor
 LONG_LIFE = 1e10  # cycles, of the long-life factors
-SURFACE_HARDENED: frozenset[SteelKind] = frozenset(
-    {
-        "case_hardened", "induction_hardened", "nitrided", "nitrided_through_hardening",
-        "nitrocarburised",
-    }
-)  # fmt: skip
 THROUGH_HARDENED: frozenset[SteelKind] = frozenset({"through_hardened", "through_hardened_carbon"})
 NITRIDED: frozenset[SteelKind] = frozenset(
     {"nitrided", "nitrided_through_hardening", "nitrocarburised"}
 )
+SURFACE_HARDENED: frozenset[SteelKind] = NITRIDED | {"case_hardened", "induction_hardened"}
 
 
-@dataclass(frozen=True)
-class Line:
-    """A x + B, N/mm², from ``low`` to ``high`` HV."""
+class Line(NamedTuple):
+    """A x + B, N/mm², at most ``most``, for x from ``low`` to ``high`` HV."""
 
     slope: float
     constant: float
     low: float
     high: float
-
-    @property
-    def is_constant(self) -> bool:
-        """Whether hardness does not count."""
-        return self.slope == 0.0
+    most: float = math.inf
 
 
-def _flat(value: float, low: float, high: float) -> tuple[Line, ...]:
-    return (Line(0.0, value, low, high),)
-
-
-Table = dict[tuple[SteelKind, str], tuple[Line, ...]]
-_CARBON, _ALLOY = (135.0, 210.0), (200.0, 360.0)
-_SOFT, _HARD = (300.0, 450.0), (450.0, 650.0)  # nitrocarburised below and above 450 HV
-
-FLANK: Table = {
-    ("case_hardened", "ML"): _flat(1300.0, 600.0, 800.0),
-    ("case_hardened", "MQ"): _flat(1500.0, 660.0, 800.0),
-    ("case_hardened", "ME"): _flat(1650.0, 660.0, 800.0),
-    ("induction_hardened", "ML"): (Line(0.740, 602.0, 485.0, 615.0),),
-    ("induction_hardened", "MQ"): (Line(0.541, 882.0, 500.0, 615.0),),
-    ("induction_hardened", "ME"): (Line(0.505, 1013.0, 500.0, 615.0),),
-    ("nitrided", "ML"): _flat(1125.0, 650.0, 900.0),
-    ("nitrided", "MQ"): _flat(1250.0, 650.0, 900.0),
-    ("nitrided", "ME"): _flat(1450.0, 650.0, 900.0),
-    ("nitrided_through_hardening", "ML"): _flat(788.0, 450.0, 650.0),
-    ("nitrided_through_hardening", "MQ"): _flat(998.0, 450.0, 650.0),
-    ("nitrided_through_hardening", "ME"): _flat(1217.0, 450.0, 650.0),
-    ("nitrocarburised", "ML"): _flat(650.0, 300.0, 650.0),
-    ("nitrocarburised", "MQ"): (Line(1.167, 425.0, *_SOFT), Line(0.0, 950.0, *_HARD)),
-    ("nitrocarburised", "ME"): (Line(1.167, 425.0, *_SOFT), Line(0.0, 950.0, *_HARD)),
-    ("through_hardened", "ML"): (Line(1.313, 188.0, *_ALLOY),),
-    ("through_hardened", "MQ"): (Line(1.313, 373.0, *_ALLOY),),
-    ("through_hardened", "ME"): (Line(2.213, 260.0, 200.0, 390.0),),
-    ("through_hardened_carbon", "ML"): (Line(0.963, 283.0, *_CARBON),),
-    ("through_hardened_carbon", "MQ"): (Line(0.925, 360.0, *_CARBON),),
-    ("through_hardened_carbon", "ME"): (Line(0.838, 432.0, *_CARBON),),
+# fmt: off
+STRENGTHS: dict[tuple[SteelKind, str], tuple[Line, Line]] = {  # of flank and root
+    ("case_hardened", "ML"): (Line(0, 1300, 600, 800), Line(0, 312, 600, 800)),
+    ("case_hardened", "MQ"): (Line(0, 1500, 660, 800), Line(0, 425, 660, 800)),
+    ("case_hardened", "ME"): (Line(0, 1650, 660, 800), Line(0, 525, 660, 800)),
+    ("induction_hardened", "ML"): (Line(0.740, 602, 485, 615), Line(0.305, 76, 485, 615)),
+    ("induction_hardened", "MQ"): (Line(0.541, 882, 500, 615), Line(0.138, 290, 500, 615, 369)),
+    ("induction_hardened", "ME"): (Line(0.505, 1013, 500, 615), Line(0.271, 237, 500, 615)),
+    ("nitrided", "ML"): (Line(0, 1125, 650, 900), Line(0, 270, 650, 900)),
+    ("nitrided", "MQ"): (Line(0, 1250, 650, 900), Line(0, 420, 650, 900)),
+    ("nitrided", "ME"): (Line(0, 1450, 650, 900), Line(0, 468, 650, 900)),
+    ("nitrided_through_hardening", "ML"): (Line(0, 788, 450, 650), Line(0, 258, 450, 650)),
+    ("nitrided_through_hardening", "MQ"): (Line(0, 998, 450, 650), Line(0, 363, 450, 650)),
+    ("nitrided_through_hardening", "ME"): (Line(0, 1217, 450, 650), Line(0, 432, 450, 650)),
+    ("nitrocarburised", "ML"): (Line(0, 650, 300, 650), Line(0, 224, 300, 650)),
+    ("nitrocarburised", "MQ"): (Line(1.167, 425, 300, 650, 950), Line(0.653, 94, 300, 650, 388)),
+    ("nitrocarburised", "ME"): (Line(1.167, 425, 300, 650, 950), Line(0.653, 94, 300, 650, 388)),
+    ("through_hardened", "ML"): (Line(1.313, 188, 200, 360), Line(0.423, 104, 200, 360)),
+    ("through_hardened", "MQ"): (Line(1.313, 373, 200, 360), Line(0.425, 187, 200, 360)),
+    ("through_hardened", "ME"): (Line(2.213, 260, 200, 390), Line(0.358, 231, 200, 390)),
+    ("through_hardened_carbon", "ML"): (Line(0.963, 283, 135, 210), Line(0.250, 108, 115, 215)),
+    ("through_hardened_carbon", "MQ"): (Line(0.925, 360, 135, 210), Line(0.240, 163, 115, 215)),
+    ("through_hardened_carbon", "ME"): (Line(0.838, 432, 135, 210), Line(0.283, 202, 115, 215)),
 }
-ROOT: Table = {
-    ("case_hardened", "ML"): _flat(312.0, 600.0, 800.0),
-    ("case_hardened", "MQ"): _flat(425.0, 660.0, 800.0),
-    ("case_hardened", "ME"): _flat(525.0, 660.0, 800.0),
-    ("induction_hardened", "ML"): (Line(0.305, 76.0, 485.0, 615.0),),
-    ("induction_hardened", "MQ"): (
-        Line(0.138, 290.0, 500.0, 570.0),
-        Line(0.0, 369.0, 570.0, 615.0),
-    ),
-    ("induction_hardened", "ME"): (Line(0.271, 237.0, 500.0, 615.0),),
-    ("nitrided", "ML"): _flat(270.0, 650.0, 900.0),
-    ("nitrided", "MQ"): _flat(420.0, 650.0, 900.0),
-    ("nitrided", "ME"): _flat(468.0, 650.0, 900.0),
-    ("nitrided_through_hardening", "ML"): _flat(258.0, 450.0, 650.0),
-    ("nitrided_through_hardening", "MQ"): _flat(363.0, 450.0, 650.0),
-    ("nitrided_through_hardening", "ME"): _flat(432.0, 450.0, 650.0),
-    ("nitrocarburised", "ML"): _flat(224.0, 300.0, 650.0),
-    ("nitrocarburised", "MQ"): (Line(0.653, 94.0, *_SOFT), Line(0.0, 388.0, *_HARD)),
-    ("nitrocarburised", "ME"): (Line(0.653, 94.0, *_SOFT), Line(0.0, 388.0, *_HARD)),
-    ("through_hardened", "ML"): (Line(0.423, 104.0, *_ALLOY),),
-    ("through_hardened", "MQ"): (Line(0.425, 187.0, *_ALLOY),),
-    ("through_hardened", "ME"): (Line(0.358, 231.0, 200.0, 390.0),),
-    ("through_hardened_carbon", "ML"): (Line(0.250, 108.0, 115.0, 215.0),),
-    ("through_hardened_carbon", "MQ"): (Line(0.240, 163.0, 115.0, 215.0),),
-    ("through_hardened_carbon", "ME"): (Line(0.283, 202.0, 115.0, 215.0),),
-}
+# fmt: on
 CORE = 30.0  # HRC of the core, from which on MQ has the higher root strength, N/mm²
 HARD_CORE = 500.0
 SOFTEST_CORE = 25.0  # HRC that grade MQ asks for
@@ -117,23 +76,18 @@ def allowable_stress(data: GearRating, place: str) -> float | str:
         return stated
     if data.steel is None or data.grade is None:
         return "steel" if data.steel is None else "grade"
-    lines = (FLANK if place == "flank" else ROOT)[data.steel, data.grade]
+    line = STRENGTHS[data.steel, data.grade][place == "root"]
     hardness = data.vickers_hardness
-    if hardness is None:
-        if len(lines) > 1 or not lines[0].is_constant:
-            return "vickers_hardness"
-        value = lines[0].constant
-    else:
-        low, high = lines[0].low, lines[-1].high
-        if not low <= hardness <= high:
-            raise Refusal(
-                "vickers_hardness",
-                f"is {hardness:g}, and ISO 6336-5 has no {place} strength of {data.steel} "
-                f"{data.grade} beyond {low:g} to {high:g} HV",
-                f"check it, or give {place}_strength_mpa",
-            )
-        line = next(x for x in lines if hardness <= x.high)
-        value = line.slope * hardness + line.constant
+    if hardness is None and line.slope:
+        return "vickers_hardness"
+    if hardness is not None and not line.low <= hardness <= line.high:
+        raise Refusal(
+            "vickers_hardness",
+            f"is {hardness:g}, and ISO 6336-5 has no {place} strength of {data.steel} "
+            f"{data.grade} beyond {line.low:g} to {line.high:g} HV",
+            f"check it, or give {place}_strength_mpa",
+        )
+    value = min(line.slope * (hardness or 0.0) + line.constant, line.most)
     core = data.core_rockwell_hardness
     if place == "root" and (data.steel, data.grade) == ("case_hardened", "MQ") and core is not None:
         if core < SOFTEST_CORE:

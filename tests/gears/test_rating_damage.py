@@ -1,0 +1,162 @@
+"""Life curves and Miner's sum: slopes, invariances, limits."""
+
+import math
+from typing import get_args
+
+import numpy as np
+import pytest
+from gears.rated_gears import PLANETARY, case_of, pair_of
+from hypothesis import given
+from hypothesis import strategies as st
+
+from flexgear.gears.rating.damage import LifeCurve, Spectrum
+from flexgear.gears.rating.load_factors import LoadFactors
+from flexgear.gears.rating.pair import PairLoad
+from flexgear.gears.rating.rate import rate
+from flexgear.gears.rating.steels import allowable_stress, flank_knees, root_knees
+from flexgear.model.rating import GearRating, SteelKind
+from flexgear.model.section import Refusal
+
+STEELS = get_args(SteelKind)
+
+CURVE = LifeCurve((1e5, 5e7, 1e10), (1600.0, 1000.0, 850.0))
+stresses = st.floats(min_value=300.0, max_value=1500.0)
+counts = st.floats(min_value=1.0, max_value=1e9)
+spectra = st.lists(st.tuples(stresses, counts), min_size=1, max_size=20)
+
+
+def spectrum(bins, curve=CURVE):
+    sigma, cycles = np.array(bins).T
+    return Spectrum.of([curve] * len(bins), sigma, cycles)
+
+
+@given(st.floats(min_value=1e5, max_value=1e12))
+def test_a_curve_and_its_inverse(cycles):
+    assert CURVE.cycles_at(CURVE.stress_at(cycles)) == pytest.approx(cycles, rel=1e-9)
+
+
+def test_a_curve_at_its_knees_and_its_ends():
+    for cycles, stress in zip(CURVE.cycles, CURVE.stress, strict=True):
+        assert CURVE.stress_at(cycles) == pytest.approx(stress, rel=1e-12)
+    assert CURVE.stress_at(1.0) == 1600.0
+    assert CURVE.cycles_at(1600.0) == pytest.approx(1e5)
+    assert CURVE.cycles_at(1600.1) == 0.0
+    level = LifeCurve((1e3, 3e6, 1e10), (2.5, 1.0, 1.0))
+    assert level.cycles_at(1.0) == math.inf and level.cycles_at(1.0001) < 3e6
+
+
+@given(stresses, counts)
+def test_one_bin_is_the_rating_of_a_constant_load(stress, cycles):
+    one = spectrum([(stress, cycles)])
+    assert one.safety == pytest.approx(CURVE.stress_at(cycles) / stress, rel=1e-12)
+    assert one.damage == pytest.approx(cycles / CURVE.cycles_at(stress), rel=1e-12)
+    assert one.life(5.0) == pytest.approx(5.0 / one.damage, rel=1e-12)
+
+
+@given(spectra, st.randoms(use_true_random=False), st.floats(min_value=0.05, max_value=0.95))
+def test_splitting_and_reordering_bins_changes_no_damage(bins, random, share):
+    pieces = [(s, x) for s, n in bins for x in (share * n, (1 - share) * n)]
+    random.shuffle(pieces)
+    assert spectrum(pieces).damage == pytest.approx(spectrum(bins).damage, rel=1e-12, abs=0)
+    assert spectrum(pieces).safety == pytest.approx(spectrum(bins).safety, rel=1e-12)
+
+
+@given(spectra)
+def test_at_the_safety_the_damage_is_one(bins):
+    whole = spectrum(bins)
+    at = spectrum([(whole.safety * s, n) for s, n in bins])
+    # one of the bins may stand at the static stress, above which nothing lives
+    assert at.damage <= 1 + 1e-9
+    above = spectrum([(whole.safety * (1 + 1e-9) * s, n) for s, n in bins])
+    assert above.damage > 1 - 1e-6
+
+
+@given(spectra, st.floats(min_value=0.1, max_value=10.0))
+def test_hours_scale_damage(bins, factor):
+    longer = spectrum([(s, factor * n) for s, n in bins])
+    assert longer.damage == pytest.approx(factor * spectrum(bins).damage, rel=1e-12)
+
+
+def test_no_load_no_damage():
+    idle = spectrum([(0.0, 1e9), (900.0, 0.0)])
+    assert (idle.damage, idle.safety, idle.life(1.0)) == (0.0, math.inf, math.inf)
+    level = LifeCurve((1e3, 3e6, 1e10), (2.5, 1.0, 1.0))
+    endless = Spectrum.of([level], [0.8], [1e12])
+    assert endless.damage == 0.0 and endless.safety == pytest.approx(1.25, rel=1e-12)
+
+
+def test_bins_must_fit_one_another():
+    with pytest.raises(ValueError, match="2 curves"):
+        Spectrum.of([CURVE, CURVE], [1.0], [1.0])
+    other = LifeCurve((1e3, 3e6), (2.0, 1.0))
+    with pytest.raises(ValueError, match="different knees"):
+        Spectrum.of([CURVE, other], [1.0, 1.0], [1.0, 1.0])
+
+
+@pytest.fixture(scope="module")
+def rated(tmp_path_factory):
+    return pair_of(case_of(tmp_path_factory.mktemp("stage"), PLANETARY))
+
+
+@pytest.mark.parametrize(
+    ("place", "below", "beyond"), [("flank", 6.611, 16.30), ("root", 8.738, 49.9)]
+)
+def test_damage_rises_with_torque_by_the_slopes_of_the_curves(rated, place, below, beyond):
+    """Of case-hardened steel with constant factors; 0.85 at 1e10 cycles."""
+    pair, load = rated
+
+    def damage(times):
+        scaled = PairLoad(times * load.tangential_force, load.velocity)
+        state = getattr(rate(pair, scaled, LoadFactors())["sun"], place)
+        return Spectrum.of([state.curve], [state.stress], [1.0]).damage
+
+    state = getattr(rate(pair, load, LoadFactors())["sun"], place)
+    knee = (state.curve.stress[1] / state.stress) ** (2 if place == "flank" else 1)
+    for low, high, slope in ((1.05, 1.2, below), (0.85, 0.95, beyond)):
+        rise = math.log(damage(high * knee) / damage(low * knee)) / math.log(high / low)
+        assert rise == pytest.approx(slope, rel=2e-3)
+
+
+def test_static_factors_only_change_the_static_end(tmp_path):
+    kinds = ("constant", "interpolated")
+    both = [
+        rate(*pair_of(case_of(tmp_path, PLANETARY, **{"rating.static_factors": kind})),
+             LoadFactors())["sun"]
+        for kind in kinds
+    ]  # fmt: skip
+    for place, static in (("flank", 1.6), ("root", 2.5)):
+        constant, interpolated = (getattr(state, place).curve for state in both)
+        assert interpolated.stress[1:] == constant.stress[1:]
+        assert constant.stress[0] == pytest.approx(static * constant.stress[1], rel=1e-12)
+    assert both[1].flank.curve.stress[0] == pytest.approx(1.6 * 1500e6, rel=1e-12)
+
+
+def test_life_factors_of_steels_fall_and_end_at_the_long_life_factor():
+    for steel in STEELS:
+        for knees in (
+            flank_knees(steel, 0.9, limited_pitting=False),
+            flank_knees(steel, 0.9, limited_pitting=True),
+            root_knees(steel, 0.9),
+        ):
+            cycles, factors = zip(*knees, strict=True)
+            assert list(cycles) == sorted(cycles) and list(factors) == sorted(factors)[::-1]
+            assert knees[-1] == (1e10, 0.9) and 1.0 in factors
+
+
+@given(st.sampled_from(STEELS), st.floats(min_value=100.0, max_value=1000.0))
+def test_strength_does_not_fall_with_grade_or_hardness(steel, hardness):
+    for place in ("flank", "root"):
+        values = []
+        for grade in ("ML", "MQ", "ME"):
+            try:
+                values.append([
+                    allowable_stress(
+                        GearRating(steel=steel, grade=grade, vickers_hardness=x), place
+                    )
+                    for x in (hardness, min(hardness + 20.0, 1000.0))
+                ])  # fmt: skip
+            except Refusal:
+                continue
+        assert all(soft <= hard for soft, hard in values)
+        for number in (0, 1):
+            assert [v[number] for v in values] == sorted(v[number] for v in values)
