@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -71,14 +71,15 @@ def case_in_bin(case: Case, load_bin: LoadBin) -> Case:
     return case.model_copy(update={**changes, "inputs": tuple(inputs)})
 
 
-def bins_of_load_cases(case: Case) -> tuple[LoadBin, ...]:
-    """A bin for each load case, in their order. Raises InputError for speeds and torques that the
-    train cannot have, a wrong sense and a wrong unit."""
-    if not case.load_cases:
+def bins_of_load_cases(case: Case, more: Sequence[LoadCase] = ()) -> tuple[LoadBin, ...]:
+    """A bin for each load case of the case and of ``more``, in their order. Raises InputError for
+    speeds and torques that the train cannot have, a wrong sense and a wrong unit."""
+    load_cases = (*case.load_cases, *more)
+    if not load_cases:
         return ()
     case.require_load()
-    train = _Train(case)
-    bins = tuple(train.bin_of(k, load_case) for k, load_case in enumerate(case.load_cases))
+    train = _Train(case, load_cases)
+    bins = tuple(train.bin_of(k, load_case) for k, load_case in enumerate(load_cases))
     train.require_unit(bins)
     return bins
 
@@ -86,8 +87,8 @@ def bins_of_load_cases(case: Case) -> tuple[LoadBin, ...]:
 class _Train:
     """Statics of a train whose ports carry other speeds and torques than the rated ones."""
 
-    def __init__(self, case: Case) -> None:
-        self.case, self.members = case, members_of(case)
+    def __init__(self, case: Case, load_cases: Sequence[LoadCase]) -> None:
+        self.case, self.members, self.load_cases = case, members_of(case), load_cases
         self.flow: PowerFlow = power_flow(case)
         self.ties = tie_matrix(self.members, self.members.ties)
         self.first = case.inputs[0].member
@@ -99,7 +100,7 @@ class _Train:
     def bin_of(self, k: int, load_case: LoadCase) -> LoadBin:
         """The bin of load case number k."""
         states = list(load_case.states(self.first))
-        speed = self._speeds(k, load_case, states)
+        speed = self._speeds(k, states)
         loads = self._loads(states)
         moments = dict.fromkeys((load.member for load in loads), 0.0)
         for load in loads:
@@ -111,16 +112,17 @@ class _Train:
         hours = load_case.hours or 0.0
         if load_case.cycles:
             hours = load_case.cycles * 2.0 * math.pi / turn / HOUR
-        source = f"{load_case.source} line {load_case.line}" if load_case.source else ""
-        name = load_case.name or (f"line {load_case.line}" if source else f"load case {k + 1}")
+        source = load_case.source + (f" line {load_case.line}" if load_case.line else "")
+        name = load_case.name or f"load case {k + 1}"
         return LoadBin(
             name, hours, torque, speed, loads, load_case.extreme, source or f"load_cases[{k}]"
         )
 
     def _refuse(self, k: int, key: str, problem: str, remedy: str) -> None:
-        load_case = self.case.load_cases[k]
+        load_case = self.load_cases[k]
         if load_case.source:
-            raise InputError(load_case.source, f"line {load_case.line}, {key}", problem, remedy)
+            place = f"line {load_case.line}" if load_case.line else load_case.name
+            raise InputError(load_case.source, f"{place}, {key}", problem, remedy)
         raise InputError(self.case.source, f"load_cases[{k}].{key}", problem, remedy)
 
     def _loads(self, states: list[tuple[str, str, MemberState]]) -> tuple[MemberLoad, ...]:
@@ -137,9 +139,7 @@ class _Train:
         ]  # fmt: skip
         return tuple(loads)
 
-    def _speeds(
-        self, k: int, load_case: LoadCase, states: list[tuple[str, str, MemberState]]
-    ) -> dict[str, float]:
+    def _speeds(self, k: int, states: list[tuple[str, str, MemberState]]) -> dict[str, float]:
         """Speeds of all members, from those stated and of rated proportion."""
         stated = {m: (f"{at}speed", s.speed) for at, m, s in states if s.speed is not None}
         ratios = [v / r for m, (_, v) in stated.items() if (r := self.flow.speed[m])]

@@ -13,6 +13,7 @@ from flexgear.model.errors import InputError, echo
 from flexgear.model.faults import input_error
 from flexgear.model.gear_mesh import Damping
 from flexgear.model.load_cases import LoadCase, Spectrum, check_load_cases
+from flexgear.model.load_series import LoadSeries
 from flexgear.model.lubricant import Lubricant
 from flexgear.model.machine import TorqueHistory, check_machines
 from flexgear.model.member import CarrierMember, GearMember, Kinematics
@@ -187,9 +188,9 @@ class Case(Section):
     shafts between members. held: members that do not turn; a planetary stage without a held member
     holds its ring unless that is a port or in a joint. inputs: driven members. output: the loaded
     member. loads: constant forces and moments on members. load_cases: steady states that a rating
-    counts. spectrum: more of them in a table. drive: machine of the first input. housing: what the
-    bearings stand on. lubricant: of gears and bearings. rating: rules by which gears are rated.
-    damping: of the structure. tolerance: what a tolerance study draws. solver: numerical options.
+    counts; spectrum: those of a table; load_series: those of series. drive: machine of the first
+    input. housing: of the bearings. lubricant: of gears and bearings. rating: rules by which gears
+    are rated. damping: of the structure. tolerance: what a study draws. solver: numerical options.
 
     Without ``output`` the case is one of free vibration, which has modes only: about rest without
     inputs, else about the steady speeds that they give. Only there may members that turn have a
@@ -211,6 +212,7 @@ class Case(Section):
     loads: tuple[MemberLoad, ...] = ()
     load_cases: tuple[LoadCase, ...] = ()
     spectrum: Spectrum = Spectrum()
+    load_series: LoadSeries | None = None
     drive: TorqueHistory = TorqueHistory()
     housing: Housing = Housing()
     lubricant: Lubricant | None = None

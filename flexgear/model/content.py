@@ -6,6 +6,7 @@ import hashlib
 import json
 import os
 from collections.abc import Iterator
+from glob import glob
 from pathlib import Path
 from typing import Any
 
@@ -85,7 +86,10 @@ def resolve_files(data: dict[str, Any], folder: Path) -> None:
 def digest_files(data: dict[str, Any]) -> None:
     """Files in dumped data are replaced by what is in them."""
     for inside, key in _files(data):
-        inside[key] = file_digest(inside[key])
+        if key == "files":  # a pattern
+            inside[key] = [file_digest(name) for name in sorted(glob(inside[key], recursive=True))]
+        else:
+            inside[key] = file_digest(inside[key])
 
 
 def _files(data: dict[str, Any]) -> Iterator[tuple[dict[str, Any], str]]:
@@ -93,6 +97,9 @@ def _files(data: dict[str, Any]) -> Iterator[tuple[dict[str, Any], str]]:
     named = (*_history_sections(data), *_load_sections(data), *flank_tables(data))
     sections: list[tuple[Any, str]] = [(section, "file") for section in named]
     sections.append((data.get("spectrum"), "file"))
+    series = data.get("load_series")
+    if isinstance(series, dict):
+        sections += [(load_case, "files") for load_case in series.get("design_load_cases") or ()]
     sections += [(data.get("housing"), key) for key in FE_MESH_FILES]
     for stage in data.get("stages", ()):
         for name in ("ring", "carrier"):

@@ -110,8 +110,9 @@ class Spectrum(Section):
 def check_load_cases(case: Case) -> None:
     """Refusal unless load cases have names of their own, members that can carry what they say, and
     the hours that are stated."""
-    if case.load_cases and (case.output is None or not case.inputs):
-        raise Refusal("load_cases", "are given for a case without inputs and output", "add them")
+    for key in ("load_cases", "load_series"):
+        if getattr(case, key) and (case.output is None or not case.inputs):
+            raise Refusal(key, "is given for a case without inputs and output", "add them")
     names: dict[str, int] = {}
     for k, load_case in enumerate(case.load_cases):
         if load_case.name and load_case.name in names:
@@ -121,6 +122,7 @@ def check_load_cases(case: Case) -> None:
         _check_members(case, k, load_case)
     total = case.spectrum.total_hours
     hours = [c.hours for c in case.load_cases if c.hours is not None]
+    hours += [case.load_series.hours] if case.load_series else []
     timed = all(c.cycles is None for c in case.load_cases)
     if total is not None and hours and timed and abs(sum(hours) / total - 1.0) > SUM_OF_HOURS:
         raise Refusal(

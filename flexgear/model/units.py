@@ -122,6 +122,19 @@ def unit_name(suffix: str) -> str:
     return _PRINTED.get(suffix, suffix)
 
 
+_WORDS = {"sec": "s", "r/min": "rpm", "1/min": "rpm", "degrees": "deg"}  # as other programs write
+
+
+def suffix_of(text: str, dimension: str) -> str | None:
+    """Suffix of a unit as another program writes it ("(kN-m)" -> knm); None for one that is not of
+    the dimension."""
+    plain = "".join(sign for sign in text.lower() if sign not in " ()[]·-*")
+    suffixes = Quantity(dimension).suffixes
+    spelled = {unit_name(s).lower().replace(" ", ""): s for s in suffixes}
+    suffix = spelled.get(plain, _WORDS.get(plain, plain))
+    return suffix if suffix in suffixes else None
+
+
 Length = Annotated[float, Quantity("length")]
 Angle = Annotated[float, Quantity("angle")]
 Time = Annotated[float, Quantity("time")]
