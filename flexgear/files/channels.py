@@ -100,6 +100,11 @@ def _columns(path: Path, names: Sequence[str], wanted_names: Sequence[str]) -> l
     return [list(names).index(name) for name in wanted_names]
 
 
+def _printable(name: str) -> str:
+    """A name without what fills it up; what cannot be printed as a question mark."""
+    return "".join(sign if sign.isprintable() else "?" for sign in name.strip(" \0"))
+
+
 def _text(path: Path, names: Sequence[str]) -> Table:
     """Text file of OpenFAST: lines of description, names from Time on, units, a line a sample."""
     lines = read_text(path, WHAT, MOST).splitlines()
@@ -107,7 +112,7 @@ def _text(path: Path, names: Sequence[str]) -> Table:
     if head is None or head + 2 > len(lines):
         problem = "has no line of names that begins with Time, with units below"
         raise InputError(str(path), WHAT, problem, "give a whole output file of OpenFAST")
-    titles, units = lines[head].split(), lines[head + 1].split()
+    titles, units = ([_printable(w) for w in line.split()] for line in lines[head : head + 2])
     columns = _columns(path, titles, names)
     body = [(k, line) for k, line in enumerate(lines[head + 2 :], head + 3) if line.strip()]
     try:
@@ -176,7 +181,7 @@ def _binary(path: Path, names: Sequence[str]) -> Table:
         slopes, offsets = (file.take("f", channels).astype(float) for _ in range(2))
     file.text(int(file.take("i")[0]))  # a description
     texts = [
-        [file.text(length).decode("latin-1").strip(" \0") for _ in range(channels + 1)]
+        [_printable(file.text(length).decode("latin-1")) for _ in range(channels + 1)]
         for _ in range(2)
     ]
     titles, units = texts[0], [unit.strip("()") for unit in texts[1]]
@@ -199,7 +204,7 @@ def _csv(path: Path, names: Sequence[str]) -> Table:
     """CSV file: titles "NAME (unit)", "NAME [unit]" or name_unit, or units in the second row."""
     header, rows, separator = read_cells(path, WHAT)
     split = [match.groups() if (match := _TITLE.fullmatch(t)) else (t, "") for t in header]
-    titles, units = [name for name, _ in split], [unit for _, unit in split]
+    titles, units = ([_printable(pair[k]) for pair in split] for k in range(2))
     columns = _columns(path, titles, names)
     values: list[list[float]] = []
     for number, row in rows:

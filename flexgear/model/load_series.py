@@ -55,7 +55,7 @@ class DesignLoadCase(Section):
         """The files, in the order of their names; InputError where there is none."""
         paths = sorted(Path(name) for name in glob(self.files, recursive=True))
         if not paths:
-            problem = f"{echo(self.files)} names no file"
+            problem = f"'{self.files}' names no file"
             raise InputError(where, "load_series.design_load_cases", problem, "check the path")
         return paths
 
