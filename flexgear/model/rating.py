@@ -88,7 +88,7 @@ class Rating(Section):
     edition: of ISO 6336, 2006 with deviations of ISO 1328-1:1995, or 2019 with those of 2013.
     application_factor: K_A; 1 where a load spectrum holds what it stands for. limits: a set of
     least safeties and factors: "none" has 1 for all; "wind" has S_H 1.25, S_F 1.56, K_v 1.05 and
-    K_Hβ 1.15, which papers on gearboxes of wind turbines quote from IEC 61400-4:2012.
+    K_Hβ 1.15, as they are quoted of IEC 61400-4:2012, which was not read.
     least_flank_safety: S_Hmin. least_root_safety: S_Fmin. least_dynamic_factor: lowest K_v.
     least_face_load_factor: lowest K_Hβ; each in place of that of the set. flank_long_life_factor,
     root_long_life_factor: Z_NT and Y_NT at 1e10 cycles, 0.85, or up to 1 for the best material,
