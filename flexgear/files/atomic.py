@@ -236,9 +236,9 @@ def _mode(path: PathLike) -> int | None:
 
 @contextlib.contextmanager
 def _made(folder: Path, for_good: bool = True) -> Iterator[None]:
-    """Make ``folder`` for the block; what was made goes again if the block fails.
+    """``folder`` and its parents exist in the block; those made here are removed if it fails.
 
-    for_good: else it goes in any case.
+    for_good: keep them after a block that succeeds; else they are removed in any case.
     """
     missing = [p for p in (folder, *folder.parents) if not p.exists()]
     try:

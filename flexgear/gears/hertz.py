@@ -40,7 +40,11 @@ _ONE = 20.0  # qh from which the layer's compliance is a half plane's to roundin
 
 @dataclass(frozen=True)
 class ContactBody:
-    """One body. young: E, Pa; poisson: ν; depth: h, m, a number or (n,); reference: see above."""
+    """One of two bodies in contact.
+
+    young: E, Pa; poisson: ν; depth: h, m, a number or (n,); reference: what the approach is counted
+    against, "point", "layer" or "length" of the module's docstring.
+    """
 
     young: float
     poisson: float

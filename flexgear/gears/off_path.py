@@ -225,8 +225,8 @@ class OffPath:
         return self._with_ends(s, np.ones_like, ratio, ratio)
 
     def rolls(self, s: Array | float) -> tuple[Array, Array]:
-        """Roll lengths on the planet's and on the gear's flank where they are nearest, m, which say
-        what has been ground off there. A tip edge stays at its gear's tip."""
+        """Roll lengths, m, of the nearest points of the planet's and the gear's flank, where
+        modifications are read off; that of a tip edge is its gear's tip."""
 
         def tip(edge: TipEdge | None, distance: Array) -> Array:
             return np.full_like(distance, np.nan if edge is None else edge.tip_roll)

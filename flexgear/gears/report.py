@@ -1,4 +1,4 @@
-"""What ``flexgear check`` tells about the stages of a case: assembly, gears, gear meshes.
+"""What ``flexgear check`` prints of the stages of a case: assembly, gears, gear meshes.
 
 Data only. Keys end in their unit, as those of case files do. Speeds and forces are the power
 flow's.

@@ -272,7 +272,7 @@ class Proposal:
 
     @property
     def planet_tip_radius(self) -> float:
-        """m."""
+        """Tip radius of a planet, m."""
         height = (1 + self.teeth.shifts[1]) * self.module
         return 0.5 * self.teeth.planet * self.transverse_module + height
 

@@ -105,7 +105,7 @@ _KEYS = {  # needed, without meaning
 
 
 class PhaseDistribution(Section):
-    """Distribution of a phase: uniform, all round if nothing is said.
+    """Uniform distribution of a phase, over a whole turn if left out.
 
     distribution: its kind. low, high: its ends.
     """

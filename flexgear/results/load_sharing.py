@@ -230,7 +230,7 @@ def sharing_histories(
 class SharingCoefficients:
     """Coefficients of all gear meshes of a train, from forces that come piece by piece.
 
-    samples_per_cycle: by stage. What cannot be said (too few samples a cycle, no load) is NaN.
+    samples_per_cycle: by stage. What is not defined (too few samples a cycle, no load) is NaN.
     """
 
     def __init__(

@@ -89,7 +89,7 @@ class Several(DatasetSink):
         self._sinks = tuple(sinks)
 
     def begin(self, coming: Coming) -> None:
-        """Tell all of them."""
+        """Begin every sink."""
         for sink in self._sinks:
             sink.begin(coming)
 

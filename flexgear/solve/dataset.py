@@ -246,7 +246,7 @@ def _bolts(model: Model) -> list[str]:
 
 
 def _supports(model: Model) -> list[str]:
-    """Springs between two nodes beside bolts."""
+    """Names of springs between two nodes, without bolts, and of turning links."""
     links = [x.name for x in model.system.links if len(x.rows) == 6 and x.kind != "bolt"]
     return [*links, *_turning(model)]
 

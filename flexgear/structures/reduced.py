@@ -1,11 +1,11 @@
-"""Reduced bodies; as floating ones, and both halves of a ring.
+"""Reduced bodies: on nodes, as floating ones by their mean axes, and both halves of a ring.
 
 A reduced body has mass and stiffness on named 6-dof nodes and modal coordinates.
 
 u ~ Psi q_b + Phi eta, coordinates q = [q_b, eta]; q_b = six dofs (ux, uy, uz in m; tx, ty, tz in
 rad) of each node in node order, eta scaled by Phi^T M Phi = I (kg^(1/2) m).
 
-A free reduced body by the rigid motion of its mean axes and elastic coordinates beside it.
+A free reduced body in coordinates of the rigid motion of its mean axes and of elastic modes:
 
     u = R r + Φ e,   K Φ = M Φ diag(ω²),   Φᵀ M Φ = 1,   Rᵀ M Φ = 0
 
