@@ -13,7 +13,7 @@ import typer
 from numpy.typing import NDArray
 
 from flexgear.cli.analysis_views import (
-    Shown,
+    Output,
     equilibrium_figures,
     farthest,
     neglected_lines,
@@ -98,7 +98,7 @@ def static(
 ) -> None:
     """Static equilibrium at angles: gear-mesh forces, load sharing, displacements."""
     source = read_case(case, settings)
-    parts, output = rigid_parts(rigid, source), Shown(as_json, out)
+    parts, output = rigid_parts(rigid, source), Output(as_json, out)
     claim_file(out, origin_of_case(source), force)
     degrees = angle_deg or [0.0]
     with progress(quiet) as report:
@@ -151,7 +151,7 @@ def modes(
     if limit_hz is not None and not limit_hz > 0:
         raise InputError("--limit-hz", f"{limit_hz:g}", "is not positive", "e.g. 500")
     source = read_case(case, settings, loaded=False)
-    parts, output = rigid_parts(rigid, source), Shown(as_json, out)
+    parts, output = rigid_parts(rigid, source), Output(as_json, out)
     claim_file(out, origin_of_case(source), force)
     with progress(quiet) as report:
         model = put_together(source, parts, report)
@@ -231,7 +231,7 @@ def simulate(
         present("", {"transient": {**figures, "neglected": beside}}, True)
     else:
         show_transient(f"{source.name}, {model.variant}: transient", figures, beside)
-    Shown(as_json, out).wrote()
+    Output(as_json, out).wrote()
 
 
 def _figures(model: Model, run: TimedRun, rest: Ranges) -> dict[str, Any]:

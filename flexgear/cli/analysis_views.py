@@ -13,7 +13,7 @@ import numpy as np
 import typer
 import xarray as xr
 
-from flexgear.cli.display import as_json_text, key_table, shown, table
+from flexgear.cli.display import as_json_text, key_table, table, value_text
 from flexgear.cli.options import save_or_rescue
 from flexgear.model.names import GEAR_MESH, PLANET_PASS, SHAFT, BodyName
 from flexgear.model.units import RPM
@@ -47,7 +47,7 @@ from flexgear.solve.static import position_figures
 
 
 @dataclass(frozen=True)
-class Shown:
+class Output:
     """How results come out: as JSON, and the file for the dataset."""
 
     as_json: bool
@@ -56,7 +56,7 @@ class Shown:
     def wrote(self) -> None:
         """Say where the dataset is."""
         if self.out is not None and not self.as_json:
-            typer.echo(f"\nwrote {shown(str(self.out))}")
+            typer.echo(f"\nwrote {value_text(str(self.out))}")
 
     def keep(self, data: xr.Dataset) -> None:
         """Write the dataset if a file was named."""
@@ -88,7 +88,7 @@ def _ring_figures(part: xr.Dataset, planets: int) -> dict[str, Any]:
 
 
 def show_equilibria(
-    model: Model, data: xr.Dataset, positions: Mapping[str, dict[str, Any]], output: Shown
+    model: Model, data: xr.Dataset, positions: Mapping[str, dict[str, Any]], output: Output
 ) -> None:
     """Figures by position."""
     rated = model.system.rated_torque
@@ -134,7 +134,7 @@ def neglected_lines(model: Model, lengths: Iterator[Length], torque_share: float
     return [str(effect["sentence"]) for effect in effects]
 
 
-def show_modes(model: Model, data: xr.Dataset, limit_hz: float | None, output: Shown) -> None:
+def show_modes(model: Model, data: xr.Dataset, limit_hz: float | None, output: Output) -> None:
     rows = mode_rows(data)
     if output.as_json:
         figures = {"variant": model.variant, "modes": rows}
@@ -173,7 +173,7 @@ def _shares_text(shares: list[tuple[str, float]]) -> str:
     return ", ".join(f"{name} {100 * share:.0f} %" for name, share in shares)
 
 
-def show_campbell(model: Model, data: xr.Dataset, modes: xr.Dataset, output: Shown) -> None:
+def show_campbell(model: Model, data: xr.Dataset, modes: xr.Dataset, output: Output) -> None:
     """What excites the train, where it meets its modes, and what that comes to; modes: at rest."""
     figures = resonance_figures(model.case, data, modes)
     level, _, sentence = resonance_verdict(figures)

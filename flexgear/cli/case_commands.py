@@ -318,7 +318,8 @@ def with_reasons(sections: Sections) -> Sections:
         row = row_of(key, value)
         reason = next((why for name, why in reasons.items() if key.startswith(name)), "")
         rows[key] = with_unit(row.value, row.unit) + (f"   ({reason})" if reason else "")
-    shown = {
-        name: rows if name == "solver" else section_rows for name, section_rows in sections.items()
+    return {
+        name: rows if name == "solver" else figures
+        for name, figures in sections.items()
+        if name != "solver_reasons"
     }
-    return {name: section_rows for name, section_rows in shown.items() if name != "solver_reasons"}

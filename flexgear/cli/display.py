@@ -120,7 +120,7 @@ def table(title: str, rows: Mapping[str, Any], before: str = "") -> None:
     typer.echo(before + title)
     width = max((len(name) for name in rows), default=0)
     for name, value in rows.items():
-        typer.echo(f"{before}  {name:<{width}}  {shown(value)}")
+        typer.echo(f"{before}  {name:<{width}}  {value_text(value)}")
 
 
 def key_table(key: str, figures: Mapping[str, Any], before: str = "") -> None:
@@ -142,7 +142,7 @@ def without_nan(value: Any) -> Any:
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
-def shown(value: Any) -> str:
+def value_text(value: Any) -> str:
     """A number with six digits, a list in one line, a dash for what is missing."""
     if value is None or (isinstance(value, float) and not math.isfinite(value)):
         return "–"
@@ -151,9 +151,9 @@ def shown(value: Any) -> str:
     if isinstance(value, float):
         return f"{value:.6g}"
     if isinstance(value, (list, tuple)):
-        return ", ".join(shown(v) for v in value)
+        return ", ".join(value_text(v) for v in value)
     if isinstance(value, Mapping):
-        return ", ".join(f"{k}: {shown(v)}" for k, v in value.items())
+        return ", ".join(f"{k}: {value_text(v)}" for k, v in value.items())
     return str(value)
 
 

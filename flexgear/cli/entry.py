@@ -244,6 +244,6 @@ def _warn(message: Warning | str, category: type[Warning], *_: Any, **__: Any) -
 
 def _say(text: str, code: int) -> int:
     line = " ".join(text.split()).encode(errors="backslashreplace").decode()
-    shown = "".join(c if c.isprintable() else repr(c)[1:-1] for c in line)
-    print(f"flexgear: {shown}", file=sys.stderr, flush=True)
+    printable = "".join(c if c.isprintable() else repr(c)[1:-1] for c in line)
+    print(f"flexgear: {printable}", file=sys.stderr, flush=True)
     return code

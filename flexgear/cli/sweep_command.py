@@ -12,7 +12,7 @@ import typer
 import xarray as xr
 from numpy.typing import NDArray
 
-from flexgear.cli.display import Report, as_json_text, progress, resumable, shown
+from flexgear.cli.display import Report, as_json_text, progress, resumable, value_text
 from flexgear.cli.options import (
     AsJson,
     CaseName,
@@ -218,7 +218,7 @@ def _table(part: xr.DataArray, columns: list[str], values: NDArray[np.float64]) 
     points = list(np.ndindex(*(part.sizes[k] for k in keys)))
     lines = np.unique(np.linspace(0, len(points) - 1, min(len(points), MOST_ROWS)).astype(int))
     rows = [
-        [*(shown(part[k][i].item()) for k, i in zip(keys, points[p], strict=True)),
+        [*(value_text(part[k][i].item()) for k, i in zip(keys, points[p], strict=True)),
          *(f"{v:.6g}" if math.isfinite(v) else "–" for v in values[p, :MOST_COLUMNS])]
         for p in lines
     ]  # fmt: skip

@@ -122,5 +122,5 @@ def toml(value: Value) -> str:
 
 def commented(lines: list[str]) -> str:
     """Lines as comments; what cannot be printed is left out."""
-    shown = ("".join(c if c.isprintable() else " " for c in line) for line in lines)
-    return "".join(f"# {line}".rstrip() + "\n" for line in shown)
+    printable = ("".join(c if c.isprintable() else " " for c in line) for line in lines)
+    return "".join(f"# {line}".rstrip() + "\n" for line in printable)

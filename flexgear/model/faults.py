@@ -13,6 +13,7 @@ from flexgear.model.section import (
     Refusal,
     Section,
     is_list,
+    limits_of,
     location,
     quantity_of,
     section_of,
@@ -145,7 +146,7 @@ def _out_of_range(
     key: str,
 ) -> InputError:
     name = next(p for p in reversed(loc) if isinstance(p, str))
-    low, high = _range(owner, name)
+    low, high = limits_of(owner, name)
     value = float(first["input"])  # of bounded whole numbers; ``to_si`` refuses others
     if quantity is None or not suffix:
         unit = f" {unit_name(quantity.suffixes[-1])}" if quantity else ""
@@ -167,15 +168,6 @@ def _out_of_range(
     return InputError(
         where, key, f"{in_unit:.6g} {unit} is outside {_span(limits[0], limits[1], unit)}", remedy
     )
-
-
-def _range(owner: type[Section], name: str) -> tuple[float | None, float | None]:
-    """Plausible range of a field."""
-    low = high = None
-    for limit in owner.model_fields[name].metadata:
-        low = getattr(limit, "ge", getattr(limit, "gt", low))
-        high = getattr(limit, "le", getattr(limit, "lt", high))
-    return low, high
 
 
 def _span(low: float | None, high: float | None, unit: str) -> str:

@@ -139,3 +139,12 @@ def usual_key(section: type[Section], name: str) -> str:
     """The key of a field as the bundled cases write it."""
     quantity = quantity_of(section, name)
     return f"{name}_{quantity.suffixes[0]}" if quantity else name
+
+
+def limits_of(section: type[Section], name: str) -> tuple[float | None, float | None]:
+    """Plausible range of a field."""
+    low = high = None
+    for limit in section.model_fields[name].metadata:
+        low = getattr(limit, "ge", getattr(limit, "gt", low))
+        high = getattr(limit, "le", getattr(limit, "lt", high))
+    return low, high

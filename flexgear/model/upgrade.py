@@ -226,17 +226,17 @@ def _keyed(body: list[_Part]) -> Iterator[tuple[list[_Part], _Part]]:
 
 def _rewritten(earlier: list[_Block], ports: Mapping[str, str]) -> list[_Block]:
     """Sections with their keys under present names; ports: members of those that the file lacks."""
-    moved: dict[str, _Block] = {}  # keys that leave their section, by that which has them now
-    blocks = [block for each in earlier for block in _split(each, moved)]
+    targets: dict[str, _Block] = {}  # sections that keys of others move to, by path
+    blocks = [block for each in earlier for block in _split(each, targets)]
     for port, member in ports.items():
-        if port not in moved:
-            blocks.append(moved.setdefault(port, _Block(port)))
-        moved[port].body.insert(0, _Part(f'member = "{member}"\n', ("member",)))
-    there = {block.path: block for block in reversed(blocks) if block.header}
-    for place, block in moved.items():
+        if port not in targets:
+            blocks.append(targets.setdefault(port, _Block(port)))
+        targets[port].body.insert(0, _Part(f'member = "{member}"\n', ("member",)))
+    sections = {block.path: block for block in reversed(blocks) if block.header}
+    for place, block in targets.items():
         header = place.removesuffix(".0")
-        if header in there:
-            body = there[header].body
+        if header in sections:
+            body = sections[header].body
             end = max((k for k, part in enumerate(body, 1) if part.text.strip()), default=0)
             body[end:end] = block.body
             block.body = []
@@ -246,9 +246,9 @@ def _rewritten(earlier: list[_Block], ports: Mapping[str, str]) -> list[_Block]:
     return [block for block in blocks if block.header or block.body]
 
 
-def _split(block: _Block, moved: dict[str, _Block]) -> list[_Block]:
+def _split(block: _Block, targets: dict[str, _Block]) -> list[_Block]:
     """What a section has become: itself under its present name, and those its keys have moved to,
-    which ``moved`` gets."""
+    which ``targets`` gets."""
     section = present_key(block.path) or block.path
     stays, target = _Block(section, _renamed(block.header, section), block.lead), None
     blocks, above = [stays], list[_Part]()
@@ -268,9 +268,9 @@ def _split(block: _Block, moved: dict[str, _Block]) -> list[_Block]:
                 place += [*comments, _load(part) if full == "loads.member" else part]
             continue
         at, _, name = present.rpartition(".")
-        if at not in moved:
-            blocks.append(moved.setdefault(at, _Block(at)))
-        target = moved[at]
+        if at not in targets:
+            blocks.append(targets.setdefault(at, _Block(at)))
+        target = targets[at]
         value = part.text[len(part.text.partition("=")[0].rstrip()) :]
         target.body += [*above, *comments, _Part(f"{name}{value}", (name,))]
         above = []

@@ -153,13 +153,15 @@ def propose_modifications(
 
 @dataclass
 class _Trial:
-    """Equilibria of a model with other gaps; own: (M,) gear meshes that count; count: series that
-    were solved."""
+    """Equilibria of a model with other gaps.
+
+    of_stage: (M,) whether a gear mesh is one of the stage; count: series that were solved.
+    """
 
     model: Model
     angles: Array
     shares: tuple[float, ...]
-    own: NDArray[np.bool_]
+    of_stage: NDArray[np.bool_]
     count: int = 0
 
     def data(self, pairs: PairData, share: float) -> xr.Dataset:
@@ -175,7 +177,7 @@ class _Trial:
         all torques and planets, those of the ring's and of the sun's gear meshes added."""
         at = ("line-load", "transmission-error").index(aim)
         figures = [worst_figures(self._solved(pairs, share))[at] for share in self.shares]
-        largest, kinds = np.max(figures, axis=0)[self.own], pairs.kind[self.own]
+        largest, kinds = np.max(figures, axis=0)[self.of_stage], pairs.kind[self.of_stage]
         return float(sum(largest[kinds == kind].max() for kind in np.unique(kinds)))
 
     def _solved(self, pairs: PairData, share: float) -> Equilibrium:

@@ -110,13 +110,13 @@ def contact_pattern(data: xr.Dataset) -> Figure:
         x, z, w = (of_flank[n].to_numpy().ravel() * scale for n, scale in scales.items())
         touches = np.isfinite(w) & (w > 0)
         across, along, largest = _binned(x[touches], z[touches], w[touches])
-        shown = ax.pcolormesh(across, along, largest, cmap=SEQUENTIAL_MAP, shading="flat")
+        mapped = ax.pcolormesh(across, along, largest, cmap=SEQUENTIAL_MAP, shading="flat")
         planet, most = int(of_flank["flank_planet"]), np.nanmax(largest)
         ax.set_title(f"{title}, planet {planet}: largest {most:.4g} N/mm")
         ax.set_xlabel("path coordinate, planet's root to its tip (mm)")
         ax.set_ylabel("along the face (mm)")
         ax.grid(visible=False)
-        figure.colorbar(shown, ax=ax, label="line load (N/mm)", pad=0.01)
+        figure.colorbar(mapped, ax=ax, label="line load (N/mm)", pad=0.01)
     return figure
 
 
@@ -192,7 +192,7 @@ def tooth_rows_chart(pattern: ToothPattern) -> Figure:
     )
     for tooth, cells in enumerate(load):
         x, y = (tooth % columns) * (1 + GAP), (rows - 1 - tooth // columns) * (1 + 3 * GAP)
-        shown = ax.pcolormesh(
+        mapped = ax.pcolormesh(
             x + across, y + upward, cells, cmap=SEQUENTIAL_MAP, vmin=0.0, vmax=largest
         )
         ax.text(x, y + 1.01, str(tooth + 1), fontsize=5.5, color=NEUTRAL, va="bottom")
@@ -207,7 +207,7 @@ def tooth_rows_chart(pattern: ToothPattern) -> Figure:
     for spine in ax.spines.values():
         spine.set_visible(False)
     ax.set_title(f"{pattern.title}, {teeth} teeth: largest {largest:.4g} N/mm")
-    figure.colorbar(shown, ax=ax, label="largest line load (N/mm)", pad=0.01)
+    figure.colorbar(mapped, ax=ax, label="largest line load (N/mm)", pad=0.01)
     return figure
 
 

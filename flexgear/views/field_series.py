@@ -103,5 +103,5 @@ def swing(field: xr.Dataset, frames: int = 24) -> dict[float, xr.Dataset]:
 def _at_phase(field: xr.Dataset, share: float) -> xr.Dataset:
     factor = float(np.cos(2 * np.pi * share))
     scales = {"displacement": factor, "stress": factor, "von_mises_stress": abs(factor)}
-    moved = {name: field[name].copy(data=k * field[name]) for name, k in scales.items()}
-    return field.assign(moved)
+    scaled = {name: field[name].copy(data=k * field[name]) for name, k in scales.items()}
+    return field.assign(scaled)

@@ -106,7 +106,7 @@ def write_report(
         marks=MARKS,
         counts=[_counts(side) for side in sides],
         sections=sections,
-        shown={section["key"] for section in sections},
+        section_keys={section["key"] for section in sections},
         coarse=[text for text, so in ((SMALLER, smaller), (THINNED, thinned)) if so],
         style=Markup(source["css"]),
         code=Markup(source["js"]),

@@ -46,11 +46,11 @@ def body_scene(
     u = np.asarray(displacement, dtype=float)
     factor = deformation_exaggeration(np.asarray(points, dtype=float), u)
     at, corners, vertex = coarse_surface(points, cells, triangles)
-    moved = at + factor * u[vertex]
+    deformed = at + factor * u[vertex]
     size = np.linalg.norm(u[vertex], axis=1) * MICRO
     trace: dict[str, Any] = {
         "type": "mesh3d",
-        **{name: _short(moved[:, k], 4) for k, name in enumerate("xyz")},
+        **{name: _short(deformed[:, k], 4) for k, name in enumerate("xyz")},
         **_coloured(corners, size, "µm"),
     }
     axis = {"showbackground": False, "title": {"text": ""}, "showspikes": False}
@@ -152,7 +152,7 @@ def _decimated(surface: Any, triangles: int) -> Any:
 
 def _colours_of(trace: dict[str, Any], shape: str, caption: str, stress: Array) -> dict[str, Any]:
     """Buttons that colour a body by displacement, as it is drawn first, or by stress in MPa."""
-    ways = {
+    quantities = {
         "displacement": (trace["intensity"], "µm", caption),
         "stress": (
             _short(stress, 1),
@@ -161,14 +161,16 @@ def _colours_of(trace: dict[str, Any], shape: str, caption: str, stress: Array) 
         ),
     }
     buttons = []
-    for label, (values, unit, title) in ways.items():
+    for label, (values, unit, title) in quantities.items():
         hover = f"{label}: %{{intensity:.1f}} {unit}<extra></extra>"
-        shown = {
+        changes = {
             "intensity": [values],
             "colorbar.title.text": [unit],
             "hovertemplate": [hover],
         }
-        buttons.append({"label": label, "method": "update", "args": [shown, {"title.text": title}]})
+        buttons.append(
+            {"label": label, "method": "update", "args": [changes, {"title.text": title}]}
+        )
     return {"type": "buttons", "direction": "left", "buttons": buttons, "x": 0.02, "y": 0.98,
             "xanchor": "left", "yanchor": "top"}  # fmt: skip
 

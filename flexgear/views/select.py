@@ -132,15 +132,15 @@ def close_up(values: Array) -> slice:
     return slice(first, first + length + 1)
 
 
-def orbit(way: Array) -> Array:
-    """The path (n, 2) of a place (t, 2), of its last oscillations if there are many, with enough
+def orbit(places: Array) -> Array:
+    """The path (n, 2) through places (t, 2), the last oscillations if there are many, with enough
     points between the samples that it looks as smooth as the motion is."""
-    count = float(max(oscillations(series) for series in way.T))
+    count = float(max(oscillations(series) for series in places.T))
     if count > MOST:
-        way = way[-int(np.ceil(SHOWN * len(way) / count)) - 1 :]
+        places = places[-int(np.ceil(SHOWN * len(places) / count)) - 1 :]
         count = SHOWN
-    more = int(np.ceil(SMOOTH * count / len(way)))
-    if more <= 1 or len(way) < 4:
-        return way
-    at = np.arange(len(way))
-    return np.asarray(CubicSpline(at, way)(np.linspace(0, len(way) - 1, more * len(way))))
+    more = int(np.ceil(SMOOTH * count / len(places)))
+    if more <= 1 or len(places) < 4:
+        return places
+    at = np.arange(len(places))
+    return np.asarray(CubicSpline(at, places)(np.linspace(0, len(places) - 1, more * len(places))))

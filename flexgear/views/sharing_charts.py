@@ -53,7 +53,7 @@ MEMBER_COLOURS = {
 }
 HALVES = {"left": "-", "right": "--"}
 ALIKE = 1e-4  # of the largest: planets that differ less are one line
-STILL = 1e-9  # of the largest way of any body: what moves less stands still
+STILL = 1e-9  # of the largest displacement of any body: what moves less stands still
 GAP = 1.5  # of the usual step: a longer one is a gap, not a line
 
 
@@ -129,8 +129,8 @@ def displacements_chart(data: xr.Dataset) -> Figure:
         _orbit(row[0], motion)
         row[0].set_title(", ".join(filter(None, (_label(stage), "orbit"))))
         dense = False
-        for (part, half), way in motion.items():
-            times, line = _broken(data, np.hypot(way[:, 0], way[:, 1]))
+        for (part, half), place in motion.items():
+            times, line = _broken(data, np.hypot(place[:, 0], place[:, 1]))
             colour, style = MEMBER_COLOURS[part], HALVES.get(half, "-")
             dense |= draw(row[1], times, line, colour, ls=style, lw=1.0)
         if dense:
@@ -138,11 +138,11 @@ def displacements_chart(data: xr.Dataset) -> Figure:
         row[1].set_ylabel("distance from the axis (µm)")
         row[1].set_xlabel(label)
         row[1].set(ylim=(0.0, None), xlim=(at.min(), at.max()) if len(at) > 1 else None)
-    shown = dict.fromkeys(which for motion in stages.values() for which in motion)
+    members = dict.fromkeys(which for motion in stages.values() for which in motion)
     handles = [
         Line2D([], [], color=MEMBER_COLOURS[part], lw=1.5, ls=HALVES.get(half, "-"),
                label=f"{part} {half}".strip())
-        for part, half in shown
+        for part, half in members
     ]  # fmt: skip
     legend_below(figure, handles)
     return figure
@@ -278,7 +278,7 @@ def _moving(data: xr.Dataset) -> dict[str, dict[tuple[str, str], Array]]:
 
 
 def _orbit(ax: Axes, motion: Mapping[tuple[str, str], Array]) -> None:
-    """Way in the plane of the sun (else of the member that goes furthest), equal scales."""
+    """Path in the plane of the sun (else of the member that goes furthest), equal scales."""
     at = max(motion, key=lambda n: (n[0] in ("sun", "pinion"), np.abs(motion[n]).max()))
     path, colour, member = orbit(motion[at]), MEMBER_COLOURS[at[0]], " ".join(at).strip()
     ax.plot(path[:, 0], path[:, 1], color=colour, lw=0.8)

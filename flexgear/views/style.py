@@ -148,9 +148,9 @@ def legend_lines(colours: Mapping[str, str]) -> list[Line2D]:
 
 def legend_below(figure: Figure, handles: Iterable[Artist], columns: int = 6) -> Legend:
     """One legend below all axes, in so many columns at most."""
-    shown = list(handles)
+    entries = list(handles)
     return figure.legend(
-        handles=shown, loc="outside lower center", ncols=max(1, min(len(shown), columns))
+        handles=entries, loc="outside lower center", ncols=max(1, min(len(entries), columns))
     )
 
 

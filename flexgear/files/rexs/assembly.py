@@ -150,7 +150,7 @@ class Assembly:
         """A number that all components of a body share."""
         number, parent = component.id, self._parent
         while parent[number] != number:
-            parent[number] = number = parent[parent[number]]  # halves the way of the next one
+            parent[number] = number = parent[parent[number]]  # makes the next look-up shorter
         return number
 
     def members(self, body: int | None) -> list[Component]:
@@ -172,9 +172,9 @@ class Assembly:
     def torsion(self, first: Component, second: Component) -> tuple[float, list[Component]] | None:
         """Stiffness between two parts of a body (N m/rad, inf if rigid) and the couplings passed.
 
-        Series of shaft sections and couplings along the shortest way; None where there is none.
+        Series of shaft sections and couplings along the shortest path; None where there is none.
         """
-        path = self._way(first.id, second.id)
+        path = self._path(first.id, second.id)
         if path is None:
             return None
         compliance = sum(link.compliance for link, _ in path)
@@ -187,14 +187,14 @@ class Assembly:
         stiffness = 1.0 / compliance if compliance > 0 else float("inf")
         return stiffness, [self.document.components[k] for k in passed]
 
-    def way_length(self, first: Component, second: Component) -> tuple[int, float]:
+    def path_length(self, first: Component, second: Component) -> tuple[int, float]:
         """Links between two parts of a body, and the distance (mm) along the first one's shaft."""
-        path = self._way(first.id, second.id)
+        path = self._path(first.id, second.id)
         ends = [number([c], "u_coordinate_on_shaft", "mm") for c in (first, second)]
         apart = [0.0 if end is None else end.value for end in ends]
         return 10**9 if path is None else len(path), abs(apart[0] - apart[1])
 
-    def _way(self, first: int, second: int) -> list[tuple[Link, bool]] | None:
+    def _path(self, first: int, second: int) -> list[tuple[Link, bool]] | None:
         """Links from one component to another; True for one walked from second to first."""
         came: dict[int, tuple[int, tuple[Link, bool]] | None] = {first: None}
         waiting = deque([first])

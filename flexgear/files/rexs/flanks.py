@@ -1,29 +1,9 @@
 """Modified flanks of gears: the left and right flank of a file become drive and coast flank.
 
-Which flank of a REXS gear is the left one, and which end of its face the datum face is.
-
-Who looks at the datum face from outside, with a tooth pointing up from its root to its tip, sees
-its left flank on the left (ISO 21771, ISO 1328-1). Seen from +z a tooth of an external gear that
-points up has +θ on its left; a tooth of a ring points up below the axis, and has +θ on its right:
-
-    side of the left flank = d (external), −d (internal), d = ±1 for a datum face at the ±z end.
-
-In an external pair left flanks touch left ones, in an internal pair too.
-
-What is ground off one REXS flank, as a case gives it.
-
-REXS leaves the signs of slopes to the standards. Here, as for a case (``gears.modifications``),
-
-    profile_slope   C_Hα > 0: more is missing at the tip than at the root
-    helix_slope     C_Hβ > 0: more is missing at the non-datum face than at the datum face
-    profile_twist   S_α > 0: the profile slope is larger at the non-datum face
-
-and amounts are those at the ends of the active profile and of the face.
-
 Which is which follows from the torque of the stage, from the side that the datum face is on, and
-from the gear being internal or not; so flanks are read with their gears, and
-written when the case has its loads. A planet's are called by the mate that they meet under the
-rated torque, sun and ring. What both flanks lack stands once, for both.
+from the gear being internal or not; so flanks are read with their gears, and written when the case
+has its loads. A planet's are called by the mate that they meet under the rated torque, sun and
+ring. What both flanks lack stands once, for both.
 """
 
 from __future__ import annotations
@@ -31,64 +11,14 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Literal
 
 from flexgear.files.case_text import CaseText, Section, Value
+from flexgear.files.rexs import modification_table as table
 from flexgear.files.rexs.assembly import Assembly
 from flexgear.files.rexs.document import SAME, Component, Datum, Document, number, text
+from flexgear.files.rexs.modification_table import Word, outward, tooth_side, word_of
 from flexgear.files.rexs.stages import RexsStage, is_internal
 from flexgear.gears.flanks import tooth_sides
-from flexgear.model.modifications import LARGEST as LARGEST_M
-
-Word = Literal["left", "right"]
-WORDS: tuple[Word, Word] = ("left", "right")
-DATUM = "datum_face_orientation"  # of a gear: on the side of its u axis, or against it
-ORIENTATIONS = {"positive": 1, "negative": -1}
-FACES = ("datum_face", "non_datum_face")
-
-
-def tooth_side(word: Word, internal: bool, datum: int) -> int:
-    """Side of the tooth of a flank, +1 towards +θ; datum: +1 for a datum face at the +z end."""
-    left = -datum if internal else datum
-    return left if word == "left" else -left
-
-
-def word_of(side: int, internal: bool, datum: int) -> Word:
-    """The flank on a side of the tooth."""
-    return "left" if tooth_side("left", internal, datum) == side else "right"
-
-
-def outward(datum: int, half: int) -> int:
-    """End of the datum face in the axis of modifications: +z, but out from the middle in the left
-    half (−1) of a double-helical stage, which is the mirror image of the right one (1)."""
-    return -datum if half < 0 else datum
-
-
-LARGEST = 1e3 * LARGEST_M  # mm, of an amount
-RELIEFS = ("tip_relief", "root_relief")
-CROWNINGS = {  # REXS component: key of a case, amounts at both ends
-    "profile_crowning": (
-        "profile_crowning_um",
-        ("profile_crowning_at_tip", "profile_crowning_at_root"),
-    ),
-    "helix_crowning": (
-        "lead_crowning_um",
-        ("helix_crowning_amount_datum_face", "helix_crowning_amount_non_datum_face"),
-    ),
-}
-SLOPES = {  # REXS component and its attribute: key of a case, whether its sign hangs on the face
-    "profile_slope": ("profile_slope_um", False),
-    "helix_slope": ("helix_slope_um", True),
-    "profile_twist": ("twist_um", True),
-}
-FORMS = ("linear", "parabolic")
-END_RELIEF = "end_relief"
-AS_HERE = {  # what a case means anyway; other values are listed
-    "shape_of_profile_crowning": ("parabolic",),
-    "shape_of_helix_crowning": ("parabolic",),
-    "helix_evaluation_reference": ("facewidth",),
-    "is_additive_modification": ("true",),
-}
 
 
 @dataclass(frozen=True)
@@ -132,10 +62,10 @@ class Ground:
         datum: +1 where the datum face is at the end that z of a modification counts to.
         """
         entries = {
-            **{kind: self._crowning(flank, kind) for kind in CROWNINGS},
-            **{kind: self._slope(flank, kind, datum) for kind in SLOPES},
-            **{kind: self._relief(flank, kind) for kind in RELIEFS},
-            END_RELIEF: self._end_relief(flank, datum),
+            **{kind: self._crowning(flank, kind) for kind in table.CROWNINGS},
+            **{kind: self._slope(flank, kind, datum) for kind in table.SLOPES},
+            **{kind: self._relief(flank, kind) for kind in table.RELIEFS},
+            table.END_RELIEF: self._end_relief(flank, datum),
         }
         return {kind: entry for kind, entry in entries.items() if entry is not None}
 
@@ -152,7 +82,7 @@ class Ground:
         component = self._one(flank, kind)
         if component is None:
             return None
-        key, ends = CROWNINGS[kind]
+        key, ends = table.CROWNINGS[kind]
         amounts = [d for d in (number([component], end, "mm") for end in ends) if d is not None]
         mean = sum(d.value for d in amounts) / max(len(amounts), 1)
         if not self._usable(component, mean):
@@ -169,14 +99,14 @@ class Ground:
         ):
             return None
         assert amount is not None
-        key, by_face = SLOPES[kind]
+        key, by_face = table.SLOPES[kind]
         value, turn = 1e3 * amount.value, -datum if by_face else 1
         why = amount.source + ("; its datum face is at the +z end" if turn < 0 else "")
         return self._entry(component, kind, "", [Row(key, turn * value, why)], by_face)
 
     def _usable(self, component: Component, amount: float | None) -> bool:
         """Whether there is an amount; none at all is no modification."""
-        if amount is not None and 0 < abs(amount) <= LARGEST:
+        if amount is not None and 0 < abs(amount) <= table.LARGEST:
             return True
         self.warn(f"{component.label} has no amount that can be used")
         return False
@@ -186,7 +116,7 @@ class Ground:
         if component is None:
             return None
         amount, begin = number([component], f"{kind}_depth", "mm"), self._begin(component, kind)
-        if amount is None or begin is None or not 0 < amount.value <= LARGEST:
+        if amount is None or begin is None or not 0 < amount.value <= table.LARGEST:
             self.warn(f"{component.label} has no depth and length that can be used")
             return None
         depth = Row("amount_um", 1e3 * amount.value, amount.source)
@@ -211,13 +141,13 @@ class Ground:
     def _end_relief(self, flank: Component, datum: int) -> Entry | None:
         """Of one end, or of both where they are alike: a case has one for a flank."""
         ends: dict[int, Entry] = {}
-        ones = [self._one(flank, f"{END_RELIEF}_{face}") for face in FACES]
-        for component, face, side in zip(ones, FACES, (datum, -datum), strict=True):
+        ones = [self._one(flank, f"{table.END_RELIEF}_{face}") for face in table.FACES]
+        for component, face, side in zip(ones, table.FACES, (datum, -datum), strict=True):
             rows = None if component is None else _end(component, face)
             if component is not None and rows is None:
                 self.warn(f"{component.label} has no depth and length that can be used")
             elif rows is not None:
-                ends[side] = Entry(END_RELIEF, rows, by_face=True)
+                ends[side] = Entry(table.END_RELIEF, rows, by_face=True)
         if not ends:
             return None
         first, *others = ends.values()
@@ -230,14 +160,14 @@ class Ground:
         for component in there:
             component.role = "end relief"
         rows = (*first.rows, Row("end", end, "; ".join(component.label for component in there)))
-        return Entry(END_RELIEF, rows, by_face=not others)
+        return Entry(table.END_RELIEF, rows, by_face=not others)
 
     def _entry(
         self, component: Component, kind: str, name: str, rows: list[Row], by_face: bool = False
     ) -> Entry:
         component.role = kind.replace("_", " ")
         for attribute in component.attributes.values():
-            attribute.used |= attribute.value in AS_HERE.get(attribute.id, ())
+            attribute.used |= attribute.value in table.AS_HERE.get(attribute.id, ())
         return Entry(name, tuple(rows), by_face)
 
 
@@ -245,7 +175,11 @@ def _end(component: Component, face: str) -> tuple[Row, ...] | None:
     """Depth, length and form of an end relief."""
     depth = number([component], f"end_relief_depth_{face}", "mm")
     length = number([component], f"end_relief_length_{face}", "mm")
-    if depth is None or length is None or not (0 < depth.value <= LARGEST and length.value > 0):
+    if (
+        depth is None
+        or length is None
+        or not (0 < depth.value <= table.LARGEST and length.value > 0)
+    ):
         return None
     amount = Row("amount_um", 1e3 * depth.value, depth.source)
     return amount, Row("length_mm", length.value, length.source), _form(component)
@@ -259,18 +193,12 @@ def _same(a: Value, b: Value) -> bool:
 
 def _form(component: Component) -> Row:
     shape = text([component], "shape_of_relief")
-    if shape in FORMS:
+    if shape in table.FORMS:
         return Row("form", shape, f"{component.label}, shape_of_relief")
     form = "linear" if shape is None else "parabolic"
     return Row("form", form, f"the file says {shape or 'nothing'}", assumed=True)
 
 
-LOADED = "loaded_tooth_flank"
-_SIGNS = {
-    "profile_slope": "positive where more is missing at the tip",
-    "helix_slope": "positive where more is missing at the non-datum face",
-    "profile_twist": "positive where the profile slope is larger at the non-datum face",
-}
 Flanks = dict[Word, dict[str, Entry]]  # by the kind of each modification
 
 
@@ -291,7 +219,7 @@ class GearFlanks:
     @property
     def differ(self) -> bool:
         """Whether left and right flank are not the same."""
-        left, right = (self.entries[word] for word in WORDS)
+        left, right = (self.entries[word] for word in table.WORDS)
         return left.keys() != right.keys() or not all(left[k].says(right[k]) for k in left)
 
     def word(self, name: str, forward: bool) -> Word:
@@ -352,9 +280,9 @@ class FlankReader:
             for flank in of_gear.entries.values()
             for kind in flank
         }
-        for kind in SLOPES:
+        for kind in table.SLOPES:
             if kind in kinds:
-                self.case.warn(f"{kind}: taken as {_SIGNS[kind]}, over the whole flank")
+                self.case.warn(f"{kind}: taken as {table.SIGNS[kind]}, over the whole flank")
         for of_gear in self.gears_read:
             self._write(of_gear, senses[of_gear.stage])
 
@@ -362,19 +290,19 @@ class FlankReader:
         """Side of the datum face, +1 at the +z end, and whether that is assumed."""
         frame = self.assembly.frames.of(gear)
         along = -1 if frame is not None and frame.axes[0, 0] < 0 else 1
-        orientation = ORIENTATIONS.get(text([gear], DATUM) or "")
+        orientation = table.ORIENTATIONS.get(text([gear], table.DATUM) or "")
         return along * (-1 if orientation is None else orientation), orientation is None
 
     def _flanks(self, gear: Component, ground: Ground, datum: int) -> Flanks:
-        flanks: Flanks = {word: {} for word in WORDS}
-        for word in WORDS:
+        flanks: Flanks = {word: {} for word in table.WORDS}
+        for word in table.WORDS:
             for flank in self.document.linked(gear, "gear", word, "flank"):
                 flanks[word] = ground.of(flank, datum)
         return flanks
 
     def _compare(self, first: GearFlanks, other: GearFlanks) -> None:
         """Say where gears of one role differ; their datum faces may be on different sides."""
-        for word in WORDS:
+        for word in table.WORDS:
             side = tooth_side(word, is_internal(other.gear), other.datum)
             mine = first.entries[word_of(side, is_internal(first.gear), first.datum)]
             its = other.entries[word]
@@ -393,8 +321,8 @@ class FlankReader:
             role = meshes.get(relation.of("stage") or -1)
             if data is None or role is None or relation.of("gear") != of_gear.gear.id:
                 continue
-            loaded_flank = text([data], LOADED)
-            if loaded_flank in WORDS:
+            loaded_flank = text([data], table.LOADED)
+            if loaded_flank in table.WORDS:
                 name = role if of_gear.role == "planet" else "drive"
                 sense = of_gear.word(name, True) == loaded_flank
                 self._loaded.setdefault(of_gear.stage, {}).setdefault(sense, data.label)
@@ -405,8 +333,8 @@ class FlankReader:
         if torque is not None:
             if (not torque) in loaded_flanks:
                 self.case.warn(
-                    f"{loaded_flanks[not torque]}, {LOADED}: not the flank that the torques load;"
-                    " they count"
+                    f"{loaded_flanks[not torque]}, {table.LOADED}: not the flank that the torques"
+                    " load; they count"
                 )
             return torque
         if len(loaded_flanks) == 1:
@@ -423,8 +351,8 @@ class FlankReader:
         entries = [e for flank in of_gear.entries.values() for e in flank.values()]
         if of_gear.assumed and (of_gear.differ or any(e.by_face for e in entries)):
             self.case.warn(
-                f"{of_gear.gear.label}: no {DATUM}; its datum face is taken as the one against its"
-                " u axis (negative)"
+                f"{of_gear.gear.label}: no {table.DATUM}; its datum face is taken as the one"
+                " against its u axis (negative)"
             )
         names = ("sun", "ring") if of_gear.role == "planet" else ("drive", "coast")
         words: dict[str, Word] = {name: of_gear.word(name, forward) for name in names}

@@ -15,6 +15,7 @@ from flexgear.files.rexs.outgoing import (
     axes,
     halves,
     middle,
+    places,
 )
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.power_flow import power_flow
@@ -93,7 +94,7 @@ class _Export:
     def __init__(self, case: Case) -> None:
         self.case, self.model = case, Outgoing()
         self.flow = power_flow(case)
-        self.places = _places(case)
+        self.places = places(case)
         self.shafts: dict[str, int] = {}
         self.unit = self._gear_unit()
         self.casing = self.model.part(self.unit, "gear_casing", "casing")
@@ -415,38 +416,3 @@ def _springs(springs: Springs, share: float) -> dict[str, Written | None]:
         "axial_stiffness": share * axial,
         "bending_stiffness": share * (tilt_x + tilt_y) / 2,
     }
-
-
-def _places(case: Case) -> dict[str, tuple[float, float, float]]:
-    """Place of every member (u, v, w in m): stages side by side along u, joined ones coaxial."""
-    across: dict[str, tuple[float, float]] = {}
-    offset: dict[tuple[str, str], tuple[float, float]] = {}
-    for stage in case.stages:
-        first = f"{stage.name}.{stage.members[0]}"
-        radii = stage_radii(case.view(stage.name))
-        arm, angle = radii.center_distance, stage.position
-        for part in stage.members[1:]:
-            apart = (0.0, 0.0)
-            if stage.kind == "parallel":
-                apart = (arm * math.cos(angle), arm * math.sin(angle))
-            offset[first, f"{stage.name}.{part}"] = apart
-    offset |= {(j.first, j.second): (0.0, 0.0) for j in case.joints}
-    for start in case.member_names():
-        waiting: list[str] = [] if start in across else [start]
-        across.setdefault(start, (0.0, 0.0))
-        while waiting:
-            here = waiting.pop()
-            v, w = across[here]
-            for (a, b), (dv, dw) in offset.items():
-                for end, other, sign in ((a, b, 1.0), (b, a, -1.0)):
-                    if end == here and other not in across:
-                        across[other] = (v + sign * dv, w + sign * dw)
-                        waiting.append(other)
-    places, u = {}, 0.0
-    for stage in case.stages:
-        width = stage.gear_width
-        for part in stage.members:
-            name = f"{stage.name}.{part}"
-            places[name] = (u + width / 2, *across[name])
-        u += 2 * width
-    return places

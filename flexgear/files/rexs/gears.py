@@ -21,12 +21,11 @@ from flexgear.files.rexs.document import Component, Datum, number
 from flexgear.files.rexs.flanks import FlankReader
 from flexgear.files.rexs.stages import RexsStage
 from flexgear.files.rexs.units import SCHEMA_UNITS
+from flexgear.model.member import Gear
+from flexgear.model.section import limits_of
 
 FLANKS = ("cylindrical_gear_flank", "flank_geometry")
 TOOLS = ("rack_shaped_tool", "cutter_wheel_tool")
-# what Gear takes, model/member.py; a coefficient outside is no dimension of a tooth
-_RANGES = {"addendum": (0.3, 2.0), "dedendum": (0.5, 2.5), "root_fillet": (0.02, 0.6)}
-_STANDARD = {"addendum": 1.0, "dedendum": 1.25, "root_fillet": 0.38}  # ISO 53 profile A
 _NO_NOTE = 1e-9
 
 
@@ -175,12 +174,12 @@ class GearReader:
             return
         why = "ISO 53 profile A"
         if datum is not None:
-            low, high = _RANGES[key]
+            low, high = limits_of(Gear, key)
             why += (
                 f"; {datum.source} would make it {datum.value:.4g}, which is not between {low:g}"
                 f" and {high:g}"
             )
-        self.case.assume(section, key, _STANDARD[key], why)
+        self.case.assume(section, key, Gear.model_fields[key].default, why)
 
     def _mass(self, section: Section, gears: list[Component], internal: bool) -> None:
         """Mass of the gear: of both halves together, but of one half of a ring."""
@@ -248,5 +247,6 @@ def _coefficient(datum: Datum | None, height: object, rack: Rack, add: float) ->
 
 
 def _within(key: str, value: float) -> bool:
-    low, high = _RANGES[key]
-    return low <= value <= high
+    """Whether a coefficient can be a dimension of a tooth: whether a case takes it."""
+    low, high = limits_of(Gear, key)
+    return low is not None and high is not None and low <= value <= high

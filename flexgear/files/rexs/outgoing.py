@@ -6,26 +6,19 @@ The datum face of every gear is that at its −z end, against its u axis.
 
 from __future__ import annotations
 
+import math
 import xml.etree.ElementTree as ET
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
-from flexgear.files.rexs.flanks import (
-    CROWNINGS,
-    END_RELIEF,
-    FACES,
-    RELIEFS,
-    SLOPES,
-    WORDS,
-    Word,
-    outward,
-    word_of,
-)
+from flexgear.files.rexs import modification_table as table
+from flexgear.files.rexs.modification_table import Word, outward, word_of
 from flexgear.files.rexs.units import SCHEMA_UNITS, si_factor
 from flexgear.gears.flanks import tooth_sides
 from flexgear.gears.geometry import StageGeometry
-from flexgear.gears.radii import gears_by_role
+from flexgear.gears.radii import gears_by_role, stage_radii
 from flexgear.gears.tool import CutterTool
+from flexgear.model.case import Case
 from flexgear.model.modifications import FlankModifications, Relief
 from flexgear.model.stage import Stage
 from flexgear.model.stage_view import StageView
@@ -256,7 +249,7 @@ class GearsOut:
                 normal_pressure_angle=self.stage.pressure_angle,
                 addendum_modification_coefficient=gear.profile_shift,
             )
-            for word in WORDS
+            for word in table.WORDS
         }
         self.model.relate("flank", gear=number, left=flanks["left"], right=flanks["right"])
         tool = self._tool(role)
@@ -292,12 +285,12 @@ class GearsOut:
     def _ground(self, modifications: FlankModifications, datum: int) -> Iterator[int]:
         """What one flank lacks; datum: +1 where z of a modification counts to the datum face. Signs
         of slopes as in ``flanks``: positive towards the tip, and towards the non-datum face."""
-        for kind, (key, ends) in CROWNINGS.items():
+        for kind, (key, ends) in table.CROWNINGS.items():
             crowned = getattr(modifications, key.removesuffix("_um"))
             if crowned is not None:
                 amounts = dict.fromkeys(ends, crowned)
                 yield self.model.add(kind, **amounts, **{f"shape_of_{kind}": "parabolic"})
-        for kind, (key, by_face) in SLOPES.items():
+        for kind, (key, by_face) in table.SLOPES.items():
             slope = getattr(modifications, key.removesuffix("_um"))
             if slope is not None:
                 reference = "facewidth" if kind == "helix_slope" else None
@@ -306,7 +299,7 @@ class GearsOut:
                     **{kind: -datum * slope if by_face else slope},
                     helix_evaluation_reference=reference,
                 )
-        for kind in RELIEFS:
+        for kind in table.RELIEFS:
             relief: Relief | None = getattr(modifications, kind)
             if relief is not None:
                 sizes: dict[str, Written | None] = {
@@ -316,15 +309,52 @@ class GearsOut:
                 }
                 yield self.model.add(kind, "", shape_of_relief=relief.form, **sizes)
         end = modifications.end_relief
-        for face, side in zip(FACES, (datum, -datum), strict=True):
+        for face, side in zip(table.FACES, (datum, -datum), strict=True):
             if end is not None and end.end in ("both", "+z" if side > 0 else "-z"):
                 sizes = {
-                    f"{END_RELIEF}_depth_{face}": end.amount,
-                    f"{END_RELIEF}_length_{face}": end.length,
+                    f"{table.END_RELIEF}_depth_{face}": end.amount,
+                    f"{table.END_RELIEF}_length_{face}": end.length,
                 }
-                yield self.model.add(f"{END_RELIEF}_{face}", "", shape_of_relief=end.form, **sizes)
+                yield self.model.add(
+                    f"{table.END_RELIEF}_{face}", "", shape_of_relief=end.form, **sizes
+                )
 
 
 def axes() -> dict[str, Written | None]:
     """Attributes of an axis along u, with v and w those of the gear unit."""
     return {"u_axis_vector": (1.0, 0.0, 0.0), "w_axis_vector": (0.0, 0.0, 1.0)}
+
+
+def places(case: Case) -> dict[str, tuple[float, float, float]]:
+    """Place of every member (u, v, w in m): stages side by side along u, joined ones coaxial."""
+    across: dict[str, tuple[float, float]] = {}
+    offset: dict[tuple[str, str], tuple[float, float]] = {}
+    for stage in case.stages:
+        first = f"{stage.name}.{stage.members[0]}"
+        radii = stage_radii(case.view(stage.name))
+        arm, angle = radii.center_distance, stage.position
+        for part in stage.members[1:]:
+            apart = (0.0, 0.0)
+            if stage.kind == "parallel":
+                apart = (arm * math.cos(angle), arm * math.sin(angle))
+            offset[first, f"{stage.name}.{part}"] = apart
+    offset |= {(j.first, j.second): (0.0, 0.0) for j in case.joints}
+    for start in case.member_names():
+        waiting: list[str] = [] if start in across else [start]
+        across.setdefault(start, (0.0, 0.0))
+        while waiting:
+            here = waiting.pop()
+            v, w = across[here]
+            for (a, b), (dv, dw) in offset.items():
+                for end, other, sign in ((a, b, 1.0), (b, a, -1.0)):
+                    if end == here and other not in across:
+                        across[other] = (v + sign * dv, w + sign * dw)
+                        waiting.append(other)
+    placed, u = {}, 0.0
+    for stage in case.stages:
+        width = stage.gear_width
+        for part in stage.members:
+            name = f"{stage.name}.{part}"
+            placed[name] = (u + width / 2, *across[name])
+        u += 2 * width
+    return placed

@@ -123,8 +123,8 @@ def _member_of(assembly: Assembly, load: Component, members: list[Member]) -> Me
     mine = [m for m in members if m.body == body and m.anchor is not None]
     if not mine:
         return None
-    ways = {m: assembly.way_length(load, m.anchor) for m in mine if m.anchor is not None}
-    return min(mine, key=lambda m: ways[m])
+    lengths = {m: assembly.path_length(load, m.anchor) for m in mine if m.anchor is not None}
+    return min(mine, key=lambda m: lengths[m])
 
 
 def _signed(datum: Datum | None, turn: float) -> Datum | None:

@@ -17,8 +17,8 @@ _NO_SHIFT = 1e-6
 
 
 class StageWriter:
-    """Writes one stage into a case. teeth: by role; distance: between centres, mm; wanted: sum of
-    profile shifts without backlash, by gear mesh."""
+    """Writes one stage into a case. teeth: by role; distance: between centres, mm; shift_sums: sums
+    of profile shifts without backlash, by gear mesh."""
 
     def __init__(
         self, gears: GearReader, case: CaseText, where: str, stage: RexsStage, name: str
@@ -36,7 +36,7 @@ class StageWriter:
         self._widths()
         self.teeth = {role: self._teeth(role) for role in stage.roles}
         self.distance = self._distance()
-        self.wanted = {role: self._wanted(role) for role in stage.meshes}
+        self.shift_sums = {role: self._shift_sum(role) for role in stage.meshes}
 
     def write(self) -> Rack:
         """The sections [[stages]], [stages.sun] and so on. InputError where data are missing."""
@@ -255,13 +255,13 @@ class StageWriter:
         for role, meshes in self.stage.meshes.items():
             total = self._total_backlash([mesh.stage for mesh in meshes])
             sum_of_shifts = sum(shifts[end].value for end in self._pair(role))
-            free = self.wanted[role]
+            free = self.shift_sums[role]
             left = 0.0 if free is None else free - sum_of_shifts
             left *= 2 * self.rack.module * math.sin(self.rack.pressure_angle)
             key = f"backlash_{role}_mm"
             if total is not None and total.value - left >= -AGREES * self.rack.module:
-                asked = max(total.value - left, 0.0)
-                self.section.put(key, asked, f"{total.source}, less what profile shifts leave")
+                extra = max(total.value - left, 0.0)
+                self.section.put(key, extra, f"{total.source}, less what profile shifts leave")
             elif left < -AGREES * self.rack.module and self.distance is not None:
                 least = 1e3 * least_backlash(1e-3 * self.distance.value, 1e-3 * self.rack.module)
                 why = f"teeth overlap by {-left:.4g} mm at the file's centre distance; and {RULE}"
@@ -283,7 +283,7 @@ class StageWriter:
             role: self.gears.shift(self.stage.gears(role), self.rack) for role in self.stage.roles
         }
         hub = "planet" if self.stage.kind == "planetary" else "gear"
-        ring, of_ring = shifts.get("ring"), self.wanted.get("ring")
+        ring, of_ring = shifts.get("ring"), self.shift_sums.get("ring")
         planet = shifts.get(hub)
         if ring is not None and planet is not None and of_ring is not None:
             fits = [abs(sign * ring.value + planet.value - of_ring) for sign in (1, -1)]
@@ -303,7 +303,7 @@ class StageWriter:
 
     def _fill(self, shifts: dict[str, Datum | None], role: str) -> None:
         """Shifts of a gear mesh that the file does not give."""
-        total_shift, pair = self.wanted[role], self._pair(role)
+        total_shift, pair = self.shift_sums[role], self._pair(role)
         lacking = [role for role in pair if shifts[role] is None]
         if not lacking or total_shift is None or self.distance is None:
             return
@@ -336,7 +336,7 @@ class StageWriter:
         hub, mate = (self.rack.base(int(self.teeth[key].value)) / 2 for key in self._pair(role))
         return mate - hub if role == "ring" else mate + hub
 
-    def _wanted(self, role: str) -> float | None:
+    def _shift_sum(self, role: str) -> float | None:
         """Sum of profile shifts of a gear mesh without backlash:
 
         Σx = (z_1 + z_2)(inv α_w − inv α_t)/(2 tan α_n), the ring's z negative (ISO 21771).

@@ -50,10 +50,10 @@ def left_out(document: Document) -> list[str]:
             groups[component.kind, names, whole].append(str(component.id))
     lines = []
     for (kind, names, whole), ids in groups.items():
-        shown = ", ".join(ids[:_MOST_IDS]) + (
+        numbers = ", ".join(ids[:_MOST_IDS]) + (
             f" and {len(ids) - _MOST_IDS} more" * (len(ids) > _MOST_IDS)
         )
-        lines.append(f"{kind} {shown}: {'not carried over; ' if whole else ''}{names}")
+        lines.append(f"{kind} {numbers}: {'not carried over; ' if whole else ''}{names}")
     relations = Counter(r.kind for r in document.relations if not r.used)
     lines += [f"{count} relations of type {kind}" for kind, count in relations.items()]
     return lines + list(document.other)
@@ -272,8 +272,8 @@ class _Conversion:
     def _top(self, top: Section, racks: dict[str, Rack]) -> None:
         units = self.document.kind("gear_unit")
         title = next((u.name for u in units if u.name.strip()), "")
-        shown = "".join(c if c.isprintable() else " " for c in title)[:80]
-        top.put("title", shown or "Imported from REXS", units[0].label if shown else "")
+        printable = "".join(c if c.isprintable() else " " for c in title)[:80]
+        top.put("title", printable or "Imported from REXS", units[0].label if printable else "")
         helical = any(rack.helix for rack in racks.values())
         why = "helical stages push along the axis" if helical else "spur gears alone"
         self.case.assume(top, "kinematics", "axial" if helical else "planar", why)
