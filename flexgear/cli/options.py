@@ -157,7 +157,16 @@ TOLERANCE = (
     "face_load_factor.png",
     "largest_line_load.png",
 )
-_KINDS = {"run": "run", "check": "check", "tolerance": "tolerance study"}
+RATING = (
+    "rating.json",
+    "rating.nc",
+    "rating.csv",
+    "report.html",
+    "reserves.png",
+    "damage.png",
+    "duration.png",
+)
+_KINDS = {"run": "run", "check": "check", "tolerance": "tolerance study", "rating": "rating"}
 
 
 def claim_file(path: Path | None, origin: Origin, force: bool) -> None:

@@ -18,7 +18,7 @@ from flexgear.model.lubricant import Lubricant
 from flexgear.model.machine import TorqueHistory, check_machines
 from flexgear.model.member import CarrierMember, GearMember, Kinematics
 from flexgear.model.names import BodyName, Member, MemberName
-from flexgear.model.rating import Rating
+from flexgear.model.rating import Rating, check_rating
 from flexgear.model.read import Written, is_place, nearest, numbered, of_only_stage, put
 from flexgear.model.ring import Ring
 from flexgear.model.section import Missing, Refusal, Section
@@ -52,6 +52,7 @@ def check_case(case: Case) -> None:
     _check_held(case)
     check_machines(case)
     check_load_cases(case)
+    check_rating(case)
     _check_behind_shafts(case)
     _check_hubs(case)
 

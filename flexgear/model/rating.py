@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 from pydantic import Field, model_validator
 
+from flexgear.model.errors import echo
+from flexgear.model.read import nearest
 from flexgear.model.section import Missing, Refusal, Section
 from flexgear.model.units import Length, Stress
+
+if TYPE_CHECKING:
+    from flexgear.model.case import Case
 
 SteelKind = Literal[
     "case_hardened", "induction_hardened", "nitrided", "nitrided_through_hardening",
@@ -82,7 +87,33 @@ LIMITS = {  # least S_H, S_F, K_v, K_Hβ
 }
 
 
-class Rating(Section):
+class ForcedFactors(Section):
+    """Load factors that are given in place of those that the model or the norm tells.
+
+    k_gamma: mesh load factor K_γ of planets. k_v: dynamic factor. k_h_beta, k_f_beta: face load
+    factors of flank and root. k_h_alpha, k_f_alpha: transverse load factors.
+    """
+
+    k_gamma: float | None = Field(default=None, ge=1.0, le=10.0)
+    k_v: float | None = Field(default=None, ge=1.0, le=10.0)
+    k_h_beta: float | None = Field(default=None, ge=1.0, le=10.0)
+    k_f_beta: float | None = Field(default=None, ge=1.0, le=10.0)
+    k_h_alpha: float | None = Field(default=None, ge=1.0, le=10.0)
+    k_f_alpha: float | None = Field(default=None, ge=1.0, le=10.0)
+
+
+class GearMeshFactors(ForcedFactors):
+    """Factors of some gear meshes, in place of those for all.
+
+    stage: its name, every stage if left out. kind: sun (pinion and gear, too) or ring, both if left
+    out.
+    """
+
+    stage: str | None = None
+    kind: Literal["sun", "ring"] | None = None
+
+
+class Rating(ForcedFactors):
     """Rules by which the gears of a case are rated.
 
     edition: of ISO 6336, 2006 with deviations of ISO 1328-1:1995, or 2019 with those of 2013.
@@ -96,6 +127,10 @@ class Rating(Section):
     flanks). static_factors: whether factors of lubricant, roughness, notch and size hold for any
     number of cycles ("constant"), or go over to those of static stress below the knee of the curve
     ("interpolated", ISO 6336-2 and -3 method B).
+
+    gear_meshes: load factors of some gear meshes alone. gear_mesh_cycles: gear-mesh cycles of each
+    stage, at most, over which load factors are looked for, spread over a turn of the carrier;
+    positions_per_gear_mesh: equilibria in each.
     """
 
     edition: Literal[2006, 2019] = 2019
@@ -109,6 +144,19 @@ class Rating(Section):
     root_long_life_factor: float = Field(default=0.85, ge=0.85, le=1.0)
     limited_pitting: bool = False
     static_factors: Literal["constant", "interpolated"] = "constant"
+    gear_meshes: tuple[GearMeshFactors, ...] = ()
+    gear_mesh_cycles: int = Field(default=7, ge=1, le=10000)
+    positions_per_gear_mesh: int = Field(default=8, ge=2, le=1000)
+
+    def forced(self, stage: str, kind: str) -> ForcedFactors:
+        """Those of the gear meshes "sun" or "ring" of a stage; of several that name them the last
+        one."""
+        stated = {name: getattr(self, name) for name in ForcedFactors.model_fields}
+        for some in self.gear_meshes:
+            if some.stage in (None, stage) and some.kind in (None, kind):
+                values = {name: getattr(some, name) for name in ForcedFactors.model_fields}
+                stated |= {name: value for name, value in values.items() if value is not None}
+        return ForcedFactors(**stated)
 
     def _limit(self, place: int, stated: float | None) -> float:
         return LIMITS[self.limits][place] if stated is None else stated
@@ -132,3 +180,12 @@ class Rating(Section):
     def face_load_floor(self) -> float:
         """Lowest K_Hβ."""
         return self._limit(3, self.least_face_load_factor)
+
+
+def check_rating(case: Case) -> None:
+    """Refusal for factors of a stage that the case does not have."""
+    names = [stage.name for stage in case.stages]
+    for k, some in enumerate(case.rating.gear_meshes):
+        if some.stage not in (None, *names):
+            key = f"rating.gear_meshes.{k}.stage"
+            raise Refusal(key, f"{echo(some.stage)} is no stage", nearest(str(some.stage), names))

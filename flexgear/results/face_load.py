@@ -66,7 +66,7 @@ def misalignment_of_groups(figures: Mapping[str, Mapping[str, Any]]) -> dict[str
     return worst
 
 
-def _sharing_factor(of_flank: xr.Dataset) -> float:
+def sharing_factor(of_flank: xr.Dataset) -> float:
     """K_Hα of one flank: largest load of a pair over that which pairs sharing by their nominal
     stiffness on the path of contact would have, the force of the gear mesh being the same."""
     load, stiffness = of_flank["pair_load"], of_flank["pair_stiffness"]
@@ -164,7 +164,7 @@ FLANK_FIGURES = (
            "", _face_factor, "face load factor K_Hβ (ISO 6336-1)"),
     Figure("k_h_alpha", "1",
            "K_Hα, largest load of a pair over that of an accurate gear mesh under the same force",
-           "", _sharing_factor, "transverse load factor K_Hα (ISO 6336-1)"),
+           "", sharing_factor, "transverse load factor K_Hα (ISO 6336-1)"),
     Figure("instantaneous_peak_factor", "1", "largest over mean line load at one instant",
            "", _largest("instantaneous_peak_factor"), "largest over mean line load at any instant"),
     Figure("largest_line_load_n_per_mm", "N/mm", "largest line load",

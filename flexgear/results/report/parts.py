@@ -21,6 +21,12 @@ MARKS: dict[Level, str] = {
 }
 
 SECTIONS = {  # in the order of the page: heading and what the section answers
+    "rating": ("Safety and life", "The weakest parts first, and what is not assessed."),
+    "spectrum": ("Load spectrum", "What loads the train, and how long."),
+    "rating_gears": (
+        "Gears, factor by factor",
+        "Load factors of every gear mesh, and what flanks and roots bear, each with its source.",
+    ),
     "geometry": (
         "Geometry",
         "Gears, centre distances and what holds them, as the case gives them.",

@@ -1,0 +1,140 @@
+"""From load cases to safety, damage and life of gears and bearings."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from flexgear.cli.display import as_json_text, progress, resumable, table
+from flexgear.cli.options import (
+    RATING,
+    AsJson,
+    CaseName,
+    Force,
+    OutFolder,
+    Quiet,
+    Scheduler,
+    Settings,
+    Workers,
+    claim_folder,
+    earlier,
+    read_case,
+)
+from flexgear.files.atomic import staged_folder, write_json
+from flexgear.results.dataset_file import write_netcdf
+from flexgear.results.origin import origin_of_case
+from flexgear.results.rating import COLUMNS, Rating, rating_rows, rating_summary
+from flexgear.results.report.parts import MARKS
+from flexgear.results.report.rating_tables import (
+    SECTION,
+    rating_tables,
+    rating_verdicts,
+)
+from flexgear.results.report.tables import case_tables
+from flexgear.results.report.wording import number, with_unit
+from flexgear.results.version import version
+from flexgear.studies.rating import bins_of, finished, forget
+from flexgear.studies.rating import rate as rate_case
+from flexgear.views.interactive import panels_of
+from flexgear.views.rating_charts import damage_chart, safety_chart
+from flexgear.views.report import Picture, Side, write_report
+from flexgear.views.style import save_figure
+
+
+def rate(
+    case: CaseName,
+    settings: Settings = None,
+    workers: Workers = None,
+    scheduler: Scheduler = None,
+    out: OutFolder = None,
+    pictures: Annotated[bool, typer.Option(help="Draw pictures and the report.")] = True,
+    force: Force = False,
+    as_json: AsJson = False,
+    quiet: Quiet = False,
+) -> None:
+    """Safety, damage and life of gears and bearings under the load cases of a case."""
+    model = read_case(case, settings)
+    folder = Path("results") / f"rating-{model.name}" if out is None else out
+    claim_folder(folder, RATING, origin_of_case(model, "rating"), force)
+    bins = len(bins_of(model))
+    with (
+        resumable(lambda: finished(model), f"{bins} load bins"),
+        staged_folder(folder, earlier(RATING)) as stage,
+        progress(quiet) as report,
+    ):
+        rating = rate_case(
+            model, workers=workers, scheduler=scheduler, progress=report, keep_bins=True
+        )
+        summary = rating_summary(rating)
+        write_json(stage / "rating.json", summary)
+        write_netcdf(rating.dataset(), stage / "rating.nc")
+        _write_csv(rating, stage / "rating.csv")
+        if pictures:
+            _write_page(rating, stage)
+    forget(model)
+    if as_json:
+        typer.echo(as_json_text(summary))
+        return
+    _show(rating)
+    typer.echo(f"\nwrote {folder}")
+
+
+def _write_csv(rating: Rating, path: Path) -> None:
+    with open(path, "w", encoding="utf-8", newline="") as file:
+        rows = csv.writer(file)
+        rows.writerow(COLUMNS)
+        rows.writerows(rating_rows(rating))
+
+
+def _write_page(rating: Rating, folder: Path) -> None:
+    """The rating as a page of its own."""
+    case = rating.case
+    side = Side(
+        name=case.title or case.name,
+        lead=_lead(rating),
+        verdicts=rating_verdicts(rating),
+        tables=[*rating_tables(rating), *case_tables(case)],
+        pictures=list(_drawn(rating, folder)),
+        version=version(),
+        content_hash=case.content_hash(),
+    )
+    write_report(folder / "report.html", f"{case.name}: rating", case.name, [side])
+
+
+def _lead(rating: Rating) -> str:
+    positions = ", ".join(f"{count} of {stage}" for stage, count in rating.positions.items())
+    return (
+        f"{len(rating.bins)} load bins, {number(rating.hours)} h; in each equilibria at "
+        f"{positions or 'one position'}."
+    )
+
+
+def _drawn(rating: Rating, folder: Path) -> Iterator[Picture]:
+    data = rating.dataset()
+    figures = {
+        "reserves": (SECTION, "Load that parts bear", safety_chart(data),
+                     "Factor on all loads within the limits; below one the part fails them."),
+        "damage": (SECTION, "Damage by bin", damage_chart(data),
+                   "Share of the life that each bin takes, of the parts damaged most."),
+    }  # fmt: skip
+    for name, (section, caption, figure, sentence) in figures.items():
+        path = save_figure(figure, folder / f"{name}.png", dpi=150)
+        yield Picture(path.stem, section, caption, sentence, path, panels_of(figure))
+
+
+def _show(rating: Rating) -> None:
+    """First screen, then every table."""
+    typer.echo(f"{rating.case.name}: {_lead(rating)}")
+    verdicts = rating_verdicts(rating)
+    width = max(len(v.subject) for v in verdicts)
+    for verdict in verdicts:
+        mark = f"  [{MARKS[verdict.level]}]" if verdict.level != "note" else ""
+        typer.echo(f"  {verdict.subject:<{width}}  {verdict.figure}{mark}")
+        typer.echo(f"  {'':<{width}}    {verdict.sentence}")
+    for each in rating_tables(rating):
+        typer.echo("")
+        table(each.title, {row.label: with_unit(row.value, row.unit) for row in each.rows})

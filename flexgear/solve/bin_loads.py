@@ -1,0 +1,231 @@
+"""Equilibria of a train in the bins of a load spectrum, from one assembly, and its load factors.
+
+Torques and loads on members change from bin to bin, and only them: bodies, coupling and modes are
+those of the case. Every gear mesh is looked at over whole gear-mesh cycles, spread over the time
+until planets, errors and what stands in space come back together. Factors of a group of gear meshes
+that share a load, from the mean F̄_ic of planet i over gear-mesh cycle c:
+
+    K_γ = N F̄_ic/Σ_j F̄_jc,   K_Hβ = max_z W̄_ic(z) / mean_z W̄_ic(z),
+
+and K_Hα, largest load of a tooth pair over that of an accurate gear mesh under the same force (ISO
+6336-1). All three are of one planet in one cycle, that of the largest K_γ K_Hβ, the largest mean
+line load anywhere; largest factors of different planets or times would multiply too much, and those
+of the planet with the largest K_γ alone may miss the sector of a ring that a hub moment loads.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from flexgear.analysis.equilibrium import revolution
+from flexgear.arrays import Array
+from flexgear.gears.error_cycle import AngleSamples
+from flexgear.gears.face_load import factor_along
+from flexgear.gears.load_bins import LoadBin, case_in_bin
+from flexgear.gears.power_flow import PowerFlow, power_flow
+from flexgear.model.case import Case
+from flexgear.model.names import GroupName
+from flexgear.model.train import MemberLoad, varying
+from flexgear.results.face_load import sharing_factor
+from flexgear.results.labelled_dataset import groups_of
+from flexgear.results.load_sharing import carry_together, without_rounding
+from flexgear.solve.angles import samples_of_stage, stage_motions
+from flexgear.solve.bodies import Progress, silent
+from flexgear.solve.dataset import equilibrium_data
+from flexgear.solve.model import Model, assemble, rated_forces, rated_rotations
+
+
+@dataclass(frozen=True)
+class GroupLoads:
+    """Gear meshes that share a load, in one bin.
+
+    k_gamma, k_h_beta, k_h_alpha: of ``planet`` (from 1) in ``cycle`` (of those looked at, from 0),
+    NaN where the model does not tell. largest_share: K_γ of any planet in any cycle. drive: the
+    flanks carry that carry rated torque. mean_force: of one gear mesh, N.
+    """
+
+    k_gamma: float
+    k_h_beta: float
+    k_h_alpha: float
+    planet: int
+    cycle: int
+    largest_share: float
+    drive: bool
+    mean_force: float
+
+
+@dataclass(frozen=True)
+class BinLoads:
+    """What carries in a bin. groups: by name; those without load are left out. supports: by name,
+    force N and moment N m (p, 6) of bearings and other supports over the positions of their stage,
+    in the axes of their links; carrier_angle: by stage (p,), rad; closure: of the equilibria."""
+
+    groups: Mapping[GroupName, GroupLoads]
+    supports: Mapping[str, Array]
+    carrier_angle: Mapping[str, Array]
+    closure: float
+
+
+@dataclass(frozen=True)
+class SpectrumTrain:
+    """A train and all bins that are looked at. cycles: gear-mesh cycles of every stage, at most;
+    positions: in each. It is put together when a bin is first solved, in every process anew."""
+
+    case: Case
+    bins: tuple[LoadBin, ...]
+    cycles: int
+    positions: int
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {name: getattr(self, name) for name in ("case", "bins", "cycles", "positions")}
+
+    @cached_property
+    def largest_loads(self) -> dict[tuple[str, str], Array]:
+        """Largest components (6,) of the loads on members in any bin, by member and frame, in the
+        order of the model's load histories."""
+        largest: dict[tuple[str, str], Array] = {}
+        for load in (load for load_bin in self.bins for load in load_bin.loads):
+            place = (str(load.member), str(load.frame))
+            largest[place] = np.maximum(largest.get(place, np.zeros(6)), np.abs(load.first))
+        return largest
+
+    @cached_property
+    def model(self) -> Model:
+        """Assembled for these bins: every load on a member has a place that bins fill."""
+        return self.assembled()
+
+    def assembled(self, progress: Progress = silent) -> Model:
+        """The model, with the progress of its bodies."""
+        loads = tuple(_rising(*place, size) for place, size in self.largest_loads.items())
+        key = "solver.positions_per_gear_mesh"
+        return assemble(self.case.with_(loads=loads, **{key: self.positions}), progress=progress)
+
+    @cached_property
+    def samples(self) -> dict[str, AngleSamples]:
+        """Positions by stage that turns."""
+        motions = stage_motions(self.model.case, self.model.flow)
+        return {
+            m.name: samples_of_stage(self.model.case, motions, k, self.cycles, False)
+            for k, m in enumerate(motions)
+            if m.theta
+        }
+
+
+def _rising(member: str, frame: str, size: Array) -> MemberLoad:
+    """A load that has no components at t = 0, and later those of ``size`` (6,), N and N m: the
+    model has a place for each of them, which bins fill."""
+    none, parts = (0.0, 0.0, 0.0), tuple(map(float, size))
+    return MemberLoad.model_validate(
+        {
+            "member": member,
+            "frame": frame,
+            "times": (0.0, 1.0),
+            "forces": (none, parts[:3]),
+            "moments": (none, parts[3:]),
+        }
+    )
+
+
+def model_in_bin(train: SpectrumTrain, load_bin: LoadBin) -> Model:
+    """The model under the loads of a bin; nothing is coupled anew."""
+    case, model = case_in_bin(train.case, load_bin), train.model
+    flow = power_flow(case)
+    pairs, sizes = model.system.pairs, model.system.pairs.load_size.copy()
+    places = list(train.largest_loads)
+    components = np.zeros((len(places), 6))
+    for load in load_bin.loads:
+        components[places.index((str(load.member), str(load.frame)))] += load.first
+    share = np.array([components[k, c] / size for k, c, size in varying(model.case.loads)])
+    varies = pairs.load_history >= 0
+    sizes[varies] = share[pairs.load_history[varies]]
+    sizes[pairs.load_grows == 1] = _speed_share(model.flow, flow) ** 2
+    system = model.system.with_(pairs=pairs._replace(load_size=sizes))
+    return replace(
+        model,
+        case=case,
+        flow=flow,
+        system=system,
+        rated=rated_forces(flow, model.gear_meshes.names),
+        shared_modal=replace(model.modal, system=system),
+        with_errors=model,
+    )
+
+
+def loads_in_bin(train: SpectrumTrain, load_bin: LoadBin) -> BinLoads:
+    """Equilibria of a bin over all positions, and what follows from them."""
+    model = model_in_bin(train, load_bin)
+    lead = np.concatenate([s.angles for s in train.samples.values()] or [np.zeros(1)])
+    torques = np.array([[load_bin.torque[p.name] for p in model.system.ports]])
+    result = revolution(model.modal, rated_rotations(model.system, lead), torques)
+    data = equilibrium_data(model, result)
+    groups, supports, carrier = dict[GroupName, GroupLoads](), dict[str, Array](), {}
+    first = 0
+    for stage, samples in train.samples.items():
+        of_stage = data.isel(position=slice(first, first + len(samples.angles)))
+        first += len(samples.angles)
+        groups |= _groups(model, of_stage, stage, samples.per_gear_mesh)
+        carrier[stage] = of_stage["carrier_angle"].sel(turning_stage=stage).to_numpy()
+        for name in map(str, of_stage["support"].to_numpy() if "support" in data else ()):
+            if name.startswith(f"{stage}."):
+                supports[name] = of_stage["bearing_force"].sel(support=name).to_numpy()
+    return BinLoads(groups, supports, carrier, float(result.closure.max()))
+
+
+def _speed_share(rated: PowerFlow, flow: PowerFlow) -> float:
+    """Speed of a bin over rated speed, of the fastest member."""
+    fastest = max(rated.speed, key=lambda m: abs(rated.speed[m]))
+    return flow.speed[fastest] / rated.speed[fastest] if rated.speed[fastest] else 0.0
+
+
+def _groups(
+    model: Model, data: xr.Dataset, stage: str, per_cycle: int
+) -> dict[GroupName, GroupLoads]:
+    """Loads of the groups of a stage from positions of whole gear-mesh cycles."""
+    names, loads = model.gear_meshes.names, {}
+    force = without_rounding(data["gear_mesh_force"].to_numpy(), float(model.rated.max()))
+    gear_mesh = model.case.stage(stage).gear_mesh
+    for group, at in groups_of(names, 1).items():
+        means = force[:, at].reshape(-1, per_cycle, len(at)).mean(axis=1)
+        if group.stage != stage or not carry_together(means).all():
+            continue
+        drive = bool(means.sum() > 0)
+        shares = len(at) * means / means.sum(axis=1, keepdims=True)
+        flanks, along = None, np.ones_like(shares)
+        if gear_mesh.model in ("per_pair", "face_load"):
+            # flanks that also pull are the drive flanks, whichever way the load
+            sense = "drive" if drive or gear_mesh.contact_law == "linear" else "coast"
+            flanks = data.sel(flank=[f"{names[k]} {sense}" for k in at])
+        if flanks is not None and gear_mesh.model == "face_load":
+            along = _face_factors(flanks, per_cycle)
+        cycle, planet = np.unravel_index(int(np.argmax(shares * along)), shares.shape)
+        k_h_alpha = math.nan
+        if flanks is not None:
+            window = slice(cycle * per_cycle, (cycle + 1) * per_cycle)
+            of_flank = flanks.isel(position=window, flank=planet)
+            k_h_alpha = sharing_factor(of_flank.assign(pair_load=abs(of_flank["pair_load"])))
+        loads[group] = GroupLoads(
+            k_gamma=float(shares[cycle, planet]),
+            k_h_beta=float(along[cycle, planet]) if gear_mesh.model == "face_load" else math.nan,
+            k_h_alpha=k_h_alpha,
+            planet=int(planet) + 1,
+            cycle=int(cycle),
+            largest_share=float(shares.max()),
+            drive=drive,
+            mean_force=float(abs(means.mean())),
+        )
+    return loads
+
+
+def _face_factors(flanks: xr.Dataset, per_cycle: int) -> Array:
+    """K_Hβ (cycles, flanks) of flanks over each of their gear-mesh cycles."""
+    load = flanks["face_line_load"].to_numpy()
+    load = load.reshape(-1, per_cycle, *load.shape[1:]).mean(axis=1)
+    section = flanks["face_section"].to_numpy()
+    return np.array([[factor_along(w, s) for w, s in zip(c, section, strict=True)] for c in load])

@@ -1,0 +1,157 @@
+"""From load bins to safety, damage and life: equilibria of every bin, then gears and bearings.
+
+Bins are solved on their own, here, on other processes or on a cluster, and kept on disk until the
+rating is written, so that a stopped one goes on where it was. All that follows is in closed form.
+"""
+
+from __future__ import annotations
+
+import json
+from contextlib import closing
+from dataclasses import asdict
+
+import numpy as np
+
+from flexgear.gears.load_bins import LoadBin, case_in_bin
+from flexgear.gears.power_flow import power_flow
+from flexgear.model.case import Case
+from flexgear.model.errors import FlexgearError
+from flexgear.model.names import GroupName
+from flexgear.results.rating import NEVER, Rating
+from flexgear.solve.bin_loads import BinLoads, GroupLoads, SpectrumTrain, loads_in_bin
+from flexgear.solve.bodies import Progress, reduced_bodies, silent
+from flexgear.solve.load_bins import load_bins
+from flexgear.studies.dask_pool import reach
+from flexgear.studies.job_pool import run_jobs
+from flexgear.studies.rating_gears import rate_gears
+from flexgear.studies.study_store import StudyStore, study_folder
+
+FORMAT = 1  # of the files, and of the numerics behind them; raise it when either changes
+NO_SPECTRUM = "no load_cases: rated load without duration, so that there is no damage and no life"
+
+
+def rate(
+    case: Case,
+    *,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    progress: Progress = silent,
+    keep_bins: bool = False,
+) -> Rating:
+    """Safety, damage and life of all flanks, roots and bearings of a case under its load cases.
+
+    workers, scheduler: of the bins, as of other studies; keep_bins: leave finished bins on disk
+    until ``forget``. A case without load cases is rated at rated load. InputError where load cases
+    cannot be, FlexgearError where a bin has no equilibrium.
+    """
+    if scheduler is not None:
+        reach(scheduler)
+    bins = bins_of(case)
+    train = SpectrumTrain(
+        case, bins, case.rating.gear_mesh_cycles, case.rating.positions_per_gear_mesh
+    )
+    loads = _solved(train, workers, scheduler, progress)
+    flows = [power_flow(case_in_bin(case, b)) for b in bins]
+    gear_meshes, parts, missing = rate_gears(case, bins, flows, loads)
+    open_parts = {p.name: p.missing for p in parts if p.missing}
+    rating = Rating(
+        case=case,
+        variant=train.model.variant,
+        bins=bins,
+        gear_meshes=gear_meshes,
+        parts=parts,
+        reliability=None,
+        not_assessed={**missing, **open_parts, **_without_spectrum(case), **NEVER},
+        positions={stage: len(s.angles) for stage, s in train.samples.items()},
+        closure=max(x.closure for x in loads),
+    )
+    if not keep_bins:
+        forget(case)
+    return rating
+
+
+def bins_of(case: Case) -> tuple[LoadBin, ...]:
+    """Load bins of a case; rated load without duration where it states none."""
+    if case.load_cases:
+        return load_bins(case)
+    flow = power_flow(case)
+    torque = {port.member: flow.torque[port.member] for port in case.ports}
+    return (LoadBin("rated load", 0.0, torque, dict(flow.speed), case.loads, source=case.source),)
+
+
+def _without_spectrum(case: Case) -> dict[str, str]:
+    return {} if sum(b.hours for b in bins_of(case)) else {"damage and life": NO_SPECTRUM}
+
+
+def _solved(
+    train: SpectrumTrain, workers: int | None, scheduler: str | None, progress: Progress
+) -> list[BinLoads]:
+    """Loads of every bin, from the disk where they were found before."""
+    bins, store = train.bins, bin_store(train.case)
+    reduced_bodies(train.case, progress)  # into the cache, where every process finds them
+    finished = {k: x for k in range(len(bins)) if (x := store.get(_file(k))) is not None}
+    left = [k for k in range(len(bins)) if k not in finished]
+    if left:  # alone, so that others start with what it compiles and assembles
+        finished[left[0]] = loads_in_bin(train, bins[left[0]])
+        store.put(_file(left[0]), finished[left.pop(0)])
+    progress("load bins", len(finished) / len(bins))
+    runs = run_jobs(
+        loads_in_bin, train, [bins[k] for k in left], workers=workers, scheduler=scheduler
+    )
+    faults: dict[int, str] = {}
+    with closing(runs):
+        for at, outcome in runs:
+            if outcome.value is None:
+                faults[left[at]] = outcome.message
+                continue
+            finished[left[at]] = outcome.value
+            store.put(_file(left[at]), outcome.value)
+            progress("load bins", len(finished) / len(bins))
+    if faults:
+        first = min(faults)
+        where = f"{bins[first].name} ({bins[first].source})"
+        raise FlexgearError(
+            f"{len(faults)} of {len(bins)} load bins failed; {where}: {faults[first]}"
+        )
+    return [finished[k] for k in range(len(bins))]
+
+
+def bin_store(case: Case) -> StudyStore[BinLoads]:
+    """Store of the solved bins of a case, under a key of all that they depend on."""
+    content = {"format": FORMAT, "case": case.content_hash()}
+    return StudyStore(study_folder("rating", content), _packed, _unpacked)
+
+
+def finished(case: Case) -> int:
+    """Bins that an interrupted rating has left on disk."""
+    store = bin_store(case)
+    return sum(store.get(_file(k)) is not None for k in range(len(bins_of(case))))
+
+
+def forget(case: Case) -> None:
+    """Remove the finished bins of a rating."""
+    bin_store(case).clear()
+
+
+def _file(number: int) -> str:
+    return f"bin_{number}.json"
+
+
+def _packed(loads: BinLoads) -> bytes:
+    plain = {
+        "groups": {name: asdict(group) for name, group in loads.groups.items()},
+        "supports": {name: force.tolist() for name, force in loads.supports.items()},
+        "carrier_angle": {stage: angle.tolist() for stage, angle in loads.carrier_angle.items()},
+        "closure": loads.closure,
+    }
+    return json.dumps(plain).encode()
+
+
+def _unpacked(stored: bytes) -> BinLoads:
+    plain = json.loads(stored)
+    return BinLoads(
+        {GroupName.parse(name): GroupLoads(**group) for name, group in plain["groups"].items()},
+        {name: np.array(force) for name, force in plain["supports"].items()},
+        {stage: np.array(angle) for stage, angle in plain["carrier_angle"].items()},
+        plain["closure"],
+    )

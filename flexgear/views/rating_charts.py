@@ -1,0 +1,77 @@
+"""A rating in pictures: damage by bin, and safeties beside their limits."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator
+
+from flexgear.results.report.wording import words
+from flexgear.views.style import (
+    DEFORMED_COLOUR,
+    NEUTRAL,
+    PLANET_COLOURS,
+    panels,
+    styled,
+    text_only,
+)
+
+MOST_PARTS = 6  # in the picture of damage
+NAMED_BINS = 24  # more have no room for their names
+LEAST = 1e-6  # of the largest damage: less is not shown
+
+
+@styled
+def damage_chart(data: xr.Dataset) -> Figure:
+    """Damage (share of the life) that every bin takes, of the parts that are damaged most."""
+    damage = data["damage"].transpose("part", "bin").to_numpy()
+    total = np.where(np.isfinite(damage), damage, 0.0).sum(axis=1)
+    order = [k for k in np.argsort(-total) if total[k] > LEAST * total.max()][:MOST_PARTS]
+    if not total.any():
+        return text_only("No bin damages any part that is assessed")
+    names, count = data["bin"].to_numpy(), data.sizes["bin"]
+    figure, axes = panels(1, 1, height_mm=95)
+    ax, at = axes[0, 0], np.arange(count)
+    width = 0.8 / len(order)
+    for place, k in enumerate(order):
+        label = f"{words(str(data['part'].to_numpy()[k]))}: {total[k]:.3g}"
+        colour = PLANET_COLOURS[place]
+        if count <= NAMED_BINS:
+            ax.bar(at + (place - (len(order) - 1) / 2) * width, damage[k], width, color=colour,
+                   label=label)  # fmt: skip
+        else:
+            ax.step(at + 1, damage[k], where="mid", color=colour, lw=1.0, label=label)
+    ax.set_yscale("log")
+    ax.set_ylim(LEAST * damage[order].max(), 2 * damage[order].max())
+    ax.yaxis.set_major_locator(LogLocator(numticks=8))
+    ax.set_ylabel("damage in the bin (–)")
+    if count <= NAMED_BINS:
+        ax.set_xticks(at, [str(name) for name in names], rotation=60, ha="right")
+    else:
+        ax.set_xlabel("number of the bin (–)")
+    ax.grid(axis="x", visible=False)
+    figure.legend(loc="outside lower center", ncols=2)
+    return figure
+
+
+@styled
+def safety_chart(data: xr.Dataset) -> Figure:
+    """Factor on all loads that each part would bear within its limits; 1 is the limit."""
+    reserve = data["load_reserve"].to_numpy()
+    shown = [k for k in np.argsort(reserve) if np.isfinite(reserve[k]) and reserve[k] > 0.0]
+    if not shown:
+        return text_only("No part is assessed")
+    figure, axes = panels(1, 1, height_mm=24 + 6.5 * len(shown))
+    ax, at = axes[0, 0], np.arange(len(shown))
+    sizes = reserve[shown]
+    colours = [DEFORMED_COLOUR if size < 1.0 else PLANET_COLOURS[0] for size in sizes]
+    drawn = ax.barh(at, sizes, 0.7, color=colours)
+    ax.bar_label(drawn, [f"{size:.3g}" for size in sizes], padding=2, fontsize=7.5)
+    ax.axvline(1.0, color=NEUTRAL, lw=1.2, ls="--")
+    ax.set_yticks(at, [words(str(data["part"].to_numpy()[k])) for k in shown])
+    ax.invert_yaxis()
+    ax.set_xlabel("factor on all loads within the limits (–)")
+    ax.grid(axis="y", visible=False)
+    ax.margins(x=0.12)
+    return figure

@@ -1,0 +1,206 @@
+"""Ratings under load spectra: limits, invariances, hand calculations, through the public face."""
+
+import math
+from functools import cache
+
+import numpy as np
+import pytest
+
+from flexgear.model.load import load_case
+from flexgear.model.load_cases import LoadCase
+from flexgear.results.rating import rating_rows, rating_summary
+from flexgear.studies.rating import rate
+
+RATED = 5e6 / (12.1 * math.pi / 30)  # N m, of the first input
+FROZEN = {
+    "rating.k_gamma": 1.1,
+    "rating.k_v": 1.05,
+    "rating.k_h_beta": 1.2,
+    "rating.k_f_beta": 1.15,
+    "rating.k_h_alpha": 1.0,
+    "rating.k_f_alpha": 1.0,
+    "rating.gear_meshes": (),
+}
+
+
+def _cases(*states):
+    """Load cases of (name, hours, share of rated torque)."""
+    return tuple(
+        LoadCase(name=name, hours=hours, torque=share * RATED) for name, hours, share in states
+    )
+
+
+@cache
+def _train():
+    return load_case(
+        "nrel-5mw", {"rating.gear_mesh_cycles": 2, "rating.positions_per_gear_mesh": 4}
+    )
+
+
+@cache
+def _rated(*states, **changes):
+    return rate(_train().with_(load_cases=_cases(*states), **changes), workers=1)
+
+
+def _frozen(*states):
+    return _rated(*states, **FROZEN)
+
+
+def _damages(rating):
+    return {part.name: part.damage_sum for part in rating.parts if not part.missing}
+
+
+def test_equilibria_share_evenly_without_errors():
+    """No errors, weight or moments: cycle means of all planets are equal, K_γ = 1."""
+    rating = _rated(("rated", 1000.0, 1.0), **{"rating.gear_meshes": ()})
+    for gear_mesh in rating.gear_meshes:
+        k_gamma = next(f for f in gear_mesh.factors[0] if f.symbol == "K_γ")
+        assert k_gamma.value == pytest.approx(1.0, abs=1e-9)
+        assert k_gamma.source.startswith("computed")
+
+
+def test_splitting_and_order_of_bins_change_no_damage():
+    whole = _frozen(("a", 3000.0, 1.0), ("b", 500.0, 1.3))
+    split = _frozen(
+        ("b1", 200.0, 1.3), ("a1", 1000.0, 1.0), ("b2", 300.0, 1.3), ("a2", 2000.0, 1.0)
+    )
+    for name, damage in _damages(whole).items():
+        assert _damages(split)[name] == pytest.approx(damage, rel=1e-12)
+
+
+def test_hours_scale_damage_and_leave_life():
+    once, thrice = _frozen(("a", 1000.0, 1.2)), _frozen(("a", 3000.0, 1.2))
+    for one, three in zip(once.parts, thrice.parts, strict=True):
+        assert three.damage_sum == pytest.approx(3 * one.damage_sum, rel=1e-12)
+        assert three.life == pytest.approx(one.life, rel=1e-12)
+
+
+def test_one_bin_is_the_constant_load():
+    """Damage of one bin is n/N(σ) of its curve: at the safety S of the spectrum n = N(S σ)."""
+    rating = _frozen(("a", 20000.0, 1.0))
+    for part in rating.parts:
+        if part.kind != "bearing":
+            assert part.whole_safety == pytest.approx(part.safety[0], rel=1e-9)
+            assert part.life == pytest.approx(20000.0 / part.damage_sum, rel=1e-12)
+
+
+def test_damage_rises_by_the_slopes_of_the_curves():
+    """Case-hardened, beyond the knees with a life factor of 0.85 at 1e10 cycles: stresses of roots
+    grow with the load, those of flanks with its root."""
+    low, high = _frozen(("a", 50000.0, 0.5)), _frozen(("a", 50000.0, 0.505))
+    flank = math.log(1e10 / 5e7) / math.log(1 / 0.85) / 2
+    root = math.log(1e10 / 3e6) / math.log(1 / 0.85)
+    slopes = {"flank": flank, "root": root}
+    for one, other in zip(low.parts, high.parts, strict=True):
+        if one.name in ("stage_3.pinion flank", "stage_3.pinion root"):
+            slope = math.log(other.damage_sum / one.damage_sum) / math.log(1.01)
+            assert slope == pytest.approx(slopes[one.kind], rel=1e-6)
+    assert flank == pytest.approx(16.3, abs=0.05)
+    assert root == pytest.approx(50.0, abs=0.1)
+
+
+def _sun_pressure(force):
+    """σ_H of the sun of stage 1 without load factors, MPa, from the data of its gears: 19 and 17
+    teeth, module 45 mm, 20°, profile shifts 0.617 and 0.802, addendum 0.7584, 491 mm wide, centre
+    distance 863 mm; ISO 6336-2, the planet being the pinion. force: F_t, N."""
+    base = [0.5 * z * 45 * math.cos(math.radians(20)) for z in (19, 17)]
+    tip = [45 * (z / 2 + x + 0.7584) for z, x in ((19, 0.617), (17, 0.802))]
+    working = math.acos(sum(base) / 863)
+    pitch = math.pi * 45 * math.cos(math.radians(20))
+    tips = [math.sqrt(r**2 - b**2) for r, b in zip(tip, base, strict=True)]
+    path = 863 * math.sin(working)
+    ratio = (sum(tips) - path) / pitch
+    z_h = math.sqrt(2 * math.cos(working) / math.sin(working)) / math.cos(math.radians(20))
+    z_e = math.sqrt(210e3 / (2 * math.pi * (1 - 0.3**2)))
+    z_epsilon = math.sqrt((4 - ratio) / 3)
+    nominal = z_h * z_e * z_epsilon * math.sqrt(force / (17 * 45 * 491) * (19 + 17) / 19)
+    at_pitch = [b * math.tan(working) for b in base]
+    single = tips[0] - pitch  # curvature of the sun where its tooth begins to carry alone
+    z_d = math.sqrt(at_pitch[0] * at_pitch[1] / (single * (path - single)))
+    return max(z_d, 1.0) * nominal
+
+
+def test_forced_factors_reproduce_a_hand_calculation():
+    """σ_H = Z_D σ_H0 √(K_A K_γ K_v K_Hβ K_Hα), σ_F = σ_F0 K_A K_γ K_v K_Fβ K_Fα, cycles and F_t by
+    hand: sun N |n_s − n_c|, ring N n_c, planet n_p − n_c."""
+    rating = _frozen(("a", 1000.0, 1.0))
+    factors = {f.symbol: f for f in rating.gear_meshes[0].factors[0]}
+    stated = {"K_γ": 1.1, "K_v": 1.05, "K_Hβ": 1.2, "K_Fβ": 1.15, "K_Hα": 1.0, "K_Fα": 1.0}
+    assert {s: factors[s].value for s in stated} == stated
+    assert all(factors[s].source.startswith("key ") for s in stated)
+    parts = {part.name: part for part in rating.parts}
+    force = RATED * 19 / (19 + 56) / 3 / (0.5 * 19 * 0.045)
+    pressure = 1e6 * _sun_pressure(force) * math.sqrt(1.1 * 1.05 * 1.2)
+    assert parts["stage_1.sun flank"].load[0] == pytest.approx(pressure, rel=1e-9)
+    root = parts["stage_1.sun root"]
+    nominal = next(f.value for f in root.factors[0] if f.symbol == "σ_F0")
+    assert root.load[0] == pytest.approx(1e6 * nominal * 1.1 * 1.05 * 1.15, rel=1e-12)
+    carrier, minutes = 12.1, 60000.0
+    turns = {
+        "sun flank": 3 * 56 / 19 * carrier,
+        "ring root": 3 * carrier,
+        "planet flank to the sun": 56 / 17 * carrier,
+        "planet root to the ring": 56 / 17 * carrier,
+    }
+    for name, rpm in turns.items():
+        assert parts[f"stage_1.{name}"].cycles[0] == pytest.approx(rpm * minutes, rel=1e-12)
+
+
+def test_reversed_torque_loads_the_other_flanks():
+    """A planet's flank that presses the sun under rated torque presses the ring when reversed."""
+    case = _train().with_(
+        load_cases=(
+            *_cases(("drive", 1000.0, 1.0)),
+            LoadCase(name="coast", hours=10.0, torque=-0.5 * RATED, back_driven=True),
+        ),
+        **FROZEN,
+    )
+    parts = {part.name: part for part in rate(case, workers=1).parts}
+    assert parts["stage_1.sun flank"].load[1] == 0.0
+    assert parts["stage_1.sun coast flank"].load[0] == 0.0
+    to_sun, to_ring = (parts[f"stage_1.planet flank to the {x}"].load for x in ("sun", "ring"))
+    assert to_sun[0] == pytest.approx(parts["stage_1.sun flank"].load[0], rel=0.2)
+    assert to_sun[1] == pytest.approx(to_ring[0] * math.sqrt(0.5), rel=1e-6)
+
+
+def test_extreme_loads_damage_nothing_and_count_for_safety():
+    case = _train().with_(
+        load_cases=(
+            *_cases(("a", 1000.0, 1.0)),
+            LoadCase(name="x", extreme=True, torque=4 * RATED),
+        ),
+        **FROZEN,
+    )
+    with_it, without = rate(case, workers=1), _frozen(("a", 1000.0, 1.0))
+    assert _damages(with_it) == pytest.approx(_damages(without), rel=1e-12)
+    for part, other in zip(with_it.parts, without.parts, strict=True):
+        assert part.least_safety <= other.least_safety
+        assert part.governing_bin in (None, 1)
+
+
+def test_what_is_missing_is_not_assessed_by_name():
+    case = load_case(
+        "wind-5mw", {"rating.gear_mesh_cycles": 1, "rating.positions_per_gear_mesh": 2}
+    )
+    rating = rate(case, workers=1)
+    assert not [part for part in rating.parts if part.kind != "bearing"]
+    assert "K_Hβ is not known" in rating.not_assessed["stage sun"]
+    for name in ("micropitting", "scuffing", "shafts", "lubrication", "wear", "damage and life"):
+        assert name in rating.not_assessed
+    forced = rate(case.with_(**{"rating.k_h_beta": 1.2, "rating.k_v": 1.1}), workers=1)
+    assert forced.not_assessed["stage.sun flank"] == "stage.sun.rating.steel is missing"
+    assert all(p.missing for p in forced.parts)
+    assert all(p.load[0] > 0 for p in forced.parts if p.kind != "bearing")  # stresses are known
+
+
+def test_outputs_hold_every_part_and_bin():
+    rating = _frozen(("a", 1000.0, 1.0), ("b", 100.0, 1.2))
+    data, summary = rating.dataset(), rating_summary(rating)
+    for part in rating.parts:
+        values = data.sel(part=part.name)
+        assert values["damage"].to_numpy() == pytest.approx(part.damage, nan_ok=True)
+        assert summary["parts"][part.name]["damage"] == pytest.approx(part.damage_sum)
+    rows = list(rating_rows(rating))
+    found = {(of, b) for of, b, quantity, *_ in rows if quantity == "damage"}
+    assert found == {(p.name, b.name) for p in rating.parts for b in rating.bins}
+    assert np.isfinite(data["load_factor"].to_numpy()).all()
