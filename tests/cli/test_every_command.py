@@ -50,13 +50,15 @@ COMMANDS = {
               "--no-pictures"],
     "tolerance": ["-q", "--samples", 2, "--set", DRAWN, "--workers", 1, "--no-pictures",
                   "--set", "tolerance.positions_per_gear_mesh=4"],
+    "rate": ["-q", "--workers", 1, "--no-pictures", "--set", "rating.gear_mesh_cycles=1",
+             "--set", "rating.positions_per_gear_mesh=2"],
     "mesh": ["-q", "--component", "ring"],
     "reduce": ["-q"],
     "export --rexs": [],
     "export --reduced": ["-q"],
     "modify": ["-q"],
 }  # fmt: skip
-WRITES = ("sweep", "tolerance")
+WRITES = ("sweep", "tolerance", "rate")
 OF_A_RUN = {"run", "render"}
 OF_NO_CASE = {"cache", "cases", "doctor", "import", "new", "schema", "upgrade"}
 
