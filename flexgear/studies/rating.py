@@ -72,7 +72,7 @@ def rate(
 
 def bins_of(case: Case) -> tuple[LoadBin, ...]:
     """Load bins of a case; rated load without duration where it states none."""
-    if case.load_cases:
+    if case.load_cases or case.load_series is not None:
         return load_bins(case)
     flow = power_flow(case)
     torque = {port.member: flow.torque[port.member] for port in case.ports}
