@@ -19,9 +19,8 @@ from flexgear.gears.bearings.lubrication import (
     contamination_factor,
     life_modification,
     reference_viscosity,
-    viscosity_100_of_index,
+    viscosity_100,
     viscosity_at,
-    viscosity_index,
 )
 from flexgear.gears.bearings.reference_life import Lubrication, Ratings, row_lives
 from flexgear.gears.bearings.rows import BallRow, RollerRow, standard_drops
@@ -176,9 +175,10 @@ def test_viscosity():
     ends = [math.log10(math.log10(v + 0.7)) for v in (320, 24)]
     share = math.log(338.15 / 313.15) / math.log(373.15 / 313.15)
     assert middle == pytest.approx(ends[0] + share * (ends[1] - ends[0]), rel=1e-12)
-    for grade, thin in {32: 5.3, 68: 8.5, 150: 14.6, 320: 24.0, 680: 39.0}.items():
-        assert 1e6 * viscosity_100_of_index(1e-6 * grade) == pytest.approx(thin, rel=0.01)
-    assert viscosity_index(100e-6, viscosity_100_of_index(100e-6, 60)) == pytest.approx(60)
+    table = {5.0: (40.23, 28.49), 10.0: (147.7, 82.87), 20.0: (493.2, 229.5), 30.0: (1023, 422.0)}
+    for thin, (low, high) in table.items():  # L and H of ASTM D2270, VI = 100 (L − ν_40)/(L − H)
+        thick = low - 0.95 * (low - high)
+        assert 1e6 * viscosity_100(1e-6 * thick) == pytest.approx(thin, rel=3e-3)
     assert viscosity_at(Lubricant(viscosity_40=320e-6)) is None
     assert viscosity_at(Lubricant(viscosity_40=320e-6, operating_viscosity=9e-5)) == 9e-5
 

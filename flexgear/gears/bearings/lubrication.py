@@ -26,7 +26,6 @@ import math
 from typing import Literal
 
 import numpy as np
-import scipy
 from numpy.typing import ArrayLike
 
 from flexgear.arrays import Array
@@ -34,29 +33,14 @@ from flexgear.model.lubricant import Lubricant
 from flexgear.model.units import RPM
 
 Rolling = Literal["ball", "roller"]
-VISCOSITY_INDEX = 95.0
 LEAST_RATIO, LARGEST_RATIO = 0.1, 4.0  # of viscosities, in which a_ISO is stated
 LARGEST_FACTOR = 50.0
 
-# ν at 100 °C up to which L = a Y² + b Y + c and H = d Y² + e Y + f hold: ASTM D2270-10, appendix
-_INDEX = (
-    (3.8, 1.14673, 1.7576, -0.109, 0.84155, 1.5521, -0.077),
-    (4.4, 3.38095, -15.4952, 33.196, 0.78571, 1.7929, -0.183),
-    (5.0, 2.5000, -7.2143, 13.812, 0.82143, 1.5679, 0.119),
-    (6.4, 0.10100, 16.6350, -45.469, 0.04985, 9.1613, -18.557),
-    (7.0, 3.35714, -23.5643, 78.466, 0.22619, 7.7369, -16.656),
-    (7.7, 0.01191, 21.4750, -72.870, 0.79762, -0.7321, 14.610),
-    (9.0, 0.41858, 16.1558, -56.040, 0.05794, 10.5156, -28.240),
-    (12.0, 0.88779, 7.5527, -16.600, 0.26665, 6.7015, -10.810),
-    (15.0, 0.76720, 10.7972, -38.180, 0.20073, 8.4658, -22.490),
-    (18.0, 0.97305, 5.3135, -2.200, 0.28889, 5.9741, -4.930),
-    (22.0, 0.97256, 5.2500, -0.980, 0.24504, 7.4160, -16.730),
-    (28.0, 0.91413, 7.4759, -21.820, 0.20323, 9.1267, -34.230),
-    (40.0, 0.87031, 9.7157, -50.770, 0.18411, 10.1015, -46.750),
-    (55.0, 0.84703, 12.6752, -133.310, 0.17029, 11.4866, -80.620),
-    (70.0, 0.85921, 11.1009, -83.19, 0.17130, 11.3680, -76.940),
-    (math.inf, 0.83531, 14.6731, -216.246, 0.16841, 11.8493, -96.947),
-)
+# mm²/s at 40 and 100 °C of oils with a viscosity index of 95 (ASTM D2270, method A)
+_INDEX_95 = (
+    (10, 15, 22, 32, 46, 68, 100, 150, 220, 320, 460, 680, 1000, 1500),
+    (2.637, 3.381, 4.254, 5.29, 6.644, 8.53, 11.07, 14.54, 18.75, 23.95, 30.34, 39.1, 49.9, 64.2),
+)  # fmt: skip
 _CLEANLINESS = {  # c and b
     "-/13/10": (0.0864, 0.5663),
     "-/15/12": (0.0432, 0.9987),
@@ -69,25 +53,13 @@ _BRANCHES: dict[str, tuple[tuple[float, float, float], ...]] = {  # κ from whic
 }
 
 
-def viscosity_index(viscosity_40: float, viscosity_100: float) -> float:
-    """VI by method A (up to 100) of ASTM D2270; viscosities in m²/s, that at 100 °C >= 2 mm²/s."""
-    y = 1e6 * viscosity_100
-    _, a, b, c, d, e, f = next(row for row in _INDEX if y <= row[0])
-    low, high = a * y**2 + b * y + c, d * y**2 + e * y + f
-    return 100 * (low - 1e6 * viscosity_40) / (low - high)
-
-
-def viscosity_100_of_index(viscosity_40: float, index: float = VISCOSITY_INDEX) -> float:
-    """Viscosity at 100 °C, m²/s, of an oil of that viscosity index. ValueError for thinner oils
-    than the index is defined for."""
-
-    def excess(viscosity_100: float) -> float:
-        return viscosity_index(viscosity_40, viscosity_100) - index
-
-    low, high = 2e-6, 0.9 * viscosity_40
-    if high <= low or excess(low) * excess(high) > 0:
-        raise ValueError("the viscosity index is defined from 2 mm²/s at 100 °C")
-    return float(scipy.optimize.brentq(excess, low, high, xtol=1e-12))
+def viscosity_100(viscosity_40: float) -> float:
+    """ν at 100 °C of an oil with a viscosity index of 95, m²/s; from 10 to 1500 mm²/s at 40 °C,
+    beyond as at these ends."""
+    thick, thin = np.log(_INDEX_95)
+    place = math.log(1e6 * viscosity_40)
+    beyond = place - float(np.clip(place, thick[0], thick[-1]))
+    return float(1e-6 * np.exp(np.interp(place, thick, thin) + beyond))
 
 
 def viscosity_at(lubricant: Lubricant, temperature: float | None = None) -> float | None:
@@ -97,7 +69,7 @@ def viscosity_at(lubricant: Lubricant, temperature: float | None = None) -> floa
     at = lubricant.temperature if temperature is None else temperature
     if at is None:
         return None
-    thin = lubricant.viscosity_100 or viscosity_100_of_index(lubricant.viscosity_40)
+    thin = lubricant.viscosity_100 or viscosity_100(lubricant.viscosity_40)
     points = np.log10(np.log10(1e6 * np.array([lubricant.viscosity_40, thin]) + 0.7))
     kelvin = np.log10([313.15, 373.15])
     slope = (points[1] - points[0]) / (kelvin[1] - kelvin[0])
