@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from flexgear.face.case import Case as Case
     from flexgear.face.case import load_case as load_case
     from flexgear.face.model import Model as Model
+    from flexgear.face.runs import Rating as Rating
     from flexgear.face.runs import Run as Run
     from flexgear.face.runs import read_run as read_run
     from flexgear.face.runs import report as report
@@ -51,6 +52,7 @@ _HOME = {
     "load_case": "flexgear.face.case",
     "Model": "flexgear.face.model",
     "Run": "flexgear.face.runs",
+    "Rating": "flexgear.face.runs",
     "read_run": "flexgear.face.runs",
     "report": "flexgear.face.runs",
     "Comparison": "flexgear.face.accessor",
@@ -71,7 +73,17 @@ _HOME = {
     "tolerance": "flexgear.studies.tolerance",
 }
 
-_METHODS = {"assemble", "run", "static", "modes", "campbell", "transient", "deformed", "mode_field"}
+_METHODS = {
+    "assemble",
+    "run",
+    "rate",
+    "static",
+    "modes",
+    "campbell",
+    "transient",
+    "deformed",
+    "mode_field",
+}
 __all__ = ["__version__", *_HOME]
 
 

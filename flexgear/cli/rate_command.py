@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -31,8 +32,10 @@ from flexgear.results.rating import COLUMNS, Rating, rating_rows, rating_summary
 from flexgear.results.report.parts import MARKS
 from flexgear.results.report.rating_tables import (
     SECTION,
+    in_words,
     rating_tables,
     rating_verdicts,
+    spelled,
 )
 from flexgear.results.report.tables import case_tables
 from flexgear.results.report.wording import number, with_unit
@@ -60,27 +63,33 @@ def rate(
     model = read_case(case, settings)
     folder = Path("results") / f"rating-{model.name}" if out is None else out
     claim_folder(folder, RATING, origin_of_case(model, "rating"), force)
-    bins = len(bins_of(model))
-    with (
-        resumable(lambda: finished(model), f"{bins} load bins"),
-        staged_folder(folder, earlier(RATING)) as stage,
-        progress(quiet) as report,
-    ):
-        rating = rate_case(
-            model, workers=workers, scheduler=scheduler, progress=report, keep_bins=True
-        )
-        summary = rating_summary(rating)
-        write_json(stage / "rating.json", summary)
-        write_netcdf(rating.dataset(), stage / "rating.nc")
-        _write_csv(rating, stage / "rating.csv")
-        if pictures:
-            _write_page(rating, stage)
+    with staged_folder(folder, earlier(RATING)) as stage, progress(quiet) as report:
+        bins = bins_of(model, report)
+        with resumable(lambda: finished(model), f"{len(bins)} load bins"):
+            rating = rate_case(
+                model,
+                bins,
+                workers=workers,
+                scheduler=scheduler,
+                progress=report,
+                keep_bins=True,
+            )
+            save_rating(rating, stage, pictures)
     forget(model)
     if as_json:
-        typer.echo(as_json_text(summary))
+        typer.echo(as_json_text(rating_summary(rating)))
         return
     _show(rating)
     typer.echo(f"\nwrote {folder}")
+
+
+def save_rating(rating: Rating, folder: Path, pictures: bool = True) -> None:
+    """Figures, dataset, table and, with pictures, the page of a rating into a folder."""
+    write_json(folder / "rating.json", rating_summary(rating))
+    write_netcdf(rating.dataset(), folder / "rating.nc")
+    _write_csv(rating, folder / "rating.csv")
+    if pictures:
+        _write_page(rating, folder)
 
 
 def _write_csv(rating: Rating, path: Path) -> None:
@@ -95,9 +104,9 @@ def _write_page(rating: Rating, folder: Path) -> None:
     case = rating.case
     side = Side(
         name=case.title or case.name,
-        lead=_lead(rating),
-        verdicts=rating_verdicts(rating),
-        tables=[*rating_tables(rating), *case_tables(case)],
+        lead=spelled(_lead(rating)),
+        verdicts=[replace(v, sentence=spelled(v.sentence)) for v in rating_verdicts(rating)],
+        tables=[*map(in_words, rating_tables(rating)), *case_tables(case)],
         pictures=list(_drawn(rating, folder)),
         version=version(),
         content_hash=case.content_hash(),

@@ -20,6 +20,7 @@ from flexgear.results.report.wording import stage_line
 
 if TYPE_CHECKING:
     from flexgear.face.model import Model
+    from flexgear.face.runs import Rating
     from flexgear.solve.run import Run
     from flexgear.structures.reduced import ReducedBody
 
@@ -93,6 +94,27 @@ class Case(case.Case):
         from flexgear.face.runs import run_case
 
         return run_case(self, out, force, progress_or_bars(progress))
+
+    @checked
+    def rate(
+        self,
+        out: str | Path | None = None,
+        *,
+        force: bool = False,
+        workers: int | None = None,
+        progress: Progress | None = None,
+    ) -> Rating:
+        """Safety, damage and life of flanks, roots and bearings under the case's load cases, as
+        ``flexgear rate``.
+
+        out: folder for figures, dataset, table and page; force: replace files there that are no
+        earlier rating of this case; workers: processes that share the load cases, as many as pay if
+        left out. What the case lacks is named as not assessed. InputError for load cases that the
+        train cannot have.
+        """
+        from flexgear.face.runs import rate_case
+
+        return rate_case(self, out, force, workers, progress_or_bars(progress))
 
     def _repr_html_(self) -> str:
         stages = {stage.name: stage_line(stage) for stage in self.stages}

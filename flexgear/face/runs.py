@@ -1,20 +1,24 @@
-"""Whole runs: every analysis of a case, its folder, and its report."""
+"""Whole runs and ratings: every analysis of a case, its folder, and its report."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
 
-from flexgear.cli.options import RUN, claim_folder, earlier, save_or_rescue
+from flexgear.cli.options import RATING, RUN, claim_folder, earlier, save_or_rescue
+from flexgear.cli.rate_command import save_rating
 from flexgear.cli.run_commands import draw_again, save_run
 from flexgear.face import accessor as accessor  # datasets have ``.fg`` from here on
 from flexgear.face.notebook import Progress, html_table, progress_or_bars
 from flexgear.files.atomic import staged_folder
 from flexgear.model.case import Case
+from flexgear.results import rating
 from flexgear.results.origin import origin_of_case
+from flexgear.results.report.rating_tables import rating_verdicts
 from flexgear.results.run_folder import read_folder
 from flexgear.solve import run
 from flexgear.solve.headlines import verdicts
+from flexgear.studies.rating import rate
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -40,6 +44,29 @@ def run_case(case: Case, out: str | Path | None, force: bool, progress: Progress
         result = run.run(case, progress, place=stage)
         save_or_rescue(lambda place: save_run(result, place, progress), stage)
     return read_run(folder)
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class Rating(rating.Rating):
+    """Safety, damage and life of flanks, roots and bearings; ``dataset`` has all figures."""
+
+    def _repr_html_(self) -> str:
+        return html_table({row.subject: row.figure for row in rating_verdicts(self)})
+
+
+def rate_case(
+    case: Case, out: str | Path | None, force: bool, workers: int | None, progress: Progress
+) -> Rating:
+    """The rating of a case, with its results in the folder ``out`` if that is named."""
+    case.require_load()
+    if out is None:
+        return Rating(**vars(rate(case, workers=workers, progress=progress)))
+    folder = Path(out)
+    claim_folder(folder, RATING, origin_of_case(case, "rating"), force)
+    with staged_folder(folder, earlier(RATING)) as stage:
+        rated = rate(case, workers=workers, progress=progress)
+        save_or_rescue(lambda place: save_rating(rated, place), stage)
+    return Rating(**vars(rated))
 
 
 def read_run(folder: str | Path) -> Run:

@@ -15,6 +15,7 @@ from typing import Any, Literal
 
 import numpy as np
 import xarray as xr
+from numpy.typing import ArrayLike
 
 from flexgear.arrays import Array
 from flexgear.gears.load_bins import LoadBin
@@ -43,12 +44,14 @@ LIMITS: dict[Kind, str] = {
 
 @dataclass(frozen=True)
 class GearMeshRating:
-    """Load factors of a group of gear meshes, e.g. "stage_1 sun". factors: by bin, none without
-    load; planet: by bin, from 1, that they are of (0: none)."""
+    """Load factors of a group of gear meshes, e.g. "stage_1 sun", by bin. factors: none without
+    load; planet: from 1, that they are of (0: none); largest_k_gamma: that the model gives any
+    planet at any time, NaN without load."""
 
     name: str
     factors: tuple[tuple[Factor, ...], ...]
     planet: tuple[int, ...]
+    largest_k_gamma: tuple[float, ...]
 
 
 @dataclass(frozen=True)
@@ -57,12 +60,12 @@ class RatedPart:
 
     name: "stage_1.sun flank"; count: so many equal ones there are; load: stress Pa, of a bearing
     its equivalent load N, 0 where it is not loaded; cycles: of load, of a bearing revolutions;
-    safety: in the bin alone, NaN where there is none; damage: NaN where it is not assessed;
-    life: h, until the sum of damage is one, inf without damage; whole_safety: factor on the stress
-    (of a bearing on the load) at which the spectrum just lasts as long as the bins say; required:
-    least safety, of a bearing life in h, NaN where none is stated; exponent: of the load with which
-    stress, of a bearing damage grows; missing: why there is no figure; estimates: why there is no
-    verdict; factors: by bin.
+    safety: in the bin alone, of a bearing static, NaN where there is none; damage: NaN where it is
+    not assessed; life: h, until the sum of damage is one, inf without damage; whole_safety: factor
+    on the stress (of a bearing on the load) at which the spectrum just lasts as long as the bins
+    say; required: least safety, of a bearing life in h, NaN where none is stated; missing: why
+    there is no figure; estimates: why there is no verdict; factors: by bin; exponent: of the load
+    with which stress, of a bearing damage grows; rolling: "roller" or "ball" of a bearing.
     """
 
     name: str
@@ -80,6 +83,7 @@ class RatedPart:
     estimates: tuple[str, ...] = ()
     factors: tuple[tuple[Factor, ...], ...] = ()
     exponent: float = 1.0
+    rolling: str = ""
 
     @property
     def damage_sum(self) -> float:
@@ -109,7 +113,8 @@ class RatedPart:
     def reserve(self) -> float:
         """Factor on all loads within the limits; NaN where there is nothing to hold it to."""
         if self.kind == "bearing":
-            return (self.life / self.required) ** (1.0 / self.exponent)
+            lasting = (self.life / self.required) ** (1.0 / self.exponent)
+            return min([lasting, *(s for s in self.safety.tolist() if math.isfinite(s))])
         return float((self.least_safety / self.required) ** (1.0 / self.exponent))
 
     @property
@@ -185,6 +190,9 @@ _OF_BINS = {
     "load_factor": Quantity(
         ("bin", "gear_mesh", "factor"), "1", "load factor of ISO 6336", "where it is not known"
     ),
+    "largest_k_gamma": Quantity(
+        ("bin", "gear_mesh"), "1", "K_γ of any planet at any time", "without load"
+    ),
     "rated_planet": Quantity(
         ("bin", "gear_mesh"), "1", "planet, from 1, that the factors are of; 0: no load"
     ),
@@ -215,6 +223,7 @@ def rating_dataset(rating: Rating) -> xr.Dataset:
         "port_torque": np.array([[b.torque[m] for m in ports] for b in bins]),
         "member_speed": np.array([[b.speed[m] for m in members] for b in bins]),
         "load_factor": _factors(rating.gear_meshes, symbols, len(bins)),
+        "largest_k_gamma": _columns([g.largest_k_gamma for g in rating.gear_meshes], len(bins)),
         "rated_planet": np.array([g.planet for g in rating.gear_meshes]).reshape(-1, len(bins)).T,
     }
     declared = _OF_PARTS | _OF_BINS
@@ -243,7 +252,7 @@ def rating_dataset(rating: Rating) -> xr.Dataset:
     )  # fmt: skip
 
 
-def _columns(columns: Sequence[Array], bins: int) -> Array:
+def _columns(columns: Sequence[ArrayLike], bins: int) -> Array:
     """(B, n) of n columns (B,)."""
     return np.array(columns, dtype=float).reshape(-1, bins).T
 
@@ -319,8 +328,11 @@ def rating_summary(rating: Rating) -> dict[str, Any]:
         "weakest": [p.name for p in rating.ranked],
         "load_factors": {
             g.name: {
-                name: {f.symbol: f.value for f in factors} | {"planet": planet}
-                for name, factors, planet in zip(names, g.factors, g.planet, strict=True)
+                name: {f.symbol: f.value for f in factors}
+                | {"planet": planet, "largest_k_gamma": number(largest)}
+                for name, factors, planet, largest in zip(
+                    names, g.factors, g.planet, g.largest_k_gamma, strict=True
+                )
                 if factors
             }
             for g in rating.gear_meshes

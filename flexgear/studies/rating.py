@@ -7,6 +7,8 @@ rating is written, so that a stopped one goes on where it was. All that follows 
 from __future__ import annotations
 
 import json
+import math
+from collections.abc import Sequence
 from contextlib import closing
 from dataclasses import asdict
 
@@ -14,24 +16,28 @@ import numpy as np
 
 from flexgear.gears.load_bins import LoadBin, case_in_bin
 from flexgear.gears.power_flow import power_flow
+from flexgear.gears.reliability import Kind as WeibullKind
+from flexgear.gears.reliability import PartLife, system_reliability
 from flexgear.model.case import Case
 from flexgear.model.errors import FlexgearError
 from flexgear.model.names import GroupName
-from flexgear.results.rating import NEVER, Rating
+from flexgear.results.rating import NEVER, RatedPart, Rating
 from flexgear.solve.bin_loads import BinLoads, GroupLoads, SpectrumTrain, loads_in_bin
 from flexgear.solve.bodies import Progress, reduced_bodies, silent
 from flexgear.solve.load_bins import load_bins
 from flexgear.studies.dask_pool import reach
 from flexgear.studies.job_pool import run_jobs
+from flexgear.studies.rating_bearings import rate_bearings
 from flexgear.studies.rating_gears import rate_gears
 from flexgear.studies.study_store import StudyStore, study_folder
 
 FORMAT = 1  # of the files, and of the numerics behind them; raise it when either changes
-NO_SPECTRUM = "no load_cases: rated load without duration, so that there is no damage and no life"
+NO_SPECTRUM = "no load case has a duration, so that there is neither"
 
 
 def rate(
     case: Case,
+    bins: Sequence[LoadBin] = (),
     *,
     workers: int | None = None,
     scheduler: str | None = None,
@@ -40,19 +46,21 @@ def rate(
 ) -> Rating:
     """Safety, damage and life of all flanks, roots and bearings of a case under its load cases.
 
-    workers, scheduler: of the bins, as of other studies; keep_bins: leave finished bins on disk
+    bins: those of ``bins_of`` where they are known already. workers, scheduler: of the bins, as of
+    other studies; keep_bins: leave finished bins on disk
     until ``forget``. A case without load cases is rated at rated load. InputError where load cases
     cannot be, FlexgearError where a bin has no equilibrium.
     """
     if scheduler is not None:
         reach(scheduler)
-    bins = bins_of(case)
+    bins = tuple(bins) or bins_of(case, progress)
     train = SpectrumTrain(
         case, bins, case.rating.gear_mesh_cycles, case.rating.positions_per_gear_mesh
     )
     loads = _solved(train, workers, scheduler, progress)
     flows = [power_flow(case_in_bin(case, b)) for b in bins]
     gear_meshes, parts, missing = rate_gears(case, bins, flows, loads)
+    parts = (*parts, *rate_bearings(case, bins, flows, loads))
     open_parts = {p.name: p.missing for p in parts if p.missing}
     rating = Rating(
         case=case,
@@ -60,8 +68,8 @@ def rate(
         bins=bins,
         gear_meshes=gear_meshes,
         parts=parts,
-        reliability=None,
-        not_assessed={**missing, **open_parts, **_without_spectrum(case), **NEVER},
+        reliability=_reliability(parts, sum(b.hours for b in bins)),
+        not_assessed={**missing, **open_parts, **_without_spectrum(bins), **NEVER},
         positions={stage: len(s.angles) for stage, s in train.samples.items()},
         closure=max(x.closure for x in loads),
     )
@@ -70,17 +78,39 @@ def rate(
     return rating
 
 
-def bins_of(case: Case) -> tuple[LoadBin, ...]:
+LAWS: dict[tuple[str, str], WeibullKind] = {  # by kind of a part and of a bearing's elements
+    ("flank", ""): "pitting",
+    ("root", ""): "breakage",
+    ("bearing", "roller"): "roller",
+    ("bearing", "ball"): "ball",
+}
+
+
+def _reliability(parts: Sequence[RatedPart], hours: float) -> float | None:
+    """That no part fails within the bins' hours, each with a typical Weibull law of its kind; None
+    where none has a life."""
+    lives = [
+        PartLife.typical(LAWS[part.kind, part.rolling], part.life)
+        for part in parts
+        for _ in range(part.count)
+        if math.isfinite(part.life) and part.life > 0.0
+    ]
+    if any(part.life == 0.0 for part in parts):
+        return 0.0
+    return system_reliability(lives, hours) if lives else None
+
+
+def bins_of(case: Case, progress: Progress = silent) -> tuple[LoadBin, ...]:
     """Load bins of a case; rated load without duration where it states none."""
     if case.load_cases or case.load_series is not None:
-        return load_bins(case)
+        return load_bins(case, progress)
     flow = power_flow(case)
     torque = {port.member: flow.torque[port.member] for port in case.ports}
     return (LoadBin("rated load", 0.0, torque, dict(flow.speed), case.loads, source=case.source),)
 
 
-def _without_spectrum(case: Case) -> dict[str, str]:
-    return {} if sum(b.hours for b in bins_of(case)) else {"damage and life": NO_SPECTRUM}
+def _without_spectrum(bins: Sequence[LoadBin]) -> dict[str, str]:
+    return {} if sum(b.hours for b in bins) else {"damage and life": NO_SPECTRUM}
 
 
 def _solved(
@@ -124,8 +154,7 @@ def bin_store(case: Case) -> StudyStore[BinLoads]:
 
 def finished(case: Case) -> int:
     """Bins that an interrupted rating has left on disk."""
-    store = bin_store(case)
-    return sum(store.get(_file(k)) is not None for k in range(len(bins_of(case))))
+    return len(list(bin_store(case).folder.glob("bin_*.json")))
 
 
 def forget(case: Case) -> None:

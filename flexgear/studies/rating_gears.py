@@ -114,7 +114,8 @@ def _gear_mesh(
 ) -> GearMeshRating:
     at = [load.groups.get(group) for load in loads]
     planets = tuple(0 if g is None else g.planet for g in at)
-    return GearMeshRating(group, tuple(x.factors for x in of_bins), planets)
+    largest = tuple(math.nan if g is None else g.largest_share for g in at)
+    return GearMeshRating(group, tuple(x.factors for x in of_bins), planets, largest)
 
 
 def _append(

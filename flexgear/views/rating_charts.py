@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
-from matplotlib.ticker import LogLocator
+from matplotlib.ticker import LogLocator, NullLocator
 
 from flexgear.results.report.wording import words
 from flexgear.views.style import (
@@ -18,6 +18,7 @@ from flexgear.views.style import (
 )
 
 MOST_PARTS = 6  # in the picture of damage
+MOST_SHOWN = 24  # parts beside their limits, the weakest
 NAMED_BINS = 24  # more have no room for their names
 LEAST = 1e-6  # of the largest damage: less is not shown
 
@@ -59,7 +60,8 @@ def damage_chart(data: xr.Dataset) -> Figure:
 def safety_chart(data: xr.Dataset) -> Figure:
     """Factor on all loads that each part would bear within its limits; 1 is the limit."""
     reserve = data["load_reserve"].to_numpy()
-    shown = [k for k in np.argsort(reserve) if np.isfinite(reserve[k]) and reserve[k] > 0.0]
+    finite = [k for k in np.argsort(reserve) if np.isfinite(reserve[k]) and reserve[k] > 0.0]
+    shown = finite[:MOST_SHOWN]
     if not shown:
         return text_only("No part is assessed")
     figure, axes = panels(1, 1, height_mm=24 + 6.5 * len(shown))
@@ -67,11 +69,15 @@ def safety_chart(data: xr.Dataset) -> Figure:
     sizes = reserve[shown]
     colours = [DEFORMED_COLOUR if size < 1.0 else PLANET_COLOURS[0] for size in sizes]
     drawn = ax.barh(at, sizes, 0.7, color=colours)
+    ax.set_xscale("log")
+    ax.set_xlim(min(0.5, 0.7 * sizes.min()), max(2.0, 1.5 * sizes.max()))
+    ax.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    ax.xaxis.set_major_formatter(lambda value, _: f"{value:g}")
+    ax.xaxis.set_minor_locator(NullLocator())
     ax.bar_label(drawn, [f"{size:.3g}" for size in sizes], padding=2, fontsize=7.5)
     ax.axvline(1.0, color=NEUTRAL, lw=1.2, ls="--")
     ax.set_yticks(at, [words(str(data["part"].to_numpy()[k])) for k in shown])
     ax.invert_yaxis()
     ax.set_xlabel("factor on all loads within the limits (–)")
     ax.grid(axis="y", visible=False)
-    ax.margins(x=0.12)
     return figure

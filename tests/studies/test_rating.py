@@ -204,3 +204,55 @@ def test_outputs_hold_every_part_and_bin():
     found = {(of, b) for of, b, quantity, *_ in rows if quantity == "damage"}
     assert found == {(p.name, b.name) for p in rating.parts for b in rating.bins}
     assert np.isfinite(data["load_factor"].to_numpy()).all()
+
+
+def test_bearings_by_hand():
+    """L = (C/P)^{10/3}, two bearings share F = 2 F_t cos… of a planet: damage = turns/L, S_0 = 2
+    C_0/F; the load case with most of both is named."""
+    rating = _frozen(("a", 5000.0, 1.0), ("b", 100.0, 1.5))
+    planet = {p.name: p for p in rating.parts}["stage_1.planet_bearing_2"]
+    tangential = RATED / 3 / 0.863  # of the pin of a planet
+    force = planet.load[0]
+    assert force == pytest.approx(tangential, rel=0.01)  # radial forces are small beside it
+    assert force > tangential
+    rpm = 56 / 17 * 12.1
+    lives = [1e6 * (5500e3 / (share * force / 2)) ** (10 / 3) for share in (1.0, 1.5)]
+    damage = [60 * hours * rpm / life for hours, life in zip((5000, 100), lives, strict=True)]
+    assert planet.damage == pytest.approx(damage, rel=1e-9)
+    assert planet.life == pytest.approx(5100 / sum(damage), rel=1e-9)
+    assert planet.safety == pytest.approx([2 * 11e6 / force, 2 * 11e6 / force / 1.5], rel=1e-6)
+    assert planet.required == 5100.0 and planet.worst_bin == 0
+
+
+def test_reliability_falls_with_time_and_is_of_all_parts():
+    short, long = _frozen(("a", 1000.0, 1.2)), _frozen(("a", 100000.0, 1.2))
+    assert 0.0 < long.reliability < short.reliability <= 1.0
+
+
+def test_a_hub_moment_loads_planets_unevenly_and_its_sense_does_not_matter():
+    """Weight of a rotor on the carrier: K_γ above one; turned about the axis by a planet pitch or
+    mirrored nothing changes but which planet bears it."""
+    case = load_case(
+        "wind-5mw",
+        {
+            "stage.ring.fe.flexible": False,
+            "stage.carrier.fe.flexible": False,
+            "stage.sun.shaft.flexible": False,
+            "rating.gear_mesh_cycles": 5,
+            "rating.positions_per_gear_mesh": 4,
+            "rating.k_h_beta": 1.2,
+            "rating.k_v": 1.05,
+            "stage.errors": None,
+        },
+    )
+    rated = 4e6
+    states = [
+        LoadCase(name=f"{k}", hours=1.0, torque=rated, moment=moment)
+        for k, moment in enumerate(((0.0, 0.0, 0.0), (1e6, 0.0, 0.0), (-1e6, 0.0, 0.0)))
+    ]
+    rating = rate(case.with_(load_cases=tuple(states)), workers=1)
+    ring = next(g for g in rating.gear_meshes if g.name == "stage ring")
+    alone, one, other = ring.largest_k_gamma
+    assert alone == pytest.approx(1.0, abs=3e-3)
+    assert one > alone + 0.005, ring.largest_k_gamma
+    assert other == pytest.approx(one, rel=0.02)

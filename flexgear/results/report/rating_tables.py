@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator
+from dataclasses import replace
 
 from flexgear.gears.rating.rate import Factor
 from flexgear.model.units import RPM
 from flexgear.results.rating import LIMITS, RatedPart, Rating
-from flexgear.results.report.parts import Level, Row, Table, Verdict
+from flexgear.results.report.parts import Level, Row, Table, Value, Verdict
 from flexgear.results.report.wording import number, titled_by_stage, with_unit, words
 
 SECTION, GEARS, SPECTRUM = "rating", "rating_gears", "spectrum"
@@ -49,24 +51,25 @@ def _figure(part: RatedPart) -> str:
 
 
 def _sentence(rating: Rating, part: RatedPart) -> str:
-    """Where the least safety is from, damage, life, and which bin makes most of it."""
-    worst, at = rating.bins[part.worst_bin].name, part.governing_bin
-    governed = "" if at is None or part.kind == "bearing" else f"least in {rating.bins[at].name}; "
-    return governed + _damage(rating, part, worst)
-
-
-def _damage(rating: Rating, part: RatedPart, worst: str) -> str:
-    if not math.isfinite(part.damage_sum):
-        over = "above static strength" if part.damage_sum > 0 else "no load case with a duration"
-        return f"{over}, most loaded in {worst}."
-    if part.damage_sum == 0.0:
-        return f"no damage; {worst} loads it most."
-    share = with_unit(part.damage[part.worst_bin] / part.damage_sum, "share")
-    life = "" if part.kind == "bearing" else f", life {_hours(part.life)}"
-    text = (
-        f"damage {number(part.damage_sum)} in {_hours(rating.hours)}{life}; {worst} makes {share}"
-    )
-    return f"{text} of it."
+    """Where the least safety is from, damage, and which load case makes most of it."""
+    worst, at, total = rating.bins[part.worst_bin].name, part.governing_bin, part.damage_sum
+    texts = [] if at is None or part.kind == "bearing" else [f"least in {rating.bins[at].name}"]
+    if math.isnan(total):
+        texts.append(f"no load case with a duration, most loaded in {worst}")
+    elif math.isinf(total):
+        texts.append(f"above static strength in {worst}")
+    elif total < LEAST:
+        texts.append("damage below 10⁻⁶")
+    else:
+        share = with_unit(part.damage[part.worst_bin] / total, "share")
+        texts.append(f"damage {number(total, 3)}, {share} of it in {worst}")
+        texts += [] if part.kind == "bearing" else [f"life {_hours(part.life)}"]
+    static = [s for s in part.safety.tolist() if math.isfinite(s)]
+    if part.kind == "bearing" and static:
+        texts.append(f"static safety {number(min(static), 3)}")
+    if part.estimates:
+        texts.append(f"no verdict: {', '.join(t.split()[0] for t in part.estimates)} estimated")
+    return f"{'; '.join(texts)}."
 
 
 def _hours(value: float) -> str:
@@ -127,3 +130,21 @@ def _row(factor: Factor) -> Row:
     label = f"{factor.symbol}, {factor.meaning} ({factor.source})"
     unit = {"MPa": "MPa", "1": ""}.get(factor.unit, factor.unit)
     return Row(label, factor.value, unit)
+
+
+def in_words(table: Table) -> Table:
+    """The table with keys of cases as words, for pages."""
+    rows = [
+        replace(row, label=spelled(row.label), value=_spelled_value(row.value))
+        for row in table.rows
+    ]
+    return replace(table, title=spelled(table.title), rows=rows)
+
+
+def _spelled_value(value: Value) -> Value:
+    return spelled(value) if isinstance(value, str) else value
+
+
+def spelled(text: str) -> str:
+    """A text with keys as words: "rating.k_v" -> "rating.k v"."""
+    return re.sub(r"\b[a-z][a-z0-9]*(?:_[a-z0-9]+)+\b", lambda key: key[0].replace("_", " "), text)

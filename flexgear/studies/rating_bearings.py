@@ -1,0 +1,234 @@
+"""Bearings of a case over its load bins: basic life, reference life of rows, static safety.
+
+The load of a bearing over the positions of its stage becomes one constant load of the same damage
+(``solve.bearing_loads``). With the sizes of its rolling elements its rows are rated by ISO/TS
+16281, modified where the lubricant is known; without, its basic life follows from C (ISO 281).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from flexgear.gears.bearings.basic_life import EXPONENTS, rating_life
+from flexgear.gears.bearings.bearing import BearingRating, RollingBearing, rate_load
+from flexgear.gears.bearings.catalogue import rolling_bearing
+from flexgear.gears.bearings.lubrication import (
+    contamination_factor,
+    reference_viscosity,
+    viscosity_at,
+)
+from flexgear.gears.bearings.reference_life import Lubrication
+from flexgear.gears.load_bins import LoadBin
+from flexgear.gears.power_flow import PowerFlow
+from flexgear.gears.rating.rate import Factor
+from flexgear.model.case import Case
+from flexgear.model.errors import FlexgearError
+from flexgear.model.member import PlanetBearing, SeatBearing
+from flexgear.model.names import MemberName
+from flexgear.results.rating import RatedPart
+from flexgear.solve.bearing_loads import BearingLoad, bearing_load
+from flexgear.solve.bin_loads import BinLoads
+
+STEEL, HOUR = "ISO/TS 16281", 3600.0
+NO_LOAD = BearingLoad(0.0, 0.0, (0.0, 0.0), 0.0, "inner")
+NOTHING = 1e-6  # of the largest load of all bearings: less is rounding
+
+
+class _Place(NamedTuple):
+    """A bearing of the model. name: of its support; member: that turns in it."""
+
+    name: str
+    stage: str
+    section: PlanetBearing | SeatBearing
+    member: str
+
+    def speed(self, flow: PowerFlow) -> float:
+        """Of the inner against the outer ring, rad/s."""
+        if self.member == "planet":
+            return flow.stage(self.stage).planet_relative_speed
+        return flow.speed[f"{self.stage}.{self.member}"]
+
+
+class _InBin(NamedTuple):
+    """at: load of all bearings side by side; life: revolutions, inf without load; safety: static,
+    NaN where unknown; estimates, factors: see ``RatedPart``."""
+
+    at: BearingLoad
+    life: float
+    safety: float
+    estimates: tuple[str, ...]
+    factors: tuple[Factor, ...]
+
+
+def rate_bearings(
+    case: Case, bins: Sequence[LoadBin], flows: Sequence[PowerFlow], loads: Sequence[BinLoads]
+) -> tuple[RatedPart, ...]:
+    """Bearings of planets and of the seats of FE carriers."""
+    return tuple(_part(case, place, bins, flows, loads) for place in _places(case))
+
+
+def _places(case: Case) -> Iterator[_Place]:
+    for stage in case.stages:
+        view = case.view(stage.name)
+        if stage.kind == "planetary" and isinstance(stage.planet_bearing, PlanetBearing):
+            for planet in range(stage.planets):
+                name = MemberName.of(stage.name, f"planet_bearing_{planet + 1}")
+                yield _Place(name, stage.name, stage.planet_bearing, "planet")
+        for side, seat in view.seat_bearings.items():
+            name = MemberName.of(stage.name, f"carrier_{side}")
+            yield _Place(name, stage.name, seat, "carrier")
+
+
+def _part(
+    case: Case, place: _Place, bins: Sequence[LoadBin], flows: Sequence[PowerFlow],
+    loads: Sequence[BinLoads],
+) -> RatedPart:  # fmt: skip
+    section, hours = place.section, sum(b.hours for b in bins)
+    bearing, kind = rolling_bearing(section), section.rolling or "roller"
+    exponent = EXPONENTS[kind]
+    missing = _missing(place, bearing, loads)
+    states = [_unrated(place, x, exponent) for x in loads]
+    if not missing:
+        states = [
+            _rated(case, place, bearing, flow, state.at)
+            for flow, state in zip(flows, states, strict=True)
+        ]
+    cycles = np.array(
+        [b.turns(place.speed(flow)) for b, flow in zip(bins, flows, strict=True)], dtype=float
+    )
+    damage = np.array([n / x.life if n else 0.0 for n, x in zip(cycles, states, strict=True)])
+    damage[:] = damage if hours and not missing else math.nan
+    total = float(damage.sum())
+    lasts = math.inf if total == 0.0 else 1.0 / total
+    asked = section.required_life
+    return RatedPart(
+        name=place.name, stage=place.stage, kind="bearing", rolling=kind,
+        count=1 if isinstance(bearing, RollingBearing) else section.count,
+        load=np.array([x.at.radial for x in states]), cycles=cycles,
+        safety=np.array([x.safety for x in states]), damage=damage,
+        life=math.nan if math.isnan(total) else hours * lasts,
+        whole_safety=math.nan if math.isnan(total) else lasts ** (1.0 / exponent),
+        required=(hours or math.nan) if asked is None else asked / HOUR, missing=missing,
+        estimates=tuple(dict.fromkeys(text for x in states for text in x.estimates)),
+        factors=tuple(x.factors for x in states), exponent=exponent,
+    )  # fmt: skip
+
+
+def _missing(place: _Place, bearing: RollingBearing | str, loads: Sequence[BinLoads]) -> str:
+    """Why a bearing is not assessed."""
+    if any(place.name not in x.supports for x in loads):
+        return "the model has no such support"
+    if isinstance(bearing, RollingBearing) or place.section.dynamic_rating is not None:
+        return ""
+    return "dynamic_rating is missing"
+
+
+def _unrated(place: _Place, loads: BinLoads, exponent: float) -> _InBin:
+    """The load alone, zero where it is rounding beside that of other bearings."""
+    largest = max((float(np.abs(f[:, :3]).max()) for f in loads.supports.values()), default=0.0)
+    force = loads.supports.get(place.name, np.zeros((1, 6)))
+    turned = loads.carrier_angle.get(place.stage, np.zeros(1))
+    # springs act at z, which is not the middle of two rows unless rollers make them
+    z = place.section.z if place.section.rollers else 0.0
+    at = bearing_load(force, turned, exponent, z)
+    at = at if at.largest > NOTHING * largest else NO_LOAD
+    return _InBin(at, math.inf, math.nan, (), _loads(at))
+
+
+def _rated(
+    case: Case, place: _Place, bearing: RollingBearing | str, flow: PowerFlow, at: BearingLoad
+) -> _InBin:
+    if at.largest == 0.0:
+        return _InBin(at, math.inf, math.inf, (), _loads(at))
+    if isinstance(bearing, RollingBearing):
+        return _rows(case, bearing, at, place.speed(flow))
+    return _basic(place.section, at, EXPONENTS[place.section.rolling or "roller"])
+
+
+def _loads(at: BearingLoad) -> tuple[Factor, ...]:
+    how = "computed, equilibria of the bin"
+    return (
+        Factor("F_r", at.radial, "N", "constant radial load of the same damage", how),
+        Factor("F_a", at.axial, "N", "mean axial load", how),
+        Factor("M", math.hypot(*at.moment), "N m", "mean moment", how),
+        Factor("F_r,max", at.largest, "N", "largest radial load", how),
+    )
+
+
+def _basic(section: PlanetBearing | SeatBearing, at: BearingLoad, exponent: float) -> _InBin:
+    """Basic life of one of the bearings side by side, which share the radial load evenly."""
+    assert section.dynamic_rating is not None
+    each = at.radial / section.count
+    life = rating_life(section.dynamic_rating, each, exponent)
+    safety = math.nan
+    lines = [
+        *_loads(at),
+        Factor("C", section.dynamic_rating, "N", "dynamic rating", "key dynamic_rating"),
+    ]
+    if section.static_rating is not None:
+        safety = section.static_rating * section.count / at.largest
+        lines += [
+            Factor("C_0", section.static_rating, "N", "static rating", "key static_rating"),
+            Factor("S_0", safety, "", "static safety, radial load alone", "ISO 76"),
+        ]
+    lines.append(Factor("L_10", life / 1e6, "10⁶ rev", "basic life, radial load", "ISO 281"))
+    return _InBin(at, life, safety, (), tuple(lines))
+
+
+def _rows(case: Case, bearing: RollingBearing, at: BearingLoad, speed: float) -> _InBin:
+    """Rows in equilibrium with the load; thrust that cylindrical rollers cannot take is left to
+    their ribs, which are not rated."""
+    load = at.vector
+    if bearing.of_rollers and not any(row.contact_angle for row in bearing.rows):
+        load[2] = 0.0
+    lubrication = _lubrication(case, bearing, speed)
+    try:
+        rated = rate_load(bearing, load, at.stationary, lubrication)
+    except FlexgearError as error:
+        raise FlexgearError(f"a bearing under {at.radial:.4g} N: {error}") from None
+    life = rated.basic_life if rated.modified_life is None else rated.modified_life
+    safety = math.nan if rated.static_safety is None else rated.static_safety
+    factors = (*_loads(at), *_of_rows(bearing, rated, lubrication))
+    return _InBin(at, life, safety, bearing.estimates, factors)
+
+
+def _lubrication(case: Case, bearing: RollingBearing, speed: float) -> Lubrication | None:
+    """κ and e_C; None where lubricant, its temperature or its cleanliness are not stated."""
+    viscosity = None if case.lubricant is None else viscosity_at(case.lubricant)
+    if case.lubricant is None or viscosity is None or speed == 0.0:
+        return None
+    diameter = bearing.rows[0].pitch_diameter
+    ratio = viscosity / reference_viscosity(diameter, speed)
+    contamination = contamination_factor(case.lubricant, diameter, ratio)
+    return None if contamination is None else Lubrication(ratio, contamination)
+
+
+def _of_rows(
+    bearing: RollingBearing, rated: BearingRating, lubrication: Lubrication | None
+) -> Iterator[Factor]:
+    ratings = bearing.ratings
+    estimated = any(text.startswith("dynamic_rating") for text in bearing.estimates)
+    source = "estimate, ISO 281" if estimated else "key dynamic_rating"
+    yield Factor("C", ratings.dynamic_rating, "N", "dynamic rating of one bearing", source)
+    if lubrication is not None:
+        yield Factor("κ", lubrication.viscosity_ratio, "", "viscosity ratio", "ISO 281")
+        yield Factor("e_C", lubrication.contamination, "", "contamination factor", "ISO 281")
+    for k, row in enumerate(rated.rows, 1):
+        yield Factor(f"F_{k}", row.load[0], "N", f"radial load of row {k}", STEEL)
+        yield Factor(f"ψ_{k}", 1e3 * row.tilt, "mrad", f"tilt of row {k}", STEEL)
+        yield Factor(f"p_{k}", row.pressure / 1e6, "MPa", f"largest pressure of row {k}", STEEL)
+        yield Factor(f"L_10r,{k}", row.basic_life / 1e6, "10⁶ rev", f"life of row {k}", STEEL)
+        if row.modified_life is not None:
+            yield Factor(
+                f"L_nmr,{k}", row.modified_life / 1e6, "10⁶ rev", f"modified life of row {k}", STEEL
+            )
+    yield Factor("L_10r", rated.basic_life / 1e6, "10⁶ rev", "life of all rows", STEEL)
+    if rated.modified_life is not None:
+        text = "modified life of all rows"
+        yield Factor("L_nmr", rated.modified_life / 1e6, "10⁶ rev", text, STEEL)
+    if rated.static_safety is not None:
+        yield Factor("S_0", rated.static_safety, "", "static safety", "ISO 76")

@@ -1,0 +1,73 @@
+"""``flexgear rate``: what is printed, written and drawn, refused and resumed."""
+
+import csv
+import json
+
+import pytest
+from report_pages import require_sound
+
+from flexgear.results.dataset_file import load
+
+FEW = ["--set", "rating.gear_mesh_cycles=1", "--set", "rating.positions_per_gear_mesh=2"]
+
+
+@pytest.fixture(autouse=True)
+def cache(tmp_path, monkeypatch):
+    monkeypatch.setenv("FLEXGEAR_CACHE", str(tmp_path / "cache"))
+
+
+def test_screen_files_and_page(flexgear, tmp_path):
+    out = tmp_path / "sheet"
+    text = flexgear.out("rate", "nrel-5mw", *FEW, "--out", out, "-q")
+    first = text.splitlines()
+    assert first[0].startswith("nrel-5mw: 14 load bins")
+    assert "weakest part first" in text and "Not assessed" in text
+    assert "K_γ, load sharing of the planets (key k_gamma)" in text
+    assert "micropitting" in text and f"wrote {out}" in text
+    files = {"rating.json", "rating.nc", "rating.csv", "report.html", "reserves.png", "damage.png"}
+    assert files <= {path.name for path in out.iterdir()}
+    require_sound(out / "report.html", "rating", "spectrum", "rating_gears", "bearings", "case")
+    summary = json.loads((out / "rating.json").read_text())
+    assert summary["result"] == "rating" and summary["schema_version"] == 1
+    weakest = summary["parts"][summary["weakest"][0]]
+    reserves = [p["load_reserve"] for p in summary["parts"].values() if p.get("load_reserve")]
+    assert weakest["load_reserve"] == min(reserves)
+    data = load(out / "rating.nc")
+    assert data["stress"].attrs["units"] == "Pa"
+    with open(out / "rating.csv", encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    of_bin = {
+        r["quantity"]
+        for r in rows
+        if (r["of"], r["bin"]) == ("stage_1.sun flank", "extreme torque")
+    }
+    assert {"stress", "safety", "load_cycles", "Z_H", "σ_H"} <= of_bin
+    # an earlier rating of the case gives way, that of another does not
+    flexgear.out("rate", "nrel-5mw", *FEW, "--out", out, "-q", "--no-pictures")
+    assert "holds a rating of nrel-5mw" in flexgear.refused("rate", "lin-parker", "--out", out)
+
+
+def test_without_keys_of_rating(flexgear, tmp_path):
+    """Nothing is assumed: what is missing is named, and the command is content."""
+    summary = flexgear.json("rate", "pitch-drive", *FEW, "--out", tmp_path / "r", "--no-pictures")
+    assert summary["parts"] and all("not_assessed" in p for p in summary["parts"].values())
+    assert "K_Hβ is not known" in summary["not_assessed"]["stage_1 sun"]
+    assert summary["reliability"] is None
+
+
+@pytest.mark.parametrize(
+    ("more", "message"),
+    [
+        ('[[rating.gear_meshes]]\nstage = "stage_9"\nk_v = 1.1\n', "stage_9"),
+        ("[rating]\nk_v = 0.5\n", "rating.k_v"),
+        ('[[load_cases]]\nname = "x"\nhours = 1\ntorque_nm = -9\n', "against the rated sense"),
+        ('[[load_cases]]\nname = "x"\nhours = 1\nspeed_rpm = 999999\n', "check value and unit"),
+        ('[[load_cases]]\nname = "x"\ntorque_nm = 100\n', "hours"),
+    ],
+)
+def test_one_line_for_what_is_wrong(flexgear, tmp_path, more, message):
+    flexgear.out("cases", "pitch-drive", "--copy", tmp_path / "own.toml")
+    with open(tmp_path / "own.toml", "a", encoding="utf-8") as file:
+        file.write(f"\n{more}")
+    assert message in flexgear.refused("rate", tmp_path / "own.toml", "--out", tmp_path / "r")
+    assert not (tmp_path / "r").exists()
