@@ -1,12 +1,15 @@
-"""The worked example by the plain equations: equilibrium and life written down without flexgear."""
+"""Balls and rollers by the plain equations: equilibrium and life written down without flexgear."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 from scipy.integrate import quad
-from scipy.optimize import brentq
+from scipy.optimize import brentq, root
 
+from flexgear.gears.bearings.bearing import RollingBearing, rate_load
+from flexgear.gears.bearings.reference_life import Ratings
+from flexgear.gears.bearings.rows import RollerRow, standard_drops
 from iso_16281.example import LOADS, figure, rated
 from iso_16281.statements import published
 
@@ -76,3 +79,71 @@ def test_plain_equations(name: str, stiffness: float) -> None:
 
 def test_every_line_is_compared() -> None:
     assert len(published("load zone")) == 18 and len(published("ball bearing")) == 11
+
+
+ROLLERS = {"count": 12, "diameter": 15.0, "pitch": 75.0, "length": 16.0, "rating": 6e4}  # mm, N
+
+
+def plain_rollers(
+    load: float, moment: float, gap: float, laminae: int, turning: str, edges: bool, profile: bool
+) -> tuple[float, float, float]:
+    """δ_r (mm), tilt (rad) and L_10r (10⁶) of a row of rollers, element by element, in N and mm."""
+    z, d, dp, length, c = ROLLERS.values()
+    places = [((k + 0.5) / laminae - 0.5) * length for k in range(laminae)]
+    drops = [
+        0.00035 * d * np.log(1 / (1 - (2 * x / length) ** 2)) if profile else 0 for x in places
+    ]
+    angles = [2 * np.pi * (j + 0.5) / z for j in range(z)]  # two rollers beside the load
+
+    def loads(delta: float, tilt: float) -> np.ndarray:
+        out = np.zeros((z, laminae))
+        for j, phi in enumerate(angles):
+            for k, x in enumerate(places):
+                inward = delta * np.cos(phi) - gap + x * np.tan(tilt) * np.cos(phi) - 2 * drops[k]
+                if inward > 0:
+                    out[j, k] = 35948 * length ** (8 / 9) / laminae * inward ** (10 / 9)
+        return out
+
+    def balance(u: np.ndarray) -> list[float]:
+        q = loads(u[0] * 1e-3, u[1] * 1e-3) * np.cos(angles)[:, None]
+        return [q.sum() / load - 1, ((q @ places).sum() - moment) / load]
+
+    solution = root(balance, [1e3 * gap + 30, 0.1], tol=1e-12)
+    assert solution.success
+    delta, tilt = solution.x * 1e-3
+    q, total = loads(delta, tilt), 0.0
+    g = d / dp
+    t = 1.038 * ((1 - g) / (1 + g)) ** (143 / 108)
+    inner = c / (0.83 * 0.378 * z) * (1 + t**4.5) ** (2 / 9) / laminae ** (7 / 9)
+    outer = c / (0.83 * 0.364 * z) * (1 + t**-4.5) ** (2 / 9) / laminae ** (7 / 9)
+    powers = (4.0, 4.5) if turning == "inner" else (4.5, 4.0)
+    for k in range(laminae):
+        away = 1.985 * abs(2 * (k + 1) - laminae - 1) / (2 * laminae - 2)
+        factor = 1 - 0.01 / np.log(away) if edges else 1.0
+        for rated_load, w in zip((inner, outer), powers, strict=True):
+            equivalent = (sum((factor * load) ** w for load in q[:, k]) / z) ** (1 / w)
+            total += (equivalent / rated_load) ** 4.5
+    return delta, tilt, total ** (-8 / 9)
+
+
+@pytest.mark.parametrize("moment", [0.0, 1.5e4])
+@pytest.mark.parametrize("gap", [0.0, 0.02])
+@pytest.mark.parametrize(
+    ("turning", "edges", "profile"),
+    [("inner", True, True), ("outer", False, True), ("inner", False, False)],
+)
+def test_plain_rollers(moment: float, gap: float, turning: str, edges: bool, profile: bool) -> None:
+    """Tilt, clearance and profile; 8 kN, no moment or 15 N m."""
+    plain = plain_rollers(8e3, moment, gap, 30, turning, edges, profile)
+    z, d, dp, length, c = ROLLERS.values()
+    drops = standard_drops(d * 1e-3, length * 1e-3) if profile else (0.0,) * 30
+    row = RollerRow(
+        int(z), d * 1e-3, dp * 1e-3, 0.0, gap * 1e-3, 0.0, length * 1e-3, drops, edges,
+        phase=np.pi / z,
+    )  # fmt: skip
+    stationary = "outer" if turning == "inner" else "inner"
+    bearing = RollingBearing((row,), Ratings(c))
+    rating = rate_load(bearing, np.array([8e3, 0, 0, 0, moment * 1e-3]), stationary)
+    assert 1e3 * rating.motion[0] == pytest.approx(plain[0], rel=1e-7)
+    assert rating.motion[4] == pytest.approx(plain[1], rel=1e-6, abs=1e-10)
+    assert rating.basic_life / 1e6 == pytest.approx(plain[2], rel=1e-6)

@@ -29,7 +29,7 @@ Sources: ISO/TS 16281:2008, 4.2 and 5.2; Harris, Kotzalas 2006, ch. 6 and 7.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import ClassVar
 
@@ -70,7 +70,8 @@ class RowState:
 @dataclass(frozen=True)
 class Row:
     """count: Z; diameter: D_w or D_we, m; pitch_diameter: D_pw, m; contact_angle: nominal, rad;
-    gap: radial, on every side, m (negative: preload); position: z_0 of its middle, m."""
+    gap: radial, on every side, m (negative: preload); position: z_0 of its middle, m; phase: angle
+    of the first element from the load, rad."""
 
     count: int
     diameter: float
@@ -78,6 +79,7 @@ class Row:
     contact_angle: float = 0.0
     gap: float = 0.0
     position: float = 0.0
+    phase: float = field(default=0.0, kw_only=True)
 
     exponent: ClassVar[float]  # of load over approach
 
@@ -99,8 +101,8 @@ class Row:
         return radial, np.stack([zero, zero, zero + 1, r * s, -r * c], axis=1)
 
     def angles(self, first: float = 0.0) -> Array:
-        """ψ (Z,), rad; first: of the first element."""
-        return first + 2 * np.pi * np.arange(self.count) / self.count
+        """ψ (Z,), rad; first: from where ``phase`` counts."""
+        return first + self.phase + 2 * np.pi * np.arange(self.count) / self.count
 
     def state(self, motion: Array, first: float = 0.0) -> RowState:
         """Loads at a motion (5,)."""
