@@ -123,7 +123,10 @@ class Rating(ForcedFactors):
     least_flank_safety: S_Hmin. least_root_safety: S_Fmin. least_dynamic_factor: lowest K_v.
     least_face_load_factor: lowest K_Hβ; each in place of that of the set. flank_long_life_factor,
     root_long_life_factor: Z_NT and Y_NT at 1e10 cycles, 0.85, or up to 1 for the best material,
-    manufacture and experience. limited_pitting: whether some pits are allowed (not on nitrided
+    manufacture and experience. profile_modification_factor: f_ZCa of the edition of 2019, in Z_B
+    and Z_D of helical gears: 1.2 without profile modification, 1.07 with one by experience, 1 with
+    one that a computed load distribution has proven, as manuals of gear programs describe it; 1 is
+    assumed where it is left out. limited_pitting: whether some pits are allowed (not on nitrided
     flanks). static_factors: whether factors of lubricant, roughness, notch and size hold for any
     number of cycles ("constant"), or go over to those of static stress below the knee of the curve
     ("interpolated", ISO 6336-2 and -3 method B).
@@ -142,6 +145,7 @@ class Rating(ForcedFactors):
     least_face_load_factor: float | None = Field(default=None, ge=1.0, le=5.0)
     flank_long_life_factor: float = Field(default=0.85, ge=0.85, le=1.0)
     root_long_life_factor: float = Field(default=0.85, ge=0.85, le=1.0)
+    profile_modification_factor: float | None = Field(default=None, ge=1.0, le=1.2)
     limited_pitting: bool = False
     static_factors: Literal["constant", "interpolated"] = "constant"
     gear_meshes: tuple[GearMeshFactors, ...] = ()

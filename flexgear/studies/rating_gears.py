@@ -236,8 +236,8 @@ def _part(case: Case, place: _Place, history: History, bins: Sequence[LoadBin]) 
     lasting = [b for b in history if bins[b].hours > 0.0]
     for b, (state, count_of_bin) in history.items():
         load[b], cycles[b] = state.stress, count_of_bin
-        factors[b] = tuple(f for f in state.factors if not f.symbol.startswith("K_"))
         at = STATIC if bins[b].extreme else count_of_bin or ENDLESS
+        factors[b] = tuple(f for f in state.sheet(at) if not f.symbol.startswith("K_"))
         in_bin = state.safety(at)
         safety[b] = math.nan if in_bin is None else in_bin
     states = [state for state, _ in history.values()]

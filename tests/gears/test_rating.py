@@ -4,7 +4,7 @@ import math
 from dataclasses import replace
 
 import pytest
-from gears.rated_gears import PAIR, PLANETARY, case_of, pair_of
+from gears.rated_gears import PAIR, PLANETARY, case_of, method_b, pair_of
 from small_train import refused
 
 from flexgear.gears.geometry import stage_geometry
@@ -14,7 +14,6 @@ from flexgear.gears.rating.flank import contact_ratio_factor, single_pair_factor
 from flexgear.gears.rating.load_factors import (
     LoadFactors,
     dynamic_factor,
-    method_b,
     reduced_mass,
     root_face_factor,
     transverse_factors,
@@ -200,6 +199,36 @@ def test_editions_differ_by_z_beta_f_epsilon_and_y_beta(tmp_path):
     assert ratio == pytest.approx(share / cos**3, rel=1e-12)
 
 
+def test_helical_gears_of_2019_without_profile_modification_are_pressed_more(tmp_path):
+    """Z_B² by f_ZCa from ε_β = 1 on, by its share ε_β below; not in 2006, not of spur gears."""
+    key = "rating.profile_modification_factor"
+    for width, edition, angle in ((0.2, 2019, 8), (0.045, 2019, 8), (0.2, 2006, 8), (0.2, 2019, 0)):
+        changes = {"stage.face_width": width, "rating.edition": edition}
+        changes["stage.helix_angle"] = math.radians(angle)
+        bare, proven = (
+            pair_of(case_of(tmp_path, PAIR, **changes, **{key: f}))[0] for f in (1.2, 1.0)
+        )
+        share = min(bare.geometry.overlap_ratio, 1.0) if edition == 2019 else 0.0
+        more = share * (math.sqrt(1.2) - 1.0)
+        apart = single_pair_factor(bare, "sun") - single_pair_factor(proven, "sun")
+        assert apart == pytest.approx(more, abs=1e-12)
+
+
+def test_a_sheet_has_every_factor_of_its_safety(rated):
+    pair, load = rated
+    for letter, life in (("H", "Z_NT"), ("F", "Y_NT")):
+        state = rate(pair, load, LoadFactors(dynamic=1.2))["sun"]
+        state = state.flank if letter == "H" else state.root
+        lines = {f.symbol: f.value for f in state.sheet(1e6)}
+        chain = ("σ_Hlim", "Z_L", "Z_v", "Z_R", "Z_W", "Z_X", "Z_NT")
+        if letter == "F":
+            chain = ("σ_Flim", "Y_ST", "Y_δrelT", "Y_RrelT", "Y_X", "Y_M", "Y_NT")
+        strength = math.prod(lines[symbol] for symbol in chain)
+        assert lines[f"S_{letter}"] == pytest.approx(strength / lines[f"σ_{letter}"], rel=1e-12)
+        assert lines[f"σ_{letter}P"] == pytest.approx(strength / lines[f"S_{letter}min"], rel=1e-12)
+        assert lines["N_L"] == 1e6 and lines[life] > 1
+
+
 def test_stress_grows_with_the_root_of_the_force_and_root_stress_with_the_force(rated):
     pair, load = rated
     double = replace(load, tangential_force=2 * load.tangential_force)
@@ -335,8 +364,8 @@ def test_face_load_factor_of_the_root_is_below_that_of_the_flank_and_one_at_one(
 def test_floors_of_a_named_set_and_what_a_case_puts_in_their_place(tmp_path):
     changes = {"rating.limits": "wind", "rating.least_root_safety": 1.4}
     pair, load = pair_of(case_of(tmp_path, PLANETARY, **changes))
-    factors = method_b(pair, load, 1.0, dynamic=1.0)
-    assert (factors.dynamic, factors.face_flank) == (1.05, 1.15)
+    assert (pair.rules.dynamic_floor, pair.rules.face_load_floor) == (1.05, 1.15)
+    factors = LoadFactors()
     states = rate(pair, load, factors)
     assert states["sun"].flank.least_safety == 1.25
     assert states["sun"].root.least_safety == 1.4
@@ -370,7 +399,6 @@ def test_without_accuracy_there_is_no_factor_of_method_b(tmp_path):
     pair, load = pair_of(case_of(tmp_path, PLANETARY, **changes))
     assert dynamic_factor(pair, load, 1.0) is None
     assert transverse_factors(pair, load, 1.0) is None
-    assert method_b(pair, load, 1.1) is None
 
 
 def test_a_hardness_that_the_standard_has_no_strength_for_is_one_line(tmp_path):

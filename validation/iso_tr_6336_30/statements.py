@@ -11,7 +11,12 @@ from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.nominal_stress import virtual_teeth
 from flexgear.gears.power_flow import power_flow
 from flexgear.gears.rating.cycles import load_cycles
-from flexgear.gears.rating.load_factors import method_b
+from flexgear.gears.rating.load_factors import (
+    LoadFactors,
+    dynamic_factor,
+    root_face_factor,
+    transverse_factors,
+)
 from flexgear.gears.rating.pair import gear_pair, pair_load
 from flexgear.gears.rating.rate import rate
 from flexgear.model.load import load_case
@@ -30,8 +35,17 @@ def figures() -> dict[str, float]:
     view, flow = case.view(), power_flow(case).stages[0]
     pair = gear_pair(view, stage_geometry(view), "sun")
     load = pair_load(pair, flow)
-    factors = method_b(pair, load, FACE_LOAD_FACTOR)
-    assert factors is not None
+    dynamic = dynamic_factor(pair, load, 1.0)
+    assert dynamic is not None
+    transverse = transverse_factors(pair, load, dynamic.value * FACE_LOAD_FACTOR)
+    assert transverse is not None
+    factors = LoadFactors(
+        dynamic=dynamic.value,
+        face_flank=FACE_LOAD_FACTOR,
+        face_root=root_face_factor(pair, FACE_LOAD_FACTOR),
+        transverse_flank=transverse[0],
+        transverse_root=transverse[1],
+    )
     out = {
         "K_Fβ": factors.face_root,
         "K_Fα": factors.transverse_root,
@@ -43,14 +57,10 @@ def figures() -> dict[str, float]:
     states, rates = rate(pair, load, factors), load_cycles(view, flow)
     for place, part in GEARS.items():
         state, cycles = states[part].flank, rates["sun", part] * SECONDS
-        out |= {factor.symbol: factor.value for factor in state.factors}
-        life, permissible, safety = (
-            f(cycles) for f in (state.life_factor, state.permissible, state.safety)
-        )
-        assert life is not None and permissible is not None and safety is not None
+        lines = {factor.symbol: factor.value for factor in state.sheet(cycles)}
+        out |= lines
         out[f"z_n{place}"] = virtual_teeth(pair.gears[part].teeth, view.stage)
-        out[f"N_L{place}"], out[f"Z_NT{place}"] = cycles, life
-        out[f"σ_HP{place}"], out[f"S_H{place}"] = permissible / 1e6, safety
+        out |= {f"{name}{place}": lines[name] for name in ("N_L", "Z_NT", "σ_HP", "S_H")}
     return out
 
 

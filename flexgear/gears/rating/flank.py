@@ -7,7 +7,8 @@
     Z_H = √(2 cos β_b cos α_wt/(cos² α_t sin α_wt)),  Z_E = √(E/(2π (1 − ν²)))
     Z_ε² of ``nominal_stress``,  Z_β = √cos β (2006) or 1/√cos β (corrigendum of 2008, 2019)
     M = √(ρ_C1 ρ_C2/(ρ_1 ρ_2)) at the inner point of single contact of the gear;
-    Z_B, Z_D = M of spur gears, M − ε_β (M − 1) of helical ones, 1 where ε_β ≥ 1; at least 1
+    Z_B, Z_D = M of spur gears, M − ε_β (M − √f_ZCa) of helical ones, √f_ZCa where ε_β ≥ 1; at
+               least 1; f_ZCa = 1 (2006) or for the profile modification (2019)
 
     C_ZL = 0.83 + 0.08 (σ_Hlim − 850)/350,  850 ≤ σ_Hlim ≤ 1200 N/mm², of the softer gear
     Z_L = C_ZL + 4 (1 − C_ZL)/(1.2 + 134/ν_40)²                            ν_40 mm²/s
@@ -19,8 +20,8 @@
           harder such pinion, A = 0.00898 HB_1/HB_2 − 0.00829 for 1.2 ≤ HB_1/HB_2 ≤ 1.7, u ≤ 20
     Z_X = 1
 
-Lengths in µm and mm there. Source: ISO 6336-2:2006, clauses 5 to 14. A wheel that is a ring has
-Z_D = 1. From ε_α = 2 on the standard rates other points than these.
+Lengths in µm and mm there. Source: ISO 6336-2:2006, clauses 5 to 14; f_ZCa by manuals of gear
+programs. A ring has M = 1. From ε_α = 2 on the standard rates other points than these.
 """
 
 from __future__ import annotations
@@ -58,24 +59,29 @@ def helix_angle_factor(pair: GearPair) -> float:
     return root if pair.rules.edition == 2006 else 1.0 / root
 
 
+def profile_modification_factor(pair: GearPair) -> float:
+    """f_ZCa."""
+    stated = pair.rules.profile_modification_factor
+    return 1.0 if stated is None or pair.rules.edition == 2006 else stated
+
+
 def single_pair_factor(pair: GearPair, part: str) -> float:
     """Z_B, or Z_D of the wheel."""
-    gear_mesh = pair.geometry
-    overlap = gear_mesh.overlap_ratio
-    if overlap >= 1.0 or pair.gears[part].tooth.internal:
-        return 1.0
-    pitch_point = pair.gears["planet"].roll_length
-    inner = gear_mesh.s_hi - gear_mesh.base_pitch
-    if part != "planet":
-        inner = gear_mesh.s_lo + gear_mesh.base_pitch
-    flat = steep = 1.0
-    for each in pair.gears:
-        flat *= pair.curvature(each)
-        steep *= pair.curvature(each, inner - pitch_point)
-    if steep <= 0.0:
-        return math.inf
-    ratio = math.sqrt(flat / steep)
-    return max(1.0, ratio - overlap * (ratio - 1.0))
+    gear_mesh, ratio = pair.geometry, 1.0
+    overlap = min(gear_mesh.overlap_ratio, 1.0)
+    if overlap < 1.0 and not pair.gears[part].tooth.internal:
+        inner = gear_mesh.s_hi - gear_mesh.base_pitch
+        if part != "planet":
+            inner = gear_mesh.s_lo + gear_mesh.base_pitch
+        flat = steep = 1.0
+        for each in pair.gears:
+            flat *= pair.curvature(each)
+            steep *= pair.curvature(each, inner - pair.gears["planet"].roll_length)
+        if steep <= 0.0:
+            return math.inf
+        ratio = math.sqrt(flat / steep)
+    helical = math.sqrt(profile_modification_factor(pair))
+    return max(1.0, ratio - overlap * (ratio - helical))
 
 
 def nominal_pressure(pair: GearPair, load: PairLoad) -> float:

@@ -31,7 +31,7 @@ larger of both gears. c' falls with (w/100 N/mm)^{1/4} below that load.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from flexgear.gears.nominal_stress import flank_load_share
 from flexgear.gears.rating.pair import GearPair, PairLoad, RatedGear
@@ -39,7 +39,6 @@ from flexgear.gears.rating.steels import THROUGH_HARDENED
 
 LOW_LOAD = 1e5  # N/m, below which c' falls
 COARSE = 6  # accuracy grade, from which on B_k = 1
-_INFINITE = math.inf
 
 
 @dataclass(frozen=True)
@@ -111,7 +110,7 @@ def _run_in(gear: RatedGear, deviation: float, velocity: float) -> float | None:
     if isinstance(gear.flank_strength, str):
         return None
     strength = gear.flank_strength / 1e6
-    most = _INFINITE if velocity <= 5.0 else (12.8e-3 if velocity <= 10.0 else 6.4e-3) / strength
+    most = math.inf if velocity <= 5.0 else (12.8e-3 if velocity <= 10.0 else 6.4e-3) / strength
     return min(160.0 / strength * deviation, most)
 
 
@@ -232,32 +231,3 @@ def transverse_factors(pair: GearPair, load: PairLoad, ratio: float) -> tuple[fl
     else:
         value = 0.9 + uneven * math.sqrt(2.0 * (total - 1.0) / total)
     return max(min(value, flank_limit), 1.0), max(min(value, root_limit), 1.0)
-
-
-def method_b(
-    pair: GearPair,
-    load: PairLoad,
-    face_flank: float,
-    load_sharing: float = 1.0,
-    dynamic: float | None = None,
-) -> LoadFactors | None:
-    """All factors, with the floors of the case; face_flank: K_Hβ, load_sharing: K_γ, dynamic: K_v
-    from elsewhere. None where accuracy, steel or strength are not known."""
-    rules = pair.rules
-    factors = LoadFactors(rules.application_factor, load_sharing)
-    if dynamic is None:
-        by_rule = dynamic_factor(pair, load, factors.flank)
-        if by_rule is None:
-            return None
-        dynamic = by_rule.value
-    face = max(face_flank, rules.face_load_floor)
-    factors = replace(
-        factors,
-        dynamic=max(dynamic, rules.dynamic_floor),
-        face_flank=face,
-        face_root=root_face_factor(pair, face),
-    )
-    transverse = transverse_factors(pair, load, factors.flank)
-    if transverse is None:
-        return None
-    return replace(factors, transverse_flank=transverse[0], transverse_root=transverse[1])

@@ -20,6 +20,7 @@ from flexgear.gears.rating.steels import (
     root_roughness_factor,
     root_size_factor,
 )
+from flexgear.model.rating import Rating, SteelKind
 
 
 @dataclass(frozen=True)
@@ -35,18 +36,20 @@ class Factor:
 
 @dataclass(frozen=True)
 class LimitState:
-    """Flank or root of one gear under one load. nominal: σ_H0 or σ_F0, Pa; stress: σ_H or σ_F, Pa;
-    curve: σ_HG or σ_FG over cycles, None where ``missing`` names the key that it lacks, in the
-    gear's section ``rating`` or "lubricant"; knees: of the life factor; least_safety: S_Hmin or
-    S_Fmin; factors: all that were used, in order."""
+    """Flank or root of one gear under one load. letter: "H" or "F" of symbols; nominal: σ_H0 or
+    σ_F0, Pa; stress: σ_H or σ_F, Pa; curve: σ_HG or σ_FG over cycles, None where ``missing`` names
+    the key that it lacks, in the gear's section ``rating`` or "lubricant"; least_safety: S_Hmin or
+    S_Fmin; factors: all that do not depend on cycles, in order; reference: σ_G with a life factor
+    of 1, Pa."""
 
+    letter: str
     nominal: float
     stress: float
-    curve: LifeCurve | None
-    knees: Knees
     least_safety: float
     factors: tuple[Factor, ...]
     missing: str = ""
+    curve: LifeCurve | None = None
+    reference: float = math.nan
 
     def permissible(self, cycles: float) -> float | None:
         """σ_HP or σ_FP, Pa."""
@@ -58,12 +61,20 @@ class LimitState:
             return None
         return self.curve.stress_at(cycles) / self.stress if self.stress else math.inf
 
-    def life_factor(self, cycles: float) -> float | None:
-        """Z_NT or Y_NT."""
-        if not self.knees:
-            return None
-        numbers, factors = zip(*self.knees, strict=True)
-        return LifeCurve(numbers, factors).stress_at(cycles)
+    def sheet(self, cycles: float) -> tuple[Factor, ...]:
+        """``factors``, and N_L, Z_NT or Y_NT, permissible stress and safety."""
+        permissible, safety = self.permissible(cycles), self.safety(cycles)
+        if self.curve is None or permissible is None or safety is None:
+            return self.factors
+        letter, part = self.letter, "ISO 6336-2" if self.letter == "H" else "ISO 6336-3"
+        life = self.curve.stress_at(cycles) / self.reference
+        return (
+            *self.factors,
+            Factor("N_L", cycles, "", "load cycles", "ISO 6336-6"),
+            Factor("Z_NT" if letter == "H" else "Y_NT", life, "", "life factor", part),
+            Factor(f"σ_{letter}P", permissible / 1e6, "MPa", "permissible stress", part),
+            Factor(f"S_{letter}", safety, "", "safety", part),
+        )
 
 
 @dataclass(frozen=True)
@@ -89,14 +100,14 @@ def rate(
     return states
 
 
-def _common(pair: GearPair, load: PairLoad, factors: LoadFactors) -> list[Factor]:
-    part1 = "ISO 6336-1"
+def _nominal(pair: GearPair, load: PairLoad, factors: LoadFactors) -> list[Factor]:
+    source = "ISO 6336-1"
     return [
-        Factor("F_t", load.tangential_force, "N", "force at the reference circle", part1),
-        Factor("v", load.velocity, "m/s", "speed of the pitch line", part1),
-        Factor("K_A", factors.application, "", "application factor", part1),
-        Factor("K_γ", factors.load_sharing, "", "mesh load factor", part1),
-        Factor("K_v", factors.dynamic, "", "dynamic factor", part1),
+        Factor("F_t", load.tangential_force, "N", "force at the reference circle", source),
+        Factor("v", load.velocity, "m/s", "speed of the pitch line", source),
+        Factor("K_A", factors.application, "", "application factor", source),
+        Factor("K_γ", factors.load_sharing, "", "mesh load factor", source),
+        Factor("K_v", factors.dynamic, "", "dynamic factor", source),
     ]
 
 
@@ -105,34 +116,35 @@ def _flank(pair: GearPair, gear: RatedGear, load: PairLoad, factors: LoadFactors
     nominal = flank.nominal_pressure(pair, load)
     single = flank.single_pair_factor(pair, gear.part)
     stress = single * nominal * math.sqrt(factors.flank)
-    name = "Z_B" if gear is pair.pinion else "Z_D"
     lines = [
-        *_common(pair, load, factors),
+        *_nominal(pair, load, factors),
         Factor("K_Hβ", factors.face_flank, "", "face load factor", "ISO 6336-1"),
         Factor("K_Hα", factors.transverse_flank, "", "transverse load factor", "ISO 6336-1"),
         Factor("Z_H", flank.zone_factor(pair), "", "zone factor", source),
         Factor("Z_E", flank.elasticity_factor(pair) / 1e3, "√(N/mm²)", "elasticity factor", source),
         Factor("Z_ε", flank.contact_ratio_factor(pair), "", "contact ratio factor", source),
         Factor("Z_β", flank.helix_angle_factor(pair), "", "helix angle factor", source),
+    ]
+    if rules.edition != 2006 and pair.helix_angle:
+        where = "assumed" if rules.profile_modification_factor is None else "[rating]"
+        value = flank.profile_modification_factor(pair)
+        lines.append(Factor("f_ZCa", value, "", "profile modification factor", where))
+    name = "Z_B" if gear is pair.pinion else "Z_D"
+    lines += [
         Factor(name, single, "", "single pair tooth contact factor", source),
         Factor("σ_H0", nominal / 1e6, "MPa", "nominal contact stress", source),
         Factor("σ_H", stress / 1e6, "MPa", "contact stress", source),
     ]
     strength = _flank_strength(pair, gear, load)
     if isinstance(strength, str):
-        return LimitState(nominal, stress, None, (), rules.flank_safety, tuple(lines), strength)
-    assert gear.data.steel is not None
-    knees = flank_knees(gear.data.steel, rules.flank_long_life_factor, rules.limited_pitting)
-    reference = math.prod(line.value for line in strength[:-1])
+        return LimitState("H", nominal, stress, rules.flank_safety, tuple(lines), strength)
+    knees = flank_knees(_steel(gear), rules.flank_long_life_factor, rules.limited_pitting)
     static = strength[0].value * strength[4].value * strength[5].value
-    if rules.static_factors == "constant":
-        static = reference
-    curve = _curve(knees, 1e6 * reference, 1e6 * static)
-    return LimitState(nominal, stress, curve, knees, rules.flank_safety, (*lines, *strength))
+    return _limit("H", nominal, stress, rules, (lines, strength), knees, static)
 
 
 def _flank_strength(pair: GearPair, gear: RatedGear, load: PairLoad) -> list[Factor] | str:
-    """σ_Hlim and its factors, S_Hmin last, or the key that is missing."""
+    """σ_Hlim and its factors in this order, or the key that is missing."""
     source = "ISO 6336-2"
     if gear.data.steel is None:
         return "steel"
@@ -154,7 +166,6 @@ def _flank_strength(pair: GearPair, gear: RatedGear, load: PairLoad) -> list[Fac
         Factor("Z_R", flank.roughness_factor(pair, sum(peaks) / 2), "", "roughness factor", source),
         Factor("Z_W", hardening, "", "work hardening factor", source),
         Factor("Z_X", 1.0, "", "size factor", source),
-        Factor("S_Hmin", pair.rules.flank_safety, "", "least safety", "[rating]"),
     ]
 
 
@@ -165,7 +176,7 @@ def _root(
     nominal = root.nominal_root_stress(pair, gear, load)
     stress = nominal * factors.root
     lines = [
-        *_common(pair, load, factors),
+        *_nominal(pair, load, factors),
         Factor("K_Fβ", factors.face_root, "", "face load factor", "ISO 6336-1"),
         Factor("K_Fα", factors.transverse_root, "", "transverse load factor", "ISO 6336-1"),
         Factor("Y_F", root.form_factor(pair, gear), "", "form factor", source),
@@ -181,20 +192,15 @@ def _root(
     ]
     strength = _root_strength(pair, gear, reversal)
     if isinstance(strength, str):
-        return LimitState(nominal, stress, None, (), rules.root_safety, tuple(lines), strength)
-    assert gear.data.steel is not None
-    knees = root_knees(gear.data.steel, rules.root_long_life_factor)
-    limit, correction, sensitivity, _, _, mean, _ = (line.value for line in strength)
-    reference = math.prod(line.value for line in strength[:-1])
+        return LimitState("F", nominal, stress, rules.root_safety, tuple(lines), strength)
+    limit, correction, sensitivity, _, _, mean = (line.value for line in strength)
     static = limit * correction * root.static_notch_factor(gear, sensitivity) * mean
-    if rules.static_factors == "constant":
-        static = reference
-    curve = _curve(knees, 1e6 * reference, 1e6 * static)
-    return LimitState(nominal, stress, curve, knees, rules.root_safety, (*lines, *strength))
+    knees = root_knees(_steel(gear), rules.root_long_life_factor)
+    return _limit("F", nominal, stress, rules, (lines, strength), knees, static)
 
 
 def _root_strength(pair: GearPair, gear: RatedGear, reversal: float) -> list[Factor] | str:
-    """σ_Flim and its factors, S_Fmin last, or the key that is missing."""
+    """σ_Flim and its factors in this order, or the key that is missing."""
     source, steel = "ISO 6336-3", gear.data.steel
     if steel is None:
         return "steel"
@@ -218,13 +224,27 @@ def _root_strength(pair: GearPair, gear: RatedGear, reversal: float) -> list[Fac
         Factor("Y_RrelT", rough, "", "relative surface factor", source),
         Factor("Y_X", size, "", "size factor", source),
         Factor("Y_M", float(mean), "", "mean stress factor", source),
-        Factor("S_Fmin", pair.rules.root_safety, "", "least safety", "[rating]"),
     ]
 
 
-def _curve(knees: Knees, reference: float, static: float) -> LifeCurve:
-    """σ_G at the knees of a life factor, Pa: the first one with the static factors; not below what
-    follows."""
-    stress = [reference * factor for _, factor in knees]
-    stress[0] = max(static * knees[0][1], stress[1])
-    return LifeCurve(tuple(n for n, _ in knees), tuple(stress))
+def _steel(gear: RatedGear) -> SteelKind:
+    assert gear.data.steel is not None  # a gear without has no strength
+    return gear.data.steel
+
+
+def _limit(
+    letter: str, nominal: float, stress: float, rules: Rating,
+    lines: tuple[list[Factor], list[Factor]], knees: Knees, static: float,
+) -> LimitState:  # fmt: skip
+    """With the curve of what it bears: σ_lim times all factors of ``lines[1]`` times the life
+    factor, ``static`` (MPa) times it at the first knee, but not below what follows."""
+    least = rules.flank_safety if letter == "H" else rules.root_safety
+    reference = math.prod(line.value for line in lines[1])
+    first = reference if rules.static_factors == "constant" else static
+    stresses = [1e6 * reference * factor for _, factor in knees]
+    stresses[0] = max(1e6 * first * knees[0][1], stresses[1])
+    curve = LifeCurve(tuple(n for n, _ in knees), tuple(stresses))
+    last = Factor(f"S_{letter}min", least, "", "least safety", "[rating]")
+    return LimitState(
+        letter, nominal, stress, least, (*lines[0], *lines[1], last), "", curve, 1e6 * reference
+    )
