@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 
+from flexgear.files.rexs import modification_table as table
 from flexgear.files.rexs.outgoing import (
     GearsOut,
     Outgoing,
@@ -53,7 +54,7 @@ def not_written(case: Case) -> list[str]:
                 lost.append(f"stages.{stage.name}.{name}: its moment of inertia")
             if isinstance(member, MatedGear | PlanetGear):
                 where = f"stages.{stage.name}.{name}.modifications"
-                lost += [f"{where}.{key}" for key in _tables(member.modifications)]
+                lost += [f"{where}.{key}" for key in _unwritten(member.modifications)]
         if stage.is_flexible:
             lost.append(
                 f"stages.{stage.name}: FE bodies of ring and carrier, their bearings, shaft"
@@ -61,13 +62,16 @@ def not_written(case: Case) -> list[str]:
     return lost
 
 
-def _tables(modifications: FlankModifications) -> list[str]:
-    """Flanks given point by point."""
+def _unwritten(modifications: FlankModifications) -> list[str]:
+    """Modifications of a gear, of both flanks or of one, that REXS has no component for."""
     owners = {
         "": modifications,
         **{f"{name}.": getattr(modifications, name, None) for name in FLANKS},
     }
-    return [f"{name}table" for name, owner in owners.items() if owner is not None and owner.table]
+    kinds = FlankModifications.model_fields.keys() - table.KEYS
+    return [
+        f"{name}{k}" for name, owner in owners.items() for k in kinds if getattr(owner, k, None)
+    ]
 
 
 def _set(section: Section, before: str, written: set[str]) -> list[str]:

@@ -67,6 +67,11 @@ SLOPES = {  # REXS component and its attribute: key of a case, whether its sign 
 }
 FORMS = ("linear", "parabolic")
 END_RELIEF = "end_relief"
+KEYS = {  # fields of a case's ``FlankModifications`` that REXS has
+    *(key.removesuffix("_um") for key, _ in (*CROWNINGS.values(), *SLOPES.values())),
+    *RELIEFS,
+    END_RELIEF,
+}
 AS_HERE = {  # what a case means anyway; other values are listed
     "shape_of_profile_crowning": ("parabolic",),
     "shape_of_helix_crowning": ("parabolic",),

@@ -28,7 +28,15 @@ from flexgear.results.report.wording import (
     with_unit,
     words,
 )
-from flexgear.results.stage_figures import LIVES, MEMBERS, MESHES, ROOTS, SEATS, TRAIN
+from flexgear.results.stage_figures import (
+    LIVES,
+    MEMBERS,
+    MESHES,
+    PLANET_BEARINGS,
+    ROOTS,
+    SEATS,
+    TRAIN,
+)
 from flexgear.results.time_figures import DISTANCES, DROP, FORCES, RIM, STAGE_DROP, STEADY
 
 Summary = Mapping[str, Any]
@@ -133,6 +141,7 @@ def _bearings(case: Case, flow: PowerFlow, summary: Summary) -> Iterator[Table]:
             ),
             Row("bearings side by side", case.stage(at.name).planet_bearing.count),
             Row("basic rating life (ISO 281), nominal", nominal, "h"),
+            *rows(PLANET_BEARINGS, figures),
         ]
         yield Table("bearings", titled_by_stage("planet bearings", at.name), loads)
         yield Table(
