@@ -23,7 +23,7 @@ from flexgear.coupling.kernels.elements import packed, pair_rows
 from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.system import RotatingFrameSupport
 from flexgear.model.springs import at_height
-from flexgear.structures.kinematics import turn
+from flexgear.structures.kinematics import rotation
 
 Result = Equilibrium | Transient
 BLOCK = 128  # samples over which few of a ring's teeth carry load
@@ -182,17 +182,27 @@ class Recovery:
         """6-vectors (t, 6) turned by one of the system's angles, −1: by none; sense: 1 or −1."""
         if angle < 0:
             return vectors
-        turns = [turn(sense * float(t)) for t in self.result.theta[:, angle]]
-        return np.einsum("tij,tj->ti", np.reshape(turns, (-1, 6, 6)), vectors)
+        turns = rotation(sense * self.result.theta[:, angle])
+        return np.einsum("tij,tkj->tki", turns, vectors.reshape(-1, 2, 3)).reshape(-1, 6)
+
+    @cached_property
+    def _support_motions(self) -> dict[str, tuple[Array, Array]]:
+        """Motions (t, 6) of the nodes of all supports in turning frames, and of their housing."""
+        supports = self.modal.system.rotating_frame_supports
+        motions = self.named(
+            "supports", lambda: np.vstack([np.vstack([s.rows, s.housing]) for s in supports])
+        )
+        return {
+            support.name: (motions[:, at : at + 6], motions[:, at + 6 : at + 12])
+            for support, at in zip(supports, range(0, 12 * len(supports), 12), strict=True)
+        }
 
     def _turning_force(self, support: RotatingFrameSupport) -> Array:
-        node, housing = self.motion(support.rows), self.motion(support.housing)
-        out = np.empty_like(node)
-        for t, theta in enumerate(self.result.theta):
-            r = turn(float(theta[support.angle]) if support.angle >= 0 else 0.0)
-            other = turn(float(theta[support.housing_angle]) if support.housing_angle >= 0 else 0.0)
-            out[t] = r.T @ (support.matrix @ (r @ node[t] - other @ housing[t]))
-        return out
+        node, housing = self._support_motions[support.name]
+        closing = self._turned(support.angle, node, 1) - self._turned(
+            support.housing_angle, housing, 1
+        )
+        return self._turned(support.angle, closing @ support.matrix.T, -1)
 
     def coordinates(self, body: str) -> Array:
         """Elastic coordinates (t, n) of one body, for its full displacement field; of an FE ring

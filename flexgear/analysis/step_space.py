@@ -13,6 +13,7 @@ import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
+from flexgear.analysis.constant_springs import eliminated_springs
 from flexgear.analysis.kernels.active_dofs import AT_ONCE, COUNTS, ActiveDofs, Channels, DofVectors
 from flexgear.analysis.kernels.contact_newton import contact_problem, law_space
 from flexgear.analysis.kernels.energy import BOOKED, ENERGIES, Ledger
@@ -44,6 +45,7 @@ def step_data(modal: ModalSystem, sizes: float | Array) -> StepData:
     h = np.atleast_1d(np.asarray(sizes, dtype=float))
     omega2 = modal.omega**2
     inverse = 1.0 / (1.0 + GAMMA * h[:, None] * modal.damping + BETA * h[:, None] ** 2 * omega2)
+    channel_data = channels(modal, h, inverse)
     return StepData(
         modal=ModalData(
             h=h,
@@ -54,9 +56,10 @@ def step_data(modal: ModalSystem, sizes: float | Array) -> StepData:
             inputs=modal.input_rows,
             frames=frame_data(modal),
         ),
-        channels=channels(modal, h, inverse),
+        channels=channel_data,
         elements=packed(modal.system.pairs),
         machines=packed_machines(modal.system),
+        springs=eliminated_springs(modal.system.pairs, channel_data, len(modal.system.ports)),
     )
 
 
@@ -76,7 +79,7 @@ def work_space(modal: ModalSystem, track_energy: bool = False, sizes: int = 1) -
         rows=rows,
         active=active,
         dofs=dof_vectors(active),
-        problem=contact_problem(count),
+        problem=contact_problem(count, len(pairs.support_stiffness)),
         space=law_space(len(rows.element), widest(pairs)),
         closing_speed=np.zeros(len(pairs.s0)),
     )
@@ -246,11 +249,15 @@ def packed_machines(system: System) -> Any:
 NEVER = 2  # ticks between samples, of which one is taken
 
 
-def at_rest(data: StepData) -> StepData:
+def at_rest(data: StepData, modal_system: ModalSystem) -> StepData:
     """The same system with a step of no duration as its only one."""
-    modal = data.modal._replace(h=np.zeros(1), inverse=np.ones((1, data.modal.omega2.size)))
+    system, modal = (
+        modal_system.system,
+        data.modal._replace(h=np.zeros(1), inverse=np.ones((1, data.modal.omega2.size))),
+    )
     channels = data.channels._replace(displacement=data.channels.residual[None])
-    return data._replace(modal=modal, channels=channels)
+    springs = eliminated_springs(system.pairs, channels, len(system.ports))
+    return data._replace(modal=modal, channels=channels, springs=springs)
 
 
 def accelerate(
@@ -277,7 +284,7 @@ def consistent_acceleration(
     once; the ledger books it. Returns 0, or 1 without a solution. ``space`` is then ready for
     ``data``.
     """
-    resting = at_rest(data)
+    resting = at_rest(data, modal)
     begin(space, resting)
     status = accelerate(modal, resting, state, prescribed, space)
     begin(space, data)

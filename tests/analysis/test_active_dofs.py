@@ -20,13 +20,13 @@ STEP, SHARE = 1e-4, 2e4
 def gathered(active, channels, rows, n, last_rows, last):
     changed = ad.gather(active, channels, rows, n, last_rows, last)
     ad.gather_receptance(active, channels, 0)
-    row_receptances.place_rows(active, channels, rows, n)
+    row_receptances.place_rows(active, channels, rows, n, 0)
     return changed
 
 
 @njit
-def products(active, rows, n, eta, force, vectors, d, w, out):
-    row_receptances.row_receptances(active, 0, SHARE, rows, n, vectors, d, w)
+def products(active, rows, n, eta, force, springs, vectors, problem, out):
+    row_receptances.row_receptances(active, 0, SHARE, rows, n, n, springs, vectors, problem)
     ad.motions(active, eta, eta, out[0], out[1])
     ad.modal_forces(active, force, out[2])
     ad.add_residual(active, 0, force, vectors.image, out[3])
@@ -83,13 +83,13 @@ def test_products_on_active_dofs_are_the_dense_ones(modal):
         eta, force = np.zeros(modes), np.zeros(len(active.channel))
         eta[: len(modal.omega)] = rng.standard_normal(len(modal.omega))
         force[:dofs] = rng.standard_normal(dofs)
-        d, w = np.zeros((2, n, n))
+        problem = space.work.problem
         out = np.zeros((6, max(len(active.channel), modes)))
-        products(active, rows, n, eta, force, space.work.dofs, d, w, out)
+        products(active, rows, n, eta, force, data.springs, space.work.dofs, problem, out)
         phi = data.channels.modes[at]
         for found, expected in (
-            (d, v @ g @ v.T),
-            (w, SHARE * v @ (g - r) @ v.T),
+            (problem.displacement[:n, :n], v @ g @ v.T),
+            (problem.rate[:n, :n], SHARE * v @ (g - r) @ v.T),
             (out[0, :dofs], phi @ eta),
             (out[2, :modes], phi.T @ force[:dofs]),
             (out[3, :dofs], r[np.ix_(at, at)] @ force[:dofs]),

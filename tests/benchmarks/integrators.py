@@ -22,7 +22,7 @@ class Integrator:
         self.modal, self.method, self.rtol = modal, method, rtol
         self.torque = np.array([torque])
         self.space = work_space(modal)
-        self.data = at_rest(step_data(modal, 1e-4))
+        self.data = at_rest(step_data(modal, 1e-4), modal)
         begin(self.space, self.data)
         self.evaluations = 0
 

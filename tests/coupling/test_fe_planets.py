@@ -8,7 +8,9 @@ import pytest
 from beam_planet import beam_planet
 from coupled import make_bodies, make_case
 
+from flexgear.analysis import step_space
 from flexgear.analysis.equilibrium import revolution
+from flexgear.analysis.kernels.eliminated_springs import no_springs
 from flexgear.analysis.kernels.energy import LEFT_OVER
 from flexgear.coupling.build import build_system
 from flexgear.coupling.modal import static_system
@@ -21,6 +23,11 @@ from flexgear.structures.bodies import rigid_variant
 
 PLANETS = {"stage.planet.fe.tie": "root"}
 TORQUE = 4e6
+SPEED_GIVEN = {
+    "output.machine.law": "torque",
+    "inputs.0.machine.law": "speed",
+    "drive.steps.torques_nm": [],
+}
 ROLLERS = {"count": 18, "rows": 2, "length_mm": 120, "spacing_mm": 150, "clearance_um": 40}
 
 
@@ -95,3 +102,32 @@ def test_the_energy_of_a_transient_closes(rollers):
     left = sum(sign * data[f"energy_{name}"] for name, sign in LEFT_OVER.items())
     work = float(np.abs(data.energy_input_work).max())
     assert float(np.abs(left - left[0]).max()) < 1e-6 * work
+
+
+@pytest.mark.parametrize("keys", [{}, SPEED_GIVEN])
+def test_springs_that_are_eliminated_carry_what_they_do_as_rows(monkeypatch, keys):
+    """The machine of a stated speed is a row that is held, also in steps of no duration."""
+    system, view = coupled(rigid=("ring",), **keys)
+    model = model_of(view.case, system)
+
+    def as_rows(pairs, channels, ports):
+        return no_springs(len(channels.displacement), ports + 2 * len(pairs.s0) + 1)
+
+    step = step_space.step_data(model.modal, 1e-4)
+    assert len(step.springs.stiffness) == len(system.pairs.support_stiffness) > 0
+    eliminated = simulate(model, duration=0.01, energy=True).data
+    monkeypatch.setattr(step_space, "eliminated_springs", as_rows)
+    rows = simulate(model, duration=0.01, energy=True).data
+    for name, values in eliminated.data_vars.items():
+        scale = float(np.abs(rows[name]).max())
+        np.testing.assert_allclose(values, rows[name], atol=1e-8 * scale, err_msg=name)
+
+
+def test_springs_whose_receptance_changes_with_the_angle_stay_rows():
+    """As of pins whose frames turned: they are stiffer along the carrier's radius than across."""
+    system, view = coupled()
+    blocks = system.pairs.support_block
+    turned = system.pairs._replace(support_angle=np.where(blocks == blocks[0, 0], 1, -1))
+    system = system.with_(pairs=turned)
+    step = step_space.step_data(model_of(view.case, system).modal, 1e-4)
+    assert len(step.springs.stiffness) == 0

@@ -6,7 +6,7 @@ approach along the line of centres. Of hundreds of ring teeth only a few are in 
 The dofs of a step are the ports, the lines of action and the blocks that its rows act on; their
 rows of modes and receptances are copied into contiguous arrays. When a row needs a block that is
 not among them, it takes the place of one that is no longer needed, such as that of a tooth that has
-left contact; where there is none, all are gathered anew.
+left contact; where there is none, or many are no longer needed, all are gathered anew.
 """
 
 from __future__ import annotations
@@ -27,6 +27,8 @@ from flexgear.compiled import FAST, INNER, PART, njit
 
 # short loops over unsigned numbers are quicker: none is counted from the end
 ONE, TWO, SIX = np.uint64(1), np.uint64(2), np.uint64(6)
+SPARE = 0.25  # of the active blocks, that no row acts on: with more, dofs are gathered without them
+STAYS = -2  # in place of the first dof of a block that is to be active again
 AT_ONCE = 6  # most dofs that are read together: behind those in use there is room for so many
 COUNTS = np.dtype([(name, np.int64) for name in ("dofs", "ports", "blocks", "fresh", "head")])
 
@@ -185,20 +187,41 @@ def _replaced(active, channels, rows, n, last_rows, last):
 
 
 @njit(**INNER)
+def _few_are_spare(active, rows, n, last_rows, last):
+    """Whether rows act on most of the active blocks, and all that are needed besides have room."""
+    counts, spare = active.counts[0], 0
+    room = active.channel.shape[0] - counts.dofs - AT_ONCE
+    for d in range(counts.head, counts.dofs, 6):
+        block = active.channel[d] // 6
+        if not (_acted_on(block, rows, n) or _acted_on(block, last_rows, last)):
+            spare += 6
+    for i in range(n):
+        row = rows.row[i]
+        if row.line >= 0 and active.place[counts.blocks + row.line] < 0:
+            room -= 2
+        for a in range(row.beyond, row.width):
+            if active.place[rows.blocks[i, a]] < 0:
+                room -= 6
+    return room >= 0 and spare <= SPARE * (counts.dofs - counts.head)
+
+
+@njit(**INNER)
 def gather(active, channels, rows, n, last_rows, last):
     """Make the dofs of n rows active, and those of rows of the last step; True where they change.
 
-    Dofs stay active until a row needs others, which take their places if there are enough. Those on
-    one part of the train stand side by side.
+    Blocks stay active until rows need others, which take their places if there are enough; else
+    places are added, and those of blocks that no row acts on go where there are many. Blocks on one
+    part of the train stand side by side.
     """
     if _all_placed(active, rows, n):
         return False
-    if _all_placed(active, last_rows, last) and _replaced(
-        active, channels, rows, n, last_rows, last
-    ):
+    keep = _all_placed(active, last_rows, last) and _few_are_spare(active, rows, n, last_rows, last)
+    if keep and _replaced(active, channels, rows, n, last_rows, last):
         return True
     counts = active.counts[0]
-    fill(active.place, -1)
+    for group in range(active.place.shape[0]):
+        stays = keep and group < counts.blocks and active.place[group] >= 0
+        active.place[group] = STAYS if stays else -1
     for p in range(counts.ports):
         active.channel[p] = 6 * counts.blocks + p
     counts.dofs = counts.ports
@@ -211,6 +234,9 @@ def gather(active, channels, rows, n, last_rows, last):
     for part in range(parts):
         _place_blocks(active, channels, rows, n, part)
         _place_blocks(active, channels, last_rows, last, part)
+        for block in range(counts.blocks):
+            if active.place[block] == STAYS and channels.part[block] == part:
+                _place(active, channels, block, 6)
         for d in range(first, counts.dofs):
             active.beside[d, 0], active.beside[d, 1] = first, counts.dofs
         first = counts.dofs

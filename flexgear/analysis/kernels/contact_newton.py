@@ -23,6 +23,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from flexgear.analysis.kernels.eliminated_springs import SpringSpace, spring_space
 from flexgear.analysis.kernels.static_contact import eliminate, solve_dense
 from flexgear.analysis.kernels.vectors import (
     add_two,
@@ -63,6 +64,7 @@ class ContactProblem(NamedTuple):
     force: Array  # (R,) N
     matrix: Array  # (R, R)
     right: Array  # (R,)
+    springs: SpringSpace  # of those that are eliminated
 
 
 class LawSpace(NamedTuple):
@@ -75,8 +77,9 @@ class LawSpace(NamedTuple):
     # where it is not known, at the end
 
 
-def contact_problem(rows: int) -> ContactProblem:
-    """Work space; what is behind the rows in use stays finite, as whole vectors are read."""
+def contact_problem(rows: int, springs: int) -> ContactProblem:
+    """Work space for so many rows and springs among them that may be eliminated; what is behind
+    the rows in use stays finite, as whole vectors are read."""
     size = rounded_up(rows)
     return ContactProblem(
         displacement=np.zeros((rows, size)),
@@ -86,6 +89,7 @@ def contact_problem(rows: int) -> ContactProblem:
         force=np.zeros(size),
         matrix=aligned(size, size),
         right=np.zeros(size),
+        springs=spring_space(rows, springs),
     )
 
 
@@ -132,10 +136,13 @@ def linearise(laws, rows, e, motion, space):
 
 
 @njit(**INNER)
-def start_guess(laws, rows, count, memory, space):
-    """Evaluate the laws of all elements at their motion of the last step, memory (places, 2, r). An
-    element that has no place in the memory is taken at the motion that ``space`` holds already."""
+def start_guess(laws, rows, first, stop, count, memory, space):
+    """Evaluate the laws of all elements, of those that are eliminated (first … stop − 1) no law, at
+    their motion of the last step, memory (places, 2, r). An element that has no place in the memory
+    is taken at the motion that ``space`` holds already."""
     for e in range(count):
+        if first <= e < stop:
+            continue
         element, at_element = rows.element[e], space.motion[e]
         for a in range(element.rows if element.place >= 0 else 0):
             at_element[0, a], at_element[1, a] = (
@@ -169,10 +176,12 @@ def remember(rows, count, motion, memory, remembered):
 
 
 @njit(**INNER, fastmath=FAST)
-def _assemble(rows, count, n, space, problem):
+def _assemble(rows, skipped, count, n, space, problem):
     """The linear problem of the tangents in ``space``; its right side goes to ``right``."""
     free, right, size = problem.free, problem.right, padded(n)
     for e in range(count):
+        if skipped[0] <= e < skipped[1]:
+            continue
         element, first = rows.element[e], rows.element[e].first
         for a in range(element.rows):
             i = first + a
@@ -295,16 +304,16 @@ def _take_over(rows, e, space):
 
 
 @njit(**INNER)
-def solve_contact(laws, rows, count, n, space, problem):
+def solve_contact(laws, rows, first, stop, count, n, space, problem):
     """Solve for the forces and motion of n rows, which go to ``problem``; ``space`` holds a first
-    linearisation of the ``count`` elements.
+    linearisation of the ``count`` elements, but those that are eliminated (first … stop − 1).
 
     Returns the number of linear problems that were solved, −1 where laws and answer never agreed.
     """
     for tries in range(1, TRIES + 1):
-        _assemble(rows, count, n, space, problem)
+        _assemble(rows, (first, stop), count, n, space, problem)
         if not eliminate(problem.matrix, problem.right, n, problem.force):
-            _assemble(rows, count, n, space, problem)
+            _assemble(rows, (first, stop), count, n, space, problem)
             if not solve_dense(problem.matrix, problem.right, n):
                 return -1
             put(problem.force, problem.right[:n])
@@ -317,6 +326,8 @@ def solve_contact(laws, rows, count, n, space, problem):
             problem.motion[1, i] = problem.free[1, i] - rate
         wrong = 0
         for e in range(count):
+            if first <= e < stop:
+                continue
             if _disagrees(laws, rows, e, problem, space, AGREES * largest):
                 _take_over(rows, e, space)
                 wrong += 1

@@ -24,7 +24,7 @@ from flexgear.analysis.kernels.contact_newton import linearise
 from flexgear.analysis.kernels.row_receptances import place_rows, row_value
 from flexgear.analysis.kernels.vectors import put
 from flexgear.arrays import Array
-from flexgear.compiled import FAST, INNER, PART, njit
+from flexgear.compiled import FAST, INNER, PART, ZERO, njit
 from flexgear.coupling.kernels.elements import Rows
 from flexgear.coupling.kernels.neighbours import neighbour_energy
 from flexgear.coupling.pair_data import LOAD
@@ -175,7 +175,7 @@ def settle(laws, modal, channels, count, n, state, work, ledger):
         _approach(rows, n, dofs.before, before)
         _book_work(rows, lost[FRESH], now, before, n, energy)
         was = beside + _potential(laws, rows, count, before, space, lost[SPARE])
-        place_rows(active, channels, last, booked.rows)
+        place_rows(active, channels, last, booked.rows, ZERO)
         _approach(last, booked.rows, dofs.motion, now)
         put(before[0], last_delta[: booked.rows])
         _book_work(last, lost[LAST], now, before, booked.rows, energy)

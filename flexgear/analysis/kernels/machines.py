@@ -19,6 +19,7 @@ from typing import NamedTuple
 import numpy as np
 
 from flexgear.analysis.kernels.active_dofs import motions
+from flexgear.analysis.kernels.eliminated_springs import place_in_problem
 from flexgear.analysis.kernels.row_receptances import row_value
 from flexgear.analysis.kernels.vectors import dot
 from flexgear.arrays import Array
@@ -99,10 +100,11 @@ def prescribe(machines, prescribed, ports):
 
 
 @njit(**INNER)
-def add_machines(h, machines, ports, carried, rows, motion, n, count):
+def add_machines(h, machines, ports, carried, rows, motion, n, count, springs):
     """Machines that are no given torques as rows n … and elements ``count`` …; the ends of both.
 
-    carried (P,) PORT: of the last step; motion (E, 2, r): what elements are linearised about.
+    carried (P,) PORT: of the last step; motion (E, 2, r): what elements are linearised about;
+    springs: how many rows before are eliminated, which come last in the contact problem.
     """
     for p in range(machines.shape[0]):
         if machines[p].kind == TORQUE:
@@ -112,7 +114,7 @@ def add_machines(h, machines, ports, carried, rows, motion, n, count):
         row.since = rows.row[n - 1].since if n > 0 else 0
         element = rows.element[count]
         element.law = HELD_RATE_LAW if machines[p].kind == SPEED else LINEAR_RATE_LAW
-        element.first, element.rows, element.place = n, 1, -1
+        element.first, element.rows, element.place = n - springs, 1, -1
         motion[count, 0, 0], motion[count, 1, 0] = 0.0, ports.guess[p]
         machine_parameters(
             machines[p], h, ports.prescribed[p], ports.guess[p], carried[p], rows.parameters[count]
@@ -122,14 +124,20 @@ def add_machines(h, machines, ports, carried, rows, motion, n, count):
 
 
 @njit(**INNER)
-def hold_at_instant(n, i, active, acceleration, rows, image, problem):
-    """In a step of no duration: row i of a given speed in terms of accelerations, which n rows
-    change by Φ Φᵀ; image (2 C,): work."""
-    port = active.modes[rows.row[i].dof]
+def hold_at_instant(total, n, e, springs, active, acceleration, rows, image, problem):
+    """In a step of no duration: the row of element e, of a given speed, in terms of accelerations,
+    which ``total`` rows change by Φ Φᵀ; image (2 C,): work. So many springs, the last of the first
+    n rows, are eliminated."""
+    at = rows.element[e].first
+    port, remaining = active.modes[rows.row[at + springs].dof], total - springs
     motions(active, port, port, image, image)
-    for j in range(n):
-        problem.rate[i, j] = row_value(rows, j, image)
-    problem.free[1, i] = dot(port, acceleration)
+    for j in range(total):
+        place, value = place_in_problem(j, springs, n, total), row_value(rows, j, image)
+        if place < remaining:
+            problem.rate[at, place] = value
+        else:
+            problem.springs.rate[at, place - remaining] = value
+    problem.free[1, at] = dot(port, acceleration)
 
 
 @njit(**INNER)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from flexgear.analysis.kernels.active_dofs import ONE, SIX, TWO, reach_of
+from flexgear.analysis.kernels.eliminated_springs import spring_receptances
 from flexgear.analysis.kernels.vectors import SIMD, add_six, fill, padded, put_six, put_two
 from flexgear.compiled import FAST, INNER, PART, ZERO, njit
 
@@ -13,18 +14,31 @@ MOST_PARTS = 62  # that have a bit of their own; the others share one
 
 
 @njit(**INNER)
-def place_rows(active, channels, rows, n):
-    """Note in n rows which active dofs and parts they act on: see ``Rows``."""
-    blocks, since = active.counts[0].blocks, active.counts[0].dofs
+def place_rows(active, channels, rows, n, springs):
+    """Note in n rows which active dofs and parts they act on: see ``Rows``. So many springs, the
+    last of them, are eliminated."""
+    counts, of_all, behind = active.counts[0], 0, active.counts[0].dofs
+    since = behind
     for i in range(n - 1, -1, -1):
         row = rows.row[i]
-        row.dof, row.parts = active.place[blocks + row.line] if row.line >= 0 else -1, 0
+        row.dof, row.parts = active.place[counts.blocks + row.line] if row.line >= 0 else -1, 0
         for a in range(row.beyond, row.width):
             block = rows.blocks[i, a]
             rows.place[i, a] = active.place[block]
-            since = min(since, active.place[block])
             row.parts |= 1 << min(channels.part[block], MOST_PARTS)
+            if i < n - springs:
+                since = min(since, active.place[block])
+        if i < n - springs:
+            of_all |= row.parts
         row.since = since
+    # rows before have to know what they do to springs on their parts
+    for i in range(n - springs, n):
+        for a in range(rows.row[i].beyond, rows.row[i].width):
+            block = rows.blocks[i, a]
+            if of_all & (1 << min(channels.part[block], MOST_PARTS)) != 0:
+                behind = min(behind, active.place[block])
+    for i in range(n if springs > 0 else 0):
+        rows.row[i].since = min(rows.row[i].since, behind)
 
 
 @njit(**INNER)
@@ -87,16 +101,20 @@ def _image_of_blocks(active, level, row, coef, place, image):
 
 
 @njit(**INNER, fastmath=FAST)
-def row_receptances(active, level, share, rows, n, vectors, displacement, rate):
-    """V_iᵀ G V_j and share · V_iᵀ (G − R) V_j of n rows, both symmetric; vectors: work.
+def row_receptances(active, level, share, rows, n, total, springs, vectors, problem):
+    """V_iᵀ G V_j and share · V_iᵀ (G − R) V_j of ``total`` rows, both symmetric; vectors: work.
 
-    A row's line of action (or port) meets other lines, its blocks meet other blocks and, where a
-    body has both, lines.
+    Of the springs, the last of the first n rows, only what all others do to them. A row's line of
+    action (or port) meets other lines, its blocks meet other blocks and, where a body has both,
+    lines.
     """
     table, width = active.receptance[level], padded(2 * active.counts[0].head)
-    row, coef, place, count = rows.row, rows.coef, rows.place, np.uint64(n)
-    of_line, image = vectors.of_line[:width], vectors.image
-    for j in range(count):
+    row, coef, place, displacement = rows.row, rows.coef, rows.place, problem.displacement
+    of_line, image, rate = vectors.of_line[:width], vectors.image, problem.rate
+    skipped = np.uint64(springs.stiffness.shape[0])
+    count, first_spring = np.uint64(total) - skipped, np.uint64(n) - skipped
+    for at_j in range(count):
+        j = at_j + skipped if at_j >= first_spring else at_j
         d, linked, blocks = row[j].dof, False, row[j].beyond < row[j].width
         first = stop = others = end = np.uint64(0)
         if d >= 0:
@@ -107,7 +125,8 @@ def row_receptances(active, level, share, rows, n, vectors, displacement, rate):
             linked, first, stop, others, end = _image_of_blocks(
                 active, level, row[j], coef[j], place[j], image
             )
-        for i in range(j, count):
+        for at_i in range(at_j, count):
+            i = at_i + skipped if at_i >= first_spring else at_i
             g = r = 0.0
             if row[i].dof >= 0:
                 at, along = TWO * np.uint64(row[i].dof), row[i].along
@@ -122,21 +141,29 @@ def row_receptances(active, level, share, rows, n, vectors, displacement, rate):
                     g += v[p] * image[at + TWO * p]
                     r += v[p] * image[at + TWO * p + ONE]
             w = share * (g - r)
-            displacement[i, j] = displacement[j, i] = g
-            rate[i, j] = rate[j, i] = w
+            displacement[at_i, at_j] = displacement[at_j, at_i] = g
+            rate[at_i, at_j] = rate[at_j, at_i] = w
         if linked:
-            _add_lines_to_blocks(row, j, count, share, image, displacement, rate)
+            _add_lines_to_blocks(row, j, at_j, n, total, skipped, share, image, problem)
+        if skipped > 0:
+            spring_receptances(
+                active, level, share, rows, j, at_j, np.int64(first_spring), springs,
+                (first, stop, others, end), image, problem.springs,
+            )  # fmt: skip
 
 
 @njit(**INNER)
-def _add_lines_to_blocks(row, j, count, share, image, displacement, rate):
-    """What the blocks of row j, whose ``image`` is G V and R V, add at the lines of all rows."""
-    for i in range(count):
+def _add_lines_to_blocks(row, j, at_j, n, total, skipped, share, image, problem):
+    """What the blocks of row j, whose ``image`` is G V and R V, add at the lines of all rows; at_j:
+    its place in the problem."""
+    displacement, rate = problem.displacement, problem.rate
+    for i in range(total):
         if row[i].dof >= 0:
             at, along = TWO * np.uint64(row[i].dof), row[i].along
             g = image[at] + along * image[at + TWO]
             w = share * (g - image[at + ONE] - along * image[at + TWO + ONE])
-            displacement[i, j] += g
-            displacement[j, i] += g
-            rate[i, j] += w
-            rate[j, i] += w
+            at_i = i - np.int64(skipped) if i >= n else i
+            displacement[at_i, at_j] += g
+            displacement[at_j, at_i] += g
+            rate[at_i, at_j] += w
+            rate[at_j, at_i] += w

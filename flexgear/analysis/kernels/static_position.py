@@ -235,7 +235,7 @@ def solve_position(laws, theta, port_torques, forward, active_flanks, train, wor
             fill(active_flanks, 1)
         if attempt < 2:
             n, count, pairs = fill_rows(elements, theta, active_flanks, rows)
-            start_guess(laws, rows, count, memory, work.space)
+            start_guess(laws, rows, ZERO, ZERO, count, memory, work.space)
             _row_motions(n, port_torques, train, work)
             _extra_unknowns(n, port_torques, train, work)
             _law_rows(n, count, n + extra, work)

@@ -32,6 +32,11 @@ from flexgear.analysis.kernels.active_dofs import (
 )
 from flexgear.analysis.kernels.coast_flanks import look_after_step
 from flexgear.analysis.kernels.contact_newton import remember, solve_contact, start_guess
+from flexgear.analysis.kernels.eliminated_springs import (
+    add_springs,
+    eliminate_springs,
+    place_in_problem,
+)
 from flexgear.analysis.kernels.energy import motion_before, settle
 from flexgear.analysis.kernels.frame_forces import rotating_forces, set_loads
 from flexgear.analysis.kernels.machines import (
@@ -105,7 +110,7 @@ def _build(data, share, prescribed, state, work, ledger, level):
     set_loads(share, prescribed, elements.fixed, rows, count)
     gather(active, channels, rows, n, ledger.rows, ledger.booked[0].rows)
     gather_receptance(active, channels, level)
-    place_rows(active, channels, rows, n)
+    place_rows(active, channels, rows, n, data.springs.stiffness.shape[0])
     return n, count, pairs
 
 
@@ -116,11 +121,13 @@ def _contact(laws, data, level, n, count, state, work):
     active, rows, dofs = work.active, work.rows, work.dofs
     problem, space, modes, h = work.problem, work.space, work.modes, data.modal.h[level]
     machines, port_forces, memory = data.machines, modes.ports.given_torque, state.memory
+    springs, eliminated = data.springs, data.springs.stiffness.shape[0]
     # by which a displacement within a step is a rate; a step of no duration changes none
     share = GAMMA / (BETA * h) if h > 0.0 else 0.0
     total, elements = add_machines(
-        h, machines, modes.ports, state.ports, rows, space.motion, n, count
+        h, machines, modes.ports, state.ports, rows, space.motion, n, count, eliminated
     )  # fmt: skip
+    m = total - eliminated
     motions(active, modes.free, modes.free_rate, dofs.free, dofs.free_rate)
     # given torques move dropped modes, too
     fill(dofs.force[: active.counts[0].dofs], 0.0)
@@ -129,20 +136,26 @@ def _contact(laws, data, level, n, count, state, work):
     for d in range(active.counts[0].dofs):
         dofs.torque_motion[d] = dofs.image[2 * d]
     for i in range(total):
-        problem.free[0, i] = rows.row[i].offset + row_value(rows, i, dofs.free)
-        problem.free[1, i] = row_value(rows, i, dofs.free_rate)
-    row_receptances(active, level, share, rows, total, dofs, problem.displacement, problem.rate)
-    add_neighbours(rows, n, problem.displacement)
+        at = place_in_problem(i, eliminated, n, total)
+        problem.free[0, at] = rows.row[i].offset + row_value(rows, i, dofs.free)
+        problem.free[1, at] = row_value(rows, i, dofs.free_rate)
+    row_receptances(active, level, share, rows, n, total, springs, dofs, problem)
+    add_neighbours(rows, n - eliminated, problem.displacement)
     for e in range(count, elements):
-        i = n + e - count
+        i = rows.element[e].first
         if rows.element[e].law == HELD_RATE_LAW:
             if h == 0.0:
-                acceleration = modes.acceleration
-                hold_at_instant(total, i, active, acceleration, rows, dofs.image, problem)
+                hold_at_instant(
+                    total, n, e, eliminated, active, modes.acceleration, rows, dofs.image, problem
+                )
             rows.parameters[e, 1] = 1.0 / problem.rate[i, i]  # its forces are torques
-    start_guess(laws, rows, elements, memory, space)
-    if solve_contact(laws, rows, elements, total, space, problem) < 0:
+    if eliminated > 0:
+        eliminate_springs(springs, level, m, problem)
+    start_guess(laws, rows, count - eliminated, count, elements, memory, space)
+    if solve_contact(laws, rows, count - eliminated, count, elements, m, space, problem) < 0:
         return -1
+    if eliminated > 0:
+        add_springs(springs, n, total, problem)
     freeze_neighbours(rows, n, problem.force)
     for i in range(total):
         if problem.force[i] != 0.0:

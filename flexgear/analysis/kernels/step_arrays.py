@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from flexgear.analysis.kernels.active_dofs import ActiveDofs, Channels, DofVectors
 from flexgear.analysis.kernels.contact_newton import ContactProblem, LawSpace
+from flexgear.analysis.kernels.eliminated_springs import EliminatedSprings
 from flexgear.analysis.kernels.energy import Ledger
 from flexgear.analysis.kernels.frame_forces import FrameData
 from flexgear.analysis.kernels.machines import PortSpace
@@ -36,6 +37,7 @@ class StepData(NamedTuple):
     channels: Channels
     elements: Elements
     machines: Any  # (P,) MACHINE
+    springs: EliminatedSprings
 
 
 class State(NamedTuple):

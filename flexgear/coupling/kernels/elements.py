@@ -79,7 +79,7 @@ class GearMeshes(NamedTuple):
 
 
 class FixedRows(NamedTuple):
-    """Rows that are always there: supports that turn, bearings, given forces; elements of them."""
+    """Rows that are always there: bearings, given forces, supports that turn; elements of them."""
 
     row: Records  # (F,) FIXED_ROW
     end: Records  # (F, 2) FIXED_END: block, −1 none; angle by which its frame has turned, −1 none
@@ -196,18 +196,14 @@ def packed(data: PairData) -> Elements:
 
 
 def _fixed_rows(data: PairData) -> FixedRows:
-    """Rotating-frame supports, then bearings, then given forces."""
-    count = extra_rows(data)
+    """Bearings, given forces, then rotating-frame supports; they are numbered from the supports on,
+    as stored loads are."""
+    count, supports = extra_rows(data), len(data.support_stiffness)
+    forces, springs = len(data.load_block), slice(count - supports, count)
+    loads = slice(springs.start - forces, springs.start)
     row, end = np.zeros(count, dtype=FIXED_ROW), np.full((count, 2), -1, dtype=FIXED_END)
-    row["owner"] = np.arange(count)
-    vector = np.zeros((count, 2, 6))
-    supports, forces = len(data.support_stiffness), len(data.load_block)
-    at = slice(0, supports)
-    row["kind"][at], row["stiffness"][at] = SUPPORT, data.support_stiffness
-    end["block"][at], end["angle"][at] = data.support_block, data.support_angle
-    vector[at] = data.support_vector
-    laws = [(LINEAR_LAW, n, 1, [k, 0.0]) for n, k in enumerate(data.support_stiffness)]
-    n = supports
+    row["owner"] = np.r_[supports:count, :supports]
+    vector, laws, n = np.zeros((count, 2, 6)), [], 0
     for law, block, angles, values in zip(
         data.bearing_law, data.bearing_block, data.bearing_angle, data.bearing_parameters,
         strict=True,
@@ -219,21 +215,23 @@ def _fixed_rows(data: PairData) -> FixedRows:
             end[n]["block"], end[n]["angle"] = block, angles
             vector[n, :, component] = 1.0, -1.0
             n += 1
-    at = slice(n, count)
-    row["kind"][at], end["block"][at, 0], end["angle"][at, 0] = (
-        LOAD,
-        data.load_block,
-        data.load_angle,
-    )
-    vector[at, 0] = -data.load_vector  # a row acts as −V F
+    row["kind"][loads], end["block"][loads, 0] = LOAD, data.load_block
+    end["angle"][loads, 0] = data.load_angle
+    vector[loads, 0] = -data.load_vector  # a row acts as −V F
     laws += [(GIVEN_FORCE_LAW, n + i, 1, [size]) for i, size in enumerate(data.load_size)]
+    row["kind"][springs], row["stiffness"][springs] = SUPPORT, data.support_stiffness
+    end["block"][springs], end["angle"][springs] = data.support_block, data.support_angle
+    vector[springs] = data.support_vector
+    laws += [
+        (LINEAR_LAW, springs.start + i, 1, [k, 0.0]) for i, k in enumerate(data.support_stiffness)
+    ]
     element = np.zeros(len(laws), dtype=FIXED_ELEMENT)
     parameters = np.zeros((len(laws), max([RATE_PARAMETERS, *(len(x[3]) for x in laws)])))
     for i, (law, first, rows, values) in enumerate(laws):
         element[i] = law, first, rows, 0, -1
         parameters[i, : len(values)] = values
-    element["grows"][len(laws) - forces :] = data.load_grows
-    element["history"][len(laws) - forces :] = data.load_history
+    last = slice(len(laws) - supports - forces, len(laws) - supports)
+    element["grows"][last], element["history"][last] = data.load_grows, data.load_history
     return FixedRows(row, end, vector, element, parameters)
 
 

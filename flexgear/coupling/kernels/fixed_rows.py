@@ -1,4 +1,4 @@
-"""Rows that are always there: supports in turning frames, bearings with a law, given forces."""
+"""Rows that are always there: bearings with a law, given forces, supports in turning frames."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def _turned(vector, angle, coef):
 
 @njit(**PART)
 def fixed_rows(fixed, places, theta, rows, counts):
-    """Rows and elements of supports, bearings and given forces after ``counts``, which carry on
+    """Rows and elements of bearings, given forces and supports after ``counts``, which carry on
     something after the ``places`` of gear meshes; new counts."""
     count, element_count = counts
     for f in range(fixed.row.shape[0]):
