@@ -421,3 +421,23 @@ def test_a_hardness_that_the_standard_has_no_strength_for_is_one_line(tmp_path):
 )
 def test_wrong_keys_are_one_line_each(tmp_path, old, new, words):
     refused(tmp_path / "wrong.toml", PAIR, old, new, words)
+
+
+def test_relief_counts_at_both_ends_of_the_path_on_whichever_gear(tmp_path):
+    """B_k of tip relief on both gears, or of tip and root relief on one of them."""
+
+    def relief(gear, end):
+        key = f"stage.{gear}.modifications.{end}_relief"
+        return {f"{key}.amount": 4e-5, f"{key}.length": 3e-3}
+
+    base = {"stage.gear_mesh.model": "per_pair", "stage.gear.rating.accuracy_grade": 5}
+    base["stage.pinion.rating.accuracy_grade"] = 5
+    reliefs = [
+        dynamic_factor(*pair_of(case_of(tmp_path, PAIR, **base, **first, **second)), 1.0).relief
+        for first, second in (
+            (relief("pinion", "tip"), relief("gear", "tip")),
+            (relief("pinion", "tip"), relief("pinion", "root")),
+        )
+    ]
+    assert reliefs[0] == pytest.approx(reliefs[1], rel=1e-12)
+    assert 0 < reliefs[0] < 1

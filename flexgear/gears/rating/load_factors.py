@@ -14,9 +14,9 @@ carrier. With w = F_t K_A K_γ/b
 
 which is the standard's m_red of pinion and wheel, of sun and planets, and of planets in a fixed
 ring. f_pb,eff and f_fα,eff are the larger deviation of the two gears less y_p, y_f by running in,
-here both of the rule for y_α. C_a: mean of both tip reliefs; without any C_ay = (σ_Hlim/97 −
-18.45)²/18 + 1.5 µm (σ_Hlim N/mm², mean of both), and B_k = 1 from grade 6 on. Deviations of a
-grade: ISO 1328-1, edition 1995 or 2013, of the gear's own module and diameter.
+here both of the rule for y_α. C_a: mean of what reliefs take at both ends of the path; without any
+C_ay = (σ_Hlim/97 − 18.45)²/18 + 1.5 µm (σ_Hlim N/mm², mean of both). B_k = 1 from grade 6 on.
+Deviations of a grade: ISO 1328-1, edition 1995 or 2013, of the gear's own module and diameter.
 
 Transverse load factors (clause 8), w_H = F_t K_A K_γ K_v K_Hβ/b:
 
@@ -149,8 +149,8 @@ def _softened(line_load: float) -> float:
 def _tip_relief(pair: GearPair) -> float | None:
     """C_a of B_k, m; None where neither relief nor strengths are known."""
     gears = pair.gears.values()
-    if any(gear.tip_relief for gear in gears):
-        return sum(gear.tip_relief for gear in gears) / 2
+    if any(gear.relief for gear in gears):
+        return sum(gear.relief for gear in gears) / 2
     amounts = [
         1e-6 * ((gear.flank_strength / 97e6 - 18.45) ** 2 / 18.0 + 1.5)
         for gear in gears

@@ -47,7 +47,8 @@ class RatedGear:
     """One of the two. root: nominal root stress under F_t = 1 N and its factors; flank_strength,
     root_strength: σ_Hlim, σ_Flim, Pa, or the key that is missing; rim_factor: Y_B, None where the
     rim is not known; inertia: J per face width, kg m; turns: whether it turns about its axis;
-    reversed: whether its roots are loaded in both senses; tip_relief: C_αa of the flank here, m."""
+    reversed: whether its roots are loaded in both senses; relief: of tip and root of the flank
+    here together, C_αa + C_αf, m."""
 
     part: str
     name: str
@@ -61,7 +62,7 @@ class RatedGear:
     inertia: float
     turns: bool
     reversed: bool
-    tip_relief: float
+    relief: float
     roll_length: float
 
     @property
@@ -194,7 +195,8 @@ def _gear(view: StageView, g: StageGeometry, role: str, part: str, fe_rim: bool)
         raise view.refuse(key, fault.problem, fault.remedy) from None
     rim = _rim(view, part, tooth, member)
     is_planet = part == "planet" and stage.kind == "planetary"
-    relief = member.modifications.of(role if is_planet else "drive").tip_relief
+    modifications = member.modifications.of(role if is_planet else "drive")
+    reliefs = (modifications.tip_relief, modifications.root_relief)
     return RatedGear(
         part=part,
         name=name,
@@ -208,7 +210,7 @@ def _gear(view: StageView, g: StageGeometry, role: str, part: str, fe_rim: bool)
         inertia=_inertia(view, tooth, member, rim),
         turns=f"{stage.name}.{name}" not in view.case.held_members(),
         reversed=is_planet,
-        tip_relief=0.0 if relief is None else relief.amount,
+        relief=sum(relief.amount for relief in reliefs if relief is not None),
         roll_length=tooth.base_radius * math.tan(gear_mesh.working_angle),
     )
 
