@@ -54,6 +54,7 @@ COMMANDS = {
     "export": Home("exchange_commands", "export", "Write REXS, or reduced matrices."),
     "modify": Home("modify_command", "modify", "Propose helix slope and crowning of the planets."),
     "sweep": Home("sweep_command", "sweep", "Parameter study over one key or a grid of two."),
+    "spectrum": Home("spectrum_command", "spectrum", "Load bins; sort series into them."),
     "tolerance": Home("tolerance_command", "tolerance", "Monte Carlo study of errors."),
     "rate": Home("rate_command", "rate", "Safety, damage, life of gears and bearings."),
     "cache": Home("system_commands", "cache", "Place and size of the cache; empty it."),
@@ -62,7 +63,7 @@ COMMANDS = {
 
 
 # they look at a train in one position at most, for which nothing is compiled
-UNCOMPILED = ("check", "cases", "schema", "upgrade", "new", "import")
+UNCOMPILED = ("check", "cases", "schema", "upgrade", "new", "import", "spectrum")
 
 
 def is_compiled(arguments: Sequence[str]) -> bool:

@@ -32,7 +32,8 @@ class LoadBin:
 
     hours: 0 of an extreme one. torque: N m from outside on the member of each port, positive about
     +z. speed: rad/s of every member. loads: constant loads on members. extreme: whether it is a
-    static load without duration. source: where it was read, for messages.
+    static load without duration. back_driven: whether power may go against its rated sense.
+    source: where it was read, for messages.
     """
 
     name: str
@@ -41,6 +42,7 @@ class LoadBin:
     speed: Mapping[str, float]
     loads: tuple[MemberLoad, ...]
     extreme: bool = False
+    back_driven: bool = False
     source: str = ""
 
     def turns(self, speed: float) -> float:
@@ -115,8 +117,9 @@ class _Train:
         source = load_case.source + (f" line {load_case.line}" if load_case.line else "")
         name = load_case.name or f"load case {k + 1}"
         return LoadBin(
-            name, hours, torque, speed, loads, load_case.extreme, source or f"load_cases[{k}]"
-        )
+            name, hours, torque, speed, loads, load_case.extreme, load_case.back_driven,
+            source or f"load_cases[{k}]",
+        )  # fmt: skip
 
     def _refuse(self, k: int, key: str, problem: str, remedy: str) -> None:
         load_case = self.load_cases[k]

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from flexgear.model.case import Case
 
 SUM_OF_HOURS = 1e-3  # by which hours may miss their stated total; tables are printed with 4 digits
+_PLAIN = ("name", "hours", "cycles", "extreme", "back_driven")  # titles without a unit
 AXES = ("x", "y", "z")
 FLAGS = {"1": True, "true": True, "yes": True, "0": False, "false": False, "no": False, "": False}
 
@@ -99,8 +100,8 @@ class Spectrum(Section):
 
     file: CSV with a row for each load case under titles that are keys of ``load_cases``: name,
     hours or cycles, extreme and back_driven (1 or 0), speed_rpm, torque_knm or power_mw, force_x_kn
-    … moment_z_knm; for other members with their name before: stage.sun.torque_nm. total_hours: that
-    hours of all load cases add up to, for a check.
+    … moment_z_knm, frame; for other members with their name before: stage.sun.torque_nm.
+    total_hours: that hours of all load cases add up to, for a check.
     """
 
     file: str | None = None
@@ -179,8 +180,10 @@ def read_load_cases(path: Path, before: int, written: Written) -> Iterator[dict[
             written.fields[f"{at}.{name}"] = (where, f"line {number}, {name}", "", None)
         for title, (member, name, axis, suffix), cell in zip(header, columns, cells, strict=False):
             text, key = cell.strip(), (where, f"line {number}, {title}")
-            if name in ("", "name"):
-                row |= {name: text} if name and text else {}
+            if name == "frame" and text:
+                _state(row, member, at)[0][name] = text
+            elif name in ("", "name", "frame"):
+                row |= {name: text} if name == "name" and text else {}
             elif name in ("extreme", "back_driven"):
                 if text.lower() not in FLAGS:
                     raise InputError(*key, f"{echo(text)} is neither 1 nor 0", "give 1 or 0")
@@ -219,8 +222,8 @@ def _column(title: str, where: str) -> tuple[str, str, str, str]:
         return "", "", "", ""
     member, _, key = title.rpartition(".")
     key = key.lower()
-    if not member and key in ("name", "hours", "cycles", "extreme", "back_driven"):
-        return "", key, "", ""
+    if key == "frame" or (not member and key in _PLAIN):
+        return member, key, "", ""
     for name in ("speed", "torque", "power", "force", "moment"):
         quantity = quantity_of(LoadCase, name)
         assert quantity is not None
@@ -228,7 +231,7 @@ def _column(title: str, where: str) -> tuple[str, str, str, str]:
             suffix = key.removeprefix(f"{name}_{axis}_" if axis else f"{name}_")
             if suffix != key and suffix in quantity.suffixes:
                 return member, name, axis, suffix
-    keys = [k for k in _titles() if not member or "_" in k]
+    keys = [k for k in _titles() if not member or k not in _PLAIN]
     raise InputError(
         where, f"column {echo(title)}", "is not known",
         f"{nearest(key, keys)}; a title that begins with # is left alone",
@@ -237,7 +240,6 @@ def _column(title: str, where: str) -> tuple[str, str, str, str]:
 
 def _titles() -> list[str]:
     """Usual titles of the table."""
-    plain = ["name", "hours", "cycles", "extreme", "back_driven"]
     of_state = [k for k in accepted_keys(MemberState) if not k.startswith(("force", "moment"))]
     vectors = [f"{n}_{a}_{s}" for n, s in (("force", "kn"), ("moment", "knm")) for a in AXES]
-    return [*plain, *(k for k in of_state if k != "frame"), *vectors]
+    return [*_PLAIN, *(k for k in of_state), *vectors]

@@ -171,10 +171,10 @@ class _Sorter:
 
     def __init__(self, series: LoadSeries, torque: float, speed: float) -> None:
         self.series, self.torque, self.speed = series, torque, speed
-        moment = series.moment_step or abs(torque) / 10.0
+        moment = series.moment_step or abs(torque) / 4.0
         self.steps = np.array([
             series.torque_step or abs(torque) / 20.0,
-            series.speed_step or abs(speed) / 10.0,
+            series.speed_step or abs(speed) / 4.0,
             *[series.force_step or 1.0] * 3,
             *[moment] * 2,
         ])  # fmt: skip
@@ -235,5 +235,5 @@ class _Sorter:
             name=name, torque=float(torque), speed=float(speed),
             force=(x, y, z) if any(self.series.force) else None,
             moment=(bending_x, bending_y, 0.0) if any(self.series.moment) else None,
-            back_driven=sense < 0.0,
+            back_driven=bool(sense < 0.0),
         )  # fmt: skip

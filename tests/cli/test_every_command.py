@@ -11,7 +11,7 @@ from train_contexts import BUNDLED
 
 from flexgear.cli import body_commands
 from flexgear.cli.entry import app, run
-from flexgear.model.load import bundled_cases
+from flexgear.model.load import bundled_cases, load_case
 from flexgear.results.summary import json_schema
 from flexgear.solve.headlines import rows_schema
 
@@ -57,6 +57,7 @@ COMMANDS = {
     "export --rexs": [],
     "export --reduced": ["-q"],
     "modify": ["-q"],
+    "spectrum": ["-q"],
 }  # fmt: skip
 WRITES = ("sweep", "tolerance", "rate")
 OF_A_RUN = {"run", "render"}
@@ -97,6 +98,8 @@ def why_not(command, case):
     """What the one line says where a command makes no sense for a case, else nothing."""
     if command in ("mesh", "reduce", "export --reduced") and case not in FLEXIBLE:
         return LUMPED
+    if command == "spectrum" and not load_case(case).load_cases:
+        return "load_cases: is missing"
     return NO_SLICES if command == "modify" else ""
 
 

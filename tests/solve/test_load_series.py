@@ -10,14 +10,17 @@ from hypothesis import strategies as st
 from openfast_files import write_out, write_outb
 from small_train import SMALL
 
+from flexgear.files.load_table import table_of_bins
 from flexgear.model.errors import InputError
 from flexgear.model.load import load_case
 from flexgear.solve.load_bins import load_bins
 from flexgear.solve.load_series import HOUR, bins_of_series
+from flexgear.views.load_duration import load_duration_chart
 
 TRAIN = SMALL.replace("teeth = 60", "teeth = 60, addendum = 0.8")  # no interference
 IN = "stage_1.carrier"
 RPM = math.pi / 30
+RATED = 1e3 / (10 * RPM)  # 1 kW at 10 r/min
 
 
 def series(samples=2001, seed=1):
@@ -65,7 +68,7 @@ def test_hours_and_turns_are_those_of_the_samples(case_with, tmp_path, value):
     write_outb(tmp_path / "a.outb", columns, form=3)
     bins = load_bins(case_with(keys=f'value = "{value}"'))
     lasting = [b for b in bins if not b.extreme]
-    assert len(lasting) > 20
+    assert len(lasting) > 10
     assert sum(b.hours for b in bins) == pytest.approx(60_000, rel=1e-12)
     turns = 60_000 * 60 * mean_speed(columns)
     assert turns_of(lasting) == pytest.approx(turns, rel=1e-12)
@@ -291,6 +294,42 @@ def test_any_damage_to_a_file_is_one_line_or_none(case_with, tmp_path, ending, p
     except InputError as fault:
         lines = str(fault).splitlines()
     assert len(lines) <= 1
+
+
+def test_bins_written_as_a_table_are_read_as_they_were(case_with, tmp_path):
+    columns = series()
+    columns["RotTorq"][500:600] -= 1.5  # against the rated sense
+    write_outb(tmp_path / "a.outb", columns, form=3)
+    case = case_with()
+    bins = load_bins(case)
+    (tmp_path / "bins.csv").write_text(table_of_bins(bins, [p.member for p in case.ports]))
+    text = (tmp_path / "mine.toml").read_text().partition("[load_series]")[0]
+    path = tmp_path / "table.toml"
+    path.write_text(f'{text}[spectrum]\nfile = "bins.csv"\ntotal_hours = 60000')
+    again = load_bins(load_case(path))
+    assert any(b.back_driven for b in bins) and any(b.extreme for b in bins)
+    for first, second in zip(bins, again, strict=True):
+        assert (first.name, first.extreme) == (second.name, second.extreme)
+        assert second.hours == pytest.approx(first.hours, rel=1e-13)
+        assert dict(second.torque) == pytest.approx(dict(first.torque), rel=1e-13)
+        assert dict(second.speed) == pytest.approx(dict(first.speed), rel=1e-13)
+        assert second.loads[0].first == pytest.approx(first.loads[0].first, rel=1e-13)
+
+
+def test_the_duration_curve_ends_at_all_turns(case_with, tmp_path):
+    write_outb(tmp_path / "a.outb", series(), form=3)
+    case = case_with()
+    bins, sums = load_bins(case), bins_of_series(case)
+    ax = load_duration_chart(bins, IN, sums).axes[0]
+    exceeded, torque = ax.lines[0].get_data()
+    assert exceeded[-1] == pytest.approx(sums.turns, rel=1e-12)
+    assert np.all(np.diff(torque) < 0)
+    values, edges, _ = ax.patches[0].get_data()
+    assert edges[-1] == pytest.approx(sums.turns, rel=1e-12)
+    assert np.all(np.diff(values) <= 0)
+    # at the turns of each bin's middle the samples' torque lies within a bin's width
+    middles = (edges[1:] + edges[:-1]) / 2
+    assert np.interp(middles, exceeded, torque) == pytest.approx(values, abs=1e-3 * RATED / 20)
 
 
 def test_a_bin_lasts_as_long_as_its_turns_take(case_with, tmp_path):

@@ -1,0 +1,117 @@
+"""Load bins of a case: their table, as a file for ``[spectrum]``, and the load duration curve."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+
+from flexgear.cli.display import as_json_text, progress
+from flexgear.cli.options import AsJson, CaseName, Quiet, Settings, file_option, settings_of
+from flexgear.files.atomic import file_target, write_bytes
+from flexgear.files.load_table import table_of_bins
+from flexgear.gears.load_bins import LoadBin
+from flexgear.model.case import Case
+from flexgear.model.errors import InputError
+from flexgear.model.load import load_case
+from flexgear.model.units import RPM
+from flexgear.solve.load_bins import bins_with_series
+from flexgear.solve.load_series import EXPONENTS, SeriesBins, bins_of_series
+from flexgear.views import style
+from flexgear.views.load_duration import load_duration_chart
+
+MOST_ROWS = 24  # of bins that are printed
+COLUMNS = ("bin", "hours", "turns", "speed, r/min", "torque, kN m", "force, kN", "moment, kN m")
+
+
+def spectrum(
+    case: CaseName,
+    out: Annotated[
+        Path | None, file_option("--out", "Table for [spectrum] (CSV); a picture goes beside it.")
+    ] = None,
+    settings: Settings = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace files that are there.")] = False,
+    as_json: AsJson = False,
+    quiet: Quiet = False,
+) -> None:
+    """Load bins of a case's load cases, table and series; how long each load lasts."""
+    source = load_case(case, settings_of(settings))
+    picture = None if out is None else out.with_suffix(".png")
+    for path in filter(None, (out, picture)):
+        if path.suffix.lower() not in (".csv", ".png"):
+            raise InputError("--out", str(path), "does not end in .csv", "name it so")
+        if file_target(path).exists() and not force:
+            raise InputError("--out", str(path), "is there already", "name another, or --force")
+    with progress(quiet) as report:
+        series = bins_of_series(source, report)
+    bins = bins_with_series(source, series)
+    ports = [port.member for port in source.ports]
+    if out is not None and picture is not None:
+        write_bytes(out, table_of_bins(bins, ports).encode())
+        style.save_figure(load_duration_chart(bins, ports[0], series), picture, dpi=150)
+    if as_json:
+        typer.echo(as_json_text(_plain(source, bins, series)))
+        return
+    _print(bins, ports[0])
+    if series is not None:
+        kept = _damage(series)
+        typer.echo(
+            "\ndamage of the bins of series over that of their samples: "
+            + ", ".join(f"{ratio:.4f} (exponent {p:.3g})" for p, ratio in kept.items())
+        )
+    if out is not None:
+        typer.echo(f"\nwrote {out} and {picture}")
+
+
+def _damage(series: SeriesBins) -> dict[float, float]:
+    return {exponent: series.damage_of_bins(exponent) for exponent in EXPONENTS}
+
+
+def _plain(case: Case, bins: tuple[LoadBin, ...], series: SeriesBins | None) -> dict[str, Any]:
+    """Bins for programs, SI but for hours."""
+    return {
+        "case": {"name": case.name, "content_hash": case.content_hash()},
+        "bins": [
+            {
+                "name": b.name, "hours": b.hours, "extreme": b.extreme, "source": b.source,
+                "torque": dict(b.torque), "speed": dict(b.speed),
+                "loads": {load.member: load.first.tolist() for load in b.loads},
+            }
+            for b in bins
+        ],
+        "damage_of_bins": {} if series is None else
+        {f"{exponent:.3g}": ratio for exponent, ratio in _damage(series).items()},
+    }  # fmt: skip
+
+
+def _print(bins: tuple[LoadBin, ...], first: str) -> None:
+    """A line for each bin, of many so many, with both ends; then the sums."""
+    typer.echo(f"speed, torque and load of {first}")
+    lasting, extreme = [b for b in bins if not b.extreme], [b for b in bins if b.extreme]
+    lines = np.unique(np.linspace(0, len(lasting) - 1, min(len(lasting), MOST_ROWS)).astype(int))
+    rows = [COLUMNS, *(_row(b, first) for b in [*(lasting[k] for k in lines), *extreme])]
+    turns = sum(b.turns(b.speed[first]) for b in lasting)
+    rows.append(("all", f"{sum(b.hours for b in lasting):.6g}", f"{turns:.6g}", "", "", "", ""))
+    widths = [max(len(row[c]) for row in rows) for c in range(len(COLUMNS))]
+    for row in rows:
+        cells = [f"{row[0]:<{widths[0]}}", *map("{:>{}}".format, row[1:], widths[1:])]
+        typer.echo(f"  {'  '.join(cells)}".rstrip())
+    if len(lines) < len(lasting):
+        typer.echo(f"  {len(lines)} of {len(lasting)} bins with a duration; --out writes all")
+
+
+def _row(load_bin: LoadBin, first: str) -> tuple[str, ...]:
+    speed = load_bin.speed[first]
+    hours, turns = f"{load_bin.hours:.6g}", f"{load_bin.turns(speed):.6g}"
+    load = sum((x.first for x in load_bin.loads if x.member == first), np.zeros(6)) / 1e3
+    size = [f"{np.linalg.norm(part):.5g}" for part in (load[:3], load[3:])]
+    time = ("–", "–") if load_bin.extreme else (hours, turns)
+    return (
+        load_bin.name,
+        *time,
+        f"{speed * RPM:.5g}",
+        f"{load_bin.torque[first] / 1e3:.6g}",
+        *size,
+    )
