@@ -171,7 +171,7 @@ class _Sorter:
 
     def __init__(self, series: LoadSeries, torque: float, speed: float) -> None:
         self.series, self.torque, self.speed = series, torque, speed
-        moment = series.moment_step or abs(torque) / 4.0
+        moment = series.moment_step or abs(torque) / 2.0
         self.steps = np.array([
             series.torque_step or abs(torque) / 20.0,
             series.speed_step or abs(speed) / 4.0,
