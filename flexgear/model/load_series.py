@@ -72,8 +72,8 @@ class LoadSeries(Section):
     the angle by which the axes of force and moment have turned about z, where these are the
     rotor's; a load is binned in fixed axes. start: time that is left out at the beginning of each
     file. torque_step, speed_step, force_step, moment_step: widths of the bins, whose edges are
-    whole multiples; left out, a twentieth of rated torque, a quarter of rated speed, for moments half
-    of rated torque.
+    whole multiples; left out, a twentieth of rated torque, a quarter of rated speed, for moments
+    half of rated torque.
 
     damage  the torque that does the damage of all samples of the bin by n |T|^exponent
     edge    the upper edge of torque and loads, on the safe side
