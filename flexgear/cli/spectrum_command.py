@@ -56,10 +56,10 @@ def spectrum(
         return
     _print(bins, ports[0])
     if series is not None:
-        kept = _damage(series)
+        ratios = _damage(series)
         typer.echo(
             "\ndamage of the bins of series over that of their samples: "
-            + ", ".join(f"{ratio:.4f} (exponent {p:.3g})" for p, ratio in kept.items())
+            + ", ".join(f"{ratio:.4f} (exponent {p:.3g})" for p, ratio in ratios.items())
         )
     if out is not None:
         typer.echo(f"\nwrote {out} and {picture}")

@@ -51,7 +51,7 @@ def load_duration_chart(
     ax.set_xlim(0.5 * least, 1.05 * total)
     ax.set_xlabel(f"turns of {member} with at least this torque")
     ax.set_ylabel(f"torque on {member}, kN m")
-    ax.legend(loc="upper right")
+    ax.legend(loc="lower left")
     return figure
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 import heapq
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TypeVar
@@ -201,6 +202,21 @@ class Document:
             if before is not None:
                 component.overridden.append(before)
             component.attributes[attribute.id] = attribute
+
+    @contextmanager
+    def values_of(self, load_case: LoadCase) -> Iterator[None]:
+        """Let components have the attributes of another load case inside the block."""
+        before = {c.id: c.attributes for c in self.components.values()}
+        for component in self.components.values():
+            model = {k: a for k, a in component.attributes.items() if not a.where}
+            component.attributes = model | {a.id: a for a in component.overridden}
+        for number, attribute in load_case.attributes:
+            self.components[number].attributes[attribute.id] = attribute
+        try:
+            yield
+        finally:
+            for number, attributes in before.items():
+                self.components[number].attributes = attributes
 
 
 def _by_kind(every: Iterable[Numbered]) -> dict[str, list[tuple[int, Numbered]]]:

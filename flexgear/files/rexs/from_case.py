@@ -18,7 +18,9 @@ from flexgear.files.rexs.outgoing import (
     middle,
     places,
 )
+from flexgear.files.rexs.spectra import LoadIds, add_load_cases, force_attributes, is_written
 from flexgear.gears.geometry import stage_geometry
+from flexgear.gears.load_bins import bins_of_load_cases
 from flexgear.gears.power_flow import power_flow
 from flexgear.gears.radii import StageRadii, stage_radii
 from flexgear.model.case import Case
@@ -32,7 +34,7 @@ from flexgear.model.train import Input, Joint, MemberLoad, Output
 
 _WRITTEN = {
     "name", "title", "source", "gravity", "material", "stages", "joints", "held", "inputs",
-    "output", "loads",
+    "output", "loads", "load_cases", "spectrum",
 }  # fmt: skip
 _OF_PORTS = {"member", "speed", "torque", "power", "inertia"}
 
@@ -44,6 +46,9 @@ def not_written(case: Case) -> list[str]:
         where = "output" if port is case.output else f"inputs[{k}]"
         lost += _set(port, f"{where}.", _OF_PORTS)
     lost += [f"loads on {load.member}" for load in case.loads if not is_written(load)]
+    states = [state for c in case.load_cases for _, _, state in c.states("")]
+    if any(s.frame != "fixed" and (s.force or s.moment) for s in states):
+        lost.append("loads of load_cases in turning frames")
     for stage in case.stages:
         keys = ("errors", "gear_mesh")
         defaults = {k: type(stage).model_fields[k].default for k in keys}
@@ -84,11 +89,6 @@ def _set(section: Section, before: str, written: set[str]) -> list[str]:
     ]
 
 
-def is_written(load: MemberLoad) -> bool:
-    """Whether REXS has an attribute for a load: constant, in fixed axes, no torque."""
-    return not load.is_history and load.frame == "fixed" and load.moment[2] == 0
-
-
 def model_of_case(case: Case) -> Outgoing:
     """The REXS model of a case. InputError for a train without one answer for its speeds."""
     return _Export(case).model
@@ -114,10 +114,17 @@ class _Export:
         for joint in case.joints:
             self._joint(joint)
         self._speeds()
-        for port in case.ports:
-            self._port(port)
-        for load in case.loads:
+        ports = {port.member: self._port(port) for port in case.ports}
+        self.forces: dict[str, list[int]] = {}
+        bins = bins_of_load_cases(case)
+        for load in filter(is_written, case.loads):
             self._load(load)
+        for load in (load for load_bin in bins for load in filter(is_written, load_bin.loads)):
+            if load.member not in self.forces:
+                self._load(MemberLoad(member=load.member))
+        add_load_cases(
+            bins, case.loads, self.model, LoadIds(self.unit, self.shafts, ports, self.forces)
+        )
 
     def _gear_unit(self) -> int:
         size = math.sqrt(sum(g * g for g in self.case.gravity))
@@ -183,23 +190,18 @@ class _Export:
 
     def _load(self, load: MemberLoad) -> None:
         """Force and moments across; in the carrier's frame, or about u, they are not written."""
-        if not is_written(load):
-            return
-        (x, y, z), (mx, my, _) = load.force, load.moment
-        self.model.part(
+        number = self.model.part(
             self.shafts[load.member],
             "external_load",
             f"force on {load.member}",
             u_coordinate_on_shaft=0.0,
             transmits_torque=False,
-            force_u_direction=z,
-            force_v_direction=x,
-            force_w_direction=y,
-            torque_around_v_axis=mx,
-            torque_around_w_axis=my,
+            **force_attributes(load.first),
         )
+        self.forces.setdefault(load.member, []).append(number)
 
-    def _port(self, port: Input | Output) -> None:
+    def _port(self, port: Input | Output) -> int:
+        """The external load at a port; its id."""
         shaft = self.shafts[port.member]
         number = self.model.part(
             shaft,
@@ -223,6 +225,7 @@ class _Export:
                 u_coordinate_on_shaft=0.0,
                 moment_of_inertia_u_axis=inertia,
             )
+        return number
 
 
 class _StageOut:

@@ -31,14 +31,14 @@ Attributes = dict[str, Written]
 @dataclass
 class Outgoing:
     """Components with attributes in the schema's units, which methods take in SI; relations;
-    results of one load case.
+    results of load cases.
 
-    relations: (type, order, roles to ids). load_case: attributes by the component's id.
+    relations: (type, order, roles to ids). load_cases: of each, attributes by the component's id.
     """
 
     components: list[tuple[str, str, Attributes]] = field(default_factory=list)
     relations: list[tuple[str, int, dict[str, int]]] = field(default_factory=list)
-    load_case: dict[int, Attributes] = field(default_factory=dict)
+    load_cases: list[dict[int, Attributes]] = field(default_factory=lambda: [{}])
 
     def add(self, kind: str, name: str = "", **attributes: Written | None) -> int:
         """A component; attributes that are None are left out. Returns its id."""
@@ -64,8 +64,12 @@ class Outgoing:
         return number
 
     def result(self, number: int, **attributes: Written) -> None:
-        """Attributes of a component under load."""
-        self.load_case.setdefault(number, {}).update(_in_units(attributes))
+        """Attributes of a component in the last load case."""
+        self.load_cases[-1].setdefault(number, {}).update(_in_units(attributes))
+
+    def begin_load_case(self) -> None:
+        """Let results that follow be those of another load case."""
+        self.load_cases.append({})
 
     def xml(self, application: str, version: str, date: str) -> bytes:
         """The file. date: ISO 8601 with its zone."""
@@ -86,12 +90,13 @@ class Outgoing:
         components = ET.SubElement(root, "components")
         for number, (kind, name, attributes) in enumerate(self.components, 1):
             _component(components, number, kind, name, attributes)
-        if self.load_case:
+        if any(self.load_cases):
             spectrum = ET.SubElement(root, "load_spectrum", id="1")
-            case = ET.SubElement(spectrum, "load_case", id="1")
-            for number, attributes in sorted(self.load_case.items()):
-                kind, name, _ = self.components[number - 1]
-                _component(case, number, kind, name, attributes)
+            for place, results in enumerate(self.load_cases, 1):
+                case = ET.SubElement(spectrum, "load_case", id=str(place))
+                for number, attributes in sorted(results.items()):
+                    kind, name, _ = self.components[number - 1]
+                    _component(case, number, kind, name, attributes)
         ET.indent(root)
         return ET.tostring(root, encoding="utf-8", xml_declaration=True) + b"\n"
 

@@ -127,6 +127,30 @@ def _member_of(assembly: Assembly, load: Component, members: list[Member]) -> Me
     return min(mine, key=lambda m: lengths[m])
 
 
+def forces_of(
+    assembly: Assembly, members: list[Member]
+) -> Iterator[tuple[Component, Member, list[float]]]:
+    """Loads with a force or moment stated, their members, and N, N m along x, y, z = v, w, u and
+    about x, y, in fixed axes, at the member's middle.
+
+    Of shafts along the gear unit's axes; others are listed.
+    """
+    for load in assembly.document.kind("external_load"):
+        shaft = assembly.frames.shaft(load)
+        frame = None if shaft is None else assembly.frames.of(shaft)
+        member = _member_of(assembly, load, members)
+        turned = frame is not None and abs(frame.axes - np.eye(3)).max() > _ALIGNED
+        if member is None or turned:
+            continue
+        data = [number([load], f"force_{a}_direction", "N") for a in "vwu"]
+        data += [number([load], f"torque_around_{a}_axis", "N m") for a in "vw"]
+        values = [0.0 if datum is None else datum.value for datum in data]
+        if any(values):
+            load.role = load.role or f"forces on {member.name}"
+        if any(datum is not None for datum in data):
+            yield load, member, values
+
+
 def _signed(datum: Datum | None, turn: float) -> Datum | None:
     if datum is None or turn > 0:
         return datum
@@ -272,24 +296,11 @@ class PortWriter:
         self._forces()
 
     def _forces(self) -> None:
-        """Forces and moments on members, in fixed axes x, y, z = v, w, u, at the member's middle.
-
-        Of shafts along the gear unit's axes; moments about u are torques of ports. Others are
-        listed.
-        """
-        for load in self.assembly.document.kind("external_load"):
-            shaft = self.assembly.frames.shaft(load)
-            frame = None if shaft is None else self.assembly.frames.of(shaft)
-            member = _member_of(self.assembly, load, self.members)
-            turned = frame is not None and abs(frame.axes - np.eye(3)).max() > _ALIGNED
-            if member is None or turned:
-                continue
-            data = [number([load], f"force_{a}_direction", "N") for a in "vwu"]
-            data += [number([load], f"torque_around_{a}_axis", "N m") for a in "vw"]
-            values = [0.0 if datum is None else datum.value for datum in data]
+        """Forces and moments on members, as constant loads; moments about u are torques of
+        ports."""
+        for load, member, values in forces_of(self.assembly, self.members):
             if not any(values):
                 continue
-            load.role = load.role or f"forces on {member.name}"
             section = self.case.section("[[loads]]")
             section.put("member", member.name, load.label)
             section.put("force_n", values[:3], f"{load.label}: v, w, u directions")

@@ -16,9 +16,10 @@ from pathlib import Path
 
 from flexgear.files.case_text import CaseText, Section, commented
 from flexgear.files.rexs.assembly import Assembly
-from flexgear.files.rexs.document import Component, Document, flag, number
+from flexgear.files.rexs.document import Component, Document, LoadCase, flag, number
 from flexgear.files.rexs.gears import GearReader, Rack
 from flexgear.files.rexs.ports import PortWriter
+from flexgear.files.rexs.spectra import write_load_cases
 from flexgear.files.rexs.stage_keys import StageWriter
 from flexgear.files.rexs.stages import (
     Member,
@@ -94,6 +95,7 @@ class _Conversion:
         self.document, self.where = document, where
         self.case = CaseText()
         self.lost: list[str] = []
+        self.chosen: LoadCase | None = None
         self._choose(load_case)
         self.assembly = Assembly(document)
         self.material = dict(_STEEL)
@@ -128,6 +130,8 @@ class _Conversion:
             key, message = fault.key, f"{fault.problem} -- {fault.remedy}"
             self.case.warn(f"the case cannot run before this is mended: {key}: {message}")
         gears.modified.write(self._carries(named))
+        written = write_load_cases(self.document, self.assembly, self.case, self.members)
+        self._list_other_cases(written)
         listed = tuple(self.lost + left_out(self.document))
         return Imported(self._text(listed), tuple(self.case.assumed), listed)
 
@@ -153,11 +157,15 @@ class _Conversion:
                 self.where, "load case", f"{number} is not there", f"there are: {numbers}"
             )
         self.document.take_load_case(chosen)
-        for other in cases:
-            if other is not chosen:
+        self.chosen = chosen
+
+    def _list_other_cases(self, written: set[int]) -> None:
+        """List load cases that are not in the case."""
+        for other in self.document.load_cases:
+            if other is not self.chosen and other.id not in written:
                 self.lost.append(
                     f"load case {other.id} (spectrum {other.spectrum}), {len(other.attributes)}"
-                    f" attributes: --load-case {other.id} takes it in place of {chosen.id}"
+                    f" attributes: --load-case {other.id} takes it in place of the first"
                 )
 
     def _material(self, gears: list[Component]) -> None:

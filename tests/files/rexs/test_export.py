@@ -12,6 +12,7 @@ from train_contexts import BUNDLED
 from flexgear.files.rexs.from_case import not_written
 from flexgear.files.rexs.reading import read_rexs
 from flexgear.gears.geometry import stage_geometry
+from flexgear.gears.load_bins import bins_of_load_cases
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.load import bundled_text, load_case
 
@@ -208,6 +209,34 @@ moment_nm = [4, 5, 0]
     source.write_text(bundled_text("herringbone") + text, encoding="utf-8")
     (load,) = again(load_case(source), tmp_path)[0].loads
     assert (load.force, load.moment) == ((10, 20, 30), (4, 5, 0))
+
+
+def test_load_cases_come_back(tmp_path):
+    text = """
+[[load_cases]]
+name = "storm"
+hours = 12
+torque_knm = 20
+moment_nm = [4, 5, 0]
+[[load_cases.members]]
+member = "stage.carrier"
+force_n = [10, 20, 30]
+[[load_cases]]
+extreme = true
+speed_rpm = 0
+"""
+    for name in ("nrel-5mw", "herringbone"):
+        source = tmp_path / f"{name}.toml"
+        more = text if name == "herringbone" else ""
+        source.write_text(bundled_text(name) + more, encoding="utf-8")
+        case = load_case(source)
+        bins = bins_of_load_cases(case)
+        for first, second in zip(bins, bins_of_load_cases(again(case, tmp_path)[0]), strict=True):
+            assert (first.extreme, second.hours) == (second.extreme, pytest.approx(first.hours))
+            assert dict(second.torque) == pytest.approx(dict(first.torque), rel=1e-6)
+            assert dict(second.speed) == pytest.approx(dict(first.speed), rel=1e-9)
+            loads = {load.member: list(load.first) for load in second.loads if any(load.first)}
+            assert loads == {load.member: list(load.first) for load in first.loads}
 
 
 def test_place_relative_to_another_component(tmp_path):

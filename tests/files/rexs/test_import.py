@@ -254,6 +254,34 @@ def test_load_cases(imported):
         imported(m, load_case_id=5)
 
 
+def test_load_cases_with_durations(imported):
+    """Durations, or shares of the whole; the first one stays the rated state."""
+    m = planetary()
+    m.load_cases = {
+        4: {
+            m.load: {"torque_around_u_axis": (2000.0, NM)},
+            m.unit: {"operating_time": (70.0, "h")},
+        },
+        9: {
+            m.load: {"torque_around_u_axis": (1000.0, NM)},
+            m.drive: {"rotational_speed": (6.0, RPM)},
+            m.unit: {"operating_time_fraction": (30.0, "%")},
+        },
+        12: {m.load: {"torque_around_u_axis": (10.0, NM)}},
+    }
+    case, made = imported(m)
+    assert case.inputs[0].torque == 2000
+    first, second = case.load_cases
+    assert (first.hours, first.torque) == (70, 2000)
+    assert (second.hours, second.torque) == (pytest.approx(6000), 1000)
+    assert second.speed * TURNS == pytest.approx(6)
+    assert any("of 20000 h in all, assumed" in line for line in made.assumed)
+    assert any("load case 12" in line for line in made.left_out)
+    assert not any("load case 9 (" in line for line in made.left_out)
+    m.set(m.unit, operating_time=(1000.0, "h"))
+    assert imported(m)[0].load_cases[1].hours == pytest.approx(300)
+
+
 def test_load_and_speed_on_different_shafts(imported):
     """A speed that is given at the other end counts; a torque against its speed brakes."""
     m = planetary()
