@@ -35,7 +35,8 @@ class Case(case.Case):
 
     def __init__(self, **fields: object) -> None:
         where, written = "flexgear.Case()", Written()
-        data = to_si(case.Case, _plain(fields), where, written, bare_si=True)
+        stated = {key: _plain(value) for key, value in fields.items() if value is not None}
+        data = to_si(case.Case, stated, where, written, bare_si=True)
         resolve_files(data, Path())
         try:
             super().__init__(**data)

@@ -41,6 +41,11 @@ from flexgear.solve.bodies import Progress, silent
 from flexgear.solve.dataset import equilibrium_data
 from flexgear.solve.model import Model, assemble, rated_forces, rated_rotations
 
+NEEDED = (  # variables of equilibria
+    "gear_mesh_force", "pair_load", "pair_stiffness", "face_line_load", "face_section",
+    "carrier_angle", "bearing_force",
+)  # fmt: skip
+
 
 @dataclass(frozen=True)
 class GroupLoads:
@@ -165,6 +170,7 @@ def loads_in_bin(train: SpectrumTrain, load_bin: LoadBin) -> BinLoads:
     torques = np.array([[load_bin.torque[p.name] for p in model.system.ports]])
     result = revolution(model.modal, rated_rotations(model.system, lead), torques)
     data = equilibrium_data(model, result)
+    data = data[[name for name in NEEDED if name in data]]
     groups, supports, carrier = dict[GroupName, GroupLoads](), dict[str, Array](), {}
     first = 0
     for stage, samples in train.samples.items():

@@ -33,10 +33,11 @@ from flexgear.model.case import Case
 from flexgear.model.names import GroupName
 from flexgear.model.rating import ForcedFactors
 from flexgear.model.stage_view import StageView
+from flexgear.results.load_sharing import ROUNDING
 from flexgear.results.rating import GearMeshRating, Kind, RatedPart
 from flexgear.solve.bin_loads import BinLoads, GroupLoads
 
-STATIC = 1.0  # load cycles of an extreme load
+STATIC = 1.0  # load cycles of an extreme load, or of one at rest
 ENDLESS = 1e10  # of a load without duration: where the curves of ISO 6336 end
 KINDS: tuple[Kind, Kind] = ("flank", "root")
 GROWTH: dict[Kind, float] = {"flank": 0.5, "root": 1.0}  # exponent of the load in the stress
@@ -100,6 +101,7 @@ def rate_gears(
                 _append(histories, view, group, bins, flows, loads, of_bins)
                 groups.append(_gear_mesh(group, of_bins, loads))
                 missing |= _first_missing(group, of_bins)
+                missing |= _uneven(group, bins, flows, loads)
     parts = [_part(case, place, history, bins) for place, history in histories.items()]
     return tuple(groups), tuple(parts), missing
 
@@ -107,6 +109,22 @@ def rate_gears(
 def _first_missing(group: GroupName, of_bins: Sequence[_InBin]) -> dict[str, str]:
     texts = [x.missing for x in of_bins if x.missing]
     return {str(group): texts[0]} if texts else {}
+
+
+def _uneven(
+    group: GroupName, bins: Sequence[LoadBin], flows: Sequence[PowerFlow], loads: Sequence[BinLoads]
+) -> dict[str, str]:
+    """Load cases in which a group has a nominal load that its planets do not carry together."""
+    forces = [abs(f.stage(group.stage).gear_mesh_forces[group.kind]) for f in flows]
+    names = [
+        load_bin.name
+        for load_bin, load, force in zip(bins, loads, forces, strict=True)
+        if group not in load.groups and force > ROUNDING * max(forces)
+    ]
+    if not names:
+        return {}
+    beside = f" and {len(names) - 1} more" if len(names) > 1 else ""
+    return {f"{group}, {names[0]}{beside}": "its planets do not carry the load together there"}
 
 
 def _gear_mesh(
@@ -236,7 +254,8 @@ def _part(case: Case, place: _Place, history: History, bins: Sequence[LoadBin]) 
     lasting = [b for b in history if bins[b].hours > 0.0]
     for b, (state, count_of_bin) in history.items():
         load[b], cycles[b] = state.stress, count_of_bin
-        at = STATIC if bins[b].extreme else count_of_bin or ENDLESS
+        stands = bins[b].hours > 0.0 and count_of_bin == 0.0
+        at = STATIC if bins[b].extreme or stands else count_of_bin or ENDLESS
         factors[b] = tuple(f for f in state.sheet(at) if not f.symbol.startswith("K_"))
         in_bin = state.safety(at)
         safety[b] = math.nan if in_bin is None else in_bin

@@ -6,6 +6,7 @@ import json
 import pytest
 from report_pages import require_sound
 
+import flexgear as fg
 from flexgear.results.dataset_file import load
 
 FEW = ["--set", "rating.gear_mesh_cycles=1", "--set", "rating.positions_per_gear_mesh=2"]
@@ -71,3 +72,15 @@ def test_one_line_for_what_is_wrong(flexgear, tmp_path, more, message):
         file.write(f"\n{more}")
     assert message in flexgear.refused("rate", tmp_path / "own.toml", "--out", tmp_path / "r")
     assert not (tmp_path / "r").exists()
+
+
+def test_a_method_of_cases(tmp_path):
+    few = {"rating__gear_mesh_cycles": 1, "rating__positions_per_gear_mesh": 2}
+    case = fg.load_case("nrel-5mw", **few)
+    rating = case.rate(tmp_path / "sheet")
+    assert (tmp_path / "sheet" / "rating.json").exists()
+    assert rating.ranked[0].reserve == min(p.reserve for p in rating.parts if not p.missing)
+    assert f"{rating.ranked[0].least_safety:.2f}"[:3] in rating._repr_html_()
+    assert set(rating.dataset()["part_kind"].to_numpy()) == {"flank", "root", "bearing"}
+    with pytest.raises(fg.InputError, match="of the wrong type"):
+        case.rate(workers="two")

@@ -193,6 +193,26 @@ def test_what_is_missing_is_not_assessed_by_name():
     assert all(p.load[0] > 0 for p in forced.parts if p.kind != "bearing")  # stresses are known
 
 
+def test_a_load_at_rest_and_one_without_torque():
+    """At rest nothing is worn and the stress is static; without torque nothing is loaded."""
+    case = _train().with_(
+        load_cases=(
+            LoadCase(name="parked", hours=500.0, torque=RATED, speed=0.0),
+            LoadCase(name="idle", hours=500.0, torque=0.0),
+        ),
+        **FROZEN,
+    )
+    rating = rate(case, workers=1)
+    for part in rating.parts:
+        assert part.damage_sum == 0.0 and part.life == math.inf
+        assert part.load[0] > 0.0 and part.load[1] == pytest.approx(0.0, abs=1e-6)
+    assert not any("together" in why for why in rating.not_assessed.values())
+    once = _frozen(("a", 1000.0, 1.0))
+    for part, turning in zip(rating.parts, once.parts, strict=True):
+        if part.kind == "root":
+            assert part.safety[0] > turning.safety[0]
+
+
 def test_outputs_hold_every_part_and_bin():
     rating = _frozen(("a", 1000.0, 1.0), ("b", 100.0, 1.2))
     data, summary = rating.dataset(), rating_summary(rating)
