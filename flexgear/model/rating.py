@@ -131,9 +131,11 @@ class Rating(ForcedFactors):
     number of cycles ("constant"), or go over to those of static stress below the knee of the curve
     ("interpolated", ISO 6336-2 and -3 method B).
 
-    gear_meshes: load factors of some gear meshes alone. gear_mesh_cycles: gear-mesh cycles of each
-    stage, at most, over which load factors are looked for, spread over a turn of the carrier;
-    positions_per_gear_mesh: equilibria in each.
+    dynamic_factor: K_v by ISO 6336-1 method B, or by transients of the train at the speed and
+    torque of every load case (seconds each); deviations of teeth are then those of the case's
+    errors alone. gear_meshes: load factors of some gear meshes alone. gear_mesh_cycles: gear-mesh
+    cycles of each stage, at most, over which load factors are looked for, spread over a turn of the
+    carrier; positions_per_gear_mesh: equilibria in each.
     """
 
     edition: Literal[2006, 2019] = 2019
@@ -148,6 +150,7 @@ class Rating(ForcedFactors):
     profile_modification_factor: float | None = Field(default=None, ge=1.0, le=1.2)
     limited_pitting: bool = False
     static_factors: Literal["constant", "interpolated"] = "constant"
+    dynamic_factor: Literal["method_b", "train"] = "method_b"
     gear_meshes: tuple[GearMeshFactors, ...] = ()
     gear_mesh_cycles: int = Field(default=7, ge=1, le=10000)
     positions_per_gear_mesh: int = Field(default=8, ge=2, le=1000)

@@ -39,6 +39,7 @@ from flexgear.results.load_sharing import carry_together, without_rounding
 from flexgear.solve.angles import samples_of_stage, stage_motions
 from flexgear.solve.bodies import Progress, silent
 from flexgear.solve.dataset import equilibrium_data
+from flexgear.solve.dynamic_factors import dynamic_factors
 from flexgear.solve.model import Model, assemble, rated_forces, rated_rotations
 
 NEEDED = (  # variables of equilibria
@@ -53,7 +54,8 @@ class GroupLoads:
 
     k_gamma, k_h_beta, k_h_alpha: of ``planet`` (from 1) in ``cycle`` (of those looked at, from 0),
     NaN where the model does not tell. largest_share: K_γ of any planet in any cycle. drive: the
-    flanks carry that carry rated torque. mean_force: of one gear mesh, N.
+    flanks carry that carry rated torque. mean_force, largest_force: of one gear mesh, N. k_v: of
+    the train's own motion, NaN where that is not asked for.
     """
 
     k_gamma: float
@@ -64,6 +66,8 @@ class GroupLoads:
     largest_share: float
     drive: bool
     mean_force: float
+    largest_force: float
+    k_v: float = math.nan
 
 
 @dataclass(frozen=True)
@@ -181,6 +185,9 @@ def loads_in_bin(train: SpectrumTrain, load_bin: LoadBin) -> BinLoads:
         for name in map(str, of_stage["support"].to_numpy() if "support" in data else ()):
             if name.startswith(f"{stage}."):
                 supports[name] = of_stage["bearing_force"].sel(support=name).to_numpy()
+    if train.case.rating.dynamic_factor == "train":
+        factors = dynamic_factors(model.case, {n: g.largest_force for n, g in groups.items()})
+        groups = {n: replace(g, k_v=factors.get(n, math.nan)) for n, g in groups.items()}
     return BinLoads(groups, supports, carrier, float(result.closure.max()))
 
 
@@ -225,6 +232,7 @@ def _groups(
             largest_share=float(shares.max()),
             drive=drive,
             mean_force=float(abs(means.mean())),
+            largest_force=float(abs(force[:, at]).max()),
         )
     return loads
 

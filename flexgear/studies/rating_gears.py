@@ -182,7 +182,9 @@ def load_factors(
         return NO_FACE_FACTOR
     by_rule = dynamic_factor(pair, load, chosen.product("K_A", "K_γ"))
     k_v = math.nan if by_rule is None else by_rule.value
-    if not chosen.take("K_v", "dynamic factor", _at_least(METHOD_B, k_v, rules.dynamic_floor)):
+    sources = (("computed, motion of the train", computed.k_v), (METHOD_B, k_v))
+    dynamic = [_at_least(*source, rules.dynamic_floor) for source in sources]
+    if not chosen.take("K_v", "dynamic factor", *dynamic):
         return NO_DYNAMIC_FACTOR
     face_root = root_face_factor(pair, chosen.value("K_Hβ"))
     chosen.take("K_Fβ", "face load factor, root", ("ISO 6336-1, from K_Hβ", face_root))

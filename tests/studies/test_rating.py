@@ -213,6 +213,24 @@ def test_a_load_at_rest_and_one_without_torque():
             assert part.safety[0] > turning.safety[0]
 
 
+def _dynamic(**changes):
+    """K_v by group, from the motion of the train."""
+    keys = {"rating.dynamic_factor": "train", "rating.limits": "none", **changes}
+    rating = rate(_train().with_(load_cases=_cases(("a", 1.0, 1.0)), **keys), workers=1)
+    factors = {g.name: {f.symbol: f for f in g.factors[0]} for g in rating.gear_meshes}
+    assert all(f["K_v"].source.startswith("computed") for f in factors.values())
+    return {name: f["K_v"].value for name, f in factors.items()}
+
+
+def test_dynamic_factor_of_the_train():
+    """Where nothing excites, K_v = 1; a stage whose stiffness jumps with the number of pairs
+    vibrates, and those behind its long shafts hardly do."""
+    assert list(_dynamic().values()) == pytest.approx([1.0] * 5, abs=1e-5)
+    waved = _dynamic(**{"stages.stage_3.gear_mesh.model": "rectangular"})
+    assert waved["stage_3 sun"] > 1.2
+    assert max(v for name, v in waved.items() if "stage_3" not in name) < 1.05
+
+
 def test_outputs_hold_every_part_and_bin():
     rating = _frozen(("a", 1000.0, 1.0), ("b", 100.0, 1.2))
     data, summary = rating.dataset(), rating_summary(rating)
