@@ -388,6 +388,8 @@ class _StageOut:
             kind = "rolling_bearing_with_catalog_geometry"
             ball = getattr(springs, "rolling", None) == "ball"
             more["radial_dynamic_load_rating"] = rating
+            more["radial_static_load_rating"] = getattr(springs, "static_rating", None)
+            more["fatigue_limit_load"] = getattr(springs, "fatigue_load_limit", None)
             more["bearing_type"] = (
                 "radial_grooved_ball_bearing" if ball else "radial_roller_bearing"
             )

@@ -7,7 +7,7 @@ import math
 from flexgear.files.case_text import CaseText
 from flexgear.files.rexs.document import Component, Datum, number
 from flexgear.files.rexs.gears import GearReader, Rack
-from flexgear.files.rexs.stages import RexsStage
+from flexgear.files.rexs.stages import Mesh, RexsStage
 from flexgear.gears.geometry import RULE, least_backlash
 from flexgear.gears.tooth import involute
 from flexgear.model.errors import InputError
@@ -262,10 +262,38 @@ class StageWriter:
             if total is not None and total.value - left >= -AGREES * self.rack.module:
                 extra = max(total.value - left, 0.0)
                 self.section.put(key, extra, f"{total.source}, less what profile shifts leave")
+                continue
+            thinned = self._allowances(meshes)
+            if thinned is not None and left + thinned.value >= -AGREES * self.rack.module:
+                self.section.put(key, thinned.value, thinned.source)
             elif left < -AGREES * self.rack.module and self.distance is not None:
                 least = 1e3 * least_backlash(1e-3 * self.distance.value, 1e-3 * self.rack.module)
                 why = f"teeth overlap by {-left:.4g} mm at the file's centre distance; and {RULE}"
                 self.case.assume(self.section, key, least - left, why)
+
+    def _allowances(self, meshes: list[Mesh]) -> Datum | None:
+        """Normal backlash of mean tooth-thickness allowances of both gears of a gear mesh, mm:
+
+        −Σ A_sn cos α_n of deviations of the chordal thickness, or −Σ A_W of base tangent lengths
+        (of external gears); None where neither gear has them, or they make teeth thicker.
+        """
+        total, sources = 0.0, []
+        for k in range(2):
+            gears = [mesh.gears[k] for mesh in meshes]
+            ring = any(gear.kind == "ring_gear" for gear in gears)
+            for name, ratio in (
+                ("chordal_tooth_thickness_{}_deviation", math.cos(self.rack.pressure_angle)),
+                *([] if ring else [("{}_backlash_allowance_referenced_to_span", 1.0)]),
+            ):
+                ends = [number(gears, name.format(end), "mm") for end in ("upper", "lower")]
+                present = [end for end in ends if end is not None]
+                if present:
+                    total -= ratio * sum(end.value for end in present) / len(present)
+                    sources += [end.source for end in present]
+                    break
+        if not sources or total < 0.0:
+            return None
+        return Datum(total, f"mean of {' and '.join(sources)}")
 
     def _total_backlash(self, stages: list[Component]) -> Datum | None:
         mean = number(stages, "mean_normal_backlash", "mm")

@@ -188,6 +188,8 @@ class SupportWriter:
         if rating is None or rating.value <= 0:
             return
         section.put("dynamic_rating_kn", rating.value, rating.source)
+        section.take("static_rating_kn", number(bearings, "radial_static_load_rating", "kN"))
+        section.take("fatigue_load_limit_kn", number(bearings, "fatigue_limit_load", "kN"))
         type_text = text(bearings, "bearing_type")
         kind = "ball" if type_text is not None and "ball" in type_text else "roller"
         if type_text is None:

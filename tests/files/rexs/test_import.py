@@ -282,6 +282,41 @@ def test_load_cases_with_durations(imported):
     assert imported(m)[0].load_cases[1].hours == pytest.approx(300)
 
 
+def test_thickness_allowances_are_backlash(imported):
+    """j_bn = −Σ A_sn cos α_n of mean deviations, or −Σ A_W; beside a stated backlash they yield."""
+    m = planetary()
+    for gear, deviations in [(m.sun, (-0.05, -0.09)), *((p, (-0.1, -0.14)) for p in m.planets)]:
+        m.set(gear, chordal_tooth_thickness_upper_deviation=(deviations[0], MM),
+              chordal_tooth_thickness_lower_deviation=(deviations[1], MM))  # fmt: skip
+    case, made = imported(m)
+    stage = case.stages[0]
+    assert stage.backlash_sun == pytest.approx(0.19e-3 * math.cos(stage.pressure_angle))
+    assert stage.backlash_ring == pytest.approx(0.12e-3 * math.cos(stage.pressure_angle))
+    assert not any("chordal" in line for line in made.left_out)
+    m.set(m.sun, chordal_tooth_thickness_upper_deviation=None,
+          chordal_tooth_thickness_lower_deviation=None,
+          upper_backlash_allowance_referenced_to_span=(-60.0, "mum"),
+          lower_backlash_allowance_referenced_to_span=(-80.0, "mum"))  # fmt: skip
+    spans = imported(m)[0].stages[0]
+    wanted = 0.07e-3 + 0.12e-3 * math.cos(stage.pressure_angle)
+    assert spans.backlash_sun == pytest.approx(wanted)
+
+
+def test_static_and_fatigue_ratings_of_bearings(imported):
+    m = planetary()
+    for number in m.planet_bearings:
+        m.set(
+            number,
+            bearing_type=("ball", ""),
+            radial_dynamic_load_rating=(900.0, "kN"),
+            radial_static_load_rating=(1400.0, "kN"),
+            fatigue_limit_load=(160.0, "kN"),
+        )
+    bearing = imported(m)[0].stages[0].planet_bearing
+    assert (bearing.dynamic_rating, bearing.static_rating) == (9e5, 1.4e6)
+    assert bearing.fatigue_load_limit == 1.6e5
+
+
 def test_load_and_speed_on_different_shafts(imported):
     """A speed that is given at the other end counts; a torque against its speed brakes."""
     m = planetary()
