@@ -86,6 +86,26 @@ def bins_of_load_cases(case: Case, more: Sequence[LoadCase] = ()) -> tuple[LoadB
     return bins
 
 
+class _System:
+    """Linear equations A x = b that unknowns are added to until they have one solution."""
+
+    def __init__(self, rows: Array, right: list[float]) -> None:
+        self.rows, self.right = rows, right
+
+    def add(self, place: int, value: float) -> float:
+        """Add x[place] = value unless it follows from the equations before; what it is then."""
+        row = np.eye(self.rows.shape[1])[None, place]
+        rows = np.vstack([self.rows, row])
+        if rank(rows) == rank(self.rows):
+            return float(np.linalg.lstsq(self.rows, np.array(self.right), rcond=None)[0][place])
+        self.rows, self.right = rows, [*self.right, value]
+        return value
+
+    def solution(self) -> Array:
+        """x."""
+        return np.asarray(np.linalg.solve(self.rows, np.array(self.right)), dtype=np.float64)
+
+
 class _Train:
     """Statics of a train whose ports carry other speeds and torques than the rated ones."""
 
@@ -147,34 +167,23 @@ class _Train:
         stated = {m: (f"{at}speed", s.speed) for at, m, s in states if s.speed is not None}
         ratios = [v / r for m, (_, v) in stated.items() if (r := self.flow.speed[m])]
         ratio = ratios[0] if ratios else 1.0
-        rows, right = self.ties, [0.0] * len(self.ties)
-        names = self.members.names
+        system, names = _System(self.ties, [0.0] * len(self.ties)), self.members.names
         for member, (key, value) in stated.items():
             rated = self.flow.speed[member]
             if rated and abs(value) > MOST_SPEED * abs(rated):
                 problem = f"{value * RPM:.6g} r/min is {abs(value / rated):.3g} times the rated"
                 self._refuse(k, key, f"{problem} {rated * RPM:.6g} r/min", "check the unit")
-            row = self._row(member)
-            if rank(np.vstack([rows, row])) > rank(rows):
-                rows, right = np.vstack([rows, row]), [*right, value]
-                continue
-            implied = float(row[0] @ np.linalg.lstsq(rows, np.array(right), rcond=None)[0])
+            implied = system.add(names.index(member), value)
             if abs(value - implied) > SAME * max(abs(value), abs(implied)):
                 problem = f"is {value * RPM:.6g} r/min, but the train makes {member} turn at"
                 remedy = "correct it, or leave it out"
                 self._refuse(k, key, f"{problem} {implied * RPM:.6g}", remedy)
         for port in self.members.ports:
-            row = self._row(port.member)
-            if port.speed is not None and rank(np.vstack([rows, row])) > rank(rows):
-                rows, right = np.vstack([rows, row]), [*right, port.speed * ratio]
-        speeds = np.linalg.solve(rows, np.array(right))
+            if port.speed is not None:
+                system.add(names.index(port.member), port.speed * ratio)
+        speeds = system.solution()
         speeds = np.where(abs(speeds) > NOISE * abs(speeds).max(), speeds, 0.0)
         return dict(zip(names, speeds.tolist(), strict=True))
-
-    def _row(self, member: str) -> Array:
-        row = np.zeros((1, len(self.members.names)))
-        row[0, self.members.names.index(member)] = 1.0
-        return row
 
     def _torques(
         self, k: int, load_case: LoadCase, states: list[tuple[str, str, MemberState]],
@@ -200,25 +209,21 @@ class _Train:
         ratios = [v / r for m, (_, v) in stated.items() if (r := self.rated_torque[m])]
         ratio = ratios[0] if ratios else 1.0
         ports, ties = list(self.members.ports), len(self.ties)
-        rows = np.vstack([self.ties, port_matrix(self.members, ports)]).T
-        right = [-moments.get(member, 0.0) for member in self.members.names]
+        system = _System(
+            np.vstack([self.ties, port_matrix(self.members, ports)]).T,
+            [-moments.get(member, 0.0) for member in self.members.names],
+        )
         order = [p.member for p in ports]
         for member, (key, value) in stated.items():
-            row = np.eye(len(rows[0]))[None, ties + order.index(member)]
-            if rank(np.vstack([rows, row])) > rank(rows):
-                rows, right = np.vstack([rows, row]), [*right, value]
-                continue
-            implied = float(row[0] @ np.linalg.lstsq(rows, np.array(right), rcond=None)[0])
+            implied = system.add(ties + order.index(member), value)
             if abs(value - implied) > SAME * max(abs(value), abs(implied)):
                 problem = f"makes {value:.6g} N m on {member}, but the other torques make it"
                 remedy = "leave it out, or correct it: the train has no losses"
                 self._refuse(k, key, f"{problem} {implied:.6g}", remedy)
         for port in ports:
-            row = np.eye(len(rows[0]))[None, ties + order.index(port.member)]
-            if port.torque is not None and rank(np.vstack([rows, row])) > rank(rows):
-                rows, right = np.vstack([rows, row]), [*right, port.torque * ratio]
-        solution = np.linalg.solve(rows, np.array(right))
-        return dict(zip(order, (solution[ties:] + 0.0).tolist(), strict=True))
+            if port.torque is not None:
+                system.add(ties + order.index(port.member), port.torque * ratio)
+        return dict(zip(order, (system.solution()[ties:] + 0.0).tolist(), strict=True))
 
     def _check_torque(
         self, k: int, load_case: LoadCase, member: str, key: str, value: float, speed: float
