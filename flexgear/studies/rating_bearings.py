@@ -193,7 +193,7 @@ def _rows(case: Case, bearing: RollingBearing, at: BearingLoad, speed: float) ->
     life = rated.basic_life if rated.modified_life is None else rated.modified_life
     safety = math.nan if rated.static_safety is None else rated.static_safety
     factors = (*_loads(at), *_of_rows(bearing, rated, lubrication))
-    return _InBin(at, life, safety, bearing.estimates, factors)
+    return _InBin(at, life, safety, rated.estimates, factors)
 
 
 def _lubrication(case: Case, bearing: RollingBearing, speed: float) -> Lubrication | None:

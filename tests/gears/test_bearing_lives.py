@@ -136,9 +136,18 @@ def test_rows_of_equal_load_and_limits_of_lubrication(make):
     )
     assert safe.modified_life == pytest.approx(alone.modified_life / 4, rel=1e-12)
     starved = rate_motion(
-        RollingBearing((row,), RATINGS), alone.motion, "inner", Lubrication(0.09, 0.5)
+        RollingBearing((row,), RATINGS), alone.motion, "inner", Lubrication(0.02, 0.5)
     )
-    assert starved.modified_life is None
+    assert starved.modified_life == pytest.approx(0.1 * alone.basic_life, rel=0.01)
+    assert "below 0.1" in starved.estimates[0] and not alone.estimates
+
+
+def test_estimates_count_where_figures_rest_on_them():
+    bearing = rolling_bearing(planet_bearing(static_rating_kn="5000"))
+    assert len(bearing.estimates) == 1
+    load = [5e5, 0, 0, 0, 0]
+    assert rate_load(bearing, load, "inner").estimates == ()
+    assert rate_load(bearing, load, "inner", OIL).estimates == bearing.estimates
 
 
 def test_without_load_nothing_fails():

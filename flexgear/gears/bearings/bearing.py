@@ -15,6 +15,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from flexgear.arrays import Array
+from flexgear.gears.bearings.lubrication import LEAST_RATIO
 from flexgear.gears.bearings.reference_life import (
     Lubrication,
     Ratings,
@@ -27,6 +28,8 @@ from flexgear.gears.bearings.rows import BallRow, RollerRow, Row, RowState, roll
 from flexgear.model.errors import FlexgearError
 
 COMPONENTS = ("x", "y", "z", "rx", "ry")
+LIMIT_ESTIMATE = "fatigue_load_limit by ISO 281, annex B, from the static rating"
+FILM_ESTIMATE = "a_ISO 0.1 for a viscosity ratio below 0.1, where ISO 281 states none"
 CLOSURE = 1e-9  # of an equilibrium, over the load
 ITERATIONS = 200
 
@@ -54,7 +57,8 @@ class RollingBearing:
 @dataclass(frozen=True)
 class BearingRating:
     """motion: (5,), m and rad; rows: figures of every row; basic_life, modified_life: of all rows
-    together, revolutions; static_safety: the least; estimates: as of the bearing."""
+    together, revolutions; static_safety: the least; estimates: those of the bearing that its
+    figures rest on, and of the film."""
 
     motion: Array
     rows: tuple[RowRating, ...]
@@ -155,6 +159,9 @@ def rate_motion(
     exponent = 9 / 8 if bearing.of_rollers else 10 / 9
     basic = life_of_rows([row.basic_life for row in rows], exponent)
     assert basic is not None
+    estimates = [e for e in bearing.estimates if lubrication or e != LIMIT_ESTIMATE]
+    if lubrication is not None and lubrication.viscosity_ratio < LEAST_RATIO:
+        estimates.append(FILM_ESTIMATE)
     safeties = [row.static_safety for row in rows if row.static_safety is not None]
     return BearingRating(
         motion,
@@ -162,7 +169,7 @@ def rate_motion(
         basic,
         life_of_rows([row.modified_life for row in rows], exponent),
         min(safeties) if safeties else None,
-        bearing.estimates,
+        tuple(estimates),
     )
 
 

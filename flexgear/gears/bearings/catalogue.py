@@ -18,7 +18,7 @@ import math
 
 import numpy as np
 
-from flexgear.gears.bearings.bearing import RollingBearing
+from flexgear.gears.bearings.bearing import LIMIT_ESTIMATE, RollingBearing
 from flexgear.gears.bearings.reference_life import LIFE_FACTOR_MATERIAL, Ratings
 from flexgear.gears.bearings.rows import BallRow, RollerRow, Row, standard_drops
 from flexgear.model.member import PlanetBearing, SeatBearing
@@ -52,7 +52,7 @@ def rolling_bearing(
     limit = section.fatigue_load_limit
     if limit is None:
         limit = fatigue_load_limit(first, static)
-        estimates.append("fatigue_load_limit by ISO 281, annex B, from the static rating")
+        estimates.append(LIMIT_ESTIMATE)
     return RollingBearing(rows, Ratings(dynamic, static, limit, each), tuple(estimates))
 
 

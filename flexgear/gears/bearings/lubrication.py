@@ -96,15 +96,13 @@ def contamination_factor(
 
 
 def life_modification(rolling: Rolling, viscosity_ratio: float, fatigue_ratio: ArrayLike) -> Array:
-    """a_ISO of fatigue ratios e_C C_u/P of any shape. ValueError for κ below 0.1, where it is not
-    stated."""
-    kappa = min(viscosity_ratio, LARGEST_RATIO)
-    if not kappa >= LEAST_RATIO:
-        raise ValueError("a_ISO is stated for viscosity ratios from 0.1")
+    """a_ISO of fatigue ratios e_C C_u/P of any shape; below κ = 0.1, where it is not stated, that
+    of κ = 0.1, which is 0.1 whatever the load."""
+    kappa = min(max(viscosity_ratio, LEAST_RATIO), LARGEST_RATIO)
     _, y, z = next(row for row in reversed(_BRANCHES[rolling]) if kappa >= row[0])
     ratio = np.asarray(fatigue_ratio, dtype=float)
     if rolling == "ball":
         less, power = (2.5671 - y / kappa**z) ** 0.83 * np.cbrt(ratio), -9.3
-    else:
-        less, power = (1.5859 - y / kappa**z) * ratio**0.4, -9.185
+    else:  # the printed figures leave -1e-4 at 0.1, where nothing is meant
+        less, power = max(1.5859 - y / kappa**z, 0.0) * ratio**0.4, -9.185
     return np.minimum(0.1 * np.maximum(1 - less, 1e-3) ** power, LARGEST_FACTOR)

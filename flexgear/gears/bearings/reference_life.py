@@ -46,7 +46,7 @@ from typing import Literal
 import numpy as np
 
 from flexgear.arrays import Array
-from flexgear.gears.bearings.lubrication import LEAST_RATIO, life_modification
+from flexgear.gears.bearings.lubrication import life_modification
 from flexgear.gears.bearings.rows import BallRow, RollerRow, Row, RowState
 
 Ring = Literal["inner", "outer"]
@@ -77,7 +77,7 @@ class RowRating:
     """position: m; load: radial and axial resultant (2,), N; tilt: of the rings against one another
     in the plane of the largest tilt, rad; element_load: largest, N; pressure: largest, Pa;
     basic_life L_10r and modified_life L_nmr: revolutions, inf without load, the latter None without
-    lubrication, C_u, or with κ < 0.1; static_safety: inf without load, None without C_0."""
+    lubrication or C_u; static_safety: inf without load, None without C_0."""
 
     position: float
     load: tuple[float, float]
@@ -156,7 +156,7 @@ def row_lives(
     exponent = 8 / 9 if rollers else 9 / 10
     basic = _life(float(damages.sum()), exponent)
     limit = ratings.fatigue_load_limit
-    if lubrication is None or limit is None or lubrication.viscosity_ratio < LEAST_RATIO:
+    if lubrication is None or limit is None:
         return basic, None
     if rollers:
         rating = ratings.dynamic_rating / ratings.rows ** (7 / 9)
