@@ -10,7 +10,7 @@ import math
 from typing import Any
 
 import numpy as np
-from scipy.sparse import coo_array
+from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
 from flexgear.analysis.constant_springs import eliminated_springs
@@ -158,14 +158,16 @@ def _parts(p: Array, residual: Array, block_channels: int) -> Ints:
     """Part of the train (n_c,) that each channel is on: parts share neither modes p (n_c, n) nor
     residual flexibility (n_c, n_c). Ports and lines of action, the last channels, are on part 0.
     """
-    count, blocks = len(p), np.arange(block_channels)
-    channel, mode = np.nonzero(p)
-    first, second = np.nonzero(residual)
-    ends = np.r_[channel, first, blocks], np.r_[count + mode, second, blocks - blocks % 6]
-    links = coo_array((np.ones(len(ends[0])), ends), shape=(count + p.shape[1],) * 2)
-    component = connected_components(links, directed=False)[1][:count]
-    of_head = np.isin(component, component[block_channels:])
-    return np.unique(np.where(of_head, -1, component), return_inverse=True)[1]
+    starts = np.r_[0:block_channels:6, block_channels : len(p)]
+    moves = np.logical_or.reduceat(p != 0.0, starts, axis=0)
+    yields = np.logical_or.reduceat(residual != 0.0, starts, axis=0)
+    yields = np.logical_or.reduceat(yields, starts, axis=1)
+    links = csr_array(np.block([[yields, moves], [moves.T, np.zeros((p.shape[1],) * 2, bool)]]))
+    component = connected_components(links, directed=False)[1]
+    of_head = np.isin(component, component[block_channels // 6 : len(starts)])
+    of_group = np.where(of_head, -1, component)[: len(starts)]
+    by_channel = np.repeat(of_group, np.diff(np.r_[starts, len(p)]))
+    return np.unique(by_channel, return_inverse=True)[1]
 
 
 def _spans(p: Array) -> Ints:

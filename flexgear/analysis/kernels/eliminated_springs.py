@@ -33,7 +33,7 @@ from flexgear.analysis.kernels.vectors import (
 from flexgear.arrays import Array
 from flexgear.compiled import FAST, INNER, PART, njit
 
-AT_ONCE = 4  # rows of a table that are subtracted together
+ZERO, THREE, FOUR = np.uint64(0), np.uint64(3), np.uint64(4)
 
 
 class EliminatedSprings(NamedTuple):
@@ -117,14 +117,16 @@ def spring_receptances(active, level, share, rows, j, at, first, springs, moved,
 
 
 @njit(**INNER, fastmath=FAST)
-def _subtract_products(target, factors, table, count):
-    """target[i] −= Σ_b factors[b] table[b, i] of so many rows b, a multiple of ``AT_ONCE``."""
-    width = target.shape[0]
-    for b in range(0, count, AT_ONCE):
-        p, q, r, s = table[b, :width], table[b + 1, :width], table[b + 2, :width], table[b + 3]
-        u, v, w, x = factors[b], factors[b + 1], factors[b + 2], factors[b + 3]
-        for i in range(width):
-            target[i] -= u * p[i] + v * q[i] + w * r[i] + x * s[i]
+def _subtract_products(first, second, of_first, of_second, table, count):
+    """first[i] −= Σ_b of_first[b] table[b, i], and second alike, over so many rows b of the table,
+    a multiple of four, which are read once for both."""
+    for b in range(ZERO, np.uint64(count), FOUR):
+        u, v, w, x = of_first[b], of_first[b + ONE], of_first[b + TWO], of_first[b + THREE]
+        d, e, f, g = of_second[b], of_second[b + ONE], of_second[b + TWO], of_second[b + THREE]
+        for i in range(np.uint64(first.shape[0])):
+            p, q, r, s = table[b, i], table[b + ONE, i], table[b + TWO, i], table[b + THREE, i]
+            first[i] -= u * p + v * q + w * r + x * s
+            second[i] -= d * p + e * q + f * r + g * s
 
 
 @njit(**INNER, fastmath=FAST)
@@ -135,13 +137,15 @@ def eliminate_springs(springs, level, m, problem):
     fill(pull, 0.0)
     for b in range(count):
         add(pull, free[0, m + b], springs.condensed[level, b])
-    whole = count + -count % AT_ONCE
+    whole = count + -count % 4
     for i in range(m):
         displacement, rate = space.displacement[i], space.rate[i]
         free[0, i] -= dot(displacement, pull)
         free[1, i] -= dot(rate, pull)
-        _subtract_products(problem.displacement[i, :width], displacement, space.force, whole)
-        _subtract_products(problem.rate[i, :width], rate, space.force, whole)
+        _subtract_products(
+            problem.displacement[i, :width], problem.rate[i, :width], displacement, rate,
+            space.force, whole,
+        )  # fmt: skip
 
 
 @njit(**PART)

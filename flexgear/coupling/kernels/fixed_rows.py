@@ -8,9 +8,8 @@ from flexgear.compiled import INNER, PART, njit
 
 
 @njit(**INNER)
-def _turned(vector, angle, coef):
-    """Components of a 6-vector along axes turned by ``angle`` about z."""
-    ca, sa = math.cos(angle), math.sin(angle)
+def _turned(vector, ca, sa, coef):
+    """Components of a 6-vector along axes turned about z by an angle of this cosine and sine."""
     for o in range(0, 6, 3):
         coef[o] = ca * vector[o] + sa * vector[o + 1]
         coef[o + 1] = -sa * vector[o] + ca * vector[o + 1]
@@ -22,6 +21,7 @@ def fixed_rows(fixed, places, theta, rows, counts):
     """Rows and elements of bearings, given forces and supports after ``counts``, which carry on
     something after the ``places`` of gear meshes; new counts."""
     count, element_count = counts
+    turned_by, ca, sa = -1, 1.0, 0.0
     for f in range(fixed.row.shape[0]):
         fixed_part, row = fixed.row[f], rows.row[count + f]
         row.kind, row.owner, row.stiffness = fixed_part.kind, fixed_part.owner, fixed_part.stiffness
@@ -32,8 +32,11 @@ def fixed_rows(fixed, places, theta, rows, counts):
             end = fixed.end[f, e]
             if end.block >= 0:
                 rows.blocks[count + f, width] = end.block
-                angle = theta[end.angle] if end.angle >= 0 else 0.0
-                _turned(fixed.vector[f, e], angle, rows.coef[count + f, width])
+                if end.angle >= 0 and end.angle != turned_by:
+                    turned_by, angle = end.angle, theta[end.angle]
+                    ca, sa = math.cos(angle), math.sin(angle)
+                c, s = (ca, sa) if end.angle >= 0 else (1.0, 0.0)
+                _turned(fixed.vector[f, e], c, s, rows.coef[count + f, width])
                 width += 1
         row.width = width
     for e in range(fixed.element.shape[0]):

@@ -272,19 +272,14 @@ def _slices_of_pair(gears, m, turn, rows, n, e, q):
 
 
 @njit(**PART)
-def _rows_of_pairs(gears, m, theta, rows, counts, span):
+def _rows_of_pairs(gears, m, gear_turn, planet_turn, rows, counts, span):
     """Rows and elements after the ``counts`` (rows, elements) there are, of the pairs of a span
-    (first, stop); the new counts."""
+    (first, stop); the new counts. Turns: cosine and sine of the angles of gear and planet teeth."""
     count, element_count = counts
     first, stop = span
     mesh = gears.mesh[m]
-    ca, sa, cp, sp = mesh.radial_x, mesh.radial_y, 1.0, 0.0
-    if mesh.turns >= 0:
-        c, s = math.cos(theta[mesh.turns]), math.sin(theta[mesh.turns])
-        ca, sa = c * ca - s * sa, s * ca + c * sa
-    if mesh.planet_turns >= 0:
-        cp, sp = math.cos(theta[mesh.planet_turns]), math.sin(theta[mesh.planet_turns])
-    turn = (ca, sa, cp, sp)
+    (c, s), (x, y) = gear_turn, (mesh.radial_x, mesh.radial_y)
+    turn = (c * x - s * y, s * x + c * y, planet_turn[0], planet_turn[1])
     while first < stop:
         if mesh.model == FACE_LOAD:
             if _slices_of_pair(gears, m, turn, rows, count, element_count, first):
@@ -306,6 +301,14 @@ def _rows_of_pairs(gears, m, theta, rows, counts, span):
     return count, element_count
 
 
+@njit(**INNER)
+def _cosine_and_sine(theta, angle):
+    """Of an angle of the system, −1: none."""
+    if angle < 0:
+        return 1.0, 0.0
+    return math.cos(theta[angle]), math.sin(theta[angle])
+
+
 @njit(**UNCOUNTED)
 def fill_rows(elements, theta, active_flanks, rows):
     """Fill ``rows`` at the angles ``theta`` (A,) rad; (rows, elements, tooth pairs).
@@ -314,12 +317,19 @@ def fill_rows(elements, theta, active_flanks, rows):
     """
     gears = elements.gears
     count = element_count = pairs = places = ZERO
+    gear_angle, planet_angle, gear_turn, planet_turn = -1, -1, (1.0, 0.0), (1.0, 0.0)
     for m in range(gears.mesh.shape[0]):
         places += gears.mesh[m].places
         if active_flanks[m] == 1:
+            if gears.mesh[m].turns != gear_angle:
+                gear_angle = gears.mesh[m].turns
+                gear_turn = _cosine_and_sine(theta, gear_angle)
+            if gears.mesh[m].planet_turns != planet_angle:
+                planet_angle = gears.mesh[m].planet_turns
+                planet_turn = _cosine_and_sine(theta, planet_angle)
             stop = _find_pairs(gears, m, theta, rows.pair, pairs)
             count, element_count = _rows_of_pairs(
-                gears, m, theta, rows, (count, element_count), (pairs, stop)
+                gears, m, gear_turn, planet_turn, rows, (count, element_count), (pairs, stop)
             )
             pairs = stop
     n, element_count = fixed_rows(elements.fixed, places, theta, rows, (count, element_count))
