@@ -1,4 +1,4 @@
-"""Command line: orders work from the layers below and shows what came of it.
+"""Command line: calls the layers below and prints their results.
 
 Nothing heavy is imported here: a signal that comes before ``main`` begins ends in a traceback.
 """
@@ -37,7 +37,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 
 def _leave(number: int, frame: FrameType | None) -> None:
-    """Stop where nothing was begun; an exception within an import could turn into any other."""
+    """Exit at once, before any work has begun; an exception raised within an import could turn into
+    any other one."""
     os.write(2, f"flexgear: {STOPPED}\n".encode())
     os._exit(1)
 

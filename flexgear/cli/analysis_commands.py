@@ -73,7 +73,7 @@ from flexgear.solve.transient import simulate as run_transient
 
 
 def put_together(case: Case, rigid: tuple[str, ...], report: Report) -> Model:
-    """The coupled case with components of its flexible stages made rigid."""
+    """The coupled model of a case with these parts of its flexible stages rigid."""
     variant = rigid_bodies(case, rigid)
     model = assemble(case, bodies=reduced_bodies(case, report, variant), variant=variant)
     warn(reduction_warnings(case, model.bodies, variant))
@@ -114,7 +114,7 @@ def static(
 
 
 def _turned(model: Model, degrees: list[float]) -> NDArray[np.float64]:
-    """Rotations rad of the lead at which the first input has turned by these angles."""
+    """Rotations (rad) of the reference member at which the first input has turned by these."""
     return lead_angles(model.case, model.flow, np.radians(degrees))
 
 
@@ -235,7 +235,7 @@ def simulate(
 
 
 def _figures(model: Model, run: TimedRun, rest: Ranges) -> dict[str, Any]:
-    """What a transient of any case leaves; rest: ranges over its settled window."""
+    """Summary figures of a transient of any case; rest: ranges over its settled window."""
     least, mean, most = rest.least, rest.mean, rest.largest
     return {
         "time_s": run.simulated,
@@ -281,7 +281,7 @@ def saved_names(save: Sequence[str] | None, out: Path | None) -> list[str]:
 
 @contextlib.contextmanager
 def run_sinks(out: Path | None, names: Sequence[str], quiet: bool) -> Iterator[list[DatasetSink]]:
-    """Sinks that say what is coming and write it to ``out``, which is there when the block ends."""
+    """Sinks that print how much is coming and write it to ``out``, complete at the block's end."""
     watchers: list[DatasetSink] = [] if quiet else [Forecast(out, names)]
     if out is None:
         yield watchers
@@ -291,13 +291,13 @@ def run_sinks(out: Path | None, names: Sequence[str], quiet: bool) -> Iterator[l
 
 
 class Forecast(DatasetSink):
-    """A sink that says how much is coming, on stderr, and keeps nothing."""
+    """A sink that prints how many samples are coming, on stderr, and stores none."""
 
     def __init__(self, out: Path | None, names: Sequence[str]) -> None:
         self._out, self._names = out, names
 
     def begin(self, coming: Coming) -> None:
-        """Say it."""
+        """Print the number of samples and the size of the file."""
         text = f"transient: {coming.samples} samples"
         if self._out is not None:
             written = Coming(chosen(coming.pattern, self._names), coming.samples)

@@ -54,7 +54,7 @@ class Output:
     out: Path | None = None
 
     def wrote(self) -> None:
-        """Say where the dataset is."""
+        """Print where the dataset is."""
         if self.out is not None and not self.as_json:
             typer.echo(f"\nwrote {value_text(str(self.out))}")
 
@@ -90,7 +90,7 @@ def _ring_figures(part: xr.Dataset, planets: int) -> dict[str, Any]:
 def show_equilibria(
     model: Model, data: xr.Dataset, positions: Mapping[str, dict[str, Any]], output: Output
 ) -> None:
-    """Figures by position."""
+    """Print the figures of every position."""
     rated = model.system.rated_torque
     torque = abs(float(data["port_torque"].isel(port=0).max()) / rated) if rated else 0.0
     beside = neglected_lines(model, _equilibrium_lengths(model, data), torque)
@@ -158,7 +158,7 @@ def show_modes(model: Model, data: xr.Dataset, limit_hz: float | None, output: O
 
 
 def _repeated(rows: list[dict[str, Any]], at: int) -> int:
-    """How many modes from ``at`` on are of one frequency and type."""
+    """Number of modes from the one at ``at`` on that share its frequency and type."""
     first, end = rows[at], at + 1
     while (
         end < min(len(rows), at + first["multiplicity"])
@@ -174,7 +174,7 @@ def _shares_text(shares: list[tuple[str, float]]) -> str:
 
 
 def show_campbell(model: Model, data: xr.Dataset, modes: xr.Dataset, output: Output) -> None:
-    """What excites the train, where it meets its modes, and what that comes to; modes: at rest."""
+    """Print what excites the train, which modes it meets, and the verdict; modes: at rest."""
     figures = resonance_figures(model.case, data, modes)
     level, _, sentence = resonance_verdict(figures)
     if output.as_json:
@@ -238,7 +238,7 @@ def _excitation_lines(data: xr.Dataset) -> Iterator[str]:
 
 
 def _meeting_table(figures: dict[str, Any]) -> None:
-    """Meetings in columns."""
+    """Print a line for each meeting of an excitation with modes."""
     rows = figures["met"]
     total = figures["ideal"] + figures["errors"]
     listed = f"; the first {len(rows)}" if len(rows) < total else ""
@@ -262,7 +262,7 @@ def _meeting_table(figures: dict[str, Any]) -> None:
 
 
 def ring_histories(stage: str, data: xr.Dataset) -> xr.Dataset:
-    """What of a transient of a flexible stage the range is given of."""
+    """Variables of a flexible stage whose ranges over a transient are printed."""
     return stage_histories(stage_part(data, stage))
 
 
@@ -307,7 +307,7 @@ def show_transient(title: str, figures: dict[str, Any], beside: list[str]) -> No
 
 
 def _plain(value: Any) -> Any:
-    """Mappings without what has no number."""
+    """A mapping without entries that are None; other values as they are."""
     if not isinstance(value, dict):
         return value
     return {k: v for k, v in value.items() if v is not None}

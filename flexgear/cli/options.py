@@ -66,9 +66,9 @@ def settings_of(settings: list[str] | None) -> dict[str, str]:
 
 
 def read_case(name: str, settings: list[str] | None, *, loaded: bool = True) -> Case:
-    """The case with ``--set`` carried out; what cannot work is said now.
+    """The case with ``--set`` applied; InputError for one that cannot be computed.
 
-    loaded: whether it is needed for more than its modes, so that free vibration will not do.
+    loaded: whether the command needs torques, so that a case of free vibration is refused.
     """
     case = load_case(name, settings_of(settings))
     if loaded:
@@ -80,7 +80,7 @@ def read_case(name: str, settings: list[str] | None, *, loaded: bool = True) -> 
 def require_flexible(case: Case, option: str = "") -> None:
     """InputError for a case of lumped members alone, which have no FE mesh.
 
-    option: what was given that only bodies that bend can have.
+    option: the option that needs an FE mesh, for the message.
     """
     if not case.flexible_stages:
         raise InputError(
@@ -170,9 +170,10 @@ _KINDS = {"run": "run", "check": "check", "tolerance": "tolerance study", "ratin
 
 
 def claim_file(path: Path | None, origin: Origin, force: bool) -> None:
-    """InputError or FlexgearError if results of a case must not, or cannot, be the file ``path``.
+    """Check before the work that results of a case may be written to the file ``path``, if any.
 
-    None: nothing is written.
+    InputError where it holds anything but earlier results of the case; FlexgearError where it
+    cannot be written.
     """
     if path is None:
         return
@@ -265,9 +266,7 @@ def _require_own(files: Iterable[Path], origin: Origin) -> None:
 
 
 def with_schema(text: str, case: Path) -> bytes:
-    """A case file's bytes, begun with the line by which editors find the schema beside it.
-
-    The text as it is where flexgear.schema.json (``flexgear schema --out``) is not there.
-    """
+    """A case file's bytes; where flexgear.schema.json (``flexgear schema --out``) stands beside it,
+    the first line names that for editors."""
     header = f"#:schema ./{SCHEMA}\n" if (file_target(case).parent / SCHEMA).exists() else ""
     return (header + text).encode()

@@ -37,7 +37,7 @@ LEAST_FREE = 1 << 30  # bytes: some reduced bodies and the results of a run
 
 @dataclass(frozen=True)
 class Finding:
-    """One thing looked at. mend: the line that helps; "" where nothing is wrong."""
+    """The outcome of one check. mend: the command or advice that helps, "" where all is well."""
 
     what: str
     found: str

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 @xr.register_dataset_accessor("fg")
 class Accessor:
-    """What every dataset of flexgear has below ``.fg``."""
+    """Methods of every dataset of flexgear, as ``data.fg``."""
 
     def __init__(self, data: xr.Dataset) -> None:
         self._data = data

@@ -36,7 +36,7 @@ def html_table(facts: Mapping[str, str]) -> str:
 
 
 class NotebookBars:
-    """A bar a stage below the cell; it goes when all that began is done."""
+    """Progress bars below the cell, one for each stage of the work until it is done."""
 
     def __init__(self) -> None:
         self._shares: dict[str, float] = {}

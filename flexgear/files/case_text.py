@@ -19,17 +19,17 @@ COLUMN = 42  # of the comments
 
 @dataclass
 class Section:
-    """Lines below one header, "" for the top of the file."""
+    """One table of TOML: its header, "" for the top of the file, and its keys."""
 
     header: str
     lines: list[tuple[str, Value, str]] = field(default_factory=list)
 
     def put(self, key: str, value: Value, why: str) -> None:
-        """A key and why it has its value."""
+        """Append a key with its value and the reason for it."""
         self.lines.append((key, value, why))
 
     def take(self, key: str, datum: Datum | None) -> bool:
-        """A key from the file, if it is there; whether it was."""
+        """Append a key that a file gives; returns whether it does."""
         if datum is not None:
             self.put(key, datum.value, datum.source)
         return datum is not None
@@ -39,11 +39,11 @@ class Section:
         return self.header.startswith(f"{other.header[:-1]}.")
 
     def holds(self, key: str) -> bool:
-        """Whether the key has been put."""
+        """Whether the table has the key."""
         return any(path == key for path, _, _ in self.lines)
 
     def share(self, part: float, keys: Iterable[str], why: str) -> None:
-        """Multiply values of these keys."""
+        """Multiply the values of these keys, and add why to their reasons."""
         names = {*keys}
         self.lines = [
             (key, float(value) * part, f"{old}; {why}") if key in names else (key, value, old)  # type: ignore[arg-type]
@@ -92,13 +92,13 @@ class CaseText:
         return section
 
     def assume(self, section: Section, key: str, value: Value, why: str) -> None:
-        """A key that the file does not give."""
+        """Append a key that the file does not give, and list the assumption."""
         section.put(key, value, f"assumed: {why}")
         place = section.header.strip("[]").replace("stages", f"stages.{self.stage}", 1)
         self.assumed.append(f"{f'{place}.' if place else ''}{key} = {toml(value)}: {why}")
 
     def warn(self, text: str) -> None:
-        """Something of the file that does not fit, and what was made of it."""
+        """List something of the file that does not fit, and what was done about it."""
         self.assumed.append(text)
 
     def text(self) -> str:

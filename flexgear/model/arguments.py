@@ -19,9 +19,11 @@ _ANY = ConfigDict(arbitrary_types_allowed=True)
 
 
 def checked(function: F) -> F:
-    """The function, which raises InputError with its name and that of the first argument that it
-    does not know or whose type is not the one of its signature; options of commands that a fault
-    names become arguments."""
+    """The function with its arguments checked against the types of its signature.
+
+    InputError names the function and the first argument that is unknown or of another type. A fault
+    that names an option of a command is raised with the argument of that name instead.
+    """
     signature, place = inspect.signature(function), f"flexgear.{function.__qualname__}()"
     adapters: dict[str, Callable[[Any], object]] = {}
 

@@ -59,7 +59,7 @@ def open_regular(path: str | os.PathLike[str]) -> BinaryIO:
 
 
 def read_kept(path: str | os.PathLike[str]) -> bytes:
-    """What a cache holds; OSError also for a pipe or device in its place."""
+    """The content of a file of a cache; OSError also for a pipe or device in its place."""
     with open_regular(path) as file:
         return file.read()
 
@@ -78,7 +78,7 @@ def read_bytes(path: Path, what: str, most: int) -> bytes:
 
 
 def read_text(path: Path, what: str = "case file", most: int = MOST_CASE) -> str:
-    """The text of a regular file; InputError also if it is no UTF-8. A byte order mark goes."""
+    """The text of a regular file; InputError also if it is no UTF-8. Without a byte order mark."""
     try:
         return read_bytes(path, what, most).decode("utf-8-sig")
     except UnicodeDecodeError:
@@ -201,7 +201,7 @@ def _usual(column: tuple[str, str]) -> str:
 
 
 def _optional(header: list[str], optional: Mapping[str, str], where: str) -> list[Column]:
-    """Those of the optional columns that there are."""
+    """The optional columns that the file has."""
     each = (_column_of(header, {name: dimension}) for name, dimension in optional.items())
     columns = [column for column in each if column is not None]
     begins, present = tuple({name.partition("_")[0] for name in optional}), {c[2] for c in columns}

@@ -53,8 +53,9 @@ _OF_PORTS = ("inertia", "mass", "tilt_inertia", "bearing", "brake_exponent")
 
 
 def take_stages(data: dict[str, Any], where: str, folder: Path, load_case: LoadCase) -> None:
-    """Stages of ``data`` (SI) that name a case become that case's only stage, changed by what is
-    said beside; its ports' inertias, bearings and brake go to ports at the same members."""
+    """Replace each stage of ``data`` (SI) that names a case by the only stage of that case, changed
+    by the keys beside the name. Inertias, bearings and brake of its ports go to the ports at the
+    same members."""
     for k, stage in enumerate(data.get("stages", ())):
         if not isinstance(stage, dict) or "case" not in stage:
             continue
@@ -91,7 +92,7 @@ def _taken(named: Path | str, load_case: LoadCase, key: tuple[str, str]) -> Case
 
 
 def _take_ports(data: dict[str, Any], taken: Case, name: str) -> None:
-    """What hangs on the ports of the case that was named hangs on those at the same members."""
+    """Give the ports of ``data`` the inertias, bearings and brake that the named case has there."""
     ports = [*data.get("inputs", ()), *([data["output"]] if "output" in data else [])]
     for port in ports:
         at = MemberName.parse(str(port.get("member", "")))
@@ -107,7 +108,7 @@ def _take_ports(data: dict[str, Any], taken: Case, name: str) -> None:
 
 
 def _merged(base: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
-    """Nested data with values replaced."""
+    """Nested data with values of ``changes`` in place of those of ``base``."""
     out = dict(base)
     for key, value in changes.items():
         inside = out.get(key)

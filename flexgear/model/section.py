@@ -71,7 +71,7 @@ class Refusal(ValueError):
 
 
 class Missing(Refusal):
-    """A key that is needed because of another one; named together with all that are missing."""
+    """A key that another one makes necessary; all that are missing are named in one message."""
 
     def __init__(self, key: str, problem: str = "is missing", remedy: str = "") -> None:
         super().__init__(key, problem, remedy or f"add {key}")

@@ -33,7 +33,7 @@ DIED = "its process died, most likely out of memory; take fewer --workers or a c
 
 @dataclass(frozen=True)
 class Outcome(Generic[R]):
-    """What a run returned, or in ``message`` why it did not (one line)."""
+    """What a run returned, or in ``message`` one line that says why it failed."""
 
     value: R | None
     message: str = ""
@@ -103,7 +103,7 @@ class EarlyWorkers:
         self, function: Callable[[S, J], R], shared: S, jobs: Sequence[J]
     ) -> Iterator[tuple[int, Outcome[R]]]:
         """Number and outcome of every job: function(shared, job), by the workers from the first on,
-        by this process from the last. What a worker died of is done here.
+        by this process from the last. A job whose worker died is done by this process.
 
         All must be picklable, of modules that workers can import.
         """
@@ -125,8 +125,8 @@ class EarlyWorkers:
 
 @contextlib.contextmanager
 def deaf_children() -> Iterator[None]:
-    """Processes that start meanwhile do not hear Ctrl-C, from their first instruction on; this one
-    hears it afterwards."""
+    """Block Ctrl-C inside the block, so that processes started there ignore it from the first
+    instruction on; this process takes it afterwards."""
     if not hasattr(signal, "pthread_sigmask"):  # Windows
         yield
         return

@@ -34,7 +34,7 @@ class StudyStore(Generic[T]):
     unpack: Callable[[bytes], T]
 
     def get(self, name: str) -> T | None:
-        """What was kept; None where there is nothing, or it is damaged or cannot be read."""
+        """A stored part; None where there is none, or it is damaged or cannot be read."""
         try:
             return self.unpack(unsealed(read_kept(self.folder / name)))
         except (OSError, ValueError):

@@ -72,7 +72,7 @@ class Sweep:
 
     @property
     def store(self) -> StudyStore[MeasuredValues]:
-        """Where finished points are kept: by all that they depend on beside their own cases."""
+        """Store of finished points, by all that they depend on beside their own cases."""
         content = {
             "format": FORMAT,
             "model": self.base.content_hash(),
@@ -175,7 +175,7 @@ def run_sweep(
 
 
 def finished(plan: Sweep) -> int:
-    """Points of a sweep that an interrupted run has left on disk."""
+    """Number of points that an interrupted run has left on disk."""
     store = plan.store
     return sum(store.get(_file(case)) is not None for case in plan.workable)
 
@@ -221,8 +221,8 @@ def collected(
 
 
 def failures(data: xr.Dataset, name: str = "message") -> list[tuple[str, str]]:
-    """Failed points of a sweep in words, and their messages; with name "warning" those that worked
-    and have one."""
+    """Points of a sweep that failed, as text, and their messages; with the name "warning" points
+    that have a warning."""
     out: list[tuple[str, str]] = []
     if name not in data:
         return out

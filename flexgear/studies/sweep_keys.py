@@ -245,7 +245,7 @@ def _scalars(section: type[Section], name: str) -> set[Any]:
 
 
 def _require_kind(key: SweptKey, section: type[Section], name: str, suffix: str) -> None:
-    """Numbers for numeric keys, whole ones for integers, words for words."""
+    """InputError where values do not fit the key's type: numbers, whole numbers or words."""
     takes, numbers = _scalars(section, name), key.values.numbers
     numeric = bool(takes & {int, float})
     if numbers is None and numeric and (key.element is not None or not is_list(section, name)):
@@ -271,7 +271,7 @@ def _require_kind(key: SweptKey, section: type[Section], name: str, suffix: str)
 
 
 def _in_brackets(key: SweptKey) -> SweptKey:
-    """A number for a list is a list of one."""
+    """The key with every number written as a list of one, for a key that takes a list."""
     if key.values.numbers is None:
         return key
     texts = tuple(f"[{t}]" for t in key.values.texts)

@@ -60,7 +60,7 @@ class Group:
 
 @dataclass(frozen=True)
 class ToleranceSetup:
-    """All that a batch of samples needs; it travels to other processes.
+    """All that a batch of samples needs; it is pickled for other processes.
 
     names (G,) of gear meshes, both flanks as one; sign (M, G): +1 of the flank that carries rated
     torque, −1 of the other; pairs: pair data of a case that has every error; variant: what bends;
@@ -253,7 +253,8 @@ def _columns(drawn: Sequence[DrawnError], values: Values, count: int, phases: bo
 
 
 def _turns(case: Case) -> dict[str, Array]:
-    """Rotations of the lead over one turn of the carrier of every stage that shares a load."""
+    """Rotations (rad) of the reference member over one turn of the carrier, by stage that shares a
+    load."""
     per = case.tolerance.positions_per_gear_mesh
     flow = power_flow(case)
     lead = lead_speed(case, flow)

@@ -1,4 +1,4 @@
-"""What declares a picture of a run, and what of a run it is of: a stage, a ring, a flank …"""
+"""How a picture of a run is declared, and its subjects: the run, a stage, an FE ring, a flank …"""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ class Chart:
 
 
 class Planned(NamedTuple):
-    """A picture that a run gets."""
+    """A picture that a run has, with what its chart draws."""
 
     chart: Chart
     caption: str

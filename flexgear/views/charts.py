@@ -148,12 +148,15 @@ def figure_bars(figure: declared.Figure, stages: Mapping[str, Any]) -> Figure:
 @styled
 def gauges_chart(data: xr.Dataset) -> Figure:
     """Strain (µm/m) of every gauge, a panel each, over time in a transient and over the rotation of
-    the lead in equilibria."""
+    the reference member in equilibria."""
     strain = variable(data, "gauge_strain") * MICRO
     if "time" in data.dims:
         at, label = data["time"].to_numpy(), "time (s)"
     else:
-        at, label = np.degrees(data["input_angle"].to_numpy()[:, 0]), "rotation of the lead (°)"
+        at, label = (
+            np.degrees(data["input_angle"].to_numpy()[:, 0]),
+            "rotation of the reference member (°)",
+        )
     names = [str(name) for name in data["gauge"].to_numpy()]
     figure, axes = panels(len(names), 1, height_mm=16 + 34 * len(names), sharex=True)
     for ax, name in zip(axes[:, 0], names, strict=True):

@@ -219,9 +219,9 @@ SIDES = {"-theta": "−θ", "+theta": "+θ"}
 @styled
 def root_stress_chart(data: xr.Dataset, stage: str) -> Figure:
     """Of each gear of a stage (MPa). Left: largest stress in the roots that carry in the gear
-    meshes of planet 1 over the turn of the lead, thin the least in the other fillets of these
-    teeth; of an FE ring the largest in both fillets of its first tooth, too. Right: along the face
-    where the largest is largest, of every planet."""
+    meshes of planet 1 over the rotation of the reference member; thin lines: the least in the other
+    fillets of these teeth; of an FE ring the largest in both fillets of its first tooth, too.
+    Right: along the face at the position of the largest stress, of every planet."""
     gears = dict(gears_of(data, stage))
     figure, axes = panels(len(gears), 2, height_mm=26 + 46 * len(gears), sharex="col", sharey="row")
     turn = np.degrees(data["input_angle"].to_numpy()[:, 0])
@@ -245,7 +245,7 @@ def root_stress_chart(data: xr.Dataset, stage: str) -> Figure:
         left.set_ylabel("root stress (MPa)")
         for ax in (left, right):
             ax.axhline(0.0, color=NEUTRAL, lw=0.5, zorder=1)
-    axes[-1, 0].set_xlabel("rotation of the lead (°)")
+    axes[-1, 0].set_xlabel("rotation of the reference member (°)")
     axes[-1, 1].set_xlabel(ALONG_FACE)
     legend_of(figure, axes, 4)
     return figure

@@ -138,8 +138,11 @@ def deflated(text: str) -> str:
 
 
 def embedded(whole: Mapping[Path, bytes], most: int) -> tuple[dict[Path, str], bool]:
-    """Pictures as data URIs, and whether they are smaller ones, as they are where they would take
-    more than so many characters; without the largest where even those do."""
+    """Pictures as data URIs, and whether they were shrunk.
+
+    They are shrunk where all together would take more than ``most`` characters; the largest are
+    left out where that is not enough.
+    """
     data, shrink = dict(whole), 1.0
     while sum(map(len, data.values())) * 4 / 3 > most and shrink > SMALLEST:
         shrink *= 0.75
@@ -174,8 +177,11 @@ def _packed(path: Path, shrink: float = 1.0) -> bytes:
 
 
 def within(plots: Mapping[str, Any], most: int) -> tuple[str, set[str], bool]:
-    """Plots deflated to at most so many characters, names of those left out, and whether lines lost
-    points: they do until plots fit, then the largest plots go."""
+    """Plots deflated, names of those left out, and whether lines were thinned.
+
+    Lines lose every second point until all plots take ``most`` characters or less; where that is
+    not enough the largest plots are left out.
+    """
     left, text, thin = dict(plots), deflated(json.dumps(plots)), False
     while len(text) > most:
         thinned = _halved(left)
@@ -259,7 +265,7 @@ def _section(
 
 
 def _by_name(sides: Sequence[Side], section: str) -> Iterator[list[Picture | None]]:
-    """Pictures of a section that both sides call alike."""
+    """Pictures of a section, those of one name on all sides together."""
     by_side = [{p.name: p for p in side.pictures if p.section == section} for side in sides]
     for name in dict.fromkeys(name for pictures in by_side for name in pictures):
         yield [pictures.get(name) for pictures in by_side]

@@ -119,7 +119,7 @@ def _of_neighbours(pick: np.ufunc, edge: Array) -> Array:
 
 
 def say_envelope(axes: Axes) -> None:
-    """What the bands, or pairs of lines, of a panel are."""
+    """Note on a panel that bands, or pairs of lines, are envelopes."""
     axes.set_title("bands: least to largest", loc="right", fontsize=7.5, weight="normal")
 
 

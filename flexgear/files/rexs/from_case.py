@@ -40,7 +40,7 @@ _OF_PORTS = {"member", "speed", "torque", "power", "inertia"}
 
 
 def not_written(case: Case) -> list[str]:
-    """What the model does not say of the case, in words."""
+    """Parts of the case that the REXS model does not hold, in words."""
     lost = _set(case, "", _WRITTEN)
     for k, port in enumerate(case.ports):
         where = "output" if port is case.output else f"inputs[{k}]"
@@ -189,7 +189,8 @@ class _Export:
                 self.model.result(self.shafts[member], rotational_speed=speed)
 
     def _load(self, load: MemberLoad) -> None:
-        """Force and moments across; in the carrier's frame, or about u, they are not written."""
+        """Force and transverse moments; a load in the carrier's frame, or a moment about u, is not
+        written."""
         number = self.model.part(
             self.shafts[load.member],
             "external_load",
@@ -418,7 +419,8 @@ def _torsion(springs: Joint | Support, radii: StageRadii, member: str) -> float:
 
 
 def _springs(springs: Springs, share: float) -> dict[str, Written | None]:
-    """Stiffness attributes; what is zero stays out, which a coupling would take for rigid."""
+    """Radial, axial and bending stiffness; without the rotational one, since a coupling of zero
+    rotational stiffness would hold nothing."""
     x, y, axial, tilt_x, tilt_y, _ = springs.stiffness
     return {
         "radial_stiffness": share * (x + y) / 2,

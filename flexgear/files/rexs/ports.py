@@ -104,9 +104,9 @@ def defined_speed(assembly: Assembly, body: int) -> bool:
 
 
 def choices(ports: list[Port], mobility: int) -> Iterator[tuple[list[Port], list[Port]]]:
-    """Which ports' speeds and torques to take, most wanted first.
+    """Which ports' speeds and torques to take, the preferred choice first.
 
-    ``mobility`` speeds, and a torque at all other ports but as many as that.
+    Each has ``mobility`` speeds, and the torques of all ports but ``mobility`` of them.
     """
     speeds = [p for p in ports if p.speed is not None]
     torques = [p for p in ports if p.torque is not None or p.power is not None]
@@ -235,7 +235,7 @@ class PortWriter:
         return member.body is not None and defined_speed(self.assembly, member.body)
 
     def _compare(self, speeds: dict[str, float]) -> None:
-        """Say where the file has another speed than follows from the one that was taken."""
+        """Warn where the file states another speed than follows from the speeds that were taken."""
         largest = max(map(abs, speeds.values()), default=0.0)
         for member in self.members:
             datum = speed_of(self.assembly, member.body)

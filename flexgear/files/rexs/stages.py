@@ -63,7 +63,7 @@ class RexsStage:
 
 
 class Unfit(Exception):
-    """A stage that no case of ours can hold; says why."""
+    """A stage that a case cannot hold; its text says why."""
 
 
 def is_internal(gear: Component) -> bool:

@@ -39,7 +39,7 @@ _MOST_IDS = 8  # of components in a line; the rest is counted
 
 
 def left_out(document: Document) -> list[str]:
-    """Lines about components that became nothing, attributes that were not used, relations."""
+    """Lines about components, attributes and relations that were not carried over."""
     _mark_axes(document)
     groups: dict[tuple[str, str, bool], list[str]] = defaultdict(list)
     for component in document.components.values():
@@ -61,9 +61,9 @@ def left_out(document: Document) -> list[str]:
 
 
 def _mark_axes(document: Document) -> None:
-    """Places and axes of components that became something are used: they make its frame.
+    """Mark places and axes of components that were carried over as used: they make its frame.
 
-    The w axis of a gear says more, where its teeth stand, and that a case finds by itself.
+    The w axis of a gear also says where its teeth stand, which a case works out by itself.
     """
     for component in document.components.values():
         placing = _PLACING if "gear" in component.kind else (*_PLACING, "w_axis_vector")
@@ -136,8 +136,8 @@ class _Conversion:
         return Imported(self._text(listed), tuple(self.case.assumed), listed)
 
     def _carries(self, stages: Iterable[str]) -> dict[str, bool]:
-        """By stage, whether its forces in the gear meshes are positive; without those that have
-        none, or cannot be had yet."""
+        """By stage, whether its mean gear-mesh force is positive; without stages that carry none,
+        or whose forces do not follow from the case as it is."""
         try:
             case = case_of_toml(tomllib.loads(self.case.text()), self.where, "imported")
             flow = power_flow(case)
