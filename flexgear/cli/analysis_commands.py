@@ -12,6 +12,7 @@ import numpy as np
 import typer
 from numpy.typing import NDArray
 
+from flexgear.cli import options
 from flexgear.cli.analysis_views import (
     Output,
     equilibrium_figures,
@@ -25,18 +26,6 @@ from flexgear.cli.analysis_views import (
     transient_figures,
 )
 from flexgear.cli.display import Report, present, progress, size_text, warn
-from flexgear.cli.options import (
-    AsJson,
-    CaseName,
-    Force,
-    OutFile,
-    Quiet,
-    Rigid,
-    Settings,
-    claim_file,
-    read_case,
-    rigid_parts,
-)
 from flexgear.coupling.pace import too_coarse
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.case import Case
@@ -81,7 +70,7 @@ def put_together(case: Case, rigid: tuple[str, ...], report: Report) -> Model:
 
 
 def static(
-    case: CaseName,
+    case: options.CaseName,
     angle_deg: Annotated[
         list[float] | None,
         typer.Option("--angle-deg", help="Rotation of the carrier (first input); repeatable."),
@@ -89,17 +78,17 @@ def static(
     torque_nm: Annotated[
         float | None, typer.Option("--torque-nm", help="Torque of the drive; rated unless given.")
     ] = None,
-    rigid: Rigid = None,
-    out: OutFile = None,
-    force: Force = False,
-    settings: Settings = None,
-    as_json: AsJson = False,
-    quiet: Quiet = False,
+    rigid: options.Rigid = None,
+    out: options.OutFile = None,
+    force: options.Force = False,
+    settings: options.Settings = None,
+    as_json: options.AsJson = False,
+    quiet: options.Quiet = False,
 ) -> None:
     """Static equilibrium at angles: gear-mesh forces, load sharing, displacements."""
-    source = read_case(case, settings)
-    parts, output = rigid_parts(rigid, source), Output(as_json, out)
-    claim_file(out, origin_of_case(source), force)
+    source = options.read_case(case, settings)
+    parts, output = options.rigid_parts(rigid, source), Output(as_json, out)
+    options.claim_file(out, origin_of_case(source), force)
     degrees = angle_deg or [0.0]
     with progress(quiet) as report:
         model = put_together(source, parts, report)
@@ -119,7 +108,7 @@ def _turned(model: Model, degrees: list[float]) -> NDArray[np.float64]:
 
 
 def modes(
-    case: CaseName,
+    case: options.CaseName,
     limit_hz: Annotated[
         float | None,
         typer.Option(
@@ -140,19 +129,19 @@ def modes(
             "--campbell", help="Over speed, with what excites them and where it meets them."
         ),
     ] = False,
-    out: OutFile = None,
-    force: Force = False,
-    rigid: Rigid = None,
-    settings: Settings = None,
-    as_json: AsJson = False,
-    quiet: Quiet = False,
+    out: options.OutFile = None,
+    force: options.Force = False,
+    rigid: options.Rigid = None,
+    settings: options.Settings = None,
+    as_json: options.AsJson = False,
+    quiet: options.Quiet = False,
 ) -> None:
     """Natural modes of the coupled train: frequencies, types, the components that move."""
     if limit_hz is not None and not limit_hz > 0:
         raise InputError("--limit-hz", f"{limit_hz:g}", "is not positive", "e.g. 500")
-    source = read_case(case, settings, loaded=False)
-    parts, output = rigid_parts(rigid, source), Output(as_json, out)
-    claim_file(out, origin_of_case(source), force)
+    source = options.read_case(case, settings, loaded=False)
+    parts, output = options.rigid_parts(rigid, source), Output(as_json, out)
+    options.claim_file(out, origin_of_case(source), force)
     with progress(quiet) as report:
         model = put_together(source, parts, report)
         limit_hz = usual_limit(model) if limit_hz is None else limit_hz
@@ -176,9 +165,9 @@ def modes(
 
 
 def simulate(
-    case: CaseName,
-    out: OutFile = None,
-    force: Force = False,
+    case: options.CaseName,
+    out: options.OutFile = None,
+    force: options.Force = False,
     duration_s: Annotated[
         float | None,
         typer.Option("--duration-s", help="One revolution (of the slowest stage) unless given."),
@@ -186,19 +175,19 @@ def simulate(
     torque_share: Annotated[
         float, typer.Option("--torque-share", help="Factor on all torques.")
     ] = 1.0,
-    rigid: Rigid = None,
+    rigid: options.Rigid = None,
     energy: Annotated[bool, typer.Option("--energy", help="Keep the energy account.")] = False,
     save_only: Save = None,
-    settings: Settings = None,
-    as_json: AsJson = False,
-    quiet: Quiet = False,
+    settings: options.Settings = None,
+    as_json: options.AsJson = False,
+    quiet: options.Quiet = False,
 ) -> None:
     """Transient under the case's drive."""
     if duration_s is not None and not duration_s > 0:
         raise InputError("--duration-s", f"{duration_s:g}", "is not positive", "e.g. 1.5")
-    source = read_case(case, settings)
-    parts, names = rigid_parts(rigid, source), saved_names(save_only, out)
-    claim_file(out, origin_of_case(source), force)
+    source = options.read_case(case, settings)
+    parts, names = options.rigid_parts(rigid, source), saved_names(save_only, out)
+    options.claim_file(out, origin_of_case(source), force)
     if not torque_share > 0:
         raise InputError("--torque-share", f"{torque_share:g}", "is not positive", "e.g. 1.5")
     stepping = stepping_of(source, power_flow(source), duration_s)

@@ -13,8 +13,8 @@ import numpy as np
 import typer
 import xarray as xr
 
+from flexgear.cli import options
 from flexgear.cli.display import as_json_text, key_table, table, value_text
-from flexgear.cli.options import save_or_rescue
 from flexgear.model.names import GEAR_MESH, PLANET_PASS, SHAFT, BodyName
 from flexgear.model.units import RPM
 from flexgear.results.dataset_file import save
@@ -61,7 +61,7 @@ class Output:
     def keep(self, data: xr.Dataset) -> None:
         """Write the dataset if a file was named."""
         if self.out is not None:
-            save_or_rescue(partial(save, data), self.out)
+            options.save_or_rescue(partial(save, data), self.out)
 
 
 def equilibrium_figures(model: Model, data: xr.Dataset) -> dict[str, Any]:

@@ -8,18 +8,8 @@ from typing import Annotated, Any
 
 import typer
 
+from flexgear.cli import options
 from flexgear.cli.display import present, progress, table, warn
-from flexgear.cli.options import (
-    AsJson,
-    CaseName,
-    Force,
-    Quiet,
-    Settings,
-    claim_file,
-    file_option,
-    read_case,
-    require_flexible,
-)
 from flexgear.files.cache_folder import cache_directory
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
@@ -45,7 +35,7 @@ Component = Annotated[
 def components(case: Case, name: str) -> dict[str, tuple[BodyName, FeBody]]:
     """FE bodies that the option ``--component`` selects, each with its source, by the names that
     results give them. InputError where it selects none."""
-    require_flexible(case)
+    options.require_flexible(case)
     chosen = {
         body.part if body.stage == "stage" else str(body): (body, source)
         for view in case.flexible_stages.values()
@@ -60,22 +50,22 @@ def components(case: Case, name: str) -> dict[str, tuple[BodyName, FeBody]]:
 
 
 def mesh(
-    case: CaseName,
+    case: options.CaseName,
     component: Component = "all",
     export: Annotated[
         Path | None,
-        file_option("--export", "Write .vtu, .msh or .inp with the patches."),
+        options.file_option("--export", "Write .vtu, .msh or .inp with the patches."),
     ] = None,
     groups: Annotated[
         bool, typer.Option("--groups", help="List the named groups that a file has, and where.")
     ] = False,
-    settings: Settings = None,
-    force: Force = False,
-    as_json: AsJson = False,
-    quiet: Quiet = False,
+    settings: options.Settings = None,
+    force: options.Force = False,
+    as_json: options.AsJson = False,
+    quiet: options.Quiet = False,
 ) -> None:
     """Generate (or read) FE meshes of ring, planets and carrier; export one, or list groups."""
-    source = read_case(case, settings, loaded=False)
+    source = options.read_case(case, settings, loaded=False)
     parts = components(source, component)
     if groups and export is not None:
         raise InputError("--export", str(export), "writes no list of groups", "leave --groups out")
@@ -94,7 +84,7 @@ def mesh(
         raise InputError("--export", str(export), "takes one component", f"add --component {first}")
     if export is not None:
         require_format(export)
-    claim_file(export, origin_of_case(source), force)
+    options.claim_file(export, origin_of_case(source), force)
     figures = {}
     with progress(quiet) as report:
         for label, (_, body) in parts.items():
@@ -150,14 +140,14 @@ def _figures(fe_mesh: FeMesh) -> dict[str, Any]:
 
 
 def reduce(
-    case: CaseName,
+    case: options.CaseName,
     component: Component = "all",
-    settings: Settings = None,
-    as_json: AsJson = False,
-    quiet: Quiet = False,
+    settings: options.Settings = None,
+    as_json: options.AsJson = False,
+    quiet: options.Quiet = False,
 ) -> None:
     """Reduce FE bodies to their interface nodes, with error estimates; kept in a cache."""
-    source = read_case(case, settings, loaded=False)
+    source = options.read_case(case, settings, loaded=False)
     parts, limit = components(source, component), reduction_limit(source)
     with progress(quiet) as report:
         bodies = {

@@ -11,22 +11,8 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
+from flexgear.cli import options
 from flexgear.cli.display import as_json_text, present, table, warn
-from flexgear.cli.options import (
-    CHECK,
-    AsJson,
-    CaseName,
-    Force,
-    ForceNew,
-    Settings,
-    claim_folder,
-    earlier,
-    file_option,
-    folder_named,
-    read_case,
-    require_new,
-    with_schema,
-)
 from flexgear.coupling.build import build_system, rigid_system
 from flexgear.coupling.machines import machine_words
 from flexgear.coupling.pace import case_pace, pace_sections
@@ -51,25 +37,25 @@ from flexgear.solve.angles import StageMotion, stage_motions
 
 
 def check(
-    case: CaseName,
-    settings: Settings = None,
+    case: options.CaseName,
+    settings: options.Settings = None,
     out: Annotated[
         Path | None,
         typer.Option(
-            "--out", metavar="DIR", parser=folder_named,
+            "--out", metavar="DIR", parser=options.folder_named,
             help="Folder for the same as summary.json, and a picture of every modified flank.",
         ),
     ] = None,
-    force: Force = False,
-    as_json: AsJson = False,
+    force: options.Force = False,
+    as_json: options.AsJson = False,
 ) -> None:  # fmt: skip
     """Validate a case and print what follows from it: geometry, speeds, torques, forces.
 
     What can hardly be meant, as colliding planets or stress beyond any steel, is a line each.
     """
-    source = read_case(case, settings, loaded=False)
+    source = options.read_case(case, settings, loaded=False)
     if out is not None:
-        claim_folder(out, CHECK, origin_of_case(source, "check"), force)
+        options.claim_folder(out, options.CHECK, origin_of_case(source, "check"), force)
     figures, doubts = derived(source), implausible(source, power_flow(source))
     if out is not None:
         _write(out, source, figures, doubts)
@@ -89,7 +75,7 @@ def _write(folder: Path, case: Case, figures: Sections, doubts: Sequence[str]) -
 
     plan = planned(Folder(case, power_flow(case), {}, {}, {}), [(flanks, [FLANK])])
     head = {"result": "check", "case": case.name, "content_hash": case.content_hash()}
-    with staged_folder(folder, earlier(CHECK)) as stage:
+    with staged_folder(folder, options.earlier(options.CHECK)) as stage:
         content = {**head, "figures": figures, "warnings": list(doubts)}
         write_json(stage / "summary.json", content)
         for name, picture in plan.items():
@@ -98,8 +84,10 @@ def _write(folder: Path, case: Case, figures: Sections, doubts: Sequence[str]) -
 
 def cases(
     name: Annotated[str | None, typer.Argument(metavar="[NAME]", help="A bundled case.")] = None,
-    copy: Annotated[Path | None, file_option("--copy", "Write the case to a new file.")] = None,
-    force: ForceNew = False,
+    copy: Annotated[
+        Path | None, options.file_option("--copy", "Write the case to a new file.")
+    ] = None,
+    force: options.ForceNew = False,
 ) -> None:
     """List the bundled cases, print one, or copy it to a file that you edit."""
     names = bundled_cases()
@@ -113,15 +101,17 @@ def cases(
     if copy is None:
         typer.echo(bundled_text(name), nl=False)
         return
-    require_new(copy, "--copy", force)
-    write_bytes(copy, with_schema(bundled_text(name), copy))
+    options.require_new(copy, "--copy", force)
+    write_bytes(copy, options.with_schema(bundled_text(name), copy))
     typer.echo(f"wrote {copy}; edit it, then: flexgear check {copy}")
 
 
 def upgrade(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="A case of an earlier version.")],
-    out: Annotated[Path | None, file_option("--out", "Leave FILE alone, write this one.")] = None,
-    force: ForceNew = False,
+    out: Annotated[
+        Path | None, options.file_option("--out", "Leave FILE alone, write this one.")
+    ] = None,
+    force: options.ForceNew = False,
 ) -> None:
     """Write a case file of an earlier version in the form of this one, with its comments.
 
@@ -133,7 +123,7 @@ def upgrade(
         typer.echo(f"{file} has the present form already")
         return
     written = out or file.with_name(f"{file.name}.orig")
-    require_new(written, "upgrade", force, "move it away, or --force")
+    options.require_new(written, "upgrade", force, "move it away, or --force")
     write_bytes(written, (text if out is None else present).encode())
     if out is None:
         write_bytes(file, present.encode())
@@ -144,7 +134,7 @@ def upgrade(
 
 def schema(
     summary: Annotated[bool, typer.Option("--summary", help="Of summary.json of a run.")] = False,
-    out: Annotated[Path | None, file_option("--out", "Write it to a file.")] = None,
+    out: Annotated[Path | None, options.file_option("--out", "Write it to a file.")] = None,
 ) -> None:
     """JSON schema of case files: keys, units, ranges and meanings, for editors of TOML; or of the
     summary.json of a run.

@@ -11,19 +11,8 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
+from flexgear.cli import options
 from flexgear.cli.display import present, progress, warn
-from flexgear.cli.options import (
-    AsJson,
-    CaseName,
-    Force,
-    Interactive,
-    Quiet,
-    Settings,
-    claim_file,
-    file_option,
-    read_case,
-    require_flexible,
-)
 from flexgear.cli.pictures import drawn_side, imported
 from flexgear.coupling.system import variant_label
 from flexgear.model.case import Case
@@ -52,7 +41,7 @@ POSITIONS = 40
 
 
 def compare(
-    case: CaseName,
+    case: options.CaseName,
     other: Annotated[
         str | None,
         typer.Argument(metavar="[B]", help="With folders of two runs: both in one report."),
@@ -71,26 +60,28 @@ def compare(
         str | None,
         typer.Option("--against", metavar="CASE", help="Another case: forces, bearing life."),
     ] = None,
-    settings: Settings = None,
-    out: Annotated[Path | None, file_option("--out", "The report of two runs (.html).")] = None,
-    interactive: Interactive = True,
-    force: Force = False,
-    as_json: AsJson = False,
-    quiet: Quiet = False,
+    settings: options.Settings = None,
+    out: Annotated[
+        Path | None, options.file_option("--out", "The report of two runs (.html).")
+    ] = None,
+    interactive: options.Interactive = True,
+    force: options.Force = False,
+    as_json: options.AsJson = False,
+    quiet: options.Quiet = False,
 ) -> None:
     """Flexible and rigid variants side by side; of a train its load sharing by every analysis; the
     folders of two runs in one report."""
     if other is not None:
         compare_runs(case, other, out, interactive, force, quiet)
         return
-    source = read_case(case, settings)
+    source = options.read_case(case, settings)
     if against is not None:
-        reference = read_case(against, None)
+        reference = options.read_case(against, None)
         figures: dict[str, dict[str, Any]] = side_by_side(source, reference)
         present(f"{source.name} against {reference.name}", figures, as_json)
         return
     if positions is not None:
-        require_flexible(source, "--positions")
+        options.require_flexible(source, "--positions")
     if cycles is None and source.fe_ring_stages:
         _variants(source, positions or POSITIONS, as_json, quiet)
     else:
@@ -196,7 +187,7 @@ def compare_runs(
     if target.suffix != ".html":
         raise InputError("--out", str(target), "is no page", "name a file that ends in .html")
     names = " against ".join(run.case.name for run in runs)
-    claim_file(target, Origin(names), force)
+    options.claim_file(target, Origin(names), force)
     with (
         EarlyWorkers(True, imported) as workers,
         tempfile.TemporaryDirectory(prefix="flexgear-") as place,

@@ -9,21 +9,10 @@ from typing import Annotated
 import numpy as np
 import typer
 
+from flexgear.cli import options
 from flexgear.cli.body_commands import Component, components
 from flexgear.cli.display import as_json_text, progress
 from flexgear.cli.entry import without_collection
-from flexgear.cli.options import (
-    AsJson,
-    CaseName,
-    ForceNew,
-    Quiet,
-    Settings,
-    file_option,
-    folder_named,
-    read_case,
-    require_new,
-    with_schema,
-)
 from flexgear.files.atomic import folder_target, staged_folder, write_bytes
 from flexgear.files.matrices.body import ReducedMatrices
 from flexgear.files.matrices.exchange import FORMATS, write_reduced
@@ -40,19 +29,21 @@ def import_rexs(
     file: Annotated[
         str, typer.Argument(metavar="FILE", help="A gearbox in REXS: .rexs, .rexsj or .rexsz.")
     ],
-    out: Annotated[Path | None, file_option("--out", "The case; FILE's name with .toml.")] = None,
+    out: Annotated[
+        Path | None, options.file_option("--out", "The case; FILE's name with .toml.")
+    ] = None,
     load_case: Annotated[
         int | None, typer.Option("--load-case", metavar="ID", help="The first one if left out.")
     ] = None,
-    force: ForceNew = False,
-    as_json: AsJson = False,
+    force: options.ForceNew = False,
+    as_json: options.AsJson = False,
 ) -> None:
     """Make a commented case of a REXS file; each key says where it comes from."""
     target = Path(f"{Path(file).stem}.toml") if out is None else out
-    require_new(target, "--out", force)
+    options.require_new(target, "--out", force)
     with without_collection():
         imported = case_of_document(read_rexs(file), file, load_case)
-    write_bytes(target, with_schema(imported.text, target))
+    write_bytes(target, options.with_schema(imported.text, target))
     if as_json:
         content = {"case": str(target), "assumed": imported.assumed, "left_out": imported.left_out}
         typer.echo(as_json_text(content))
@@ -61,15 +52,17 @@ def import_rexs(
 
 
 def export(
-    case: CaseName,
-    rexs: Annotated[Path | None, file_option("--rexs", "Gears, loads, results as REXS.")] = None,
+    case: options.CaseName,
+    rexs: Annotated[
+        Path | None, options.file_option("--rexs", "Gears, loads, results as REXS.")
+    ] = None,
     reduced: Annotated[
         Path | None,
         typer.Option(
             "--reduced",
             metavar="DIR",
             help="Reduced FE bodies: stiffness, mass, table of nodes.",
-            parser=folder_named,
+            parser=options.folder_named,
         ),
     ] = None,
     form: Annotated[
@@ -79,16 +72,16 @@ def export(
     recovery: Annotated[
         bool, typer.Option("--recovery", help="The way back to the FE mesh's vertices, too.")
     ] = False,
-    settings: Settings = None,
+    settings: options.Settings = None,
     force: Annotated[bool, typer.Option("--force", help="Replace what is there.")] = False,
-    quiet: Quiet = False,
+    quiet: options.Quiet = False,
 ) -> None:
     """Write a case for other programs: as a gearbox in REXS 2.0, as reduced matrices."""
     if rexs is None and reduced is None:
         raise InputError(
             "export", "--rexs", "is missing", "say what to write: --rexs box.rexs, --reduced DIR"
         )
-    source = read_case(case, settings, loaded=False)
+    source = options.read_case(case, settings, loaded=False)
     if rexs is not None:
         _write_rexs(source, rexs, force)
     if reduced is not None:
@@ -98,7 +91,7 @@ def export(
 def _write_rexs(case: Case, rexs: Path, force: bool) -> None:
     if rexs.suffix.lower() != ".rexs":
         raise InputError("--rexs", str(rexs), "does not end in .rexs", "name it so")
-    require_new(rexs, "--rexs", force)
+    options.require_new(rexs, "--rexs", force)
     date = datetime.now(UTC).isoformat(timespec="seconds")
     write_bytes(rexs, model_of_case(case).xml("flexgear", version(), date))
     left = not_written(case)

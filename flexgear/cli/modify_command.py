@@ -8,20 +8,9 @@ from typing import Annotated, Any
 
 import typer
 
+from flexgear.cli import options
 from flexgear.cli.analysis_commands import put_together
 from flexgear.cli.display import present, progress
-from flexgear.cli.options import (
-    AsJson,
-    CaseName,
-    Force,
-    Quiet,
-    Rigid,
-    Settings,
-    claim_file,
-    read_case,
-    rigid_parts,
-    save_or_rescue,
-)
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
 from flexgear.results.origin import origin_of_case
@@ -39,7 +28,7 @@ AIMS: tuple[Aim, ...] = ("line-load", "transmission-error")
 
 
 def modify(
-    case: CaseName,
+    case: options.CaseName,
     stage: Annotated[str | None, typer.Option(help="Stage; the first planetary one.")] = None,
     aim: Annotated[
         str, typer.Option("--for", help="line-load or transmission-error: what is made least.")
@@ -58,15 +47,15 @@ def modify(
         Path | None,
         typer.Option("--picture", help="Draw it before and after (.png, .svg, .pdf)."),
     ] = None,
-    force: Force = False,
-    rigid: Rigid = None,
-    settings: Settings = None,
-    as_json: AsJson = False,
-    quiet: Quiet = False,
+    force: options.Force = False,
+    rigid: options.Rigid = None,
+    settings: options.Settings = None,
+    as_json: options.AsJson = False,
+    quiet: options.Quiet = False,
 ) -> None:
     """Propose helix slope and crowning of the planets' flanks under load, as keys to copy."""
-    source = read_case(case, settings)
-    parts, name = rigid_parts(rigid, source), _stage(source, stage)
+    source = options.read_case(case, settings)
+    parts, name = options.rigid_parts(rigid, source), _stage(source, stage)
     known_aim = next((a for a in AIMS if a == aim), None)
     if known_aim is None:
         raise InputError("modify", "--for", f"{aim!r} is no aim", f"use {' or '.join(AIMS)}")
@@ -77,7 +66,7 @@ def modify(
         raise InputError(
             "modify", "--picture", f"{picture} is no picture", f"end it in .{', .'.join(PICTURES)}"
         )
-    claim_file(picture, origin_of_case(source), force)
+    options.claim_file(picture, origin_of_case(source), force)
     require_slices(source, name)  # before bodies are made
     with progress(quiet) as report:
         model = put_together(source, parts, report)
@@ -85,7 +74,7 @@ def modify(
             model, name, shares=shares, aim=known_aim, relief=relief, trials=trials, progress=report
         )
     if picture is not None:
-        save_or_rescue(partial(save_figure, before_and_after(*proposal.data)), picture)
+        options.save_or_rescue(partial(save_figure, before_and_after(*proposal.data)), picture)
     keys = keys_to_copy(source, name, proposal)
     if as_json:
         present("modify", _figures(proposal), as_json=True)

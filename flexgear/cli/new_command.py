@@ -10,7 +10,7 @@ from typing import Annotated, TypeVar
 
 import typer
 
-from flexgear.cli.options import ForceNew, require_new, with_schema
+from flexgear.cli import options
 from flexgear.files.atomic import write_bytes
 from flexgear.files.new_case import Rated
 from flexgear.gears.sizing import ARRANGEMENTS, Proposal, StageRequest
@@ -61,7 +61,7 @@ def new(
     double: Annotated[
         bool, typer.Option("--double-helical", help="Two halves of opposite hand.")
     ] = False,
-    force: ForceNew = False,
+    force: options.ForceNew = False,
 ) -> None:
     """Propose planetary stages for a ratio, torque and speed, as a commented case.
 
@@ -70,7 +70,7 @@ def new(
     stage's fast member drives the next one's slow member, or the other way round. Asks on a
     terminal for what is left out.
     """
-    require_new(out, "new", force)
+    options.require_new(out, "new", force)
     ratios = _asked_list("--ratio", "speed of the fast over that of the slow member", ratio, "4.5")
     kinds = _each("--arrangement", [_kind(word) for word in arrangement.split(",")], len(ratios))
     numbers = _asked_list("--planets", "number of planets", planets, "4")
@@ -89,7 +89,7 @@ def new(
         )
     ]
     text, stages = proposed_case(requests, rated)
-    write_bytes(out, with_schema(text, out))
+    write_bytes(out, options.with_schema(text, out))
     typer.echo(f"wrote {out}: {'; '.join(map(_proposal_text, stages))}; next: flexgear check {out}")
 
 

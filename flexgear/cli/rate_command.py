@@ -10,21 +10,8 @@ from typing import Annotated
 
 import typer
 
+from flexgear.cli import options
 from flexgear.cli.display import as_json_text, progress, resumable, table
-from flexgear.cli.options import (
-    RATING,
-    AsJson,
-    CaseName,
-    Force,
-    OutFolder,
-    Quiet,
-    Scheduler,
-    Settings,
-    Workers,
-    claim_folder,
-    earlier,
-    read_case,
-)
 from flexgear.files.atomic import staged_folder, write_json
 from flexgear.results.dataset_file import write_netcdf
 from flexgear.results.origin import origin_of_case
@@ -49,21 +36,21 @@ from flexgear.views.style import save_figure
 
 
 def rate(
-    case: CaseName,
-    settings: Settings = None,
-    workers: Workers = None,
-    scheduler: Scheduler = None,
-    out: OutFolder = None,
+    case: options.CaseName,
+    settings: options.Settings = None,
+    workers: options.Workers = None,
+    scheduler: options.Scheduler = None,
+    out: options.OutFolder = None,
     pictures: Annotated[bool, typer.Option(help="Draw pictures and the report.")] = True,
-    force: Force = False,
-    as_json: AsJson = False,
-    quiet: Quiet = False,
+    force: options.Force = False,
+    as_json: options.AsJson = False,
+    quiet: options.Quiet = False,
 ) -> None:
     """Safety, damage and life of gears and bearings under the load cases of a case."""
-    model = read_case(case, settings)
+    model = options.read_case(case, settings)
     folder = Path("results") / f"rating-{model.name}" if out is None else out
-    claim_folder(folder, RATING, origin_of_case(model, "rating"), force)
-    with staged_folder(folder, earlier(RATING)) as stage, progress(quiet) as report:
+    options.claim_folder(folder, options.RATING, origin_of_case(model, "rating"), force)
+    with staged_folder(folder, options.earlier(options.RATING)) as stage, progress(quiet) as report:
         bins = bins_of(model, report)
         with resumable(lambda: finished(model), f"{len(bins)} load bins"):
             rating = rate_case(

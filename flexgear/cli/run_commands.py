@@ -8,24 +8,8 @@ from typing import Annotated, Any
 
 import typer
 
+from flexgear.cli import options
 from flexgear.cli.display import Report, as_json_text, progress, warn
-from flexgear.cli.options import (
-    PICTURES,
-    RUN,
-    AsJson,
-    CaseName,
-    Force,
-    Interactive,
-    OutFolder,
-    Quiet,
-    Settings,
-    claim_folder,
-    earlier,
-    read_case,
-    require_pictures,
-    save_or_rescue,
-    without_pictures,
-)
 from flexgear.files.atomic import staged_folder, write_json
 from flexgear.gears.power_flow import PowerFlow
 from flexgear.model.case import Case
@@ -42,23 +26,23 @@ from flexgear.studies.early_workers import EarlyWorkers
 
 
 def run(
-    case: CaseName,
-    out: OutFolder = None,
-    settings: Settings = None,
+    case: options.CaseName,
+    out: options.OutFolder = None,
+    settings: options.Settings = None,
     pictures: Annotated[bool, typer.Option(help="Draw pictures and the report.")] = True,
-    interactive: Interactive = True,
-    force: Force = False,
-    as_json: AsJson = False,
-    quiet: Quiet = False,
+    interactive: options.Interactive = True,
+    force: options.Force = False,
+    as_json: options.AsJson = False,
+    quiet: options.Quiet = False,
 ) -> None:
     """Every analysis of a case, with results, summary, pictures and a report in one folder."""
-    source = read_case(case, settings)
+    source = options.read_case(case, settings)
     folder = Path("results") / source.name if out is None else out
-    claim_folder(folder, RUN, origin_of_case(source, "run"), force)
+    options.claim_folder(folder, options.RUN, origin_of_case(source, "run"), force)
     watch = Stopwatch()
     with (
         EarlyWorkers(pictures, _imported if source.flexible_stages else bool) as workers,
-        staged_folder(folder, earlier(RUN)) as stage,
+        staged_folder(folder, options.earlier(options.RUN)) as stage,
         progress(quiet) as report,
     ):
         with watch.stage("bodies"):
@@ -68,16 +52,16 @@ def run(
         notes: list[str] = []
         lost: list[str] = []
         with watch.stage("saving"):
-            save_or_rescue(lambda place: save_run(result, place, report), stage)
+            options.save_or_rescue(lambda place: save_run(result, place, report), stage)
         if pictures:
-            with watch.stage("pictures"), without_pictures(lost):
+            with watch.stage("pictures"), options.without_pictures(lost):
                 from flexgear.cli.pictures import draw
 
                 notes = draw(content, stage, stage, report, workers, interactive)
         summary = result.with_timing(**watch.seconds).summary
         write_json(stage / "summary.json", summary)
     warn([*(summary["warnings"] if as_json else plain_warnings(source, summary)), *notes])
-    require_pictures(lost, folder)
+    options.require_pictures(lost, folder)
     if as_json:
         typer.echo(as_json_text(summary))
         return
@@ -130,15 +114,15 @@ def save_run(result: Run, stage: Path, report: Report) -> None:
 
 def render(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="Folder of a run.")],
-    out: OutFolder = None,
-    interactive: Interactive = True,
-    force: Force = False,
-    quiet: Quiet = False,
+    out: options.OutFolder = None,
+    interactive: options.Interactive = True,
+    force: options.Force = False,
+    quiet: options.Quiet = False,
 ) -> None:
     """Draw the pictures and the report of an earlier run again."""
     target = folder if out is None else out
     content = read_folder(folder)
-    claim_folder(target, PICTURES, origin_of_case(content.case), force)
+    options.claim_folder(target, options.PICTURES, origin_of_case(content.case), force)
     with progress(quiet) as report:
         warn(draw_again(content, folder, target, interactive, report))
     typer.echo(f"drew {content.case.name} into {target}")
@@ -153,6 +137,6 @@ def draw_again(
     with (
         EarlyWorkers(True, imported) as workers,
         complete(folder),
-        staged_folder(target, earlier(PICTURES)) as stage,
+        staged_folder(target, options.earlier(options.PICTURES)) as stage,
     ):
         return draw(content, folder, stage, report, workers, interactive)

@@ -12,19 +12,8 @@ import typer
 import xarray as xr
 from numpy.typing import NDArray
 
+from flexgear.cli import options
 from flexgear.cli.display import Report, as_json_text, progress, resumable, value_text
-from flexgear.cli.options import (
-    AsJson,
-    CaseName,
-    Force,
-    Quiet,
-    Scheduler,
-    Settings,
-    Workers,
-    claim_folder,
-    folder_named,
-    settings_of,
-)
 from flexgear.files.atomic import file_target, staged_folder
 from flexgear.model.errors import InputError
 from flexgear.results.dataset_file import write_netcdf
@@ -59,34 +48,34 @@ Measures = Annotated[
 
 
 def sweep(
-    case: CaseName,
+    case: options.CaseName,
     keys: Keys,
     measure: Measures = None,
-    settings: Settings = None,
+    settings: options.Settings = None,
     modes: Annotated[int, typer.Option("--modes", min=1, help="Natural modes to list.")] = 10,
-    workers: Workers = None,
-    scheduler: Scheduler = None,
+    workers: options.Workers = None,
+    scheduler: options.Scheduler = None,
     out: Annotated[
         Path | None,
         typer.Option(
             "--out",
             metavar="DIR|FILE",
             help="Folder, or .nc file with pictures beside.",
-            parser=folder_named,
+            parser=options.folder_named,
         ),
     ] = None,
     pictures: Annotated[bool, typer.Option(help="Draw a picture of each measure.")] = True,
-    force: Force = False,
-    as_json: AsJson = False,
-    quiet: Quiet = False,
+    force: options.Force = False,
+    as_json: options.AsJson = False,
+    quiet: options.Quiet = False,
 ) -> None:
     """Parameter study over one key or a grid of two, in parallel; dataset and pictures."""
     swept = _keys(keys)
     names = [n.strip() for text in measure or [] for n in text.split(",") if n.strip()]
     target = Path("results") / f"sweep-{Path(case).stem}" if out is None else out
-    plan = planned(case, swept, settings=settings_of(settings), measures=names, modes=modes)
+    plan = planned(case, swept, settings=options.settings_of(settings), measures=names, modes=modes)
     place, start = _place(target)
-    claim_folder(place, (f"{start}.nc", f"{start}_*.png"), origin_of_case(plan.base), force)
+    options.claim_folder(place, (f"{start}.nc", f"{start}_*.png"), origin_of_case(plan.base), force)
     with (
         resumable(lambda: finished(plan), f"{len(plan.grid)} points"),
         staged_folder(place) as folder,

@@ -17,8 +17,8 @@ from typing import Annotated
 
 import typer
 
+from flexgear.cli import options
 from flexgear.cli.display import as_json_text, size_text, table
-from flexgear.cli.options import AsJson
 from flexgear.files.cache_folder import cache_directory
 from flexgear.model.errors import FlexgearError
 from flexgear.results.version import version
@@ -44,7 +44,7 @@ class Finding:
     mend: str = ""
 
 
-def doctor(as_json: AsJson = False) -> None:
+def doctor(as_json: options.AsJson = False) -> None:
     """Look at libraries, packages, threads, cache and disk; say what is missing and what mends it.
 
     Exit code 1 where something is missing.
@@ -170,7 +170,7 @@ def _writable(folder: Path) -> bool:
 
 def cache(
     clear: Annotated[bool, typer.Option("--clear", help="Remove all of it.")] = False,
-    as_json: AsJson = False,
+    as_json: options.AsJson = False,
 ) -> None:
     """Place, size and entries of the cache; a body that is missing there is made again."""
     place = store.cache_directory()

@@ -9,21 +9,8 @@ from typing import Annotated, Any
 import typer
 import xarray as xr
 
+from flexgear.cli import options
 from flexgear.cli.display import as_json_text, progress, resumable, table
-from flexgear.cli.options import (
-    TOLERANCE,
-    AsJson,
-    CaseName,
-    Force,
-    OutFolder,
-    Quiet,
-    Scheduler,
-    Settings,
-    Workers,
-    claim_folder,
-    earlier,
-    read_case,
-)
 from flexgear.files.atomic import staged_folder, write_json
 from flexgear.model.case import Case
 from flexgear.results.dataset_file import write_netcdf
@@ -48,31 +35,31 @@ SENTENCE = "Sets of parts by what they got: left how many, right what share stay
 
 
 def tolerance(
-    case: CaseName,
+    case: options.CaseName,
     samples: Annotated[
         int | None, typer.Option("--samples", min=2, help="Sets of parts; tolerance.samples.")
     ] = None,
     seed: Annotated[
         int | None, typer.Option("--seed", min=0, help="The same gives the same samples.")
     ] = None,
-    settings: Settings = None,
-    workers: Workers = None,
-    scheduler: Scheduler = None,
-    out: OutFolder = None,
+    settings: options.Settings = None,
+    workers: options.Workers = None,
+    scheduler: options.Scheduler = None,
+    out: options.OutFolder = None,
     pictures: Annotated[bool, typer.Option(help="Draw a picture.")] = True,
-    force: Force = False,
-    as_json: AsJson = False,
-    quiet: Quiet = False,
+    force: options.Force = False,
+    as_json: options.AsJson = False,
+    quiet: options.Quiet = False,
 ) -> None:
     """Monte Carlo study of manufacturing errors: distribution of K over one carrier turn."""
-    options = {"tolerance.samples": samples, "tolerance.seed": seed}
-    more = [f"{key}={value}" for key, value in options.items() if value is not None]
-    model = read_case(case, [*(settings or []), *more])
+    study = {"tolerance.samples": samples, "tolerance.seed": seed}
+    more = [f"{key}={value}" for key, value in study.items() if value is not None]
+    model = options.read_case(case, [*(settings or []), *more])
     folder = Path("results") / f"tolerance-{model.name}" if out is None else out
-    claim_folder(folder, TOLERANCE, origin_of_case(model, "tolerance"), force)
+    options.claim_folder(folder, options.TOLERANCE, origin_of_case(model, "tolerance"), force)
     with (
         resumable(lambda: finished(model), f"{model.tolerance.samples} samples"),
-        staged_folder(folder, earlier(TOLERANCE)) as stage,
+        staged_folder(folder, options.earlier(options.TOLERANCE)) as stage,
         progress(quiet) as report,
     ):
         data = run_tolerance(

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from flexgear.cli.options import RATING, RUN, claim_folder, earlier, save_or_rescue
+from flexgear.cli import options
 from flexgear.cli.rate_command import save_rating
 from flexgear.cli.run_commands import draw_again, save_run
 from flexgear.face import accessor as accessor  # datasets have ``.fg`` from here on
@@ -39,10 +39,10 @@ def run_case(case: Case, out: str | Path | None, force: bool, progress: Progress
     if out is None:
         return Run(**vars(run.run(case, progress)))
     folder = Path(out)
-    claim_folder(folder, RUN, origin_of_case(case, "run"), force)
-    with staged_folder(folder, earlier(RUN)) as stage:
+    options.claim_folder(folder, options.RUN, origin_of_case(case, "run"), force)
+    with staged_folder(folder, options.earlier(options.RUN)) as stage:
         result = run.run(case, progress, place=stage)
-        save_or_rescue(lambda place: save_run(result, place, progress), stage)
+        options.save_or_rescue(lambda place: save_run(result, place, progress), stage)
     return read_run(folder)
 
 
@@ -62,10 +62,10 @@ def rate_case(
     if out is None:
         return Rating(**vars(rate(case, workers=workers, progress=progress)))
     folder = Path(out)
-    claim_folder(folder, RATING, origin_of_case(case, "rating"), force)
-    with staged_folder(folder, earlier(RATING)) as stage:
+    options.claim_folder(folder, options.RATING, origin_of_case(case, "rating"), force)
+    with staged_folder(folder, options.earlier(options.RATING)) as stage:
         rated = rate(case, workers=workers, progress=progress)
-        save_or_rescue(lambda place: save_rating(rated, place), stage)
+        options.save_or_rescue(lambda place: save_rating(rated, place), stage)
     return Rating(**vars(rated))
 
 

@@ -1,5 +1,5 @@
 """Pictures and pages: matplotlib and pyvista live here and nowhere else.
 
 Functions take labelled datasets or plain arrays in SI and return matplotlib figures; `save_figure`
-writes them. 3D rendering (`flexgear.views.render`) and the animation are imported on demand.
+writes them. 3D rendering (`flexgear.views.render`) is imported on demand.
 """
