@@ -229,7 +229,8 @@ def pairs_at(result: Equilibrium | Transient) -> PairsAt:
 
 
 def first_touch(pairs: PairData, lines: LineLoads, error: Array) -> Array:
-    """Approach (t, M) m at which the first slice touches; NaN where there is no pair.
+    """By how much flanks have to approach (t, M), m, until a first slice of theirs touches: the
+    smallest gap of all slices; NaN where there is no pair.
 
     error (t, M, slots): as of ``PairsAt``.
     """

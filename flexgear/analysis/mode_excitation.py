@@ -203,7 +203,8 @@ def resonant_force(
     groups: Sequence[Ints],
     alone: int | None = None,
 ) -> Array:
-    """Largest force of any gear mesh over its mean one, (orders, groups); infinite without damping.
+    """Amplitude of gear-mesh force at resonance over the mean force, the largest of all gear meshes
+    (orders, groups); infinite without damping.
 
     rates: γ of the modes (m,); groups: indices of modes of one frequency; alone: the only planet
     whose gear meshes push.

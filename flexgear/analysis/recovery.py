@@ -89,7 +89,7 @@ class Recovery:
         if isinstance(result, Transient):
             # rotations of a run are those of its modes; dropped modes wind the train up as well
             static = self.modal.system.input_rows @ self.modal.residual_motion
-            self._roll = result.input_angles + self._moved_by_forces(static)
+            self._roll = result.input_angles + self._motion_by_forces(static)
 
     def motion(self, rows: Array) -> Array:
         """rows @ q_el over samples, (t, k); rows (k, d) act on physical coordinates."""
@@ -103,10 +103,10 @@ class Recovery:
         return self._value(output)
 
     def _value(self, output: Output) -> Array:
-        out = self.result.eta @ output.modes.T + self._moved_by_forces(output.residual)
+        out = self.result.eta @ output.modes.T + self._motion_by_forces(output.residual)
         return np.asarray(out - self._roll @ output.rolling.T)
 
-    def _moved_by_forces(self, residual: Array) -> Array:
+    def _motion_by_forces(self, residual: Array) -> Array:
         """R f (t, k) of residual (k, n_c)."""
         out = np.empty((len(self.result.theta), len(residual)))
         for start, (loaded, forces) in zip(range(0, len(out), BLOCK), self._forces, strict=True):

@@ -105,7 +105,8 @@ def rim_compliance(bending: float, radius: float) -> Array:
 def _planet_rim(
     view: StageView, g: StageGeometry, normal: Mapping[str, float], bore: float
 ) -> dict[str, float]:
-    """Way of the rim along each line of action, m, ring at θ = 0, sun at π; bore: its radius."""
+    """Displacement of the rim along each line of action, m, ring at θ = 0, sun at π;
+    bore: its radius."""
     width = view.stage.face_width * (2.0 if view.stage.double_helical else 1.0)
     height, radius = g.planet.root_radius - bore, 0.5 * (g.planet.root_radius + bore)
     bending = view.material.young_modulus * width * height**3 / 12.0
@@ -130,7 +131,7 @@ def _half_bore() -> Array:
 
 
 def _pin(view: StageView, force: float) -> float:
-    """Way of the pin's middle against the ends of its seat, m."""
+    """Displacement of the pin's middle against the ends of its seat, m."""
     body, m = view.carrier, view.material
     seat = body.pin_seat_width or body.plate_gap
     area = 0.25 * math.pi * (body.pin_diameter**2 - body.pin_bore**2)

@@ -103,7 +103,7 @@ class ProfileContact:
     base_radius: float
     turns: bool
 
-    def path_moved(self, s: Array, z: Array) -> Array:
+    def path_shift(self, s: Array, z: Array) -> Array:
         """By how much the path coordinate of where the load rests is larger than s, m: an involute
         is by r_b/ρ shorter on its path."""
         return self.at(self.centre, s, z) * self.base_radius / np.maximum(s, self.base_radius / 20)
@@ -210,11 +210,11 @@ class _Search(NamedTuple):
         """g (n, …) m at y (n, …), m."""
         off, more = self.pair.off_path, (slice(None), *[None] * (y.ndim - 1))
         planet, gear = self.rolls
-        moved = 2.0 * (y - self.base[more])
+        growth = 2.0 * (y - self.base[more])
         rolls = (
-            np.sqrt(np.maximum(planet[more] ** 2 + off.planet.base_radius * moved, 0.0)),
+            np.sqrt(np.maximum(planet[more] ** 2 + off.planet.base_radius * growth, 0.0)),
             np.sqrt(
-                np.maximum(gear[more] ** 2 - off.gear.outward * off.gear.base_radius * moved, 0.0)
+                np.maximum(gear[more] ** 2 - off.gear.outward * off.gear.base_radius * growth, 0.0)
             ),
         )
         return self.pair.missing(rolls, self.z[more])
@@ -245,9 +245,9 @@ class _Search(NamedTuple):
     def rigid(self, y: Array) -> Array:
         """S + g (n,) m at y (n,) with the exact S."""
         off, rolls = self.pair.off_path, self.rolls
-        moved = 2.0 * (y - self.base)
-        planet = np.sqrt(rolls[0] ** 2 + off.planet.base_radius * moved)
-        gear = np.sqrt(rolls[1] ** 2 - off.gear.outward * off.gear.base_radius * moved)
+        growth = 2.0 * (y - self.base)
+        planet = np.sqrt(rolls[0] ** 2 + off.planet.base_radius * growth)
+        gear = np.sqrt(rolls[1] ** 2 - off.gear.outward * off.gear.base_radius * growth)
         touch = off.gap(self.s)  # on the path 0, and what a fillet is thicker counts off it
         further = off.parted(self.s, planet, gear) - off.parted(self.s, *rolls)
         return touch + np.where(y == self.base, 0.0, further) + self.missing(y)

@@ -97,8 +97,8 @@ class Slices:
         def there(s: Array) -> Array:
             return law(np.clip((s - line.path[0]) / (line.path[1] - line.path[0]), 0.0, 1.0))
 
-        moved = profile.path_moved(place, self.z)
-        stiffness = self.stiffness * there(place + moved) / there(place)
+        shift = profile.path_shift(place, self.z)
+        stiffness = self.stiffness * there(place + shift) / there(place)
         wide = self.width > 0.0
         per_width = np.divide(stiffness, self.width, out=np.zeros_like(self.z), where=wide)
         more = per_width * profile.at(profile.secant, place, self.z)

@@ -149,9 +149,9 @@ class RackTool:
         point = point.real + 1j * point.imag / cos
         normal = normal.real + 1j * normal.imag * cos
         normal /= abs(normal)
-        moved = point.real * normal.imag / normal.real - point.imag
-        turn = np.exp(1j * (self.pitch / cos / 2 + moved) / rolling_radius)
-        return (rolling_radius - point - 1j * moved) * turn, normal * turn
+        rolled = point.real * normal.imag / normal.real - point.imag
+        turn = np.exp(1j * (self.pitch / cos / 2 + rolled) / rolling_radius)
+        return (rolling_radius - point - 1j * rolled) * turn, normal * turn
 
 
 @dataclass(frozen=True)

@@ -59,6 +59,7 @@ def gears_of(data: xr.Dataset, stage: str) -> Iterator[tuple[str, xr.Dataset]]:
 
 
 def _loaded(gear: str, of_gear: xr.Dataset) -> Iterator[tuple[str, xr.Dataset]]:
+    """The gear with those of its flanks that have root stress at any position, if there are any."""
     loaded = of_gear.isel(flank=of_gear["root_stress"].notnull().any("position").to_numpy())
     if loaded.sizes["flank"]:
         yield gear, loaded

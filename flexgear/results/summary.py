@@ -191,7 +191,7 @@ LOWEST = 12  # modes that a summary lists
 
 
 def build_summary(**pieces: Any) -> dict[str, Any]:
-    """The summary from its pieces (keywords are keys of ``summary_keys``), in plain types.
+    """The summary from its pieces (keywords are keys of ``KEYS``), in plain types.
 
     Further keys are kept; what has no number is None. Raises FlexgearError naming every missing key
     and every value that is not finite.

@@ -1,4 +1,5 @@
-"""Where a train is looked at: gear-mesh cycles of its stages, their error cycles, and times.
+"""Positions of a train at which it is solved: gear-mesh cycles of its stages, their error cycles,
+and times.
 
 The *lead* is the first independent rotation that turns; at rated speeds all others follow it in
 proportion, so that its rotation stands for time.

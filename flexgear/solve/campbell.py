@@ -78,8 +78,8 @@ def excitations(
         if base <= 0.0:
             continue
         shares = _shares(model, number)
-        shown = _shown(shares) if orders is None else orders
-        usual = [o for o in shown if o == 1 or o * base <= highest_hz]
+        chosen = _excited_orders(shares) if orders is None else orders
+        usual = [o for o in chosen if o == 1 or o * base <= highest_hz]
         for order in usual:
             share = float(shares[int(order)]) if order in range(len(shares)) else math.nan
             index = excited_index(order, _driver_teeth(stage), stage.planets)
@@ -88,11 +88,11 @@ def excitations(
     return (*excited, *_turning(model))
 
 
-def _shown(shares: np.ndarray) -> tuple[float, ...]:
+def _excited_orders(shares: np.ndarray) -> tuple[float, ...]:
     largest = shares[1:].max(initial=0.0)
     least = max(SHARE * largest, LEAST)
-    shown = [float(o) for o in range(1, len(shares)) if shares[o] >= least]
-    return tuple(shown) or USUAL
+    out = [float(o) for o in range(1, len(shares)) if shares[o] >= least]
+    return tuple(out) or USUAL
 
 
 def _shares(model: Model, stage: int) -> np.ndarray:

@@ -181,11 +181,13 @@ def result_name(body: BodyName) -> BodyName:
 
 def body_rows(system: System) -> tuple[list[str], Array]:
     """Names (n) and rows (6 n, d) of lumped bodies and nodes that stand for flexible ones."""
-    shown = list(shown_bodies(system))
-    return [name for name, _, _ in shown], np.vstack([system.node_rows(b, n) for _, b, n in shown])
+    bodies = list(result_bodies(system))
+    return [name for name, _, _ in bodies], np.vstack(
+        [system.node_rows(b, n) for _, b, n in bodies]
+    )
 
 
-def shown_bodies(system: System) -> Iterator[tuple[str, str, str]]:
+def result_bodies(system: System) -> Iterator[tuple[str, str, str]]:
     """Name in results, body and node of lumped bodies and of those that bend."""
     for body in system.bodies:
         part = body.name.part
@@ -199,7 +201,7 @@ def shown_bodies(system: System) -> Iterator[tuple[str, str, str]]:
 def _motions(model: Model, recovery: Recovery) -> tuple[dict[str, Array], dict[str, Any]]:
     """Displacements of bodies and forces of links, with their labels."""
     result, count = recovery.result, len(recovery.result.theta)
-    names = [name for name, _, _ in shown_bodies(model.system)]
+    names = [name for name, _, _ in result_bodies(model.system)]
     bodies = recovery.named("bodies", lambda: body_rows(model.system)[1])
     arrays = {"body_displacement": bodies.reshape(count, len(names), 6)}
     labels: dict[str, Any] = {"body": names}

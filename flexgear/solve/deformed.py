@@ -106,11 +106,11 @@ def mode_field(
     shape = modes.shapes[model.system.slice_of(body), mode - 1]
     reduced, at_mode = reduced_field(model, body, shape)
     displacement = reduced.recover(at_mode)
-    moved = np.linalg.norm(displacement, axis=-1).max()
+    peak = np.linalg.norm(displacement, axis=-1).max()
     if not modes.energy[body][mode - 1] > LEAST_ENERGY:
         raise InputError("mode_field", body, f"stands still in mode {mode}", "take another mode")
     attrs = {"frequency": float(modes.frequencies[mode - 1]), "mode": float(mode)}
-    return _field(model, body, largest / moved * shape, attrs)
+    return _field(model, body, largest / peak * shape, attrs)
 
 
 def _field(

@@ -32,7 +32,7 @@ from flexgear.gears.power_flow import PowerFlow
 from flexgear.model.case import Case
 from flexgear.model.names import BodyName, FlankName
 from flexgear.model.stage_view import StageView
-from flexgear.results.report.sharing import Sharing, own_variant, sharings
+from flexgear.results.report.sharing import Sharing, first_variant, sharings
 from flexgear.results.report.wording import (
     factor,
     number,
@@ -217,7 +217,7 @@ def _rings(summary: Mapping[str, Any]) -> Iterator[Length]:
 def transmission_errors(summary: Mapping[str, Any]) -> Iterator[Length]:
     """Of every stage with load along the face, the largest of its gear meshes."""
     largest: dict[str, tuple[float, str]] = {}
-    for flank, flank_figures in own_variant(summary.get("face_load", {})).items():
+    for flank, flank_figures in first_variant(summary.get("face_load", {})).items():
         size = flank_figures.get("transmission_error_peak_to_peak_um")
         stage = FlankName.parse(flank).group.stage
         if size is not None and size > largest.get(stage, (0.0, ""))[0]:

@@ -45,12 +45,12 @@ class RootTables:
 
     def __init__(self, case: Case, flow: PowerFlow, bodies: Bodies) -> None:
         self.views = [case.view(stage.name) for stage in case.stages]
-        self.asked = [view.gear_mesh.root_stress == "fe" for view in self.views]
+        self.with_roots = [view.gear_mesh.root_stress == "fe" for view in self.views]
         # stages with a node at every tooth of their ring
         self.fe_rings = [k for k, v in enumerate(self.views) if v.name in case.fe_ring_stages]
         self._flow, self._bodies = flow, bodies
         self.paths = cache(self._paths)
-        self._roots = cache(self._made)
+        self._roots = cache(self._pair_roots)
         self.ring_rows = cache(self._ring_rows)
 
     def of(self, label: GearMeshLabel) -> list[PairRoots]:
@@ -64,7 +64,7 @@ class RootTables:
     def _paths(self, stage: int) -> dict[PathKey, GearMeshPath]:
         return stage_paths(self.views[stage], self._flow.stages[stage].gear_mesh_forces)
 
-    def _made(self, stage: int, key: PathKey) -> list[PairRoots]:
+    def _pair_roots(self, stage: int, key: PathKey) -> list[PairRoots]:
         path = self.paths(stage)[key]
         assert path.slices is not None
         return pair_roots(self.views[stage], path, path.slices)
@@ -134,15 +134,15 @@ def root_arrays(
     """Variables of root stress; along the face at places, −1/2 … 1/2 of its width, if any are
     given. Empty where no stage asks for it."""
     result = recovery.result
-    system, asked = result.modal.system, tables.asked
-    if not any(asked):
+    system, with_roots = result.modal.system, tables.with_roots
+    if not any(with_roots):
         return {}
     shape = (len(result.theta), len(system.gear_meshes), len(MEMBERS))
     largest, side = np.full(shape, np.nan), np.zeros(shape[1:])
     along = np.full((2, *shape, len(places)), np.nan)
-    rings = {k: ring_roots(tables, recovery, lines, k) for k in tables.fe_rings if asked[k]}
+    rings = {k: ring_roots(tables, recovery, lines, k) for k in tables.fe_rings if with_roots[k]}
     for m, label in enumerate(system.gear_meshes):
-        if not asked[label.stage]:
+        if not with_roots[label.stage]:
             continue
         path, force = tables.path(label), lines.force[:, m, :, : int(system.pairs.slices[m])]
         side[m] = path.planet_step, -path.gear_step

@@ -53,7 +53,7 @@ def cached(
     return load(entry) or body
 
 
-def is_kept(key: str) -> bool:
+def is_cached(key: str) -> bool:
     """Whether there is an entry under key."""
     return (cache_directory() / "reduced" / key).is_dir()
 

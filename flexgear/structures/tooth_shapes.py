@@ -63,11 +63,11 @@ class ToothLine:
 class RimFlexibility:
     """ΔT of a tooth and of those next to it, components along the axes of each at its middle.
 
-    own (BOTH, BOTH), beside (BEYOND, BOTH, BOTH): without the block of the node; less: N; line: of
-    the tooth at the angle 0.
+    tooth (BOTH, BOTH), beside (BEYOND, BOTH, BOTH): without the block of the node; less: N; line:
+    of the tooth at the angle 0.
     """
 
-    own: Array
+    tooth: Array
     beside: Array
     less: Array
     line: ToothLine

@@ -164,8 +164,8 @@ def legend_of(figure: Figure, axes: NDArray[Any], columns: int = 6) -> Legend:
 
 
 def least_span(axes: Axes, share: float) -> None:
-    """Keep a nearly constant quantity from filling the panel with its noise: its scale spans this
-    share of it at least."""
+    """Widen the vertical scale to at least this share of its middle value, so that noise of a
+    nearly constant quantity does not fill the panel."""
     low, high = axes.get_ylim()
     middle = 0.5 * (low + high)
     half = 0.5 * share * abs(middle)

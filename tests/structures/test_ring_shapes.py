@@ -126,7 +126,7 @@ def test_a_tooth_bends_along_its_face_as_in_the_whole_ring(ring):
     held = turn(-line.line.angle) @ held @ turn(line.line.angle)
     rigid = line.motion[:, :6]
     node = rigid @ (ring.nodes(TOOTH, TOOTH) - held) @ rigid.T
-    rim_alone = line.motion @ ring.rim.own @ line.motion.T
+    rim_alone = line.motion @ ring.rim.tooth @ line.motion.T
     truth = line.rows @ solved(ring, line)
     size = np.abs(line.bent(truth - node @ line.load)).max()
     without, found = (
@@ -177,7 +177,7 @@ def test_coast_flanks_are_drive_flanks_half_a_turn_about_the_radius(ring):
     roll = np.linspace(0.9, 1.1, 7) * tooth.roll_length(tooth.reference_radius)
     drive = rim.flank_motion(ring.rim, tooth, -1, (roll, z))
     coast = rim.flank_motion(ring.rim, tooth, 1, (roll, -z))
-    pairs_of = [(ring.rim.own, ring.rim.own), *((b, b.T) for b in ring.rim.beside)]
+    pairs_of = [(ring.rim.tooth, ring.rim.tooth), *((b, b.T) for b in ring.rim.beside)]
     for flexibility, other in pairs_of:
         one, two = drive @ flexibility @ drive.T, coast @ other @ coast.T
         np.testing.assert_allclose(two, one, atol=2e-3 * np.abs(one).max())
@@ -185,7 +185,7 @@ def test_coast_flanks_are_drive_flanks_half_a_turn_about_the_radius(ring):
 
 def test_flexibility_is_symmetric_and_no_pair_gets_indefinite(ring, bending):
     """The rim by itself yields to shapes, G ΔT Gᵀ with a tooth's own influence to any load."""
-    own = ring.rim.own
+    own = ring.rim.tooth
     assert own == pytest.approx(own.T, rel=1e-6, abs=1e-9 * np.abs(own).max())
     shapes = own[6:, 6:] / np.sqrt(np.outer(np.diag(own)[6:], np.diag(own)[6:]))
     assert np.linalg.eigvalsh(shapes)[0] > -1e-6

@@ -110,7 +110,7 @@ def test_symmetric_and_definite_on_an_oblique_line(influence):
     assert np.abs(c - c.T).max() <= 1e-10 * np.abs(c).max()
     assert np.linalg.eigvalsh(c)[0] > 0.01 * np.linalg.eigvalsh(c)[-1]
     assert b.sum(axis=1) == pytest.approx(1.0)  # a slice's whole force
-    assert np.linalg.eigvalsh(influence.own)[0] > -1e-10 * np.abs(influence.own).max()
+    assert np.linalg.eigvalsh(influence.compliance)[0] > -1e-10 * np.abs(influence.compliance).max()
 
 
 def test_contact_lines_have_the_slope_of_the_flank(helical, influence):
@@ -126,18 +126,23 @@ def test_contact_lines_have_the_slope_of_the_flank(helical, influence):
 
 def test_compliance_goes_with_one_over_e(helical, influence):
     stiff = influence_of(helical, 1e3 * STEEL[0], STEEL[1])
-    assert stiff.own == pytest.approx(
-        1e-3 * influence.own, rel=1e-6, abs=1e-12 * influence.own.max()
+    assert stiff.compliance == pytest.approx(
+        1e-3 * influence.compliance, rel=1e-6, abs=1e-12 * influence.compliance.max()
     )
 
 
 def test_other_hand_is_the_reflection(helical, influence):
     other = influence_of(replace(helical, helix_rate=-helical.helix_rate), *STEEL)
     mirrored = influence.mirrored()
-    assert mirrored.own == pytest.approx(other.own, abs=1e-9 * np.abs(other.own).max())
+    assert mirrored.compliance == pytest.approx(
+        other.compliance, abs=1e-9 * np.abs(other.compliance).max()
+    )
     close = 1e-9 * np.abs(other.neighbour).max()
     assert mirrored.neighbour == pytest.approx(other.neighbour, abs=close)
-    assert np.abs(influence.own - other.own).max() > 1e-3 * np.abs(other.own).max()
+    assert (
+        np.abs(influence.compliance - other.compliance).max()
+        > 1e-3 * np.abs(other.compliance).max()
+    )
 
 
 def test_a_slice_is_softest_at_the_ends_of_the_face(influence):
@@ -190,7 +195,7 @@ def test_what_a_tie_takes_in_is_counted_once_wherever_the_rim_is_held():
     even = [i.matrix(*line).mean() for i in (deep, other, alone)]
     assert even[1] == pytest.approx(even[0], rel=5e-3)
     assert 0.9 * even[0] < even[2] < 0.98 * even[0]
-    assert np.linalg.eigvalsh(deep.own)[0] > -1e-10 * np.abs(deep.own).max()
+    assert np.linalg.eigvalsh(deep.compliance)[0] > -1e-10 * np.abs(deep.compliance).max()
     assert deep.neighbour is None
     with pytest.raises(ValueError, match="couple through its own FE model"):
         deep.coupling(line, line)
@@ -238,7 +243,7 @@ def test_kept_by_content_and_made_again_where_damaged(influence, tmp_path, monke
 
     for _ in range(2):
         found = cached_arrays(ToothInfluence, 1, {"of": "a"}, compute)
-        assert np.array_equal(found.own, influence.own)
+        assert np.array_equal(found.compliance, influence.compliance)
         assert np.array_equal(found.neighbour, influence.neighbour)
         assert (found.young, found.poisson) == STEEL
     assert len(made) == 1

@@ -56,8 +56,8 @@ class Sharing:
 
 def sharings(load_sharing: Mapping[str, Any]) -> Iterator[Sharing]:
     """K of every stage with planets that share a load; load_sharing: of a summary."""
-    static = own_variant(load_sharing["quasi_static"])
-    in_time = own_variant(load_sharing["transient"])
+    static = first_variant(load_sharing["quasi_static"])
+    in_time = first_variant(load_sharing["transient"])
     stages: dict[str, tuple[list[float], list[float], float | None]] = {}
     halves: dict[str, dict[str, float]] = {}
     for groups, column in ((groups_of(in_time), 1), *((groups_of(g), 0) for g in static.values())):
@@ -77,7 +77,7 @@ def sharings(load_sharing: Mapping[str, Any]) -> Iterator[Sharing]:
             yield Sharing(name, static, dynamic, assumed, window_words(in_time), sides)
 
 
-def own_variant(by_variant: Mapping[str, Any]) -> Any:
+def first_variant(by_variant: Mapping[str, Any]) -> Any:
     """Of the case as it is, which comes before its variants; {} where there is none."""
     return next(iter(by_variant.values()), {})
 

@@ -12,7 +12,7 @@ from flexgear.model.modifications import (
     PlanetModifications,
 )
 from flexgear.model.names import GroupName
-from flexgear.results.report.sharing import Sharing, groups_of, own_variant, sharings
+from flexgear.results.report.sharing import Sharing, first_variant, groups_of, sharings
 from flexgear.results.report.wording import factor, number, window_words, with_unit, words
 from flexgear.solve.headlines.declaration import Answer, Findings, Headline, Level
 
@@ -47,7 +47,7 @@ def _peak(findings: Findings, stage: str, figures: Mapping[str, Any], window: st
 def _torque_drops(findings: Findings) -> Iterator[tuple[str, Mapping[str, Any]]]:
     """Figures of the torque drops of the case as it is, each with the words for it."""
     for depth, variants in findings.summary["torque_steps"].items():
-        yield f"in the torque drop to {with_unit(float(depth), 'N m')}", own_variant(variants)
+        yield f"in the torque drop to {with_unit(float(depth), 'N m')}", first_variant(variants)
 
 
 def peaks_of_stage(findings: Findings, stage: str) -> list[Peak]:
@@ -122,7 +122,7 @@ def _load_sharing(findings: Findings) -> Iterator[Answer]:
     for sharing in every:
         yield _of_stage(findings, sharing)
     if not every:
-        groups = groups_of(own_variant(findings.summary["load_sharing"]["transient"]))
+        groups = groups_of(first_variant(findings.summary["load_sharing"]["transient"]))
         why = "The planets carry no load together, so that K is not defined."
         yield Answer("note", "", None, "–", why if groups else "No planets share a load.")
 

@@ -13,7 +13,7 @@ from flexgear.model.names import FlankName, GroupName, NodeName
 from flexgear.model.rolling import Rolling
 from flexgear.model.stage_view import StageView
 from flexgear.model.units import Quantity
-from flexgear.results.report.sharing import own_variant, sharings
+from flexgear.results.report.sharing import first_variant, sharings
 from flexgear.results.report.wording import factor, number, with_unit, words
 from flexgear.solve.headlines.declaration import Answer, Findings, Headline, Level
 from flexgear.solve.headlines.loads import peaks_of_stage
@@ -72,7 +72,7 @@ def _root_stress(findings: Findings) -> Iterator[Answer]:
 
 
 def _flank_pressure(findings: Findings) -> Iterator[Answer]:
-    flanks = own_variant(findings.summary.get("face_load", {}))
+    flanks = first_variant(findings.summary.get("face_load", {}))
     for stage in findings.summary["stages"]:
         view = findings.case.view(stage)
         stresses: dict[str, float] = {}

@@ -91,14 +91,14 @@ class Harmonics:
         self._condensed, self._definite = condensed, definite
         self._inverse: Complex | None = None
         self._negative = np.zeros(len(self), dtype=int)
-        self.made()
+        self.inverses()
 
     def forget(self) -> None:
         """Give large inverses' memory back; the next solution makes them anew."""
         if self._inverse is not None and self._inverse.nbytes > _LARGE:
             self._inverse = None
 
-    def made(self) -> Complex:
+    def inverses(self) -> Complex:
         """Inverses (harmonics, entries of all panels): one array goes back to the system whole."""
         if self._inverse is not None:
             return self._inverse
@@ -139,7 +139,7 @@ class Harmonics:
             return right
         r = scipy.fft.rfft(right, axis=1, workers=THREADS).transpose(1, 0, 2)
         x = np.empty(r.shape, dtype=complex)
-        self.made()
+        self.inverses()
 
         def part(harmonics: slice) -> None:
             for h in range(harmonics.start, harmonics.stop):
@@ -157,7 +157,7 @@ class Harmonics:
     def _multiply(self, h: int, r: Complex, x: Complex) -> None:
         """x <- S_h^{-1} r (b, k)."""
         adjoint = np.ascontiguousarray(r.conj().T)
-        for rows, panel in self._of_panels(self.made()[h]):
+        for rows, panel in self._of_panels(self.inverses()[h]):
             x[rows] = panel @ r[: rows.stop]
             if rows.start:  # what the panel is above the diagonal
                 x[: rows.start] += (adjoint[:, rows] @ panel[:, : rows.start]).conj().T

@@ -54,7 +54,7 @@ def lowest_values(solver: CyclicSolver, inertia: Array, count: int) -> Array:
     inside = 2 * b + len(solver.gain)
     mass = np.ascontiguousarray(inertia[:inside, :inside])
     values = np.empty((len(harmonics), width))
-    harmonics.made()  # once, not in every thread
+    harmonics.inverses()  # once, not in every thread
 
     def part(which: slice) -> None:
         for h in range(which.start, which.stop):

@@ -49,9 +49,9 @@ def _in_gmsh(p: CarrierMeshParameters) -> FeMesh:
         for meshes in _half_sectors(gmsh, p):
             halves = [FeMesh(points, cells, "tet", {}) for points, cells in meshes]
             factor = _pin_factor(p, halves[0])  # one for all: they meet in a pin's plane
-            moved = [(_rounded(p, half.points, factor), half.cells) for half in halves]
-            if all(corner_jacobians(*half, "tet")[1].min() > _FLATTEST for half in moved):
-                rounded = [FeMesh(*half, "tet", {}) for half in moved]
+            bulged = [(_rounded(p, half.points, factor), half.cells) for half in halves]
+            if all(corner_jacobians(*half, "tet")[1].min() > _FLATTEST for half in bulged):
+                rounded = [FeMesh(*half, "tet", {}) for half in bulged]
                 return _complete(p, rounded, [_half_patches(p, half) for half in halves])
     raise InputError(
         p.where,
@@ -116,10 +116,10 @@ def _rounded(p: CarrierMeshParameters, points: Array, factor: float) -> Array:
     tolerance = 1e-7 * p.plate_diameter
     skin = np.abs(np.hypot(x, y) - p.pin_diameter / 2.0) < tolerance
     skin &= np.abs(z) < p.plate_gap / 2.0 + tolerance
-    moved = points.copy()
-    moved[skin, 0] = p.center_distance + x[skin] * factor
-    moved[skin, 1] = y[skin] * factor
-    return moved
+    out = points.copy()
+    out[skin, 0] = p.center_distance + x[skin] * factor
+    out[skin, 1] = y[skin] * factor
+    return out
 
 
 def _half_sectors(gmsh: ModuleType, p: CarrierMeshParameters) -> Iterator[list[tuple[Array, Ints]]]:

@@ -204,7 +204,7 @@ def planet_fe_mesh(p: PlanetMeshParameters) -> FeMesh:
     return _toothed(section, p.helix_rate, z, {"bore": (section.rim, None)})
 
 
-_HOLE_ROWS = {"quick": (2, 1, 1), "standard": (3, 1, 1), "fine": (4, 1, 2)}  # see ring_holes.py
+_HOLE_ROWS = {"quick": (2, 1, 1), "standard": (3, 1, 1), "fine": (4, 1, 2)}  # as in section.py
 BLOCK = 1.7  # inner border of a bolt's block, in bolt radii from the bolt's axis
 
 

@@ -2,7 +2,7 @@
 file, for checking its place, and for `flexgear mesh --groups`.
 
 Frame of the case: origin on the axis at mid-face, z the axis (docs/conventions.md). What a group
-is, in detail: ring.py and carrier.py.
+is, in detail: gears.py and carrier.py.
 """
 
 from __future__ import annotations

@@ -37,7 +37,7 @@ def gmsh_session(name: str) -> Iterator[ModuleType]:
     with _ONE_AT_A_TIME:
         nested = bool(gmsh.isInitialized())
         if not nested:
-            with _own_signals():
+            with _python_signals():
                 gmsh.initialize(argv=[], readConfigFiles=False, interruptible=False)
         try:
             gmsh.option.setNumber("General.Terminal", 0)
@@ -62,7 +62,7 @@ def gmsh_session(name: str) -> Iterator[ModuleType]:
 
 
 @contextmanager
-def _own_signals() -> Iterator[None]:
+def _python_signals() -> Iterator[None]:
     """What this process does at a signal is the same after the block, in whatever thread: gmsh
     makes SIGTERM, SIGHUP and SIGPIPE kill it, even where they were ignored. Python sets handlers in
     the main thread only, the C library in any."""

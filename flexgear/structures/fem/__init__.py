@@ -17,7 +17,6 @@ __all__ = [
     "FeModel",
     "Interface",
     "Sample",
-    "assemble",
     "averaging_tie",
     "disc_points",
     "edge_nodes",

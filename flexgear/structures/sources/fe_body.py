@@ -35,7 +35,7 @@ from flexgear.structures.fe_mesh.solids import Solid, mesh_solid
 from flexgear.structures.kinematics import rigid_rows
 from flexgear.structures.reduced import Progress, ReducedBody, silent
 from flexgear.structures.sources.matrices import given_body
-from flexgear.structures.store import cached, is_kept
+from flexgear.structures.store import cached, is_cached
 
 if TYPE_CHECKING:
     from flexgear.structures.estimate import ProbeLoad
@@ -148,7 +148,7 @@ class FeBody(ABC):
             raise InputError(self.mesh.where, fault.key, problem, fault.remedy) from None
         if self.section.fe_mesh == "reduced":
             self.reduced()
-        elif not is_kept(content_key(**self.content())):
+        elif not is_cached(content_key(**self.content())):
             self.fe_mesh()
 
     def fe_mesh(self) -> FeMesh:

@@ -177,12 +177,12 @@ class RingSource(ToothedSource):
         if self.segment is None:
             return body if self.along_face else _loaded_evenly(body)
         # half of the package
-        from flexgear.structures.tooth_influence.rim import kept_shapes, with_rim
+        from flexgear.structures.tooth_influence.rim import cached_shapes, with_rim
 
         b, segment = slice(0, body.interface_dofs), self.segment
         supports = self.supports(body.node_names, body.stiffness[b, b])
         key = content_key(**self.content())
-        shapes = kept_shapes(segment, self.mesh.teeth, key, self.condensed)
+        shapes = cached_shapes(segment, self.mesh.teeth, key, self.condensed)
         always = self.section.tooth_shapes == "always"
         return with_rim(body, shapes, segment, self.material, supports, always=always)
 

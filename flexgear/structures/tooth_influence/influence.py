@@ -119,7 +119,8 @@ class FlankPlaces:
         return _means(np.stack(nodes), weights * np.stack(shape), 3 * columns)
 
     def flipped_nodes(self) -> Ints:
-        """Number (n,) of the node where z -> −z takes each node of the flank."""
+        """Permutation (n,) of the flank's nodes under z -> −z: entry i is the node at the mirrored
+        place of node i."""
         rows, columns = len(self.roll), len(self.z)
         start, order = 0, []
         for shape in ((rows, columns), (rows - 1, columns), (rows, columns - 1)):
@@ -152,16 +153,16 @@ class FlankPlaces:
 class ToothInfluence(FlankPlaces):
     """Compliance of one flank of a tooth, without the dip of line contact.
 
-    depth: (p + 1,) at which the dip is cut off, m; own: D (n, n) m/N; young Pa, poisson; neighbour:
-    (2, m, m) m/N, from first, middle and last row to the same of the next tooth in +θ and of the
-    one after that, None where neighbours are not counted.
+    depth: (p + 1,) at which the dip is cut off, m; compliance: D (n, n) m/N; young Pa, poisson;
+    neighbour: (2, m, m) m/N, from first, middle and last row to the same of the next tooth in +θ
+    and of the one after that, None where neighbours are not counted.
 
     As made it is the −θ flank of a tooth with the gear's hand of helix. The slope tells flank and
-    hand apart as far as ``own`` depends on them.
+    hand apart as far as ``compliance`` depends on them.
     """
 
     depth: Array
-    own: Array
+    compliance: Array
     young: float
     poisson: float
     neighbour: Array | None = None
@@ -173,13 +174,13 @@ class ToothInfluence(FlankPlaces):
         Slices beyond the flank's ends act at its ends.
         """
         shape = np.broadcast_shapes(np.shape(roll), np.shape(z), np.shape(width))
-        k, n = shape[-1], len(self.own)
+        k, n = shape[-1], len(self.compliance)
         lines = (np.broadcast_to(a, shape).reshape(-1, k) for a in (roll, z, width))
         roll, z, width = (np.ascontiguousarray(a, dtype=float) for a in lines)
         out = np.empty((len(roll), k, k))
         for some in blocks(len(roll), _TOGETHER):
             means = self.averages(roll[some].ravel(), z[some].ravel(), width[some].ravel())
-            motion = (means @ self.own).reshape(-1, k, n)
+            motion = (means @ self.compliance).reshape(-1, k, n)
             c = motion @ means.toarray().reshape(-1, k, n).swapaxes(1, 2)
             out[some] = 0.5 * (c + c.swapaxes(1, 2))
         return out.reshape(*shape, k)
@@ -219,7 +220,9 @@ class ToothInfluence(FlankPlaces):
         if near is not None:
             coarse = np.arange(near.shape[1]).reshape(3, -1)[:, ::-1].ravel()
             near = near[:, coarse[:, None], coarse]
-        return replace(self, own=self.own[np.ix_(at, at)], neighbour=near, slope=-self.slope)
+        return replace(
+            self, compliance=self.compliance[np.ix_(at, at)], neighbour=near, slope=-self.slope
+        )
 
 
 def influence_of(
@@ -267,7 +270,7 @@ def influence_of(
         z=segment.z,
         slope=parameters.roll_slope,
         depth=segment.depth,
-        own=compliance,
+        compliance=compliance,
         young=young,
         poisson=poisson,
         neighbour=neighbour,

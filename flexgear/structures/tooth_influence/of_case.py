@@ -41,7 +41,7 @@ def segment_influence(p: SegmentParameters, m: Material, *, tied: bool) -> Tooth
     young, poisson = m.young_modulus, m.poisson_ratio
     content = {"segment": p, "tied": tied, "young": young, "poisson": poisson}
     return cached_arrays(
-        ToothInfluence, 5, content, lambda: influence_of(p, young, poisson, tied=tied)
+        ToothInfluence, 6, content, lambda: influence_of(p, young, poisson, tied=tied)
     )
 
 

@@ -228,7 +228,7 @@ def _inner(sample: Sample, one: Array, two: Array) -> Array:
 Condensed = Callable[[], tuple[FeModel, AnyCondensation]]
 
 
-def kept_shapes(
+def cached_shapes(
     segment: SegmentParameters, teeth: int, ring_key: str, condensed: Condensed
 ) -> RingShapes:
     """Of a ring, from the cache or made, which takes another factor of its matrix.
@@ -237,13 +237,13 @@ def kept_shapes(
     """
     line, cut = first_line(segment), cut_of(segment)
 
-    def made() -> RingShapes:
+    def make() -> RingShapes:
         model, condensation = condensed()
         with single_threaded_blas():
             return ring_shapes(model, condensation, line, teeth, cut)
 
     content = {"shapes_of": ring_key, "orders": ORDERS, "line": line, "cut": cut}
-    return cached_arrays(RingShapes, 2, content, made)
+    return cached_arrays(RingShapes, 2, content, make)
 
 
 def with_rim(
@@ -292,7 +292,7 @@ def rim_bending(rim: RimFlexibility, path: GearMeshPath, slices: Slices) -> tupl
         there = flank_motion(rim, flank.tooth, -flank.sense, places)
         after = between if flank.step > 0 else between.T
         beside.append(here @ after @ there.swapaxes(1, 2))
-    both = here @ rim.own @ here.swapaxes(1, 2), np.stack(beside, axis=1)
+    both = here @ rim.tooth @ here.swapaxes(1, 2), np.stack(beside, axis=1)
     near, beyond = (rows_at(slices.s[some], c, slices.s) for c in both)
     return 0.5 * (near + near.swapaxes(1, 2)), beyond
 
@@ -319,7 +319,7 @@ def rim_error(rim: RimFlexibility, influence: ToothInfluence, tooth: ToothGeomet
     loads = np.array([np.ones(_SLICES), at_end, at_end[::-1]], dtype=float)
     motion = flank_motion(rim, tooth, -1, (roll, z))
     compliance = influence.matrix(roll, z, width)
-    return float(shape_errors(compliance, motion @ rim.own @ motion.T, loads).max())
+    return float(shape_errors(compliance, motion @ rim.tooth @ motion.T, loads).max())
 
 
 def first_line(p: SegmentParameters) -> ToothLine:

@@ -171,8 +171,11 @@ def root_influence(
 
 
 def _loaded(segment: ToothSegment, model: FeModel) -> tuple[Ints, Array]:
-    """Nodes (2, teeth, n) of −θ flanks, and of +θ flanks where half a turn takes the −θ flanks of
-    the same teeth as counted from the middle; unit loads (2, teeth, n, 3) of a mate there."""
+    """Nodes (2, teeth, n) of −θ and +θ flanks, and unit forces (2, teeth, n, 3) of a mate there.
+
+    Half a turn about the middle tooth's radial axis takes the −θ flank of a tooth to the +θ flank
+    of the tooth as far on the other side; nodes of the latter are in that order.
+    """
     teeth = range(segment.parameters.teeth)
     near = np.stack([flank_nodes(segment, model, j) for j in teeth])
     push = np.stack([-flank_normals(segment, model.nodes[at]) for at in near])

@@ -143,7 +143,7 @@ def at_tip(
     hertz = line_contact(body, mate, radius)
     least = (NARROWEST * depth) ** 2 / float(np.min(hertz.spread))
     loads = max(line_load, least) * np.array([1.0, LESS])
-    edges = Edges(_kept_layer(edge.interior_angle, body.poisson), body, mate, radius, apex)
+    edges = Edges(_cached_layer(edge.interior_angle, body.poisson), body, mate, radius, apex)
     (more, rests), (more_of_less, _) = (edges.pressed(hertz, w) for w in loads)
     beta = np.maximum((more_of_less - more) / math.log(1 / LESS), -LEAST_SLOPE * hertz.beta)
     alpha = more + beta * math.log(loads[0])
@@ -160,11 +160,11 @@ def roll_along(tooth: ToothGeometry, roll: Array, inward: Array) -> Array:
 
 @dataclass(frozen=True)
 class Edges:
-    """Tip edge and mate's flank at places (n,). own, mate: their bodies, depths (n,) m; radius,
+    """Tip edge and mate's flank at places (n,). body, mate: their bodies, depths (n,) m; radius,
     apex: ρ and e (n,), m."""
 
     layer: EdgeLayer
-    own: ContactBody
+    body: ContactBody
     mate: ContactBody
     radius: Array
     apex: Array
@@ -175,9 +175,9 @@ class Edges:
         A contact that ends well before the edge stays as it is; what its load sinks more is that of
         a line load.
         """
-        layer, h = self.layer, np.broadcast_to(self.own.depth, self.apex.shape)
+        layer, h = self.layer, np.broadcast_to(self.body.depth, self.apex.shape)
         sinks = np.interp(self.apex / h, layer.place, np.diag(layer.end - layer.middle))
-        more, rests = self.own.compliance * sinks, self.apex.copy()
+        more, rests = self.body.compliance * sinks, self.apex.copy()
         plain, half = hertz.secant(load), hertz.half_width(load)
         for i in np.flatnonzero(self.apex < CLEAR * half):
             approach, rests[i] = self._solved(int(i), load)
@@ -187,12 +187,12 @@ class Edges:
     def _solved(self, i: int, load: float) -> tuple[float, float]:
         """δ, by which flanks close once they touch, and x̄ at place i, m."""
         h, h_mate = (
-            float(np.broadcast_to(b.depth, self.apex.shape)[i]) for b in (self.own, self.mate)
+            float(np.broadcast_to(b.depth, self.apex.shape)[i]) for b in (self.body, self.mate)
         )
         x, e = h * self.layer.place, float(self.apex[i])
         gap = ((x - e) ** 2 - min(e, 0.0) ** 2) / (2 * float(self.radius[i]))
         of_mate = self.layer.middle + 2 / math.pi * math.log(h_mate / h)
-        compliance = self.own.compliance * self.layer.end + self.mate.compliance * of_mate
+        compliance = self.body.compliance * self.layer.end + self.mate.compliance * of_mate
         force, approach = contact(compliance, gap, load)
         return approach, float(force @ x / load)
 
@@ -218,7 +218,7 @@ def contact(compliance: Array, gap: Array, load: float) -> tuple[Array, float]:
 
 
 @lru_cache(maxsize=16)
-def _kept_layer(angle: float, poisson: float) -> EdgeLayer:
+def _cached_layer(angle: float, poisson: float) -> EdgeLayer:
     content = {"tip": angle, "poisson": poisson}
     return cached_arrays(EdgeLayer, 1, content, lambda: edge_layer(angle, poisson))
 

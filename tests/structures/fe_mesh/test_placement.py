@@ -280,7 +280,7 @@ def test_where_a_mesh_is_put_and_judged_by_is_part_of_the_caches_key(
 
     read = []
     monkeypatch.setattr(FeBody, "fe_mesh", lambda source: read.append(source))
-    monkeypatch.setattr(fe_body, "is_kept", lambda key: key == keys[0])
+    monkeypatch.setattr(fe_body, "is_cached", lambda key: key == keys[0])
     ring_source(plain).check()
     assert not read
     ring_source(plain.with_(**{"stage.planet_hand": "left"})).check()
