@@ -57,10 +57,10 @@ class Connection:
 
 def connections(view: StageView) -> Iterator[Connection]:
     """All springs of a stage; InputError for those with which it could not roll or hold."""
-    stage, forms = view.stage, {"lumped": _of_lumped, "beam": _of_shaft}
-    of_bodies = {"ring": _of_fe_ring, "carrier": _of_seats}
+    stage = view.stage
+    forms = {"ring fe": _of_fe_ring, "carrier fe": _of_seats, "sun beam": _of_shaft}
     for part in stage.members:
-        yield from (forms.get(stage.form(part)) or of_bodies[part])(view, part)
+        yield from forms.get(f"{part} {stage.form(part)}", _of_supports)(view, part)
     if stage.kind == "planetary":
         yield from _of_planets(view)
     yield from _of_hub(view)
@@ -72,8 +72,8 @@ def spline_matrix(view: StageView) -> Array:
     return np.diag(np.asarray(view.shaft.spline.stiffness, dtype=float))
 
 
-def _of_lumped(view: StageView, part: str) -> Iterator[Connection]:
-    """Support of each body of a lumped member: of both halves of a double-helical ring."""
+def _of_supports(view: StageView, part: str) -> Iterator[Connection]:
+    """Support of each body of a member: of both halves of a double-helical lumped ring."""
     for body in body_names(view.stage, part):
         yield from _support(view, part, SupportName.of(body, "support"), body)
 

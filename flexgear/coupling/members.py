@@ -195,7 +195,7 @@ def _flexible(case: Case, stage: Stage, part: str, body: Body) -> Member:
         if case.port_at(MemberName.of(stage.name, part)) is None:
             ports["end"] = Port("end")
         return Member(body, part, ports, ["sun"])
-    ports = {"end": Port("drive")} if "drive" in nodes else {}
+    ports = {name: Port("drive") for name in ("end", "gear") if "drive" in nodes}
     for pin in (node for node in nodes if node.kind == "pin"):
         ports[pin] = Port(pin, -stage.planet_angles[pin.number - 1])
     frame: Literal["carrier", "ring"] = "ring" if part == "ring" else "carrier"

@@ -85,12 +85,9 @@ class StageView:
     @property
     def fe_bodies(self) -> dict[BodyName, Ring | Planet | Carrier]:
         """Sections of its FE bodies; "<stage>.planet" stands for all planets."""
-        sections = {part: getattr(self.stage, part) for part in ("ring", "planet", "carrier")}
-        return {
-            BodyName.of(self.name, part): member.fe
-            for part, member in sections.items()
-            if member is not None and member.fe is not None
-        }
+        parts = ("ring", "planet", "carrier", "sun", "pinion", "gear")
+        sections = {part: getattr(getattr(self.stage, part), "fe", None) for part in parts}
+        return {BodyName.of(self.name, part): fe for part, fe in sections.items() if fe}
 
     @property
     def flexible_bodies(self) -> dict[BodyName, Ring | Planet | Carrier | Shaft]:

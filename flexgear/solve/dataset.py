@@ -30,7 +30,7 @@ from flexgear.solve.angles import given_speeds
 from flexgear.solve.face_load import face_arrays, face_labels
 from flexgear.solve.model import Model, flank_name
 
-NODES = {"shaft": "sun", "carrier": "drive"}  # nodes that stand for bodies of a flexible stage
+NODES = {"shaft": "sun"}  # nodes that stand for bodies that bend; of others "drive"
 
 
 def transient_data(model: Model, result: Transient, **attrs: Any) -> xr.Dataset:
@@ -192,7 +192,7 @@ def result_bodies(system: System) -> Iterator[tuple[str, str, str]]:
     for body in system.bodies:
         part = body.name.part
         single = len(body.node_names) == 1 or part == "planet"  # an FE planet: its rigid motion
-        node = body.node_names[0] if single else NODES.get(part, "")
+        node = body.node_names[0] if single else NODES.get(part, "drive")
         if node not in body.node_names or part == "output":
             continue
         yield result_name(body.name), body.name, node
