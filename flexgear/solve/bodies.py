@@ -101,8 +101,8 @@ def _make_influences(view: StageView, progress: Progress) -> None:
         "influence of a tooth": (bend_each_other(view), tooth_influence),
         "root of a tooth": (view.gear_mesh.root_stress == "fe", root_of_case),
     }
-    for label, (wanted, make) in influences.items():
-        for role in ("planet", *stage_geometry(view).gear_meshes) if wanted else ():
+    for label, (applies, make) in influences.items():
+        for role in ("planet", *stage_geometry(view).gear_meshes) if applies else ():
             progress(f"{role}: {label}", 0.0)
             make(view, role)
             progress(f"{role}: {label}", 1.0)

@@ -23,10 +23,10 @@ def edge_nodes(model: FeModel, first: Ints, second: Ints) -> Ints:
         raise FlexgearError("linear finite elements have no nodes at the middles of edges")
     ends = np.sort(mesh.edges.astype(np.int64), axis=0)
     keys = ends[0] * n + ends[1]
-    wanted = np.minimum(first, second).astype(np.int64) * n + np.maximum(first, second)
+    of_pairs = np.minimum(first, second).astype(np.int64) * n + np.maximum(first, second)
     order = np.argsort(keys)
-    edges = order[np.minimum(np.searchsorted(keys[order], wanted), len(keys) - 1)]
-    if not np.array_equal(keys[edges], wanted):
+    edges = order[np.minimum(np.searchsorted(keys[order], of_pairs), len(keys) - 1)]
+    if not np.array_equal(keys[edges], of_pairs):
         raise FlexgearError("two vertices of the FE mesh have no edge between them")
     return model.basis.edge_dofs[0].astype(np.int64)[edges]
 
