@@ -19,6 +19,7 @@ from flexgear.results.rating import COLUMNS, Rating, rating_rows, rating_summary
 from flexgear.results.report.parts import MARKS
 from flexgear.results.report.rating_tables import (
     SECTION,
+    SPECTRUM,
     in_words,
     rating_tables,
     rating_verdicts,
@@ -30,6 +31,7 @@ from flexgear.results.version import version
 from flexgear.studies.rating import bins_of, finished, forget
 from flexgear.studies.rating import rate as rate_case
 from flexgear.views.interactive import panels_of
+from flexgear.views.load_duration import load_duration_chart
 from flexgear.views.rating_charts import damage_chart, safety_chart
 from flexgear.views.report import Picture, Side, write_report
 from flexgear.views.style import save_figure
@@ -103,23 +105,27 @@ def _write_page(rating: Rating, folder: Path) -> None:
 
 def _lead(rating: Rating) -> str:
     positions = ", ".join(f"{count} of {stage}" for stage, count in rating.positions.items())
-    return (
-        f"{len(rating.bins)} load bins, {number(rating.hours)} h; in each equilibria at "
-        f"{positions or 'one position'}."
-    )
+    count = "1 load bin" if len(rating.bins) == 1 else f"{len(rating.bins)} load bins"
+    where = positions or "one position"
+    return f"{count}, {number(rating.hours)} h; in each equilibria at {where}."
 
 
 def _drawn(rating: Rating, folder: Path) -> Iterator[Picture]:
-    data = rating.dataset()
+    data, first = rating.dataset(), rating.case.inputs[0].member
     figures = {
         "reserves": (SECTION, "Load that parts bear", safety_chart(data),
                      "Factor on all loads within the limits; below one the part fails them."),
         "damage": (SECTION, "Damage by bin", damage_chart(data),
-                   "Share of the life that each bin takes, of the parts damaged most."),
+                   "Share of the life that each bin takes, of the most damaged of each stage."),
     }  # fmt: skip
+    if any(b.hours and b.speed[first] for b in rating.bins):
+        figures["duration"] = (
+            SPECTRUM, "Load duration", load_duration_chart(rating.bins, first),
+            f"For how many turns of {first} each torque lasts, by load bins.",
+        )  # fmt: skip
     for name, (section, caption, figure, sentence) in figures.items():
         path = save_figure(figure, folder / f"{name}.png", dpi=150)
-        yield Picture(path.stem, section, caption, sentence, path, panels_of(figure))
+        yield Picture(path.stem, section, caption, spelled(sentence), path, panels_of(figure))
 
 
 def _show(rating: Rating) -> None:

@@ -9,13 +9,12 @@ with its power.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 import xarray as xr
-from numpy.typing import ArrayLike
 
 from flexgear.arrays import Array
 from flexgear.gears.load_bins import LoadBin
@@ -167,144 +166,143 @@ def _last(value: float) -> float:
     return value if math.isfinite(value) else math.inf
 
 
+class _Declared(NamedTuple):
+    """A figure. of: its values, of a part (of the rating), by bin where it has that axis."""
+
+    quantity: Quantity
+    of: Callable[[Any], Any]
+
+
 NOT_RATED = "of a part that is not assessed, or not loaded in that bin"
-_OF_PARTS = {
-    "stress": Quantity(("bin", "part"), "Pa", "contact or root stress", "of a bearing"),
-    "equivalent_load": Quantity(("bin", "part"), "N", "load of a bearing", "of a gear"),
-    "load_cycles": Quantity(("bin", "part"), "1", "load cycles, of a bearing revolutions"),
-    "safety": Quantity(("bin", "part"), "1", "safety in the bin alone", NOT_RATED),
-    "damage": Quantity(("bin", "part"), "1", "share of the life that the bin takes", NOT_RATED),
-    "damage_sum": Quantity(("part",), "1", "Miner's sum over all bins", NOT_RATED),
-    "life": Quantity(("part",), "h", "hours until the sum is one; infinite: never", NOT_RATED),
-    "spectrum_safety": Quantity(
-        ("part",), "1", "factor on stress (bearing: load) for a sum of one", NOT_RATED
+
+
+def _by_bin(
+    unit: str, meaning: str, of: Callable[[RatedPart], Any], missing: str = ""
+) -> _Declared:
+    return _Declared(Quantity(("bin", "part"), unit, meaning, missing), of)
+
+
+def _whole(unit: str, meaning: str, of: Callable[[RatedPart], Any]) -> _Declared:
+    return _Declared(Quantity(("part",), unit, meaning, f"{NOT_RATED}, or without a limit"), of)
+
+
+def _load_of(bearing: bool) -> Callable[[RatedPart], Array]:
+    return lambda p: p.load if (p.kind == "bearing") is bearing else np.full_like(p.load, math.nan)
+
+
+PARTS = {
+    "stress": _by_bin("Pa", "contact or root stress", _load_of(False), "of a bearing"),
+    "equivalent_load": _by_bin("N", "radial load of a bearing", _load_of(True), "of a gear"),
+    "load_cycles": _by_bin("1", "load cycles, of a bearing revolutions", lambda p: p.cycles),
+    "bin_safety": _by_bin(
+        "1", "safety in the bin alone, of a bearing static", lambda p: p.safety, NOT_RATED
     ),
-    "load_reserve": Quantity(
-        ("part",), "1", "factor on all loads within the limits", f"{NOT_RATED}, or without limit"
+    "damage": _by_bin("1", "share of the life that it takes", lambda p: p.damage, NOT_RATED),
+    "damage_sum": _whole("1", "Miner's sum over all bins", lambda p: p.damage_sum),
+    "life": _whole("h", "until the sum is one; infinite: never", lambda p: p.life),
+    "spectrum_safety": _whole(
+        "1", "factor on stress (bearing: load) for a sum of one", lambda p: p.whole_safety
+    ),
+    "safety": _whole("1", "least of the spectrum and of extreme loads", lambda p: p.least_safety),
+    "required": _whole("1", "least safety; of a bearing least life, h", lambda p: p.required),
+    "load_reserve": _whole("1", "factor on all loads within the limits", lambda p: p.reserve),
+}
+BINS = {
+    "hours": _Declared(
+        Quantity(("bin",), "h", "duration of the bin; 0: extreme load"),
+        lambda r: [b.hours for b in r.bins],
+    ),
+    "port_torque": _Declared(
+        Quantity(("bin", "port"), "N m", "torque from outside"),
+        lambda r: [[b.torque[p.member] for p in r.case.ports] for b in r.bins],
+    ),
+    "member_speed": _Declared(
+        Quantity(("bin", "member"), "rad/s", "speed of a member"),
+        lambda r: [[b.speed[m] for m in r.case.member_names()] for b in r.bins],
+    ),
+    "load_factor": _Declared(
+        Quantity(("gear_mesh", "bin", "factor"), "1", "of ISO 6336", "where it is not known"),
+        lambda r: [[[_value(f, s) for s in _symbols(r)] for f in g.factors] for g in r.gear_meshes],
+    ),
+    "largest_k_gamma": _Declared(
+        Quantity(("gear_mesh", "bin"), "1", "K_γ of any planet at any time", "without load"),
+        lambda r: [g.largest_k_gamma for g in r.gear_meshes],
+    ),
+    "rated_planet": _Declared(
+        Quantity(("gear_mesh", "bin"), "1", "planet, from 1, that factors are of; 0: no load"),
+        lambda r: [g.planet for g in r.gear_meshes],
     ),
 }
-_OF_BINS = {
-    "hours": Quantity(("bin",), "h", "duration of the bin; 0: extreme load"),
-    "port_torque": Quantity(("bin", "port"), "N m", "torque from outside"),
-    "member_speed": Quantity(("bin", "member"), "rad/s", "speed of a member"),
-    "load_factor": Quantity(
-        ("bin", "gear_mesh", "factor"), "1", "load factor of ISO 6336", "where it is not known"
-    ),
-    "largest_k_gamma": Quantity(
-        ("bin", "gear_mesh"), "1", "K_γ of any planet at any time", "without load"
-    ),
-    "rated_planet": Quantity(
-        ("bin", "gear_mesh"), "1", "planet, from 1, that the factors are of; 0: no load"
-    ),
-}
+
+
+def _symbols(rating: Rating) -> list[str]:
+    """Load factors of all gear meshes."""
+    factors = (f for g in rating.gear_meshes for of_bin in g.factors for f in of_bin)
+    return list(dict.fromkeys(f.symbol for f in factors))
+
+
+def _value(factors: Sequence[Factor], symbol: str) -> float:
+    return next((f.value for f in factors if f.symbol == symbol), math.nan)
 
 
 def rating_dataset(rating: Rating) -> xr.Dataset:
-    """Labelled figures of a rating by the names of ``_OF_PARTS`` and ``_OF_BINS``."""
-    bins, parts = rating.bins, rating.parts
-    ports = [p.member for p in rating.case.ports]
-    members = list(map(str, rating.case.member_names()))
-    symbols = list(
-        dict.fromkeys(f.symbol for g in rating.gear_meshes for b in g.factors for f in b)
-    )
-    is_bearing = np.array([p.kind == "bearing" for p in parts], dtype=bool)
-    load = _columns([p.load for p in parts], len(bins))
-    values: dict[str, Any] = {
-        "stress": np.where(is_bearing, math.nan, load),
-        "equivalent_load": np.where(is_bearing, load, math.nan),
-        "load_cycles": _columns([p.cycles for p in parts], len(bins)),
-        "safety": _columns([p.safety for p in parts], len(bins)),
-        "damage": _columns([p.damage for p in parts], len(bins)),
-        "damage_sum": np.array([p.damage_sum for p in parts]),
-        "life": np.array([p.life for p in parts]),
-        "spectrum_safety": np.array([p.whole_safety for p in parts]),
-        "load_reserve": np.array([p.reserve for p in parts]),
-        "hours": np.array([b.hours for b in bins]),
-        "port_torque": np.array([[b.torque[m] for m in ports] for b in bins]),
-        "member_speed": np.array([[b.speed[m] for m in members] for b in bins]),
-        "load_factor": _factors(rating.gear_meshes, symbols, len(bins)),
-        "largest_k_gamma": _columns([g.largest_k_gamma for g in rating.gear_meshes], len(bins)),
-        "rated_planet": np.array([g.planet for g in rating.gear_meshes]).reshape(-1, len(bins)).T,
+    """Labelled figures of a rating by the names of ``PARTS`` and ``BINS``."""
+    parts = rating.parts
+    coords: dict[str, Any] = {
+        "bin": [b.name for b in rating.bins],
+        "part": [p.name for p in parts],
+        "port": [p.member for p in rating.case.ports],
+        "member": list(map(str, rating.case.member_names())),
+        "gear_mesh": [g.name for g in rating.gear_meshes],
+        "factor": _symbols(rating),
     }
-    declared = _OF_PARTS | _OF_BINS
-    return xr.Dataset(
-        {name: xr.Variable(declared[name].dims, v, declared[name].attrs)
-         for name, v in values.items()},
-        {
-            "bin": [b.name for b in bins],
-            "part": [p.name for p in parts],
-            "part_stage": ("part", [p.stage for p in parts]),
-            "part_kind": ("part", [p.kind for p in parts]),
-            "part_missing": ("part", [p.missing for p in parts]),
-            "port": ports,
-            "member": members,
-            "gear_mesh": [g.name for g in rating.gear_meshes],
-            "factor": symbols,
-            "extreme": ("bin", [b.extreme for b in bins]),
-        },
-        provenance(
-            case=rating.case.name,
-            variant=rating.variant,
-            content_hash=rating.case.content_hash(),
-            parameters=rating.case.to_dict(),
-            closure_max=rating.closure,
-        ),
+    values = {n: np.array([d.of(p) for p in parts]).T for n, d in PARTS.items()}
+    values |= {n: np.array(d.of(rating)) for n, d in BINS.items()}
+    variables = {}
+    for name, declared in (PARTS | BINS).items():
+        quantity = declared.quantity
+        shape = [len(coords[dim]) for dim in quantity.dims]  # also where there is nothing
+        variables[name] = (quantity.dims, values[name].reshape(shape), quantity.attrs)
+    for beside in ("stage", "kind", "missing"):
+        coords[f"part_{beside}"] = ("part", [getattr(p, beside) for p in parts])
+    coords["extreme"] = ("bin", [b.extreme for b in rating.bins])
+    case = rating.case
+    attrs = provenance(
+        case=case.name, variant=rating.variant, content_hash=case.content_hash(),
+        parameters=case.to_dict(), closure_max=rating.closure,
     )  # fmt: skip
-
-
-def _columns(columns: Sequence[ArrayLike], bins: int) -> Array:
-    """(B, n) of n columns (B,)."""
-    return np.array(columns, dtype=float).reshape(-1, bins).T
-
-
-def _factors(gear_meshes: Sequence[GearMeshRating], symbols: Sequence[str], bins: int) -> Array:
-    out = np.full((bins, len(gear_meshes), len(symbols)), math.nan)
-    for g, gear_mesh in enumerate(gear_meshes):
-        for b, factors in enumerate(gear_mesh.factors):
-            for factor in factors:
-                out[b, g, symbols.index(factor.symbol)] = factor.value
-    return out
+    return xr.Dataset(variables, coords, attrs)
 
 
 COLUMNS = ("of", "bin", "quantity", "value", "unit", "source")
+ALL = "all"  # bins together, in the column of bins
 
 
 def rating_rows(rating: Rating) -> Iterator[tuple[str, str, str, float | str, str, str]]:
-    """Rows of ``rating.csv``: one for each part or group of gear meshes, bin and quantity; figures
-    of all bins together have the bin "all"."""
-    names = [b.name for b in rating.bins]
-    for gear_mesh in rating.gear_meshes:
-        for name, factors in zip(names, gear_mesh.factors, strict=True):
-            for f in factors:
-                yield gear_mesh.name, name, f.symbol, f.value, f.unit, f.source
+    """Rows of ``rating.csv``: one for each part or group of gear meshes, bin and quantity."""
+    bins = [b.name for b in rating.bins]
     for part in rating.parts:
         if part.missing:
-            yield part.name, "all", "not assessed", part.missing, "", ""
-        unit, what = ("N", "equivalent_load") if part.kind == "bearing" else ("Pa", "stress")
-        for b, name in enumerate(names):
-            figures = {
-                (what, unit): part.load, ("load_cycles", "1"): part.cycles,
-                ("safety", "1"): part.safety, ("damage", "1"): part.damage,
-            }  # fmt: skip
-            for (quantity, its_unit), values in figures.items():
-                if math.isfinite(values[b]):
-                    yield part.name, name, quantity, float(values[b]), its_unit, "computed"
-            for f in part.factors[b] if part.factors else ():
-                yield part.name, name, f.symbol, f.value, f.unit, f.source
-        whole = {
-            "damage_sum": (part.damage_sum, "1"),
-            "life": (part.life, "h"),
-            "spectrum_safety": (part.whole_safety, "1"),
-            "load_reserve": (part.reserve, "1"),
-        }
-        for quantity, (value, unit) in whole.items():
-            if not math.isnan(value):
-                yield part.name, "all", quantity, value, unit, "computed"
+            yield part.name, ALL, "not assessed", part.missing, "", ""
+        for name, (quantity, of) in PARTS.items():
+            values = np.atleast_1d(of(part)).tolist()
+            for b, value in zip(bins if "bin" in quantity.dims else [ALL], values, strict=True):
+                if not math.isnan(value):
+                    yield part.name, b, name, value, quantity.units, "computed"
+    sheets = [(g.name, g.factors) for g in rating.gear_meshes]
+    for owner, of_bins in (*sheets, *((p.name, p.factors) for p in rating.parts)):
+        for b, factors in zip(bins, of_bins, strict=True):
+            for f in factors:
+                yield owner, b, f.symbol, f.value, f.unit, f.source
 
 
 def rating_summary(rating: Rating) -> dict[str, Any]:
     """Figures for programs; None where there is no number, or no end of a life."""
-    names = [b.name for b in rating.bins]
+    bins = {
+        b.name: {"hours": b.hours, "extreme": b.extreme, "torque_nm": dict(b.torque),
+                 "source": b.source}
+        for b in rating.bins
+    }  # fmt: skip
     return {
         "case": rating.case.name,
         "result": "rating",
@@ -316,49 +314,37 @@ def rating_summary(rating: Rating) -> dict[str, Any]:
         "positions": dict(rating.positions),
         "equilibrium_closure_max": rating.closure,
         "reliability": rating.reliability,
-        "bins": {
-            b.name: {
-                "hours": b.hours,
-                "extreme": b.extreme,
-                "torque_nm": dict(b.torque),
-                "source": b.source,
-            }
-            for b in rating.bins
-        },
+        "bins": bins,
         "weakest": [p.name for p in rating.ranked],
-        "load_factors": {
-            g.name: {
-                name: {f.symbol: f.value for f in factors}
-                | {"planet": planet, "largest_k_gamma": number(largest)}
-                for name, factors, planet, largest in zip(
-                    names, g.factors, g.planet, g.largest_k_gamma, strict=True
-                )
-                if factors
-            }
-            for g in rating.gear_meshes
-        },
-        "parts": {p.name: _part_summary(p, names) for p in rating.parts},
+        "load_factors": {g.name: _load_factors(g, list(bins)) for g in rating.gear_meshes},
+        "parts": {p.name: _part_summary(p, list(bins)) for p in rating.parts},
         "not_assessed": dict(rating.not_assessed),
     }
 
 
-def _part_summary(part: RatedPart, names: Sequence[str]) -> dict[str, Any]:
-    if part.missing:
-        return {"kind": part.kind, "stage": part.stage, "not_assessed": part.missing}
-    load = "equivalent_load_n" if part.kind == "bearing" else "stress_pa"
+def _load_factors(gear_mesh: GearMeshRating, bins: Sequence[str]) -> dict[str, Any]:
+    of_bins = zip(bins, gear_mesh.factors, gear_mesh.planet, gear_mesh.largest_k_gamma, strict=True)
     return {
-        "kind": part.kind,
-        "stage": part.stage,
-        "count": part.count,
-        "safety": number(part.least_safety),
-        "spectrum_safety": number(part.whole_safety),
-        "required": number(part.required),
-        "damage": number(part.damage_sum),
-        "life_h": number(part.life),
-        "load_reserve": number(part.reserve),
+        name: {f.symbol: f.value for f in factors} | {"planet": planet, "largest_k_gamma": largest}
+        for name, factors, planet, largest in of_bins
+        if factors
+    }
+
+
+def _part_summary(part: RatedPart, bins: Sequence[str]) -> dict[str, Any]:
+    """By the names of ``PARTS`` and their units."""
+    figures: dict[str, Any] = {"kind": part.kind, "stage": part.stage, "count": part.count}
+    if part.missing:
+        return figures | {"not_assessed": part.missing}
+    for name, (quantity, of) in PARTS.items():
+        key = name if quantity.units == "1" else f"{name}_{quantity.units.lower()}"
+        values = of(part)
+        by_bin = "bin" in quantity.dims
+        figures[key] = (
+            dict(zip(bins, map(number, values), strict=True)) if by_bin else number(values)
+        )
+    return figures | {
         "within_limits": part.holds,
         "estimates": list(part.estimates),
-        "worst_bin": names[part.worst_bin],
-        load: dict(zip(names, part.load.tolist(), strict=True)),
-        "damage_by_bin": dict(zip(names, map(number, part.damage), strict=True)),
+        "worst_bin": bins[part.worst_bin],
     }

@@ -54,7 +54,7 @@ class GroupLoads:
 
     k_gamma, k_h_beta, k_h_alpha: of ``planet`` (from 1) in ``cycle`` (of those looked at, from 0),
     NaN where the model does not tell. largest_share: K_γ of any planet in any cycle. drive: the
-    flanks carry that carry rated torque. mean_force, largest_force: of one gear mesh, N. k_v: of
+    flanks carry that carry rated torque. largest_force: of one gear mesh, N. k_v: of
     the train's own motion, NaN where that is not asked for.
     """
 
@@ -65,7 +65,6 @@ class GroupLoads:
     cycle: int
     largest_share: float
     drive: bool
-    mean_force: float
     largest_force: float
     k_v: float = math.nan
 
@@ -231,7 +230,6 @@ def _groups(
             cycle=int(cycle),
             largest_share=float(shares.max()),
             drive=drive,
-            mean_force=float(abs(means.mean())),
             largest_force=float(abs(force[:, at]).max()),
         )
     return loads

@@ -47,9 +47,9 @@ def rate(
     """Safety, damage and life of all flanks, roots and bearings of a case under its load cases.
 
     bins: those of ``bins_of`` where they are known already. workers, scheduler: of the bins, as of
-    other studies; keep_bins: leave finished bins on disk
-    until ``forget``. A case without load cases is rated at rated load. InputError where load cases
-    cannot be, FlexgearError where a bin has no equilibrium.
+    other studies; keep_bins: leave finished bins on disk until ``forget``. A case without load
+    cases is rated at rated load. InputError where load cases cannot be, FlexgearError where a bin
+    has no equilibrium.
     """
     if scheduler is not None:
         reach(scheduler)
@@ -69,7 +69,13 @@ def rate(
         gear_meshes=gear_meshes,
         parts=parts,
         reliability=_reliability(parts, sum(b.hours for b in bins)),
-        not_assessed={**missing, **open_parts, **_without_spectrum(bins), **NEVER},
+        not_assessed={
+            **missing,
+            **open_parts,
+            **_without_spectrum(bins),
+            **_unrated_supports(case),
+            **NEVER,
+        },
         positions={stage: len(s.angles) for stage, s in train.samples.items()},
         closure=max(x.closure for x in loads),
     )
@@ -107,6 +113,14 @@ def bins_of(case: Case, progress: Progress = silent) -> tuple[LoadBin, ...]:
     flow = power_flow(case)
     torque = {port.member: flow.torque[port.member] for port in case.ports}
     return (LoadBin("rated load", 0.0, torque, dict(flow.speed), case.loads, source=case.source),)
+
+
+def _unrated_supports(case: Case) -> dict[str, str]:
+    """Members on supports or ports' bearings, which are springs without ratings."""
+    supported = [m for m in case.member_names() if case.member(m).support.matrix.any()]
+    ports = [port.member for port in case.ports if port.bearing is not None]
+    names = [m for m in (*supported, *ports) if m not in case.held_members()]
+    return {f"{name} bearings": "their support is springs, without bearing data" for name in names}
 
 
 def _without_spectrum(bins: Sequence[LoadBin]) -> dict[str, str]:

@@ -91,10 +91,10 @@ def _part(
     bearing, kind = rolling_bearing(section), section.rolling or "roller"
     exponent = EXPONENTS[kind]
     missing = _missing(place, bearing, loads)
-    states = [_unrated(place, x, exponent) for x in loads]
+    states = [_unrated(case, place, x, exponent) for x in loads]
     if not missing:
         states = [
-            _rated(case, place, bearing, flow, state.at)
+            _rated(case, place, bearing, flow, state)
             for flow, state in zip(flows, states, strict=True)
         ]
     cycles = np.array(
@@ -127,30 +127,46 @@ def _missing(place: _Place, bearing: RollingBearing | str, loads: Sequence[BinLo
     return "dynamic_rating is missing"
 
 
-def _unrated(place: _Place, loads: BinLoads, exponent: float) -> _InBin:
+def _unevenness(case: Case, place: _Place, loads: BinLoads) -> float:
+    """K_γ that a key states over the largest of the model: by it a planet's bearing carries more
+    than the model says, as its teeth do; 1 without a key."""
+    if place.member != "planet":
+        return 1.0
+    stated = [case.rating.forced(place.stage, kind).k_gamma or 0.0 for kind in ("sun", "ring")]
+    shares = [g.largest_share for n, g in loads.groups.items() if n.stage == place.stage]
+    return max(stated) / max(shares) if max(stated) and shares else 1.0
+
+
+def _unrated(case: Case, place: _Place, loads: BinLoads, exponent: float) -> _InBin:
     """The load alone, zero where it is rounding beside that of other bearings."""
     largest = max((float(np.abs(f[:, :3]).max()) for f in loads.supports.values()), default=0.0)
-    force = loads.supports.get(place.name, np.zeros((1, 6)))
+    uneven = _unevenness(case, place, loads)
+    force = uneven * loads.supports.get(place.name, np.zeros((1, 6)))
     turned = loads.carrier_angle.get(place.stage, np.zeros(1))
     # springs act at z, which is not the middle of two rows unless rollers make them
     z = place.section.z if place.section.rollers else 0.0
     at = bearing_load(force, turned, exponent, z)
     at = at if at.largest > NOTHING * largest else NO_LOAD
-    return _InBin(at, math.inf, math.nan, (), _loads(at))
+    return _InBin(at, math.inf, math.nan, (), _loads(at, uneven))
 
 
 def _rated(
-    case: Case, place: _Place, bearing: RollingBearing | str, flow: PowerFlow, at: BearingLoad
+    case: Case, place: _Place, bearing: RollingBearing | str, flow: PowerFlow, state: _InBin
 ) -> _InBin:
-    if at.largest == 0.0:
-        return _InBin(at, math.inf, math.inf, (), _loads(at))
+    """A load with life and safety, and their factors behind its own."""
+    if state.at.largest == 0.0:
+        return state._replace(safety=math.inf)
     if isinstance(bearing, RollingBearing):
-        return _rows(case, bearing, at, place.speed(flow))
-    return _basic(place.section, at, EXPONENTS[place.section.rolling or "roller"])
+        rated = _rows(case, bearing, state.at, place.speed(flow))
+    else:
+        rated = _basic(place.section, state.at, EXPONENTS[place.section.rolling or "roller"])
+    return rated._replace(factors=(*state.factors, *rated.factors))
 
 
-def _loads(at: BearingLoad) -> tuple[Factor, ...]:
-    how = "computed, equilibria of the bin"
+def _loads(at: BearingLoad, uneven: float) -> tuple[Factor, ...]:
+    how = (
+        "computed, equilibria" if uneven == 1.0 else f"computed, times {uneven:.4g} by key k_gamma"
+    )
     return (
         Factor("F_r", at.radial, "N", "constant radial load of the same damage", how),
         Factor("F_a", at.axial, "N", "mean axial load", how),
@@ -165,10 +181,7 @@ def _basic(section: PlanetBearing | SeatBearing, at: BearingLoad, exponent: floa
     each = at.radial / section.count
     life = rating_life(section.dynamic_rating, each, exponent)
     safety = math.nan
-    lines = [
-        *_loads(at),
-        Factor("C", section.dynamic_rating, "N", "dynamic rating", "key dynamic_rating"),
-    ]
+    lines = [Factor("C", section.dynamic_rating, "N", "dynamic rating", "key dynamic_rating")]
     if section.static_rating is not None:
         safety = section.static_rating * section.count / at.largest
         lines += [
@@ -192,7 +205,7 @@ def _rows(case: Case, bearing: RollingBearing, at: BearingLoad, speed: float) ->
         raise FlexgearError(f"a bearing under {at.radial:.4g} N: {error}") from None
     life = rated.basic_life if rated.modified_life is None else rated.modified_life
     safety = math.nan if rated.static_safety is None else rated.static_safety
-    factors = (*_loads(at), *_of_rows(bearing, rated, lubrication))
+    factors = tuple(_of_rows(bearing, rated, lubrication))
     return _InBin(at, life, safety, rated.estimates, factors)
 
 

@@ -25,10 +25,13 @@ LEAST = 1e-6  # of the largest damage: less is not shown
 
 @styled
 def damage_chart(data: xr.Dataset) -> Figure:
-    """Damage (share of the life) that every bin takes, of the parts that are damaged most."""
+    """Damage (share of the life) that every bin takes, of the flank, root and bearing of each stage
+    that are damaged most."""
     damage = data["damage"].transpose("part", "bin").to_numpy()
     total = np.where(np.isfinite(damage), damage, 0.0).sum(axis=1)
-    order = [k for k in np.argsort(-total) if total[k] > LEAST * total.max()][:MOST_PARTS]
+    of_stage = list(zip(data["part_stage"].to_numpy(), data["part_kind"].to_numpy(), strict=True))
+    worst = {of_stage[k]: int(k) for k in np.argsort(total) if total[k] > LEAST * total.max()}
+    order = sorted(worst.values(), key=lambda k: -total[k])[:MOST_PARTS]
     if not total.any():
         return text_only("No bin damages any part that is assessed")
     names, count = data["bin"].to_numpy(), data.sizes["bin"]

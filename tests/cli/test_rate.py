@@ -25,7 +25,15 @@ def test_screen_files_and_page(flexgear, tmp_path):
     assert "weakest part first" in text and "Not assessed" in text
     assert "K_γ, load sharing of the planets (key k_gamma)" in text
     assert "micropitting" in text and f"wrote {out}" in text
-    files = {"rating.json", "rating.nc", "rating.csv", "report.html", "reserves.png", "damage.png"}
+    files = {
+        "rating.json",
+        "rating.nc",
+        "rating.csv",
+        "report.html",
+        "reserves.png",
+        "damage.png",
+        "duration.png",
+    }
     assert files <= {path.name for path in out.iterdir()}
     require_sound(out / "report.html", "rating", "spectrum", "rating_gears", "bearings", "case")
     summary = json.loads((out / "rating.json").read_text())
@@ -42,7 +50,7 @@ def test_screen_files_and_page(flexgear, tmp_path):
         for r in rows
         if (r["of"], r["bin"]) == ("stage_1.sun flank", "extreme torque")
     }
-    assert {"stress", "safety", "load_cycles", "Z_H", "σ_H"} <= of_bin
+    assert {"stress", "bin_safety", "load_cycles", "Z_H", "σ_H"} <= of_bin
     # an earlier rating of the case gives way, that of another does not
     flexgear.out("rate", "nrel-5mw", *FEW, "--out", out, "-q", "--no-pictures")
     assert "holds a rating of nrel-5mw" in flexgear.refused("rate", "lin-parker", "--out", out)

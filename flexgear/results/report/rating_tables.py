@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from flexgear.gears.rating.rate import Factor
+from flexgear.model.names import GroupName
 from flexgear.model.units import RPM
 from flexgear.results.rating import LIMITS, RatedPart, Rating
 from flexgear.results.report.parts import Level, Row, Table, Value, Verdict
@@ -32,9 +33,17 @@ def rating_verdicts(rating: Rating) -> list[Verdict]:
         figure = with_unit(rating.reliability, "share")
         text = f"That no part of the gearbox fails within {number(rating.hours)} h."
         verdicts.append(Verdict("note", "Reliability", figure, text, SECTION))
-    names = ", ".join(words(name) for name in rating.not_assessed)
+    names = ", ".join(_words(rating, name) for name in rating.not_assessed)
     verdicts.append(Verdict("open", "Not assessed", "", f"{names}: see below.", SECTION))
     return verdicts
+
+
+def _words(rating: Rating, name: str) -> str:
+    """A part or gear mesh in words; that of a parallel stage by its pinion."""
+    group = GroupName.parse(name) if name in {g.name for g in rating.gear_meshes} else None
+    if group is None or rating.case.stage(group.stage).kind == "planetary":
+        return words(name)
+    return words(f"{group.stage} {rating.case.view(group.stage).part(group.kind)}")
 
 
 def _level(part: RatedPart) -> Level:
@@ -78,12 +87,18 @@ def _hours(value: float) -> str:
 
 def rating_tables(rating: Rating) -> list[Table]:
     """All tables of a rating."""
-    listed = [Row(words(p.name), f"{_figure(p)}; {_sentence(rating, p)}") for p in rating.ranked]
-    reserves = [Row(words(p.name), p.reserve) for p in rating.ranked if math.isfinite(p.reserve)]
-    missing = [Row(words(name), why) for name, why in rating.not_assessed.items()]
+    listed = [
+        Row(
+            words(p.name),
+            f"{_figure(p)}, load reserve {number(p.reserve, 3)}; {_sentence(rating, p)}",
+        )
+        for p in rating.ranked
+    ]
+    missing = [Row(_words(rating, name), why) for name, why in rating.not_assessed.items()]
     every = [
-        Table(SECTION, "weakest part first", listed),
-        Table(SECTION, "factor on all loads within the limits", reserves),
+        Table(
+            SECTION, "weakest part first, with the factor on all loads within its limits", listed
+        ),
         Table(SECTION, "not assessed", missing),
         Table(SPECTRUM, "load bins", list(_bins(rating))),
         *_gear_meshes(rating),
@@ -112,7 +127,7 @@ def _gear_meshes(rating: Rating) -> Iterator[Table]:
         if loaded:
             torque = [abs(rating.bins[b].torque[rating.case.inputs[0].member]) for b in loaded]
             b = loaded[torque.index(max(torque))]
-            title = f"{words(gear_mesh.name)}, load factors in {rating.bins[b].name}"
+            title = f"{_words(rating, gear_mesh.name)}, load factors in {rating.bins[b].name}"
             yield Table(GEARS, title, [_row(f) for f in gear_mesh.factors[b]])
 
 
