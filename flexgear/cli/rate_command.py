@@ -18,6 +18,7 @@ from flexgear.results.origin import origin_of_case
 from flexgear.results.rating import COLUMNS, Rating, rating_rows, rating_summary
 from flexgear.results.report.parts import MARKS
 from flexgear.results.report.rating_tables import (
+    GEARS,
     SECTION,
     SPECTRUM,
     in_words,
@@ -129,7 +130,7 @@ def _drawn(rating: Rating, folder: Path) -> Iterator[Picture]:
 
 
 def _show(rating: Rating) -> None:
-    """First screen, then every table."""
+    """First screen, then tables; those of single parts are in the files."""
     typer.echo(f"{rating.case.name}: {_lead(rating)}")
     verdicts = rating_verdicts(rating)
     width = max(len(v.subject) for v in verdicts)
@@ -138,5 +139,7 @@ def _show(rating: Rating) -> None:
         typer.echo(f"  {verdict.subject:<{width}}  {verdict.figure}{mark}")
         typer.echo(f"  {'':<{width}}    {verdict.sentence}")
     for each in rating_tables(rating):
-        typer.echo("")
-        table(each.title, {row.label: with_unit(row.value, row.unit) for row in each.rows})
+        if " load factors in " in f" {each.title} " or each.section not in (GEARS, "bearings"):
+            typer.echo("")
+            table(each.title, {row.label: with_unit(row.value, row.unit) for row in each.rows})
+    typer.echo("\nEvery factor of every part is in rating.csv, by load bin, and in report.html.")

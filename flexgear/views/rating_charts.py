@@ -50,6 +50,7 @@ def damage_chart(data: xr.Dataset) -> Figure:
     ax.set_ylim(LEAST * damage[order].max(), 2 * damage[order].max())
     ax.yaxis.set_major_locator(LogLocator(numticks=8))
     ax.set_ylabel("damage in the bin (–)")
+    ax.set_title("Damage by load bin; extreme loads have no duration")
     if count <= NAMED_BINS:
         ax.set_xticks(at, [str(name) for name in names], rotation=60, ha="right")
     else:
@@ -81,6 +82,7 @@ def safety_chart(data: xr.Dataset) -> Figure:
     ax.axvline(1.0, color=NEUTRAL, lw=1.2, ls="--")
     ax.set_yticks(at, [words(str(data["part"].to_numpy()[k])) for k in shown])
     ax.invert_yaxis()
+    ax.set_title("Factor on all loads that parts bear within their limits")
     ax.set_xlabel("factor on all loads within the limits (–)")
     ax.grid(axis="y", visible=False)
     return figure

@@ -33,9 +33,29 @@ def rating_verdicts(rating: Rating) -> list[Verdict]:
         figure = with_unit(rating.reliability, "share")
         text = f"That no part of the gearbox fails within {number(rating.hours)} h."
         verdicts.append(Verdict("note", "Reliability", figure, text, SECTION))
+    verdicts += _extreme(rating)
     names = ", ".join(_words(rating, name) for name in rating.not_assessed)
+    reasons = {rating.not_assessed.get(g.name, "") for g in rating.gear_meshes}
+    if rating.gear_meshes and len(reasons) == 1 and "" not in reasons:
+        verdicts.insert(0, Verdict("open", "Gears", "not assessed", f"{reasons.pop()}.", SECTION))
     verdicts.append(Verdict("open", "Not assessed", "", f"{names}: see below.", SECTION))
     return verdicts
+
+
+def _extreme(rating: Rating) -> list[Verdict]:
+    """The least static safety of a tooth under an extreme load."""
+    every = [
+        (float(part.safety[b]), part, load_bin.name)
+        for part in rating.ranked
+        for b, load_bin in enumerate(rating.bins)
+        if load_bin.extreme and part.kind != "bearing" and math.isfinite(part.safety[b])
+    ]
+    if not every:
+        return []
+    safety, part, name = min(every, key=lambda x: x[0] / x[1].required)
+    figure = f"{SYMBOLS[part.kind]} {number(safety, 3)} of {number(part.required)}"
+    level: Level = "good" if safety >= part.required else "bad"
+    return [Verdict(level, "Extreme loads", figure, f"{words(part.name)} in {name}.", SECTION)]
 
 
 def _words(rating: Rating, name: str) -> str:
