@@ -27,7 +27,7 @@ from flexgear.results.report.rating_tables import (
     spelled,
 )
 from flexgear.results.report.tables import case_tables
-from flexgear.results.report.wording import number, with_unit
+from flexgear.results.report.wording import number, with_unit, words
 from flexgear.results.version import version
 from flexgear.studies.rating import bins_of, finished, forget
 from flexgear.studies.rating import rate as rate_case
@@ -122,7 +122,7 @@ def _drawn(rating: Rating, folder: Path) -> Iterator[Picture]:
     if any(b.hours and b.speed[first] for b in rating.bins):
         figures["duration"] = (
             SPECTRUM, "Load duration", load_duration_chart(rating.bins, first),
-            f"For how many turns of {first} each torque lasts, by load bins.",
+            f"For how many turns of {words(first)} each torque lasts, by load bins.",
         )  # fmt: skip
     for name, (section, caption, figure, sentence) in figures.items():
         path = save_figure(figure, folder / f"{name}.png", dpi=150)

@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 
 from flexgear.arrays import Array
 from flexgear.gears.load_bins import LoadBin
+from flexgear.results.report.wording import words
 from flexgear.solve.load_series import SeriesBins
 from flexgear.views.style import DEFORMED_COLOUR, KILO, NEUTRAL, PLANET_COLOURS, panels, styled
 
@@ -49,8 +50,9 @@ def load_duration_chart(
         )  # fmt: skip
     ax.set_xscale("log")
     ax.set_xlim(0.5 * least, 1.05 * total)
-    ax.set_xlabel(f"turns of {member} with at least this torque")
-    ax.set_ylabel(f"torque on {member}, kN m")
+    ax.set_xlabel(f"turns of {words(member)} with at least this torque")
+    ax.set_ylabel(f"torque on {words(member)} (kN m)")
+    ax.set_title("Load duration")
     ax.legend(loc="lower left")
     return figure
 

@@ -24,8 +24,9 @@ LEAST_POINTS = 400  # of one line
 CELLS = 200  # of a map along each side
 DIGITS = 5
 DASHES = {"-": "solid", "--": "dash", ":": "dot", "-.": "dashdot"}
-MARKERS = {"o": "circle", "s": "square", "^": "triangle-up", "v": "triangle-down", "D": "diamond",
-           "x": "x-thin-open", "+": "cross-thin-open", ".": "circle"}  # fmt: skip
+MARKERS = {"o": "circle", "s": "square", "^": "triangle-up", "v": "triangle-down",
+           ">": "triangle-right", "D": "diamond", "x": "x-thin-open",
+           "+": "cross-thin-open", ".": "circle"}  # fmt: skip
 
 
 def traces_of(axes: Axes) -> Iterator[dict[str, Any]]:
