@@ -28,8 +28,7 @@ symmetric and never indefinite by construction.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
+from threading import Lock
 from typing import Any
 
 import numpy as np
@@ -56,9 +55,8 @@ class Factor:
         lower = to_cvxopt(sp.tril(matrix))
         if order is None:
             self._factor = _factored(lower)
-        else:
-            with _options(nmethods=1):  # no other order is tried
-                self._factor = _factored(lower, dense_of(np.asarray(order, dtype=np.int64)))
+        else:  # no other order is tried
+            self._factor = _factored(lower, order, nmethods=1)
 
     def solve(self, right: Array) -> Array:
         """x (n, k) with A x = right (n, k)."""
@@ -94,22 +92,9 @@ def factor_in_order(matrix: sp.csr_matrix) -> sp.csc_matrix:
 
     Raises numpy.linalg.LinAlgError where the matrix is not positive definite.
     """
-    with _options(nmethods=1, postorder=False):  # the order given, and no other
-        order = dense_of(np.arange(matrix.shape[0]))
-        factor = _factored(to_cvxopt(sp.tril(matrix)), order)
-        return _to_scipy(cholmod.getfactor(factor))
-
-
-@contextmanager
-def _options(**chosen: Any) -> Iterator[None]:
-    """CHOLMOD's options inside the block."""
-    before = dict(cholmod.options)
-    cholmod.options.update(chosen)
-    try:
-        yield
-    finally:
-        cholmod.options.clear()
-        cholmod.options.update(before)
+    order = np.arange(matrix.shape[0])  # and no other
+    factor = _factored(to_cvxopt(sp.tril(matrix)), order, nmethods=1, postorder=False)
+    return _to_scipy(cholmod.getfactor(factor))
 
 
 def to_cvxopt(matrix: sp.sparray) -> spmatrix:
@@ -124,9 +109,21 @@ def _to_scipy(matrix: spmatrix) -> sp.csc_matrix:
     return sp.csc_matrix((data, rows, begins), matrix.size)
 
 
-def _factored(lower: spmatrix, order: Any = None) -> Any:
-    """CHOLMOD's factor of a symmetric matrix of which the lower triangle is given."""
-    factor = cholmod.symbolic(lower) if order is None else cholmod.symbolic(lower, p=order)
+_ANALYSIS = Lock()  # CHOLMOD's options are those of the process: threads analyse one by one
+
+
+def _factored(lower: spmatrix, order: Ints | None = None, **options: Any) -> Any:
+    """CHOLMOD's factor of a symmetric matrix of which the lower triangle is given; options: of its
+    analysis, which no other thread may see."""
+    ordered = {} if order is None else {"p": dense_of(np.asarray(order, dtype=np.int64))}
+    with _ANALYSIS:
+        before = dict(cholmod.options)
+        cholmod.options.update(options)
+        try:
+            factor = cholmod.symbolic(lower, **ordered)
+        finally:
+            cholmod.options.clear()
+            cholmod.options.update(before)
     try:
         cholmod.numeric(lower, factor)
     except ArithmeticError:

@@ -1,12 +1,21 @@
 """Sparse factors and elimination against dense algebra."""
 
+import sys
+from concurrent.futures import ThreadPoolExecutor
+
 import numpy as np
 import pytest
 import scipy.sparse as sp
 from plain_meshes import annulus
 
 from flexgear.structures.fem import FeModel
-from flexgear.structures.linalg.sparse import Elimination, Factor, flexibility, minimum_degree_order
+from flexgear.structures.linalg.sparse import (
+    Elimination,
+    Factor,
+    factor_in_order,
+    flexibility,
+    minimum_degree_order,
+)
 
 RANDOM = np.random.default_rng(11)
 
@@ -135,3 +144,32 @@ def test_inner_rows_that_are_not_definite_are_refused(parts):
     lowered = stiffness - 10 * stiffness.max() * sp.eye_array(INNER + OUTER)
     with pytest.raises(np.linalg.LinAlgError):
         Elimination(lowered.tocsr(), constraints, INNER, np.eye(OUTER))
+
+
+def test_threads_do_not_change_the_order_of_one_another():
+    """Ring and carrier are reduced in two threads; CHOLMOD's options are those of the process."""
+    matrix = sp.csr_matrix(
+        sp.diags([-np.ones(299), 2.5 * np.ones(300), -np.ones(299)], [-1, 0, 1])
+        + sp.coo_matrix((np.full(2, 0.1), ([0, 299], [299, 0])), (300, 300))
+    )
+    dense = matrix.toarray()
+    lower, order = np.linalg.cholesky(dense), np.arange(300)[::-1]
+
+    def in_order(_):
+        return abs(factor_in_order(matrix).toarray() - lower).max()
+
+    def solved(_):
+        right = np.ones((300, 1))
+        return max(
+            abs(dense @ factor.solve(right) - right).max()
+            for factor in (Factor(matrix), Factor(matrix, order))
+        )
+
+    interval = sys.getswitchinterval()
+    sys.setswitchinterval(1e-6)
+    try:
+        with ThreadPoolExecutor(4) as pool:
+            errors = [pool.submit(f, i) for i in range(200) for f in (in_order, solved)]
+            assert max(e.result() for e in errors) < 1e-12
+    finally:
+        sys.setswitchinterval(interval)
