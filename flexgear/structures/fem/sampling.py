@@ -16,40 +16,36 @@ from flexgear.structures.fem.assembly import INTEGRATION_ORDER, FeModel
 
 
 def edge_nodes(model: FeModel, first: Ints, second: Ints) -> Ints:
-    """Nodes at the middles of edges between vertices, arrays of one shape."""
-    numbers, keys = _edges(model)
-    n = len(model.nodes)
-    asked_keys = np.minimum(first, second).astype(np.int64) * n + np.maximum(first, second)
+    """Nodes at the middles of edges between vertices, arrays of one shape; FlexgearError for linear
+    elements, which have none."""
+    mesh, n = model.basis.mesh, len(model.nodes)
+    if not len(model.basis.edge_dofs):
+        raise FlexgearError("linear finite elements have no nodes at the middles of edges")
+    ends = np.sort(mesh.edges.astype(np.int64), axis=0)
+    keys = ends[0] * n + ends[1]
+    of_pairs = np.minimum(first, second).astype(np.int64) * n + np.maximum(first, second)
     order = np.argsort(keys)
-    place = np.minimum(np.searchsorted(keys[order], asked_keys), len(keys) - 1)
-    nodes = order[place]
-    if not np.array_equal(keys[nodes], asked_keys):
+    edges = order[np.minimum(np.searchsorted(keys[order], of_pairs), len(keys) - 1)]
+    if not np.array_equal(keys[edges], of_pairs):
         raise FlexgearError("two vertices of the FE mesh have no edge between them")
-    return numbers[nodes]
+    return model.basis.edge_dofs[0].astype(np.int64)[edges]
 
 
 def facet_nodes(model: FeModel, facets: Ints) -> Ints:
-    """All nodes (k,) of facets given by their vertices (f, 3 or 4) in cyclic order."""
-    middles = edge_nodes(model, facets, np.roll(facets, -1, axis=1))
-    return np.unique(np.concatenate([facets.ravel(), middles.ravel()]))
+    """All nodes (k,) of facets given by their vertices (f, 3 or 4)."""
+    nodes = model.basis.get_dofs(facet_numbers(model, facets)).all()
+    return np.sort(nodes.astype(np.int64))
 
 
 def nodes_between(model: FeModel, free: Ints, border: Ints) -> Ints:
-    """The vertices ``free`` and the middles of edges that join them with one another or with
-    ``border``."""
-    numbers, _ = _edges(model)
-    ends = model.basis.mesh.edges
-    is_free, inside = (np.zeros(len(model.nodes), dtype=bool) for _ in range(2))
-    is_free[free] = True
-    inside[free] = inside[border] = True
-    between = (is_free[ends[0]] & inside[ends[1]]) | (is_free[ends[1]] & inside[ends[0]])
-    return np.concatenate([np.unique(free), numbers[between]])
-
-
-def _edges(model: FeModel) -> tuple[Ints, Ints]:
-    """Node and key of every edge of the mesh."""
-    ends = np.sort(model.basis.mesh.edges.astype(np.int64), axis=0)
-    return model.basis.edge_dofs[0].astype(np.int64), ends[0] * len(model.nodes) + ends[1]
+    """Nodes of the cells whose vertices are all among two sets, but for those of facets between
+    vertices of ``border`` alone."""
+    mesh, inside = model.basis.mesh, np.zeros(len(model.nodes), dtype=bool)
+    inside[border] = True
+    held = model.basis.get_dofs(np.flatnonzero(inside[mesh.facets].all(axis=0))).all()
+    inside[free] = True
+    cells = inside[mesh.t].all(axis=0)
+    return np.setdiff1d(model.basis.element_dofs[:, cells], held)
 
 
 _INSIDE = 1e-6
