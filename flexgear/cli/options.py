@@ -1,5 +1,5 @@
-"""Options that commands share, the case they name, and where results go: asked before the work
-whether they may be there, and can.
+"""Options that commands share, the case that a command names, and its output paths, which are
+checked before the work begins.
 
 An output replaces only what flexgear wrote for the same case, and anything where --force is given.
 """

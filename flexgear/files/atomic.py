@@ -1,4 +1,4 @@
-"""Files and folders that appear whole or not at all, and results as files of text can hold them.
+"""Files and folders that appear whole or not at all, and results in a form that JSON can hold.
 
 What is written is made ready in a private folder, the stage, on the target's own device and renamed
 into place. What cannot be renamed in the end is not thrown away: it stays where it is, and the

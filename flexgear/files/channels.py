@@ -160,7 +160,7 @@ class _Bytes:
 
 
 def _binary(path: Path, names: Sequence[str]) -> Table:
-    """Binary file of OpenFAST: an int16 says the form:
+    """Channels of an OpenFAST binary file (.outb), whose first int16 is its form:
 
     1 packed times and channels; 2 packed channels at equal steps; 3 the same in float64, not
     packed; 4 as 2 with the length of names. Packed values are value = (int − offset) / slope.

@@ -104,7 +104,7 @@ def _part(
     damage[:] = damage if hours and not missing else math.nan
     total = float(damage.sum())
     lasts = math.inf if total == 0.0 else 1.0 / total
-    asked = section.required_life
+    required_life = section.required_life
     return RatedPart(
         name=place.name, stage=place.stage, kind="bearing", rolling=kind,
         count=1 if isinstance(bearing, RollingBearing) else section.count,
@@ -112,7 +112,8 @@ def _part(
         safety=np.array([x.safety for x in states]), damage=damage,
         life=math.nan if math.isnan(total) else hours * lasts,
         whole_safety=math.nan if math.isnan(total) else lasts ** (1.0 / exponent),
-        required=(hours or math.nan) if asked is None else asked / HOUR, missing=missing,
+        required=(hours or math.nan) if required_life is None else required_life / HOUR,
+        missing=missing,
         estimates=tuple(dict.fromkeys(text for x in states for text in x.estimates)),
         factors=tuple(x.factors for x in states), exponent=exponent,
     )  # fmt: skip

@@ -114,7 +114,8 @@ def _first_missing(group: GroupName, of_bins: Sequence[_InBin]) -> dict[str, str
 def _uneven(
     group: GroupName, bins: Sequence[LoadBin], flows: Sequence[PowerFlow], loads: Sequence[BinLoads]
 ) -> dict[str, str]:
-    """Load cases in which a group has a nominal load that its planets do not carry together."""
+    """Remark on a group of gear meshes that has a nominal load in some load cases, but whose
+    planets' forces there are of both senses; empty without such a case."""
     forces = [abs(f.stage(group.stage).gear_mesh_forces[group.kind]) for f in flows]
     names = [
         load_bin.name

@@ -38,9 +38,12 @@ def load_duration_chart(
     )  # fmt: skip
     if samples is not None and samples.duration:
         exceeded, level = _exceedance(samples, sense)
-        shown = exceeded > 0.1 * least
+        frequent = exceeded > 0.1 * least
         ax.plot(
-            exceeded[shown], KILO * level[shown], color=DEFORMED_COLOUR, label="samples of series"
+            exceeded[frequent],
+            KILO * level[frequent],
+            color=DEFORMED_COLOUR,
+            label="samples of series",
         )
     extreme = [KILO * b.torque[member] for b in bins if b.extreme]
     if extreme:

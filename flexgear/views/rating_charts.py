@@ -65,12 +65,12 @@ def safety_chart(data: xr.Dataset) -> Figure:
     """Factor on all loads that each part would bear within its limits; 1 is the limit."""
     reserve = data["load_reserve"].to_numpy()
     finite = [k for k in np.argsort(reserve) if np.isfinite(reserve[k]) and reserve[k] > 0.0]
-    shown = finite[:MOST_SHOWN]
-    if not shown:
+    weakest = finite[:MOST_SHOWN]
+    if not weakest:
         return text_only("No part is assessed")
-    figure, axes = panels(1, 1, height_mm=24 + 6.5 * len(shown))
-    ax, at = axes[0, 0], np.arange(len(shown))
-    sizes = reserve[shown]
+    figure, axes = panels(1, 1, height_mm=24 + 6.5 * len(weakest))
+    ax, at = axes[0, 0], np.arange(len(weakest))
+    sizes = reserve[weakest]
     colours = [DEFORMED_COLOUR if size < 1.0 else PLANET_COLOURS[0] for size in sizes]
     drawn = ax.barh(at, sizes, 0.7, color=colours)
     ax.set_xscale("log")
@@ -80,7 +80,7 @@ def safety_chart(data: xr.Dataset) -> Figure:
     ax.xaxis.set_minor_locator(NullLocator())
     ax.bar_label(drawn, [f"{size:.3g}" for size in sizes], padding=2, fontsize=7.5)
     ax.axvline(1.0, color=NEUTRAL, lw=1.2, ls="--")
-    ax.set_yticks(at, [words(str(data["part"].to_numpy()[k])) for k in shown])
+    ax.set_yticks(at, [words(str(data["part"].to_numpy()[k])) for k in weakest])
     ax.invert_yaxis()
     ax.set_title("Factor on all loads that parts bear within their limits")
     ax.set_xlabel("factor on all loads within the limits (–)")

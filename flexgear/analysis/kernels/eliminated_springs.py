@@ -80,8 +80,8 @@ def place_in_problem(i, springs, n, total):
 
 @njit(**PART)
 def spring_receptances(active, level, share, rows, j, at, first, springs, moved, image, space):
-    """What a unit force of row j does to the springs' rows, from row ``first`` on, at place ``at``
-    of the problem.
+    """Displacements and rates of the springs' rows, from row ``first`` on, under a unit force of
+    row j, into place ``at`` of ``space``.
 
     image: G V and R V of the row's blocks in the ranges ``moved``, see ``row_receptances``.
     """
@@ -131,7 +131,8 @@ def _subtract_products(first, second, of_first, of_second, table, count):
 
 @njit(**INNER, fastmath=FAST)
 def eliminate_springs(springs, level, m, problem):
-    """Take the springs, its last rows, out of the problem of m other rows."""
+    """Eliminate the springs, the last rows of the contact problem, from its first m rows: δ*_c,
+    D_cc and W_cc of the module's docstring, in place."""
     space, free = problem.springs, problem.free
     count, pull, width = springs.stiffness.shape[0], problem.springs.pull, padded(m)
     fill(pull, 0.0)

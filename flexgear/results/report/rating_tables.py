@@ -74,8 +74,8 @@ def _level(part: RatedPart) -> Level:
 def _figure(part: RatedPart) -> str:
     """ "S_H 1.12 of 1.25", "life 1.3e5 h of 1.7e5 h"."""
     if part.kind == "bearing":
-        asked = "" if math.isnan(part.required) else f" of {_hours(part.required)}"
-        return f"life {_hours(part.life)}{asked}"
+        required = "" if math.isnan(part.required) else f" of {_hours(part.required)}"
+        return f"life {_hours(part.life)}{required}"
     return f"{SYMBOLS[part.kind]} {number(part.least_safety, 3)} of {number(part.required)}"
 
 
