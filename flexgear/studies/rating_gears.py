@@ -114,8 +114,8 @@ def _first_missing(group: GroupName, of_bins: Sequence[_InBin]) -> dict[str, str
 def _uneven(
     group: GroupName, bins: Sequence[LoadBin], flows: Sequence[PowerFlow], loads: Sequence[BinLoads]
 ) -> dict[str, str]:
-    """Remark on a group of gear meshes that has a nominal load in some load cases, but whose
-    planets' forces there are of both senses; empty without such a case."""
+    """Remark on a group of gear meshes with load cases in which its planets do not share its
+    nominal load (``load_sharing.carry_together``); empty without such a case."""
     forces = [abs(f.stage(group.stage).gear_mesh_forces[group.kind]) for f in flows]
     names = [
         load_bin.name
