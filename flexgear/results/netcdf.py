@@ -119,8 +119,9 @@ def _fill(file: h5py.File, data: xr.Dataset, encoding: Encoding, long: Mapping[s
     }
     attached: set[str] = set()
     coords = {*map(str, data.coords)}
+    scales: dict[str, h5py.Dataset] = {}
     for k, (dim, size) in enumerate(sizes.items()):
-        scale = (
+        scales[dim] = scale = (
             _stored(file, dim, data.variables[dim], sizes, encoding, long)
             if dim in data.variables
             else file.create_dataset(dim, (size,), ">f4", track_order=True)
@@ -131,7 +132,7 @@ def _fill(file: h5py.File, data: xr.Dataset, encoding: Encoding, long: Mapping[s
         variable = data.variables[name]
         stored = _stored(file, name, variable, sizes, encoding, long)
         for k, axis in enumerate(variable.dims):
-            stored.dims[k].attach_scale(file[str(axis)])
+            stored.dims[k].attach_scale(scales[str(axis)])
         if name not in coords:
             labels = [c for c, dims in auxiliary.items() if dims <= {*variable.dims}]
             attached.update(labels)
@@ -168,16 +169,17 @@ def _stored(
 
 def set_attributes(place: h5py.File | h5py.Dataset, attrs: Mapping[Any, Any]) -> None:
     """Attributes as netCDF has them: text, lists of text, numbers as vectors."""
+    attributes = place.attrs
     for name, value in attrs.items():
         if isinstance(value, str):
             text = value.encode()
             kind = h5py.string_dtype("utf-8", len(text)) if text else None
             content = np.array(text, dtype=kind) if text else h5py.Empty(np.dtype("S1"))
-            place.attrs.create(name, content)
+            attributes.create(name, content)
         elif np.asarray(value).dtype.kind in "UO":
-            place.attrs.create(name, [str(v) for v in value], dtype=h5py.string_dtype())
+            attributes.create(name, [str(v) for v in value], dtype=h5py.string_dtype())
         else:
-            place.attrs.create(name, np.atleast_1d(value))
+            attributes.create(name, np.atleast_1d(value))
 
 
 def read(file: h5py.File, whole: bool) -> xr.Dataset:
