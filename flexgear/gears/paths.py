@@ -34,10 +34,23 @@ from flexgear.gears.contact import (
     planetary_paths,
 )
 from flexgear.gears.flanks import flank_pairs
-from flexgear.gears.geometry import PER_PAIR_MODELS, StageGeometry, stage_geometry
+from flexgear.gears.geometry import (
+    PER_PAIR_MODELS,
+    StageGeometry,
+    given_stiffness,
+    stage_geometry,
+)
 from flexgear.gears.profile_contact import FlankPair, ProfileContact, profile_contact
 from flexgear.gears.slices import Line, cut
-from flexgear.gears.stiffness import Law, line_load, mean_stiffness, pair_law, stiffness_wave
+from flexgear.gears.stiffness import (
+    SAMPLES,
+    Law,
+    harmonic_wave,
+    line_load,
+    mean_stiffness,
+    pair_law,
+    stiffness_wave,
+)
 
 if TYPE_CHECKING:
     from flexgear.model.stage_view import StageView
@@ -113,8 +126,11 @@ def _half_paths(
             else:
                 followed[kind] = path if ground is None else _as_springs(path, law, ground)
         return followed
-    waves = {role: _wave(view, g, role, forces[role]) for role in g.gear_meshes}
-    return {k: replace(path, wave=waves[k.gear]) for k, path in paths.items()}
+    carrying = {path.kind.gear: path for path in paths.values() if path.carries}
+    return {
+        kind: replace(path, wave=_wave(view, g, path, carrying[kind.gear], forces[kind.gear]))
+        for kind, path in paths.items()
+    }
 
 
 def _in_slices(
@@ -168,15 +184,36 @@ def _profile(
     return profile_contact(flanks, span, path.half_face, pressed, load)
 
 
-def _wave(view: StageView, g: StageGeometry, role: str, force: float) -> NDArray[np.float64]:
+def _wave(
+    view: StageView, g: StageGeometry, path: GearMeshPath, carrying: GearMeshPath, force: float
+) -> NDArray[np.float64]:
+    """Stiffness (T,) over a base pitch of a path; carrying: that of the flank that carries, on
+    which the phases of given terms are counted. InputError where it falls to zero."""
+    role = path.kind.gear
     options, gear_mesh = view.gear_mesh, g.gear_meshes[role]
-    return stiffness_wave(
-        options.model,
-        mean_stiffness(view, g, role, force),
-        gear_mesh.transverse_contact_ratio,
-        gear_mesh.overlap_ratio,
-        options.harmonics,
-    )
+    mean, ratio = mean_stiffness(view, g, role, force), gear_mesh.transverse_contact_ratio
+    if shares := options.harmonic_shares(role):
+        key = f"{role}_harmonic_shares"
+        s = path.s_lo + np.arange(SAMPLES) / SAMPLES * path.base_pitch
+        s = carrying.s0[0] + carrying.rate / path.rate * (s - path.s0[0])
+        phases = getattr(options, f"{role}_harmonic_phases") or (0.0,) * len(shares)
+        turns = s / path.base_pitch
+        wave = harmonic_wave(mean, np.array(shares), np.array(phases), turns)
+    else:
+        key, step = f"{role}_stiffness_step", getattr(options, f"{role}_stiffness_step")
+        stiffness = given_stiffness(view, role)
+        depth = 1.0 if step is None or stiffness is None else step * ratio / stiffness
+        wave = stiffness_wave(
+            options.model, mean, ratio, gear_mesh.overlap_ratio, options.harmonics, depth=depth
+        )
+        if step is None:
+            return wave
+    if wave.min() <= 0.0:
+        low = f"{100 * wave.min() / mean:.3g} %"
+        raise view.refuse(
+            f"gear_mesh.{key}", f"lets the stiffness fall to {low} of its mean", "lower it"
+        )
+    return wave
 
 
 def _parallel_paths(

@@ -13,15 +13,17 @@ from s = s_lo on; pairs are on the path for s − s_lo ∈ [0, ε p_b] modulo p_
 wave and ε_α, ε_β transverse contact and overlap ratio:
 
     constant      k̄
-    rectangular   (k̄/ε_α) n(x),  n(x) pairs on the path
-    fourier       k̄ [1 + Σ_{h=1…H} c_h cos 2πh (x − ε_α/2)],
+    rectangular   k̄ + Δ [n(x) − ε_α],  n(x) pairs on the path, Δ = k̄/ε_α
+    fourier       k̄ + Δ ε_α Σ_{h=1…H} c_h cos 2πh (x − ε_α/2),
                   c_h = 2 sin(πhε_α)/(πhε_α) · sin(πhε_β)/(πhε_β)
 
-The last is n(x), smeared over the face by the helix: the total length of contact lines of a helical
-gear mesh, and the rectangular wave for ε_β = 0. n(x) is ε + Σ 2 sin(πhε)/(πh) cos 2πh(x − ε/2).
-Hu et al. 2023, eq. 4 is the same for ε_β = 0 with k_single = k̄/ε_α = k_max − k_min and the origin
-in the middle of the stretch with two pairs (1 < ε < 2), which makes the sign (−1)^h; its print has
-(−1)^{-1} for that and the carrier's frequency in place of the gear mesh's.
+A case may give the step Δ, or the amplitudes and phases of all terms (``harmonic_wave``). The last
+of the waves above is n(x), smeared over the face by the helix: the total length of contact lines of
+a helical gear mesh, and the rectangular wave for ε_β = 0. n(x) is
+ε + Σ 2 sin(πhε)/(πh) cos 2πh(x − ε/2). Hu et al. 2023, eq. 4 is the same for ε_β = 0 with
+k_single = k̄/ε_α = k_max − k_min and the origin in the middle of the stretch with two pairs
+(1 < ε < 2), which makes the sign (−1)^h; its print has (−1)^{-1} for that and the carrier's
+frequency in place of the gear mesh's.
 
 Mean after ISO 6336-1:2006, 9.3.2: c_γ = c' (0.75 ε_α + 0.25) per face width.
 
@@ -179,24 +181,35 @@ def stiffness_wave(
     overlap_ratio: float = 0.0,
     harmonics: int = 5,
     samples: int = SAMPLES,
+    depth: float = 1.0,
 ) -> Array:
     """The wave at x = j/samples, (samples,) N/m, by ``model``; its mean is ``mean``.
 
-    Samples of the rectangular wave are means over cells of 1/samples round x, so that the mean is
-    kept whatever the contact ratio. Raises ValueError for a model that is no wave.
+    depth: Δ ε_α/k̄, of the step Δ that one pair more adds. Samples of the rectangular wave are means
+    over cells of 1/samples round x, so that the mean is kept whatever the contact ratio. Raises
+    ValueError for a model that is no wave.
     """
     x = np.arange(samples) / samples
     if model == "constant":
         return np.full(samples, mean)
     if model == "rectangular":
         half = 0.5 / samples
-        return mean / contact_ratio * pairs_on_path(x - half, x + half, contact_ratio)
+        pairs = pairs_on_path(x - half, x + half, contact_ratio)
+        return mean * (1 + depth * (pairs / contact_ratio - 1))
     if model == "fourier":
         # more terms than half the samples cannot be told apart
         orders = np.arange(1.0, min(harmonics, (samples - 1) // 2) + 1)
         waves = np.cos(2 * np.pi * np.outer(x - contact_ratio / 2, orders))
-        return mean * (1 + waves @ wave_coefficients(contact_ratio, overlap_ratio, orders))
+        coefficients = wave_coefficients(contact_ratio, overlap_ratio, orders)
+        return mean * (1 + depth * (waves @ coefficients))
     raise ValueError(f"{model!r} is no stiffness wave")
+
+
+def harmonic_wave(mean: float, shares: Array, phases: Array, turns: Array) -> Array:
+    """k̄ [1 + Σ_h a_h cos(2π h t + φ_h)] at the numbers t (n,) of base pitches, N/m; shares: a_h
+    (H,), phases: φ_h (H,) rad."""
+    orders = np.arange(1.0, len(shares) + 1)
+    return mean * (1 + np.cos(2 * np.pi * np.outer(turns, orders) + phases) @ shares)
 
 
 def pairs_on_path(low: Array, high: Array, contact_ratio: float) -> Array:

@@ -63,7 +63,14 @@ class GearMesh(Section):
     sun_stiffness: mean, N/m along the 3D normal, of one gear mesh (of each half of a double-helical
     stage); if left out from the pairs' law, for waves c_γ b of ISO 6336-1. A parallel stage uses
     sun_*. ring_contact_ratio, sun_contact_ratio: of the waves; from the geometry if left out.
-    contact_law: one-sided, with backlash and coast flanks; linear, pairs on the path also pull.
+    ring_stiffness_step, sun_stiffness_step: of a rectangular wave, what one pair more in contact
+    adds to the mean that is given, and of a fourier wave, whose terms scale alike; mean over
+    contact ratio if left out. ring_harmonic_shares, sun_harmonic_shares: a_1, a_2 … of a fourier
+    wave whose terms are given, k = mean [1 + Σ a_h cos(2π h s/p_b + φ_h)], s being the planet's
+    place on the path, as in ring_gear_mesh of errors; as the gears turn on, coast flanks have at
+    every instant the stiffness that drive flanks have. ring_harmonic_phases, sun_harmonic_phases:
+    φ_h; 0 if left out. contact_law: one-sided, with backlash and coast flanks; linear, pairs on
+    the path also pull.
     pair_stiffness: iso6336, parabola with the peak c'; weber-banaschek, deflection of the real
     profiles; table. end_ratio: value of the parabola at the ends of the path over its peak.
     damping_ratio: of each pair against the gears' equivalent mass. A stage of lumped members has
@@ -87,6 +94,12 @@ class GearMesh(Section):
     harmonics: int = Field(default=5, ge=1, le=100)
     ring_contact_ratio: float | None = Field(default=None, ge=1.0, le=20.0)
     sun_contact_ratio: float | None = Field(default=None, ge=1.0, le=20.0)
+    ring_stiffness_step: Stiffness | None = Field(default=None, gt=0.0, le=1e13)
+    sun_stiffness_step: Stiffness | None = Field(default=None, gt=0.0, le=1e13)
+    ring_harmonic_shares: tuple[float, ...] = Field(default=(), max_length=100)
+    sun_harmonic_shares: tuple[float, ...] = Field(default=(), max_length=100)
+    ring_harmonic_phases: tuple[Angle, ...] = ()
+    sun_harmonic_phases: tuple[Angle, ...] = ()
 
     @model_validator(mode="after")
     def _complete(self) -> GearMesh:
@@ -106,7 +119,39 @@ class GearMesh(Section):
                 f"'fe' needs the load along the face, which model = '{self.model}' does not give",
                 'use model = "face_load" with it, or take it out',
             )
+        for role in ("ring", "sun"):
+            self._check_wave(role)
         return self
+
+    def _check_wave(self, role: str) -> None:
+        """Refusal of steps and terms of a wave that the model or other keys leave no place."""
+        step, shares = getattr(self, f"{role}_stiffness_step"), self.harmonic_shares(role)
+        phases = getattr(self, f"{role}_harmonic_phases")
+        if step is not None and self.model not in ("rectangular", "fourier"):
+            raise Refusal(
+                f"{role}_stiffness_step",
+                f"has no place in model = '{self.model}'",
+                'use model = "rectangular", or take it out',
+            )
+        if step is not None and getattr(self, f"{role}_stiffness") is None:
+            raise Missing(f"{role}_stiffness", f"is missing beside {role}_stiffness_step")
+        if shares and (self.model != "fourier" or step is not None):
+            beside = "a stiffness step" if step is not None else f"model = '{self.model}'"
+            raise Refusal(
+                f"{role}_harmonic_shares",
+                f"has no place beside {beside}",
+                'use model = "fourier" without a step, or take it out',
+            )
+        if phases and len(phases) != len(shares):
+            raise Refusal(
+                f"{role}_harmonic_phases",
+                f"{len(phases)} phases of {len(shares)} terms",
+                f"give one for each of {role}_harmonic_shares",
+            )
+
+    def harmonic_shares(self, role: str) -> tuple[float, ...]:
+        """Amplitudes over the mean of the terms that are given for "sun" or "ring"."""
+        return self.sun_harmonic_shares if role == "sun" else self.ring_harmonic_shares
 
 
 class Damping(Section):
