@@ -40,7 +40,7 @@ from numpy.typing import NDArray
 from flexgear.analysis.equilibrium import Equilibrium
 from flexgear.analysis.recovery import Recovery
 from flexgear.analysis.transient import Transient
-from flexgear.arrays import Array
+from flexgear.arrays import Array, Ints
 from flexgear.coupling.kernels.elements import packed, pair_rows
 from flexgear.coupling.kernels.pairs import BESIDE, fill_rows
 from flexgear.coupling.laws.coupled_slices import forces_of
@@ -102,10 +102,11 @@ def _of_gear_mesh(
 ) -> None:
     at = np.nonzero(result.pair_tooth[:, m] >= 0)  # samples and slots
     s, approaches = result.pair_position[:, m][at], result.pair_approach[:, m][at]
-    values = interpolated(pairs, m, s)
+    tables = pair_tables(pairs, m, s, result.theta[at[0], pairs.angle[m]])
+    values = interpolated(pairs, m, s, tables)
     radius = values[:, 0]
     z, stiffness, gap = np.split(values[:, OF_LINE : OF_LINE + 3 * count], 3, axis=1)
-    centre = line_centres(pairs, m, s)
+    centre = line_centres(pairs, m, s, tables)
     with np.errstate(divide="ignore", invalid="ignore"):
         lever = np.where(radius > 0, 0.5 / radius, 0.0)
     tilt, turned = (
@@ -134,23 +135,35 @@ def _of_gear_mesh(
     out.approach[place], out.tilt[place] = approach - turned * centre, turned
 
 
-def line_centres(pairs: PairData, m: int, s: Array) -> Array:
+def pair_tables(pairs: PairData, m: int, s: Array, theta: Array) -> Ints:
+    """Numbers (n,) of the tables of pairs of gear mesh m at path coordinates s (n,), m, when the
+    stage's angle is theta (n,), rad: faulty teeth have tables of their own."""
+    k = np.rint((s - pairs.s0[m] - pairs.rate[m] * theta) / pairs.pitch[m]).astype(np.int64)
+    tooth = (pairs.gear_tooth0[m] + pairs.gear_step[m] * k) % pairs.gear_teeth[m]
+    other = (pairs.planet_tooth0[m] + pairs.planet_step[m] * k) % pairs.planet_teeth[m]
+    of_teeth = pairs.gear_table[m, tooth] + pairs.planet_table[m, other]
+    return np.asarray(pairs.table[m] + of_teeth)
+
+
+def line_centres(pairs: PairData, m: int, s: Array, tables: Ints | None = None) -> Array:
     """Places (n,) m along the face of the centres of contact lines of gear mesh m at s (n,), m:
-    the rows of a pair stand beside it."""
-    return _at(pairs, m, pairs.z_table[pairs.table[m]], s)
+    the rows of a pair stand beside it; tables (n,): of ``pair_tables``, of sound teeth if left out.
+    """
+    return _at(pairs, m, pairs.z_table, s, tables)
 
 
-def interpolated(pairs: PairData, m: int, s: Array) -> Array:
-    """Rows (n, …) of the table of slices of gear mesh m at path coordinates s (n,), m."""
-    return _at(pairs, m, pairs.slice_table[pairs.table[m]], s)
+def interpolated(pairs: PairData, m: int, s: Array, tables: Ints | None = None) -> Array:
+    """Rows (n, …) of the tables of slices of gear mesh m at path coordinates s (n,), m; tables: as
+    for ``line_centres``."""
+    return _at(pairs, m, pairs.slice_table, s, tables)
 
 
-def _at(pairs: PairData, m: int, table: Array, s: Array) -> Array:
-    k = pairs.table[m]
-    y = np.clip((s - pairs.table_start[k]) / pairs.table_step[k], 0.0, len(table) - 1.0)
-    j = np.minimum(y.astype(int), len(table) - 2)
-    w = (y - j).reshape(-1, *[1] * (table.ndim - 1))
-    return np.asarray((1.0 - w) * table[j] + w * table[j + 1])
+def _at(pairs: PairData, m: int, values: Array, s: Array, tables: Ints | None) -> Array:
+    first, last = pairs.table[m], values.shape[1] - 1
+    y = np.clip((s - pairs.table_start[first]) / pairs.table_step[first], 0.0, float(last))
+    j, k = np.minimum(y.astype(int), last - 1), first if tables is None else tables
+    w = (y - j).reshape(-1, *[1] * (values.ndim - 2))
+    return np.asarray((1.0 - w) * values[k, j] + w * values[k, j + 1])
 
 
 def _line_ends_of(pairs: PairData, m: int, s: Array) -> tuple[Array, Array]:

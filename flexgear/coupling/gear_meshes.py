@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexgear.arrays import Array, Ints
+from flexgear.coupling.faulty_teeth import FaultyTeeth
 from flexgear.coupling.laws import law_number
 from flexgear.coupling.pair_data import (
     FACE_LOAD,
@@ -42,7 +43,8 @@ class GearMeshSet:
     same frame; planet_teeth (N,), planet_tooth_positions (N, z_p, 3): block of tooth 0 and places
     of all where every tooth of the planets is a block, planet_turns: angle by which these have
     turned in the planets' axes; one_sided: pairs only push; equivalent_mass: kg on the line of
-    action, for pair damping c = 2 ζ √(k m); model: PER_PAIR, SUMMED, WAVE or FACE_LOAD.
+    action, for pair damping c = 2 ζ √(k m); model: PER_PAIR, SUMMED, WAVE or FACE_LOAD; faulty:
+    teeth with faults, None where all are sound.
     """
 
     path: GearMeshPath
@@ -62,6 +64,7 @@ class GearMeshSet:
     planet_teeth: Sequence[int] = ()
     planet_tooth_positions: Sequence[Array] = ()
     planet_turns: int = -1
+    faulty: FaultyTeeth | None = None
 
 
 @dataclass(frozen=True)
@@ -114,11 +117,13 @@ def pair_data(
     gear meshes, and by node which angle its frame has turned by (−1: fixed); supports: stiffness
     and ends (node, 6-vector) of turning supports.
     """
-    paths = [s.path for s in sets]
+    of_sets = [(s.path,) if s.faulty is None else s.faulty.paths for s in sets]
+    paths = [path for group in of_sets for path in group]
+    first_table = np.cumsum([0, *(len(group) for group in of_sets)])
     start, step, k_table, z_table, gap_table = stiffness_tables(paths)
     rows = [
-        _gear_mesh(s, number, i, _opposite(sets, s, i))
-        for number, s in enumerate(sets)
+        _gear_mesh(s, int(table), i, _opposite(sets, s, i))
+        for table, s in zip(first_table[:-1], sets, strict=True)
         for i in range(len(s.phi))
     ]
     columns = {name: _stacked([row[name] for row in rows]) for name in rows[0]}
@@ -182,7 +187,7 @@ def _tooth_positions(sets: Sequence[GearMeshSet], blocks: int) -> Array:
 def _gear_mesh(s: GearMeshSet, table: int, i: int, opposite: int) -> dict[str, Any]:
     """What ``PairData`` has of planet i in one set, by column."""
     p, e = s.path, s.errors
-    cos_b = p.cos_base_helix
+    cos_b, faulty = p.cos_base_helix, s.faulty or FaultyTeeth((p,))
     angles = np.where(np.asarray(e.runout_angle, dtype=int) == 0, s.angle, s.carrier_angle)
     rates = np.where(angles < 0, 0.0, e.runout_rate)  # what stands in space before a held carrier
     return {
@@ -220,6 +225,8 @@ def _gear_mesh(s: GearMeshSet, table: int, i: int, opposite: int) -> dict[str, A
         "s_pitch": p.base_radius_planet * math.tan(p.alpha),
         "gap": 0.0 if p.carries else p.backlash,
         "table": table,
+        "gear_table": faulty.gear_table(p.gear_teeth),
+        "planet_table": faulty.planet_table(i, p.planet_teeth),
         "gear_tooth0": p.gear_tooth0[i],
         "gear_step": p.gear_step,
         "gear_teeth": p.gear_teeth,

@@ -80,6 +80,8 @@ class PairData(NamedTuple):
     s_pitch: Array  # (M,) path coordinate of the pitch point, m
     gap: Array  # (M,) m
     table: Ints  # (M,) which table
+    gear_table: Ints  # (M, z) what a tooth adds to it: 0, or where a faulty tooth has its own
+    planet_table: Ints  # (M, z_p) likewise; both add up where two faulty teeth meet
     table_start: Array  # (K,)
     table_step: Array  # (K,)
     k_table: Array  # (K, T) N/m over the path, or over one base pitch from s_lo on (WAVE)

@@ -12,10 +12,10 @@ from flexgear.face.notebook import Progress, html_table, progress_or_bars
 from flexgear.model import case, load
 from flexgear.model.arguments import checked
 from flexgear.model.content import resolve_files
-from flexgear.model.faults import input_error
 from flexgear.model.names import BodyName
 from flexgear.model.read import Written, lists_of, to_si
 from flexgear.model.section import Section
+from flexgear.model.validation_errors import input_error
 from flexgear.results.report.wording import stage_line
 
 if TYPE_CHECKING:

@@ -10,7 +10,6 @@ from pydantic import Field, ValidationError, model_validator
 from flexgear.model.bodies import Carrier, Housing, Material, Planet, Shaft
 from flexgear.model.content import content_hash, digest_files
 from flexgear.model.errors import InputError, echo
-from flexgear.model.faults import input_error
 from flexgear.model.gear_mesh import Damping
 from flexgear.model.load_cases import LoadCase, Spectrum, check_load_cases
 from flexgear.model.load_series import LoadSeries
@@ -29,6 +28,7 @@ from flexgear.model.tolerance import Tolerance, check_tolerance
 from flexgear.model.train import Input, Joint, MemberLoad, Output
 from flexgear.model.units import Acceleration
 from flexgear.model.upgrade import refuse_earlier_key
+from flexgear.model.validation_errors import input_error
 
 _LONGEST = 100  # characters; a file name holds 255 bytes
 

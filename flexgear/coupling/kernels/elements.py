@@ -62,7 +62,7 @@ ROW = _record(
     "kind owner sided width line beyond after following dof since parts",
     "along stiffness damping offset",
 )
-PAIR = _record("row rows mesh slot tooth planet_tooth place", "stiffness share s z error")
+PAIR = _record("row rows mesh slot tooth planet_tooth place table", "stiffness share s z error")
 ELEMENT = _record("law first rows place", "")
 
 
@@ -74,6 +74,8 @@ class GearMeshes(NamedTuple):
     slices: Array  # (K, T, …) of contact lines in slices: see ``PairData.slice_table``
     gear_error: Array  # (M, z) m
     planet_error: Array  # (M, z_p) m
+    gear_table: Ints  # (M, z) what a tooth adds to the number of its pairs' table
+    planet_table: Ints  # (M, z_p)
     runout: Records  # (M, H) RUNOUT: Σ A sin(rate · θ_angle + phase)
     tooth_position: Array  # (B, 3) m, by block
 
@@ -189,6 +191,8 @@ def packed(data: PairData) -> Elements:
         slices=np.ascontiguousarray(data.slice_table),
         gear_error=np.ascontiguousarray(data.error_gear),
         planet_error=np.ascontiguousarray(data.error_planet),
+        gear_table=np.ascontiguousarray(data.gear_table),
+        planet_table=np.ascontiguousarray(data.planet_table),
         runout=runout,
         tooth_position=np.ascontiguousarray(data.tooth_position),
     )

@@ -97,7 +97,6 @@ def _wrapped(tooth, teeth):
 def _find_pairs(gears, m, theta, pairs, p):
     """Note the tooth pairs of gear mesh m that are in contact from ``pairs[p]`` on; the new p."""
     mesh = gears.mesh[m]
-    table = gears.table[mesh.table]
     base = mesh.s0 + mesh.rate * theta[mesh.angle]
     common = common_error(mesh, gears.runout[m], theta, base)
     low, high = _first_and_last(mesh, base)
@@ -110,6 +109,8 @@ def _find_pairs(gears, m, theta, pairs, p):
         tooth = _wrapped(tooth + mesh.gear_step, mesh.gear_teeth)
         other = _wrapped(other + mesh.planet_step, mesh.planet_teeth)
         s, z, gap = base + k * mesh.pitch, 0.0, 0.0
+        number = mesh.table + gears.gear_table[m, tooth] + gears.planet_table[m, other]
+        table = gears.table[number]
         if mesh.model == WAVE:
             stiffness = _periodic(table, (s - mesh.s_lo) / mesh.pitch)
             if high > low:  # handed over from tooth to tooth as they pass the pitch point
@@ -117,7 +118,7 @@ def _find_pairs(gears, m, theta, pairs, p):
         else:
             stiffness, z, gap = _tabled(table, mesh.table_start, mesh.table_step, s)
         if mesh.model == FACE_LOAD:
-            a, b, w = _between(gears.slices[mesh.table], mesh, s)
+            a, b, w = _between(gears.slices[number], mesh, s)
             touches = (1.0 - w) * a[1] + w * b[1] > 0.0
         else:
             touches = stiffness > 0.0
@@ -125,7 +126,7 @@ def _find_pairs(gears, m, theta, pairs, p):
             continue
         pair = pairs[p]
         pair.mesh, pair.place, pair.slot = m, place, _wrapped(place - mesh.slots, mesh.slots)
-        pair.tooth, pair.planet_tooth = tooth, other
+        pair.tooth, pair.planet_tooth, pair.table = tooth, other, number
         pair.stiffness, pair.s, pair.z, pair.share = stiffness, s, z, 1.0
         tooth_error = gears.gear_error[m, tooth] + gears.planet_error[m, other]
         pair.error = common + tooth_error + mesh.error_slope * z - gap
@@ -243,7 +244,7 @@ def _slices_of_pair(gears, m, turn, rows, n, e, q):
     """Rows n and n + 1 and element e of pair q: see ``laws.slices``; whether the next pairs, if
     they touch, yield to it: see ``neighbours``."""
     mesh, pair, element = gears.mesh[m], rows.pair[q], rows.element[e]
-    table, count = gears.slices[mesh.table], mesh.slices
+    table, count = gears.slices[pair.table], mesh.slices
     a, b, w = _between(table, mesh, pair.s)
     v, parameters = 1.0 - w, rows.parameters[e]
     radius, whole = v * a[0] + w * b[0], v * a[1] + w * b[1]
