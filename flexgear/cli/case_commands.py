@@ -18,6 +18,7 @@ from flexgear.coupling.machines import machine_words
 from flexgear.coupling.pace import case_pace, pace_sections
 from flexgear.files.atomic import file_target, staged_folder, write_bytes, write_json
 from flexgear.gears.bearings.basic_life import planet_bearing_life_hours
+from flexgear.gears.expected_lines import expected_lines, line_rows
 from flexgear.gears.implausible import implausible
 from flexgear.gears.power_flow import PowerFlow, power_flow
 from flexgear.gears.radii import stage_radii
@@ -180,12 +181,21 @@ def derived(case: Case) -> Sections:
             for stage, report in case_reports(case).items()
             for name, section in report.items()
         },
+        **_expected(case, flow),
         "speeds_rpm": {m: w * RPM for m, w in flow.speed.items()},
         **running,
         **_rayleigh(case),
         "system": _system(case),
         "case": {"name": case.name, "content_hash": case.content_hash()},
     }
+
+
+def _expected(case: Case, flow: PowerFlow) -> Sections:
+    """Lines of spectra by stage, as a sensor on the housing hears them."""
+    lines = expected_lines(case, flow)
+    rows = {stage.name: line_rows(lines, stage.name) for stage in case.stages}
+    title = "expected_lines_of_a_sensor_on_the_housing_hz"
+    return {f"{name} {title}" if len(rows) > 1 else title: r for name, r in rows.items() if r}
 
 
 def _running(case: Case, flow: PowerFlow) -> Sections:

@@ -218,6 +218,26 @@ def _speeds(members: Members, ties: Array) -> Array:
     return np.where(abs(speeds) > NOISE * abs(speeds).max(), speeds, 0.0)
 
 
+def speed_ratios(case: Case) -> dict[str, Array]:
+    """Speed of every member, and of the planets as "<stage>.planet", per speed of each independent
+    rotation, (F,) in the order of the ports of given speed.
+
+    InputError where the train has no or more than one answer.
+    """
+    members = members_of(case)
+    require_speeds(members, require_free_ties(members))
+    ties = tie_matrix(members, members.ties)
+    driven = [p for p in members.ports if p.speed is not None]
+    matrix = np.vstack([ties, port_matrix(members, driven)])
+    right = np.vstack([np.zeros((len(ties), len(driven))), np.eye(len(driven))])
+    of = dict(zip(map(str, members.names), np.linalg.solve(matrix, right), strict=True))
+    for stage in (s for s in case.stages if s.ring is not None and s.planet is not None):
+        carrier, ring = of[f"{stage.name}.carrier"], of[f"{stage.name}.ring"]
+        teeth = stage.ring.teeth / stage.planet.teeth
+        of[f"{stage.name}.planet"] = carrier - teeth * (carrier - ring)
+    return of
+
+
 def _torques(members: Members, ties: Array) -> tuple[dict[str, float], Array]:
     """Torques from outside by member, and λ of every tie."""
     unknown = [p for p in members.ports if p.torque is None]

@@ -8,6 +8,7 @@ from typing import Any
 
 from pydantic import BaseModel
 
+from flexgear.gears.expected_lines import expected_lines, line_rows
 from flexgear.gears.power_flow import PowerFlow
 from flexgear.gears.report import case_reports
 from flexgear.gears.stage_flow import StageFlow
@@ -65,6 +66,7 @@ def tables(case: Case, flow: PowerFlow, summary: Summary) -> list[Table]:
         _sharing(summary),
         _bearings(case, flow, summary),
         _deflections(summary),
+        _expected(case, flow),
         _drops(summary),
         _modes(summary),
         _accuracy(summary),
@@ -171,6 +173,14 @@ def _deflections(summary: Summary) -> Iterator[Table]:
         largest = sorted(orders, key=lambda row: -float(row.value or 0))[:6]
         title = f"radial shape of the ring{at}, largest orders round the circle"
         yield Table("deflections", title, sorted(largest, key=orders.index))
+
+
+def _expected(case: Case, flow: PowerFlow) -> Iterator[Table]:
+    lines = expected_lines(case, flow)
+    for stage in case.stages:
+        title = titled_by_stage("expected lines of a sensor on the housing", stage.name)
+        figures = line_rows(lines, stage.name)
+        yield Table("dynamics", title, rows_of(figures, "Hz"))
 
 
 def _drops(summary: Summary) -> Iterator[Table]:

@@ -1,0 +1,252 @@
+"""Lines that spectra of a train are expected to have: teeth, places of planets, bearings.
+
+Frequencies are what a sensor hears that turns with ω_sensor about the axis (0: on the housing).
+
+Gear mesh of a planetary stage: f_m = z_r |ω_c − ω_r|/2π. N equal planets at φ_i give a sensor N
+times one signal, one after the other, of the planet pass θ_c − θ_sensor + φ_i and of the phase of
+their gear mesh z_r (θ_c − θ_r + φ_i). What is H times the gear mesh beside n times the pass
+
+    f = |H z_r (ω_c − ω_r) + n (ω_c − ω_sensor)| / 2π
+
+is a sum of N phasors of equal size, and its share of what N planets in phase would give is
+
+    |Σ_i exp(j (H z_r + n) φ_i)| / N ,
+
+for equal spacing 1 where (H z_r + n) mod N = 0 and else 0 (McFadden and Smith 1985, Proc. IMechE
+199C:65). Planets that differ, ring errors that do not repeat with the planets, and a path of the
+sound that depends on more than the pass bring the others.
+
+A tooth of sun or ring meets planet i when the carrier has turned against it by φ_i: multiples k of
+f_m/z with the share of N phasors at the order k, so N f_m/z for equal spacing. A planet's flank
+meets one gear once a turn against the carrier, f_m/z_p; a root that gives way, ring and sun, twice.
+
+Bearings: with γ = (d/D_pw) cos α, Z elements and f_r the speed of one ring against the other
+(Harris, Rolling Bearing Analysis)
+
+    outer Z f_r (1 − γ)/2,   inner Z f_r (1 + γ)/2,   spin of an element f_r (1 − γ²) D_pw/(2 d) ,
+
+and the cage turns against the ring that stands still under the load, with f_r (1 + γ)/2 if that is
+the inner one, f_r (1 − γ)/2 if the outer. Those of planets turn with the carrier: their inner ring
+is the pin's. A defect of an element strikes both rings, so at twice its spin.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+from flexgear.gears.power_flow import PowerFlow, power_flow
+from flexgear.gears.stage_flow import StageFlow
+from flexgear.model.names import GEAR_MESH, PLANET_PASS, SHAFT
+
+if TYPE_CHECKING:
+    from flexgear.model.case import Case
+    from flexgear.model.rolling import Rolling
+    from flexgear.model.stage import Stage
+    from flexgear.model.stage_view import StageView
+
+SIDEBAND, TOOTH_FAULT, BEARING = "sideband", "tooth fault", "bearing"
+HARMONICS = 3  # of the gear mesh that are listed
+SHOWN, WHOLE = 0.1, 0.995  # least share that tables show; one that needs no mention
+CANCELLED = 1e-9  # share of N phasors that is rounding
+SAME = 1e-9  # relative, of speeds that are one
+TURN = 2 * math.pi
+
+
+@dataclass(frozen=True)
+class ExpectedLine:
+    """A line of a spectrum at the speeds of a power flow.
+
+    kind: "gear mesh", "sideband", "shaft", "planet pass", "tooth fault" or "bearing"; label: what
+    it is, without its stage; frequency: Hz; share: of what N planets in phase would give, 1 where
+    planets do not matter. harmonic: H of gear meshes and sidebands, else 0.
+    """
+
+    stage: str
+    kind: str
+    label: str
+    frequency: float
+    share: float = 1.0
+    harmonic: int = 0
+
+    def order(self, speed: float) -> float:
+        """Of the turn of a member at a speed, rad/s."""
+        return TURN * self.frequency / abs(speed)
+
+
+def phasor_share(order: float, angles: Sequence[float]) -> float:
+    """|Σ exp(j order φ_i)|/N of planets at angles (N,) rad."""
+    return float(abs(np.exp(1j * order * np.asarray(angles)).mean()))
+
+
+def expected_lines(
+    case: Case,
+    flow: PowerFlow | None = None,
+    *,
+    harmonics: int = HARMONICS,
+    sensor_speed: float = 0.0,
+) -> tuple[ExpectedLine, ...]:
+    """All lines of a case, stage by stage; none of what stands still, and of those that planets
+    cancel the orders of the gear mesh alone.
+
+    harmonics: of the gear meshes; sensor_speed: of what carries the sensor, rad/s about +z.
+    """
+    speeds = power_flow(case) if flow is None else flow
+    return tuple(
+        line
+        for at in speeds.stages
+        for line in _of_stage(case.view(at.name), at, harmonics, sensor_speed)
+        if line.frequency > 0.0 and (line.share > CANCELLED or line.kind == GEAR_MESH)
+    )
+
+
+def _of_stage(
+    view: StageView, flow: StageFlow, harmonics: int, sensor: float
+) -> Iterator[ExpectedLine]:
+    stage = view.stage
+    if stage.kind == "parallel":
+        yield from _parallel(stage, flow, harmonics, sensor)
+        return
+    assert stage.ring is not None
+    gear_mesh = stage.ring.teeth * (flow.carrier_speed - flow.ring_speed) / TURN
+    passing = (flow.carrier_speed - sensor) / TURN
+    for harmonic in range(1, harmonics + 1):
+        yield from _sidebands(stage, gear_mesh, passing, harmonic)
+    for part in ("sun", "carrier", "ring"):
+        yield _shaft(stage, part, getattr(flow, f"{part}_speed") - sensor)
+    for order, share in _orders_of_planets(stage):
+        label = "planets pass" if order == stage.planets else f"planets pass, order {order}"
+        yield ExpectedLine(stage.name, PLANET_PASS, label, abs(order * passing), share)
+    yield from _tooth_faults(stage, abs(gear_mesh))
+    relative = abs(flow.planet_relative_speed) / TURN
+    yield from _bearing(stage.name, "planet bearing", stage.planet_bearing, relative, "inner")
+    for seat, bearing in view.seat_bearings.items():
+        name = f"carrier bearing {seat}"
+        yield from _bearing(stage.name, name, bearing, abs(flow.carrier_speed) / TURN, "outer")
+
+
+def _sidebands(
+    stage: Stage, gear_mesh: float, passing: float, harmonic: int
+) -> Iterator[ExpectedLine]:
+    """Of one harmonic: the gear mesh itself and what stands up to N planet passes beside it."""
+    if abs(passing) * TURN < SAME * abs(gear_mesh):  # planets stay where they are: none cancels
+        label = f"gear mesh {harmonic}"
+        yield ExpectedLine(stage.name, GEAR_MESH, label, harmonic * abs(gear_mesh), 1.0, harmonic)
+        return
+    assert stage.ring is not None
+    for n in range(-stage.planets, stage.planets + 1):
+        share = phasor_share(harmonic * stage.ring.teeth + n, stage.planet_angles)
+        frequency = abs(harmonic * gear_mesh + n * passing)
+        sense = n if gear_mesh * passing > 0 else -n  # + is above the gear mesh
+        beside = f" {'+' if sense > 0 else '−'}{abs(n)} passes" if n else ""
+        kind = SIDEBAND if n else GEAR_MESH
+        name = f"gear mesh {harmonic}{beside}"
+        yield ExpectedLine(stage.name, kind, name, frequency, share, harmonic)
+
+
+def _orders_of_planets(stage: Stage) -> Iterator[tuple[int, float]]:
+    """Orders up to N at which N planets do not cancel, and their shares."""
+    for order in range(1, stage.planets + 1):
+        share = phasor_share(order, stage.planet_angles)
+        if share > CANCELLED:
+            yield order, share
+
+
+def _tooth_faults(stage: Stage, gear_mesh: float) -> Iterator[ExpectedLine]:
+    assert stage.sun is not None and stage.ring is not None and stage.planet is not None
+    for part, gear in (("sun", stage.sun), ("ring", stage.ring)):
+        for order, share in _orders_of_planets(stage):
+            label = f"tooth of {part}" + ("" if order == stage.planets else f", order {order}")
+            frequency = order * gear_mesh / gear.teeth
+            yield ExpectedLine(stage.name, TOOTH_FAULT, label, frequency, share)
+    for times, label in ((1, "flank of a planet"), (2, "tooth root of a planet")):
+        frequency = times * gear_mesh / stage.planet.teeth
+        yield ExpectedLine(stage.name, TOOTH_FAULT, label, frequency)
+
+
+def _parallel(
+    stage: Stage, flow: StageFlow, harmonics: int, sensor: float
+) -> Iterator[ExpectedLine]:
+    """Gear mesh with sidebands of both shafts, whose turns are those of their tooth faults."""
+    speeds = {"pinion": flow.sun_speed, "gear": flow.planet_speed}
+    for harmonic in range(1, harmonics + 1):
+        centre, label = harmonic * flow.gear_mesh_frequency, f"gear mesh {harmonic}"
+        yield ExpectedLine(stage.name, GEAR_MESH, label, centre, 1.0, harmonic)
+        for part, speed in speeds.items():
+            for sign, text in ((-1, "−"), (1, "+")):
+                frequency = centre + sign * abs(speed) / TURN
+                name = f"{label} {text}{part}"
+                yield ExpectedLine(stage.name, SIDEBAND, name, frequency, 1.0, harmonic)
+    for part, speed in speeds.items():
+        yield _shaft(stage, part, speed - sensor)
+        fault = abs(speed) / TURN
+        yield ExpectedLine(stage.name, TOOTH_FAULT, f"tooth of {part}", fault)
+
+
+def _shaft(stage: Stage, part: str, speed: float) -> ExpectedLine:
+    return ExpectedLine(stage.name, SHAFT, part, abs(speed) / TURN)
+
+
+def _bearing(
+    stage: str,
+    name: str,
+    bearing: Rolling | None,
+    turns: float,
+    stationary: Literal["inner", "outer"],
+) -> Iterator[ExpectedLine]:
+    """turns: of one ring against the other, 1/s; stationary: ring that stands still under the
+    load. Nothing of a bearing whose elements are not stated."""
+    elements = None if bearing is None else bearing.elements
+    if elements is None:
+        return
+    rollers = getattr(bearing, "rollers", None)
+    count = elements.count if rollers is None else rollers.count
+    assert count is not None  # ``check_elements``
+    ratio = elements.diameter / elements.pitch_diameter
+    g = ratio * math.cos(elements.contact_angle)
+    cage = 1 + g if stationary == "inner" else 1 - g
+    for part, frequency in (
+        ("outer race", 0.5 * count * turns * (1 - g)),
+        ("inner race", 0.5 * count * turns * (1 + g)),
+        ("spin of elements", 0.5 * turns * (1 - g**2) / ratio),
+        ("cage", 0.5 * turns * cage),
+    ):
+        yield ExpectedLine(stage, BEARING, f"{name}, {part}", frequency)
+
+
+_KEYS = {
+    GEAR_MESH: "gear_mesh",
+    SIDEBAND: "beside_order_1",
+    SHAFT: "shafts_turn",
+    PLANET_PASS: "planet_pass",
+    TOOTH_FAULT: "tooth_faults",
+}  # in the order in which they are printed
+
+
+def line_rows(lines: Sequence[ExpectedLine], stage: str) -> dict[str, dict[str, float]]:
+    """Frequencies, Hz, of the lines of a stage by kind and label, as ``check`` and reports have
+    them. Sidebands are those of the first harmonic, named by planet passes; where N planets do not
+    add up, their share stands in the label, and what is below a tenth is left out."""
+    rows: dict[str, dict[str, float]] = {key: {} for key in _KEYS.values()}
+    for line in (x for x in lines if x.stage == stage):
+        if line.kind == SIDEBAND and line.harmonic > 1:
+            continue
+        label, key = line.label, _KEYS.get(line.kind, "")
+        if line.kind == BEARING:
+            name, _, label = label.partition(", ")
+            key = name.replace(" ", "_")
+        if line.kind == GEAR_MESH:
+            label = label.replace("gear mesh", "order")
+        for before in ("gear mesh 1 ", "tooth of ", "planets "):
+            label = label.removeprefix(before)
+        share = "" if line.share > WHOLE else f" ({100 * line.share:.0f} %)"
+        if line.share < SHOWN:
+            share = " (planets cancel it)"
+            if line.kind != GEAR_MESH:
+                continue
+        rows.setdefault(key, {})[f"{label}{share}"] = line.frequency
+    return {key: row for key, row in rows.items() if row}

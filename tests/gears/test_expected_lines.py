@@ -1,0 +1,132 @@
+"""Expected lines against signals of N planets that are summed up sample by sample."""
+
+import numpy as np
+import pytest
+
+from flexgear.gears.expected_lines import expected_lines, line_rows
+from flexgear.gears.power_flow import power_flow, speed_ratios
+from flexgear.model.load import load_case
+
+N_SAMPLES = 4096
+
+
+def lines_of_planets(angles, ring_teeth, harmonics=3):
+    """Amplitudes by order of the carrier of what a sensor hears: each planet pulses as it passes,
+    its gear mesh is periodic in the teeth that go by. Over one turn, order by order."""
+    theta = 2 * np.pi * np.arange(N_SAMPLES) / N_SAMPLES
+    total = np.zeros(N_SAMPLES)
+    for phi in angles:
+        place, tooth = theta + phi, ring_teeth * (theta + phi)
+        passing = np.exp(3.0 * np.cos(place - 0.3))
+        total += passing * sum(np.cos(h * tooth + 0.4 * h) / h for h in range(1, harmonics + 1))
+    return 2 * np.abs(np.fft.rfft(total)) / N_SAMPLES
+
+
+def rated(case):
+    flow = power_flow(case)
+    (stage,) = case.stages
+    return stage, (flow.speed["stage.carrier"] - flow.speed["stage.ring"]) / (2 * np.pi)
+
+
+@pytest.mark.parametrize(
+    ("positions", "teeth"),
+    [
+        ("", 72), ("", 70), ("", 71),
+        ("[0, 88, 180, 268]", 72), ("[0, 85, 181, 274]", 71),
+    ],
+)  # fmt: skip
+def test_sidebands_are_those_of_a_direct_sum(positions, teeth):
+    """Orders up to N beside three harmonics: those that are listed stand in the sum of N planets'
+    signals in proportion to their shares, all others are not there."""
+    settings = {"stage.ring.teeth": str(teeth)}
+    if positions:
+        settings["stage.planet_positions_deg"] = positions
+    case = load_case("lin-parker", settings)
+    stage, turns = rated(case)
+    amplitude = lines_of_planets(stage.planet_angles, teeth)
+    one = lines_of_planets([0.0], teeth)
+    listed = {
+        round(line.frequency / turns): line.share
+        for line in expected_lines(case)
+        if line.kind in ("gear mesh", "sideband")
+    }
+    for harmonic in (1, 2, 3):
+        for n in range(-4, 5):
+            order = harmonic * teeth + n
+            direct = amplitude[order] / (4 * one[order])
+            assert listed.get(order, 0.0) == pytest.approx(direct, abs=1e-9)
+    if not positions:
+        allowed = {k for k in listed if listed[k] > 0.5}
+        assert allowed == {
+            h * teeth + n for h in (1, 2, 3) for n in range(-4, 5) if (h * teeth + n) % 4 == 0
+        }
+
+
+def test_ring_that_turns_and_carrier_that_stands():
+    """A star: planets stay where they are, so no sidebands; a sensor that turns with the ring sees
+    the planets pass at the ring's speed, and the same gear mesh."""
+    case = load_case("star-ring")
+    flow = power_flow(case)
+    fixed = expected_lines(case)
+    assert not [line for line in fixed if line.kind in ("sideband", "planet pass")]
+    ring = flow.speed["stage.ring"]
+    turning = expected_lines(case, sensor_speed=ring)
+    passes = [line.frequency for line in turning if line.kind == "planet pass"]
+    assert passes == pytest.approx([case.stages[0].planets * abs(ring) / (2 * np.pi)])
+    beside = {line.label: line.frequency for line in turning if line.harmonic == 1}
+    assert case.stages[0].ring.teeth % 4 == 3  # so that 4 planets leave one pass more
+    step = beside["gear mesh 1 +1 passes"] - beside["gear mesh 1"]
+    assert step == pytest.approx(passes[0] / 4)
+
+
+def test_tooth_faults_by_counting_meetings():
+    """A tooth of the sun meets a planet so often in a second; positions counted one by one."""
+    case = load_case("lin-parker")
+    (stage,), flow = case.stages, power_flow(case)
+    sun, carrier = (flow.speed[f"stage.{part}"] for part in ("sun", "carrier"))
+    seconds = 200.0
+    time = np.linspace(0.0, seconds, 400_001)
+    meetings = 0
+    for phi in stage.planet_angles:
+        turns = ((sun - carrier) * time - phi - 0.1) / (2 * np.pi)
+        meetings += np.count_nonzero(np.diff(np.floor(turns)))
+    faults = {x.label: x.frequency for x in expected_lines(case) if x.kind == "tooth fault"}
+    assert faults["tooth of sun"] == pytest.approx(meetings / seconds, rel=2e-3)
+    planet = abs(speed_ratios(case)["stage.planet"] - speed_ratios(case)["stage.carrier"])
+    given = flow.speed[case.inputs[0].member]
+    assert faults["flank of a planet"] == pytest.approx(planet[0] * given / (2 * np.pi))
+
+
+BALLS = {  # 6205-2RS of the bearing data centre of Case Western Reserve University, inches in mm
+    "stage.planet_bearing.rolling": "ball",
+    "stage.planet_bearing.elements.count": "9",
+    "stage.planet_bearing.elements.diameter_mm": str(0.3126 * 25.4),
+    "stage.planet_bearing.elements.pitch_diameter_mm": str(1.537 * 25.4),
+    "stage.planet_bearing.elements.clearance_mm": "0",
+}
+
+
+def test_bearing_orders_in_print():
+    """Defect frequencies over the speed of one ring against the other, as published with that
+    bearing: outer 3.5848, inner 5.4152, element (both races) 4.7135, cage 0.39828 against the outer
+    ring, which stands still there; here the inner one does, and the cage has the rest."""
+    case = load_case("lin-parker", BALLS)
+    flow = power_flow(case)
+    turns = abs(flow.stages[0].planet_relative_speed) / (2 * np.pi)
+    found = {x.label.split(", ")[1]: x.frequency / turns for x in expected_lines(case)
+             if x.kind == "bearing"}  # fmt: skip
+    assert found["outer race"] == pytest.approx(3.5848, rel=1e-4)
+    assert found["inner race"] == pytest.approx(5.4152, rel=1e-4)
+    assert 2 * found["spin of elements"] == pytest.approx(4.7135, rel=1e-4)
+    assert found["cage"] == pytest.approx(1 - 0.39828, rel=1e-4)
+
+
+def test_table_stays_short():
+    """A row a kind and stage, of a train of three stages as of one with unequal planets."""
+    train = load_case("grc-750kw")
+    lines = expected_lines(train)
+    assert all(len(line_rows(lines, stage.name)) <= 7 for stage in train.stages)
+    uneven = load_case("lin-parker", {"stage.planet_positions_deg": "[0, 85, 181, 274]"})
+    rows = line_rows(expected_lines(uneven), "stage")
+    assert any("%" in label for label in rows["beside_order_1"])
+    assert len(rows) <= 6
