@@ -230,11 +230,14 @@ def speed_ratios(case: Case) -> dict[str, Array]:
     driven = [p for p in members.ports if p.speed is not None]
     matrix = np.vstack([ties, port_matrix(members, driven)])
     right = np.vstack([np.zeros((len(ties), len(driven))), np.eye(len(driven))])
-    of = dict(zip(map(str, members.names), np.linalg.solve(matrix, right), strict=True))
-    for stage in (s for s in case.stages if s.ring is not None and s.planet is not None):
-        carrier, ring = of[f"{stage.name}.carrier"], of[f"{stage.name}.ring"]
-        teeth = stage.ring.teeth / stage.planet.teeth
-        of[f"{stage.name}.planet"] = carrier - teeth * (carrier - ring)
+    ratios = np.linalg.solve(matrix, right)
+    ratios = np.where(abs(ratios) > NOISE * abs(ratios).max(), ratios, 0.0)
+    of = dict(zip(map(str, members.names), ratios, strict=True))
+    for stage in case.stages:
+        if stage.ring is not None and stage.planet is not None:
+            carrier, ring = of[f"{stage.name}.carrier"], of[f"{stage.name}.ring"]
+            teeth = stage.ring.teeth / stage.planet.teeth
+            of[f"{stage.name}.planet"] = carrier - teeth * (carrier - ring)
     return of
 
 

@@ -1,7 +1,7 @@
 """Labelled datasets on disk, saved with the parameters that made them.
 
-`save` and `load` go through netCDF (HDF5). Angles and times are kept in double precision; arrays
-with more than one axis are stored in single precision (1e-7 of the value) and compressed. A
+`save` and `load` go through netCDF (HDF5). Angles and times are kept in double precision; other
+arrays with more than one axis are stored in single precision (1e-7 of the value) and compressed. A
 `DatasetFile` grows with time, sample by sample: it is made at once with all labels, units and
 encodings, and room for all samples. What is read back is what `save` would have written of the
 whole.
@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from flexgear.files.atomic import PathLike, atomic_file
 from flexgear.model.errors import FlexgearError, InputError
 from flexgear.results.netcdf import Encoding, NewFile, read
-from flexgear.results.sinks import TIME, Coming, DatasetSink, histories, sample_size
+from flexgear.results.sinks import TIME, Coming, DatasetSink, histories, is_single, sample_size
 from flexgear.results.version import version
 
 
@@ -65,7 +65,7 @@ def encoding_of(data: xr.Dataset) -> Encoding:
     """How variables are stored: compressed, with more than one axis in single precision."""
     return {
         str(name): {"compression": "gzip", "compression_opts": 1, "shuffle": True}
-        | ({"dtype": "f4"} if v.ndim > 1 and v.dtype == np.float64 else {})
+        | ({"dtype": "f4"} if is_single(v) else {})
         for name, v in data.data_vars.items()
         if v.ndim > 0
     }

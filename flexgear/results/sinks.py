@@ -52,9 +52,15 @@ def histories(data: xr.Dataset) -> dict[str, xr.Variable]:
 
 def sample_size(variable: xr.Variable) -> int:
     """Bytes of one sample in a file."""
-    single = variable.ndim > 1 and variable.dtype == np.float64
     values = int(np.prod([n for d, n in variable.sizes.items() if d != TIME]))
-    return values * (4 if single else variable.dtype.itemsize)
+    return values * (4 if is_single(variable) else variable.dtype.itemsize)
+
+
+def is_single(variable: xr.Variable | xr.DataArray) -> bool:
+    """Whether a file holds it in single precision: of more than one axis, but no angles, which
+    grow from turn to turn and tell orders apart."""
+    angle = variable.attrs.get("units") == "rad"
+    return variable.ndim > 1 and variable.dtype == np.float64 and not angle
 
 
 class Gathered(DatasetSink):

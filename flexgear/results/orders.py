@@ -1,0 +1,290 @@
+"""Order analysis: histories over the turn of a member in the place of time, and their spectra.
+
+A history x(t) and the turn φ(t) of a member, both sampled, become x(φ) at equal steps of φ: the
+spline of degree 7 through the samples over φ, taken at steps as fine as those of the samples where
+the member turns slowest, is low-passed and thinned (``scipy.signal.resample_poly``, Kaiser window).
+A line at a fixed order then is one line whatever the speed does. Where a period has p samples, the
+spline errs by about (p − 1)^−8 of the amplitude; orders of less than ``LEAST`` samples are refused.
+
+Amplitudes are peak values of sines, A(o) = 2 |Σ w x e^(−2πjoφ)| / Σ w, so that a window w takes
+nothing off; between the lines of the transform they are padded so finely that a peak of the Hann
+window is low by 0.07 % at most. Two lines are told apart from 2/turns on (Hann).
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+
+import numpy as np
+import xarray as xr
+from scipy import fft, interpolate, signal
+
+from flexgear.arrays import Array
+from flexgear.gears.power_flow import speed_ratios
+from flexgear.model.case import Case, case_of_dict
+from flexgear.model.errors import FlexgearError, InputError
+from flexgear.results.run_folder import tuples_of
+
+DEGREE = 7  # of the spline
+LEAST = 4.0  # samples of a period of the highest order
+PASSED = 0.375  # of the samples a turn: the highest order that the low-pass leaves as it is
+STOP_BAND, LENGTH, CUT = 8.0, 20, 0.87  # β of Kaiser's window, half its length over the factor
+MOST = 2**25  # samples of one history at fine steps
+PADDING = 16  # length of a transform over that of the history
+MAP_PADDING = 8
+OVERLAP = 4  # blocks of a map that share a sample
+SOURCE = "orders"
+TURN, ORDER, TIME = "turn", "order", "time"
+
+
+def case_of(data: xr.Dataset) -> Case:
+    """The case whose result a dataset is. FlexgearError where it is no result of flexgear."""
+    if "parameters" not in data.attrs:
+        raise FlexgearError("orders: the dataset is none of flexgear, or lost its attrs")
+    return case_of_dict(tuples_of(json.loads(data.attrs["parameters"])))
+
+
+def member_turns(data: xr.Dataset, member: str, against: str = "") -> xr.DataArray:
+    """Turns (time,) of a member of a transient, in space or against another one, from the rigid
+    rotations of the train: elastic twist of the member is not in it.
+
+    member, against: "<stage>.<part>", the part alone where there is one stage; part "planet", too.
+    InputError for an unknown one, FlexgearError for a dataset without input_angle.
+    """
+    if "input_angle" not in data:
+        raise FlexgearError("orders: the file lacks input_angle; save it beside the history")
+    ratios = speed_ratios(case_of(data))
+    factors = _ratio(ratios, member) - (_ratio(ratios, against) if against else 0.0)
+    angle = data["input_angle"].transpose(TIME, "input_coordinate").to_numpy().astype(float)
+    about = f"{member} against {against}" if against else member
+    attrs = {"units": "1", "long_name": f"turns of {about}"}
+    return xr.DataArray(angle @ factors / (2 * np.pi), {TIME: data[TIME]}, TIME, attrs=attrs)
+
+
+def _ratio(ratios: dict[str, Array], member: str) -> Array:
+    stages = {name.partition(".")[0] for name in ratios}
+    alone = f"{next(iter(stages))}.{member}" if len(stages) == 1 else member
+    ratio = ratios.get(member, ratios.get(alone))
+    if ratio is None:
+        raise InputError(SOURCE, member, "is no member", f"name one of {', '.join(ratios)}")
+    return ratio
+
+
+def highest_order(turns: xr.DataArray) -> float:
+    """Highest order that the sampling of turns (time,) allows."""
+    return 1.0 / (LEAST * float(np.abs(np.diff(turns.to_numpy())).max()))
+
+
+def synchronous(
+    history: xr.DataArray, turns: xr.DataArray, highest: float | None = None, *, per_turn: int = 0
+) -> xr.DataArray:
+    """A history (time, …) at equal steps of turns (time,): (turn, …), rising.
+
+    highest: order up to which it is true, all that the sampling allows if left out; per_turn:
+    samples of a turn, as many as that takes if 0. Coordinates: turn, time (turn,) s. A member that
+    turns backward has attrs["sense"] = −1, and turn its turns so counted. InputError where the
+    speed goes through zero or a period of the highest order has fewer than four samples.
+    """
+    phase = turns.to_numpy()
+    sense = 1 if phase[-1] > phase[0] else -1
+    phase = sense * phase
+    steps = np.diff(phase)
+    _refuse(turns, steps, highest)
+    limit = highest_order(turns) if highest is None else float(highest)
+    count = per_turn or max(2, int(np.ceil(limit / PASSED)))
+    times = max(1, int(np.ceil(1.0 / (count * steps.min()))))
+    first, last = (int(f(x * count)) for f, x in ((np.ceil, phase[0]), (np.floor, phase[-1])))
+    if (last - first) * times > MOST:
+        share = 100 * steps.min() / steps.max()
+        raise InputError(
+            SOURCE, f"speed of {_of(turns)}", f"falls to {share:.2g} % of its largest, which takes "
+            "too many samples", "take a part of the run, or a lower highest order",
+        )  # fmt: skip
+    if last - first < 2:
+        raise InputError(
+            SOURCE, _of(turns), f"turns by {phase[-1] - phase[0]:.2g} only", "simulate longer"
+        )
+    at = first / count + np.arange((last - first) * times + 1) / (count * times)
+    values = history.transpose(TIME, ...)
+    flat = values.to_numpy().reshape(len(phase), -1).astype(float)
+    columns = [
+        _thinned(interpolate.make_interp_spline(phase, x, DEGREE)(at), times) for x in flat.T
+    ]
+    shape = (last - first + 1, *values.shape[1:])
+    grid = np.arange(first, last + 1) / count
+    coords = {n: c for n, c in values.coords.items() if TIME not in c.dims}
+    coords[TURN] = xr.Variable(TURN, grid, {"units": "1", "long_name": turns.attrs["long_name"]})
+    clock = interpolate.make_interp_spline(phase, turns[TIME].to_numpy().astype(float), DEGREE)
+    coords[TIME] = xr.Variable(TURN, clock(grid), {"units": "s"})
+    about = {"per_turn": count, "highest_order": min(limit, PASSED * count), "sense": sense}
+    return xr.DataArray(
+        np.stack(columns, axis=1).reshape(shape),
+        coords,
+        (TURN, *values.dims[1:]),
+        history.name,
+        {**history.attrs, **about, "of": _of(turns)},
+    )
+
+
+def _of(turns: xr.DataArray) -> str:
+    return str(turns.attrs.get("long_name", "turns")).removeprefix("turns of ")
+
+
+def _refuse(turns: xr.DataArray, steps: Array, highest: float | None) -> None:
+    """InputError for speeds through zero, and for a sampling that is too coarse."""
+    time = turns[TIME].to_numpy()
+    if not steps.any():
+        raise InputError(SOURCE, _of(turns), "stands still", "name a member that turns")
+    if not (steps > 0).all():
+        at = float(time[int(np.argmax(steps <= 0))])
+        raise InputError(
+            SOURCE, f"speed of {_of(turns)}", f"goes through zero at {at:.4g} s",
+            "take a part of the run in which it turns one way",
+        )  # fmt: skip
+    limit = highest_order(turns)
+    if highest is not None and not 0 < highest <= limit * (1 + 1e-9):
+        raise InputError(
+            SOURCE, f"order {highest:g} of {_of(turns)}",
+            f"has fewer than {LEAST:g} samples a period", f"at most {limit:.4g}, or sample more "
+            "often (solver.output_interval_ms)",
+        )  # fmt: skip
+
+
+def _thinned(fine: Array, times: int) -> Array:
+    """Every so many-th of samples after a low-pass that keeps ``PASSED`` of the new rate."""
+    if times == 1:
+        return fine
+    taps = signal.firwin(2 * LENGTH * times + 1, CUT / times, window=("kaiser", STOP_BAND))
+    return np.asarray(signal.resample_poly(fine, 1, times, window=taps, padtype="line"))
+
+
+def _window(name: str, count: int) -> Array:
+    try:
+        return np.asarray(signal.get_window(name, count))
+    except ValueError:
+        known = "hann, flattop, boxcar or another of scipy.signal.windows"
+        raise InputError(SOURCE, f"window {name}", "is unknown", f"take {known}") from None
+
+
+def order_spectrum(history: xr.DataArray, window: str = "hann") -> xr.DataArray:
+    """Amplitudes (order, …) of a history (turn, …), its mean taken off; in its unit."""
+    values = history.transpose(..., TURN).to_numpy()
+    highest = float(history.attrs["highest_order"])
+    orders, flat = _amplitudes(
+        values.reshape(-1, values.shape[-1]), history.attrs["per_turn"], highest, window, PADDING
+    )
+    dims = [d for d in history.dims if d != TURN]
+    shape = (*(history.sizes[d] for d in dims), len(orders))
+    return _spectrum_of(history, flat.reshape(shape), (*dims, ORDER), orders, window).transpose(
+        ORDER, ...
+    )
+
+
+def _amplitudes(
+    values: Array, per_turn: int, highest: float, window: str, padding: int
+) -> tuple[Array, Array]:
+    """Orders (k,) and amplitudes (n, k) of histories (n, t)."""
+    w = _window(window, values.shape[-1])
+    count = fft.next_fast_len(padding * values.shape[-1], real=True)
+    orders = fft.rfftfreq(count, 1.0 / per_turn)
+    stop = int(np.searchsorted(orders, highest, side="right"))
+    out = np.empty((len(values), stop))
+    for k, x in enumerate(values):
+        mean = float(w @ x) / w.sum()
+        out[k] = 2.0 / w.sum() * np.abs(fft.rfft((x - mean) * w, count)[:stop])
+    return orders[:stop], out
+
+
+def _spectrum_of(
+    history: xr.DataArray, values: Array, dims: Sequence[object], orders: Array, window: str
+) -> xr.DataArray:
+    """Labelled amplitudes of a history."""
+    of = str(history.attrs["of"])
+    coords = {n: c for n, c in history.coords.items() if TURN not in c.dims}
+    coords[ORDER] = xr.Variable(ORDER, orders, {"units": "1", "long_name": f"order of {of}"})
+    name = history.attrs.get("long_name", history.name)
+    attrs = {
+        "units": history.attrs.get("units", ""), "long_name": f"amplitude of {name}",
+        "window": window, "of": of, "turns": len(history[TURN]) / history.attrs["per_turn"],
+    }  # fmt: skip
+    return xr.DataArray(values, coords, dims, history.name, attrs)
+
+
+def amplitudes_at(
+    history: xr.DataArray, orders: Sequence[float], window: str = "hann"
+) -> xr.DataArray:
+    """Amplitudes (order, …) of a history (turn, …) exactly at some orders."""
+    values = history.transpose(..., TURN).to_numpy()
+    w, turn = _window(window, values.shape[-1]), history[TURN].to_numpy()
+    x = values - (values @ w / w.sum())[..., None]
+    waves = (np.exp(-2j * np.pi * order * turn) * w for order in orders)
+    found = np.stack([2.0 / w.sum() * np.abs(x @ wave) for wave in waves], axis=-1)
+    dims = [d for d in history.dims if d != TURN]
+    at = np.asarray(orders, dtype=float)
+    return _spectrum_of(history, found, (*dims, ORDER), at, window).transpose(ORDER, ...)
+
+
+def order_map(
+    history: xr.DataArray, block_turns: float | None = None, window: str = "hann"
+) -> xr.DataArray:
+    """Amplitudes (block, order, …) of blocks of a history (turn, …), a quarter of a block apart.
+
+    block_turns: of a block, a thirtieth of all if left out, but two periods of order 1 at least.
+    Coordinates: speed (block,) rad/s, mean of the block; time (block,) s, its middle.
+    """
+    per_turn = int(history.attrs["per_turn"])
+    total = history.sizes[TURN]
+    wished = max(2.0, total / per_turn / 30) if block_turns is None else block_turns
+    size = round(wished * per_turn)
+    if not 16 <= size <= total:
+        raise InputError(
+            SOURCE, f"blocks of {wished:g} turns", f"do not fit {total / per_turn:.4g} turns",
+            "take shorter ones, or simulate longer",
+        )  # fmt: skip
+    starts = np.arange(0, total - size + 1, max(1, size // OVERLAP))
+    values = np.moveaxis(history.transpose(TURN, ...).to_numpy(), 0, -1)
+    flat = values.reshape(-1, total)
+    highest = float(history.attrs["highest_order"])
+    parts = [
+        _amplitudes(flat[:, s : s + size], per_turn, highest, window, MAP_PADDING) for s in starts
+    ]
+    orders = parts[0][0]
+    shape = (len(starts), *values.shape[:-1], len(orders))
+    dims = ("block", *(d for d in history.dims if d != TURN), ORDER)
+    blocks = np.stack([amplitude for _, amplitude in parts]).reshape(shape)
+    found = _spectrum_of(history, blocks, dims, orders, window)
+    time = history[TIME].to_numpy()
+    begin, end = time[starts], time[starts + size - 1]
+    rate = 2 * np.pi * history.attrs["sense"] * (size - 1) / per_turn / (end - begin)
+    found = found.assign_coords(
+        speed=("block", rate, {"units": "rad/s", "long_name": f"speed of {found.attrs['of']}"}),
+        time=("block", 0.5 * (begin + end), {"units": "s"}),
+    )
+    found.attrs["turns"] = size / per_turn
+    return found.transpose("block", ORDER, ...)
+
+
+def envelope(history: xr.DataArray, band: tuple[float, float]) -> xr.DataArray:
+    """|x_b + j H x_b| of a history over time or turns, x_b being the part of it in a band of
+    frequencies, Hz, or of orders (Butterworth, 4th order, forward and backward) and H Hilbert's
+    transform. InputError for a band that the sampling does not hold."""
+    axis = TURN if TURN in history.dims else TIME
+    rate = (history.sizes[axis] - 1) / float(history[axis][-1] - history[axis][0])
+    low, high = band
+    if not 0 < low < high < 0.5 * rate:
+        unit = "" if axis == TURN else " Hz"
+        raise InputError(
+            SOURCE, f"band {low:g} to {high:g}{unit}", "is none that the samples hold",
+            f"rising, above 0 and below {0.5 * rate:.4g}{unit}",
+        )  # fmt: skip
+    steps = np.diff(history[axis].to_numpy())
+    if np.ptp(steps) > 1e-3 * steps.mean():
+        raise InputError(
+            SOURCE, "envelope", "needs samples at equal steps of time",
+            "take a part of the run without torque steps",
+        )  # fmt: skip
+    values = history.transpose(..., axis)
+    sections = signal.butter(4, band, "bandpass", fs=rate, output="sos")
+    banded = signal.sosfiltfilt(sections, values.to_numpy().astype(float), axis=-1)
+    return values.copy(data=np.abs(signal.hilbert(banded, axis=-1))).transpose(*history.dims)
