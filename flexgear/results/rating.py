@@ -18,7 +18,7 @@ import xarray as xr
 
 from flexgear.arrays import Array
 from flexgear.gears.load_bins import LoadBin
-from flexgear.gears.rating.rate import Factor
+from flexgear.gears.rating.rate import Factor, factor_value
 from flexgear.model.case import Case
 from flexgear.results.dataset_file import provenance
 from flexgear.results.quantities import Quantity, number
@@ -64,7 +64,8 @@ class RatedPart:
     on the stress (of a bearing on the load) at which the spectrum just lasts as long as the bins
     say; required: least safety, of a bearing life in h, NaN where none is stated; missing: why
     there is no figure; estimates: why there is no verdict; factors: by bin; exponent: of the load
-    with which stress, of a bearing damage grows; rolling: "roller" or "ball" of a bearing.
+    with which stress, of a bearing damage grows; rolling: "roller" or "ball" of a bearing; direct:
+    figures of computed stresses at places of the teeth, beyond the norm, where they are known.
     """
 
     name: str
@@ -83,6 +84,7 @@ class RatedPart:
     factors: tuple[tuple[Factor, ...], ...] = ()
     exponent: float = 1.0
     rolling: str = ""
+    direct: tuple[Factor, ...] = ()
 
     @property
     def damage_sum(self) -> float:
@@ -186,6 +188,11 @@ def _whole(unit: str, meaning: str, of: Callable[[RatedPart], Any]) -> _Declared
     return _Declared(Quantity(("part",), unit, meaning, f"{NOT_RATED}, or without a limit"), of)
 
 
+def _direct(unit: str, symbol: str, meaning: str) -> _Declared:
+    meaning = f"{meaning} of the worst place by computed stresses, beyond ISO 6336"
+    return _whole(unit, meaning, lambda p: factor_value(p.direct, symbol))
+
+
 def _load_of(bearing: bool) -> Callable[[RatedPart], Array]:
     return lambda p: p.load if (p.kind == "bearing") is bearing else np.full_like(p.load, math.nan)
 
@@ -206,6 +213,9 @@ PARTS = {
     "safety": _whole("1", "least of the spectrum and of extreme loads", lambda p: p.least_safety),
     "required": _whole("1", "least safety; of a bearing least life, h", lambda p: p.required),
     "load_reserve": _whole("1", "factor on all loads within the limits", lambda p: p.reserve),
+    "direct_safety": _direct("1", "S_direct", "least safety"),
+    "direct_damage_sum": _direct("1", "D_direct", "Miner's sum"),
+    "direct_life": _direct("h", "L_direct", "life"),
 }
 BINS = {
     "hours": _Declared(
@@ -222,7 +232,9 @@ BINS = {
     ),
     "load_factor": _Declared(
         Quantity(("gear_mesh", "bin", "factor"), "1", "of ISO 6336", "where it is not known"),
-        lambda r: [[[_value(f, s) for s in _symbols(r)] for f in g.factors] for g in r.gear_meshes],
+        lambda r: [
+            [[factor_value(f, s) for s in _symbols(r)] for f in g.factors] for g in r.gear_meshes
+        ],
     ),
     "largest_k_gamma": _Declared(
         Quantity(("gear_mesh", "bin"), "1", "K_γ of any planet at any time", "without load"),
@@ -239,10 +251,6 @@ def _symbols(rating: Rating) -> list[str]:
     """Load factors of all gear meshes."""
     factors = (f for g in rating.gear_meshes for of_bin in g.factors for f in of_bin)
     return list(dict.fromkeys(f.symbol for f in factors))
-
-
-def _value(factors: Sequence[Factor], symbol: str) -> float:
-    return next((f.value for f in factors if f.symbol == symbol), math.nan)
 
 
 def rating_dataset(rating: Rating) -> xr.Dataset:
@@ -289,6 +297,8 @@ def rating_rows(rating: Rating) -> Iterator[tuple[str, str, str, float | str, st
             for b, value in zip(bins if "bin" in quantity.dims else [ALL], values, strict=True):
                 if not math.isnan(value):
                     yield part.name, b, name, value, quantity.units, "computed"
+        for f in part.direct:
+            yield part.name, ALL, f.symbol, f.value, f.unit, f.source
     sheets = [(g.name, g.factors) for g in rating.gear_meshes]
     for owner, of_bins in (*sheets, *((p.name, p.factors) for p in rating.parts)):
         for b, factors in zip(bins, of_bins, strict=True):
@@ -346,5 +356,6 @@ def _part_summary(part: RatedPart, bins: Sequence[str]) -> dict[str, Any]:
     return figures | {
         "within_limits": part.holds,
         "estimates": list(part.estimates),
+        "direct_path": {f.symbol: number(f.value) for f in part.direct},
         "worst_bin": bins[part.worst_bin],
     }

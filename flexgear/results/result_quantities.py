@@ -96,6 +96,12 @@ RESULT_QUANTITIES: dict[str, Quantity] = {
         "load of a slice of a contact line per width of the face",
         missing="without a pair",
     ),
+    "contact_pressure": Quantity(
+        (S, "flank", "slot", "slice"),
+        "Pa",
+        "Hertz pressure at the middle of a slice",
+        missing="without a pair",
+    ),
     "slice_position": Quantity(
         (S, "flank", "slot", "slice"),
         "m",
@@ -172,6 +178,12 @@ RESULT_QUANTITIES: dict[str, Quantity] = {
         ("tooth", "fillet"),
         "Pa",
         "how far the stress ranges over the positions at one point of the fillet, the worst one",
+        missing="of stages without gear_mesh.root_stress",
+    ),
+    "tooth_root_least": Quantity(
+        ("tooth", "fillet"),
+        "Pa",
+        "least stress over the positions at the point of the fillet with the largest",
         missing="of stages without gear_mesh.root_stress",
     ),
     "transmission_error": Quantity(

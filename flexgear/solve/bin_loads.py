@@ -24,7 +24,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from flexgear.analysis.equilibrium import revolution
+from flexgear.analysis.equilibrium import Equilibrium, revolution
 from flexgear.arrays import Array
 from flexgear.gears.error_cycle import AngleSamples
 from flexgear.gears.face_load import factor_along
@@ -41,10 +41,18 @@ from flexgear.solve.bodies import Progress, silent
 from flexgear.solve.dataset import equilibrium_data
 from flexgear.solve.dynamic_factors import dynamic_factors
 from flexgear.solve.model import Model, assemble, rated_forces, rated_rotations
+from flexgear.solve.tooth_stresses import (
+    OF_FLANKS,
+    OF_ROOTS,
+    GroupStresses,
+    HeldRoots,
+    group_stresses,
+    held_roots,
+)
 
 NEEDED = (  # variables of equilibria
     "gear_mesh_force", "pair_load", "pair_stiffness", "face_line_load", "face_section",
-    "carrier_angle", "bearing_force",
+    "carrier_angle", "ring_angle", "bearing_force", *OF_FLANKS, *OF_ROOTS,
 )  # fmt: skip
 
 
@@ -55,7 +63,8 @@ class GroupLoads:
     k_gamma, k_h_beta, k_h_alpha: of ``planet`` (from 1) in ``cycle`` (of those looked at, from 0),
     NaN where the model does not tell. largest_share: K_γ of any planet in any cycle. drive: the
     flanks carry that carry rated torque. largest_force: of one gear mesh, N. k_v: of
-    the train's own motion, NaN where that is not asked for.
+    the train's own motion, NaN where that is not asked for. stresses: at every place of the teeth,
+    of gear meshes with load along the face.
     """
 
     k_gamma: float
@@ -67,6 +76,7 @@ class GroupLoads:
     drive: bool
     largest_force: float
     k_v: float = math.nan
+    stresses: GroupStresses | None = None
 
 
 @dataclass(frozen=True)
@@ -170,8 +180,7 @@ def loads_in_bin(train: SpectrumTrain, load_bin: LoadBin) -> BinLoads:
     """Equilibria of a bin over all positions, and what follows from them."""
     model = model_in_bin(train, load_bin)
     lead = np.concatenate([s.angles for s in train.samples.values()] or [np.zeros(1)])
-    torques = np.array([[load_bin.torque[p.name] for p in model.system.ports]])
-    result = revolution(model.modal, rated_rotations(model.system, lead), torques)
+    result = _equilibria(model, load_bin, lead)
     data = equilibrium_data(model, result)
     data = data[[name for name in NEEDED if name in data]]
     groups, supports, carrier = dict[GroupName, GroupLoads](), dict[str, Array](), {}
@@ -190,6 +199,27 @@ def loads_in_bin(train: SpectrumTrain, load_bin: LoadBin) -> BinLoads:
     return BinLoads(groups, supports, carrier, float(result.closure.max()))
 
 
+def _equilibria(model: Model, load_bin: LoadBin, lead: Array) -> Equilibrium:
+    """At rotations (p,) rad of the reference member."""
+    torques = np.array([[load_bin.torque[p.name] for p in model.system.ports]])
+    return revolution(model.modal, rated_rotations(model.system, lead), torques)
+
+
+def roots_in_bin(
+    train: SpectrumTrain, load_bin: LoadBin, group: GroupName, at: tuple[int, int], member: int
+) -> HeldRoots:
+    """Root stress of a gear's teeth on a body that stands still, by planet and cycle (from 0)."""
+    model, samples = model_in_bin(train, load_bin), train.samples[group.stage]
+    first = at[1] * samples.per_gear_mesh
+    lead = samples.angles[first : first + samples.per_gear_mesh]
+    result = _equilibria(model, load_bin, lead)
+    names = [name.group for name in model.gear_meshes.names]
+    gear_mesh = [k for k, name in enumerate(names) if name == group][at[0]]
+    forces = np.nansum(np.abs(result.pair_load), axis=(0, 2))
+    flanks = np.flatnonzero(model.gear_meshes.sign[:, gear_mesh])
+    return held_roots(model, result, int(flanks[np.argmax(forces[flanks])]), member)
+
+
 def _speed_share(rated: PowerFlow, flow: PowerFlow) -> float:
     """Speed of a bin over rated speed, of the fastest member."""
     fastest = max(rated.speed, key=lambda m: abs(rated.speed[m]))
@@ -200,7 +230,7 @@ def _groups(
     model: Model, data: xr.Dataset, stage: str, per_cycle: int
 ) -> dict[GroupName, GroupLoads]:
     """Loads of the groups of a stage from positions of whole gear-mesh cycles."""
-    names, loads = model.gear_meshes.names, {}
+    names, loads, view = model.gear_meshes.names, {}, model.case.view(stage)
     force = without_rounding(data["gear_mesh_force"].to_numpy(), float(model.rated.max()))
     gear_mesh = model.case.stage(stage).gear_mesh
     for group, at in groups_of(names, 1).items():
@@ -209,13 +239,14 @@ def _groups(
             continue
         drive = bool(means.sum() > 0)
         shares = len(at) * means / means.sum(axis=1, keepdims=True)
-        flanks, along = None, np.ones_like(shares)
+        flanks, along, stresses = None, np.ones_like(shares), None
         if gear_mesh.model in ("per_pair", "face_load"):
             # flanks that also pull are the drive flanks, whichever way the load
             sense = "drive" if drive or gear_mesh.contact_law == "linear" else "coast"
             flanks = data.sel(flank=[f"{names[k]} {sense}" for k in at])
         if flanks is not None and gear_mesh.model == "face_load":
             along = _face_factors(flanks, per_cycle)
+            stresses = group_stresses(flanks, view, group, per_cycle)
         cycle, planet = np.unravel_index(int(np.argmax(shares * along)), shares.shape)
         k_h_alpha = math.nan
         if flanks is not None:
@@ -231,6 +262,7 @@ def _groups(
             largest_share=float(shares.max()),
             drive=drive,
             largest_force=float(abs(force[:, at]).max()),
+            stresses=stresses,
         )
     return loads
 

@@ -37,9 +37,10 @@ def face_arrays(model: Model, recovery: Recovery) -> dict[str, Any]:
     load = _of_slices(result, loads)
     pairs = model.system.pairs
     width = 2.0 * pairs.half_face
+    pressure = _pressure(model, loads)
     arrays = {
         "largest_line_load": largest_line_load(pairs, loads),
-        "largest_contact_pressure": _pressure(model, loads),
+        "largest_contact_pressure": np.nan_to_num(pressure).max(axis=(2, 3)),
         "transmission_error": _by_load(loads.approach, load),
         "gear_mesh_misalignment": _by_load(loads.tilt, load) * width,
         "gear_mesh_misalignment_by_cause": _by_cause(recovery, load) * width[:, None],
@@ -58,6 +59,7 @@ def face_arrays(model: Model, recovery: Recovery) -> dict[str, Any]:
             "tip_line_load": edges.tip,
             "face_end_line_load": edges.end,
             "line_load": loads.line_load,
+            "contact_pressure": pressure,
             "slice_position": loads.z,
             "slice_path": loads.path,
             "face_line_load": along_face(pairs, loads),
@@ -118,11 +120,12 @@ def sections(pairs: PairData) -> Array:
 
 
 def _pressure(model: Model, loads: LineLoads) -> Array:
-    """Largest Hertz pressure (t, M) Pa: of line loads over the length of the contact line, on the
-    radius of relative curvature in the normal section. Off the path, that of its end."""
+    """Hertz pressure (t, M, slots, K) Pa at the middle of slices, NaN without a pair: of line loads
+    over the length of the contact line, on the radius of relative curvature in the normal section.
+    Off the path, that of its end."""
     pairs, material = model.system.pairs, model.case.material
     body = ContactBody(material.young_modulus, material.poisson_ratio, 1.0)  # any depth does
-    largest = np.zeros(loads.approach.shape[:2])
+    out = np.full_like(loads.line_load, np.nan)
     for m in np.flatnonzero(pairs.slices):
         internal = KINDS[pairs.kind[m]].internal
         offset = pairs.center_distance[m] * abs(pairs.normal[m, 0])
@@ -130,11 +133,9 @@ def _pressure(model: Model, loads: LineLoads) -> Array:
         planet = np.maximum(loads.path[:, m], least)
         gear = np.maximum(offset + planet if internal else offset - planet, least)
         radius = relative_radius(planet, gear, internal=internal) / pairs.cos_b[m]
-        load = np.nan_to_num(loads.line_load[:, m]) * pairs.cos_b[m]
-        pressure = line_contact(body, body, radius).pressure(np.maximum(load, 0.0))
-        pressure /= loads.narrowing[:, m]
-        largest[:, m] = np.nan_to_num(pressure).max(axis=(1, 2))
-    return largest
+        load = np.maximum(loads.line_load[:, m] * pairs.cos_b[m], 0.0)
+        out[:, m] = line_contact(body, body, radius).pressure(load) / loads.narrowing[:, m]
+    return out
 
 
 def _of_slices(result: Equilibrium | Transient, loads: LineLoads) -> Array:

@@ -181,19 +181,26 @@ def _of_teeth(ring: Array, tooth: NDArray[np.int16], there: NDArray[np.bool_], s
 def _by_tooth(
     tables: RootTables, rings: dict[int, Array], count: int, ranges: bool
 ) -> dict[str, Any]:
-    """Largest stress (count, teeth of all FE rings, 2) in every fillet, and its range at a point
-    over the samples (teeth, 2) if asked for; not a number in stages without."""
+    """Largest stress (count, teeth of all FE rings, 2) in every fillet; if asked for its range at a
+    point over the samples (teeth, 2), and the least at the point with the largest; not a number in
+    stages without."""
     if not rings:
         return {}
-    largest, stresses = [], []
+    largest, stresses, least = [], [], []
     for k in tables.fe_rings:
         none = np.full((count, tables.views[k].ring_gear.teeth, len(FILLETS)), np.nan)
         ring = rings.get(k, none[..., None, None])
         largest.append(ring.max(axis=(3, 4)).astype(float))
         if ranges:
-            stresses.append(np.ptp(ring, axis=0).max(axis=(2, 3)).astype(float))
+            high, low = (of(axis=0).reshape(*ring.shape[1:3], -1) for of in (ring.max, ring.min))
+            stresses.append((high - low).max(axis=2).astype(float))
+            at = np.nan_to_num(high).argmax(axis=2)[..., None]
+            least.append(np.take_along_axis(low, at, axis=2)[..., 0].astype(float))
     arrays = {"tooth_root_stress": np.concatenate(largest, axis=1)}
-    return arrays | ({"tooth_root_range": np.concatenate(stresses)} if ranges else {})
+    if not ranges:
+        return arrays
+    both = {"tooth_root_range": stresses, "tooth_root_least": least}
+    return arrays | {name: np.concatenate(values) for name, values in both.items()}
 
 
 def _at(z: Array, curves: Array, places: Array) -> Array:

@@ -8,12 +8,15 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import closing
 from dataclasses import asdict
+from io import BytesIO
+from typing import Any
 
 import numpy as np
 
+from flexgear.arrays import Array
 from flexgear.gears.load_bins import LoadBin, case_in_bin
 from flexgear.gears.power_flow import power_flow
 from flexgear.gears.reliability import Kind as WeibullKind
@@ -25,13 +28,14 @@ from flexgear.results.rating import NEVER, RatedPart, Rating
 from flexgear.solve.bin_loads import BinLoads, GroupLoads, SpectrumTrain, loads_in_bin
 from flexgear.solve.bodies import Progress, reduced_bodies, silent
 from flexgear.solve.load_bins import load_bins
+from flexgear.solve.tooth_stresses import GroupStresses
 from flexgear.studies.dask_pool import reach
 from flexgear.studies.job_pool import run_jobs
 from flexgear.studies.rating_bearings import rate_bearings
 from flexgear.studies.rating_gears import rate_gears
 from flexgear.studies.study_store import StudyStore, study_folder
 
-FORMAT = 1  # of the files, and of the numerics behind them; raise it when either changes
+FORMAT = 2  # of the files, and of the numerics behind them; raise it when either changes
 NO_SPECTRUM = "no load case has a duration, so that there is neither"
 
 
@@ -59,7 +63,7 @@ def rate(
     )
     loads = _solved(train, workers, scheduler, progress)
     flows = [power_flow(case_in_bin(case, b)) for b in bins]
-    gear_meshes, parts, missing = rate_gears(case, bins, flows, loads)
+    gear_meshes, parts, missing = rate_gears(train, flows, loads)
     parts = (*parts, *rate_bearings(case, bins, flows, loads))
     open_parts = {p.name: p.missing for p in parts if p.missing}
     rating = Rating(
@@ -168,7 +172,7 @@ def bin_store(case: Case) -> StudyStore[BinLoads]:
 
 def finished(case: Case) -> int:
     """Bins that an interrupted rating has left on disk."""
-    return len(list(bin_store(case).folder.glob("bin_*.json")))
+    return len(list(bin_store(case).folder.glob("bin_*.npz")))
 
 
 def forget(case: Case) -> None:
@@ -177,24 +181,35 @@ def forget(case: Case) -> None:
 
 
 def _file(number: int) -> str:
-    return f"bin_{number}.json"
+    return f"bin_{number}.npz"
 
 
 def _packed(loads: BinLoads) -> bytes:
-    plain = {
-        "groups": {name: asdict(group) for name, group in loads.groups.items()},
-        "supports": {name: force.tolist() for name, force in loads.supports.items()},
-        "carrier_angle": {stage: angle.tolist() for stage, angle in loads.carrier_angle.items()},
-        "closure": loads.closure,
-    }
-    return json.dumps(plain).encode()
+    """Numbers as JSON, arrays beside them by their place there."""
+    arrays: list[Array] = []
+
+    def name_of(array: Array) -> str:
+        arrays.append(array)
+        return f"arr_{len(arrays)}"  # as savez names them, after the text
+
+    text = json.dumps(asdict(loads), default=name_of)
+    stream = BytesIO()
+    np.savez_compressed(stream, np.array(text), *arrays)
+    return stream.getvalue()
 
 
 def _unpacked(stored: bytes) -> BinLoads:
-    plain = json.loads(stored)
-    return BinLoads(
-        {GroupName.parse(name): GroupLoads(**group) for name, group in plain["groups"].items()},
-        {name: np.array(force) for name, force in plain["supports"].items()},
-        {stage: np.array(angle) for stage, angle in plain["carrier_angle"].items()},
-        plain["closure"],
-    )
+    with np.load(BytesIO(stored), allow_pickle=False) as file:
+        plain = json.loads(str(file["arr_0"]))
+        return BinLoads(
+            {GroupName.parse(name): _group(group, file) for name, group in plain["groups"].items()},
+            {name: file[at] for name, at in plain["supports"].items()},
+            {stage: file[at] for stage, at in plain["carrier_angle"].items()},
+            plain["closure"],
+        )
+
+
+def _group(plain: dict[str, Any], arrays: Mapping[str, Array]) -> GroupLoads:
+    places = plain.pop("stresses")
+    stresses = places and GroupStresses(**{name: arrays[at] for name, at in places.items()})
+    return GroupLoads(**plain, stresses=stresses)

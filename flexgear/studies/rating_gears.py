@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -28,14 +29,15 @@ from flexgear.gears.rating.load_factors import (
     transverse_factors,
 )
 from flexgear.gears.rating.pair import GearPair, PairLoad, gear_pair, pair_load
-from flexgear.gears.rating.rate import Factor, GearState, LimitState, rate
+from flexgear.gears.rating.rate import Factor, GearState, rate
 from flexgear.model.case import Case
 from flexgear.model.names import GroupName
 from flexgear.model.rating import ForcedFactors
 from flexgear.model.stage_view import StageView
 from flexgear.results.load_sharing import ROUNDING
 from flexgear.results.rating import GearMeshRating, Kind, RatedPart
-from flexgear.solve.bin_loads import BinLoads, GroupLoads
+from flexgear.solve.bin_loads import BinLoads, GroupLoads, SpectrumTrain
+from flexgear.studies.rating_direct import DirectPath, LoadedState
 
 STATIC = 1.0  # load cycles of an extreme load, or of one at rest
 ENDLESS = 1e10  # of a load without duration: where the curves of ISO 6336 end
@@ -76,13 +78,15 @@ class _InBin(NamedTuple):
     missing: str = ""
 
 
-History = dict[int, tuple[LimitState, float]]  # by number of the bin: state, load cycles
+History = dict[int, LoadedState]  # by number of the bin
 
 
 def rate_gears(
-    case: Case, bins: Sequence[LoadBin], flows: Sequence[PowerFlow], loads: Sequence[BinLoads]
+    train: SpectrumTrain, flows: Sequence[PowerFlow], loads: Sequence[BinLoads]
 ) -> tuple[tuple[GearMeshRating, ...], tuple[RatedPart, ...], dict[str, str]]:
     """Load factors by group of gear meshes, flanks and roots, and why groups are not assessed."""
+    case, bins = train.case, train.bins
+    pairs: dict[tuple[str, str], GearPair] = {}
     groups: list[GearMeshRating] = []
     histories: dict[_Place, History] = defaultdict(dict)
     missing: dict[str, str] = {}
@@ -92,7 +96,7 @@ def rate_gears(
         roles = () if geometry.overridden else tuple(geometry.gear_meshes)
         missing |= {stage.name: NO_TEETH} if geometry.overridden else {}
         for role in roles:
-            pair = gear_pair(view, geometry, role)
+            pair = pairs[stage.name, role] = gear_pair(view, geometry, role)
             for group in (GroupName.of(stage.name, role, side) for side in stage.sides):
                 of_bins = [
                     _in_bin(view, pair, flow, load.groups.get(group))
@@ -102,7 +106,13 @@ def rate_gears(
                 groups.append(_gear_mesh(group, of_bins, loads))
                 missing |= _first_missing(group, of_bins)
                 missing |= _uneven(group, bins, flows, loads)
-    parts = [_part(case, place, history, bins) for place, history in histories.items()]
+    parts = []
+    for place, history in histories.items():
+        kinds = {x.group.kind for x in history.values()}  # under reversed torque planets' two
+        pair = pairs[place.stage, min(kinds)]
+        direct = DirectPath(train, pair, place.kind, history, loads)
+        lines = direct.lines() if len(kinds) == 1 and direct.applies else ()
+        parts.append(replace(_part(case, place, history, bins), direct=lines))
     return tuple(groups), tuple(parts), missing
 
 
@@ -150,9 +160,11 @@ def _append(
             face = group.kind if between else "drive"
             face = face if loads[b].groups[group].drive else other[face]
             cycles = 3600.0 * load_bin.hours * rates[group.kind, part]
+            stands = load_bin.hours > 0.0 and cycles == 0.0
+            at = STATIC if load_bin.extreme or stands else cycles or ENDLESS
             for kind in KINDS:
                 place = _Place(view.name, group.side, view.part(part), face, kind)
-                histories[place][b] = getattr(state, kind), cycles
+                histories[place][b] = LoadedState(getattr(state, kind), cycles, at, group, part)
 
 
 def _in_bin(
@@ -255,16 +267,14 @@ def _part(case: Case, place: _Place, history: History, bins: Sequence[LoadBin]) 
     safety[:] = math.nan
     factors: list[tuple[Factor, ...]] = [()] * shape
     lasting = [b for b in history if bins[b].hours > 0.0]
-    for b, (state, count_of_bin) in history.items():
+    for b, (state, count_of_bin, at, *_) in history.items():
         load[b], cycles[b] = state.stress, count_of_bin
-        stands = bins[b].hours > 0.0 and count_of_bin == 0.0
-        at = STATIC if bins[b].extreme or stands else count_of_bin or ENDLESS
         factors[b] = tuple(f for f in state.sheet(at) if not f.symbol.startswith("K_"))
         in_bin = state.safety(at)
         safety[b] = math.nan if in_bin is None else in_bin
-    states = [state for state, _ in history.values()]
+    states = [x.state for x in history.values()]
     missing = _missing(case, place, next((x.missing for x in states if x.missing), ""))
-    every = [history[b][0].curve for b in lasting]
+    every = [history[b].state.curve for b in lasting]
     curves = [curve for curve in every if curve is not None]
     life = whole = math.nan
     if lasting and len(curves) == len(lasting):

@@ -44,7 +44,13 @@ class LifeCurve:
     def cycles_at(self, stress: float) -> float:
         """N that the curve bears at a stress, Pa; 0 above the static one, ∞ on a level last part
         or below it."""
-        return float(_cycles(np.log(self.cycles), np.log([self.stress]), np.array([stress]))[0])
+        return float(self.cycles_at_all(np.array([stress]))[0])
+
+    def cycles_at_all(self, stress: Array) -> Array:
+        """``cycles_at`` of stresses of any shape, Pa."""
+        return _cycles(np.log(self.cycles), np.log([self.stress]), stress.ravel()).reshape(
+            stress.shape
+        )
 
 
 def _cycles(log_cycles: Array, log_stress: Array, stress: Array) -> Array:

@@ -135,7 +135,11 @@ class GearPair:
     @property
     def relative_curvature(self) -> float:
         """ρ_red at the pitch point, transverse, m; ISO 6336-2:2006, 12.3."""
-        small, large = (self.curvature(part) for part in self.gears)
+        return self.relative_curvature_at(0.0)
+
+    def relative_curvature_at(self, place: float) -> float:
+        """ρ_red on the path of contact, transverse, m; place as of ``curvature``."""
+        small, large = (self.curvature(part, place) for part in self.gears)
         return small * large / (large - small if self.internal else large + small)
 
 

@@ -7,6 +7,7 @@ curve of what it bears. What is not known leaves ``curve`` None, and ``missing``
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from flexgear.gears.rating import flank, root
@@ -32,6 +33,11 @@ class Factor:
     unit: str
     meaning: str
     source: str
+
+
+def factor_value(factors: Sequence[Factor], symbol: str, without: float = math.nan) -> float:
+    """Of a line of a sheet; ``without`` where there is none."""
+    return next((f.value for f in factors if f.symbol == symbol), without)
 
 
 @dataclass(frozen=True)

@@ -80,9 +80,15 @@ def mean_stress_factor(gear: RatedGear, reversal: float) -> float | str:
     """Y_M, or the key that is missing; reversal: lower over higher load of the two flanks."""
     if reversal == 0.0:
         return 1.0
+    influence = mean_stress_influence(gear)
+    return influence if isinstance(influence, str) else 1.0 / (1.0 + SENSE * reversal * influence)
+
+
+def mean_stress_influence(gear: RatedGear) -> float | str:
+    """(1 − M)/(1 + M), or the key that is missing."""
     ratio = gear.data.mean_stress_ratio
     if ratio is None:
         if gear.data.steel != "case_hardened":
             return "mean_stress_ratio"
         ratio = max(0.8 - 0.15 * gear.root.notch_factor, 0.0)
-    return 1.0 / (1.0 + SENSE * reversal * (1.0 - ratio) / (1.0 + ratio))
+    return (1.0 - ratio) / (1.0 + ratio)

@@ -17,6 +17,8 @@ from flexgear.results.report.wording import number, titled_by_stage, with_unit, 
 SECTION, GEARS, SPECTRUM = "rating", "rating_gears", "spectrum"
 MOST_BINS = 60  # of a spectrum that are listed
 LONGEST, LEAST = 1e7, 1e-6  # life in h, and damage, beyond which no digits are printed
+DIRECT = "direct path: computed stress at every place of the teeth, beyond ISO 6336"
+PLACES = ("s/g", "z/b", "φ", "planet")  # of a tooth, and which
 SYMBOLS = {"flank": "S_H", "root": "S_F", "bearing": "load factor"}
 
 
@@ -119,12 +121,25 @@ def rating_tables(rating: Rating) -> list[Table]:
         Table(
             SECTION, "weakest part first, with the factor on all loads within its limits", listed
         ),
+        Table(SECTION, DIRECT, [_direct(p) for p in rating.ranked if p.direct]),
         Table(SECTION, "not assessed", missing),
         Table(SPECTRUM, "load bins", list(_bins(rating))),
         *_gear_meshes(rating),
         *_parts(rating),
     ]
     return [table for table in every if table.rows]
+
+
+def _direct(part: RatedPart) -> Row:
+    """ "safety 1.17, norm 1.27; stress 1.12 of the norm: by form 1.17, …; at z/b -0.13"."""
+    figures = {f.symbol: f.value for f in part.direct}
+    causes = ", ".join(f"{s} {number(v, 3)}" for s, v in figures.items() if s.startswith("by "))
+    where = [f"{f.symbol} {with_unit(f.value, f.unit)}" for f in part.direct if f.symbol in PLACES]
+    return Row(
+        words(part.name),
+        f"safety {number(figures['S_direct'], 3)}, norm {number(part.least_safety, 3)}; stress "
+        f"{number(figures['σ_direct/σ'], 3)} of the norm: {causes}; at {', '.join(where)}",
+    )
 
 
 def _bins(rating: Rating) -> Iterator[Row]:
@@ -158,6 +173,7 @@ def _parts(rating: Rating) -> Iterator[Table]:
         title = f"{words(part.name)} in {rating.bins[b].name}"
         section = "bearings" if part.kind == "bearing" else GEARS
         yield Table(section, title, [_row(f) for f in part.factors[b]] if part.factors else [])
+        yield Table(section, f"{words(part.name)}, direct path", [_row(f) for f in part.direct])
 
 
 def _row(factor: Factor) -> Row:

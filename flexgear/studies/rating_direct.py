@@ -1,0 +1,246 @@
+"""The direct path: flanks and roots by computed pressure and root stress, beyond ISO 6336.
+
+Every place of a tooth is held against the life curve by which the norm rates the whole tooth
+(ISO 6336-2, -3, -5, -6), under Hertz's pressure of its slice and the FE stress in its fillet, times
+√(K_A K_v) and K_A K_v: equilibria know neither. Passes (``solve.tooth_stresses``) of sun and
+planets come in turn, so that each counts for its share of the cycles; a tooth of a ring that stands
+is passed by every planet at its own azimuth. An FE notch stress against σ_Flim Y_ST is outside the
+norm, whose strengths are for stresses by its own formulas.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from flexgear.arrays import Array
+from flexgear.gears.nominal_stress import contact_line_factor
+from flexgear.gears.rating.damage import LifeCurve
+from flexgear.gears.rating.pair import GearPair
+from flexgear.gears.rating.places import Places, around_axis, pulsating_stress
+from flexgear.gears.rating.rate import Factor, LimitState, factor_value
+from flexgear.gears.rating.root import mean_stress_influence
+from flexgear.model.names import GroupName
+from flexgear.solve.bin_loads import BinLoads, SpectrumTrain, roots_in_bin
+from flexgear.solve.tooth_stresses import GroupStresses
+
+BEYOND = "beyond ISO 6336"
+OTHER = {"sun": "ring", "ring": "sun"}
+
+
+class LoadedState(NamedTuple):
+    """A flank or root in one bin. cycles: of load; at: load cycles for which the bin alone is
+    rated; group, part: of the gear mesh that loads it."""
+
+    state: LimitState
+    cycles: float
+    at: float
+    group: GroupName
+    part: str
+
+
+@dataclass(frozen=True)
+class DirectPath:
+    """One flank or root ("flank", "root") over all bins. pair: of the gear mesh that loads it."""
+
+    train: SpectrumTrain
+    pair: GearPair
+    kind: str
+    history: Mapping[int, LoadedState]
+    loads: Sequence[BinLoads]
+
+    @property
+    def applies(self) -> bool:
+        """Whether stresses and what they are held against are known in every bin."""
+        stresses = [self._stresses(b) for b in self.history]
+        curves = [x.state.curve for x in self.history.values()]
+        if any(s is None for s in stresses) or any(c is None for c in curves):
+            return False
+        of_flank = self.kind == "flank"
+        return of_flank or (
+            all(s.tension.size for s in stresses if s) and self._influence is not None
+        )
+
+    def _stresses(self, b: int) -> GroupStresses | None:
+        return self.loads[b].groups[self.history[b].group].stresses
+
+    @property
+    def _part(self) -> str:
+        return next(iter(self.history.values())).part
+
+    @property
+    def _stands(self) -> bool:
+        """Whether every tooth keeps its azimuth."""
+        group = next(iter(self.history.values())).group
+        return self._part == "ring" and f"{group.stage}.ring" in self.train.case.held_members()
+
+    @property
+    def _influence(self) -> float | None:
+        value = mean_stress_influence(self.pair.gears[self._part])
+        return None if isinstance(value, str) else value
+
+    def _maps(self, b: int) -> tuple[Array, Array]:
+        """Largest and least stress (passes, teeth, places …) Pa of a bin, the latter 0 where it is
+        not looked at."""
+        loaded, of = self.history[b], self._stresses(b)
+        assert of is not None
+        beside = math.prod(factor_value(loaded.state.factors, symbol) for symbol in ("K_A", "K_v"))
+        if self.kind == "flank":
+            largest, least = math.sqrt(beside) * of.pressure, np.zeros((1, 1))
+        else:
+            member = 0 if loaded.part == "planet" else 1
+            largest, least = beside * of.tension[:, :, member], beside * of.lowest[:, None]
+        least = least if least.size else np.zeros((1, 1))
+        if loaded.part == "planet":  # passes are cycles, planets are told apart
+            return largest.swapaxes(0, 1), beside * self._pressed(b).swapaxes(0, 1)
+        if self._stands:
+            teeth = self.pair.gears["ring"].teeth
+            at = 2.0 * math.pi * np.arange(teeth) / teeth
+            every = zip(of.azimuth, largest, strict=True)
+            return np.stack([around_axis(angle, x, at) for angle, x in every]), least
+        return largest.reshape(-1, 1, *largest.shape[2:]), least.min(axis=0, keepdims=True)
+
+    def _pressed(self, b: int) -> Array:
+        """Least stress (N, C, F) Pa of planets' fillets under the other flank's load; (1, 1) of
+        zero without such a load."""
+        group = self.history[b].group
+        other = GroupName.of(group.stage, OTHER[group.kind], group.side)
+        beside = self.loads[b].groups.get(other)
+        if self.kind == "flank" or beside is None or beside.stresses is None:
+            return np.zeros((1, 1))
+        return beside.stresses.compression[:, :, 0]
+
+    def stress(self, b: int) -> Array:
+        """(passes, teeth, places …) Pa that counts in a bin."""
+        largest, least = self._maps(b)
+        if self.kind == "flank":
+            return largest
+        return pulsating_stress(largest, least, self._influence or 0.0)
+
+    def _curve(self, b: int) -> LifeCurve:
+        """Of the norm, without the mean stress factor, which is in the stress."""
+        state = self.history[b].state
+        assert state.curve is not None
+        mean = factor_value(state.factors, "Y_M", 1.0)
+        return LifeCurve(state.curve.cycles, tuple(s / mean for s in state.curve.stress))
+
+    def lines(self) -> tuple[Factor, ...]:
+        """Safety, damage, life, the worst place, and what parts it from the norm."""
+        bins = self.train.bins
+        lasting = [b for b in self.history if bins[b].hours > 0.0 and self.history[b].cycles > 0.0]
+        alone = {
+            b: self._curve(b).stress_at(x.at) / float(self.stress(b).max())
+            for b, x in self.history.items()
+            if b not in lasting
+        }
+        worst = min(alone, key=lambda b: alone[b], default=lasting[0] if lasting else 0)
+        place, safety, lines = int(np.argmax(self._flat(worst).max(axis=0))), math.inf, []
+        if lasting:
+            places = Places(
+                lambda k: self._flat(lasting[k]),
+                tuple(self._curve(b) for b in lasting),
+                np.array([self.history[b].cycles for b in lasting]),
+            )
+            of_spectrum, safety = places.weakest()
+            damage = float(places.damage().max())
+            life = sum(b.hours for b in bins) / damage if damage else math.inf
+            lines = [
+                _line("D_direct", damage, "", "Miner's sum at the worst place"),
+                _line("L_direct", life, "h", "until that is one"),
+            ]
+            if safety <= min(alone.values(), default=math.inf):
+                place = of_spectrum
+                worst = max(lasting, key=lambda b: float(self._flat(b)[:, place].max()))
+        least = min([safety, *alone.values()])
+        return (
+            _line("S_direct", least, "", "safety at the worst place"), *lines,
+            *self._where(worst, place), *self._against_norm(worst),
+        )  # fmt: skip
+
+    def _flat(self, b: int) -> Array:
+        """(passes, places) Pa."""
+        stress = self.stress(b)
+        return stress.reshape(len(stress), -1)
+
+    def _where(self, b: int, place: int) -> list[Factor]:
+        """Where on the tooth a place is, and on which."""
+        of, shape = self._stresses(b), self.stress(b).shape[1:]
+        assert of is not None
+        tooth, *at = np.unravel_index(place, shape)
+        if self.kind == "flank":
+            face, roll = (at[1] + 0.5) / shape[2], (at[0] + 0.5) / shape[1]
+            lines = [_line("s/g", roll, "", "place on the path, 0 at the planet's root")]
+        else:
+            face, lines = at[0] / (shape[1] - 1), []
+        lines.append(_line("z/b", face - 0.5, "", "place along the face"))
+        if self._stands:
+            lines.append(_line("φ", 360.0 * float(tooth) / shape[0], "deg", "azimuth of the tooth"))
+        elif self._part == "planet":
+            lines.append(_line("planet", float(tooth) + 1.0, "", "number of the planet"))
+        return lines
+
+    def _against_norm(self, b: int) -> list[Factor]:
+        """Largest stress over that of the norm in a bin, and causes whose product it is."""
+        state, stress = self.history[b].state, self.stress(b)
+        at = np.unravel_index(int(np.argmax(stress)), stress.shape)
+        largest, mean = float(stress[at]), factor_value(state.factors, "Y_M", 1.0)
+        ratio = largest * mean / state.stress
+        causes = self._of_flank(b, at, ratio) if self.kind == "flank" else self._of_root(b, at)
+        return [
+            _line("σ_direct", largest / 1e6, "MPa", "largest stress"),
+            _line("σ_direct/σ", ratio, "", "over that of the norm, the product of what follows"),
+            *(_line(f"by {name}", value, "", "direct path over norm") for name, value in causes),
+        ]
+
+    def _of_flank(self, b: int, at: Sequence[np.intp], ratio: float) -> list[tuple[str, float]]:
+        """Curvature where the pressure is largest against Z_B (Z_D) and Z_β; all else is load."""
+        of, factors = self._stresses(b), self.history[b].state.factors
+        assert of is not None
+        place = float(of.path[at[2]]) - self.pair.gears["planet"].roll_length
+        radii = self.pair.relative_curvature / self.pair.relative_curvature_at(place)
+        norm = math.prod(factor_value(factors, symbol, 1.0) for symbol in ("Z_B", "Z_D", "Z_β"))
+        form = math.sqrt(radii) / norm
+        return [("form", form), ("load distribution", ratio / form)]
+
+    def _of_root(self, b: int, at: Sequence[np.intp]) -> list[tuple[str, float]]:
+        """Stress per load of a pair against Y_F/f_ε Y_S Y_β Y_DT; the load of a pair, that along
+        the face, the bending of the body below the teeth and that of the other flank against K_γ
+        K_Fα f_ε, K_Fβ, Y_B and Y_M. The first three of the pass on a body that stands still."""
+        loaded, of = self.history[b], self._stresses(b)
+        assert of is not None
+        cycles = of.azimuth.shape[1]
+        planet, cycle = divmod(int(at[0]), cycles)
+        if loaded.part == "planet":
+            planet, cycle = int(at[1]), int(at[0])
+        elif self._stands:
+            planet, tooth = int(at[0]), 2.0 * math.pi * at[1] / self.pair.gears["ring"].teeth
+            cycle = int(np.argmax(np.cos(of.azimuth[planet] - tooth)))
+        member = 0 if loaded.part == "planet" else 1
+        place = planet, cycle
+        held = roots_in_bin(self.train, self.train.bins[b], loaded.group, place, member)
+        norm = {f.symbol: f.value for f in loaded.state.factors}
+        beside, rim = norm["K_A"] * norm["K_v"], norm.get("Y_B", 1.0)
+        normal = norm["F_t"] / math.cos(self.pair.base_helix_angle)
+        normal /= math.cos(self.pair.transverse_angle)
+        share = contact_line_factor(
+            self.pair.geometry, self.pair.base_helix_angle, self.pair.rules.edition
+        )
+        largest, counted = (float(x[at]) / beside for x in (self._maps(b)[0], self.stress(b)))
+        return [
+            ("form", held.even / held.pair_load / (loaded.state.nominal / share / rim / normal)),
+            (
+                "sharing between pairs",
+                held.pair_load / (share * normal * norm["K_γ"] * norm["K_Fα"]),
+            ),
+            ("distribution along the face", held.held / held.even / norm["K_Fβ"]),
+            ("rim", largest / held.held / rim),
+            ("alternation", counted / largest * norm.get("Y_M", 1.0)),
+        ]
+
+
+def _line(symbol: str, value: float, unit: str, meaning: str) -> Factor:
+    return Factor(symbol, value, unit, meaning, BEYOND)

@@ -1,0 +1,139 @@
+"""The direct path of a rating: limits towards the norm, sectors of a ring, what is written."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from gears.rated_gears import PLANETARY, case_of
+
+from flexgear.model.gear_mesh import GearErrors
+from flexgear.model.load import load_case
+from flexgear.model.load_cases import LoadCase
+from flexgear.results.rating import rating_rows, rating_summary
+from flexgear.results.report.rating_tables import DIRECT, rating_tables
+from flexgear.solve.bin_loads import loads_in_bin
+from flexgear.solve.tooth_stresses import GroupStresses, HeldRoots
+from flexgear.studies import rating as study
+from flexgear.studies import rating_direct
+from flexgear.studies.rating import rate
+
+SUPPORT = "support = { radial_n_per_m = 1e9 }\n"
+HELD_STAGE = PLANETARY.replace("[stage.carrier]\n", f"[stage.carrier]\n{SUPPORT}").replace(
+    "profile_shift = 0.2\nbore", f"{SUPPORT}profile_shift = 0.2\nbore"
+)
+HELD = HeldRoots(held=3e8, even=2e8, pair_load=1e4)
+
+
+@pytest.fixture(autouse=True)
+def cache(tmp_path, monkeypatch):
+    monkeypatch.setenv("FLEXGEAR_CACHE", str(tmp_path / "cache"))
+
+
+def test_with_the_stresses_of_the_norm_its_safeties_come_out(tmp_path, monkeypatch):
+    """Every place under the norm's own stress, in all passes alike, fillets of planets pressed 1.2
+    times as much as they are stretched: safety, damage and life are those of the norm, whatever K_A
+    and K_v are."""
+    states = (("a", 20000.0, 9e3), ("b", 300.0, 13e3))
+    case = case_of(
+        tmp_path,
+        HELD_STAGE,
+        load_cases=(
+            *(LoadCase(name=name, hours=hours, torque=t) for name, hours, t in states),
+            LoadCase(name="x", extreme=True, torque=18e3),
+        ),
+        **{
+            "rating.application_factor": 1.2, "rating.k_v": 1.1, "rating.k_h_beta": 1.3,
+            "rating.gear_mesh_cycles": 2, "rating.positions_per_gear_mesh": 2,
+        },
+    )  # fmt: skip
+    by_norm = rate(case, workers=1)
+    stress = {p.name: p.load for p in by_norm.parts}
+
+    def with_stresses(train, load_bin):
+        loads = loads_in_bin(train, load_bin)
+        b, beside = [x.name for x in train.bins].index(load_bin.name), 1.2 * 1.1
+
+        def of(kind, group):
+            mates = [f"stage.planet {kind} to the {group}", f"stage.{group} {kind}"]
+            return [stress[name][b] for name in mates]
+
+        groups = {}
+        for name, group in loads.groups.items():
+            pressure = max(of("flank", name.kind)) / math.sqrt(beside) * np.ones((3, 2, 4, 5))
+            tension = np.array(of("root", name.kind))[:, None] * np.ones((3, 2, 2, 6)) / beside
+            pressed = -1.2 * np.array(of("root", "ring" if name.kind == "sun" else "sun"))
+            groups[name] = replace(
+                group,
+                stresses=GroupStresses(
+                    azimuth=np.array([[0.0, 1.0], [2.0, 3.0], [4.0, 5.0]]),
+                    path=np.full(4, 0.02),
+                    pressure=pressure,
+                    tension=tension,
+                    compression=pressed[:, None] * np.ones((3, 2, 2, 6)) / beside,
+                    lowest=np.zeros(0),
+                ),
+            )
+        return replace(loads, groups=groups)
+
+    monkeypatch.setattr(study, "loads_in_bin", with_stresses)
+    monkeypatch.setattr(rating_direct, "roots_in_bin", lambda *_: HELD)
+    rating = rate(case, workers=1)
+    compared = 0
+    for part, norm in zip(rating.parts, by_norm.parts, strict=True):
+        if part.kind == "bearing":
+            continue
+        figures = {f.symbol: f.value for f in part.direct}
+        causes = [v for s, v in figures.items() if s.startswith("by ")]
+        assert math.prod(causes) == pytest.approx(figures["σ_direct/σ"], rel=1e-9)
+        # of two flanks under one pressure that with Z_B or Z_D above one has the norm's
+        if part.kind == "root" or figures["σ_direct/σ"] == pytest.approx(1.0, rel=1e-9):
+            compared += 1
+            assert figures["S_direct"] == pytest.approx(norm.least_safety, rel=1e-9)
+            assert figures["D_direct"] == pytest.approx(norm.damage_sum, rel=1e-9)
+            assert figures["L_direct"] == pytest.approx(norm.life, rel=1e-9)
+    assert compared >= 6
+    # what is written says the same
+    data, summary = rating.dataset(), rating_summary(rating)
+    sun = {p.name: p for p in rating.parts}["stage.sun root"]
+    value = {f.symbol: f.value for f in sun.direct}["S_direct"]
+    assert data["direct_safety"].sel(part=sun.name) == pytest.approx(value)
+    assert summary["parts"][sun.name]["direct_path"]["S_direct"] == pytest.approx(value)
+    sources = {r[5] for r in rating_rows(rating) if r[2] == "S_direct"}
+    assert sources == {rating_direct.BEYOND}
+    assert len(next(t for t in rating_tables(rating) if t.title == DIRECT).rows) == 8
+
+
+def test_a_hub_moment_that_stands_loads_one_sector_of_a_ring():
+    """Turned by a planet pitch, the sector goes with it; sun and planets average over all."""
+    steel = {"steel": "case_hardened", "grade": "MQ", "flank_rz_um": "6", "root_rz_um": "20"}
+    gears = ("sun", "planet", "ring")
+    keys = {f"stage.{g}.rating.{k}": v for g in gears for k, v in steel.items()}
+    case = load_case(
+        "wind-5mw",
+        {
+            **{f"stage.{b}.flexible": "false" for b in ("ring.fe", "carrier.fe", "sun.shaft")},
+            **keys,
+            "stage.gear_mesh.model": "face_load",
+            "stage.gear_mesh.slices": "7",
+            "lubricant.viscosity_40_mm2_per_s": "320",
+            "rating.gear_mesh_cycles": "6",
+            "rating.positions_per_gear_mesh": "4",
+            "rating.k_v": "1.05",
+        },
+    ).with_(**{"stage.errors": GearErrors()})
+    turn = 2 * math.pi / 5
+
+    def rated(angle):
+        moment = (2e6 * math.cos(angle), 2e6 * math.sin(angle), 0.0)
+        state = LoadCase(name="m", hours=1e5, torque=4e6, moment=moment)
+        parts = {p.name: p for p in rate(case.with_(load_cases=(state,)), workers=1).parts}
+        figures = {n: {f.symbol: f.value for f in p.direct} for n, p in parts.items()}
+        return {n: figures[f"stage.{n} flank"] for n in ("sun", "ring")}
+
+    first, second = rated(0.0), rated(turn)
+    moved = math.remainder(second["ring"]["φ"] - first["ring"]["φ"] - 72.0, 360.0)
+    assert abs(moved) < 15.0
+    for name in ("sun", "ring"):
+        assert second[name]["S_direct"] == pytest.approx(first[name]["S_direct"], rel=0.02)
+    assert {"s/g", "z/b", "φ"} <= set(first["ring"]) and "φ" not in first["sun"]
