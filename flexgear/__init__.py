@@ -80,6 +80,7 @@ _METHODS = {
     "static",
     "modes",
     "campbell",
+    "stability",
     "transient",
     "deformed",
     "mode_field",

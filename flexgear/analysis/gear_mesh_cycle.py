@@ -26,10 +26,11 @@ P is a multiple of N, for the same reason.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,6 +52,7 @@ from flexgear.coupling.pair_data import PairData, carrying_flanks
 from flexgear.coupling.system import System
 
 POSITIONS = 120  # of a gear-mesh cycle, or the next multiple of the number of planets
+WITHIN = 8  # positions of a part of the cycle that counts by its mean
 UNLOADED = 1e-9  # of the largest load: a gear mesh with less has none
 NOTHING = 1e-14  # of the largest square of a row: what is left out of a sum of thousands
 
@@ -80,7 +82,8 @@ def springs_under_load(modal: ModalSystem, input_angles: Array) -> ContactSpring
     """Springs at independent rotations (F,) rad under the rated torques."""
     system, at = modal.system, np.asarray(input_angles, dtype=float)[None]
     theta, every = system.theta(at), np.ones(len(system.pairs.s0), dtype=bool)
-    samples = _samples(system, theta, every, revolution(modal, at, system.rated_torque))
+    result = revolution(modal, at, system.rated_torque)
+    samples = _samples(system, theta, every, result)
     return _springs(system, samples, theta[0], cycles=False)
 
 
@@ -94,31 +97,47 @@ def mean_springs(system: System, modal: ModalSystem | None) -> ContactSprings:
     samples: dict[int, _Samples] = {}
     for stage in sorted({label.stage for label in system.gear_meshes}):
         of_stage = np.array([label.stage == stage for label in system.gear_meshes])
-        theta = _cycle(system, of_stage)
-        result = None
-        if modal is not None:
-            at_zero = np.zeros((len(theta), len(system.input_rows)))
-            result = revolution(modal, at_zero, system.rated_torque, theta=theta)
-        samples |= _samples(system, theta, of_stage, result)
+        samples |= _cycle_samples(system, of_stage, modal)
     return _springs(system, samples, np.zeros(len(system.angles)), cycles=True)
 
 
-def _cycle(system: System, of_stage: NDArray[np.bool_]) -> Array:
-    """Angles (P, A) over a gear-mesh cycle of the flanks ``of_stage`` (M,), all others 0."""
-    pairs = system.pairs
-    m = int(np.flatnonzero(of_stage)[0])
-    planets = len(
-        {label.planet for label, here in zip(system.gear_meshes, of_stage, strict=True) if here}
-    )
-    count = planets * math.ceil(POSITIONS / planets)
-    theta = np.zeros((count, len(system.angles)))
-    turn, planets_turn = int(pairs.angle[m]), int(pairs.planet_turns[m])
-    theta[:, turn] = abs(pairs.pitch[m] / pairs.rate[m]) / count * np.arange(count)
-    if planets_turn >= 0:  # FE planets, in a fixed ratio
-        row = system.angles[turn]
-        ratio = float(system.angles[planets_turn] @ row) / float(row @ row)
-        theta[:, planets_turn] = ratio * theta[:, turn]
-    return theta
+@dataclass(frozen=True)
+class StageCycle:
+    """Gear meshes of a stage in n modes over P equal parts of its gear-mesh cycle, each with its
+    mean over the part: stiffness (P, n, n) and damping (P, n, n), in the order in which a train at
+    rated speed runs through them."""
+
+    stiffness: Array
+    damping: Array
+
+
+def stage_cycle(system: System, modal: ModalSystem | None, stage: int, shapes: Array) -> StageCycle:
+    """Gear meshes of a stage (0-based) in modes ``shapes`` (d, n); modal: see ``mean_springs``.
+
+    Each part's mean is of ``WITHIN`` positions, so that a pair that comes into contact within a
+    part counts by its share of it.
+    """
+    of_stage = np.array([label.stage == stage for label in system.gear_meshes])
+    count, ends = _count(system, of_stage), _ends(system.pairs)
+    turn = int(system.pairs.angle[np.flatnonzero(of_stage)[0]])
+    backwards = system.angles[turn] @ system.rolling @ system.rated_input_speeds < 0.0
+    theta = cycle_angles(system, of_stage, count * WITHIN, -1.0 if backwards else 1.0)
+    result = _under_load(system, modal, theta)
+    motion = [system.blocks[end.columns] @ shapes for end in ends]
+    stiffness, damping = np.zeros((2, count, shapes.shape[1], shapes.shape[1]))
+    for at in _positions(system, theta, of_stage, result, ends):
+        rows = at.rows @ motion[at.flank]
+        stiffness[at.p // WITHIN] += rows.T @ at.matrix @ rows / WITHIN
+        damping[at.p // WITHIN] += (rows.T * at.damping) @ rows / WITHIN
+    return StageCycle(stiffness, damping)
+
+
+def _cycle_samples(
+    system: System, of_stage: NDArray[np.bool_], modal: ModalSystem | None
+) -> dict[int, _Samples]:
+    """Spring factors of the flanks ``of_stage`` (M,) over a cycle, under rated torques or none."""
+    theta = cycle_angles(system, of_stage, _count(system, of_stage))
+    return _samples(system, theta, of_stage, _under_load(system, modal, theta))
 
 
 def _samples(
@@ -126,12 +145,74 @@ def _samples(
 ) -> dict[int, _Samples]:
     """Spring factors of the flanks ``of_stage`` (M,) over positions (P, A); of the pairs that
     touch in an equilibrium, where there is one."""
+    ends = _ends(system.pairs)
+    samples: dict[int, _Samples] = {}
+    for at in _positions(system, theta, of_stage, result, ends):
+        of_flank = samples.setdefault(at.flank, _Samples(ends[at.flank].columns, len(theta)))
+        of_flank.add(at.p, at.matrix, float(at.damping.sum()), at.rows)
+    return samples
+
+
+def _count(system: System, of_stage: NDArray[np.bool_]) -> int:
+    """``POSITIONS``, or the next multiple of the number of planets."""
+    planets = {
+        label.planet for label, here in zip(system.gear_meshes, of_stage, strict=True) if here
+    }
+    return len(planets) * math.ceil(POSITIONS / len(planets))
+
+
+def _under_load(system: System, modal: ModalSystem | None, theta: Array) -> Equilibrium | None:
+    """Equilibria at the positions (P, A) under rated torques, or none."""
+    if modal is None:
+        return None
+    at_zero = np.zeros((len(theta), len(system.input_rows)))
+    return revolution(modal, at_zero, system.rated_torque, theta=theta)
+
+
+def cycle_angles(
+    system: System, of_stage: NDArray[np.bool_], count: int, sense: float = 1.0
+) -> Array:
+    """Angles (P, A) over a gear-mesh cycle of the flanks ``of_stage`` (M,), all others 0; sense: −1
+    for falling ones."""
+    pairs = system.pairs
+    m = int(np.flatnonzero(of_stage)[0])
+    theta = np.zeros((count, len(system.angles)))
+    turn, planets_turn = int(pairs.angle[m]), int(pairs.planet_turns[m])
+    theta[:, turn] = sense * abs(pairs.pitch[m] / pairs.rate[m]) / count * np.arange(count)
+    if planets_turn >= 0:  # FE planets, in a fixed ratio
+        row = system.angles[turn]
+        ratio = float(system.angles[planets_turn] @ row) / float(row @ row)
+        theta[:, planets_turn] = ratio * theta[:, turn]
+    return theta
+
+
+class _Position(NamedTuple):
+    """Rows of a flank at position p: K (n, n), rows (n, c) on ``FlankEnds.columns``, damping (n,),
+    0 of rows that do not touch."""
+
+    flank: int
+    p: int
+    matrix: Array
+    rows: Array
+    damping: Array
+
+
+def _ends(pairs: PairData) -> list[FlankEnds]:
+    return [FlankEnds(pairs, m) for m in range(len(pairs.s0))]
+
+
+def _positions(
+    system: System,
+    theta: Array,
+    of_stage: NDArray[np.bool_],
+    result: Equilibrium | None,
+    ends: Sequence[FlankEnds],
+) -> Iterator[_Position]:
+    """Every flank ``of_stage`` (M,) that has a spring at one of the positions (P, A)."""
     pairs, work = system.pairs, pair_rows(system.pairs)
     elements, carrying = packed(pairs), carrying_flanks(pairs)
     lines = None if result is None else line_loads(result)
     unloaded = _unloaded(pairs, result)
-    ends = {m: _Ends(pairs, m) for m in range(len(pairs.s0))}
-    samples: dict[int, _Samples] = {}
     for p, angles in enumerate(np.ascontiguousarray(theta)):
         flanks = carrying if result is None else result.active_flanks[p] | carrying
         flanks = np.where(of_stage, flanks, 0)
@@ -139,14 +220,10 @@ def _samples(
         tangents = _tangents(work, n, count, p, result, lines, unloaded)
         for m, at in _of_flanks(work, n):
             matrix = tangents[np.ix_(at, at)]
-            if not matrix.any():
-                continue
-            coefficients = ends[m].coefficients(work, at, angles, theta[0])
-            touches = at[matrix.any(axis=1)]
-            damping = float(work.damping[touches].sum())
-            of_flank = samples.setdefault(m, _Samples(ends[m].columns, len(theta)))
-            of_flank.add(p, matrix, damping, coefficients)
-    return samples
+            if matrix.any():
+                rows = ends[m].coefficients(work, at, angles, theta[0])
+                damping = np.where(matrix.any(axis=1), work.damping[at], 0.0)
+                yield _Position(m, p, matrix, rows, damping)
 
 
 def _of_flanks(rows: Rows, n: int) -> Iterator[tuple[int, Ints]]:
@@ -243,7 +320,7 @@ class _Teeth:
         return out.ravel()
 
 
-class _Ends:
+class FlankEnds:
     """Blocks that a flank's rows act on: its planet's and its gear's, and all teeth of either whose
     teeth are blocks."""
 

@@ -7,7 +7,7 @@ import math
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any
 
@@ -121,6 +121,14 @@ def table(title: str, rows: Mapping[str, Any], before: str = "") -> None:
     width = max((len(name) for name in rows), default=0)
     for name, value in rows.items():
         typer.echo(f"{before}  {name:<{width}}  {value_text(value)}")
+
+
+def columns(rows: Sequence[Sequence[str]], before: str = "  ") -> None:
+    """Rows of equally many cells, as wide as the widest of a column; the first row is a heading."""
+    widths = [max(map(len, cells)) for cells in zip(*rows, strict=True)]
+    for row in rows:
+        line = "  ".join(f"{cell:<{width}}" for cell, width in zip(row, widths, strict=True))
+        typer.echo(before + line.rstrip())
 
 
 def key_table(key: str, figures: Mapping[str, Any], before: str = "") -> None:

@@ -48,6 +48,7 @@ COMMANDS = {
     "reduce": Home("body_commands", "reduce", "Reduce FE bodies; error estimates."),
     "static": Home("analysis_commands", "static", "Static equilibrium at angles."),
     "modes": Home("analysis_commands", "modes", "Natural modes; --campbell over speed."),
+    "stability": Home("stability_command", "stability", "Speeds at which vibration grows."),
     "simulate": Home("analysis_commands", "simulate", "Transient under the case's drive."),
     "compare": Home("compare_command", "compare", "Variants or two runs side by side."),
     "import": Home("exchange_commands", "import_rexs", "Make a commented case of a REXS file."),

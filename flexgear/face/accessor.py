@@ -80,7 +80,11 @@ def _by_file(data: xr.Dataset) -> dict[str, xr.Dataset]:
         return {f"{kind}_{data.attrs['stage']}": data}
     if "position" in data.dims:
         return {"equilibrium": data, "equilibrium_without_errors": data}
-    parts = {"modes": "frequency", "campbell": "campbell_frequency"}
+    parts = {
+        "modes": "frequency",
+        "campbell": "campbell_frequency",
+        "stability": "growth_rate",
+    }
     return {name: data for name, variable in parts.items() if variable in data}
 
 

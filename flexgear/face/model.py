@@ -24,6 +24,7 @@ from flexgear.solve.angles import lead_angles, reference_member
 from flexgear.solve.bodies import Bodies, silent
 from flexgear.solve.campbell import MARGIN, campbell
 from flexgear.solve.modes import modes, usual_limit
+from flexgear.solve.stability import SPEEDS, stability
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -103,6 +104,27 @@ class Model(model.Model):
         which an excitation at an operating speed is a meeting.
         """
         return campbell(self, factors=factors, orders=orders, limit_hz=limit_hz, margin=margin)
+
+    @checked
+    def stability(
+        self,
+        speeds: tuple[float, float] | None = None,
+        *,
+        count: int = SPEEDS,
+        limit_hz: float | None = None,
+        progress: Progress | None = None,
+    ) -> xr.Dataset:
+        """Parametric instability: where over speed the gear-mesh stiffness, as it varies over its
+        cycle, makes free vibration grow, how fast, and which modes.
+
+        Linear, of the tooth pairs that touch under rated torque, stage by stage with the mean
+        stiffness of all others. speeds: lowest and highest over rated speed, up to a fifth above
+        the highest at which the case runs if left out; count: of speeds, to which those of expected
+        bands are added; limit_hz: highest natural frequency of modes that are kept.
+        """
+        return stability(
+            self, speeds, count=count, limit_hz=limit_hz, progress=progress_or_bars(progress)
+        )
 
     @checked
     def transient(

@@ -374,4 +374,27 @@ RESULT_QUANTITIES: dict[str, Quantity] = {
         "single planet's teeth pushed",
         missing="where no variation of the gear-mesh stiffness or no damping is known",
     ),
+    "growth_rate": Quantity(
+        (S, "turning_stage"),
+        "1/s",
+        "growth of free vibration under the varying gear-mesh stiffness of a stage; 0: it decays",
+    ),
+    "largest_multiplier": Quantity(
+        (S, "turning_stage"), "1", "largest modulus of a Floquet multiplier over a gear-mesh cycle"
+    ),
+    "stage_gear_mesh_frequency": Quantity(
+        ("turning_stage",), "Hz", "gear-mesh frequency at rated speed"
+    ),
+    "kept_frequency": Quantity(
+        ("kept_mode",), "Hz", "natural frequency with the mean stiffness of the gear meshes"
+    ),
+    "band_stage": Quantity(("band",), "", "stage whose gear-mesh stiffness makes vibration grow"),
+    "band_lower_factor": Quantity(("band",), "1", "speed over rated speed where growth begins"),
+    "band_upper_factor": Quantity(("band",), "1", "speed over rated speed where it ends"),
+    "band_peak_factor": Quantity(("band",), "1", "speed over rated speed of the largest growth"),
+    "band_growth_rate": Quantity(("band",), "1/s", "largest growth in the band"),
+    "band_modes": Quantity(
+        ("band", "acting"), "1", "numbers of the modes i and j that act, from 1; twice the same: i"
+    ),
+    "band_order": Quantity(("band",), "1", "order l of l f_z = f_i + f_j, f_z gear-mesh frequency"),
 }

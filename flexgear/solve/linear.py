@@ -179,7 +179,7 @@ def train_harmonic(model: Model) -> SteadyState:
     if reason is not None:
         raise FlexgearError(f"there is no harmonic steady state: {reason}")
     train = linear_train(system)
-    damping = _damping(model.modal)
+    damping = structural_damping(model.modal)
     stiffness = system.stiffness.copy()
     if system.gyroscopic is not None and system.centripetal is not None:
         damping = damping + system.gyroscopic
@@ -200,7 +200,7 @@ def train_harmonic(model: Model) -> SteadyState:
     )
 
 
-def _damping(modal: ModalSystem) -> Array:
+def structural_damping(modal: ModalSystem) -> Array:
     """Modal damping of the structure, and the slopes of brakes at rated speed, (d, d)."""
     system = modal.system
     momentum = system.mass @ modal.modes

@@ -11,7 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexgear.analysis.error_sets import no_errors
-from flexgear.analysis.gear_mesh_cycle import mean_springs, springs_under_load
+from flexgear.analysis.gear_mesh_cycle import (
+    StageCycle,
+    mean_springs,
+    springs_under_load,
+    stage_cycle,
+)
 from flexgear.analysis.modes import ContactSprings, Modes, modes, springs_at
 from flexgear.analysis.recovery import Output
 from flexgear.arrays import Array
@@ -93,6 +98,11 @@ class Model:
         if self._statics is None:
             return springs_at(self._torques_alone, at)
         return springs_under_load(self._statics, at)
+
+    def stage_cycle(self, stage: int, shapes: Array) -> StageCycle:
+        """Gear meshes of a stage (0-based) in modes (d, n) over its cycle, of the pairs that
+        ``mean_springs`` takes."""
+        return stage_cycle(self._torques_alone, self._statics, stage, shapes)
 
     def natural_modes(self, limit_hz: float | None = None, angle: float | None = None) -> Modes:
         """Modes up to a limit (None: all), those of the mean springs worked out once; angle: see

@@ -103,6 +103,12 @@ def runs(run: Folder) -> Iterator[Subject]:
     yield Subject({"window": _window(run)})
 
 
+def with_dataset(name: str, run: Folder) -> Iterator[Subject]:
+    """The dataset of a name, which not every run has."""
+    if name in run.datasets:
+        yield Subject({})
+
+
 def trains(run: Folder) -> Iterator[Subject]:
     """The train, by its power flow."""
     yield Subject({}, (run.flow,))

@@ -30,6 +30,7 @@ from flexgear.views.charts import figure_bars, gauges_chart, spectrum_chart
 from flexgear.views.face_load_charts import root_stress_chart, tooth_rows_chart
 from flexgear.views.mode_charts import campbell_chart, modes_chart
 from flexgear.views.select import thinned, within_window
+from flexgear.views.stability_chart import stability_chart
 from flexgear.views.stage_drawing import flank_drawing, front_drawing, section_drawing
 
 DPI = 150  # of pictures, which are as wide as a page
@@ -267,6 +268,12 @@ RUN_CHARTS: Sequence[tuple[Subjects, Sequence[Chart]]] = (
         Chart("power_flow", "power", "Speeds, torques and powers of the members",
             "Power that enters is above zero, power that leaves below.",
             sharing_charts.power_flow_chart),
+    )),
+    (partial(each.with_dataset, "stability"), (
+        Chart("stability", "modes", "Speeds at which vibration grows by itself",
+            "Growth of free vibration under the varying stiffness of the gear meshes, with the "
+            "modes i and j and the order l that meet, f_i + f_j = l f_z.",
+            stability_chart, "stability"),
     )),
     (each.runs, (
         Chart("modes", "modes", "Natural modes by type and energy",

@@ -1,0 +1,168 @@
+"""Parametric instability of trains against closed forms of one and two degrees of freedom."""
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.linalg import eigh
+from scipy.optimize import brentq
+
+import flexgear as fg
+
+MEAN, RATIO = 4e8, 1.6  # N/m, contact ratio
+MASS = 0.8  # kg on the line of action, of pinion and gear with 1.2 and 2.4 kg
+PAIR = """
+[material]
+young_modulus_gpa = 210
+poisson_ratio = 0.3
+density_kg_per_m3 = 7850
+[[stages]]
+kind = "parallel"
+normal_module_mm = 4
+pressure_angle_deg = 20
+face_width_mm = 40
+pinion = { teeth = 30, kinematics = "torsional", mass_kg = 3, equivalent_mass_kg = 1.2 }
+gear = { teeth = 60, kinematics = "torsional", mass_kg = 9, equivalent_mass_kg = 2.4 }
+[stages.gear_mesh]
+model = "rectangular"
+contact_law = "linear"
+sun_stiffness_n_per_m = 4e8
+sun_contact_ratio = 1.6
+damping_ratio = DAMPING
+STEP
+[damping]
+ratio = 0.0
+[[inputs]]
+member = "stage_1.gear"
+speed_rpm = 3000
+torque_nm = 500
+[output]
+member = "stage_1.pinion"
+brake_exponent = 0
+"""
+RATED = 2 * np.pi * 60 * 50.0  # gear-mesh frequency, rad/s
+
+
+def pair(folder, damping=0.0, step=""):
+    """Two gears that turn only: one elastic mode, with a stiffness of two levels."""
+    path = folder / "pair.toml"
+    text = PAIR.replace("DAMPING", f"{damping}").replace("STEP", step)
+    path.write_text(text, encoding="utf-8")
+    return fg.load_case(path).assemble()
+
+
+def exact_growth(factor, levels, dampers):
+    """ln|μ|/T of m ẍ + c ẋ + k x = 0 with two levels: product of two 2 × 2 solutions (Meissner)."""
+    period = 2 * np.pi / (RATED * factor)
+    out = np.eye(2)
+    for k, c, share in zip(levels, dampers, (RATIO - 1.0, 2.0 - RATIO), strict=True):
+        decay, t = 0.5 * c / MASS, share * period
+        omega = np.sqrt(k / MASS - decay**2)
+        cos, sin = np.cos(omega * t), np.sin(omega * t) / omega
+        free = [[cos + decay * sin, sin], [-k / MASS * sin, cos - decay * sin]]
+        out = np.exp(-decay * t) * np.array(free) @ out
+    return np.log(np.abs(np.linalg.eigvals(out)).max()) / period
+
+
+def exact_edges(levels, dampers, first, last):
+    """Speed factors at which growth begins or ends, by a fine search and bisection."""
+    fine = np.geomspace(first, last, 6001)
+    sign = np.array([exact_growth(f, levels, dampers) for f in fine]) - 1e-3 > 0.0
+    ends = np.flatnonzero(sign[1:] != sign[:-1])
+    return np.array(
+        [
+            brentq(lambda f: exact_growth(f, levels, dampers) - 1e-3, fine[k], fine[k + 1])
+            for k in ends
+        ]
+    )
+
+
+@pytest.mark.parametrize(
+    ("damping", "step", "low"),
+    [
+        (0.0, "", MEAN / RATIO),
+        (0.01, "", MEAN / RATIO),
+        (0.0, "sun_stiffness_step_n_per_m = 1e8", MEAN - 0.6e8),
+    ],
+)
+def test_bands_of_two_levels_begin_and_end_where_meissner_says(tmp_path, damping, step, low):
+    """c = 2 ζ √(m k) of either level; one pair has ``low``; growth beyond 1e-3 a second."""
+    high = 2 * low if not step else low + 1e8
+    levels = high, low
+    dampers = [2 * damping * np.sqrt(MASS * k) for k in levels]
+    data = pair(tmp_path, damping, step).stability(speeds=(0.4, 2.6))
+    exact = exact_edges(levels, dampers, 0.4, 2.6)
+    ours = np.sort(np.concatenate([data["band_lower_factor"], data["band_upper_factor"]]))
+    assert len(exact) >= 8
+    assert ours == pytest.approx(exact, rel=2e-4)
+    growth = [exact_growth(f, levels, dampers) for f in data["band_peak_factor"].to_numpy()]
+    assert data["band_growth_rate"].to_numpy() == pytest.approx(np.array(growth), rel=0.01)
+    orders = data["band_order"].to_numpy().tolist()
+    assert orders == sorted(orders, reverse=True)
+    assert orders[-1] == 1
+    assert np.all(data["band_modes"] == 2)  # the rotation of the train is mode 1
+
+
+def test_two_modes_that_meet_an_order_together_grow(tmp_path):
+    """Gears that also give way along the line of action, 4 coordinates x₁, u₁, x₂, u₂ (u = r φ):
+    growth at the sum of two frequencies is that of a Runge–Kutta solution over one period."""
+    text = PAIR.replace("DAMPING", "0.0").replace("STEP", "").replace("torsional", "planar")
+    path = tmp_path / "soft.toml"
+    support = "support = { radial_n_per_m = 4e8 } }"
+    path.write_text(
+        text.replace(" }\ngear", f", {support}\ngear").replace(
+            "equivalent_mass_kg = 2.4 }", f"equivalent_mass_kg = 2.4, {support}"
+        ),
+        encoding="utf-8",
+    )
+    mass, row = np.diag([3, 1.2, 9, 2.4]), np.array([1.0, 1.0, -1.0, -1.0])
+    bearings, mesh = np.diag([4e8, 0.0, 4e8, 0.0]), np.outer(row, row)
+    omega = np.sqrt(np.abs(eigh(bearings + MEAN * mesh, mass, eigvals_only=True)))[1:]
+    at = float((omega[0] + omega[2]) / RATED)
+    data = fg.load_case(path).assemble().stability(speeds=(0.97 * at, 1.03 * at), count=9)
+    assert data.sizes["band"] >= 1
+    k = int(np.argmax(data["band_growth_rate"].to_numpy()))
+    low, high = (float(data["kept_frequency"].sel(kept_mode=m)) for m in data["band_modes"][k])
+    assert [low, high] == pytest.approx(omega[[0, 2]] / (2 * np.pi), rel=2e-3)
+    factor = float(data["band_peak_factor"][k])
+    period = 2 * np.pi / (RATED * factor)
+
+    def rate(stiffness):
+        matrix = -np.linalg.solve(mass, bearings + stiffness * mesh)
+
+        def of_state(_, y):
+            motion, velocity = y.reshape(2, 4, 8)
+            return np.concatenate([velocity, matrix @ motion]).ravel()
+
+        return of_state
+
+    y = np.eye(8).ravel()
+    for stiffness, share in ((2 * MEAN / RATIO, 0.6), (MEAN / RATIO, 0.4)):
+        y = solve_ivp(rate(stiffness), (0, share * period), y, rtol=1e-9, atol=1e-12).y[:, -1]
+    growth = np.log(np.abs(np.linalg.eigvals(y.reshape(8, 8))).max()) / period
+    assert float(data["band_growth_rate"][k]) == pytest.approx(growth, rel=0.01)
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"speeds": (-0.5, 1.5)}, "no range above zero"),
+        ({"speeds": (1.0, 1.0)}, "no range above zero"),
+        ({"limit_hz": -3.0}, "not positive"),
+    ],
+)
+def test_what_cannot_be_looked_at_is_one_line(tmp_path, options, words):
+    with pytest.raises(fg.InputError, match=words) as refused:
+        pair(tmp_path).stability(**options)
+    assert "\n" not in str(refused.value)
+
+
+def test_damping_beyond_what_varying_stiffness_feeds_leaves_no_band(tmp_path):
+    data = pair(tmp_path, 0.3).stability(speeds=(0.3, 3.0))
+    assert data.sizes["band"] == 0
+    assert np.all(data["growth_rate"] == 0.0)
+    assert np.all(data["largest_multiplier"] < 1.0)
+
+
+def test_constant_stiffness_grows_nothing(tmp_path):
+    data = pair(tmp_path).case.with_(**{"stages.stage_1.gear_mesh.model": "constant"})
+    assert data.assemble().stability(speeds=(0.3, 3.0)).sizes["band"] == 0
