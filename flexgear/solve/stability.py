@@ -22,7 +22,6 @@ from flexgear.solve.model import Model
 SPEEDS = 121  # evenly spread over the range
 LOWEST = 0.1  # of the highest speed, where a range begins unless given
 ORDERS = 8  # of the gear-mesh frequency, whose bands are expected
-MOST_EXPECTED = 100  # bands that get speeds of their own, the widest
 EDGE = 1e-5  # of a speed, to which the end of a band is found
 
 
@@ -63,7 +62,9 @@ def stability(
     stages = [s for s in model.flow.stages if s.gear_mesh_frequency > 0.0]
     trains = [_train(model, s.name, shapes, omega) for s in stages]
     factors = np.unique(
-        np.concatenate([np.linspace(first, last, count), *(_near(t, first, last) for t in trains)])
+        np.concatenate(
+            [np.linspace(first, last, count), *(_near(t, first, last, count) for t in trains)]
+        )
     )
     growth = np.zeros((len(factors), len(trains)))
     largest = np.zeros_like(growth)
@@ -172,11 +173,11 @@ def _train(model: Model, stage: str, shapes: Array, omega: Array) -> PeriodicTra
     )
 
 
-def _near(train: PeriodicTrain, first: float, last: float) -> Array:
-    """Speed factors within the bands that are expected, the widest."""
+def _near(train: PeriodicTrain, first: float, last: float, count: int) -> Array:
+    """At most so many speed factors, within the widest of the bands that are expected."""
     centres, widths = train.expected(ORDERS)
     at = np.flatnonzero((centres > first) & (centres < last))
-    widest = at[np.argsort(-widths[at])][:MOST_EXPECTED]
+    widest = at[np.argsort(-widths[at])][: count // 3]
     return np.concatenate([centres[widest] + share * widths[widest] for share in (-0.5, 0.0, 0.5)])
 
 

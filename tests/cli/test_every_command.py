@@ -44,7 +44,7 @@ COMMANDS = {
     "static": ["-q"],
     "modes": ["-q", "--limit-hz", 100],
     "modes --campbell": ["-q", "--limit-hz", 100],
-    "stability": ["-q", "--count", 3, "--limit-hz", 100],
+    "stability": ["-q", "--count", 3],
     "simulate": ["-q", "--duration-s", 0.004],
     "compare": ["-q"],
     "sweep": ["-q", "damping.ratio=0.01,0.02", "--measure", "frequencies", "--workers", 1,
