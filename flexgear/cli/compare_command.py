@@ -19,8 +19,9 @@ from flexgear.model.case import Case
 from flexgear.model.errors import InputError
 from flexgear.results.flanks import tooth_loads
 from flexgear.results.origin import Origin
+from flexgear.results.report.rating_tables import life_text
 from flexgear.results.report.sharing import DEFINITION
-from flexgear.results.report.wording import factor, titled_by_stage
+from flexgear.results.report.wording import factor, number, titled_by_stage
 from flexgear.results.run_folder import complete, read_folder
 from flexgear.results.stage_part import displacement_of, stage_part
 from flexgear.results.time_figures import sharing_summary
@@ -31,8 +32,8 @@ from flexgear.solve.result_warnings import reduction_warnings
 from flexgear.solve.run import models_of
 from flexgear.solve.run_transients import is_static
 from flexgear.solve.static import static
+from flexgear.studies.compare import REFERENCE, Figures, compare_sharing, lives
 from flexgear.studies.compare import against as side_by_side
-from flexgear.studies.compare import compare_sharing
 from flexgear.studies.early_workers import EarlyWorkers
 from flexgear.views.report import write_report
 
@@ -60,6 +61,9 @@ def compare(
         str | None,
         typer.Option("--against", metavar="CASE", help="Another case: forces, bearing life."),
     ] = None,
+    life: Annotated[
+        bool, typer.Option("--life", help="With --against: safety and life under load cases.")
+    ] = False,
     settings: options.Settings = None,
     out: Annotated[
         Path | None, options.file_option("--out", "The report of two runs (.html).")
@@ -77,15 +81,36 @@ def compare(
     source = options.read_case(case, settings)
     if against is not None:
         reference = options.read_case(against, None)
-        figures: dict[str, dict[str, Any]] = side_by_side(source, reference)
-        present(f"{source.name} against {reference.name}", figures, as_json)
+        title = f"{source.name} against {reference.name}"
+        if life:
+            with progress(quiet) as report:
+                by_part = lives(source, reference, progress=report)
+            present(title, by_part if as_json else {"life": _in_lines(by_part)}, as_json)
+            return
+        present(title, side_by_side(source, reference), as_json)
         return
+    if life:
+        raise InputError("compare", "--life", "is given without --against", "name another case")
     if positions is not None:
         options.require_flexible(source, "--positions")
     if cycles is None and source.fe_ring_stages:
         _variants(source, positions or POSITIONS, as_json, quiet)
     else:
         _sharing(source, cycles, as_json, quiet)
+
+
+def _in_lines(by_part: Figures) -> dict[str, str]:
+    """ "load reserve 1.07 against 0.986, life 2e5 h against 1e5 h"."""
+    lines = {}
+    for part, figures in by_part.items():
+        sides = [
+            (figures.get(f"{before}load_reserve"), figures.get(f"{before}life_h"))
+            for before in ("", REFERENCE)
+        ]
+        reserves = ["–" if reserve is None else number(reserve, 3) for reserve, _ in sides]
+        texts = ["–" if life is None else life_text(life) for _, life in sides]
+        lines[part] = f"load reserve {' against '.join(reserves)}, life {' against '.join(texts)}"
+    return lines
 
 
 def _variants(case: Case, positions: int, as_json: bool, quiet: bool) -> None:

@@ -35,9 +35,10 @@ class GearRating(Section):
 
     flank_rz, root_rz: mean peak-to-valley roughness. flank_ra, root_ra: mean roughness in its
     place, R_z = 6 R_a. accuracy_grade: of ISO 1328-1. pitch_deviation, profile_deviation: single
-    pitch deviation f_pt and profile form deviation f_fα in place of those of the grade. rim_factor:
-    Y_B in place of that of the rim's thickness. mean_stress_ratio: M of ISO 6336-3 for roots loaded
-    in both senses; of case-hardened steels 0.8 - 0.15 Y_S if left out.
+    pitch deviation f_pt and profile form deviation f_fα in place of those of the grade;
+    helix_deviation: helix slope deviation f_Hβ, likewise. rim_factor: Y_B in place of that of the
+    rim's thickness. mean_stress_ratio: M of ISO 6336-3 for roots loaded in both senses; of
+    case-hardened steels 0.8 - 0.15 Y_S if left out.
     """
 
     steel: SteelKind | None = None
@@ -54,6 +55,7 @@ class GearRating(Section):
     accuracy_grade: int | None = Field(default=None, ge=1, le=12)
     pitch_deviation: Length | None = Field(default=None, ge=0.0, le=1e-3)
     profile_deviation: Length | None = Field(default=None, ge=0.0, le=1e-3)
+    helix_deviation: Length | None = Field(default=None, ge=0.0, le=1e-3)
     rim_factor: float | None = Field(default=None, ge=1.0, le=5.0)
     mean_stress_ratio: float | None = Field(default=None, ge=0.0, lt=1.0)
 
@@ -131,6 +133,11 @@ class Rating(ForcedFactors):
     number of cycles ("constant"), or go over to those of static stress below the knee of the curve
     ("interpolated", ISO 6336-2 and -3 method B).
 
+    deviations: of what manufacture the trains are that load factors are taken from: "stated", the
+    case's errors alone; "worst", these and f_ma = √Σf_Hβ² of the gears' accuracy grades on planets'
+    flanks, with either sign towards sun and ring, the worst of five trains; "drawn", the worst of
+    deviation_samples that ``tolerance`` draws.
+
     dynamic_factor: K_v by ISO 6336-1 method B, or by transients of the train at the speed and
     torque of every load case (seconds each); deviations of teeth are then those of the case's
     errors alone. gear_meshes: load factors of some gear meshes alone. gear_mesh_cycles: gear-mesh
@@ -152,6 +159,8 @@ class Rating(ForcedFactors):
     static_factors: Literal["constant", "interpolated"] = "constant"
     dynamic_factor: Literal["method_b", "train"] = "method_b"
     gear_meshes: tuple[GearMeshFactors, ...] = ()
+    deviations: Literal["stated", "worst", "drawn"] = "stated"
+    deviation_samples: int = Field(default=10, ge=1, le=100)
     gear_mesh_cycles: int = Field(default=7, ge=1, le=10000)
     positions_per_gear_mesh: int = Field(default=8, ge=2, le=1000)
 

@@ -156,6 +156,14 @@ class Rating:
         assessed = [p for p in self.parts if not p.missing]
         return tuple(sorted(assessed, key=lambda p: (_last(p.reserve), _last(p.life))))
 
+    @property
+    def weakest(self) -> dict[tuple[str, Kind], RatedPart]:
+        """The weakest flank, root and bearing of every stage, the weakest of all first."""
+        parts: dict[tuple[str, Kind], RatedPart] = {}
+        for part in self.ranked:
+            parts.setdefault((part.stage, part.kind), part)
+        return parts
+
     def dataset(self) -> xr.Dataset:
         """Labelled figures of all bins."""
         return rating_dataset(self)
@@ -206,7 +214,7 @@ PARTS = {
     ),
     "damage": _by_bin("1", "share of the life that it takes", lambda p: p.damage, NOT_RATED),
     "damage_sum": _whole("1", "Miner's sum over all bins", lambda p: p.damage_sum),
-    "life": _whole("h", "until the sum is one; infinite: never", lambda p: p.life),
+    "life": _whole("h", "time until the sum of damage is one; infinite: never", lambda p: p.life),
     "spectrum_safety": _whole(
         "1", "factor on stress (bearing: load) for a sum of one", lambda p: p.whole_safety
     ),

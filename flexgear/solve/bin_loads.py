@@ -64,7 +64,8 @@ class GroupLoads:
     NaN where the model does not tell. largest_share: K_γ of any planet in any cycle. drive: the
     flanks carry that carry rated torque. largest_force: of one gear mesh, N. k_v: of
     the train's own motion, NaN where that is not asked for. stresses: at every place of the teeth,
-    of gear meshes with load along the face.
+    of gear meshes with load along the face. deviated: which train it is of, where several have
+    deviations of their own.
     """
 
     k_gamma: float
@@ -77,6 +78,12 @@ class GroupLoads:
     largest_force: float
     k_v: float = math.nan
     stresses: GroupStresses | None = None
+    deviated: int = 0
+
+    @property
+    def largest_line_load(self) -> float:
+        """K_γ K_Hβ, or K_γ where that is not known: by it planets, times and trains compare."""
+        return self.k_gamma * (1.0 if math.isnan(self.k_h_beta) else self.k_h_beta)
 
 
 @dataclass(frozen=True)
@@ -118,6 +125,10 @@ class SpectrumTrain:
     def model(self) -> Model:
         """Assembled for these bins: every load on a member has a place that bins fill."""
         return self.assembled()
+
+    def release(self) -> None:
+        """Let go of the model, which is put together anew when it is asked for."""
+        vars(self).pop("model", None)
 
     def assembled(self, progress: Progress = silent) -> Model:
         """The model, with the progress of its bodies."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -14,6 +15,7 @@ from flexgear.gears.bearings.basic_life import (
 from flexgear.gears.power_flow import PowerFlow, power_flow
 from flexgear.model.case import Case
 from flexgear.model.units import RPM
+from flexgear.results.rating import PARTS, RatedPart
 from flexgear.results.summary import sharing_summary_of
 from flexgear.solve.bodies import Progress, silent
 from flexgear.solve.linear import harmonic_data, train_harmonic, why_not_linear
@@ -21,7 +23,9 @@ from flexgear.solve.model import Model
 from flexgear.solve.run_transients import is_static
 from flexgear.solve.sharing import shared_stages, stages_sharing
 from flexgear.solve.transient import simulate
+from flexgear.studies.rating import rate
 
+REFERENCE = "reference_"  # before keys of the train compared with
 Figures = dict[str, dict[str, Any]]
 
 
@@ -73,6 +77,35 @@ def against(case: Case, reference: Case) -> Figures:
         ratios |= {f"{stage}_{kind}": ratio for stage, ratio in life_ratios.items()}
     figures["planet_bearing_life_ratio"] = ratios
     return figures
+
+
+RATED = ("load_reserve", "safety", "damage_sum", "life")
+
+
+def lives(
+    case: Case, reference: Case, *, workers: int | None = None, progress: Progress = silent
+) -> Figures:
+    """Reserve, safety, damage and life of flanks, roots and bearings of two trains under their load
+    cases, the weakest of the first one first, and the ratio of lives of parts of one name."""
+    first, second = (rate(x, workers=workers, progress=progress) for x in (case, reference))
+    others = {part.name: part for part in second.ranked}
+    figures: Figures = {}
+    for part in first.ranked:
+        other = others.pop(part.name, None)
+        figures[part.name] = _of_part(part, "") | (
+            {} if other is None else _of_part(other, REFERENCE)
+        )
+        if other is not None and other.life and math.isfinite(other.life):
+            figures[part.name]["life_ratio"] = part.life / other.life
+    return figures | {name: _of_part(part, REFERENCE) for name, part in others.items()}
+
+
+def _of_part(part: RatedPart, before: str) -> dict[str, Any]:
+    values = {name: (PARTS[name][0].units, PARTS[name][1](part)) for name in RATED}
+    return {
+        f"{before}{name}" + ("" if unit == "1" else f"_{unit}"): value
+        for name, (unit, value) in values.items()
+    }
 
 
 def _flow_figures(case: Case, flow: PowerFlow) -> dict[str, Any]:

@@ -21,6 +21,7 @@ from flexgear.model.errors import FlexgearError, InputError
 from flexgear.model.read import nearest
 from flexgear.results.flanks import GEARS, tooth_loads
 from flexgear.results.labelled_dataset import groups_in
+from flexgear.results.rating import PARTS
 from flexgear.results.sinks import Ranges
 from flexgear.results.stage_part import stage_part
 from flexgear.results.time_figures import axis_distance, central_distance
@@ -31,6 +32,7 @@ from flexgear.solve.result_warnings import large_motions, largest_motions, motio
 from flexgear.solve.sharing import shared_stages, stages_sharing
 from flexgear.solve.static import static
 from flexgear.solve.transient import simulate, train_histories
+from flexgear.studies.rating import rate
 
 MeasuredValues = dict[str, xr.DataArray]
 
@@ -57,6 +59,7 @@ LABELS = {
     "stage": "stage of the train",
     "bearing": "kind of bearing: ball or roller",
     "axis": "direction",
+    "part": "the weakest flank, root or bearing of a stage",
 }
 
 
@@ -262,6 +265,26 @@ def _bearing_life(point: Point) -> MeasuredValues:
     return {"life_ratio": array(values, "1", about, bearing=list(kinds), stage=list(loaded))}
 
 
+OF_RATING = ("load_reserve", "damage_sum", "life")
+LONGEST = 1e7  # h, beyond which lives are not told apart
+
+
+def _life(point: Point) -> MeasuredValues:
+    """Of the weakest flank, root and bearing of every stage under the case's load cases."""
+    rating = rate(point.case, workers=1)
+    if not rating.hours:
+        raise FlexgearError("no load case has a duration: give hours, or a spectrum")
+    labels = [f"{stage} {kind}" for stage, kind in rating.weakest]
+    figures = MeasuredValues()
+    for name in OF_RATING:
+        quantity, of = PARTS[name]
+        values = [of(part) for part in rating.weakest.values()]
+        if name == "life":
+            values = [min(value, LONGEST) for value in values]
+        figures[name] = array(values, quantity.units, quantity.meaning, part=labels)
+    return figures
+
+
 def _of_stages(
     stages: tuple[StageFlow, ...], of: Callable[[StageFlow], float], units: str, about: str
 ) -> xr.DataArray:
@@ -386,6 +409,7 @@ MEASURES = (
         _tooth_displacement,
     ),
     Measure("bearing_life", "rating life of planet bearings over that of the case", _bearing_life),
+    Measure("life", "load reserve, damage and life under the case's load cases", _life),
 )
 
 

@@ -32,6 +32,7 @@ from flexgear.solve.tooth_stresses import GroupStresses
 from flexgear.studies.dask_pool import reach
 from flexgear.studies.job_pool import run_jobs
 from flexgear.studies.rating_bearings import rate_bearings
+from flexgear.studies.rating_deviations import deviated_cases, worst_of
 from flexgear.studies.rating_gears import rate_gears
 from flexgear.studies.study_store import StudyStore, study_folder
 
@@ -58,17 +59,25 @@ def rate(
     if scheduler is not None:
         reach(scheduler)
     bins = tuple(bins) or bins_of(case, progress)
-    train = SpectrumTrain(
-        case, bins, case.rating.gear_mesh_cycles, case.rating.positions_per_gear_mesh
-    )
-    loads = _solved(train, workers, scheduler, progress)
+    rules, cases = case.rating, deviated_cases(case)
+    trains = [
+        SpectrumTrain(each, bins, rules.gear_mesh_cycles, rules.positions_per_gear_mesh)
+        for each in cases
+    ]
+    of_trains = []
+    for train in trains:
+        of_trains.append(_solved(train, workers, scheduler, progress))
+        variant = train.model.variant
+        train.release()
+    loads = [worst_of(of_bin) for of_bin in zip(*of_trains, strict=True)]
+    train = trains[0]
     flows = [power_flow(case_in_bin(case, b)) for b in bins]
-    gear_meshes, parts, missing = rate_gears(train, flows, loads)
+    gear_meshes, parts, missing = rate_gears(trains, flows, loads)
     parts = (*parts, *rate_bearings(case, bins, flows, loads))
     open_parts = {p.name: p.missing for p in parts if p.missing}
     rating = Rating(
         case=case,
-        variant=train.model.variant,
+        variant=variant,
         bins=bins,
         gear_meshes=gear_meshes,
         parts=parts,
@@ -172,12 +181,14 @@ def bin_store(case: Case) -> StudyStore[BinLoads]:
 
 def finished(case: Case) -> int:
     """Bins that an interrupted rating has left on disk."""
-    return len(list(bin_store(case).folder.glob("bin_*.npz")))
+    folders = [bin_store(each).folder for each in deviated_cases(case)]
+    return sum(len(list(folder.glob("bin_*.npz"))) for folder in folders)
 
 
 def forget(case: Case) -> None:
     """Remove the finished bins of a rating."""
-    bin_store(case).clear()
+    for each in deviated_cases(case):
+        bin_store(each).clear()
 
 
 def _file(number: int) -> str:

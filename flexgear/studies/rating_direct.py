@@ -45,9 +45,10 @@ class LoadedState(NamedTuple):
 
 @dataclass(frozen=True)
 class DirectPath:
-    """One flank or root ("flank", "root") over all bins. pair: of the gear mesh that loads it."""
+    """One flank or root ("flank", "root") over all bins. trains: that loads are of; pair: of the
+    gear mesh that loads it."""
 
-    train: SpectrumTrain
+    trains: Sequence[SpectrumTrain]
     pair: GearPair
     kind: str
     history: Mapping[int, LoadedState]
@@ -76,7 +77,7 @@ class DirectPath:
     def _stands(self) -> bool:
         """Whether every tooth keeps its azimuth."""
         group = next(iter(self.history.values())).group
-        return self._part == "ring" and f"{group.stage}.ring" in self.train.case.held_members()
+        return self._part == "ring" and f"{group.stage}.ring" in self.trains[0].case.held_members()
 
     @property
     def _influence(self) -> float | None:
@@ -130,7 +131,7 @@ class DirectPath:
 
     def lines(self) -> tuple[Factor, ...]:
         """Safety, damage, life, the worst place, and what parts it from the norm."""
-        bins = self.train.bins
+        bins = self.trains[0].bins
         lasting = [b for b in self.history if bins[b].hours > 0.0 and self.history[b].cycles > 0.0]
         alone = {
             b: self._curve(b).stress_at(x.at) / float(self.stress(b).max())
@@ -221,7 +222,8 @@ class DirectPath:
             cycle = int(np.argmax(np.cos(of.azimuth[planet] - tooth)))
         member = 0 if loaded.part == "planet" else 1
         place = planet, cycle
-        held = roots_in_bin(self.train, self.train.bins[b], loaded.group, place, member)
+        train = self.trains[self.loads[b].groups[loaded.group].deviated]
+        held = roots_in_bin(train, self.trains[0].bins[b], loaded.group, place, member)
         norm = {f.symbol: f.value for f in loaded.state.factors}
         beside, rim = norm["K_A"] * norm["K_v"], norm.get("Y_B", 1.0)
         normal = norm["F_t"] / math.cos(self.pair.base_helix_angle)

@@ -82,10 +82,11 @@ History = dict[int, LoadedState]  # by number of the bin
 
 
 def rate_gears(
-    train: SpectrumTrain, flows: Sequence[PowerFlow], loads: Sequence[BinLoads]
+    trains: Sequence[SpectrumTrain], flows: Sequence[PowerFlow], loads: Sequence[BinLoads]
 ) -> tuple[tuple[GearMeshRating, ...], tuple[RatedPart, ...], dict[str, str]]:
-    """Load factors by group of gear meshes, flanks and roots, and why groups are not assessed."""
-    case, bins = train.case, train.bins
+    """Load factors by group of gear meshes, flanks and roots, and why groups are not assessed;
+    trains: the case's, and those of other deviations that loads are of."""
+    case, bins = trains[0].case, trains[0].bins
     pairs: dict[tuple[str, str], GearPair] = {}
     groups: list[GearMeshRating] = []
     histories: dict[_Place, History] = defaultdict(dict)
@@ -110,7 +111,7 @@ def rate_gears(
     for place, history in histories.items():
         kinds = {x.group.kind for x in history.values()}  # under reversed torque planets' two
         pair = pairs[place.stage, min(kinds)]
-        direct = DirectPath(train, pair, place.kind, history, loads)
+        direct = DirectPath(trains, pair, place.kind, history, loads)
         lines = direct.lines() if len(kinds) == 1 and direct.applies else ()
         parts.append(replace(_part(case, place, history, bins), direct=lines))
     return tuple(groups), tuple(parts), missing
@@ -187,6 +188,7 @@ def load_factors(
     """K_A … K_Fα of a gear mesh, each with where it is from; why there are none as a text."""
     rules = case.rating
     of_planet = f"computed, planet {computed.planet}" if pair.planets > 1 else "computed"
+    of_planet += f", deviations {computed.deviated}" if computed.deviated else ""
     chosen = _Chosen(rules.forced(group.stage, group.kind))
     chosen.take("K_A", "application factor", ("key application_factor", rules.application_factor))
     chosen.take("K_γ", "load sharing of the planets", (of_planet, computed.k_gamma))

@@ -6,11 +6,14 @@ from functools import cache
 import numpy as np
 import pytest
 
+from flexgear.model.errors import FlexgearError
 from flexgear.model.load import load_case
 from flexgear.model.load_cases import LoadCase
 from flexgear.results.rating import rating_rows, rating_summary
 from flexgear.solve.bin_loads import loads_in_bin
 from flexgear.studies import rating as study
+from flexgear.studies.compare import lives
+from flexgear.studies.measures import measured
 from flexgear.studies.rating import rate
 
 RATED = 5e6 / (12.1 * math.pi / 30)  # N m, of the first input
@@ -268,6 +271,27 @@ def test_bearings_by_hand():
 def test_reliability_falls_with_time_and_is_of_all_parts():
     short, long = _frozen(("a", 1000.0, 1.2)), _frozen(("a", 100000.0, 1.2))
     assert 0.0 < long.reliability < short.reliability <= 1.0
+
+
+def test_measures_of_a_sweep_and_of_two_designs():
+    """A key K_γ raises stresses of roots by itself, those of flanks by its root: load reserves fall
+    with it. A case against itself lives as long."""
+    reserves = {}
+    for k_gamma in (1.0, 1.25):
+        keys = {**FROZEN, "rating.k_gamma": k_gamma, "load_cases": _cases(("a", 5000.0, 1.1))}
+        case = _train().with_(**keys)
+        figures = measured((case, ("life",), 1), case)
+        reserves[k_gamma] = figures["load_reserve"].to_series().to_dict()
+        assert (figures["life"] <= 1e7).all()
+    for name, reserve in reserves[1.0].items():
+        assert reserves[1.25][name] == pytest.approx(reserve / 1.25, rel=1e-9)
+    bare = case.with_(load_cases=())
+    with pytest.raises(FlexgearError, match="no load case has a duration"):
+        measured((bare, ("life",), 1), bare)
+    both = lives(case, case, workers=1)
+    for figures in both.values():
+        assert figures["load_reserve"] == figures["reference_load_reserve"]
+        assert figures.get("life_ratio", 1.0) == 1.0
 
 
 def test_a_hub_moment_loads_planets_unevenly_and_its_sense_does_not_matter():

@@ -100,6 +100,21 @@ def tolerances(pair: GearPair, gear: RatedGear) -> tuple[float, float] | None:
     return None if pitch is None or profile is None else (pitch, profile)
 
 
+def helix_deviation(pair: GearPair, gear: RatedGear) -> float | None:
+    """f_Hβ, m: stated, or of the accuracy grade A, ISO 1328-1 (d, b in mm, µm):
+
+    1995    (0.07 √d + 0.45 √b + 3) 2^{(A−5)/2}
+    2013    (0.05 √d + 0.35 √b + 4) 2^{(A−5)/2}
+    """
+    if gear.data.helix_deviation is not None or gear.data.accuracy_grade is None:
+        return gear.data.helix_deviation
+    d, b = math.sqrt(1e3 * gear.reference_diameter), math.sqrt(1e3 * pair.face_width)
+    of_grade = 0.05 * d + 0.35 * b + 4.0
+    if pair.rules.edition == 2006:
+        of_grade = 0.07 * d + 0.45 * b + 3.0
+    return 1e-6 * of_grade * float(2.0 ** ((gear.data.accuracy_grade - 5) / 2))
+
+
 def _run_in(gear: RatedGear, deviation: float, velocity: float) -> float | None:
     """y_α, m: 0.075 f up to 3 µm of surface-hardened steels, 160/σ_Hlim f of others, up to
     12 800/σ_Hlim above 5 m/s and half of that above 10 m/s; None where the steel is not known."""

@@ -24,13 +24,11 @@ SYMBOLS = {"flank": "S_H", "root": "S_F", "bearing": "load factor"}
 
 def rating_verdicts(rating: Rating) -> list[Verdict]:
     """The weakest flank, root and bearing of every stage, and what is not assessed."""
-    verdicts, seen = [], set()
-    for part in rating.ranked:
-        if (part.stage, part.kind) not in seen:
-            seen.add((part.stage, part.kind))
-            subject = titled_by_stage(LIMITS[part.kind], part.stage)
-            sentence = f"{words(part.name)}: {_sentence(rating, part)}"
-            verdicts.append(Verdict(_level(part), subject, _figure(part), sentence, SECTION))
+    verdicts = []
+    for part in rating.weakest.values():
+        subject = titled_by_stage(LIMITS[part.kind], part.stage)
+        sentence = f"{words(part.name)}: {_sentence(rating, part)}"
+        verdicts.append(Verdict(_level(part), subject, _figure(part), sentence, SECTION))
     if rating.reliability is not None:
         figure = with_unit(rating.reliability, "share")
         text = f"That no part of the gearbox fails within {number(rating.hours)} h."
@@ -76,8 +74,8 @@ def _level(part: RatedPart) -> Level:
 def _figure(part: RatedPart) -> str:
     """ "S_H 1.12 of 1.25", "life 1.3e5 h of 1.7e5 h"."""
     if part.kind == "bearing":
-        required = "" if math.isnan(part.required) else f" of {_hours(part.required)}"
-        return f"life {_hours(part.life)}{required}"
+        required = "" if math.isnan(part.required) else f" of {life_text(part.required)}"
+        return f"life {life_text(part.life)}{required}"
     return f"{SYMBOLS[part.kind]} {number(part.least_safety, 3)} of {number(part.required)}"
 
 
@@ -94,7 +92,7 @@ def _sentence(rating: Rating, part: RatedPart) -> str:
     else:
         share = with_unit(part.damage[part.worst_bin] / total, "share")
         texts.append(f"damage {number(total, 3)}, {share} of it in {worst}")
-        texts += [] if part.kind == "bearing" else [f"life {_hours(part.life)}"]
+        texts += [] if part.kind == "bearing" else [f"life {life_text(part.life)}"]
     static = [s for s in part.safety.tolist() if math.isfinite(s)]
     if part.kind == "bearing" and static:
         texts.append(f"static safety {number(min(static), 3)}")
@@ -103,7 +101,8 @@ def _sentence(rating: Rating, part: RatedPart) -> str:
     return f"{'; '.join(texts)}."
 
 
-def _hours(value: float) -> str:
+def life_text(value: float) -> str:
+    """ "1.2e5 h", "over 10⁷ h"."""
     return "over 10⁷ h" if value >= LONGEST else f"{number(value, 3)} h"
 
 

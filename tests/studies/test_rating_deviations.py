@@ -1,0 +1,103 @@
+"""Ratings with manufacturing deviations: grades by hand, worst of signs, drawn samples."""
+
+import math
+
+import pytest
+from gears.rated_gears import PAIR, case_of, pair_of
+
+from flexgear.gears.rating.load_factors import helix_deviation
+from flexgear.model.errors import InputError
+from flexgear.model.gear_mesh import GearErrors
+from flexgear.model.load import load_case
+from flexgear.model.load_cases import LoadCase
+from flexgear.studies.rating import finished, rate
+from flexgear.studies.rating_deviations import deviated_cases
+
+KEYS = {
+    **{f"stage.{b}.flexible": "false" for b in ("ring.fe", "carrier.fe", "sun.shaft")},
+    **{f"stage.{g}.rating.accuracy_grade": "6" for g in ("sun", "planet", "ring")},
+    "stage.gear_mesh.model": "face_load",
+    "stage.gear_mesh.slices": "7",
+    "rating.gear_mesh_cycles": "1",
+    "rating.positions_per_gear_mesh": "4",
+    "rating.k_v": "1.05",
+}
+STATES = (LoadCase(name="a", hours=1.0, torque=4e6),)
+
+
+@pytest.fixture(autouse=True)
+def cache(tmp_path, monkeypatch):
+    monkeypatch.setenv("FLEXGEAR_CACHE", str(tmp_path / "cache"))
+
+
+def train(**changes):
+    case = load_case("wind-5mw", KEYS)
+    return case.with_(**{"load_cases": STATES, "stage.errors": GearErrors(), **changes})
+
+
+def factors(case, symbol="K_Hβ"):
+    """By group, in the only bin."""
+    rating = rate(case, workers=1)
+    return {g.name: {f.symbol: f for f in g.factors[0]}[symbol] for g in rating.gear_meshes}
+
+
+@pytest.mark.parametrize(
+    ("edition", "grades"),  # µm of the pinion, grade 6, and of the gear, grade 7
+    [
+        (2006, (0.07 * math.sqrt(106.03) + 0.45 * math.sqrt(45) + 3,
+                0.07 * math.sqrt(338.29) + 0.45 * math.sqrt(45) + 3)),
+        (2019, (0.05 * math.sqrt(106.03) + 0.35 * math.sqrt(45) + 4,
+                0.05 * math.sqrt(338.29) + 0.35 * math.sqrt(45) + 4)),
+    ],
+)  # fmt: skip
+def test_helix_deviation_of_a_grade_by_hand(tmp_path, edition, grades):
+    """21 and 67 teeth of module 5 at 8°: d = 106.03 and 338.29 mm; 45 mm wide; √2 a grade."""
+    pair, _ = pair_of(case_of(tmp_path, PAIR, **{"rating.edition": edition}))
+    for gear, of_fifth, grade in zip(pair.gears.values(), grades, (6, 7), strict=True):
+        by_hand = 1e-6 * of_fifth * math.sqrt(2) ** (grade - 5)
+        assert helix_deviation(pair, gear) == pytest.approx(by_hand, rel=1e-4)
+    stated = case_of(tmp_path, PAIR, **{"stages.pair.pinion.rating.helix_deviation": 3e-6})
+    assert helix_deviation(pair_of(stated)[0], pair_of(stated)[0].pinion) == 3e-6
+
+
+def test_the_worst_case_is_the_worst_of_its_signs_and_of_none():
+    """Each deviated train by its errors alone; f_ma is the root of the sum of both squares."""
+    case = train(**{"rating.deviations": "worst"})
+    trains = deviated_cases(case)
+    d, b = (math.sqrt(x) for x in (27 * 18 / math.cos(math.radians(7.5)), 430))
+    sun = math.sqrt(2) * (0.05 * d + 0.35 * b + 4)
+    planet = math.sqrt(2) * (0.05 * d * math.sqrt(33 / 27) + 0.35 * b + 4)
+    slopes = {x.stages[0].errors.planet_sun_helix_slope for x in trains[1:]}
+    f_ma = 1e-6 * math.hypot(sun, planet)
+    assert {round(s[0] / f_ma, 9) for s in slopes} == {1.0, -1.0}
+    alone = []
+    for each in trains:
+        errors = {"rating.deviations": "stated", "stage.errors": each.stages[0].errors}
+        alone.append(factors(case.with_(**errors)))
+    worst, k_gamma = factors(case), factors(case, "K_γ")
+    for name, factor in worst.items():
+        of_all = [of_train[name].value for of_train in alone]
+        # K_γ is 1 in all of them but for rounding, so that K_Hβ decides
+        assert k_gamma[name].value == pytest.approx(1.0, abs=2e-3)
+        assert factor.value == pytest.approx(max(of_all), rel=2e-3)
+        assert max(of_all) > of_all[0] + 0.01
+        assert "deviations" in factor.source
+
+
+def test_drawn_deviations_are_those_of_tolerance():
+    changes = {"rating.deviations": "drawn", "rating.deviation_samples": 2}
+    errors = {"sun_helix_slope": {"standard_deviation": 1e-5}}
+    case = train(**changes, **{"tolerance.errors": errors})
+    trains = deviated_cases(case)
+    slopes = [x.stages[0].errors.sun_helix_slope for x in trains]
+    assert len(trains) == 2 and len(set(slopes)) == 2 and 0.0 not in slopes
+    assert slopes == [x.stages[0].errors.sun_helix_slope for x in deviated_cases(case)]
+    assert factors(case)["stage sun"].value > 1.0
+    assert finished(case) == 0  # the end forgets the bins of all of them
+
+
+def test_a_grade_that_is_missing_is_one_line():
+    case = load_case("wind-5mw", {**KEYS, "rating.deviations": "worst"})
+    bare = case.with_(**{"stage.sun.rating.accuracy_grade": None})
+    with pytest.raises(InputError, match=r"sun.rating.accuracy_grade: is missing .*stated"):
+        deviated_cases(bare)
