@@ -50,6 +50,7 @@ COMMANDS = {
     "modes": Home("analysis_commands", "modes", "Natural modes; --campbell over speed."),
     "stability": Home("stability_command", "stability", "Speeds at which vibration grows."),
     "simulate": Home("analysis_commands", "simulate", "Transient under the case's drive."),
+    "orders": Home("orders_command", "orders", "Order spectra and run-up maps of a transient."),
     "compare": Home("compare_command", "compare", "Variants or two runs side by side."),
     "import": Home("exchange_commands", "import_rexs", "Make a commented case of a REXS file."),
     "export": Home("exchange_commands", "export", "Write REXS, or reduced matrices."),
@@ -64,7 +65,7 @@ COMMANDS = {
 
 
 # they look at a train in one position at most, for which nothing is compiled
-UNCOMPILED = ("check", "cases", "schema", "upgrade", "new", "import", "spectrum")
+UNCOMPILED = ("check", "cases", "schema", "upgrade", "new", "import", "spectrum", "orders")
 
 
 def is_compiled(arguments: Sequence[str]) -> bool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -31,6 +32,85 @@ class Accessor:
     def plot(self) -> Plots:
         """Pictures; their names are those of the files that ``flexgear run`` writes."""
         return Plots(self._data)
+
+    def orders(
+        self,
+        name: str,
+        member: str = "",
+        *,
+        against: str = "",
+        highest: float | None = None,
+        window: str = "hann",
+        band_hz: tuple[float, float] | None = None,
+    ) -> xr.DataArray:
+        """Amplitudes (order, …) of a variable over time, by orders of the turn of a member.
+
+        member: "<stage>.<part>", planets too; the first input if left out; against: member against
+        which it turns, else space; highest: order, all that the sampling allows if left out;
+        window: of scipy.signal.windows; band_hz: of the envelope of what is in a band.
+        """
+        from flexgear.results.orders import order_spectrum
+
+        return order_spectrum(self._over_turns(name, member, against, highest, band_hz), window)
+
+    def order_map(
+        self,
+        name: str,
+        member: str = "",
+        *,
+        against: str = "",
+        highest: float | None = None,
+        block_turns: float | None = None,
+        window: str = "hann",
+        band_hz: tuple[float, float] | None = None,
+    ) -> xr.DataArray:
+        """Amplitudes (block, order, …) of blocks of turns, with their ``speed`` and ``time``: a
+        run-up map. block_turns: turns of a block; others as of ``orders``."""
+        from flexgear.results.orders import order_map
+
+        history = self._over_turns(name, member, against, highest, band_hz)
+        return order_map(history, block_turns, window)
+
+    def synchronous_average(
+        self, name: str, member: str = "", *, against: str = "", highest: float | None = None
+    ) -> xr.DataArray:
+        """Mean (phase, …) of a variable over the whole turns of a member."""
+        from flexgear.results.synchronous_average import synchronous_average
+
+        return synchronous_average(self._over_turns(name, member, against, highest, None))
+
+    def planet_averages(
+        self,
+        name: str,
+        stage: str,
+        *,
+        sensor_angle_deg: float = 0.0,
+        width: float | None = None,
+        on_ring: bool = False,
+    ) -> xr.DataArray:
+        """Means (planet, phase, …) of a variable over the turns of the planets of a stage, from one
+        sensor past which they go; width: turns of the carrier round a pass that count."""
+        from flexgear.results.orders import history_of
+        from flexgear.results.synchronous_average import planet_averages
+
+        at, history = math.radians(sensor_angle_deg), history_of(self._data, name)
+        return planet_averages(
+            self._data, history, stage, sensor_angle=at, width=width, on_ring=on_ring
+        )
+
+    def _over_turns(
+        self,
+        name: str,
+        member: str,
+        against: str,
+        highest: float | None,
+        band_hz: tuple[float, float] | None,
+    ) -> xr.DataArray:
+        from flexgear.results.orders import history_over_turns
+
+        return history_over_turns(
+            self._data, name, member, against, highest=highest, band_hz=band_hz
+        )
 
 
 class Plots:

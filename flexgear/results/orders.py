@@ -14,16 +14,19 @@ window is low by 0.07 % at most. Two lines are told apart from 2/turns on (Hann)
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any, TypeVar
 
 import numpy as np
 import xarray as xr
 from scipy import fft, interpolate, signal
 
 from flexgear.arrays import Array
-from flexgear.gears.power_flow import speed_ratios
+from flexgear.gears.expected_lines import ExpectedLine, expected_lines
+from flexgear.gears.power_flow import power_flow, speed_ratios
 from flexgear.model.case import Case, case_of_dict
 from flexgear.model.errors import FlexgearError, InputError
+from flexgear.results.labelled_dataset import groups_in
 from flexgear.results.run_folder import tuples_of
 
 DEGREE = 7  # of the spline
@@ -36,6 +39,8 @@ MAP_PADDING = 8
 OVERLAP = 4  # blocks of a map that share a sample
 SOURCE = "orders"
 TURN, ORDER, TIME = "turn", "order", "time"
+LAST, HIGHEST = 2**17, 10.5  # samples, and orders, of a run's spectrum of forces
+Value = TypeVar("Value", Array, float)
 
 
 def case_of(data: xr.Dataset) -> Case:
@@ -55,20 +60,54 @@ def member_turns(data: xr.Dataset, member: str, against: str = "") -> xr.DataArr
     if "input_angle" not in data:
         raise FlexgearError("orders: the file lacks input_angle; save it beside the history")
     ratios = speed_ratios(case_of(data))
-    factors = _ratio(ratios, member) - (_ratio(ratios, against) if against else 0.0)
+    factors = _of_member(ratios, member) - (_of_member(ratios, against) if against else 0.0)
     angle = data["input_angle"].transpose(TIME, "input_coordinate").to_numpy().astype(float)
     about = f"{member} against {against}" if against else member
     attrs = {"units": "1", "long_name": f"turns of {about}"}
     return xr.DataArray(angle @ factors / (2 * np.pi), {TIME: data[TIME]}, TIME, attrs=attrs)
 
 
-def _ratio(ratios: dict[str, Array], member: str) -> Array:
-    stages = {name.partition(".")[0] for name in ratios}
+def _of_member(values: Mapping[str, Value], member: str) -> Value:
+    """Of values by member that of one; where there is one stage, its name may be left out."""
+    stages = {name.partition(".")[0] for name in values}
     alone = f"{next(iter(stages))}.{member}" if len(stages) == 1 else member
-    ratio = ratios.get(member, ratios.get(alone))
-    if ratio is None:
-        raise InputError(SOURCE, member, "is no member", f"name one of {', '.join(ratios)}")
-    return ratio
+    name = member if member in values else alone
+    if name not in values:
+        raise InputError(SOURCE, member, "is no member", f"name one of {', '.join(values)}")
+    return values[name]
+
+
+def expected_orders(
+    case: Case, member: str, against: str = "", **options: Any
+) -> tuple[tuple[ExpectedLine, float], ...]:
+    """Lines that a spectrum over the turn of a member is expected to have, with their orders, those
+    of gear meshes that planets cancel on the housing, too; options: of ``expected_lines``. Of a
+    train with several independent speeds at their rated ratio."""
+    flow = power_flow(case)
+    speed = flow.speed | {f"{s.name}.planet": s.planet_speed for s in flow.stages}
+    turns = _of_member(speed, member) - (_of_member(speed, against) if against else 0.0)
+    if turns == 0.0:
+        raise InputError(SOURCE, member, "stands still", "name a member that turns")
+    lines = expected_lines(case, flow, **options)
+    return tuple((x, x.order(turns)) for x in lines)
+
+
+def gear_mesh_orders(data: xr.Dataset, stage: str) -> xr.DataArray:
+    """Amplitudes (order, gear_mesh) N of the gear-mesh forces of a stage's first planet at the end
+    of a transient, over gear-mesh cycles; gear_mesh by kind and side; order ``HIGHEST`` at most."""
+    last = data.isel(time=slice(-LAST, None))
+    of = next(s for s in case_of(data).stages if s.name == stage)
+    if of.pinion is not None:
+        turns, teeth = member_turns(last, f"{stage}.pinion"), of.pinion.teeth
+    else:
+        assert of.ring is not None
+        turns, teeth = member_turns(last, f"{stage}.carrier", f"{stage}.ring"), of.ring.teeth
+    cycles = (turns * teeth).assign_attrs(long_name="turns of the gear mesh")
+    first_planet = np.flatnonzero((last["stage"] == stage) & (last["planet"] == 1))
+    forces = last["gear_mesh_force"].isel(gear_mesh=first_planet)
+    highest = min(HIGHEST, highest_order(cycles))
+    spectrum = order_spectrum(synchronous(forces, cycles, highest))
+    return spectrum.assign_coords(gear_mesh=[g.part for g in groups_in(forces)])
 
 
 def highest_order(turns: xr.DataArray) -> float:
@@ -107,6 +146,13 @@ def synchronous(
         )
     at = first / count + np.arange((last - first) * times + 1) / (count * times)
     values = history.transpose(TIME, ...)
+    if values.isnull().any():
+        raise InputError(
+            SOURCE,
+            str(history.name),
+            "has samples without a value",
+            "take another, or a part of it",
+        )
     flat = values.to_numpy().reshape(len(phase), -1).astype(float)
     columns = [
         _thinned(interpolate.make_interp_spline(phase, x, DEGREE)(at), times) for x in flat.T
@@ -125,6 +171,37 @@ def synchronous(
         history.name,
         {**history.attrs, **about, "of": _of(turns)},
     )
+
+
+def history_over_turns(
+    data: xr.Dataset,
+    name: str,
+    member: str = "",
+    against: str = "",
+    *,
+    highest: float | None = None,
+    band_hz: tuple[float, float] | None = None,
+) -> xr.DataArray:
+    """The variable of a transient at equal steps of the turn of a member, the first input if none
+    is named: (turn, …); with a band its envelope (``envelope``)."""
+    history = history_of(data, name)
+    if band_hz is not None:
+        history = envelope(history, band_hz)
+    turns = member_turns(data, member or first_input(data), against)
+    return synchronous(history, turns, highest)
+
+
+def history_of(data: xr.Dataset, name: str) -> xr.DataArray:
+    """A variable over time. InputError for a name that is none."""
+    if name not in data or TIME not in data[name].dims:
+        names = ", ".join(str(n) for n, v in data.data_vars.items() if TIME in v.dims)
+        raise InputError(SOURCE, name, "is no history of this file", f"name one of {names or '–'}")
+    return data[name]
+
+
+def first_input(data: xr.Dataset) -> str:
+    """Member of the first input of a result's case."""
+    return str(case_of(data).inputs[0].member)
 
 
 def _of(turns: xr.DataArray) -> str:
@@ -163,8 +240,8 @@ def _window(name: str, count: int) -> Array:
     try:
         return np.asarray(signal.get_window(name, count))
     except ValueError:
-        known = "hann, flattop, boxcar or another of scipy.signal.windows"
-        raise InputError(SOURCE, f"window {name}", "is unknown", f"take {known}") from None
+        remedy = "take hann, flattop, boxcar or another of scipy.signal.windows"
+        raise InputError(SOURCE, f"window {name}", "is unknown", remedy) from None
 
 
 def order_spectrum(history: xr.DataArray, window: str = "hann") -> xr.DataArray:
@@ -207,6 +284,7 @@ def _spectrum_of(
     attrs = {
         "units": history.attrs.get("units", ""), "long_name": f"amplitude of {name}",
         "window": window, "of": of, "turns": len(history[TURN]) / history.attrs["per_turn"],
+        "largest_mean": float(np.abs(history.mean(TURN)).max()),
     }  # fmt: skip
     return xr.DataArray(values, coords, dims, history.name, attrs)
 
@@ -219,10 +297,10 @@ def amplitudes_at(
     w, turn = _window(window, values.shape[-1]), history[TURN].to_numpy()
     x = values - (values @ w / w.sum())[..., None]
     waves = (np.exp(-2j * np.pi * order * turn) * w for order in orders)
-    found = np.stack([2.0 / w.sum() * np.abs(x @ wave) for wave in waves], axis=-1)
+    amplitude = np.stack([2.0 / w.sum() * np.abs(x @ wave) for wave in waves], axis=-1)
     dims = [d for d in history.dims if d != TURN]
     at = np.asarray(orders, dtype=float)
-    return _spectrum_of(history, found, (*dims, ORDER), at, window).transpose(ORDER, ...)
+    return _spectrum_of(history, amplitude, (*dims, ORDER), at, window).transpose(ORDER, ...)
 
 
 def order_map(
@@ -253,16 +331,16 @@ def order_map(
     shape = (len(starts), *values.shape[:-1], len(orders))
     dims = ("block", *(d for d in history.dims if d != TURN), ORDER)
     blocks = np.stack([amplitude for _, amplitude in parts]).reshape(shape)
-    found = _spectrum_of(history, blocks, dims, orders, window)
+    amplitude = _spectrum_of(history, blocks, dims, orders, window)
     time = history[TIME].to_numpy()
     begin, end = time[starts], time[starts + size - 1]
     rate = 2 * np.pi * history.attrs["sense"] * (size - 1) / per_turn / (end - begin)
-    found = found.assign_coords(
-        speed=("block", rate, {"units": "rad/s", "long_name": f"speed of {found.attrs['of']}"}),
+    amplitude = amplitude.assign_coords(
+        speed=("block", rate, {"units": "rad/s", "long_name": f"speed of {amplitude.attrs['of']}"}),
         time=("block", 0.5 * (begin + end), {"units": "s"}),
     )
-    found.attrs["turns"] = size / per_turn
-    return found.transpose("block", ORDER, ...)
+    amplitude.attrs["turns"] = size / per_turn
+    return amplitude.transpose("block", ORDER, ...)
 
 
 def envelope(history: xr.DataArray, band: tuple[float, float]) -> xr.DataArray:

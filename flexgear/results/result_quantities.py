@@ -297,6 +297,15 @@ RESULT_QUANTITIES: dict[str, Quantity] = {
         "radial force of a row of rollers, where others than planets have them",
         missing="of a support without rollers, and of a row that it does not have",
     ),
+    "dynamic_transmission_error": Quantity(
+        (S, "gear_mesh"),
+        "m",
+        (
+            "approach of both bodies along the line of action of the flank that carries rated "
+            "torque, at the pitch point at mid-face, touching or not, under every gear-mesh model"
+        ),
+        missing="while no tooth of an FE ring or planet is in mesh",
+    ),
     "rated_gear_mesh_force": Quantity(("gear_mesh",), "N", "mean at rated torque"),
     "load_sharing_coefficient": Quantity(
         ("definition", "group"), "1", "largest coefficient of the planets", missing=UNSAID

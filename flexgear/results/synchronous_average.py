@@ -78,38 +78,38 @@ def planet_averages(
     the mean spacing of the planets if left out; on_ring: whether the sensor turns with the ring.
     InputError for a stage that has no planets or a run that does not bring every tooth past.
     """
-    found = next((s for s in case_of(data).stages if s.name == stage), None)
-    if found is None or found.ring is None or found.planet is None:
+    of = next((s for s in case_of(data).stages if s.name == stage), None)
+    if of is None or of.ring is None or of.planet is None:
         raise InputError(SOURCE, stage, "is no planetary stage", "name one of the case")
     turns = member_turns(data, f"{stage}.carrier", f"{stage}.ring")
     passing = turns if on_ring else member_turns(data, f"{stage}.carrier")
-    teeth = found.ring.teeth
+    teeth = of.ring.teeth
     cycle = max(FEWEST, math.ceil(highest_order(turns) / PASSED / teeth))
     x = synchronous(history, turns, per_turn=teeth * cycle)
     number = np.rint(x[TURN].to_numpy() * teeth * cycle).astype(np.int64)
-    phase = np.mod(number, found.planet.teeth * cycle)
+    phase = np.mod(number, of.planet.teeth * cycle)
     place = np.interp(x["time"].to_numpy(), turns["time"].to_numpy(), passing.to_numpy())
-    reach = 0.5 / found.planets if width is None else width
+    reach = 0.5 / of.planets if width is None else width
     values = x.to_numpy().reshape(len(phase), -1)
-    count = found.planet.teeth * cycle
+    count = of.planet.teeth * cycle
     means = np.stack(
         [
             _weighted(
                 values, phase, _weights(place + (angle - sensor_angle) / (2 * np.pi), reach), count
             )
-            for angle in found.planet_angles
+            for angle in of.planet_angles
         ]
     )
     if np.isnan(means).any():
-        needed = math.lcm(teeth, found.planet.teeth) // teeth
+        needed = math.lcm(teeth, of.planet.teeth) // teeth
         raise InputError(
             SOURCE, f"planets of {stage}", "do not bring every tooth past the sensor",
             f"simulate {needed} turns of the carrier against the ring, or take a larger width",
         )  # fmt: skip
     dims, whole = ("planet", "phase", *x.dims[1:]), int(number[-1] - number[0]) // (teeth * cycle)
-    out = _over_phase(x, means.reshape(found.planets, count, *x.shape[1:]), dims, whole)
+    out = _over_phase(x, means.reshape(of.planets, count, *x.shape[1:]), dims, whole)
     out["phase"].attrs["long_name"] = "share of a planet's turn against the carrier"
-    return out.assign_coords(planet=np.arange(1, found.planets + 1))
+    return out.assign_coords(planet=np.arange(1, of.planets + 1))
 
 
 def _weights(turns_from_sensor: Array, width: float) -> Array:

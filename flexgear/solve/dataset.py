@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike
 from flexgear.analysis.equilibrium import Equilibrium
 from flexgear.analysis.recovery import Recovery
 from flexgear.analysis.transient import Transient
+from flexgear.analysis.transmission_error import dynamic_transmission_error
 from flexgear.arrays import Array
 from flexgear.coupling.pair_data import WAVE
 from flexgear.coupling.system import System
@@ -36,19 +37,22 @@ NODES = {"shaft": "sun"}  # nodes that stand for bodies that bend; of others "dr
 def transient_data(model: Model, result: Transient, **attrs: Any) -> xr.Dataset:
     """Dataset of a transient; attrs are added to the provenance."""
     speeds = result.input_motion[:, :, 1]
+    recovery = Recovery(result, model.outputs)
+    error = dynamic_transmission_error(recovery)
     arrays = {
+        "dynamic_transmission_error": error[:, model.gear_meshes.carrying],
         "input_speed": speeds,
         "stage_speed": _stage_rates(model, speeds),
         "port_speed": result.speeds,
         "output_speed": result.speeds[:, -1],
     }
-    return _dataset(model, "time", result.time, result, arrays, attrs)
+    return _dataset(model, "time", result.time, recovery, arrays, attrs)
 
 
 def equilibrium_data(model: Model, result: Equilibrium, **attrs: Any) -> xr.Dataset:
     """Dataset of equilibria, one position after the other."""
     count, arrays = np.arange(len(result.input_angles)), {"closure": result.closure}
-    return _dataset(model, "position", count, result, arrays, attrs)
+    return _dataset(model, "position", count, Recovery(result, model.outputs), arrays, attrs)
 
 
 def _stage_rates(model: Model, speeds: Array) -> Array:
@@ -72,12 +76,12 @@ def _dataset(
     model: Model,
     dim: str,
     samples: ArrayLike,
-    result: Equilibrium | Transient,
+    recovery: Recovery,
     arrays: dict[str, Any],
     attrs: dict[str, Any],
 ) -> xr.Dataset:
+    result = recovery.result
     force = model.gear_meshes.forces(result.pair_load)
-    recovery = Recovery(result, model.outputs)
     motions, labels = _motions(model, recovery)
     loads, time = model.case.loads, np.asarray(samples) if dim == "time" else np.zeros(len(force))
     if loads:

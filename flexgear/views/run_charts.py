@@ -12,10 +12,13 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from flexgear.gears.expected_lines import TOOTH_FAULT, expected_lines
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.stage_flow import StageFlow
-from flexgear.model.errors import FlexgearError
-from flexgear.results.harmonics import force_spectra, radial_harmonics
+from flexgear.model.errors import FlexgearError, InputError
+from flexgear.model.names import GEAR_MESH, SHAFT
+from flexgear.results.harmonics import radial_harmonics
+from flexgear.results.orders import case_of, gear_mesh_orders
 from flexgear.results.report.wording import with_unit
 from flexgear.results.run_folder import RingFolder
 from flexgear.results.settling import settled
@@ -26,9 +29,10 @@ from flexgear.results.tooth_pattern import ToothPattern, gear_pattern, planet_pa
 from flexgear.views import chart as each
 from flexgear.views import charts, face_load_charts, histories, loads, sharing_charts, star, style
 from flexgear.views.chart import Chart, Drawing, NotDrawn, Subjects
-from flexgear.views.charts import figure_bars, gauges_chart, spectrum_chart
+from flexgear.views.charts import figure_bars, gauges_chart
 from flexgear.views.face_load_charts import root_stress_chart, tooth_rows_chart
 from flexgear.views.mode_charts import campbell_chart, modes_chart
+from flexgear.views.order_charts import order_chart
 from flexgear.views.select import thinned, within_window
 from flexgear.views.stability_chart import stability_chart
 from flexgear.views.stage_drawing import flank_drawing, front_drawing, section_drawing
@@ -67,8 +71,16 @@ def _gear_meshes(data: xr.Dataset, stage: str) -> xr.Dataset:
 
 
 def _spectrum(data: xr.Dataset, stage: StageFlow) -> Any:
-    """Spectra of a stage's gear-mesh forces in the settled part of a run."""
-    return spectrum_chart(force_spectra(settled(data), stage.name, stage.gear_mesh_frequency))
+    """Order spectra of a stage's gear-mesh forces in the settled part of a run."""
+    lines = [
+        (line, line.frequency / stage.gear_mesh_frequency)
+        for line in expected_lines(case_of(data))
+        if line.stage == stage.name and line.kind in (GEAR_MESH, SHAFT, TOOTH_FAULT)
+    ]
+    try:
+        return order_chart(gear_mesh_orders(settled(data), stage.name), lines)
+    except InputError as refusal:  # a run that stops or turns back
+        return style.text_only(str(refusal))
 
 
 def _sharing(data: xr.Dataset, stage: str) -> Any:
@@ -340,8 +352,9 @@ RUN_CHARTS: Sequence[tuple[Subjects, Sequence[Chart]]] = (
             _forces, "transient"),
         Chart("spectrum_{stage}", "dynamics",
             "Spectrum of the gear-mesh forces{of}, planet 1, gear-mesh frequency {hz} Hz, {window}",
-            "Amplitudes of the gear-mesh force by frequency in orders of the gear mesh; sidebands "
-            "stand beside an order by whole turns of the carrier.", _spectrum, "transient"),
+            "Amplitudes of the gear-mesh force over gear-mesh cycles, whatever the speed does; "
+            "sidebands stand beside an order by turns of what is uneven. Dotted: orders of gear "
+            "mesh, shafts and tooth faults.", _spectrum, "transient"),
     )),
     (each.sharing_stages, (
         Chart("transient_sharing_{stage}", "sharing", "Load sharing{of} in time, {window}", SHARES,

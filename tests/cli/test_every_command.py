@@ -62,7 +62,7 @@ COMMANDS = {
 }  # fmt: skip
 WRITES = ("sweep", "tolerance", "rate")
 OF_A_RUN = {"run", "render"}
-OF_NO_CASE = {"cache", "cases", "doctor", "import", "new", "schema", "upgrade"}
+OF_NO_CASE = {"cache", "cases", "doctor", "import", "new", "orders", "schema", "upgrade"}
 
 
 def on_cheap_bodies(patch, cache):

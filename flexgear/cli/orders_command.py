@@ -1,0 +1,274 @@
+"""``flexgear orders``: spectra over the turn of a member, run-up maps, averages over turns."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+import xarray as xr
+from scipy.signal import find_peaks
+
+from flexgear.arrays import Array
+from flexgear.cli import options
+from flexgear.cli.display import as_json_text
+from flexgear.files.atomic import staged_folder
+from flexgear.gears.expected_lines import HARMONICS, ExpectedLine
+from flexgear.model.case import Case
+from flexgear.model.errors import InputError
+from flexgear.model.units import RPM
+from flexgear.results.dataset_file import reopened, write_netcdf
+from flexgear.results.orders import (
+    SOURCE,
+    case_of,
+    expected_orders,
+    first_input,
+    history_of,
+    history_over_turns,
+    order_map,
+    order_spectrum,
+)
+from flexgear.results.origin import origin_of_case
+from flexgear.results.report.wording import number, scale, words
+from flexgear.results.settling import settled
+from flexgear.results.sinks import between
+from flexgear.results.synchronous_average import planet_averages, synchronous_average
+
+FILES = ("orders.nc", "orders.png", "report.html")
+TRANSIENT = "transient.nc"
+USUAL = "gear_mesh_force"
+MOST_CURVES = 12
+RESOLVED = 2.0  # lines of the transform between neighbours that Hann's window tells apart
+
+
+def orders(
+    file: Annotated[
+        Path, typer.Argument(metavar="FILE", help="A transient (.nc), or the folder of a run.")
+    ],
+    of: Annotated[str, typer.Option("--of", metavar="NAME", help="Variable over time.")] = USUAL,
+    only: Annotated[
+        str, typer.Option("--only", metavar="LABEL", help="Columns with this in their labels.")
+    ] = "",
+    member: Annotated[
+        str, typer.Option("--member", help="Orders are of its turn; the first input if left out.")
+    ] = "",
+    against: Annotated[
+        str, typer.Option("--against", metavar="MEMBER", help="It turns against this one.")
+    ] = "",
+    highest: Annotated[
+        float | None, typer.Option("--highest", help="Highest order; all that samples allow.")
+    ] = None,
+    run_up: Annotated[bool, typer.Option("--map", help="Orders over speed, in blocks.")] = False,
+    block_turns: Annotated[
+        float | None, typer.Option("--block-turns", help="Turns of a block of the map.")
+    ] = None,
+    average: Annotated[bool, typer.Option("--average", help="Mean over turns.")] = False,
+    planets: Annotated[
+        str, typer.Option("--planets", metavar="STAGE", help="Mean over turns, planet by planet.")
+    ] = "",
+    sensor_angle_deg: Annotated[
+        float, typer.Option("--sensor-angle-deg", help="Where planets pass the sensor.")
+    ] = 0.0,
+    envelope_hz: Annotated[
+        tuple[float, float] | None,
+        typer.Option("--envelope-hz", metavar="LOW HIGH", help="Envelope of this band."),
+    ] = None,
+    window: Annotated[str, typer.Option("--window", help="Of scipy.signal.windows.")] = "hann",
+    from_s: Annotated[
+        float | None, typer.Option("--from-s", help="The settled part if left out; all of a map.")
+    ] = None,
+    to_s: Annotated[float | None, typer.Option("--to-s", help="The end if left out.")] = None,
+    lines: Annotated[int, typer.Option("--lines", min=1, help="Strongest lines printed.")] = 12,
+    out: options.OutFolder = None,
+    force: options.Force = False,
+    as_json: options.AsJson = False,
+) -> None:  # fmt: skip
+    """Order analysis of a transient: spectrum over the turn of a member, whatever its speed does,
+    lines that are expected there, run-up maps, envelopes and averages over turns."""
+    path = file / TRANSIENT if file.is_dir() else file
+    if not path.is_file():
+        raise InputError(
+            SOURCE, str(path), "is no file", "name a transient, or the folder of a run"
+        )
+    whole = reopened(path)
+    case = case_of(whole)
+    if out is not None:
+        options.claim_folder(out, FILES, origin_of_case(case), force)
+    data = _part(whole, from_s, to_s, run_up)
+    chosen = _only(history_of(data, of), only)
+    data, of_member = data.assign({of: chosen}), member or first_input(data)
+    if planets:
+        result = planet_averages(data, chosen, planets, sensor_angle=np.radians(sensor_angle_deg))
+    else:
+        history = history_over_turns(
+            data, of, of_member, against, highest=highest, band_hz=envelope_hz
+        )
+        if average:
+            result = synchronous_average(history)
+        else:
+            mapped = run_up or block_turns is not None
+            result = order_map(history, block_turns, window) if mapped else (
+                order_spectrum(history, window)
+            )  # fmt: skip
+    expected = [] if "phase" in result.dims else _expected(case, result, of_member, against)
+    rows = [] if "phase" in result.dims else list(_strongest(result, expected, lines))
+    if out is not None:
+        _write(out, case, result, expected)
+    if as_json:
+        typer.echo(as_json_text({"of": of, "member": of_member, "against": against or None,
+                                 "turns": result.attrs["turns"], "lines": rows}))  # fmt: skip
+        return
+    _print(case, result, rows)
+    if out is not None:
+        typer.echo(f"\nwrote {out}")
+
+
+def _part(data: xr.Dataset, first: float | None, last: float | None, run_up: bool) -> xr.Dataset:
+    """The part of a transient that is looked at: named, or settled, or all."""
+    if first is None and last is None:
+        return data if run_up else settled(data)
+    end = float(data.variables["time"][-1])
+    start, stop = first or 0.0, end if last is None else last
+    part = between(data, start)
+    part = part.isel(time=part["time"].to_numpy() <= stop)
+    if part.sizes["time"] < 16:
+        raise InputError(
+            SOURCE, f"{start:g} to {stop:g} s", "holds no samples",
+            f"the transient ends at {end:.4g} s",
+        )  # fmt: skip
+    return part
+
+
+def _only(history: xr.DataArray, text: str) -> xr.DataArray:
+    """Columns of a variable as one axis, those with a text in their labels. InputError where there
+    are none, or more than a picture shows."""
+    others = [str(d) for d in history.dims if d != "time"]
+    if not others:
+        return history
+    flat = history.stack(column=others)
+    names = np.array([_label(label) for label in flat["column"].to_numpy()])
+    at = np.array([k for k, name in enumerate(names) if text in name], dtype=int)
+    if not 0 < len(at) <= MOST_CURVES:
+        problem = f"are {len(at)} columns" if len(at) else "is no label"
+        some = ", ".join(names[:4])
+        raise InputError(
+            SOURCE, f"{history.name} {text}".strip(), problem,
+            f"name up to {MOST_CURVES} with --only, e.g. of {some}",
+        )  # fmt: skip
+    values = flat.transpose("time", "column").to_numpy()[:, at]
+    coords = {"time": history["time"], "column": names[at]}
+    return xr.DataArray(values, coords, ("time", "column"), history.name, history.attrs)
+
+
+def _label(label: Any) -> str:
+    return " ".join(map(str, label)) if isinstance(label, tuple) else str(label)
+
+
+def _expected(
+    case: Case, result: xr.DataArray, member: str, against: str
+) -> list[tuple[ExpectedLine, float]]:
+    """Lines up to the highest order of a spectrum."""
+    highest = float(result["order"][-1])
+    first = expected_orders(case, member, against)
+    gear_meshes = [order / line.harmonic for line, order in first if line.kind == "gear mesh"]
+    harmonics = int(highest / min(gear_meshes)) if gear_meshes else HARMONICS
+    every = expected_orders(case, member, against, harmonics=max(HARMONICS, min(harmonics, 100)))
+    return [(line, order) for line, order in every if order <= highest]
+
+
+def _strongest(
+    result: xr.DataArray, expected: list[tuple[ExpectedLine, float]], most: int
+) -> Iterator[dict[str, Any]]:
+    """The highest peaks of all columns, with the expected line that is nearest within what the
+    window tells apart."""
+    order, turns = result["order"].to_numpy(), float(result.attrs["turns"])
+    others = [d for d in result.dims if d != "order"]
+    flat = result.transpose("order", *others).to_numpy().reshape(len(order), -1)
+    largest = flat.max(axis=1)
+    apart = max(1, int(RESOLVED / turns / (order[1] - order[0])))
+    peaks, _ = find_peaks(largest, distance=apart)
+    peaks = peaks[largest[peaks] > 0]
+    for k in sorted(peaks, key=lambda k: -largest[k])[:most]:
+        column = np.unravel_index(int(flat[k].argmax()), [result.sizes[d] for d in others])
+        where = dict(zip(others, column, strict=True))
+        row: dict[str, Any] = {"order": float(order[k]), "amplitude": float(largest[k])}
+        if "column" in where:
+            row["column"] = str(result["column"].to_numpy()[where["column"]])
+        if "block" in where:
+            row["speed_rpm"] = float(result["speed"].to_numpy()[where["block"]]) * RPM
+        yield row | {"expected": _nearest(float(order[k]), expected, 1.0 / turns)}
+
+
+def _nearest(order: float, expected: list[tuple[ExpectedLine, float]], within: float) -> list[str]:
+    """Labels of the lines at an order, those that are equally near."""
+    off = [(abs(at - order), f"{words(line.stage)} {line.label}") for line, at in expected]
+    least = min((d for d, _ in off), default=np.inf)
+    if least > within:
+        return []
+    return [name.removeprefix("stage ") for d, name in off if d <= least + 1e-9]
+
+
+def _print(case: Case, result: xr.DataArray, rows: list[dict[str, Any]]) -> None:
+    window = f"{result.attrs['window']} window, " if "window" in result.attrs else ""
+    span = f"{window}{number(float(result.attrs['turns']))} turns"
+    typer.echo(f"{case.name}: {result.name} over turns of {result.attrs['of']}, {span}")
+    if not rows:
+        return
+    apart = number(RESOLVED / float(result.attrs["turns"]), 2)
+    typer.echo(f"lines less than {apart} orders apart are one")
+    unit, by = scale([rows[0]["amplitude"]], str(result.attrs["units"]))
+    mapped, labelled = "speed_rpm" in rows[0], "column" in rows[0]
+    head = ["order", f"amplitude ({unit})", *["at r/min"] * mapped, *["of"] * labelled, "expected"]
+    cells = [head]
+    for row in rows:
+        line = [number(row["order"], 6), number(by * row["amplitude"])]
+        line += [number(row["speed_rpm"])] * mapped if mapped else []
+        line += [row["column"]] if labelled else []
+        cells.append([*line, ", ".join(row["expected"][:2]) or "–"])
+    _columns(cells)
+
+
+def _columns(cells: list[list[str]]) -> None:
+    widths = [max(len(row[c]) for row in cells) for c in range(len(cells[0]))]
+    for row in cells:
+        text = [x.rjust(w) if c < 2 else x.ljust(w) for c, (x, w) in
+                enumerate(zip(row, widths, strict=True))]  # fmt: skip
+        typer.echo(f"  {'  '.join(text)}".rstrip())
+
+
+def _write(
+    folder: Path, case: Case, result: xr.DataArray, expected: list[tuple[ExpectedLine, float]]
+) -> None:
+    """Dataset, picture, and the page on which it zooms."""
+    from flexgear.views.interactive import panels_of
+    from flexgear.views.order_charts import average_chart, order_chart, order_map_chart
+    from flexgear.views.report import Picture, Side, write_report
+    from flexgear.views.style import save_figure
+
+    if "phase" in result.dims:
+        figure = average_chart(result)
+    elif "block" in result.dims:
+        loudest: Array = result.max("order").max("block").to_numpy()
+        one = result.isel(column=int(loudest.argmax())) if "column" in result.dims else result
+        figure = order_map_chart(one, expected, _title(one))
+    else:
+        figure = order_chart(result, expected)
+    with staged_folder(folder, options.earlier(FILES)) as stage:
+        head = {"title": f"flexgear {case.name}", "case": case.name}
+        write_netcdf(result.to_dataset(name=str(result.name)).assign_attrs(
+            **head, parameters=as_json_text(case.to_dict()), content_hash=case.content_hash()),
+            stage / "orders.nc")  # fmt: skip
+        path = save_figure(figure, stage / "orders.png", dpi=150)
+        caption = f"{words(str(result.name)).capitalize()} over turns of {result.attrs['of']}"
+        about = str(result.attrs.get("long_name", "")).capitalize()
+        picture = Picture("orders", "dynamics", caption, f"{about}.", path, panels_of(figure))
+        lead = f"Over turns of {result.attrs['of']}."
+        side = Side(case.title or case.name, lead, (), (), (picture,), "", case.content_hash())
+        write_report(stage / "report.html", f"{case.name}: orders", case.name, [side])
+
+
+def _title(result: xr.DataArray) -> str:
+    name = f"Amplitude of {words(str(result.name))}"
+    return f"{name}, {result['column'].item()}" if "column" in result.coords else name

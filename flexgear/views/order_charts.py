@@ -1,0 +1,192 @@
+"""Spectra over orders with the lines that are expected there, run-up maps, averages over a turn."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from flexgear.arrays import Array
+from flexgear.gears.expected_lines import BEARING, SIDEBAND, TOOTH_FAULT, ExpectedLine
+from flexgear.model.names import GEAR_MESH, PLANET_PASS, SHAFT
+from flexgear.model.units import RPM
+from flexgear.results.report.wording import scale, words
+from flexgear.views.style import (
+    SEQUENTIAL_MAP,
+    legend_below,
+    panels,
+    planet_colour,
+    styled,
+    text_only,
+)
+
+Lines = Sequence[tuple[ExpectedLine, float]]  # with their orders
+CONSTANT = 1e-7  # of the mean, rounding of what is kept in single precision
+DECADES = 5  # below the largest amplitude that are shown
+MAP_DECADES = 4
+COLUMNS = 4  # of a legend
+NEAREST = 0.03  # of the highest order: names of harmonics stand no closer
+MARKED = 10  # harmonics of a gear mesh in a map
+CELLS = 400  # of a map over its orders: the largest amplitude of each
+LOOKS: dict[str, tuple[str, str]] = {  # of expected lines by kind
+    GEAR_MESH: ("#374151", "--"),
+    SIDEBAND: ("#9CA3AF", ":"),
+    SHAFT: ("#0E7C86", ":"),
+    PLANET_PASS: ("#7B3294", ":"),
+    TOOTH_FAULT: ("#C5221F", ":"),
+    BEARING: ("#B8860B", ":"),
+}
+
+
+def curves(values: xr.DataArray, along: str) -> Iterator[tuple[str, Array]]:
+    """Every history or spectrum of labelled values, with the labels of its other axes."""
+    others = [str(d) for d in values.dims if d != along]
+    if not others:
+        yield "", values.to_numpy()
+        return
+    for label, curve in values.stack(curve=others).groupby("curve", squeeze=False):
+        names = label if isinstance(label, tuple) else (label,)
+        yield " ".join(map(str, names)), curve.to_numpy().reshape(-1)
+
+
+@styled
+def order_chart(spectrum: xr.DataArray, lines: Lines = (), title: str = "") -> Figure:
+    """Amplitudes of a spectrum (order, …) on a logarithmic scale, a curve for each of the other
+    axes; expected lines below them, by kind."""
+    order = spectrum["order"].to_numpy()
+    amplitudes = dict(curves(spectrum, "order"))
+    largest = max((float(np.nanmax(a, initial=0.0)) for a in amplitudes.values()), default=0.0)
+    mean = float(spectrum.attrs.get("largest_mean", 0.0))
+    unit, by = scale([max(largest, mean)], str(spectrum.attrs["units"]))
+    if largest <= CONSTANT * mean:
+        return text_only(f"Constant, {by * mean:.4g} {unit}: no amplitudes to show")
+    unit, by = scale([largest], str(spectrum.attrs["units"]))
+    figure, axes = panels(1, 1, height_mm=85)
+    ax = axes[0, 0]
+    for k, (label, amplitude) in enumerate(amplitudes.items()):
+        ax.plot(order, by * amplitude, color=planet_colour(k + 1), lw=0.9, label=label or None)
+    ax.set_yscale("log")
+    ax.set_ylim(by * largest * 10.0**-DECADES, 2 * by * largest)
+    ax.set_xlim(0.0, float(order[-1]))
+    handles = _mark(ax, lines, float(order[-1]))
+    turns, window = spectrum.attrs["turns"], spectrum.attrs["window"]
+    ax.set_xlabel(f"order of {spectrum.attrs['of']} (–); {window} window, {turns:.4g} turns")
+    ax.set_ylabel(f"amplitude ({unit})")
+    ax.set_title(title or f"Amplitude of {words(str(spectrum.name))}", pad=14)
+    named = [line for line in ax.lines if not str(line.get_label()).startswith("_")]
+    if named or handles:
+        legend_below(figure, [*named, *handles], COLUMNS)
+    return figure
+
+
+def _mark(axes: Axes, lines: Lines, highest: float) -> list[Line2D]:
+    """Expected lines across the panel, gear meshes with their harmonic; entries of the legend."""
+    kinds: list[str] = []
+    drawn = set[tuple[str, float]]()
+    for line, order in lines:
+        key = (line.kind, round(order, 6))
+        if order > highest or key in drawn:
+            continue
+        drawn.add(key)
+        colour, style = LOOKS[line.kind]
+        axes.axvline(order, color=colour, ls=style, lw=0.8, zorder=0.5)
+        if line.kind not in kinds:
+            kinds.append(line.kind)
+    _name_harmonics(axes, lines, highest)
+    return [
+        Line2D([], [], color=LOOKS[kind][0], ls=LOOKS[kind][1], lw=1.0, label=f"expected: {kind}")
+        for kind in kinds
+    ]
+
+
+def _name_harmonics(axes: Axes, lines: Lines, highest: float) -> None:
+    """Harmonics of gear meshes above the panel, with their stage where there are several, as far as
+    there is room."""
+    named = [(order, line) for line, order in lines if line.kind == GEAR_MESH and order <= highest]
+    several = len({line.stage for _, line in named}) > 1
+    room, last = (NEAREST * (2 if several else 1)) * highest, -highest
+    for order, line in sorted(named, key=lambda entry: entry[0]):
+        if order - last >= room:
+            text = f"{words(line.stage)} {line.harmonic}×" if several else f"{line.harmonic}×"
+            look: Any = {"fontsize": 7, "ha": "center", "va": "bottom"}
+            axes.text(order, axes.get_ylim()[1], text, color=LOOKS[GEAR_MESH][0], **look)
+            last = order
+
+
+@styled
+def order_map_chart(mapped: xr.DataArray, lines: Lines = (), title: str = "") -> Figure:
+    """Amplitudes of a map (block, order) by colour, over speed where that rises or falls all the
+    time, else over time."""
+    order, values = _pooled(mapped.transpose("block", "order"))
+    largest = float(values.max(initial=0.0))
+    unit, by = scale([largest], str(mapped.attrs["units"]))
+    speed = np.abs(mapped["speed"].to_numpy()) * RPM
+    steady = not ((np.diff(speed) > 0).all() or (np.diff(speed) < 0).all())
+    up = mapped["time"].to_numpy() if steady else speed
+    rows = np.argsort(up)
+    tiny = largest * 10.0**-MAP_DECADES if largest else 1.0
+    level = np.log10(by * np.maximum(values, tiny))[rows]
+    figure, axes = panels(1, 1, height_mm=110)
+    ax = axes[0, 0]
+    image = ax.pcolormesh(
+        _edges(order), _edges(up[rows]), level, cmap=SEQUENTIAL_MAP, rasterized=True,
+        vmin=np.log10(by * tiny), vmax=np.log10(by * max(largest, tiny)),
+    )  # fmt: skip
+    ax.grid(False)
+    highest = float(order[-1])
+    for line, at in lines:
+        if line.kind == GEAR_MESH and at <= highest and line.harmonic <= MARKED:
+            ax.axvline(at, color="white", ls=":", lw=0.6)
+    _name_harmonics(ax, [x for x in lines if x[0].harmonic <= MARKED], highest)
+    turns, window = mapped.attrs["turns"], mapped.attrs["window"]
+    ax.set_xlabel(f"order of {mapped.attrs['of']} (–); {window} window of {turns:.4g} turns")
+    of = mapped.attrs["of"].partition(" against ")[0]
+    ax.set_ylabel("time (s)" if steady else f"speed of {of} (r/min)")
+    ax.set_title(title or f"Amplitude of {words(str(mapped.name))}", pad=14)
+    figure.colorbar(image, ax=ax, label=f"log10 of the amplitude in {unit}", pad=0.01)
+    return figure
+
+
+def _pooled(mapped: xr.DataArray) -> tuple[Array, Array]:
+    """Orders (k,) and amplitudes (blocks, k), the largest of cells where there are many orders."""
+    order, values = mapped["order"].to_numpy(), mapped.to_numpy()
+    width = -(-len(order) // CELLS)
+    whole = len(order) // width * width
+    cells = values[:, :whole].reshape(len(values), -1, width).max(axis=2)
+    return order[:whole].reshape(-1, width).mean(axis=1), cells
+
+
+def _edges(middles: Array) -> Array:
+    """Edges (n + 1,) of cells with these middles (n,)."""
+    if len(middles) == 1:
+        return np.array([middles[0] - 0.5, middles[0] + 0.5])
+    between = 0.5 * (middles[1:] + middles[:-1])
+    return np.concatenate([[2 * middles[0] - between[0]], between, [2 * middles[-1] - between[-1]]])
+
+
+@styled
+def average_chart(mean: xr.DataArray, title: str = "") -> Figure:
+    """Means over a turn, a panel for each planet or all in one."""
+    parts = list(mean.transpose("planet", ...)) if "planet" in mean.dims else [mean]
+    largest = float(np.abs(mean).max())
+    unit, by = scale([largest], str(mean.attrs.get("units", "")))
+    figure, axes = panels(len(parts), 1, height_mm=30 + 45 * len(parts), sharex=True, sharey=True)
+    for ax, part in zip(axes[:, 0], parts, strict=True):
+        for k, (label, curve) in enumerate(curves(part, "phase")):
+            colour = planet_colour(k + 1)
+            ax.plot(part["phase"], by * curve, color=colour, lw=0.9, label=label or None)
+        ax.set_ylabel(f"mean ({unit})")
+        if "planet" in part.coords and "planet" in mean.dims:
+            ax.set_title(f"planet {int(part['planet'])}")
+    axes[-1, 0].set_xlabel(f"{mean['phase'].attrs['long_name']} (–)")
+    text = f"{title or words(str(mean.name)).capitalize()}, mean of {mean.attrs['turns']} turns"
+    figure.suptitle(text, fontsize=9.5, weight="bold")
+    named = [x for x in axes[0, 0].lines if not str(x.get_label()).startswith("_")]
+    if named:
+        legend_below(figure, named, COLUMNS)
+    return figure

@@ -1,0 +1,126 @@
+"""``flexgear orders`` and ``data.fg``: a transient of a small stage, lines where they belong."""
+
+import json
+
+import numpy as np
+import pytest
+
+from flexgear.cli.entry import run
+from flexgear.face import accessor as accessor  # gives datasets their ``fg``
+from flexgear.gears.expected_lines import expected_lines
+from flexgear.gears.power_flow import power_flow
+from flexgear.model.load import load_case
+from flexgear.results.dataset_file import load
+from flexgear.results.orders import amplitudes_at, history_over_turns
+
+SETTINGS = {  # 95 ring teeth leave 3 over of 4 planets: order 1 is heard one pass above
+    "stage.gear_mesh.model": "fourier",
+    "stage.sun.teeth": "25",
+    "stage.planet.teeth": "35",
+    "stage.ring.teeth": "95",
+    "solver.time_step_s": "1e-4",
+}
+TEETH = 95
+
+
+@pytest.fixture(scope="module")
+def transient(tmp_path_factory):
+    """Six turns of the carrier, in a file, and its case."""
+    file = tmp_path_factory.mktemp("orders") / "run.nc"
+    settings = [x for k, v in SETTINGS.items() for x in ("--set", f"{k}={v}")]
+    end = ["--duration-s", "1.75", "--out", str(file), "-q"]
+    assert run(["simulate", "lin-parker", *settings, *end]) == 0
+    return file, load_case("lin-parker", SETTINGS)
+
+
+def whole_turns(data):
+    """Four turns of the carrier after the first."""
+    turns = data["carrier_angle"].isel(turning_stage=0) / (2 * np.pi)
+    return data.isel(time=((turns > 1.0) & (turns < 5.01)).to_numpy())
+
+
+def test_lines_stand_where_the_table_says(transient):
+    """What the ring pushes its support with sideways, in space: of the orders beside the gear mesh
+    those that four planets leave, and no other."""
+    file, case = transient
+    data = whole_turns(load(file))
+    angle = data["carrier_angle"].isel(turning_stage=0)
+    force = data["bearing_force"].sel(support="stage.ring_support")
+    in_space = force.sel(dof="ux") * np.cos(angle) - force.sel(dof="uy") * np.sin(angle)
+    history = history_over_turns(data.assign(ring=in_space), "ring", "carrier", highest=300)
+    found = amplitudes_at(history, np.arange(1, 300))
+    turns = power_flow(case).speed["stage.carrier"] / (2 * np.pi)
+    listed = {
+        round(x.frequency / turns)
+        for x in expected_lines(case)
+        if x.kind in ("gear mesh", "sideband") and x.share > 0.5
+    }
+    for harmonic in (1, 3):
+        beside = {TEETH * harmonic + n for n in (-1, 0, 1)}
+        (heard,) = beside & listed
+        largest = float(found.sel(order=heard))
+        assert largest > 5.0  # N
+        for other in beside - listed:
+            assert float(found.sel(order=other)) < 1e-3 * largest
+    assert not {int(o) for o in found["order"][found > 1e-2 * found.max()]} - listed
+
+
+def test_gear_mesh_force_and_transmission_error_have_the_gear_mesh_alone(transient):
+    """Of one planet: harmonics of the gear mesh, from the accessor; both in proportion."""
+    file, _ = transient
+    data = whole_turns(load(file))
+    for name in ("gear_mesh_force", "dynamic_transmission_error"):
+        spectrum = data.fg.orders(name, "carrier", highest=300).sel(gear_mesh="stage sun 1")
+        for harmonic in (1, 2, 3):
+            near = spectrum.sel(order=slice(TEETH * harmonic - 2, TEETH * harmonic + 2))
+            assert float(near.idxmax()) == pytest.approx(TEETH * harmonic, abs=0.05)
+        outside = np.abs(spectrum["order"] / TEETH - np.round(spectrum["order"] / TEETH))
+        assert float(spectrum.where(outside > 0.03).max()) < 1e-2 * float(spectrum.max())
+    mean = data.fg.synchronous_average("gear_mesh_force", "sun", against="carrier", highest=150)
+    pattern = mean.sel(gear_mesh="stage sun 1").to_numpy()
+    assert np.argmax(np.abs(np.fft.rfft(pattern - pattern.mean()))) % 25 == 0  # sun teeth
+
+
+def test_command_names_the_lines(flexgear, transient, tmp_path):
+    """Table, JSON, and a folder with dataset, picture and page; a map and an average, too."""
+    file, _ = transient
+    code, out, _ = flexgear("orders", file, "--member", "carrier", "--only", "sun", "--lines", 4)
+    assert code == 0 and "gear mesh 2" in out and "gear mesh 3" in out
+    options = ["--of", "port_speed", "--only", "carrier", "--json", "--highest", 300]
+    code, out, _ = flexgear("orders", file, *options, "--member", "carrier")
+    lines = json.loads(out)["lines"]
+    assert code == 0 and lines == sorted(lines, key=lambda line: -line["amplitude"])
+    for more in ([], ["--map", "--block-turns", 2], ["--average"], ["--envelope-hz", 300, 400]):
+        folder = tmp_path / "out"
+        code, out, err = flexgear("orders", file, *more, "--member", "carrier", "--highest", 200,
+                                  "--only", "ring", "--out", folder)  # fmt: skip
+        assert code == 0, err
+        assert {f.name for f in folder.iterdir()} == {"orders.nc", "orders.png", "report.html"}
+        assert load(folder / "orders.nc")["gear_mesh_force"].size
+        assert "plotly" in (folder / "report.html").read_text()
+
+
+@pytest.mark.parametrize(
+    ("options", "text"),
+    [
+        (["--member", "wheel"], "wheel: is no member"),
+        (["--member", "ring"], "ring: stands still"),
+        (["--of", "sound"], "sound: is no history"),
+        (["--of", "body_displacement", "--only", ""], "42 columns"),
+        (["--only", "moon"], "is no label"),
+        (["--highest", 1e5], "samples a period"),
+        (["--window", "door"], "window door: is unknown"),
+        (["--map", "--block-turns", 900], "do not fit"),
+        (["--envelope-hz", 5, 1e9], "band"),
+        (["--from-s", 7], "holds no samples"),
+        (["--planets", "moon"], "is no planetary stage"),
+    ],
+)
+def test_bad_input_is_one_line(flexgear, transient, options, text):
+    code, out, err = flexgear("orders", transient[0], "--only", "ring", *options)
+    assert (code, out, err.count("\n")) == (2, "", 1) and text in err
+
+
+def test_a_file_that_is_none(flexgear, tmp_path):
+    code, _, err = flexgear("orders", tmp_path / "none.nc")
+    assert code == 2 and err.count("\n") == 1 and "is no file" in err
