@@ -25,10 +25,10 @@ from flexgear.results.orders import (
     case_of,
     expected_orders,
     first_input,
-    history_of,
     history_over_turns,
     order_map,
     order_spectrum,
+    over_time,
 )
 from flexgear.results.origin import origin_of_case
 from flexgear.results.report.wording import number, scale, words
@@ -96,11 +96,10 @@ def orders(
     case = case_of(whole)
     if out is not None:
         options.claim_folder(out, FILES, origin_of_case(case), force)
-    data = _part(whole, from_s, to_s, run_up)
-    chosen = _only(history_of(data, of), only)
-    data, of_member = data.assign({of: chosen}), member or first_input(data)
+    part = _part(over_time(whole, of), from_s, to_s, run_up)
+    data, of_member = part.assign({of: _only(part[of], only)}), member or first_input(part)
     if planets:
-        result = planet_averages(data, chosen, planets, sensor_angle=np.radians(sensor_angle_deg))
+        result = planet_averages(data, of, planets, sensor_angle=np.radians(sensor_angle_deg))
     else:
         history = history_over_turns(
             data, of, of_member, against, highest=highest, band_hz=envelope_hz
@@ -157,9 +156,17 @@ def _only(history: xr.DataArray, text: str) -> xr.DataArray:
             SOURCE, f"{history.name} {text}".strip(), problem,
             f"name up to {MOST_CURVES} with --only, e.g. of {some}",
         )  # fmt: skip
-    values = flat.transpose("time", "column").to_numpy()[:, at]
+    values, attrs = flat.transpose("time", "column").to_numpy()[:, at], dict(history.attrs)
+    if "sensor_unit" in flat.coords:
+        units = {str(unit) for unit in flat["sensor_unit"].to_numpy()[at]}
+        if len(units) > 1:
+            raise InputError(
+                SOURCE, f"{history.name} {text}".strip(), f"is in {' and '.join(sorted(units))}",
+                "name sensors of one unit with --only",
+            )  # fmt: skip
+        attrs["units"] = units.pop()
     coords = {"time": history["time"], "column": names[at]}
-    return xr.DataArray(values, coords, ("time", "column"), history.name, history.attrs)
+    return xr.DataArray(values, coords, ("time", "column"), history.name, attrs)
 
 
 def _label(label: Any) -> str:

@@ -90,12 +90,11 @@ class Accessor:
     ) -> xr.DataArray:
         """Means (planet, phase, …) of a variable over the turns of the planets of a stage, from one
         sensor past which they go; width: turns of the carrier round a pass that count."""
-        from flexgear.results.orders import history_of
         from flexgear.results.synchronous_average import planet_averages
 
-        at, history = math.radians(sensor_angle_deg), history_of(self._data, name)
+        at = math.radians(sensor_angle_deg)
         return planet_averages(
-            self._data, history, stage, sensor_angle=at, width=width, on_ring=on_ring
+            self._data, name, stage, sensor_angle=at, width=width, on_ring=on_ring
         )
 
     def _over_turns(

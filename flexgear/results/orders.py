@@ -39,6 +39,7 @@ MAP_PADDING = 8
 OVERLAP = 4  # blocks of a map that share a sample
 SOURCE = "orders"
 TURN, ORDER, TIME = "turn", "order", "time"
+CLOCKS = {TIME: "input_angle", "sensor_time": "sensor_input_angle"}  # and the angles they sample
 LAST, HIGHEST = 2**17, 10.5  # samples, and orders, of a run's spectrum of forces
 Value = TypeVar("Value", Array, float)
 
@@ -55,10 +56,8 @@ def member_turns(data: xr.Dataset, member: str, against: str = "") -> xr.DataArr
     rotations of the train: elastic twist of the member is not in it.
 
     member, against: "<stage>.<part>", the part alone where there is one stage; part "planet", too.
-    InputError for an unknown one, FlexgearError for a dataset without input_angle.
+    InputError for an unknown one.
     """
-    if "input_angle" not in data:
-        raise FlexgearError("orders: the file lacks input_angle; save it beside the history")
     ratios = speed_ratios(case_of(data))
     factors = _of_member(ratios, member) - (_of_member(ratios, against) if against else 0.0)
     angle = data["input_angle"].transpose(TIME, "input_coordinate").to_numpy().astype(float)
@@ -173,6 +172,23 @@ def synchronous(
     )
 
 
+def over_time(data: xr.Dataset, name: str) -> xr.Dataset:
+    """A history of a transient and ``input_angle``, both over time: over that of sensors what is
+    sampled by their clock. InputError for a name that is no history."""
+    clocks = [c for c in CLOCKS if name in data and c in data[name].dims]
+    if not clocks:
+        names = ", ".join(str(n) for n, v in data.data_vars.items() if {*CLOCKS} & {*v.dims})
+        raise InputError(SOURCE, name, "is no history of this file", f"name one of {names or '–'}")
+    clock = clocks[0]
+    if CLOCKS[clock] not in data:
+        raise FlexgearError(f"orders: the file lacks {CLOCKS[clock]}; save it beside the history")
+    named = {"input_angle": data[CLOCKS[clock]], name: data[name]}
+    if clock != TIME:
+        named = {n: v.drop_vars(TIME, errors="ignore").rename({clock: TIME})
+                 for n, v in named.items()}  # fmt: skip
+    return xr.Dataset(named, attrs=data.attrs)
+
+
 def history_over_turns(
     data: xr.Dataset,
     name: str,
@@ -184,19 +200,10 @@ def history_over_turns(
 ) -> xr.DataArray:
     """The variable of a transient at equal steps of the turn of a member, the first input if none
     is named: (turn, …); with a band its envelope (``envelope``)."""
-    history = history_of(data, name)
-    if band_hz is not None:
-        history = envelope(history, band_hz)
-    turns = member_turns(data, member or first_input(data), against)
+    part = over_time(data, name)
+    history = part[name] if band_hz is None else envelope(part[name], band_hz)
+    turns = member_turns(part, member or first_input(data), against)
     return synchronous(history, turns, highest)
-
-
-def history_of(data: xr.Dataset, name: str) -> xr.DataArray:
-    """A variable over time. InputError for a name that is none."""
-    if name not in data or TIME not in data[name].dims:
-        names = ", ".join(str(n) for n, v in data.data_vars.items() if TIME in v.dims)
-        raise InputError(SOURCE, name, "is no history of this file", f"name one of {names or '–'}")
-    return data[name]
 
 
 def first_input(data: xr.Dataset) -> str:

@@ -28,6 +28,7 @@ from flexgear.results.orders import (
     case_of,
     highest_order,
     member_turns,
+    over_time,
     synchronous,
 )
 
@@ -63,17 +64,17 @@ def _over_phase(
 
 def planet_averages(
     data: xr.Dataset,
-    history: xr.DataArray,
+    name: str,
     stage: str,
     *,
     sensor_angle: float = 0.0,
     width: float | None = None,
     on_ring: bool = False,
 ) -> xr.DataArray:
-    """Means (planet, phase, …) of a history (time, …) over the turn of every planet of a stage
-    against its carrier.
+    """Means (planet, phase, …) of the variable of a transient over the turn of every planet of a
+    stage against its carrier.
 
-    data: the transient, for its angles; sensor_angle: of the sensor about the axis, rad, from
+    sensor_angle: of the sensor about the axis, rad, from
     where planet 1 is at the angle 0; width: turns of the carrier around a pass that count, half of
     the mean spacing of the planets if left out; on_ring: whether the sensor turns with the ring.
     InputError for a stage that has no planets or a run that does not bring every tooth past.
@@ -81,11 +82,12 @@ def planet_averages(
     of = next((s for s in case_of(data).stages if s.name == stage), None)
     if of is None or of.ring is None or of.planet is None:
         raise InputError(SOURCE, stage, "is no planetary stage", "name one of the case")
-    turns = member_turns(data, f"{stage}.carrier", f"{stage}.ring")
-    passing = turns if on_ring else member_turns(data, f"{stage}.carrier")
+    part = over_time(data, name)
+    turns = member_turns(part, f"{stage}.carrier", f"{stage}.ring")
+    passing = turns if on_ring else member_turns(part, f"{stage}.carrier")
     teeth = of.ring.teeth
     cycle = max(FEWEST, math.ceil(highest_order(turns) / PASSED / teeth))
-    x = synchronous(history, turns, per_turn=teeth * cycle)
+    x = synchronous(part[name], turns, per_turn=teeth * cycle)
     number = np.rint(x[TURN].to_numpy() * teeth * cycle).astype(np.int64)
     phase = np.mod(number, of.planet.teeth * cycle)
     place = np.interp(x["time"].to_numpy(), turns["time"].to_numpy(), passing.to_numpy())

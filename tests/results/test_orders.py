@@ -11,9 +11,11 @@ from flexgear.model.load import load_case
 from flexgear.results.orders import (
     amplitudes_at,
     envelope,
+    history_over_turns,
     member_turns,
     order_map,
     order_spectrum,
+    over_time,
     synchronous,
 )
 from flexgear.results.synchronous_average import planet_averages, synchronous_average
@@ -124,6 +126,19 @@ def stage():
     return case, data
 
 
+def test_sensors_have_a_clock_of_their_own(stage):
+    """A signal over sensor_time goes with the angles sampled beside it, not with others."""
+    _, data = stage
+    slow = {"time": "sensor_time"}
+    angle = data["input_angle"].isel(time=slice(None, None, 4)).rename(slow)
+    phase = 2 * np.pi * member_turns(data, "carrier")
+    signal = np.cos(5 * phase).isel(time=slice(None, None, 4)).rename(slow)
+    both = data.assign(sensor_signal=signal, sensor_input_angle=angle)
+    found = order_spectrum(history_over_turns(both, "sensor_signal", "carrier"))
+    assert float(found.max()) == pytest.approx(1.0, rel=1e-3)
+    assert float(found.idxmax()) == pytest.approx(5.0, abs=0.01)
+
+
 def test_turns_of_members(stage):
     """By tooth counts: Willis' formula, a planet against the carrier, the one stage left out."""
     case, data = stage
@@ -147,7 +162,8 @@ def test_planets_are_told_apart(stage):
         d = np.mod(turns + (phi - at) / (2 * np.pi) + 0.5, 1.0) - 0.5
         heard = np.where(np.abs(d) < 1 / 8, np.cos(4 * np.pi * d) ** 2, 0.0)
         signal += heard * np.cos(2 * np.pi * (i + 1) * turns * of.ring.teeth / of.planet.teeth)
-    means = planet_averages(data, labelled(data["time"], signal), "stage", sensor_angle=at)
+    data = data.assign(sound=("time", signal))
+    means = planet_averages(data, "sound", "stage", sensor_angle=at)
     spectra = 2 * np.abs(np.fft.rfft(means.to_numpy(), axis=1)) / means.sizes["phase"]
     of_itself = spectra[range(4), range(1, 5)]
     assert of_itself == pytest.approx(np.full(4, of_itself[0]), rel=2e-2)
@@ -159,22 +175,22 @@ def test_planets_are_told_apart(stage):
 def test_bad_input(stage):
     """One line each."""
     _, data = stage
+    data = data.assign(sound=("time", np.ones(data.sizes["time"])))
     time, turns = run_up()
     history = labelled(time, chirp(time, turns))
     back = turns_of(time, np.sin(np.linspace(-1, 2, len(time))))
     for call, text in (
         (lambda: member_turns(data, "wheel"), "wheel: is no member"),
-        (lambda: member_turns(data.drop_vars("input_angle"), "sun"), "lacks input_angle"),
+        (lambda: over_time(data.drop_vars("input_angle"), "sound"), "lacks input_angle"),
+        (lambda: over_time(data, "noise"), "noise: is no history of this file -- name one of inp"),
         (lambda: synchronous(history, turns_of(time, 0 * turns)), "stands still"),
         (lambda: synchronous(history, back), "goes through zero"),
         (lambda: synchronous(history, turns_of(time, turns), 5e3), "samples a period"),
         (lambda: order_spectrum(synchronous(history, turns_of(time, turns), 40.0), "x"), "window"),
         (lambda: order_map(synchronous(history, turns_of(time, turns), 40.0), 1e4), "do not fit"),
         (lambda: envelope(history, (10.0, 1e6)), "band"),
-        (lambda: planet_averages(data, labelled(data["time"], np.ones(60_000)), "x"), "planetary"),
-        (lambda: planet_averages(data.isel(time=slice(0, 9000)),
-                                 labelled(data["time"][:9000], np.ones(9000)), "stage"),
-         "every tooth"),
+        (lambda: planet_averages(data, "sound", "x"), "planetary"),
+        (lambda: planet_averages(data.isel(time=slice(0, 9000)), "sound", "stage"), "every tooth"),
     ):  # fmt: skip
         with pytest.raises((InputError, FlexgearError), match=text) as fault:
             call()
