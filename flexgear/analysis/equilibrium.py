@@ -133,7 +133,7 @@ def revolution(
     at_ports = port_torques(system, torque, count)
     theta = np.ascontiguousarray(system.theta(input_angles) if theta is None else theta)
     train = held(modal)
-    work = position_work(pairs, train, len(system.ports))
+    work = position_work(pairs, train, len(system.ports), system.rolling_rates)
     modes = (np.ascontiguousarray(modal.channel_modes[:, r:]), modal.omega[r:] ** 2)
     out = np.zeros(len(work.contact.right))
     loads = empty_pair_loads(pairs, count)

@@ -145,8 +145,9 @@ class ErrorStudy:
     """A train with perfect gears at its positions: all that equilibria under errors need.
 
     input_angles (p, F) independent rotations and theta (p, A) angles of the stages, rad; torques
-    (p, P) given on the ports and rated (P,), N·m; held: what the train answers. one_by_one: the
-    train itself where it is not linear between contacts.
+    (p, P) given on the ports and rated (P,), N·m; rates (6 B,): of the blocks in rolling;
+    held: what the train answers. one_by_one: the train itself where it is not linear between
+    contacts.
     """
 
     pairs: PairData
@@ -154,6 +155,7 @@ class ErrorStudy:
     theta: Array
     torques: Array
     rated: Array
+    rates: Array
     held: Held
     one_by_one: ModalSystem | None = None
 
@@ -168,6 +170,7 @@ def error_study(modal: ModalSystem, input_angles: Array, torque: Array | float) 
         theta=np.ascontiguousarray(system.theta(input_angles)),
         torques=port_torques(system, torque, len(input_angles)),
         rated=system.rated_port_torques,
+        rates=system.rolling_rates,
         held=held(modal),
         one_by_one=modal if len(pairs.bearing_law) or rows_of_pair(pairs) > 1 else None,
     )
@@ -186,7 +189,7 @@ def gear_mesh_forces(
     if study.one_by_one is not None:
         return _one_by_one(study, study.one_by_one, sets, look)
     count, laws, waves = len(study.theta), law_functions(study.pairs), waves_of(sets)
-    work = position_work(study.pairs, study.held, study.torques.shape[1])
+    work = position_work(study.pairs, study.held, study.torques.shape[1], study.rates)
     force = np.zeros((count, len(study.pairs.s0), len(sets)))
     forward = np.ascontiguousarray(study.torques @ study.rated >= 0.0)
     positions = (study.theta, study.torques, forward)

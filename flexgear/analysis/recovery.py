@@ -140,7 +140,7 @@ class Recovery:
         return dict(zip(names, np.split(motions, stops, axis=1), strict=True))
 
     def _law_force(self, name: str, rows: Array) -> Array:
-        """Force (t, 6) by the law of a bearing, along the motions ``rows`` (6, d) of its spring."""
+        """Force (t, 6) by the laws of a bearing, along the motions ``rows`` (6, d) of a spring."""
         pairs, at = self.modal.system.pairs, len(self.modal.system.pairs.support_stiffness)
         force = np.zeros((len(self.result.theta), 6))
         for bearing in self.modal.system.bearings:
@@ -148,9 +148,10 @@ class Recovery:
             if bearing.name == name:
                 # a spring may say outer less inner, in the outer ring's frame
                 sign = np.sign(np.sum(rows * (at_height(-bearing.z) @ bearing.relative)))
-                force[:, bearing.components] = sign * self.result.support_load[:, at:stop]
-                turned = force if sign < 0 else self._turned(bearing.angle, force, -1)
-                force = turned @ at_height(bearing.z)
+                by_law = np.zeros_like(force)
+                by_law[:, bearing.components] = sign * self.result.support_load[:, at:stop]
+                turned = by_law if sign < 0 else self._turned(bearing.angle, by_law, -1)
+                force += turned @ at_height(bearing.z)
             at = stop
         assert at + len(pairs.load_block) == self.result.support_load.shape[1]
         return force

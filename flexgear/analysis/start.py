@@ -40,7 +40,7 @@ def start_state(modal: ModalSystem, prescribed: float | Array) -> State:
     speeds, settled = _given_speeds(system, ends, 1.0), False
     while not settled:
         torques, share = _known_torques(held.system, ends, speeds), _share(modal, speeds)
-        turning = replace(held, system=_at_speed(held.system, share))
+        turning = replace(held, system=_at_speed(held.system, share, speeds))
         at_rest = revolution(turning, 0.0, torques[None])
         speeds = _speeds(held.system, ends, at_rest.torques[0])
         now = _known_torques(held.system, ends, speeds)
@@ -51,7 +51,7 @@ def start_state(modal: ModalSystem, prescribed: float | Array) -> State:
         eta=at_rest.eta[0].copy(),
         velocity=velocity,
         acceleration=np.zeros(modal.modes.shape[1]),
-        memory=first_memory(system.pairs),
+        memory=first_memory(system.pairs, turning.system.rolling_rates),
         active_flanks=at_rest.active_flanks[0].copy(),
         ports=_ports(system, ends, at_rest.torques[0], _port_rolling(system) @ speeds),
         energy=np.zeros(len(ENERGIES)),
@@ -113,11 +113,13 @@ def _share(modal: ModalSystem, speeds: Array) -> float:
     return float(rated_row(modal) @ modal.rolling @ speeds)
 
 
-def _at_speed(system: System, share: float) -> System:
-    """The system with loads that go with the square of speed at a share of the rated one."""
+def _at_speed(system: System, share: float, speeds: Array) -> System:
+    """The system at speeds (F,), with loads that go with the square of speed at a share of the
+    rated one."""
     pairs = system.pairs
     scale = np.where(pairs.load_grows == 1, share**2, 1.0)
-    return system.with_(pairs=pairs._replace(load_vector=pairs.load_vector * scale[:, None]))
+    scaled = pairs._replace(load_vector=pairs.load_vector * scale[:, None])
+    return system.with_(pairs=scaled, input_speeds=tuple(speeds.tolist()))
 
 
 def _known_torques(system: System, prescribed: Array, speeds: Array) -> Array:

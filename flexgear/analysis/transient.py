@@ -318,7 +318,8 @@ MOST = 3.0  # times the mean elastic energy: with so much gained, loads are doub
 def undamped_contact(modal: ModalSystem) -> bool:
     """Whether teeth may part and nothing damps their impacts."""
     pairs = modal.system.pairs
-    return bool(pairs.one_sided and not pairs.damping.any())
+    damped = pairs.damping.any() or pairs.constant_damping.any()
+    return bool(pairs.one_sided and not damped)
 
 
 class EnergyGain:

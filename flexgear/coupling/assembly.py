@@ -11,6 +11,7 @@ from scipy import linalg
 from flexgear.arrays import Array
 from flexgear.coupling.connections import Connection
 from flexgear.coupling.gear_meshes import GearMeshSet
+from flexgear.coupling.laws.dampers import DAMPERS
 from flexgear.coupling.laws.law import CENTERING
 from flexgear.coupling.members import Member
 from flexgear.coupling.springs import (
@@ -18,14 +19,16 @@ from flexgear.coupling.springs import (
     add_spring,
     invariant_part,
     joint_parts,
-    own_law,
+    laws_of,
     rotating_rows,
 )
 from flexgear.coupling.system import BodyCoordinates, Link, RotatingFrameSupport, StageFrame
+from flexgear.gears.bearings.lubrication import dynamic_viscosity
 from flexgear.gears.power_flow import PowerFlow
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
 from flexgear.model.names import BodyName, MemberName, SupportName
+from flexgear.model.section import Refusal
 from flexgear.model.springs import at_height
 from flexgear.structures.bodies import Body
 from flexgear.structures.kinematics import rigid_rows, turn
@@ -64,6 +67,11 @@ class Assembly(BodyCoordinates):
         self.stands: dict[str, Array] = {}  # of a stage in an FE housing, m
         self.support_rows: list[tuple[float, list[tuple[int, Array]]]] = []
         self.support_names: list[str] = []  # of each of these rows
+
+    @cached_property
+    def viscosity(self) -> float | None:
+        """Dynamic viscosity of the lubricant in contacts, Pa·s; None where it is not stated."""
+        return dynamic_viscosity(self.case.lubricant)
 
     def angle(self, row: Array) -> int:
         """Number of an angle, entered if it is new."""
@@ -140,7 +148,7 @@ class Assembly(BodyCoordinates):
             self.link(c.name, turn(c.axes).T @ (first - second), c.matrix, c.kind)
             self._law_bearing(c, second, first)
             return
-        has_law = c.bearing is not None and own_law(c.bearing) is not None
+        has_law = c.bearing is not None and bool(laws_of(c.bearing))
         if not (np.any(c.matrix) or has_law):
             return
         housing = self._housing_rows(c.name, self.place(*c.first))
@@ -204,20 +212,38 @@ class Assembly(BodyCoordinates):
         angle: of the system's by which the inner ring's frame has turned against the outer ring's;
         on ground, which looks the same from all sides, the law may act in the inner ring's.
         """
-        bearing_law = own_law(c.bearing) if c.bearing is not None else None
-        if c.bearing is None or bearing_law is None:
+        if c.bearing is None:
+            return
+        try:
+            laws = laws_of(c.bearing, self.viscosity)
+        except Refusal as fault:
+            key = f"{c.key}.{fault.key}"
+            raise InputError(self.case.source, key, fault.problem, fault.remedy) from None
+        if not laws:
             return
         to_z, moves = at_height(c.bearing.z), bool(outer.any())
         rows, other = to_z @ inner, to_z @ outer
         angle = angle if moves else -1
         end = self.contact_node(rows, angle)
         other_end = self.contact_node(other, -1) if moves else -1
-        bearing = LawBearing(c.name, rows, other, end, other_end, *bearing_law, c.bearing.z, angle)
-        self.bearings.append(bearing)
+        ends = (rows, other, end, other_end)
+        self.bearings += [LawBearing(c.name, *ends, *law, c.bearing.z, angle) for law in laws]
+
+    def damper(self, name: str, row: Array, other: Array, damping: float) -> None:
+        """A damper, N m s/rad, between two rotations (d,); other: zero for ground."""
+        if damping == 0.0:
+            return
+        first, second = (np.vstack([np.zeros((5, self.size)), r]) for r in (row, other))
+        node = self.contact_node(first, -1)
+        other_node = self.contact_node(second, -1) if second.any() else -1
+        parameters = np.r_[np.zeros(5), damping]
+        self.bearings.append(
+            LawBearing(name, first, second, node, other_node, DAMPERS.name, parameters)
+        )
 
     def bearing_rows(self) -> list[Array]:
         """Rows (d,) that bearings with a law of their own hold in the end."""
-        return [row for b in self.bearings for row in b.relative[b.components]]
+        return [row for b in self.bearings for row in b.held]
 
     def _rotating_frame_support(
         self, c: Connection, rows: Array, housing: Array, angle: int

@@ -95,6 +95,8 @@ def build_system(
     for port in case.ports:
         if not any(body.part == "output" for body in a.ends_of(port.member)):  # has its own
             a.add_inertia(a.rotation(port.member), case.port_inertia(port.member))
+        drag = (f"{port.member}_drag", a.rotation(port.member), np.zeros(a.size))
+        a.damper(*drag, port.damping)
     if a.housing is not None:
         _mount_housing(a, a.housing)
     return _system(a, rigid)
@@ -207,6 +209,7 @@ def _join(a: Assembly, joint: Joint) -> None:
         angles.append(a.body_angle(a.case.stage_index(member), first))
     name = f"{joint.first}-{joint.second}"
     a.joint(name, ends[0], ends[1], matrix, (angles[0], angles[1]))
+    a.damper(f"{name}_damper", ends[0][5], ends[1][5], joint.damping)
 
 
 def _system(a: Assembly, rigid_bodies: Collection[BodyName]) -> System:
@@ -259,9 +262,7 @@ def _system(a: Assembly, rigid_bodies: Collection[BodyName]) -> System:
         },
         rotating_frame_supports=tuple(a.rotating_frame_supports),
         support_names=tuple(a.support_names),
-        damping=Damping(
-            d.ratio if modal else 0.0, 0.0 if modal else d.alpha, 0.0 if modal else d.beta
-        ),
+        damping=Damping(d.ratio, ratios=d.ratios) if modal else Damping(0.0, d.alpha, d.beta),
         machines=port_machines(case, flow),
         rated_torque=flow.torque.get(lead, 0.0),
         input_speeds=speeds,

@@ -150,6 +150,7 @@ def _of_planets(view: StageView) -> Iterator[Connection]:
             matrix,
             kind="planet_bearing",
             bearing=bearing,
+            key=view.key("planet_bearing"),
         )
 
 
@@ -282,6 +283,7 @@ def stage_sets(
                 equivalent_mass=1.0 / inverse,
                 damping_ratio=options.damping_ratio,
                 model=MODELS.get(options.model, WAVE),
+                always_damped=options.damping_law == "always",
                 planet_teeth=[p.first for p in floating],
                 planet_tooth_positions=[p.teeth for p in floating if p.teeth is not None],
                 planet_turns=frame.planets if floating else -1,

@@ -43,8 +43,9 @@ class GearMeshSet:
     same frame; planet_teeth (N,), planet_tooth_positions (N, z_p, 3): block of tooth 0 and places
     of all where every tooth of the planets is a block, planet_turns: angle by which these have
     turned in the planets' axes; one_sided: pairs only push; equivalent_mass: kg on the line of
-    action, for pair damping c = 2 ζ √(k m); model: PER_PAIR, SUMMED, WAVE or FACE_LOAD; faulty:
-    teeth with faults, None where all are sound.
+    action, for pair damping c = 2 ζ √(k m); always_damped: whether it acts without contact, too, k
+    being the mean of the gear mesh; model: PER_PAIR, SUMMED, WAVE or FACE_LOAD; faulty: teeth with
+    faults, None where all are sound.
     """
 
     path: GearMeshPath
@@ -61,6 +62,7 @@ class GearMeshSet:
     equivalent_mass: float
     damping_ratio: float
     model: int = PER_PAIR
+    always_damped: bool = False
     planet_teeth: Sequence[int] = ()
     planet_tooth_positions: Sequence[Array] = ()
     planet_turns: int = -1
@@ -190,6 +192,7 @@ def _gear_mesh(s: GearMeshSet, table: int, i: int, opposite: int) -> dict[str, A
     cos_b, faulty = p.cos_base_helix, s.faulty or FaultyTeeth((p,))
     angles = np.where(np.asarray(e.runout_angle, dtype=int) == 0, s.angle, s.carrier_angle)
     rates = np.where(angles < 0, 0.0, e.runout_rate)  # what stands in space before a held carrier
+    damping = 2 * s.damping_ratio * math.sqrt(s.equivalent_mass)
     return {
         "sided": int(s.one_sided),
         "model": s.model,
@@ -245,8 +248,20 @@ def _gear_mesh(s: GearMeshSet, table: int, i: int, opposite: int) -> dict[str, A
         "runout_rate": rates,
         "runout_phase": e.runout_phase[i],
         "runout_angle": np.maximum(angles, 0),
-        "damping": 2 * s.damping_ratio * math.sqrt(s.equivalent_mass),
+        "damping": 0.0 if s.always_damped else damping,
+        "constant_damping": damping * math.sqrt(_mean_stiffness(s)) * p.carries * s.always_damped,
     }
+
+
+def _mean_stiffness(s: GearMeshSet) -> float:
+    """Mean stiffness of all pairs of a gear mesh over a base pitch, N/m."""
+    p = s.path
+    if p.wave is not None:
+        return float(np.mean(p.wave))
+    grid, stiffness = p.s_grid, p.k_grid
+    if p.slices is not None:
+        grid, stiffness = p.slices.s, p.slices.on_path
+    return float(np.trapezoid(stiffness, grid) / p.base_pitch)
 
 
 def _most_pairs(s: GearMeshSet) -> int:

@@ -111,7 +111,9 @@ class PairData(NamedTuple):
     runout_phase: Array  # (M, H) rad
     runout_angle: Ints  # (M, H)
     largest_error: Array  # (M,) m, largest sum of errors of a pair
-    damping: Array  # (M,) 2 ζ √m_eq, so that c = damping √k
+    damping: Array  # (M,) 2 ζ √m_eq, so that c = damping √k; 0 where the damper is constant
+    constant_damping: Array  # (M,) N s/m of all pairs of a gear mesh at once, whether they touch or
+    # not; 0 where damping acts in contact only, and of flanks that do not carry
     support_block: Ints  # (n_s, 2) blocks of the row of a rotating-frame support, −1 none
     support_vector: Array  # (n_s, 2, 6) fixed-frame vectors
     support_stiffness: Array  # (n_s,) N/m, of either sign

@@ -17,6 +17,8 @@ from flexgear.coupling.laws.law import CENTERING
 from flexgear.model.springs import Bearing, at_height
 from flexgear.structures.kinematics import turn
 
+ANY = 1.0  # Pa·s, where only the laws' names are asked for
+
 
 def invariant_part(matrix: Array) -> Array:
     """Mean of R(θ)ᵀ K R(θ) over a turn; harmonics up to 2θ, so eight angles are exact."""
@@ -105,6 +107,12 @@ class LawBearing:
         return list(LAWS[law_number(self.law)].components)
 
     @property
+    def held(self) -> Array:
+        """Rows (k, d) of the relative motion that the law holds, those of a nominal stiffness."""
+        stiff = LAWS[law_number(self.law)].nominal(self.parameters) > 0.0
+        return np.asarray(self.relative[self.components][stiff])
+
+    @property
     def has_parts(self) -> bool:
         """Whether the law says what parts of the bearing carry."""
         return LAWS[law_number(self.law)].part_loads is not None
@@ -122,23 +130,22 @@ class LawBearing:
         return of_parts(self.parameters, motion[:, self.components])
 
 
-def own_law(bearing: Bearing) -> tuple[str, Array] | None:
-    """Name and parameters of the law that a bearing states, None for a linear one."""
-    for law in LAWS:
-        parameters = law.stated_by(bearing)
-        if parameters is not None:
-            return law.name, np.asarray(parameters, dtype=float)
-    return None
+def laws_of(bearing: Bearing, viscosity: float | None = ANY) -> list[tuple[str, Array]]:
+    """Names and parameters of the laws that a bearing states, none for a linear one; viscosity:
+    dynamic, of the lubricant, Pa·s, None where it is not known. Refusal where a law needs it."""
+    stated = [(law.name, law.stated_by(bearing, viscosity)) for law in LAWS]
+    return [(name, np.asarray(p, dtype=float)) for name, p in stated if p is not None]
 
 
 def linear_part(bearing: Bearing, matrix: Array) -> Array:
-    """Stiffness (6, 6) that stays a spring: all of a linear bearing, else without what the law
-    acts on but for its centering."""
-    law = own_law(bearing)
-    if law is None:
+    """Stiffness (6, 6) that stays a spring: all of a linear bearing, else without what laws act on
+    in its place but for its centering."""
+    laws = [LAWS[law_number(name)] for name, _ in laws_of(bearing)]
+    replaced = [component for law in laws if law.replaces for component in law.components]
+    if not replaced:
         return matrix
     share, to_node = np.ones(6), at_height(-bearing.z)
-    share[list(LAWS[law_number(law[0])].components)] = np.sqrt(CENTERING)
+    share[replaced] = np.sqrt(CENTERING)
     middle = (to_node.T @ matrix @ to_node) * np.outer(share, share)
     to_z = at_height(bearing.z)
     return np.asarray(to_z.T @ middle @ to_z)

@@ -89,16 +89,20 @@ class RotatingFrameSupport:
 
 @dataclass(frozen=True)
 class Damping:
-    """Of the assembled system without gear meshes: 2ζω = 2·ratio·ω, or α + β ω²."""
+    """Of the assembled system without gear meshes: 2ζω = 2·ratio·ω, or α + β ω²; ratios: of its
+    first elastic modes, in the place of ratio."""
 
     ratio: float = 0.0
     alpha: float = 0.0
     beta: float = 0.0
+    ratios: tuple[float, ...] = ()
 
     def rate(self, omega: Array) -> Array:
-        """2ζω of elastic modes, rad/s; rigid modes are never damped."""
-        elastic = omega > 0
-        return np.where(elastic, 2 * self.ratio * omega + self.alpha + self.beta * omega**2, 0.0)
+        """2ζω of elastic modes (n,) in rising order, rad/s; rigid modes are never damped."""
+        elastic, ratio = omega > 0, np.full(len(omega), self.ratio)
+        first = np.flatnonzero(elastic)[: len(self.ratios)]
+        ratio[first] = self.ratios[: len(first)]
+        return np.where(elastic, 2 * ratio * omega + self.alpha + self.beta * omega**2, 0.0)
 
 
 @dataclass(frozen=True)
@@ -214,6 +218,14 @@ class System(BodyCoordinates):
     def rated_input_speeds(self) -> Array:
         """Rated speeds (F,) of the independent rotations, rad/s."""
         return np.asarray(self.input_speeds, dtype=float)
+
+    @property
+    def rolling_rates(self) -> Array:
+        """Rates (6 B,) of the contact blocks when the train rolls at rated speed; zero in free
+        vibration, which has no speed."""
+        if not self.input_speeds:
+            return np.zeros(len(self.blocks))
+        return np.asarray(self.blocks @ (self.rolling @ self.rated_input_speeds))
 
     @property
     def reactions(self) -> NDArray[np.int64]:

@@ -73,7 +73,9 @@ class GearMesh(Section):
     the path also pull.
     pair_stiffness: iso6336, parabola with the peak c'; weber-banaschek, deflection of the real
     profiles; table. end_ratio: value of the parabola at the ends of the path over its peak.
-    damping_ratio: of each pair against the gears' equivalent mass. A stage of lumped members has
+    damping_ratio: of each pair against the gears' equivalent mass. damping_law: in-contact, pairs
+    are damped only while they touch and never pull, by c ~ √k; always, the flank that carries has a
+    constant damper of the mean stiffness, whether pairs touch or not. A stage of lumped members has
     constant stiffness and linear contact where it does not say, one-sided with face_load.
     """
 
@@ -89,6 +91,7 @@ class GearMesh(Section):
     end_ratio: float = Field(default=0.67, ge=0.05, le=1.0)
     table: GearMeshTables | None = None
     damping_ratio: float = Field(default=0.07, ge=0.0, le=1.0)
+    damping_law: Literal["in-contact", "always"] = "in-contact"
     ring_stiffness: Stiffness | None = Field(default=None, gt=0.0, le=1e13)
     sun_stiffness: Stiffness | None = Field(default=None, gt=0.0, le=1e13)
     harmonics: int = Field(default=5, ge=1, le=100)
@@ -157,14 +160,24 @@ class GearMesh(Section):
 class Damping(Section):
     """Structural damping: modal ratio of the coupled system, or C = α M + β K.
 
-    kind: one of the two. ratio: of every mode to critical damping. alpha, beta: of mass and of
-    stiffness in Rayleigh damping.
+    kind: one of the two. ratio: of every mode to critical damping. ratios: of the first elastic
+    modes of the train without its gear meshes, by rising frequency, in the place of ratio. alpha,
+    beta: of mass and of stiffness in Rayleigh damping.
     """
 
     kind: Literal["modal", "rayleigh"] = "modal"
     ratio: float = Field(default=0.02, ge=0.0, le=1.0)
+    ratios: tuple[float, ...] = ()
     alpha: Rate = Field(default=0.0, ge=0.0, le=1e4)
     beta: Time = Field(default=0.0, ge=0.0, le=1.0)
+
+    @model_validator(mode="after")
+    def _ratios_of_modes(self) -> Damping:
+        if self.ratios and self.kind != "modal":
+            raise Refusal("ratios", "are given for Rayleigh damping", 'use kind = "modal"')
+        if not all(0.0 <= ratio <= 1.0 for ratio in self.ratios):
+            raise Refusal("ratios", "are shares of critical damping", "give numbers from 0 to 1")
+        return self
 
 
 _LARGEST = 2e-3  # m

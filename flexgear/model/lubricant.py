@@ -7,7 +7,7 @@ from typing import Literal
 from pydantic import Field, model_validator
 
 from flexgear.model.section import Refusal, Section
-from flexgear.model.units import Temperature, Viscosity
+from flexgear.model.units import Density, Temperature, Viscosity
 
 
 class Lubricant(Section):
@@ -16,7 +16,8 @@ class Lubricant(Section):
     viscosity_40: kinematic viscosity at 40 °C (the number of an ISO VG class); viscosity_100: that
     at 100 °C, from which that at any temperature follows; without it the viscosity index is taken
     as 95. temperature: of the oil in contacts; operating_viscosity: kinematic viscosity there,
-    in place of what follows from temperature. cleanliness: solid particles of oil in a circuit with
+    in place of what follows from temperature. density: there, for the dynamic viscosity that
+    journal bearings ask for. cleanliness: solid particles of oil in a circuit with
     a filter, by ISO 4406 (filters of β_6 = 200, β_12 = 200, β_25 = 75, β_40 = 75 in this order); of
     it and the bearing's size the contamination factor e_C of ISO 281 follows. contamination: e_C
     itself, in place of cleanliness. With neither, bearings have their basic life only.
@@ -26,6 +27,7 @@ class Lubricant(Section):
     viscosity_100: Viscosity | None = Field(default=None, ge=5e-7, le=1e-2)
     temperature: Temperature | None = Field(default=None, ge=223.15, le=473.15)
     operating_viscosity: Viscosity | None = Field(default=None, ge=5e-7, le=1e-1)
+    density: Density | None = Field(default=None, ge=500.0, le=1500.0)
     cleanliness: Literal["-/13/10", "-/15/12", "-/17/14", "-/19/16"] | None = None
     contamination: float | None = Field(default=None, gt=0.0, le=1.0)
 

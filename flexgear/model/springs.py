@@ -7,7 +7,14 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from flexgear.model.section import Refusal, Section
-from flexgear.model.units import Length, MatrixEntry, RotationalStiffness, Stiffness
+from flexgear.model.units import (
+    Length,
+    MatrixEntry,
+    RotationalDamping,
+    RotationalStiffness,
+    Stiffness,
+    TranslationalDamping,
+)
 
 
 class Rollers(Section):
@@ -93,6 +100,24 @@ def at_height(z: float) -> NDArray[np.float64]:
     return out
 
 
+class Dampers(Section):
+    """Viscous dampers beside the springs of a bearing, F = c δ̇.
+
+    radial: across the axis, x and y. axial: along the axis. tilt: about x and y. torsion: about the
+    axis, against all that turns there: a drag torque.
+    """
+
+    radial: TranslationalDamping = Field(default=0.0, ge=0.0, le=1e12)
+    axial: TranslationalDamping = Field(default=0.0, ge=0.0, le=1e12)
+    tilt: RotationalDamping = Field(default=0.0, ge=0.0, le=1e12)
+    torsion: RotationalDamping = Field(default=0.0, ge=0.0, le=1e12)
+
+    @property
+    def coefficients(self) -> tuple[float, ...]:
+        """Along and about x, y, z: N s/m three times, N m s/rad three times."""
+        return (self.radial, self.radial, self.axial, self.tilt, self.tilt, self.torsion)
+
+
 class Bearing(Springs):
     """A bearing; ``torsion``, stiffness against turning about its axis, is usually 0.
 
@@ -100,12 +125,13 @@ class Bearing(Springs):
     stiffer of two rows. There u_x + z r_y, u_y - z r_x and the tilts themselves are resisted.
     clearance: radial gap there before the radial springs carry. rollers: carry radially and against
     tilt, by a stiffness that grows with load; radial and tilt are then those of modes and whatever
-    is linear.
+    is linear. damping: dampers at z beside the springs.
     """
 
     z: Length = Field(default=0.0, ge=-1.0, le=1.0)
     clearance: Length = Field(default=0.0, ge=0.0, le=5e-3)
     rollers: Rollers | None = None
+    damping: Dampers | None = None
 
     @property
     def matrix(self) -> NDArray[np.float64]:

@@ -14,7 +14,18 @@ from flexgear.model.machine import Machine, refuse_infinite_slope
 from flexgear.model.names import Member
 from flexgear.model.section import Missing, Refusal, Section
 from flexgear.model.springs import Bearing, Springs
-from flexgear.model.units import Force, Inertia, Length, Mass, Power, Speed, Stiffness, Time, Torque
+from flexgear.model.units import (
+    Force,
+    Inertia,
+    Length,
+    Mass,
+    Power,
+    RotationalDamping,
+    Speed,
+    Stiffness,
+    Time,
+    Torque,
+)
 
 
 class Joint(Springs):
@@ -22,7 +33,8 @@ class Joint(Springs):
 
     first, second: member names such as "stage_1.carrier". tangential: acts against u = r θ with
     the r of ``first`` (base radius, or centre distance of a carrier): torsion += tangential r².
-    length, outer_diameter, inner_diameter: a shaft in place of the springs.
+    length, outer_diameter, inner_diameter: a shaft in place of the springs. damping: of a damper
+    between both members' rotations about the axis.
     """
 
     first: Member
@@ -31,6 +43,7 @@ class Joint(Springs):
     length: Length | None = Field(default=None, ge=1e-3, le=50.0)
     outer_diameter: Length | None = Field(default=None, ge=1e-3, le=5.0)
     inner_diameter: Length = Field(default=0.0, ge=0.0, le=5.0)
+    damping: RotationalDamping = Field(default=0.0, ge=0.0, le=1e12)
 
     @property
     def is_shaft(self) -> bool:
@@ -64,7 +77,7 @@ class Port(Section):
     member: its name, such as "stage_1.carrier". speed: rated. torque: rated, on the member.
     inertia: polar, of what hangs on the member. mass, tilt_inertia (about a diameter), bearing: of
     the body behind the spline at the end of a sun's shaft, and what supports it there. machine: in
-    transients.
+    transients. damping: drag torque over speed of the member against the housing.
     """
 
     member: Member
@@ -75,6 +88,7 @@ class Port(Section):
     tilt_inertia: Inertia | None = Field(default=None, ge=1e-9, le=1e12)
     bearing: Bearing | None = None
     machine: Machine | None = None
+    damping: RotationalDamping = Field(default=0.0, ge=0.0, le=1e12)
 
 
 class Input(Port):

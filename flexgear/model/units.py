@@ -34,6 +34,7 @@ _SUFFIXES: dict[str, dict[str, tuple[float, float]]] = {
         "gn_per_m": (1e9, 1),
     },
     "rotational stiffness": {"nm_per_rad": (1, 1), "knm_per_rad": (1e3, 1)},
+    "damping": {"n_s_per_m": (1, 1), "kn_s_per_m": (1e3, 1), "n_s_per_mm": (1e3, 1)},
     "rotational damping": {"nm_s_per_rad": (1, 1), "knm_s_per_rad": (1e3, 1)},
     "stiffness per face width": {"n_per_mm_um": (1e9, 1), "n_per_m2": (1, 1), "gpa": (1e9, 1)},
     "modulus": {"gpa": (1e9, 1), "mpa": (1e6, 1), "pa": (1, 1)},
@@ -43,6 +44,7 @@ _SUFFIXES: dict[str, dict[str, tuple[float, float]]] = {
     "mass": {"kg": (1, 1), "t": (1e3, 1)},
     "inertia": {"kg_m2": (1, 1), "t_m2": (1e3, 1)},
     "kinematic viscosity": {"mm2_per_s": (1, 1e6), "m2_per_s": (1, 1)},
+    "dynamic viscosity": {"mpa_s": (1, 1e3), "pa_s": (1, 1)},
     "temperature": {"c": (1, 1)},
     "6 x 6 matrix": {"si": (1, 1)},  # N/m, N/rad, N m/m and N m/rad side by side
 }
@@ -96,6 +98,9 @@ _PRINTED = {
     "si": "",
     "nm_per_rad": "N m/rad",
     "knm_per_rad": "kN m/rad",
+    "n_s_per_m": "N s/m",
+    "kn_s_per_m": "kN s/m",
+    "n_s_per_mm": "N s/mm",
     "nm_s_per_rad": "N m s/rad",
     "knm_s_per_rad": "kN m s/rad",
     "kg_m2": "kg m²",
@@ -113,6 +118,8 @@ _PRINTED = {
     "t_per_m3": "t/m³",
     "mm2_per_s": "mm²/s",
     "m2_per_s": "m²/s",
+    "mpa_s": "mPa s",
+    "pa_s": "Pa s",
     "c": "°C",
 }
 
@@ -147,6 +154,7 @@ Power = Annotated[float, Quantity("power")]
 Acceleration = Annotated[float, Quantity("acceleration")]
 Stiffness = Annotated[float, Quantity("stiffness")]
 RotationalStiffness = Annotated[float, Quantity("rotational stiffness")]
+TranslationalDamping = Annotated[float, Quantity("damping")]
 RotationalDamping = Annotated[float, Quantity("rotational damping")]
 StiffnessPerWidth = Annotated[float, Quantity("stiffness per face width")]
 Modulus = Annotated[float, Quantity("modulus")]
@@ -156,5 +164,6 @@ Density = Annotated[float, Quantity("density")]
 Mass = Annotated[float, Quantity("mass")]
 Inertia = Annotated[float, Quantity("inertia")]
 Viscosity = Annotated[float, Quantity("kinematic viscosity")]
+DynamicViscosity = Annotated[float, Quantity("dynamic viscosity")]
 Temperature = Annotated[float, Quantity("temperature")]  # K
 MatrixEntry = Annotated[float, Quantity("6 x 6 matrix")]

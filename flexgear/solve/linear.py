@@ -53,7 +53,7 @@ def why_not_linear(system: System) -> str | None:
     if len(pairs.support_stiffness) or np.any(pairs.turns >= 0):
         return "supports or joints change direction as it turns"
     if len(pairs.bearing_law):
-        return "bearings have clearance"
+        return "a bearing has clearance or another law of its own, or dampers"
     if any(isinstance(machine, (GivenSpeed, Controller)) for machine in system.machines):
         return "a speed is given or controlled at a port"
     return None

@@ -27,6 +27,9 @@ SAMPLES = {
          1e7, 1e7, 1e7, 3e-9, 1e-9, 3e-9, 5e-10, 1e-9, 3e-9),
         [((3e-5, 1e-5), (0.0, 0.1)), ((5e-5, 4e-5), (9.0, -9.0)), ((-1e-5, -2e-5), (0.1, 0.1))],
     ),
+    "one_sided_always": (
+        (3e8, 2e4), [((-1e-5,), (0.5,)), ((2e-5,), (-0.5,)), ((2e-5,), (0.5,))],
+    ),
     "clearance": (
         (5e8, 2e-5),
         [((3e-5, -1e-5), (0.0, 0.0)), ((-1e-5, 5e-5), (0.1, 0.0)), ((1e-5, 5e-6), (0.0, 0.0))],
@@ -37,6 +40,11 @@ SAMPLES["rollers"] = (
     tuple(roller_parameters(ROLLERS, 1e9, 1e6)),
     [((3e-5, -1e-5, 2e-4, -5e-4), (0.0,) * 4), ((-6e-5, 5e-5, 0.0, 1e-3), (0.1,) * 4)],
 )
+SAMPLES["dampers"] = (
+    (1e4, 1e4, 3e4, 2e2, 2e2, 5.0),
+    [((1e-5,) * 6, (0.1, 0.2, 0.0, -1.0, 2.0, 3.0))],
+)
+SAMPLES |= {f"{law}_always": SAMPLES[law] for law in ("slices", "coupled_slices")}
 CASES = [(law, p, m) for law, (p, motions) in SAMPLES.items() for m in motions]
 
 
@@ -91,7 +99,7 @@ def test_a_law_that_nobody_named_gives_no_number():
 
 
 def test_every_law_is_sampled_and_has_its_name():
-    assert [law.name for law in LAWS] == list(SAMPLES)
+    assert {law.name for law in LAWS} == SAMPLES.keys()
     assert [law_number(law.name) for law in LAWS] == list(range(len(LAWS)))
     with pytest.raises(FlexgearError, match="no bearing law 'soft': one of linear, "):
         law_number("soft")

@@ -37,7 +37,13 @@ from flexgear.analysis.kernels.vectors import (
 )
 from flexgear.arrays import Array, Ints
 from flexgear.compiled import FAST, INNER, PART, njit
-from flexgear.coupling.kernels.elements import places, places_of_gear_mesh, widest
+from flexgear.coupling.kernels.elements import (
+    packed,
+    places,
+    places_of_gear_mesh,
+    rolling_rate,
+    widest,
+)
 from flexgear.coupling.laws import BASIC, HELD_RATE_LAW, ONE_SIDED_LAW
 from flexgear.coupling.laws.basic import one_sided
 from flexgear.coupling.pair_data import PairData, deepest_gap
@@ -104,13 +110,17 @@ def law_space(elements: int, rows: int) -> LawSpace:
     )
 
 
-def first_memory(data: PairData) -> Array:
+def first_memory(data: PairData, rates: Array) -> Array:
     """Memory (places, 2, r) of the elements before the first step: tooth pairs touch, with all
-    their slices, and all else is where it was made."""
+    their slices, and all else is where it was made, at the rates of blocks (6 B,) in rolling."""
     memory = np.zeros((places(data), 2, widest(data)))
     touch = TOUCHING + 2.0 * deepest_gap(data)
-    pair_places = places_of_gear_mesh(data)
-    memory[: pair_places * len(data.s0), 0] = np.repeat(touch, pair_places)[:, None]
+    first = places_of_gear_mesh(data) * len(data.s0)
+    memory[:first, 0] = np.repeat(touch, places_of_gear_mesh(data))[:, None]
+    fixed = packed(data).fixed
+    for e, element in enumerate(fixed.element):
+        for a in range(element["rows"]):
+            memory[first + e, 1, a] = rolling_rate(fixed, element["first"] + a, rates)
     return memory
 
 
@@ -200,30 +210,44 @@ def _assemble(rows, skipped, count, n, space, problem):
 
 
 @njit(**INNER)
+def _over(force, stiffness):
+    """F²/k, 0 of a row without nominal stiffness."""
+    return force * force / stiffness if stiffness > 0.0 else 0.0
+
+
+@njit(**INNER)
 def _reach(laws, work, element, parameters, x):
     """How much of the way w to the new motion an element goes before it is linearised anew.
 
     All of it, λ = 1, unless its law is much stiffer than its tangent, as of a bearing that had
     clearance left: then to where F(δ₀ + λ w) · w = x · w, the force that the others ask for. The
-    left side rises with λ, from less than the right one, as a law's energy is convex. The spare
-    place of the law space is overwritten.
+    left side rises with λ, from less than the right one, as a law's energy is convex. A law whose
+    force has no potential may push across the way: there it is |F|² that is followed to |x|², each
+    row's over its nominal stiffness. The spare place of the law space is overwritten.
     """
     spare, last_motion = work.space.motion.shape[0] - 1, work.memory[element.place, 0]
     trial, force, tangent = work.space.motion[spare], work.space.force[spare], work.space.tangent
-    low, high, reach, required_work = 0.0, 1.0, 1.0, 0.0
+    rows, rates = work.rows.row, work.memory[element.place, 1]
+    low, high, reach, required_work, required_size = 0.0, 1.0, 1.0, 0.0, 0.0
     for a in range(element.rows):
         i = element.first + a
         required_work += x[i] * (work.delta[0, i] - last_motion[a])
+        required_size += _over(x[i], rows[i].stiffness)
     for halving in range(HALVINGS):
-        law_work = 0.0
+        law_work, law_size, conservative = 0.0, 0.0, True
         for a in range(element.rows):
             trial[0, a] = last_motion[a] + reach * (
                 work.delta[0, element.first + a] - last_motion[a]
             )
-            trial[1, a] = 0.0
+            trial[1, a] = rates[a]
         laws[element.law](parameters, trial, force, tangent[spare])
         for a in range(element.rows):
-            law_work += force[0, a] * (work.delta[0, element.first + a] - last_motion[a])
+            i = element.first + a
+            law_work += force[0, a] * (work.delta[0, i] - last_motion[a])
+            law_size += _over(force[0, a], rows[i].stiffness)
+            conservative = conservative and force[0, a] == force[1, a]
+        if not conservative:
+            law_work, required_work = law_size, required_size
         if halving == 0 and law_work <= STIFFER * max(required_work, 0.0):
             return 1.0
         if law_work > required_work:
@@ -237,7 +261,8 @@ def _reach(laws, work, element, parameters, x):
 @njit(**INNER)
 def disagree(laws, work, count, x, least, share):
     """Whether an element of a law that is not linear between contacts has a force at the motion of
-    an equilibrium that differs from its force in x (R,) by more than ``least`` of the largest one.
+    an equilibrium, in steady rolling, that differs from its force in x (R,) by more than ``least``
+    of the largest one.
 
     Such an element is linearised next at a motion at most ``share`` of the way from where it was to
     the new one: see ``_reach``. Of all others x takes over the force of the law, which is exactly
@@ -255,7 +280,8 @@ def disagree(laws, work, count, x, least, share):
             continue
         trial, force, wrong = space.motion[spare], space.force[spare], False
         for a in range(element.rows):
-            trial[0, a], trial[1, a] = work.delta[0, element.first + a], 0.0
+            trial[0, a] = work.delta[0, element.first + a]
+            trial[1, a] = work.memory[element.place, 1, a]
         laws[element.law](rows.parameters[e], trial, force, space.tangent[spare])
         for a in range(element.rows):
             wrong = wrong or abs(force[0, a] - x[element.first + a]) > least * largest

@@ -67,8 +67,8 @@ class PositionWork(NamedTuple):
     local: tuple[Ints, Ints, Ints]  # place, blocks, reach: see ``local_blocks``
 
 
-def position_work(pairs: PairData, train: Held, ports: int) -> PositionWork:
-    """Work space for a train with that many ports."""
+def position_work(pairs: PairData, train: Held, ports: int, rates: Array) -> PositionWork:
+    """Work space for a train with that many ports; rates (6 B,): of its blocks in rolling."""
     rows = pair_rows(pairs)
     channels, extra = train.moved.shape
     count, size = len(rows.row), len(rows.row) + extra + 1
@@ -83,7 +83,7 @@ def position_work(pairs: PairData, train: Held, ports: int) -> PositionWork:
         small=np.zeros((size, size)),
         spare=np.zeros(size),
     )
-    memory = first_memory(pairs)
+    memory = first_memory(pairs, rates)
     local = (np.full(blocks, -1, np.int64), np.zeros(blocks, np.int64), np.zeros(count, np.int64))
     return PositionWork(
         elements=packed(pairs),

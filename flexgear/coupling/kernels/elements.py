@@ -13,11 +13,14 @@ from numpy.typing import NDArray
 
 from flexgear.arrays import Array, Ints
 from flexgear.coupling.laws import (
+    COUPLED_SLICES_ALWAYS_LAW,
     COUPLED_SLICES_LAW,
     GIVEN_FORCE_LAW,
     LAWS,
     LINEAR_LAW,
+    ONE_SIDED_ALWAYS_LAW,
     ONE_SIDED_LAW,
+    SLICES_ALWAYS_LAW,
     SLICES_LAW,
     functions,
     most_rows,
@@ -51,7 +54,8 @@ GEAR_MESH = _record(
     "places",
     "phi center_distance s0 rate pitch s_lo s_hi slope half_face z_offset planet_arm gear_arm "
     "cos_b sin_b s_pitch gap error_amplitude error_phase error_offset error_slope largest_error "
-    "damping radial_x radial_y normal_x normal_y tangent_x tangent_y table_start table_step",
+    "damping constant_damping radial_x radial_y normal_x normal_y tangent_x tangent_y "
+    "table_start table_step",
 )
 RUNOUT = _record("angle", "amplitude rate phase")
 FIXED_ROW = _record("kind owner", "stiffness")
@@ -239,13 +243,23 @@ def _fixed_rows(data: PairData) -> FixedRows:
     return FixedRows(row, end, vector, element, parameters)
 
 
+def rolling_rate(fixed: FixedRows, row: int, rates: Array) -> float:
+    """Rate of one of the rows that are always there when blocks move at ``rates`` (6 B,) in
+    rolling: along and about the axis, as bodies that orbit do so together."""
+    rate = 0.0
+    for end, vector in zip(fixed.end["block"][row], fixed.vector[row], strict=True):
+        if end >= 0:
+            rate += sum(vector[o] * rates[6 * end + o] for o in (2, 5))
+    return float(rate)
+
+
 def law_functions(data: PairData) -> tuple[object, ...]:
     """Compiled functions of the laws that elements of ``data`` and machines at ports have.
 
     A law that the filling of rows (``pairs``) gives to tooth pairs has to be named here.
     """
-    bent = data.bent[data.model == FACE_LOAD]
-    slices = np.where(bent == 1, COUPLED_SLICES_LAW, SLICES_LAW)
+    lines = data.model == FACE_LOAD
+    slices = SLICE_LAWS[data.bent[lines], (data.constant_damping[lines] > 0.0).astype(int)]
     return functions({*slices.tolist(), *data.bearing_law.tolist()})
 
 
@@ -292,4 +306,8 @@ def widest(data: PairData) -> int:
     return max(rows_of_pair(data), most_rows([int(law) for law in data.bearing_law]))
 
 
-PAIR_LAWS = (LINEAR_LAW, ONE_SIDED_LAW)  # by ``sided``
+PAIR_LAWS = (LINEAR_LAW, ONE_SIDED_LAW, ONE_SIDED_ALWAYS_LAW)
+# whether slices bend each other, whether their damper acts always
+SLICE_LAWS = np.array(
+    [[SLICES_LAW, SLICES_ALWAYS_LAW], [COUPLED_SLICES_LAW, COUPLED_SLICES_ALWAYS_LAW]]
+)

@@ -24,13 +24,12 @@ import numpy as np
 
 from flexgear.arrays import Array, Ints
 from flexgear.compiled import INNER, PART, UNCOUNTED, ZERO, as_read, njit
-from flexgear.coupling.kernels.elements import PAIR_LAWS, Rows, packed
+from flexgear.coupling.kernels.elements import PAIR_LAWS, SLICE_LAWS, Rows, packed
 from flexgear.coupling.kernels.fixed_rows import fixed_rows
-from flexgear.coupling.laws import COUPLED_SLICES_LAW, SLICES_LAW
 from flexgear.coupling.laws.slices import COUNT, FIRST, RELAXATION
 from flexgear.coupling.pair_data import FACE_LOAD, FOLLOWING, OF_LINE, PER_PAIR, WAVE, PairData
 
-LINEAR_PAIR, ONE_SIDED_PAIR = PAIR_LAWS
+LINEAR_PAIR, ONE_SIDED_PAIR, ONE_SIDED_ALWAYS_PAIR = PAIR_LAWS
 BESIDE = 2  # column of a table of slices where B begins
 
 
@@ -176,14 +175,22 @@ def _tooth_end(gears, coef, block, share, n, at):
     _gear_end(coef, share, n, (x, y, z), x * n[1] - y * n[0])
 
 
+@njit(**INNER)
+def _damping_of(mesh, stiffness, share):
+    """Damping of tooth pairs of a gear mesh, N s/m; share: of all of its pairs that are there."""
+    if mesh.constant_damping > 0.0:
+        return mesh.constant_damping * share
+    return mesh.damping * math.sqrt(stiffness)
+
+
 @njit(**PART)
-def _fill_row(gears, m, turn, rows, n, span, away):
+def _fill_row(gears, m, turn, rows, n, span, away, share):
     """Row n from pairs first … stop − 1 of gear mesh m: one pair, or all at the pitch point; its
     stiffness and damping.
 
     turn: cosine and sine of the planet's angle in the gear's frame, then of the angle of its teeth
     in its own axes; span: first, stop; away: m along the face from the centre of the pair's
-    contact line.
+    contact line; share: of these pairs in the stiffness of all that are there.
     """
     first, stop = span
     mesh, row, pairs = gears.mesh[m], rows.row[n], rows.pair
@@ -224,7 +231,7 @@ def _fill_row(gears, m, turn, rows, n, span, away):
             width += 1
     row.width, row.line, row.along = width, m, nz * s + mesh.cos_b * z
     row.kind, row.owner, row.sided, row.following = mesh.kind, m, mesh.sided, 0
-    damping = mesh.damping * math.sqrt(total)
+    damping = _damping_of(mesh, total, share)
     row.stiffness, row.damping = total, damping
     row.offset = error + mesh.error_slope * away - mesh.gap
     return total, damping
@@ -240,9 +247,9 @@ def _between(table, mesh, s):
 
 
 @njit(**INNER)
-def _slices_of_pair(gears, m, turn, rows, n, e, q):
-    """Rows n and n + 1 and element e of pair q: see ``laws.slices``; whether the next pairs, if
-    they touch, yield to it: see ``neighbours``."""
+def _slices_of_pair(gears, m, turn, rows, n, e, q, share):
+    """Rows n and n + 1 and element e of pair q, which has a share of the stiffness of all: see
+    ``laws.slices``; whether the next pairs, if they touch, yield to it: see ``neighbours``."""
     mesh, pair, element = gears.mesh[m], rows.pair[q], rows.element[e]
     table, count = gears.slices[pair.table], mesh.slices
     a, b, w = _between(table, mesh, pair.s)
@@ -255,7 +262,7 @@ def _slices_of_pair(gears, m, turn, rows, n, e, q):
         off = parameters[FIRST + j] - pair.z
         parameters[FIRST + j] = 0.5 * (1.0 + off / radius) if radius > 0.0 else 0.5
     for i in range(2):
-        _fill_row(gears, m, turn, rows, n + i, (q, q + 1), radius if i == 1 else -radius)
+        _fill_row(gears, m, turn, rows, n + i, (q, q + 1), radius if i == 1 else -radius, share)
         row = rows.row[n + i]
         row.sided = 0  # the law decides slice by slice
         row.stiffness *= 0.5
@@ -265,8 +272,8 @@ def _slices_of_pair(gears, m, turn, rows, n, e, q):
             rows.yields[n + i, k] = v * a[at] + w * b[at]
     pair.row, pair.rows = n, 2
     parameters[COUNT] = count
-    parameters[RELAXATION] = mesh.damping / math.sqrt(whole)
-    element.law = COUPLED_SLICES_LAW if mesh.bent == 1 else SLICES_LAW
+    parameters[RELAXATION] = _damping_of(mesh, whole, share) / whole
+    element.law = SLICE_LAWS[mesh.bent, 1 if mesh.constant_damping > 0.0 else 0]
     element.first, element.rows = n, 2
     element.place = mesh.places * m + pair.place
     return rows.yields[n, 0] != 0.0
@@ -281,18 +288,26 @@ def _rows_of_pairs(gears, m, gear_turn, planet_turn, rows, counts, span):
     mesh = gears.mesh[m]
     (c, s), (x, y) = gear_turn, (mesh.radial_x, mesh.radial_y)
     turn = (c * x - s * y, s * x + c * y, planet_turn[0], planet_turn[1])
+    whole = 0.0
+    for q in range(first, stop):
+        whole += rows.pair[q].stiffness
     while first < stop:
+        share = rows.pair[first].stiffness / whole if whole > 0.0 else 0.0
         if mesh.model == FACE_LOAD:
-            if _slices_of_pair(gears, m, turn, rows, count, element_count, first):
+            if _slices_of_pair(gears, m, turn, rows, count, element_count, first, share):
                 following = min(2 * (stop - first - 1), FOLLOWING)
                 for row in (rows.row[count], rows.row[count + 1]):
                     row.after, row.following = count + 2, following
             count, element_count, first = count + 2, element_count + 1, first + 1
             continue
         after = first + 1 if mesh.model == PER_PAIR else stop
-        stiffness, damping = _fill_row(gears, m, turn, rows, count, (first, after), 0.0)
+        share = share if mesh.model == PER_PAIR else 1.0
+        stiffness, damping = _fill_row(gears, m, turn, rows, count, (first, after), 0.0, share)
         parameters, element = rows.parameters[element_count], rows.element[element_count]
-        element.law = ONE_SIDED_PAIR if mesh.sided == 1 else LINEAR_PAIR
+        element.law = LINEAR_PAIR
+        if mesh.sided == 1:
+            constant = mesh.constant_damping > 0.0
+            element.law = ONE_SIDED_ALWAYS_PAIR if constant else ONE_SIDED_PAIR
         element.first, element.rows = count, 1
         element.place = mesh.places * m
         if mesh.model == PER_PAIR:

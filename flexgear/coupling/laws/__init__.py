@@ -11,6 +11,10 @@ need not be symmetric; r rows may be coupled. A law knows no rows, and the solve
 call it by its address, so that adding one changes none of them. Only rows under the law
 "held_rate" are held: what it gives is not their force but zero, and their force is what that takes.
 
+Rates are whole: in equilibria and transients a row about the axis has the speed of its inner ring
+less that of its outer one, so that a law with component 5 knows the speed of the shaft. A force
+needs no potential.
+
 Laws of bearings also say on which of the six components of the relative motion of inner and outer
 ring their rows act. To add one: write its file, and enter it in ``LAWS``.
 """
@@ -23,6 +27,11 @@ import numpy as np
 
 from flexgear.arrays import Array
 from flexgear.compiled import njit
+from flexgear.coupling.laws.always_damped import (
+    COUPLED_SLICES_ALWAYS,
+    ONE_SIDED_ALWAYS,
+    SLICES_ALWAYS,
+)
 from flexgear.coupling.laws.basic import (
     GIVEN_FORCE,
     HELD_RATE,
@@ -33,17 +42,24 @@ from flexgear.coupling.laws.basic import (
 )
 from flexgear.coupling.laws.clearance import CLEARANCE
 from flexgear.coupling.laws.coupled_slices import COUPLED_SLICES
+from flexgear.coupling.laws.dampers import DAMPERS
 from flexgear.coupling.laws.law import Law
 from flexgear.coupling.laws.rollers import ROLLERS
 from flexgear.coupling.laws.slices import SLICES
 from flexgear.model.errors import FlexgearError
 
-BASIC = (LINEAR, ONE_SIDED, GIVEN_FORCE, LINEAR_RATE, HELD_RATE)
-LAWS: tuple[Law, ...] = (*BASIC, SLICES, COUPLED_SLICES, CLEARANCE, ROLLERS)
+BASIC = (LINEAR, ONE_SIDED, GIVEN_FORCE, LINEAR_RATE, HELD_RATE, ONE_SIDED_ALWAYS)
+OF_SLICES = (SLICES, COUPLED_SLICES, SLICES_ALWAYS, COUPLED_SLICES_ALWAYS)
+LAWS: tuple[Law, ...] = (*BASIC, *OF_SLICES, CLEARANCE, ROLLERS, DAMPERS)
 ROOM = 16  # the number of laws is part of what the solvers are compiled for
 
-LINEAR_LAW, ONE_SIDED_LAW, GIVEN_FORCE_LAW, LINEAR_RATE_LAW, HELD_RATE_LAW = range(len(BASIC))
-SLICES_LAW, COUPLED_SLICES_LAW = LAWS.index(SLICES), LAWS.index(COUPLED_SLICES)
+(
+    LINEAR_LAW, ONE_SIDED_LAW, GIVEN_FORCE_LAW, LINEAR_RATE_LAW, HELD_RATE_LAW,
+    ONE_SIDED_ALWAYS_LAW,
+) = range(len(BASIC))  # fmt: skip
+SLICES_LAW, COUPLED_SLICES_LAW, SLICES_ALWAYS_LAW, COUPLED_SLICES_ALWAYS_LAW = (
+    LAWS.index(law) for law in OF_SLICES
+)
 
 
 def functions(used: Collection[int]) -> tuple[object, ...]:

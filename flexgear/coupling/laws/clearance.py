@@ -41,7 +41,7 @@ def _clearance(parameters, motion, force, tangent):
     return 0.5 * k * over * over
 
 
-def _stated_by(bearing: Bearing) -> list[float] | None:
+def _stated_by(bearing: Bearing, viscosity: float | None) -> list[float] | None:
     gap = bearing.clearance
     return [(1.0 - CENTERING) * bearing.stiffness[0], gap] if gap > 0 else None
 

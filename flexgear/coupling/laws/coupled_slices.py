@@ -160,10 +160,10 @@ def _guess(most, share, d):
     return most / (1.0 + share * max(math.log(d / most), 1.0))
 
 
-@compiled_law
-def _coupled_slices(parameters, motion, force, tangent):
+@njit(error_model="numpy")
+def coupled_slices(parameters, tau, motion, force, tangent):
     """Sums over the slices that touch; a pair in the air keeps a small tangent, and no force."""
-    count, tau = int(parameters[COUNT]), parameters[RELAXATION]
+    count = int(parameters[COUNT])
     share, nominal = parameters[FIRST : FIRST + count], parameters[FIRST + count :]
     last = FIRST + 5 * count + count * (count + 1) // 2
     bending, before = parameters[FIRST + 3 * count : last], parameters[last:]
@@ -210,6 +210,12 @@ def _coupled_slices(parameters, motion, force, tangent):
     if n == 0:
         tangent[0, 0, 0] = tangent[0, 1, 1] = 0.5 * LOOSE * stiffness
     return energy
+
+
+@compiled_law
+def _coupled_slices(parameters, motion, force, tangent):
+    """The same, to be called by its address."""
+    return coupled_slices(parameters, parameters[RELAXATION], motion, force, tangent)
 
 
 @njit()

@@ -22,16 +22,19 @@ class Law:
     function: as ``compiled_law`` gives it; components: of the relative motion (x, y, z, rx, ry, rz)
     that a bearing's rows act on, none for laws of rows that come from elsewhere; nominal: stiffness
     (r,) of the rows of an element with the given parameters, for modes and what is linear;
-    stated_by: the parameters of the law where a bearing of a case states it, else None; part_loads:
-    loads (t, rows, parts) N of the parts of its rows, evenly spaced from the bearing's x axis on,
-    from parameters and motions (t, r), where it has parts.
+    stated_by: the parameters of the law where a bearing of a case states it, else None, from the
+    bearing and the dynamic viscosity of the case's lubricant, Pa·s, None where it has none;
+    replaces: whether the law stands in the place of the bearing's springs or beside them;
+    part_loads: loads (t, rows, parts) N of the parts of its rows, evenly spaced from the bearing's
+    x axis on, from parameters and motions (t, r), where it has parts.
     """
 
     name: str
     function: Callable[[], Any]
     components: tuple[int, ...] = ()
     nominal: Callable[[Array], Array] = np.zeros_like
-    stated_by: Callable[[Bearing], Sequence[float] | None] = lambda bearing: None
+    stated_by: Callable[[Bearing, float | None], Sequence[float] | None] = lambda bearing, oil: None
+    replaces: bool = True
     part_loads: Callable[[Array, Array], Array] | None = None
 
 

@@ -89,11 +89,11 @@ def _nominal(parameters: Array) -> Array:
     return np.array([parameters[RADIAL], parameters[RADIAL], parameters[TILT], parameters[TILT]])
 
 
-def _stated_by(bearing: Bearing) -> list[float] | None:
+def _stated_by(bearing: Bearing, viscosity: float | None) -> list[float] | None:
     if bearing.rollers is None:
         return None
     stiffness = bearing.stiffness
     return roller_parameters(bearing.rollers, stiffness[0], stiffness[3])
 
 
-ROLLERS = Law("rollers", _rollers, (0, 1, 3, 4), _nominal, _stated_by, roller_loads)
+ROLLERS = Law("rollers", _rollers, (0, 1, 3, 4), _nominal, _stated_by, part_loads=roller_loads)

@@ -17,16 +17,17 @@ Parameters: number of slices, τ s, then t, k N/m and g m of all.
 
 from __future__ import annotations
 
+from flexgear.compiled import INNER, njit
 from flexgear.coupling.laws.law import Law, compiled_law
 
 COUNT, RELAXATION, FIRST = range(3)
 LOOSE = 1e-9  # share of its stiffness in the tangent of a pair that does not touch
 
 
-@compiled_law
-def _slices(parameters, motion, force, tangent):
+@njit(**INNER)
+def slices(parameters, relaxation, motion, force, tangent):
     """Sums over the slices; a pair in the air keeps a small tangent, and no force."""
-    count, relaxation = int(parameters[COUNT]), parameters[RELAXATION]
+    count = int(parameters[COUNT])
     for i in range(2):
         force[0, i], force[1, i] = 0.0, 0.0
         for j in range(2):
@@ -63,6 +64,12 @@ def _slices(parameters, motion, force, tangent):
         tangent[0, 0, 0] = tangent[0, 1, 1] = 0.5 * LOOSE * stiffness
     tangent[0, 1, 0], tangent[1, 1, 0] = tangent[0, 0, 1], tangent[1, 0, 1]
     return energy
+
+
+@compiled_law
+def _slices(parameters, motion, force, tangent):
+    """The same, to be called by its address."""
+    return slices(parameters, parameters[RELAXATION], motion, force, tangent)
 
 
 SLICES = Law("slices", _slices)

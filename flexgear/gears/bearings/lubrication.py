@@ -77,6 +77,14 @@ def viscosity_at(lubricant: Lubricant, temperature: float | None = None) -> floa
     return float(1e-6 * (10 ** (10**exponent) - 0.7))
 
 
+def dynamic_viscosity(lubricant: Lubricant | None) -> float | None:
+    """η = ρ ν of the oil in contacts, Pa·s; None where density or temperature is not stated."""
+    kinematic = None if lubricant is None else viscosity_at(lubricant)
+    if lubricant is None or kinematic is None or lubricant.density is None:
+        return None
+    return kinematic * lubricant.density
+
+
 def reference_viscosity(pitch_diameter: float, speed: float) -> float:
     """ν_1, m²/s; D_pw in m, speed of the inner against the outer ring in rad/s, not zero."""
     n, d = abs(speed) * RPM, 1e3 * pitch_diameter
