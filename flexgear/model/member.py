@@ -15,7 +15,15 @@ from flexgear.model.ring import Ring
 from flexgear.model.rolling import Rolling, check_elements
 from flexgear.model.section import Missing, Refusal, Section
 from flexgear.model.springs import Bearing
-from flexgear.model.units import Angle, Inertia, Length, Mass, Stiffness, Stress
+from flexgear.model.units import (
+    Angle,
+    DynamicViscosity,
+    Inertia,
+    Length,
+    Mass,
+    Stiffness,
+    Stress,
+)
 
 
 class Tool(Section):
@@ -150,12 +158,51 @@ class Support(Bearing):
         return self.tangential > 0 or self.stiffness[5] > 0
 
 
+class Journal(Section):
+    """The oil film of a plain bearing between planet and pin, that of a short bearing.
+
+    diameter: of the pin. length: that carries, at most the diameter; films longer than half of it
+    carry less than is computed. clearance: radial gap, half of the difference of the diameters.
+    viscosity: dynamic, of the oil in the film; left out, density times operating viscosity of the
+    lubricant. least_film: thickness below which surfaces touch.
+    """
+
+    diameter: Length = Field(gt=0.0, le=5.0)
+    length: Length = Field(gt=0.0, le=5.0)
+    clearance: Length = Field(gt=0.0, le=5e-3)
+    viscosity: DynamicViscosity | None = Field(default=None, gt=0.0, le=100.0)
+    least_film: Length = Field(default=1e-6, gt=0.0, le=1e-3)
+
+    @model_validator(mode="after")
+    def _a_film(self) -> Journal:
+        if self.length > self.diameter:
+            remedy = "a film longer than the diameter is not one of a short bearing"
+            raise Refusal("length", "is more than the diameter", remedy)
+        if self.least_film >= 0.5 * self.clearance:
+            raise Refusal("least_film", "is not below half of the clearance", "lower it")
+        return self
+
+
 class PlanetBearing(Support, Rolling):
-    """Bearing between planet and pin."""
+    """Bearing between planet and pin.
+
+    journal: a plain bearing; radial is then the stiffness of surfaces that touch, and that of modes
+    and whatever is linear.
+    """
+
+    journal: Journal | None = None
 
     @model_validator(mode="after")
     def _elements_fit(self) -> PlanetBearing:
         check_elements(self, self)
+        if self.journal is None:
+            return self
+        if self.rollers is not None or self.clearance > 0:
+            remedy = "take one of both out; the film has a clearance of its own"
+            raise Refusal("journal", "stands beside rollers or clearance", remedy)
+        if min(self.stiffness[:2]) <= 0 or self.full is not None:
+            remedy = "give radial, and no full matrix"
+            raise Refusal("radial", "is needed beside a journal: of surfaces that touch", remedy)
         return self
 
 

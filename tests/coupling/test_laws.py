@@ -40,6 +40,15 @@ SAMPLES["rollers"] = (
     tuple(roller_parameters(ROLLERS, 1e9, 1e6)),
     [((3e-5, -1e-5, 2e-4, -5e-4), (0.0,) * 4), ((-6e-5, 5e-5, 0.0, 1e-3), (0.1,) * 4)],
 )
+SAMPLES["journal"] = (  # η, R, L, c, h_min, k; inside the film and where surfaces touch
+    (0.03, 0.1, 0.08, 1e-4, 2e-6, 1e9),
+    [
+        ((5e-5, -2e-5, 4.0), (1e-3, 2e-3, -30.0)),
+        ((-8e-5, 5e-5, 0.0), (-2e-2, 0.0, 25.0)),
+        ((0.0, 1e-5, 0.0), (1e-4, -1e-3, 40.0)),
+        ((9e-5, -5e-5, 0.0), (1e-3, 1e-3, -30.0)),
+    ],
+)
 SAMPLES["dampers"] = (
     (1e4, 1e4, 3e4, 2e2, 2e2, 5.0),
     [((1e-5,) * 6, (0.1, 0.2, 0.0, -1.0, 2.0, 3.0))],
@@ -67,9 +76,11 @@ def test_tangents_are_the_differences_of_forces(law, parameters, motion):
             change = (response(law, parameters, high)[1] - response(law, parameters, low)[1])[0]
             several = law == "rollers" or "slices" in law
             scale = np.abs(tangent).max() if several else max(parameters[0], 1.0)
+            if law == "journal":  # forces and a torque: each by itself
+                scale = 1e-6 * np.abs(change[j]) / (2 * step)
             if not inside:  # keeps a small tangent there, see the law
                 np.testing.assert_allclose(
-                    tangent[kind, :, j], change / (2 * step), atol=2e-5 * scale
+                    tangent[kind, :, j], change / (2 * step), rtol=2e-4, atol=2e-5 * scale
                 )
 
 

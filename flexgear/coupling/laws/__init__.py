@@ -43,6 +43,7 @@ from flexgear.coupling.laws.basic import (
 from flexgear.coupling.laws.clearance import CLEARANCE
 from flexgear.coupling.laws.coupled_slices import COUPLED_SLICES
 from flexgear.coupling.laws.dampers import DAMPERS
+from flexgear.coupling.laws.journal import JOURNAL
 from flexgear.coupling.laws.law import Law
 from flexgear.coupling.laws.rollers import ROLLERS
 from flexgear.coupling.laws.slices import SLICES
@@ -50,7 +51,7 @@ from flexgear.model.errors import FlexgearError
 
 BASIC = (LINEAR, ONE_SIDED, GIVEN_FORCE, LINEAR_RATE, HELD_RATE, ONE_SIDED_ALWAYS)
 OF_SLICES = (SLICES, COUPLED_SLICES, SLICES_ALWAYS, COUPLED_SLICES_ALWAYS)
-LAWS: tuple[Law, ...] = (*BASIC, *OF_SLICES, CLEARANCE, ROLLERS, DAMPERS)
+LAWS: tuple[Law, ...] = (*BASIC, *OF_SLICES, CLEARANCE, ROLLERS, JOURNAL, DAMPERS)
 ROOM = 16  # the number of laws is part of what the solvers are compiled for
 
 (

@@ -1,0 +1,155 @@
+"""Plain planet bearings: Reynolds' equation by quadrature, Ocvirk's locus, speed, energy."""
+
+import itertools
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+from scipy.optimize import brentq
+from stepped import Jumping, energy_error, stepped
+from trains import stage_train
+
+from flexgear.coupling.build import build_system
+from flexgear.coupling.laws import law_number, respond
+from flexgear.coupling.modal import modal_system
+from flexgear.model.errors import InputError
+
+OIL, DIAMETER, LENGTH, CLEARANCE = 0.03, 0.08, 0.04, 60e-6
+FILM = {"diameter_mm": "80", "length_mm": "40", "clearance_um": "60", "viscosity_mpa_s": "30"}
+CENTERING = 1e-4 * 5e8  # N/m, which stays a spring beside the film
+PLANET = 94 / 34  # turns of a planet in its carrier's frame for one of the carrier, backwards
+
+
+def with_film(folder, film=FILM, **settings):
+    keys = {f"stage.planet_bearing.journal.{k}": v for k, v in film.items()}
+    return stage_train(folder, planets=3, **keys, **settings)
+
+
+def short_bearing(load, speed):
+    """Eccentricity and attitude angle of Ocvirk's short bearing that carries a load, N."""
+    scale = OIL * speed * DIAMETER / 2 * LENGTH**3 / CLEARANCE**2
+
+    def excess(e):
+        return scale * e / (4 * (1 - e**2) ** 2) * np.sqrt(np.pi**2 * (1 - e**2) + 16 * e**2) - load
+
+    e = brentq(excess, 1e-9, 0.9999)
+    return e, np.arctan2(np.pi * np.sqrt(1 - e**2), 4 * e)
+
+
+def pin(dataset, at):
+    """Where the pin of planet 1 stands in its bore, over the clearance, and the load on it, N, both
+    as complex numbers of the carrier's frame."""
+    planet, carrier = (
+        dataset.body_displacement.sel(body=f"stage.{name}").values[at]
+        for name in ("planet_1", "carrier")
+    )
+    assert abs(carrier[:2]).max() < 1e-12
+    off = -complex(*planet[:2])
+    force = dataset.planet_bearing_force.values[at, 0, :2]
+    return off / CLEARANCE, -complex(*force) - CENTERING * off
+
+
+@pytest.mark.parametrize(
+    ("x", "y", "vx", "vy", "speed"),
+    [(3e-5, -2e-5, 0.0, 0.0, 40.0), (-5e-5, 1e-5, 2e-3, -1e-3, -30.0), (1e-5, 0.0, -5e-2, 0, 9.0)],
+)
+def test_the_film_is_the_half_of_reynolds_pressure_that_presses(x, y, vx, vy, speed):
+    """Short bearing, d/dz(h³/12η dp/dz) = ω̄ dh/dψ + dh/dt, bore and pin moved as they are, the
+    negative half of the pressure left out; and it takes power as shear and pressure do."""
+    mean = 0.5 * speed  # the planet turns, the pin stands
+
+    def pressing(psi):
+        """∫ p dz at the angle ψ of the bore, where the bore has come near by x cos ψ + y sin ψ on
+        the other side."""
+        h = CLEARANCE + x * np.cos(psi) + y * np.sin(psi)
+        turning = -x * np.sin(psi) + y * np.cos(psi)
+        squeeze = vx * np.cos(psi) + vy * np.sin(psi)
+        return max(-OIL * LENGTH**3 / h**3 * (mean * turning + squeeze), 0.0)
+
+    def integral(weight):
+        turn = np.linspace(0, 2 * np.pi, 41)
+        return sum(
+            quad(lambda p: pressing(p) * weight(p), a, b, epsabs=0, limit=200)[0]
+            for a, b in itertools.pairwise(turn)
+        )
+
+    parameters = [OIL, DIAMETER / 2, LENGTH, CLEARANCE, 1e-6, 5e8]
+    motion = np.array([[x, y, 7.0], [vx, vy, speed]])
+    energy, force, _ = respond(law_number("journal"), parameters, motion)
+    on_bore = [DIAMETER / 2 * integral(f) for f in (np.cos, np.sin)]
+    assert -force[0, :2] == pytest.approx(on_bore, rel=1e-6)
+    shear = 2 * np.pi * OIL * (DIAMETER / 2) ** 3 * LENGTH
+    shear /= CLEARANCE * np.sqrt(1 - (x**2 + y**2) / CLEARANCE**2)
+    squeezed = np.array([vx + mean * y, vy - mean * x])
+    taken = shear * speed**2 + force[0, :2] @ squeezed
+    assert force[0] @ motion[1] == pytest.approx(taken, rel=1e-12)
+    assert energy == 0.0 and (force[1] == 0.0).all()
+
+
+@pytest.mark.parametrize("torque", ["200", "1000", "4000"])
+def test_a_planet_stands_on_its_film_where_ocvirk_says(tmp_path, torque):
+    case = with_film(tmp_path, **{"inputs.0.torque_nm": torque})
+    found = case.assemble().static(angle_deg=[0, 1.3])
+    off, load = pin(found, 1)
+    speed = 100 * np.pi / 30 * PLANET
+    eccentricity, attitude = short_bearing(abs(load), speed)
+    assert abs(off) == pytest.approx(eccentricity, rel=1e-6)
+    # the bore turns backwards, and takes the pin with it from the direction of the load
+    assert np.angle(off / load) == pytest.approx(-attitude, rel=1e-5)
+    drag = 2 * np.pi * OIL * (DIAMETER / 2) ** 3 * LENGTH / CLEARANCE * speed
+    lost = 3 * PLANET * drag / np.sqrt(1 - eccentricity**2)  # at the carrier; the wedge's beside
+    carried = 94 / 26 + 1  # turns of the sun
+    missing = float(torque) + carried * float(found.port_torque.sel(port="stage.sun")[1])
+    wedge = 3 * PLANET * 0.5 * abs(off) * CLEARANCE * abs(load) * np.sin(attitude)
+    assert missing == pytest.approx(lost + wedge, rel=1e-3)
+
+
+def test_surfaces_touch_where_no_film_carries(tmp_path):
+    """With next to no oil a pin stands in its bore as in a bearing with that clearance."""
+    thin = FILM | {"viscosity_mpa_s": "1e-6", "least_film_um": "1"}
+    found = with_film(tmp_path, thin).assemble().static(angle_deg=[0.0])
+    off, load = pin(found, 0)
+    closer = abs(off) * CLEARANCE - (CLEARANCE - 1e-6)
+    assert abs(load) == pytest.approx((5e8 - CENTERING) * closer, rel=1e-4)
+
+
+def test_the_film_follows_the_speed_of_the_moment(tmp_path):
+    """Held at half of its rated speed, a train runs on the film of that speed, not the rated one;
+    viscosity of the lubricant times density is that of the film."""
+    kept = {k: v for k, v in FILM.items() if k != "viscosity_mpa_s"}
+    oil = {"viscosity_40_mm2_per_s": "100", "operating_viscosity_mm2_per_s": "30"}
+    keys = {f"lubricant.{k}": v for k, v in oil.items()} | {"lubricant.density_kg_per_m3": "1000"}
+    machine = {"law": '"speed"', "kind": '"ramp"', "times_s": "[0, 1]", "speeds_rpm": "[50, 50]"}
+    keys |= {f"inputs.0.machine.{k}": v for k, v in machine.items()}
+    case = with_film(tmp_path, kept, **keys)
+    run = case.assemble().transient(duration=0.004)
+    off, load = pin(run, -1)
+    eccentricity, attitude = short_bearing(abs(load), 50 * np.pi / 30 * PLANET)
+    assert abs(off) == pytest.approx(eccentricity, rel=1e-5)
+    assert np.angle(off / load) == pytest.approx(-attitude, rel=1e-4)
+
+
+def test_energy_closes_on_a_film(tmp_path):
+    system = build_system(with_film(tmp_path, **{"stage.gear_mesh.model": "per_pair"}))
+    modal, rated = modal_system(system, 3000.0), system.rated_torque
+    drive = Jumping(lambda t: np.where(t > 0.002, 0.5 * rated, rated), jumps=(0.002,))
+    lost = []
+    for step in (4e-5, 2e-5):
+        run = stepped(modal, drive, 0.01, step, 2e-4, track_energy=True)
+        lost.append(energy_error(run))
+    assert lost[1] < 1e-3
+    assert lost[1] < 0.5 * lost[0]
+
+
+@pytest.mark.parametrize(
+    ("keys", "message"),
+    [
+        ({"length_mm": "90"}, "length_mm: is more than the diameter"),
+        ({"least_film_um": "40"}, "least_film"),
+        ({"viscosity_mpa_s": None}, r"journal.viscosity_mpa_s"),
+    ],
+)
+def test_what_is_no_film_is_one_line(tmp_path, keys, message):
+    film = {k: v for k, v in (FILM | keys).items() if v is not None}
+    with pytest.raises(InputError, match=message):
+        with_film(tmp_path, film).assemble()
