@@ -1,0 +1,159 @@
+"""Dampers by key and the damping laws of tooth pairs, against an integrator of their own."""
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from stepped import energy_error, stepped
+from two_gears import GEARS, TORQUE, Exact, reversal
+
+from flexgear import load_case
+from flexgear.analysis.start import start_state
+from flexgear.coupling.build import build_system
+from flexgear.coupling.modal import modal_system
+from flexgear.model.errors import InputError
+
+RATIO, SPEED = 60 / 30, 10 * np.pi / 30
+UNDAMPED = {"model": "constant", "law": "one-sided", "damping": 0, "speed": 10, "backlash": 20}
+
+
+def gears(folder, more=None, **keys):
+    path = folder / "gears.toml"
+    path.write_text(GEARS.format(**UNDAMPED | keys), encoding="utf-8")
+    return load_case(path, overrides=more or {})
+
+
+def always(folder, damping=0.1, law="always", **keys):
+    """Two gears whose teeth are damped."""
+    more = {"stages.0.gear_mesh.damping_law": f'"{law}"'}
+    return modal_system(build_system(gears(folder, more, damping=damping, **keys)))
+
+
+def integrated(modal, force, damping, torque, times):
+    """Displacements (t, d) of M q̈ + C q̇ + K q = f − Vᵀ F(δ, δ̇) from equilibrium on."""
+    s, exact = modal.system, Exact(modal, torque)
+    d, solve, teeth = len(s.mass), np.linalg.inv(s.mass), len(s.gear_meshes)
+    brake, output = s.machines[-1].rated_torque / s.machines[-1].rated_speed, s.ports[-1].row
+    state = start_state(modal, TORQUE)
+    start = np.r_[modal.modes @ state.eta, modal.modes @ state.velocity]
+
+    def slope(_, y):
+        q, v = y[:d], y[d:]
+        f = s.ports[0].row * torque - output * brake * (output @ v)
+        closing, rate = exact.approach(y)
+        f = f - exact.rows[:teeth].T @ force(closing[:teeth], rate[:teeth])
+        f = f - s.stiffness @ q - damping @ v
+        return np.r_[v, solve @ f]
+
+    options = {"t_eval": times, "rtol": 1e-9, "atol": 1e-14, "max_step": 2e-6}
+    return solve_ivp(slope, (0, times[-1]), start, **options).y[:d].T
+
+
+@pytest.mark.parametrize("law", ["always", "in-contact"])
+def test_teeth_that_part_fly_free_or_are_damped(tmp_path, law):
+    """Torque that reverses throws the flanks apart, on the coast flanks and back: an oscillator
+    with clearance whose one constant damper 2 ζ √(m k) acts always, or those of flanks that touch.
+    Beside an integrator that knows no steps and no modes."""
+    modal = always(tmp_path, law=law, backlash=5)
+    exact, carries = Exact(modal, -TORQUE), modal.system.pairs.carries == 1
+    inertias = np.diag(modal.system.mass)[[2, 5]]
+    teeth = modal.system.pairs.k_table.max()
+    mass = 1 / (exact.rows[0][[2, 5]] ** 2 / inertias).sum()
+
+    def force(delta, rate):
+        elastic = teeth * np.maximum(delta, 0.0)
+        if law == "always":
+            return elastic + np.where(carries, 2 * 0.1 * np.sqrt(mass * teeth) * rate, 0.0)
+        damped = np.clip(elastic + exact.c * rate, 0.0, 2 * elastic)
+        return np.where(delta > 0, damped, 0.0)
+
+    times = np.arange(1, 151) * 2e-5
+    expected = integrated(modal, force, 0.0 * modal.system.mass, -TORQUE, times) @ exact.rows.T
+    run = stepped(modal, reversal(-TORQUE, 0.0), times[-1], 1e-6, 2e-5, track_energy=True)
+    closing = run.eta @ modal.modes.T @ exact.rows.T
+    assert (closing[:, carries] - exact.gap[carries]).min() < -1e-6  # they part
+    assert np.abs(closing - expected).max() < 3e-4 * np.abs(expected).max()
+    assert energy_error(run) < 1e-4
+
+
+def test_both_laws_agree_until_teeth_part(tmp_path):
+    """In contact with constant stiffness both have the same damper; apart they have not: where
+    flanks meet again, the one that flew free is faster, and hits harder."""
+    modal = {law: always(tmp_path, law=law, backlash=40) for law in ("always", "in-contact")}
+    light = {law: stepped(m, reversal(0.8 * TORQUE, 0.0), 4e-3, 2e-6) for law, m in modal.items()}
+    loads = [run.pair_load.sum(axis=(1, 2)) for run in light.values()]
+    assert loads[0].min() > 0
+    assert loads[0] == pytest.approx(loads[1], rel=1e-9)
+    apart = {law: stepped(m, reversal(-TORQUE, 0.0), 4e-3, 2e-6) for law, m in modal.items()}
+    hardest = {law: run.pair_load.max() for law, run in apart.items()}
+    assert hardest["in-contact"] > 1.05 * hardest["always"]
+    assert apart["always"].pair_load.min() < 0  # flanks that leave each other are held back
+    assert apart["in-contact"].pair_load.min() >= 0
+
+
+@pytest.mark.parametrize("model", ["per_pair", "lumped", "rectangular", "face_load"])
+def test_energy_closes_where_pairs_are_always_damped(tmp_path, model):
+    """Under every model of the gear mesh, with pairs that come, part, and come back."""
+    modal, lost = always(tmp_path, model=model, speed=300), []
+    for step in (4e-6, 2e-6):
+        run = stepped(modal, reversal(-TORQUE, 0.0), 4e-3, step, 2e-5, track_energy=True)
+        lost.append(energy_error(run))
+    assert run.energy["pair_damping_work"][-1] > 0
+    assert lost[1] < 2e-3
+    assert lost[1] < 0.6 * lost[0]
+
+
+DAMPERS = {
+    "stages.0.pinion.support.damping.radial_n_s_per_m": "4e4",
+    "stages.0.gear.support.damping.radial_n_s_per_m": "1e4",
+    "stages.0.gear.support.damping.torsion_nm_s_per_rad": "20",
+    "output.damping_nm_s_per_rad": "3",
+}
+
+
+def test_dampers_of_supports_and_ports_are_c_times_rate(tmp_path):
+    case = gears(tmp_path, DAMPERS, law="linear")
+    modal = modal_system(build_system(case))
+    exact, size = Exact(modal, 0.5 * TORQUE), len(modal.system.mass)
+    order = [body.name.part for body in modal.system.bodies]
+    damping = np.zeros((size, size))
+    of = {"pinion": (4e4, 4e4, 3.0), "gear": (1e4, 1e4, 20.0)}
+    damping[np.diag_indices(size)] = [c for part in order for c in of[part]]
+    teeth = modal.system.pairs.k_table.max()
+    times = np.arange(1, 101) * 2e-5
+    expected = integrated(modal, lambda x, v: teeth * x, damping, 0.5 * TORQUE, times)
+    run = stepped(modal, reversal(0.5 * TORQUE, 0.0), times[-1], 1e-6, 2e-5, track_energy=True)
+    moved = run.eta @ modal.modes.T
+    for rows in (exact.rows[:1], np.eye(size)[[0, 3]]):
+        off, largest = np.abs((moved - expected) @ rows.T).max(), np.abs(expected @ rows.T).max()
+        assert off < 1e-4 * largest
+    assert energy_error(run) < 1e-6
+
+
+def test_drag_is_in_the_balance_of_torques(tmp_path):
+    """An equilibrium is one of steady running: what dampers take at rated speed the load lacks."""
+    drag = 20 * SPEED + RATIO * 3 * RATIO * SPEED
+    found = gears(tmp_path, DAMPERS).assemble().static(angle_deg=[0.0])
+    carried = RATIO * abs(float(found.port_torque.sel(port="stage_1.pinion")[0]))
+    assert carried == pytest.approx(TORQUE - drag, rel=1e-9)
+
+
+def test_first_modes_have_ratios_of_their_own(tmp_path):
+    """Those of the train without gear meshes, by rising frequency; all others the common one."""
+    modal = modal_system(build_system(gears(tmp_path, {"damping.ratios": "[0.05, 0.1]"})))
+    elastic = modal.omega > 0
+    ratio = modal.damping[elastic] / (2 * modal.omega[elastic])
+    assert ratio == pytest.approx([0.05, 0.1, *[0.0] * (elastic.sum() - 2)])
+
+
+@pytest.mark.parametrize(
+    ("keys", "message"),
+    [
+        ({"damping.ratios": "[0.05, 2]"}, "damping.ratios: are shares of critical damping"),
+        ({"damping.ratios": "[0.05]", "damping.kind": '"rayleigh"'}, "damping.ratios"),
+        ({"stages.0.gear_mesh.damping_law": '"sometimes"'}, "damping_law"),
+        ({"output.damping_nm_s_per_rad": "-1"}, "output.damping_nm_s_per_rad"),
+    ],
+)
+def test_what_is_no_damping_is_one_line(tmp_path, keys, message):
+    with pytest.raises(InputError, match=message):
+        gears(tmp_path, keys)
