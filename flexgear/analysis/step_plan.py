@@ -33,13 +33,19 @@ class Segment:
 
 
 def plan_segments(
-    duration: float, time_step: float, jumps: Sequence[float], windows: Sequence[FineWindow]
+    duration: float,
+    time_step: float,
+    jumps: Sequence[float],
+    windows: Sequence[FineWindow],
+    start: float = 0.0,
 ) -> list[Segment]:
-    """Cut [0, duration] at jumps and window edges; each piece gets a whole number of steps."""
-    cuts = {0.0, duration, *jumps}
+    """Cut ``duration`` s from ``start`` s on at jumps and window edges; each piece gets a whole
+    number of steps."""
+    end = start + duration
+    cuts = {start, end, *jumps}
     for w in windows:
         cuts.update((w.start, w.stop))
-    edges = sorted(c for c in cuts if 0.0 <= c <= duration)
+    edges = sorted(c for c in cuts if start <= c <= end)
     segments = []
     for a, b in pairwise(edges):
         if b - a < 1e-12 * duration:
@@ -110,7 +116,7 @@ class Stepping:
 
     There is a sample about every ``output_interval``, at least one between two jumps or window
     edges. jumps: times at which a torque jumps or a given speed has a kink; adaptive: chooses step
-    sizes, ``time_step`` and windows then play no part.
+    sizes, ``time_step`` and windows then play no part; start: time at which the run begins.
     """
 
     duration: float
@@ -119,13 +125,15 @@ class Stepping:
     jumps: tuple[float, ...] = ()
     windows: tuple[FineWindow, ...] = ()
     adaptive: Adaptive | None = None
+    start: float = 0.0
 
     def plans(self, load: float = np.inf) -> list[Plan]:
         """A plan for each piece between two jumps; load: N, that errors of steps are held to."""
         if self.adaptive is None:
-            cut = plan_segments(self.duration, self.time_step, self.jumps, self.windows)
+            steps = (self.duration, self.time_step, self.jumps, self.windows)
+            cut = plan_segments(*steps, self.start)
             return [fixed_plan(s, self.output_interval) for s in cut]
-        cut = plan_segments(self.duration, self.duration, self.jumps, ())
+        cut = plan_segments(self.duration, self.duration, self.jumps, (), self.start)
         return [graded_plan(s, self.output_interval, self.adaptive, load) for s in cut]
 
     @property

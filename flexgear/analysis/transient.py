@@ -42,6 +42,7 @@ from flexgear.gears.error_cycle import longest_time_step
 from flexgear.model.errors import FlexgearError
 
 Prescribed = Callable[[Array], Array]
+NO_JUMP = 1e-5  # of the largest torque of a machine, by which one may change where none jumps
 BESIDE = 1e-3  # of a step: how far beside a jump what holds before and after it is read
 
 
@@ -137,7 +138,8 @@ def transient(
     track_energy: bool = False,
     progress: Callable[[float], None] | None = None,
 ) -> Steps:
-    """Run from 0 to the end of ``stepping``; samples go to ``sink``.
+    """Run from start to end of ``stepping``; samples go to ``sink``. start: the state there, which
+    becomes that at the end; equilibrium if left out.
 
     Raises FlexgearError where a step has no solution, where the motion runs away or is not finite,
     and where steps are longer than a share of the gear-mesh period
@@ -145,7 +147,7 @@ def transient(
     """
     adaptive = stepping.adaptive
     if start is None:
-        start = start_state(modal, prescribed_values(modal, drive, np.zeros(1))[0])
+        start = start_state(modal, prescribed_values(modal, drive, np.full(1, stepping.start))[0])
     _refuse_start(modal, start, stepping.time_step if adaptive is None else adaptive.longest)
     plans = stepping.plans() if adaptive is None else stepping.plans(largest_rated_load(modal))
     sizes = max((len(p.sizes) for p in plans), default=1)
@@ -203,6 +205,7 @@ class _Run:
         self.energy, self.energy_gain = energy, EnergyGain() if undamped_contact(modal) else None
         machines = enumerate(modal.system.machines)
         self.held = [p for p, machine in machines if isinstance(machine, GivenSpeed)]
+        self.goes_on = bool(state.acceleration.any())
         self.space = work_space(modal, energy or self.energy_gain is not None, sizes)
         self.step_data: dict[tuple[float, ...], StepData] = {}
 
@@ -213,9 +216,7 @@ class _Run:
         if key not in self.step_data:
             self.step_data[key] = step_data(self.modal, plan.sizes)
         data = self.step_data[key]
-        first = self._prescribed_at(plan.start, BESIDE * h)
-        if consistent_acceleration(self.modal, data, self.state, first, self.space):
-            raise FlexgearError(f"no consistent contact state at t = {plan.start:.6f} s")
+        self._restart(plan, data)
         for begin in range(0, plan.ticks, plan.chunk):
             end = min(begin + plan.chunk, plan.ticks)
             times = plan.start + h * np.arange(begin + 1, end + 1, dtype=np.float64)
@@ -237,6 +238,18 @@ class _Run:
                 self._refuse_gain(at, samples.energy, float(plan.sizes[-1]))
                 self.sink.append(by_name(at, samples))
             yield end - begin
+
+    def _restart(self, plan: Plan, data: StepData) -> None:
+        """Begin a piece with the acceleration that its forces give, or, where a run goes on from
+        the end of another and no machine's torque jumps, with that of its last step."""
+        goes_on, self.goes_on, state = self.goes_on, False, self.state
+        acceleration, ports = state.acceleration.copy(), state.ports.copy()
+        first = self._prescribed_at(plan.start, BESIDE * float(plan.sizes[0]))
+        if consistent_acceleration(self.modal, data, state, first, self.space):
+            raise FlexgearError(f"no consistent contact state at t = {plan.start:.6f} s")
+        jump = np.abs(state.ports["torque"] - ports["torque"]).max(initial=0.0)
+        if goes_on and jump <= NO_JUMP * np.abs(ports["torque"]).max(initial=0.0):
+            state.acceleration[:], state.ports[:] = acceleration, ports
 
     def _prescribed_at(self, start: float, beside: float) -> Array:
         """Values (P + L,) of machines and loads for the step of no duration at ``start``, after a

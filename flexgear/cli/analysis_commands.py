@@ -31,9 +31,10 @@ from flexgear.gears.power_flow import power_flow
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
 from flexgear.model.units import RPM
-from flexgear.results.dataset_file import chosen, dataset_file
+from flexgear.results.dataset_file import chosen, dataset_file, load
 from flexgear.results.origin import origin_of_case
 from flexgear.results.result_quantities import RESULT_QUANTITIES
+from flexgear.results.run_folder import ended_run
 from flexgear.results.settling import WindowedRanges, window_edges, window_of
 from flexgear.results.sinks import Coming, DatasetSink, Ranges, Several
 from flexgear.results.summary import finite, sharing_summary_of
@@ -46,6 +47,7 @@ from flexgear.results.time_figures import (
 from flexgear.solve.angles import lead_angles
 from flexgear.solve.bodies import reduced_bodies, rigid_bodies
 from flexgear.solve.campbell import campbell as over_speed
+from flexgear.solve.carried_state import end_of
 from flexgear.solve.long_run import TimedRun, refuse_endless
 from flexgear.solve.model import Model, assemble
 from flexgear.solve.modes import modes as natural_modes
@@ -177,6 +179,14 @@ def simulate(
     ] = 1.0,
     rigid: options.Rigid = None,
     energy: Annotated[bool, typer.Option("--energy", help="Keep the energy account.")] = False,
+    start_from: Annotated[
+        Path | None,
+        typer.Option(
+            "--from",
+            help="Go on where another transient of the train has ended: its file, or the folder of "
+            "a run. Machines and loads may differ.",
+        ),
+    ] = None,
     save_only: Save = None,
     settings: options.Settings = None,
     as_json: options.AsJson = False,
@@ -190,9 +200,12 @@ def simulate(
     options.claim_file(out, origin_of_case(source), force)
     if not torque_share > 0:
         raise InputError("--torque-share", f"{torque_share:g}", "is not positive", "e.g. 1.5")
-    stepping = stepping_of(source, power_flow(source), duration_s)
+    start = None if start_from is None else load(ended_run(start_from))
+    begin = 0.0 if start is None else end_of(start, source.source)
+    stepping = stepping_of(source, power_flow(source), duration_s, start=begin)
     refuse_endless(stepping, source.source)
-    ranges = partial(WindowedRanges, edges=window_edges(stepping.duration, source.solver.settle))
+    edges = window_edges(stepping.duration, source.solver.settle, begin)
+    ranges = partial(WindowedRanges, edges=edges)
     whole, account = ranges(train_histories), Ranges(energy_account)
     motions = Ranges(motion_histories)
     rings = {stage: ranges(partial(ring_histories, stage)) for stage in source.fe_ring_stages}
@@ -206,11 +219,12 @@ def simulate(
             torque_share=torque_share,
             energy=energy,
             progress=report,
+            start=start,
             sink=Several([whole, motions, *rings.values(), *([account] if energy else []), *sinks]),
         )
-    start = float(run.data.attrs["settle_s"])
-    figures = _figures(model, run, whole.since(start))
-    figures |= {stage: transient_figures(r.since(start)) for stage, r in rings.items()}
+    settled = float(run.data.attrs["settle_s"])
+    figures = _figures(model, run, whole.since(settled))
+    figures |= {stage: transient_figures(r.since(settled)) for stage, r in rings.items()}
     if energy:
         figures["energy_residual"] = largest_residual(account)
     distance = farthest(figures["distance_from_axis_um_max"])
@@ -228,7 +242,7 @@ def _figures(model: Model, run: TimedRun, rest: Ranges) -> dict[str, Any]:
     least, mean, most = rest.least, rest.mean, rest.largest
     return {
         "time_s": run.simulated,
-        **window_of(run.data, run.simulated).figures,
+        **window_of(run.data, float(run.data.attrs["end_time_s"])).figures,
         "wall_time_s": run.wall,
         "realtime_factor": run.realtime_factor,
         "steps": int(run.data.attrs["steps"]),

@@ -139,6 +139,7 @@ class Model(model.Model):
         out: str | Path | None = None,
         save: Sequence[str] = (),
         progress: Progress | None = None,
+        start: xr.Dataset | None = None,
     ) -> xr.Dataset:
         """Samples in time under the machines at the ports, from equilibrium.
 
@@ -147,8 +148,9 @@ class Model(model.Model):
         torque_share: factor on all torques. output_interval: s between samples. energy: with the
         energy balance. fields: FE bodies whose coordinates are kept, for ``deformed``. out: netCDF
         file that takes the samples as they come, so that memory does not grow with the duration;
-        save: variables that it has, all if none is named. InputError where the run would not come
-        to an end, FlexgearError where the time stepping runs away.
+        save: variables that it has, all if none is named. start: a transient of this train, also
+        under other machines, from whose end this one goes on in time. InputError where the run
+        would not come to an end, FlexgearError where the time stepping runs away.
         """
         simulate = partial(
             transient.simulate,
@@ -160,6 +162,7 @@ class Model(model.Model):
             energy=energy,
             fields=fields,
             progress=progress_or_bars(progress),
+            start=start,
         )
         if out is None:
             return simulate().data

@@ -72,7 +72,7 @@ class Machine(TimeHistory):
                     raise Refusal(key, f"is given, but law is {self.law!r}", f'set law = "{law}"')
         if self.law == "speed" and self.kind == "steps":
             raise Refusal(
-                "kind", "a speed cannot jump: no torque is large enough", 'use kind = "ramp"'
+                "kind", "a speed cannot jump: no torque is large enough", 'use kind = "soft"'
             )
         least, most = self.least_torque, self.most_torque
         if least is not None and most is not None and not least < most:
@@ -118,9 +118,9 @@ def machines_of(case: Case) -> tuple[Machine | None, ...]:
 
 
 def series_of(case: Case) -> tuple[str, ...]:
-    """Members whose machine or load follows a series of a case."""
+    """Members whose machine or load follows a series of a case that may be steep."""
     ports = zip(case.ports, machines_of(case), strict=True)
-    members = [port.member for port, machine in ports if machine is not None and machine.is_series]
+    members = [port.member for port, machine in ports if machine is not None and machine.is_steep]
     members += [load.member for load in case.loads if load.is_history]
     return tuple(dict.fromkeys(members))
 

@@ -10,7 +10,7 @@ import scipy  # which loads its parts as they are named
 from numpy.typing import ArrayLike
 from pydantic import Field, model_validator
 
-from flexgear.arrays import Array
+from flexgear.arrays import Array, Ints
 from flexgear.model.errors import InputError
 from flexgear.model.input_file import read_table
 from flexgear.model.section import Missing, Refusal, Section
@@ -78,6 +78,7 @@ class TimeHistory(Section):
     constant  ``torque`` or ``speed`` at all times
     steps     ``torques[k]`` or ``speeds[k]`` for times[k] < t <= times[k+1]; the first holds before
     ramp      straight lines between the points of time, constant outside
+    soft      half cosines between the points of time, constant outside: without jump and kink
     csv       as ramp, the points read from ``file``, columns time_s and torque_nm or speed_rpm;
               between points of a speed a smooth curve without overshoot (Fritsch, Butland 1984), as
               every kink of a given speed is a jump of its torque
@@ -86,7 +87,7 @@ class TimeHistory(Section):
     torques, speeds: at these times. file: CSV of the points.
     """
 
-    kind: Literal["constant", "steps", "ramp", "csv"] = "constant"
+    kind: Literal["constant", "steps", "ramp", "soft", "csv"] = "constant"
     torque: Torque | None = Field(default=None, ge=-1e9, le=1e9)
     speed: Speed | None = Field(default=None, ge=-1e4, le=1e4)
     times: tuple[Time, ...] = ()
@@ -127,7 +128,12 @@ class TimeHistory(Section):
     @property
     def is_series(self) -> bool:
         """Whether the history changes continuously: a ramp, or the points of a file."""
-        return self.kind in ("ramp", "csv")
+        return self.kind in ("ramp", "soft", "csv")
+
+    @property
+    def is_steep(self) -> bool:
+        """Whether it may change fast: a series with kinks, or of a file."""
+        return self.is_series and self.kind != "soft"
 
     @property
     def values(self) -> tuple[float, ...]:
@@ -151,6 +157,10 @@ class TimeHistory(Section):
         if self._smooth:
             curve = scipy.interpolate.PchipInterpolator(times, values)
             return np.asarray(curve(np.clip(t, times[0], times[-1])))
+        if self.kind == "soft":
+            piece, share = self._place(t)
+            rise = np.diff(values, append=values[-1])
+            return np.asarray(values[piece] + rise[piece] * 0.5 * (1.0 - np.cos(np.pi * share)))
         return np.interp(t, times, values)
 
     def rate_at(self, time: ArrayLike) -> Array:
@@ -163,7 +173,17 @@ class TimeHistory(Section):
         if self._smooth:
             return np.where(within, scipy.interpolate.PchipInterpolator(times, values)(t, 1), 0.0)
         slopes = np.append(np.diff(values) / np.diff(times), 0.0)
-        return np.where(within, slopes[np.searchsorted(times, t, side="right") - 1], 0.0)
+        piece, share = self._place(t)
+        if self.kind == "soft":
+            return np.asarray(slopes[piece] * 0.5 * np.pi * np.sin(np.pi * share))
+        return np.where(within, slopes[piece], 0.0)
+
+    def _place(self, t: Array) -> tuple[Ints, Array]:
+        """The last point before times (…), and the share of the way from there to the next one."""
+        times = np.asarray(self.times)
+        piece = np.clip(np.searchsorted(times, t, side="right") - 1, 0, len(times) - 1)
+        length = np.diff(times, append=np.inf)[piece]
+        return piece, np.clip((t - times[piece]) / length, 0.0, 1.0)
 
     @property
     def _smooth(self) -> bool:

@@ -71,6 +71,7 @@ RESULT_COORDINATES: dict[str, Coordinate] = {
     "flank_side": Coordinate("", "half of a double-helical stage"),
     "flank_planet": Coordinate("1", "planet number, from 1"),
     "flank_sense": Coordinate("", "drive: carries under rated torque; coast: the other"),
+    "state": Coordinate("1", "entry of what a transient carries on"),
     "slice": Coordinate("1", "slice of a contact line, from 1 at -z"),
     "face": Coordinate("1", "place along the face over its width, from -1/2 at -z to 1/2"),
     "cause": Coordinate(

@@ -33,6 +33,15 @@ RESULT_QUANTITIES: dict[str, Quantity] = {
         (S, "input_coordinate"), "rad", "rotation of members that turn independently"
     ),
     "input_speed": Quantity((S, "input_coordinate"), "rad/s", "their speed"),
+    "inertia_torque": Quantity(
+        (S, "input_coordinate"),
+        "N m",
+        "torque of all machines about them in rolling: what speeds the train up, and what drag "
+        "and given loads take",
+    ),
+    "end_state": Quantity(
+        ("state",), "", "what a transient that starts from the end of this one carries on"
+    ),
     "stage_angle": Quantity(
         (S, "turning_stage"), "rad", "turn of the carrier (mean of the pins) against the ring; gear"
     ),

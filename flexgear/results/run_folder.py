@@ -28,6 +28,11 @@ FIELDS = "deformed_"  # how datasets of displacement fields begin
 _MOST = 256 * MEGABYTE  # of a case with a long torque series
 
 
+def ended_run(path: Path) -> Path:
+    """The file of a transient at a path: itself, or that of steady running in a run's folder."""
+    return path / "transient.nc" if path.is_dir() else path
+
+
 @dataclass(frozen=True)
 class Folder:
     """What a run left: datasets by name, displacement fields by body, summary, power flow."""

@@ -64,12 +64,12 @@ def window_of(data: xr.Dataset, end: float | None = None) -> Window:
     return Window(float(data.attrs["settle_s"]), end, settled, data.attrs.get("settling", ""))
 
 
-def window_edges(span: float, start: float | None = None) -> Array:
-    """Times (w,) s at which the windows of a run of ``span`` s begin. start: of the window that
-    figures are taken from, if the case states it: it is then one of two."""
+def window_edges(span: float, start: float | None = None, begin: float = 0.0) -> Array:
+    """Times (w,) s at which the windows of a run of ``span`` s from ``begin`` s on begin. start: of
+    the window that figures are taken from, if the case states it: it is then one of two."""
     if start is not None:
-        return np.unique(np.array([0.0, start]))
-    return np.asarray(np.arange(WINDOWS) * (span / WINDOWS), dtype=np.float64)
+        return begin + np.unique(np.array([0.0, start]))
+    return np.asarray(begin + np.arange(WINDOWS) * (span / WINDOWS), dtype=np.float64)
 
 
 def cut(time: Array, edges: Array) -> Iterator[tuple[int, slice]]:
@@ -113,13 +113,13 @@ class WindowedRanges(DatasetSink):
 
 
 class Settling(DatasetSink):
-    """A sink that finds the settled window of a run of ``span`` s.
+    """A sink that finds the settled window of a run of ``span`` s from ``begin`` s on.
 
     period: of the slowest gear mesh, s.
     """
 
-    def __init__(self, period: float, span: float) -> None:
-        self._period, self._span = period, span
+    def __init__(self, period: float, span: float, begin: float = 0.0) -> None:
+        self._period, self._span, self._begin = period, span, begin
         self._time, self._x = np.zeros(0), np.zeros((0, 0))  # of the last period
         self._sizes: list[int] = []
         self._difference = self._least = self._largest = np.zeros((WINDOWS, 0))
@@ -141,7 +141,8 @@ class Settling(DatasetSink):
 
     def window(self) -> Window:
         """The window that figures are to be taken from; all of the run where it has not settled."""
-        whole, periods = Window(0.0, self._span, None, ""), self._span / self._period
+        end, periods = self._begin + self._span, self._span / self._period
+        whole = Window(self._begin, end, None, "")
         if periods < FEWEST or np.isinf(self._difference[WINDOWS // 4 :]).any():
             return replace(
                 whole,
@@ -160,8 +161,8 @@ class Settling(DatasetSink):
         above = (self._difference > quarters[2:].max(axis=0) + limit).any(axis=1)
         first = int(np.flatnonzero(above)[-1]) + 1 if above.any() else 0
         return Window(
-            float(window_edges(self._span)[first]),
-            self._span,
+            float(window_edges(self._span, begin=self._begin)[first]),
+            end,
             True,
             f"from there on vibration repeats from one gear-mesh period to the next within "
             f"{100 * SHARE:g} % of its peak-to-peak",
@@ -178,7 +179,8 @@ class Settling(DatasetSink):
         if not self._difference.shape[1]:
             self._difference = np.full((WINDOWS, x.shape[1]), -np.inf)
             self._least, self._largest = -self._difference, self._difference.copy()
-        number = np.minimum((time * (WINDOWS / self._span)).astype(int), WINDOWS - 1)
+        since = time - self._begin
+        number = np.minimum((since * (WINDOWS / self._span)).astype(int), WINDOWS - 1)
         at, starts = np.unique(number, return_index=True)
         for bounds, values, extreme in (
             (self._difference, difference, np.maximum),

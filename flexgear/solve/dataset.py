@@ -42,6 +42,7 @@ def transient_data(model: Model, result: Transient, **attrs: Any) -> xr.Dataset:
     arrays = {
         "dynamic_transmission_error": error[:, model.gear_meshes.carrying],
         "input_speed": speeds,
+        "inertia_torque": result.torques @ (model.system.port_rows @ model.system.rolling),
         "stage_speed": _stage_rates(model, speeds),
         "port_speed": result.speeds,
         "output_speed": result.speeds[:, -1],

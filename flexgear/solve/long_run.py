@@ -14,6 +14,8 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from flexgear.analysis.end_state import packed_state, state_size
+from flexgear.analysis.kernels.step_arrays import State
 from flexgear.analysis.start import start_state
 from flexgear.analysis.step_plan import Stepping
 from flexgear.analysis.step_space import empty_samples
@@ -27,9 +29,11 @@ from flexgear.analysis.transient import (
     prescribed_values,
     transient,
 )
+from flexgear.arrays import Array
 from flexgear.coupling.modal import ModalSystem
 from flexgear.model.errors import InputError
 from flexgear.results.dataset_file import WHOLE, dataset_file
+from flexgear.results.labelled_dataset import variable
 from flexgear.results.sinks import Coming, DatasetSink
 
 Samples = dict[str, NDArray[np.float64]]
@@ -73,7 +77,8 @@ class LongRun:
     """A run to be stepped through.
 
     labelled: a dataset of some samples; last: what is known only after the last step, variables
-    without time and attributes; source: name of the case, for messages.
+    without time and attributes; source: name of the case, for messages; carried: the state to start
+    from, equilibrium if left out.
     """
 
     modal: ModalSystem
@@ -83,11 +88,14 @@ class LongRun:
     labelled: Callable[[Transient], xr.Dataset]
     last: Callable[[Steps], xr.Dataset]
     source: str
+    carried: State | None = None
 
     def into(self, sink: DatasetSink, progress: Callable[[float], None]) -> TimedRun:
         """Run it; the dataset has no samples. InputError where it would take more than a month."""
         refuse_endless(self.stepping, self.source)
-        start = start_state(self.modal, prescribed_values(self.modal, self.drive, np.zeros(1))[0])
+        start, begin = self.carried, np.full(1, self.stepping.start)
+        if start is None:
+            start = start_state(self.modal, prescribed_values(self.modal, self.drive, begin)[0])
         pattern = self._pattern()
         sink.begin(Coming(pattern, self.stepping.samples))
         chunks = _Chunks(self.modal, self.labelled, sink.append)
@@ -108,15 +116,21 @@ class LongRun:
         wall, core = time.perf_counter() - wall, time.thread_time() - core
         wall, core = wall - chunks.wall, core - chunks.core
         chunks.flush()
-        last = self.last(steps)
+        last = self._last(steps, packed_state(self.modal, start))
         sink.finish(last)
         empty = pattern.assign(last.data_vars).assign_attrs(last.attrs)
         return TimedRun(empty, self.stepping.duration, wall, core)
 
+    def _last(self, steps: Steps, end: Array) -> xr.Dataset:
+        """What is known only after the last step, the state there (n,) included."""
+        last = self.last(steps)
+        end_time = self.stepping.start + self.stepping.duration
+        return last.assign(end_state=variable("end_state", end)).assign_attrs(end_time_s=end_time)
+
     def _pattern(self) -> xr.Dataset:
         """The dataset without a sample."""
         samples = by_name(np.zeros(0), empty_samples(self.modal, 0))
-        last = self.last(NO_STEPS)
+        last = self._last(NO_STEPS, np.zeros(state_size(self.modal)))
         empty = self.labelled(collected(self.modal, samples, NO_STEPS))
         return empty.assign(last.data_vars).assign_attrs(last.attrs)
 

@@ -28,6 +28,7 @@ from flexgear.results.sinks import DatasetSink, Gathered, Several
 from flexgear.results.time_figures import axis_distance
 from flexgear.solve.angles import stage_motions
 from flexgear.solve.bodies import Progress, silent
+from flexgear.solve.carried_state import carried_state, state_content
 from flexgear.solve.dataset import result_labels, transient_data
 from flexgear.solve.deformed import body_coordinates, require_bending
 from flexgear.solve.long_run import LongRun, TimedRun
@@ -60,9 +61,15 @@ class Ends:
         return tuple(sorted(times))
 
     @property
+    def varies(self) -> bool:
+        """Whether one of them changes continuously."""
+        varies = any(machine is not None and machine.is_series for machine in self.machines)
+        return varies or any(load.is_history for load in self.loads)
+
+    @property
     def steep(self) -> bool:
         """Whether one of them may change fast anywhere."""
-        steep = any(machine is not None and machine.is_series for machine in self.machines)
+        steep = any(machine is not None and machine.is_steep for machine in self.machines)
         return steep or any(load.is_history for load in self.loads)
 
     def drive(self) -> Drive:
@@ -174,9 +181,10 @@ def _slowest_turn(case: Case, flow: PowerFlow) -> float:
     return max((m.turn_period for m in motions if m.theta), default=at_rest)
 
 
-def _settling(model: Model, span: float, constant: bool) -> Settling | Window:
-    """What finds the window that figures are taken from, or that window where it is known."""
-    start = model.case.solver.settle
+def _settling(model: Model, span: float, constant: bool, begin: float) -> Settling | Window:
+    """What finds the window that figures are taken from in a run of ``span`` s from ``begin`` s on,
+    or that window where it is known."""
+    start, end = model.case.solver.settle, begin + span
     if start is not None:
         if span <= start:
             raise InputError(
@@ -185,13 +193,13 @@ def _settling(model: Model, span: float, constant: bool) -> Settling | Window:
                 f"{start:g} s of start-up leave nothing of a run of {span:g} s",
                 "lower it, or run for longer",
             )
-        return Window(start, span, None, "as solver.settle_s says")
+        return Window(begin + start, end, None, "as solver.settle_s says")
     if not constant:
-        return Window(0.0, span, None, "the drive or a load changes")
+        return Window(begin, end, None, "the drive or a load changes")
     turning = [s.gear_mesh_frequency for s in model.flow.stages if s.gear_mesh_frequency]
     if not turning:
-        return Window(0.0, span, None, "nothing turns")
-    return Settling(1.0 / min(turning), span)
+        return Window(begin, end, None, "nothing turns")
+    return Settling(1.0 / min(turning), span, begin)
 
 
 def stepping_of(
@@ -201,18 +209,21 @@ def stepping_of(
     *,
     drive: TorqueHistory | None = None,
     output_interval: float | None = None,
+    start: float = 0.0,
 ) -> Stepping:
-    """Steps and samples of a run, for ``usual_duration`` unless given; drive: see ``simulate``.
+    """Steps and samples of a run from ``start`` s on, for ``usual_duration`` unless given; drive:
+    see ``simulate``.
 
     Near a jump of a torque steps are fine until it has settled, in a given series everywhere,
     unless the case says how long a step is.
     """
     pace, ends = case_pace(case), ends_of(case, flow, drive)
     span = usual_duration(case, flow) if duration is None else duration
-    jumps = tuple(t for t in ends.jumps if 0 <= t < span)
-    windows = [FineWindow(t, min(t + pace.settling, span), pace.step_time_step) for t in jumps]
+    end = start + span
+    late = [t for t in ends.jumps if max(start - pace.settling, 0.0) <= t < end]
+    windows = [FineWindow(t, min(t + pace.settling, end), pace.step_time_step) for t in late]
     if ends.steep and pace.series_time_step < pace.time_step:
-        windows = [FineWindow(0.0, span, pace.series_time_step)]
+        windows = [FineWindow(start, end, pace.series_time_step)]
     adaptive = None
     if case.solver.step_tolerance > 0.0:
         limits = pace.shortest_time_step, pace.longest_time_step
@@ -221,9 +232,10 @@ def stepping_of(
         duration=span,
         time_step=pace.time_step,
         output_interval=min(output_interval or pace.output_interval, span),
-        jumps=jumps,
+        jumps=tuple(t for t in late if t >= start),
         windows=tuple(windows),
         adaptive=adaptive,
+        start=start,
     )
 
 
@@ -239,8 +251,10 @@ def simulate(
     progress: Progress = silent,
     label: str = "transient",
     sink: DatasetSink | None = None,
+    start: xr.Dataset | None = None,
 ) -> TimedRun:
-    """Transient under the machines at the ports, torques times ``torque_share``, from equilibrium.
+    """Transient under the machines at the ports, torques times ``torque_share``, from equilibrium,
+    or from the end of the transient ``start``, whose time goes on.
 
     duration: s, ``usual_duration`` if left out. drive: torque of the first input in the place of
     what the case says, all other machines then at rated torque or speed. The torque of brakes is
@@ -255,11 +269,15 @@ def simulate(
     require_brakes(model)
     for body in fields:
         require_bending(model, body)
-    stepping = stepping_of(case, model.flow, duration, drive=drive, output_interval=output_interval)
-    span = stepping.duration
     modal, ends = braked(model.modal, torque_share), ends_of(case, model.flow, drive, torque_share)
-    settling = _settling(model, span, not ends.jumps and not ends.steep)
-    sharing = _Sharing(model, stepping.interval, torque_share, span)
+    carried = None if start is None else carried_state(model, modal, ends.drive(), start)
+    stepping = stepping_of(
+        case, model.flow, duration, drive=drive, output_interval=output_interval,
+        start=0.0 if carried is None else carried.time,
+    )  # fmt: skip
+    span, begin = stepping.duration, stepping.start
+    settling = _settling(model, span, not ends.jumps and not ends.varies, begin)
+    sharing = _Sharing(model, stepping.interval, torque_share, span, begin)
 
     def labelled(run: Transient) -> xr.Dataset:
         data = transient_data(model, run, torque_share=torque_share)
@@ -278,11 +296,13 @@ def simulate(
             "steps_refused": steps.refused,
             "step_sizes": sizes,
             "solver": json.dumps(model.pace.summary),
+            "state_content": state_content(model),
         }
         return sharing.coefficients(window.start).assign_attrs(attrs | window.attributes)
 
     memory = Gathered()
-    run = LongRun(modal, ends.drive(), stepping, energy, labelled, last, case.source)
+    state = None if carried is None else carried.state
+    run = LongRun(modal, ends.drive(), stepping, energy, labelled, last, case.source, state)
     watching: list[DatasetSink] = [settling] if isinstance(settling, Settling) else []
     both = Several([*watching, sharing, sink or memory])
     timed = run.into(both, lambda share: progress(label, share))
@@ -316,9 +336,12 @@ def torque_drop(
 
 
 class _Sharing(DatasetSink):
-    """A sink that finds load sharing coefficients from any window of a run of ``span`` s on."""
+    """A sink that finds load sharing coefficients from any window of a run of ``span`` s on, from
+    ``begin`` s."""
 
-    def __init__(self, model: Model, interval: float, share: float, span: float) -> None:
+    def __init__(
+        self, model: Model, interval: float, share: float, span: float, begin: float
+    ) -> None:
         per_cycle = {
             s.name: 1.0 / (s.gear_mesh_frequency * interval) if s.gear_mesh_frequency else 0.0
             for s in model.flow.stages
@@ -326,7 +349,7 @@ class _Sharing(DatasetSink):
         self._sharing = SharingCoefficients(model.gear_meshes.names, per_cycle)
         self._sense = math.copysign(1.0, share)
         self._definitions = result_labels(model)["definition"]
-        self._edges, self._open = window_edges(span, model.case.solver.settle), 0
+        self._edges, self._open = window_edges(span, model.case.solver.settle, begin), 0
 
     def append(self, data: xr.Dataset) -> None:
         """Look at some samples more."""
