@@ -257,6 +257,13 @@ def _figures(model: Model, run: TimedRun, rest: Ranges) -> dict[str, Any]:
         "port_torque_nm": {
             str(p): float(mean["port_torque"].sel(port=p)) for p in mean["port"].to_numpy()
         },
+        "inertia_torque_nm": {
+            str(m): {
+                "min": float(least["inertia_torque"].sel(input_coordinate=m)),
+                "max": float(most["inertia_torque"].sel(input_coordinate=m)),
+            }
+            for m in most["input_coordinate"].to_numpy()
+        },
         "gear_mesh_force": force_ranges(rest),
         "load_sharing": sharing_summary_of(run.data),
         "distance_from_axis_um_max": distance_summary(most["axis_distance"]),

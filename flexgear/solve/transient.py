@@ -380,5 +380,5 @@ def compile_transient(model: Model, *, energy: bool = False) -> None:
 
 def train_histories(data: xr.Dataset) -> xr.Dataset:
     """What of a transient the command line gives the range of."""
-    names = ["input_speed", "port_torque", "gear_mesh_force"]
+    names = ["input_speed", "port_torque", "inertia_torque", "gear_mesh_force"]
     return data[names].assign(axis_distance=axis_distance(data))

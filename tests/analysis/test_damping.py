@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
-from stepped import energy_error, stepped
+from stepped import Jumping, energy_error, stepped
 from two_gears import GEARS, TORQUE, Exact, reversal
 
 from flexgear import load_case
+from flexgear.analysis.recovery import Recovery
 from flexgear.analysis.start import start_state
 from flexgear.coupling.build import build_system
 from flexgear.coupling.modal import modal_system
@@ -126,6 +127,32 @@ def test_dampers_of_supports_and_ports_are_c_times_rate(tmp_path):
     for rows in (exact.rows[:1], np.eye(size)[[0, 3]]):
         off, largest = np.abs((moved - expected) @ rows.T).max(), np.abs(expected @ rows.T).max()
         assert off < 1e-4 * largest
+    assert energy_error(run) < 1e-6
+
+
+def test_a_joint_that_winds_up_and_down_is_damped(tmp_path):
+    """Nothing else takes energy: that of its damper is what the account books, and it closes."""
+    text = GEARS.format(**UNDAMPED | {"law": "linear"})
+    first = text[text.index("[[stages]]") : text.index("[damping]")]
+    joint = """[[joints]]
+first = "stage_1.pinion"
+second = "stage_2.gear"
+torsion_nm_per_rad = 1e5
+damping_nm_s_per_rad = 20
+"""
+    text = text.replace("[damping]", f"{first}{joint}[damping]")
+    head, _, end = text.rpartition('"stage_1.pinion"')
+    path = tmp_path / "train.toml"
+    path.write_text(f'{head}"stage_2.pinion"{end}', encoding="utf-8")
+    modal = modal_system(build_system(load_case(path)))
+    torque = modal.system.rated_torque
+    drive = Jumping(lambda t: np.where(t > 0, 0.5 * torque, torque), jumps=(0.0,))
+    run = stepped(modal, drive, 5e-3, 2e-6, 1e-5, track_energy=True)
+    rows = [modal.system.node_rows(name, name)[5] for name in ("stage_1.pinion", "stage_2.gear")]
+    ends = Recovery(run).motion(np.array(rows))
+    rate = np.gradient(ends[:, 0] - ends[:, 1], run.time)
+    taken = np.trapezoid(20 * rate**2, run.time)
+    assert run.energy["pair_damping_work"][-1] == pytest.approx(taken, rel=0.01)
     assert energy_error(run) < 1e-6
 
 
