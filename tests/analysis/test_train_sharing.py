@@ -47,6 +47,16 @@ SETTINGS = settings(
 )
 
 
+RING_HELD = {
+    "stage.planet.teeth": "16",  # seven of them have room
+    "stage.ring.teeth": "58",
+    "stage.ring.addendum": "0.6",
+    "stage.ring.kinematics": "fixed",
+    "stage.ring.support.radial_n_per_m": "0",
+    "stage.ring.support.tangential_n_per_m": "0",
+}
+
+
 def forces(train, angles):
     """(p, sun or ring, N) gear-mesh forces."""
     system = build_system(train)
@@ -84,19 +94,14 @@ def test_a_free_sun_on_three_planets_shares_evenly(tmp_path, pins, sun, ring, pl
     assert np.abs(found / found.mean(axis=-1, keepdims=True) - 1).max() < 1e-9
 
 
-@pytest.mark.parametrize("planets", [3, 4, 5, 7])
+@pytest.mark.parametrize("planets", [4, 7])
 @pytest.mark.parametrize("sun", [0.0, 3e8, np.inf])
 def test_sharing_follows_compatibility(tmp_path, planets, sun):
     """Pins off their place, sun floating, supported or held: forces as compatibility says."""
     rng = np.random.default_rng(planets)
     pins = rng.uniform(-20, 20, (2, planets)).round(3)
     held = {
-        "stage.planet.teeth": "16",  # seven of them have room
-        "stage.ring.teeth": "58",
-        "stage.ring.addendum": "0.6",
-        "stage.ring.kinematics": "fixed",
-        "stage.ring.support.radial_n_per_m": "0",
-        "stage.ring.support.tangential_n_per_m": "0",
+        **RING_HELD,
         "stage.carrier.support.radial_n_per_m": "1e14",
         "stage.errors.pin_tangential_um": str(pins[0].tolist()),
         "stage.errors.pin_radial_um": str(pins[1].tolist()),
@@ -116,50 +121,18 @@ def test_sharing_follows_compatibility(tmp_path, planets, sun):
     found = forces(train, [0.0])[0]
     assert np.allclose(found[0], expected, rtol=1e-4, atol=1e-4 * np.abs(expected).max())
     assert np.allclose(found[1], expected, rtol=1e-4, atol=1e-4 * np.abs(expected).max())
-    if planets > 3 or sun > 0:
-        assert theory.factor(found[0]) > 1.02
-
-
-def test_planets_renumbered(tmp_path):
-    """Turning errors by one planet turns the forces by one planet."""
-    pins = [12.0, -7.0, 3.0, 20.0]
-    a = stage_train(tmp_path, **{"stage.errors.pin_tangential_um": str(pins)}, sun="2e8")
-    b = stage_train(tmp_path, **{"stage.errors.pin_tangential_um": str(pins[1:] + pins[:1])},
-                    sun="2e8")  # fmt: skip
-    assert np.allclose(forces(a, [0.4])[0], np.roll(forces(b, [0.4])[0], 1, axis=-1), rtol=1e-9)
-
-
-def test_reversed_torque_mirrors_forces(tmp_path):
-    """The other flank carries with the same force; a perfect stage does not know which."""
-    a = stage_train(tmp_path)
-    b = stage_train(tmp_path, **{"inputs.0.torque_nm": "-3000"})
-    assert np.allclose(forces(a, [0.2]), forces(b, [0.2]), rtol=1e-9)
-    assert forces(b, [0.2]).min() > 0
-
-
-def test_weight_changes_sharing_once_a_turn(tmp_path):
-    """Gravity in the carrier's frame turns: forces repeat after a turn, not after half of one."""
-    train = stage_train(tmp_path, sun="1e8", head="gravity_m_per_s2 = [0, -9.81, 0]\n")
-    turns = forces(train, [0.3, 0.3 + 2 * np.pi, 0.3 + np.pi])
-    # the constant gear-mesh model does not see which teeth are in mesh
-    assert np.allclose(turns[0], turns[1], rtol=1e-9)
-    assert np.abs(turns[0] - turns[2]).max() > 1e-3 * turns[0].mean()
+    assert theory.factor(found[0]) > 1.02
 
 
 SHIFT = 20e-6  # of pin 1, in the sense of rotation
 HELD = {
-    "stage.planet.teeth": "16",  # seven of them have room
-    "stage.ring.teeth": "58",
-    "stage.ring.addendum": "0.6",
-    "stage.ring.kinematics": "fixed",
-    "stage.ring.support.radial_n_per_m": "0",
-    "stage.ring.support.tangential_n_per_m": "0",
+    **RING_HELD,
     "stage.carrier.kinematics": "torsional",
     "stage.carrier.support.radial_n_per_m": "0",
 }
 
 
-@pytest.mark.parametrize("planets", [3, 4, 5, 6, 7])
+@pytest.mark.parametrize("planets", [3, 4, 7])
 @pytest.mark.parametrize(
     ("sun", "ring", "bearing", "helix"),
     [(7e8, 7e8, 1e14, 0), (7e8, 7e8, 5e8, 0), (4e8, 9e8, 5e8, 12)],

@@ -1,6 +1,5 @@
-"""Every choice of lumped members, FE bodies and shafts goes through every command."""
+"""Any two members, each lumped or a body of its own, go through every command."""
 
-import itertools
 import json
 
 import pytest
@@ -113,10 +112,9 @@ mass_kg = 1
 tilt_inertia_kg_m2 = 0.001
 bearing = { radial_n_per_m = 2e8, axial_n_per_m = 1e8, tilt_nm_per_rad = 1e4 }
 """
-CHOICES = {
-    "+".join(bends) or "lumped": bends
-    for choice in itertools.product((True, False), repeat=3)
-    for bends in [tuple(itertools.compress(BODIES, choice))]
+CHOICES = {  # of any two members all four combinations
+    "+".join(bends): bends
+    for bends in (("ring", "carrier", "sun"), ("ring",), ("carrier",), ("sun",))
 }
 
 
@@ -183,7 +181,7 @@ def test_commands_take_fe_planets_beside_lumped_members(case, flexgear):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("case", CHOICES, indirect=True)
+@pytest.mark.parametrize("case", ["carrier"], indirect=True)
 def test_a_run_is_drawn_and_replaced_as_a_whole(case, flexgear):
     """A run in place of another leaves nothing of that: no report, no pictures, no datasets."""
     out = case.parent / "out"

@@ -97,7 +97,7 @@ def test_sun_and_ring_hold_the_balance_on_fe_planets(model):
 @pytest.mark.parametrize("rollers", [None, ROLLERS])
 def test_the_energy_of_a_transient_closes(rollers):
     system, view = coupled(**of_bearing(rollers))
-    run = simulate(model_of(view.case, system), duration=0.02, energy=True)
+    run = simulate(model_of(view.case, system), duration=0.01, energy=True)
     data = run.data
     left = sum(sign * data[f"energy_{name}"] for name, sign in LEFT_OVER.items())
     work = float(np.abs(data.energy_input_work).max())

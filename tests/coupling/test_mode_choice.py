@@ -24,7 +24,7 @@ from flexgear.model.load import load_case
 
 BAND = 500.0  # Hz
 OTHER = 0.37  # rad, a position that the estimate does not look at
-SHARES = (0.05, 0.3, 0.55, 0.8, 0.95, 1.0)  # of the band
+SHARES = (0.05, 0.55, 0.95, 1.0)  # of the band
 
 
 @pytest.fixture(scope="module")
@@ -83,7 +83,7 @@ def measure(system, solved, w, angle=OTHER):
     return linalg.inv(linalg.sqrtm(np.diag(1 / k) + p @ p.T).real)
 
 
-@pytest.mark.parametrize("accuracy", [0.05, 0.01, 0.001])
+@pytest.mark.parametrize("accuracy", [0.05, 0.001])
 def test_the_estimate_bounds_the_true_error_and_is_near_it(system, solved, estimates, accuracy):
     """All rows and loads of one row seen at another, at a position of its own."""
     modal = modal_system(system, accuracy=accuracy, band_hz=BAND)
@@ -118,7 +118,7 @@ def test_forces_err_by_no_more_than_the_estimate_times_their_amplification(syste
 
 
 @pytest.mark.slow
-@settings(max_examples=4, deadline=None)
+@settings(max_examples=2, deadline=None)
 @given(seed=st.integers(0, 10**6), accuracy=st.sampled_from([0.1, 0.02]))
 def test_coupled_frequencies_in_the_band_rise_by_no_more_than_the_estimate(seed, accuracy):
     """Dropped modes lose their mass, so that frequencies rise: by half the estimate at most."""

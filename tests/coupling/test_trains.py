@@ -14,7 +14,6 @@ from flexgear.analysis.modes import modes, springs_at
 from flexgear.analysis.recovery import Recovery
 from flexgear.coupling.build import build_system
 from flexgear.coupling.modal import modal_system
-from flexgear.model.errors import InputError
 from flexgear.model.load import load_case
 
 
@@ -132,8 +131,7 @@ member = "stage.sun"
 
 
 @pytest.mark.parametrize("model", ["per_pair", "constant", "rectangular", "fourier"])
-@pytest.mark.parametrize("errors", [{}, BODY_ERRORS], ids=["pins", "all"])
-def test_stiffened_flexible_stage_is_the_lumped_train(tmp_path, model, errors):
+def test_stiffened_flexible_stage_is_the_lumped_train(tmp_path, model):
     """Ring, carrier and shaft rigid, everything else stiff in tilt: planar lumped bodies."""
     from coupled import make_case
 
@@ -152,10 +150,10 @@ def test_stiffened_flexible_stage_is_the_lumped_train(tmp_path, model, errors):
         f"stage.ring.fe.bolts.stiffness_{d}_n_per_m": "1e13"
         for d in ("radial", "tangential", "axial")
     }
-    own = {f"stage.errors.{key}": value for key, value in errors.items()}
+    own = {f"stage.errors.{key}": value for key, value in BODY_ERRORS.items()}
     case = make_case(**RIGID_STAGE, **stiff, **bolts, **own, **{"stage.gear_mesh.model": model})
     bodies = make_bodies(case)
-    twin = lumped_twin(tmp_path, case, bodies, errors)
+    twin = lumped_twin(tmp_path, case, bodies, BODY_ERRORS)
     system = stage_system(case, bodies, ("ring", "carrier", "shaft"))
     angles = np.linspace(0, 0.06, 5)
     rigid = revolution(modal_system(system), angles, 4e6)
@@ -269,14 +267,6 @@ def two_stages(tmp_path):
     return load_case(write(tmp_path, TWO_STAGES))
 
 
-def test_torque_and_speed_pass_through_stages(two_stages):
-    system = build_system(two_stages)
-    result = revolution(modal_system(system), np.array([0.0, 1.3, 4.0]), 20000)
-    assert np.allclose(-result.torques[:, -1], 20000 * 18 / 90 * 20 / 100, rtol=1e-12)
-    assert system.ports[-1].row @ system.rolling[:, 0] == pytest.approx(5 * 5, rel=1e-12)
-    assert result.closure.max() < 1e-10
-
-
 def test_joint_between_turning_frames_is_a_spring_in_space(two_stages):
     """A force fixed in space on the second carrier: the joint answers the same at any angle.
 
@@ -329,9 +319,9 @@ def test_weight_is_carried_in_space(tmp_path):
     assert np.allclose(total, [0.0, -weight], atol=1e-8 * weight)
 
 
-@pytest.mark.parametrize("gap", [1e-5, 2e-4])
-def test_bearing_with_clearance(tmp_path, gap):
+def test_bearing_with_clearance(tmp_path):
     """A planet moves by gap + F/k against its pin, along the force: Newton on k (|u| − gap)."""
+    gap = 2e-4
     train = stage_train(
         tmp_path, planets=3, **{"stage.planet_bearing.clearance_um": str(1e6 * gap)}
     )
@@ -349,12 +339,6 @@ def test_bearing_with_clearance(tmp_path, gap):
         assert planet[1] - radius * pin[5] == pytest.approx(
             np.sign(slots[i, 1]) * (force / 5e8 + gap), rel=2e-3
         )
-
-
-def test_a_loose_body_is_named(tmp_path):
-    """Two planets do not centre a floating sun: one clear line."""
-    with pytest.raises(InputError, match=r"support\.radial.*nothing holds stage\.sun sideways"):
-        build_system(stage_train(tmp_path, planets=2, **{"stage.sun.support.radial_n_per_m": "0"}))
 
 
 def test_no_rotation_makes_force(two_stages):

@@ -18,18 +18,6 @@ from flexgear.structures.bodies import rigid_variant
 from flexgear.structures.kinematics import rotation
 
 
-@pytest.mark.parametrize("angle", [0.0, 0.4, 2.0])
-def test_the_housing_carries_the_weight_of_all_bodies(angle):
-    """Reactions with weight less those without are m g, whatever the carrier's angle."""
-    plain = make_case(**SMALL)
-    heavy = plain.with_(gravity=(0.0, -G, 0.0))
-    bodies = make_bodies(plain)
-    with_weight, without = (solved(case, bodies, [angle]) for case in (heavy, plain))
-    weight = mass_of(with_weight.modal.system) * G
-    more = reactions(with_weight) - reactions(without)
-    assert more[:3] == pytest.approx([0.0, weight, 0.0], abs=1e-8 * weight)
-
-
 @pytest.mark.parametrize("part", ["ring", "carrier"])
 def test_weight_of_a_rigid_fe_body_acts_at_its_centre_of_mass(part):
     """As unit translations of all of it: force m, moment s × m, the same for flexible and rigid."""
@@ -61,13 +49,12 @@ def heavier(part):
     return plain, case, bodies, HEAVIER * (5 if part == "planet" else 1), 0.0
 
 
-@pytest.mark.parametrize("angle", [0.0, 2.0])
 @pytest.mark.parametrize("part", ["sun", "planet", "ring", "carrier"])
-def test_a_body_weighs_what_it_weighs(part, angle):
+def test_a_body_weighs_what_it_weighs(part):
     """What mass on one body adds to the reactions is its weight, in force and moment."""
     plain, case, bodies, mass, height = heavier(part)
     light, heavy = (
-        reactions(solved(c.with_(gravity=(0.0, -G, 0.0)), pair, [angle]))
+        reactions(solved(c.with_(gravity=(0.0, -G, 0.0)), pair, [2.0]))
         for c, pair in ((plain, make_bodies(plain)), (case, bodies))
     )
     weight = np.array([0.0, -G * mass, 0.0])
@@ -132,9 +119,9 @@ def test_dropped_modes_carry_weight_by_their_residual_flexibility():
 def test_axial_gravity_loads_the_axial_bearings():
     plain = make_case(**SMALL)
     bodies = make_bodies(plain)
-    heavy = plain.with_(gravity=(0.0, 0.0, G))
-    more = reactions(solved(heavy, bodies)) - reactions(solved(plain, bodies))
-    weight = mass_of(solved(heavy, bodies).modal.system) * G
+    heavy = solved(plain.with_(gravity=(0.0, 0.0, G)), bodies)
+    more = reactions(heavy) - reactions(solved(plain, bodies))
+    weight = mass_of(heavy.modal.system) * G
     assert more[:3] == pytest.approx([0.0, 0.0, -weight], abs=1e-8 * weight)
 
 

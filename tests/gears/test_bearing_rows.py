@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from scipy.integrate import quad
 from scipy.special import elliprd, elliprf
@@ -168,6 +168,9 @@ def test_what_cannot_balance_is_refused():
 
 
 @given(share=st.floats(1e-3, 1.0), size=st.floats(10, 1e4))
+@example(share=1 - 1e-6, size=10.0)
+@example(share=1 - 1.9e-4, size=10.0)
+@example(share=1 - 2.1e-4, size=10.0)
 def test_point_contact_meets_hertz_by_carlsons_integrals(share, size):
     """Johnson 1985, eq. 3.63: the potential of an ellipsoidal pressure gives both curvatures and
     the approach."""

@@ -1,14 +1,12 @@
 """Errors of a train's stage: against displaced flanks, rigid displacements and corrected papers."""
 
 import math
-from dataclasses import fields, replace
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from gears.flanks import Teeth
 from gears.stages import (
-    flexible_errors,
-    flexible_paths,
     helical,
     parallel,
     paths_of,
@@ -20,9 +18,7 @@ from hypothesis import strategies as st
 
 from flexgear.gears.errors import stage_errors, stage_turns
 from flexgear.gears.geometry import stage_geometry
-from flexgear.model.load import load_case
 
-DEG = math.pi / 180
 UM = 1e-6
 KINDS = ("ring", "sun", "ring_coast", "sun_coast")
 THETAS = (0.0, 0.37, -1.9, 11.0)
@@ -199,53 +195,6 @@ def test_every_body_error_is_the_row_of_displacing_a_perfect_body(
                 assert found == pytest.approx(expected, abs=1e-12 * max(size, UM))
 
 
-def test_moving_the_whole_stage_sideways_is_no_error():
-    """Carrier, sun and ring displaced by one vector of space: sun and ring held, so that nothing
-    turns but the carrier; at the angle where the carrier's vector points there, all cancel."""
-    stage = helical(errors={
-        "carrier_eccentricity": 50 * UM, "carrier_eccentricity_phase": 0.4 - 1.3,
-        "ring_offset": 50 * UM, "ring_offset_phase": 0.4, "sun_eccentricity": 50 * UM,
-        "sun_eccentricity_phase": 0.4 - 1.3,
-    })  # fmt: skip
-    errors, _ = errors_and_paths(stage)
-    for e in errors.values():
-        for i in range(3):
-            assert abs(body_error(e, i, 0.0, carrier=1.3)) < 1e-12 * UM + 1e-19
-
-
-def test_an_offset_ring_and_an_eccentric_one_are_the_same_while_it_is_held():
-    offset, _ = errors_and_paths(planetary(errors={"ring_offset": 9 * UM, "ring_offset_phase": 1}))
-    runout, _ = errors_and_paths(
-        planetary(errors={"ring_eccentricity": 9 * UM, "ring_eccentricity_phase": 1})
-    )
-    for key in offset:
-        a, b = body_error(offset[key], 1, 0.8), body_error(runout[key], 1, 0.8)
-        assert a == pytest.approx(b, abs=1e-18)
-        # a ring that turns carries its eccentricity along and leaves the offset where it is
-        if key[0].startswith("ring"):
-            assert body_error(offset[key], 1, 0.8, carrier=0.0) != pytest.approx(b)
-            assert body_error(runout[key], 1, 0.8, carrier=0.0) == b
-
-
-def test_an_eccentric_planet_moves_both_gear_meshes_by_one_vector():
-    """From both errors the vector can be solved; it turns backwards in the carrier with the planet,
-    and both gear meshes feel it alike: out of phase by the angle between both normals."""
-    errors, paths = errors_and_paths(
-        planetary(errors={"planet_eccentricity": (10 * UM, 0, 0),
-                          "planet_eccentricity_phase": (0.3,)})
-    )  # fmt: skip
-    normals = np.array([normal_of(paths["ring", ""]), normal_of(paths["sun", ""])])
-    for theta in THETAS:
-        both = [body_error(errors[k, ""], 0, theta) for k in ("ring", "sun")]
-        vector = -np.linalg.solve(normals, both)
-        assert vector == pytest.approx(turned(10 * UM, 0.3 - 84 / 30 * theta), abs=1e-16)
-        assert body_error(errors["sun", ""], 1, theta) == 0.0
-    # the mean of both excesses is what planet rotation cannot take up; it does not vanish
-    left = [body_error(errors["ring", ""], 0, t) + body_error(errors["sun", ""], 0, t)
-            for t in np.linspace(0, 7, 50)]  # fmt: skip
-    assert max(left) == pytest.approx(2 * 10 * UM * math.cos(paths["sun", ""].alpha), rel=1e-2)
-
-
 # ------------------------------------------------------------------------------- published formulas
 def driven_by_the_sun(**errors):
     """Coast flanks carry: n = (sin α, cos α) at the sun, (−sin α, cos α) at the ring."""
@@ -291,39 +240,6 @@ def test_ren_and_hu_with_the_signs_of_their_own_deflections(theta, i):
     radial = math.cos(beta - phi) * math.sin(a)  # which both leave out
     assert sun == pytest.approx(-ren[0] - radial) == pytest.approx(hu[0] - radial)
     assert ring == pytest.approx(ren[1] + radial) == pytest.approx(-hu[1] + radial)
-
-
-def test_the_printed_carrier_error_would_be_rolled_away_by_the_planets():
-    """Equal and opposite at sun and ring is a rotation of the planet; the true one is not."""
-    _, paths = errors_and_paths(planetary())
-    arms = np.array([paths[k, ""].planet_arm for k in ("sun_coast", "ring_coast")])
-    printed = np.array([1.0, -1.0])  # Ren eq. 16 over E_c sin(β_c − φ) cos α
-    rotation = printed[0] / arms[0]
-    assert printed - arms * rotation == pytest.approx([0, 0])
-    _, sun, ring, _ = driven_by_the_sun(carrier_eccentricity=UM, carrier_eccentricity_phase=1.0)
-    for i in range(3):  # what planet rotation leaves: twice the tangential part
-        left = body_error(sun, i, 0.0) + body_error(ring, i, 0.0)
-        pin = math.sin(1.0 - 2 * math.pi * i / 3) * math.cos(paths["sun", ""].alpha)
-        assert left == pytest.approx(-2 * UM * pin)
-
-
-# ------------------------------------------------------------------------------------------ teeth
-def test_a_lumped_and_a_flexible_stage_of_the_same_gears_have_the_same_errors():
-    case = load_case("wind-5mw", {
-        "stage.errors.ring_pitch_um": "5", "stage.errors.planet_pitch_um": "4",
-        "stage.errors.sun_pitch_um": "3", "stage.errors.pin_tangential_um": "[30, 0, -4, 0, 0]",
-        "stage.errors.pin_radial_um": "[0, 7, 0, 0, 0]", "stage.errors.ring_phase_deg": "20",
-    }).view()  # fmt: skip
-    lumped = planetary(
-        **case.stage.dump_geometry(),
-        errors=case.errors.model_dump(),
-    )  # fmt: skip
-    mine, paths = errors_and_paths(lumped)
-    assert set(paths) == {(kind, "") for kind in flexible_paths(case)}
-    for kind, e in flexible_errors(case).items():
-        for field in fields(e):
-            one, other = getattr(mine[kind, ""], field.name), getattr(e, field.name)
-            assert np.array_equal(one, other), (kind, field.name)
 
 
 def test_gear_mesh_error_adds_to_the_tooth_errors_as_a_phasor():

@@ -11,7 +11,6 @@ from hypothesis import strategies as st
 
 from flexgear.gears.rating.damage import LifeCurve, Spectrum
 from flexgear.gears.rating.load_factors import LoadFactors
-from flexgear.gears.rating.pair import PairLoad
 from flexgear.gears.rating.rate import rate
 from flexgear.gears.rating.steels import allowable_stress, flank_knees, root_knees
 from flexgear.model.rating import GearRating, SteelKind
@@ -91,30 +90,6 @@ def test_bins_must_fit_one_another():
     other = LifeCurve((1e3, 3e6), (2.0, 1.0))
     with pytest.raises(ValueError, match="different knees"):
         Spectrum.of([CURVE, other], [1.0, 1.0], [1.0, 1.0])
-
-
-@pytest.fixture(scope="module")
-def rated(tmp_path_factory):
-    return pair_of(case_of(tmp_path_factory.mktemp("stage"), PLANETARY))
-
-
-@pytest.mark.parametrize(
-    ("place", "below", "beyond"), [("flank", 6.611, 16.30), ("root", 8.738, 49.9)]
-)
-def test_damage_rises_with_torque_by_the_slopes_of_the_curves(rated, place, below, beyond):
-    """Of case-hardened steel with constant factors; 0.85 at 1e10 cycles."""
-    pair, load = rated
-
-    def damage(times):
-        scaled = PairLoad(times * load.tangential_force, load.velocity)
-        state = getattr(rate(pair, scaled, LoadFactors())["sun"], place)
-        return Spectrum.of([state.curve], [state.stress], [1.0]).damage
-
-    state = getattr(rate(pair, load, LoadFactors())["sun"], place)
-    knee = (state.curve.stress[1] / state.stress) ** (2 if place == "flank" else 1)
-    for low, high, slope in ((1.05, 1.2, below), (0.85, 0.95, beyond)):
-        rise = math.log(damage(high * knee) / damage(low * knee)) / math.log(high / low)
-        assert rise == pytest.approx(slope, rel=2e-3)
 
 
 def test_static_factors_only_change_the_static_end(tmp_path):

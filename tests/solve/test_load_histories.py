@@ -136,16 +136,6 @@ def flexible_run(model, step):
     return stepped(modal, drive, 4e-3, step, 2e-4, track_energy=True)
 
 
-def test_a_flexible_stage_takes_a_history_that_stays_for_the_constant_load():
-    moment = (2e5, -1e5, 0.0)
-    constant = flexible_run(flexible(moment=moment, force=(0.0, 1e5, 0.0)), 4e-5)
-    model = flexible(times=(0.0, 1.0), moments=(moment,) * 2, forces=((0.0, 1e5, 0.0),) * 2)
-    history = flexible_run(model, 4e-5)
-    for name in ("eta", "pair_load"):
-        a, b = getattr(constant, name), getattr(history, name)
-        assert np.abs(a - b).max() <= 1e-8 * np.abs(a).max()
-
-
 def test_the_work_of_a_moment_on_a_flexible_carrier_is_in_the_account():
     """It rises from nothing, does work, and what the account leaves over falls with the step."""
     model = flexible(times=(0.0, 3e-3), moments=((0.0,) * 3, (2e6, -1e6, 0.0)))

@@ -173,29 +173,6 @@ HOUSING = {
     "housing.mount.tilt_nm_per_rad": "1e8",
     "housing.mount.torsion_nm_per_rad": "1e8",
 }
-SHORTER = {"solver.duration_s": "0.02", "solver.settle_s": "0"}
-
-
-def test_the_torque_follows_the_drive_and_energy_is_accounted_for(tmp_path):
-    steps = {"drive.kind": "steps", "drive.times_s": "[0, 0.01]", "drive.torques_nm": "[800, 400]"}
-    found = stage_train(tmp_path, **SHORTER, **steps).assemble().transient(energy=True)
-    torque, time = found["port_torque"].to_numpy()[:, 0], found["time"].to_numpy()
-    assert torque[time <= 0.01] == pytest.approx(800)
-    assert torque[time > 0.0101] == pytest.approx(400)
-    work = found["energy_input_work"].to_numpy()
-    speed = found["input_speed"].to_numpy()[:, 0]
-    assert work[-1] == pytest.approx(np.trapezoid(torque * speed, time), rel=0.02)
-
-
-def test_a_run_studies_torque_drops(tmp_path):
-    drops = {"drive.steps.torques_nm": "[200]", "drive.steps.start_s": "0.004",
-             "drive.steps.duration_s": "0.004", "drive.steps.after_s": "0.004"}  # fmt: skip
-    found = stage_train(tmp_path, **SHORTER, **drops).run()
-    (figures,) = found.summary["torque_steps"]["200"].values()
-    data = found.datasets["torque_step_200"]
-    least = float(data["gear_mesh_force"].sel(gear_mesh="stage sun 1").min())
-    assert figures["gear_mesh_force"]["stage sun"]["min_n"] <= least
-    assert found.summary["energy_residual"] < 1e-3
 
 
 def test_a_housing_on_a_stiff_mount_is_ground(tmp_path):

@@ -45,8 +45,10 @@ def mean_over_planets(model, data):
     return np.stack([force[:, at].mean(axis=1) for at in groups.values()], axis=1)
 
 
-@pytest.mark.parametrize("share", [-0.76, -1e-6])
-@pytest.mark.parametrize("law", ["first", "one-sided", "linear"])
+@pytest.mark.parametrize(
+    ("law", "share"),
+    [("first", -0.76), ("one-sided", -0.76), ("one-sided", -1e-6), ("linear", -0.76)],
+)
 @pytest.mark.parametrize("name", BUNDLED)
 def test_reversed_torque_is_that_of_the_power_flow(name, law, share):
     """Whatever flanks carry: means over the planets are the power flow's, reversed."""

@@ -91,11 +91,6 @@ def test_speed_dips_in_the_drop(run):
         assert step[variant]["stage"]["tooth_load_n_min"] >= 0  # one-sided contact never pulls
 
 
-def test_a_reduction_that_misses_its_promise_stands_in_the_summary(run):
-    (said,) = (x for x in run.summary["warnings"] if "static error" in x)
-    assert said.startswith("stage.ring: static error 3.4 % (load: tip end -z), above 2 %; try ")
-
-
 def test_energy_closes(run):
     assert 0 < run.summary["energy_residual"] < 0.01
 
@@ -132,25 +127,6 @@ def test_rigid_parts_and_the_case_choose_the_variant():
     assert variant_label(case.flexible_bodies, rigid_bodies(case, ("ring",))) == "carrier+shaft"
     rigid = rigid_bodies(stiff, ("ring", "shaft"))
     assert variant_label(stiff.flexible_bodies, rigid) == "rigid"
-
-
-def test_ramp_ends_where_the_brake_law_says(case):
-    """Half the torque, brake T ~ speed: half the speed."""
-    ramp = load_case(
-        "wind-5mw",
-        {
-            **FAST,
-            "solver.step_time_step_s": "2e-4",
-            "inputs.0.inertia_kg_m2": "2e5",  # settles twelve times over before the last half s
-            "drive.kind": "ramp",
-            "drive.times_s": "[0.1, 0.5]",
-            "drive.torques_nm": "[4e6, 2e6]",
-        },
-    )
-    run = simulate(on_cheap_bodies(ramp), duration=4.0)
-    late = run.data.sel(time=slice(3.5, None))
-    assert float(late["stage_speed"].mean()) == pytest.approx(case.inputs[0].speed / 2, rel=1e-3)
-    assert run.core > 0
 
 
 @pytest.mark.parametrize(("torque", "name"), [(2e6, "2e6"), (4e5, "0.4e6"), (1200.0, "1200")])

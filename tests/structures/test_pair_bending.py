@@ -16,7 +16,7 @@ from flexgear.structures.fe_mesh import SegmentDivisions
 from flexgear.structures.tooth_influence import of_case, pair_bending, pairs
 from flexgear.structures.tooth_influence.influence import influence_of
 
-COARSE = SegmentDivisions(flank=6, fillet=3, tooth=2, rim=3, layers=5)
+COARSE = SegmentDivisions(flank=4, fillet=2, tooth=2, rim=2, layers=4)
 SMALL = {
     "stage.face_width_mm": "144",
     "stage.gear_mesh.model": "face_load",

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -40,6 +41,7 @@ def plane_segment(slot, divisions=FINE, layer=0.2, margin=1.0):
     return SegmentParameters(tooth, width, 0.0, held, layer * MODULE, 3, divisions, margin)
 
 
+@cache
 def plane_deflection(slot, *options):
     """Of the flank in plane strain, with line contact, less Hertz's part down to the middle line,
     as `plane_teeth.deflection` counts it; m²/N."""

@@ -64,22 +64,6 @@ def test_equilibria_share_evenly_without_errors():
         assert k_gamma.source.startswith("computed")
 
 
-def test_splitting_and_order_of_bins_change_no_damage():
-    whole = _frozen(("a", 3000.0, 1.0), ("b", 500.0, 1.3))
-    split = _frozen(
-        ("b1", 200.0, 1.3), ("a1", 1000.0, 1.0), ("b2", 300.0, 1.3), ("a2", 2000.0, 1.0)
-    )
-    for name, damage in _damages(whole).items():
-        assert _damages(split)[name] == pytest.approx(damage, rel=1e-12)
-
-
-def test_hours_scale_damage_and_leave_life():
-    once, thrice = _frozen(("a", 1000.0, 1.2)), _frozen(("a", 3000.0, 1.2))
-    for one, three in zip(once.parts, thrice.parts, strict=True):
-        assert three.damage_sum == pytest.approx(3 * one.damage_sum, rel=1e-12)
-        assert three.life == pytest.approx(one.life, rel=1e-12)
-
-
 def test_one_bin_is_the_constant_load():
     """Damage of one bin is n/N(σ) of its curve: at the safety S of the spectrum n = N(S σ)."""
     rating = _frozen(("a", 20000.0, 1.0))

@@ -64,8 +64,8 @@ def point_contact(rolling: float, groove: float, modulus: float) -> PointContact
         first, second, minor = _integrals(math.exp(log_ratio))
         return float(1 - 2 * minor * (first / second - 1) / (1 - minor) - difference)
 
-    log_ratio = 0.0
-    if difference > 1e-9:
+    log_ratio = 4 / 3 * difference  # F = 3/4 ln χ + O(ln³ χ), where excess is rounding alone
+    if difference > 1e-4:
         log_ratio = scipy.optimize.brentq(excess, 1e-6, _LARGEST, xtol=1e-14)
     ratio = math.exp(log_ratio)
     first, second, _ = _integrals(ratio)
