@@ -261,9 +261,8 @@ def test_rigid_bodies_and_trains_without_support_rows():
         assert np.isfinite(modal.choice.estimates[-1])
 
 
-@pytest.mark.parametrize("law", ["linear", "one-sided"])
-def test_a_torque_drop_with_chosen_modes_agrees_with_all_modes(law):
-    system = make_system(**{"stage.gear_mesh.contact_law": law})
+def test_a_torque_drop_with_chosen_modes_agrees_with_all_modes():
+    system = make_system(**{"stage.gear_mesh.contact_law": "one-sided"})
     chosen = modal_system(system, accuracy=0.01, band_hz=BAND)
     assert len(chosen.omega) < 0.2 * system.size
     drop = Jumping(lambda t: np.where((t > 0.01) & (t < 0.03), 4e5, TORQUE), jumps=(0.01, 0.03))

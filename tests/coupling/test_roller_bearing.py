@@ -49,11 +49,6 @@ def test_force_is_harris_load_integral(gap):
         assert 180 * largest / force[0] == pytest.approx(4.08, abs=0.01)
 
 
-def test_stiffness_of_a_roller_is_that_of_iso_16281():
-    """35 948 L^(8/9) N/mm^(10/9): 0.01 mm on a roller of 20 mm."""
-    assert roller_stiffness(0.02) * 1e-5**N == pytest.approx(35948 * 20 ** (8 / 9) * 0.01**N)
-
-
 def test_tilted_bearing_loads_its_rows_apart():
     """Two rows as two bearings: sums of their forces, moments by their distance."""
     two = Rollers(count=24, rows=2, length=0.04, spacing=0.06, clearance=1e-5)

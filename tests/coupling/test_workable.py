@@ -63,12 +63,6 @@ def test_trains_with_a_flexible_stage_are_told(tmp_path, settings, key, said):
     assert re.search(said, words), words
 
 
-def test_a_train_with_a_flexible_stage_weighs(tmp_path):
-    require_workable(
-        load_case(write(tmp_path, MIXED, SPATIAL), {"gravity_m_per_s2": "[0, -9.81, 0]"})
-    )
-
-
 def test_a_ring_that_turns_has_a_hub_and_a_held_carrier_takes_torque(tmp_path):
     text = MIXED.replace('member = "first.carrier"', 'member = "first.ring"')
     path = write(tmp_path, text, SPATIAL + 'held = ["first.carrier"]\n')

@@ -51,6 +51,7 @@ def test_every_variable_is_in_the_schema_with_axes_unit_and_meaning(result):
     assert set(data.dims) <= set(data.coords)
 
 
+@pytest.mark.parametrize("model", ["herringbone", "nrel-5mw", "wind-5mw"], indirect=True)
 def test_every_picture_of_a_result_is_drawn(result):
     kind, data = result
     plots = data.fg.plot

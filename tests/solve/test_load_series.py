@@ -278,7 +278,7 @@ def test_the_content_of_a_case_is_that_of_its_series(case_with, tmp_path):
 
 
 @settings(
-    max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+    max_examples=30, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
 )
 @given(
     st.sampled_from(["out", "outb"]), st.integers(0, 3000), st.integers(0, 9), st.binary(max_size=9)

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import gc
 import os
 import sys
-import tracemalloc
 from pathlib import Path
 
 import numpy as np
@@ -86,33 +84,6 @@ def test_a_stage_is_the_same_in_a_file_as_in_memory(tmp_path):
     assert data.sizes["time"] > 200
     torque = data["port_torque"].isel(port=0)
     assert torque.min() < torque.max()
-
-
-@pytest.mark.slow
-def test_memory_does_not_grow_with_the_duration(train, tmp_path):
-    """What eight times the samples take more in memory, they do not on their way to a file."""
-
-    def peak(chunks, to_file):
-        duration = CHUNK * chunks * STEP
-        gc.collect()
-        tracemalloc.start()
-        try:
-            if not to_file:
-                simulate(train, duration=duration)
-            else:
-                with dataset_file(tmp_path / "run.nc") as sink:
-                    simulate(train, duration=duration, sink=sink)
-            return tracemalloc.get_traced_memory()[1]
-        finally:
-            tracemalloc.stop()
-
-    def growth(to_file):
-        return peak(8, to_file) - peak(1, to_file)
-
-    peak(1, True)  # whatever is loaded once
-    in_memory = growth(False)
-    assert in_memory > peak(1, False)
-    assert growth(True) < in_memory / 7  # of seven more chunks not even one stays
 
 
 class ResidentMemory:

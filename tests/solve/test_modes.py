@@ -15,19 +15,6 @@ from flexgear.solve.modes import (
 )
 
 
-def test_benchmark_types_and_multiplicities():
-    """Four planets: six rotational (with the rigid one), six pairs translational, three planet."""
-    data = modes(bundled("lin-parker"))
-    kinds = data["type"].values.tolist()
-    assert {k: kinds.count(k) for k in set(kinds)} == {
-        "rigid": 1, "rotational": 5, "translational": 12, "planet": 3,
-    }  # fmt: skip
-    planet = data["frequency"].values[data["type"].values == "planet"]
-    np.testing.assert_allclose(planet, [1808.2, 5963.8, 6981.7], rtol=5e-4)
-    pairs = data["multiplicity"].values[data["type"].values == "translational"]
-    assert pairs.tolist() == [2] * 12
-
-
 @pytest.mark.parametrize("name", ["lin-parker", "nrel-5mw", "herringbone", "pitch-drive"])
 def test_strain_energies_are_all_there_is(name):
     """Σ φᵀ Rᵀ K R φ over all named springs is ω²: none is left out, none counts twice."""

@@ -272,8 +272,7 @@ def test_these_are_all_with_fe_bodies():
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", FLEXIBLE)
-@pytest.mark.parametrize("fidelity", ["quick", "standard"])
-def test_a_bundled_case_does_not_warn_of_its_own_reductions(name, fidelity):
-    case = load_case(name, {"solver.fidelity": fidelity})
+def test_a_bundled_case_does_not_warn_of_its_own_reductions(name):
+    case = load_case(name)
     bodies = reduced_bodies(case, rigid=())
     assert reduction_warnings(case, bodies, rigid_bodies(case)) == []

@@ -98,14 +98,6 @@ def test_positions_shown_are_one_turn_of_the_stage():
     assert sun[-1] * model.flow.speed["stage.sun"] > 0  # forward in time
 
 
-def test_without_errors_everything_is_even():
-    model = bundled("herringbone")
-    clean = model.without_errors()
-    assert not clean.system.pairs.largest_error.any()
-    forces = linear_train(clean.system).forces(np.array([[0.0], [5.0]]))
-    np.testing.assert_allclose(forces, forces[0, 0], rtol=1e-9)
-
-
 def test_stages_that_share_nothing():
     model = bundled("nrel-5mw")
     assert shared_stages(model) == ["stage_1", "stage_2"]

@@ -7,7 +7,7 @@ import pytest
 from similarity import POWERS, differences, figures_apart, of_one_frequency, similar
 from small_train import SMALL_STAGE
 from train_contexts import bundled, put_together
-from trains import STAGE, STEEL, stage_train, write
+from trains import STEEL, stage_train, write
 
 from flexgear.cli.case_commands import derived
 from flexgear.gears.power_flow import power_flow
@@ -124,10 +124,8 @@ def test_a_torque_drop_scales(stages):
     ("name", "up"),
     [
         ("pitch-drive", 16),
-        ("lin-parker", 16),
         ("herringbone", 1),
         ("nrel-5mw", 1),
-        ("double-rotor-5mw", 1),
     ],
 )
 def test_every_analysis_of_a_train_scales(name, up):
@@ -184,18 +182,6 @@ def test_a_train_with_a_flexible_stage_scales(stages, tmp_path):
         for train, model in zip(trains, stages, strict=True)
     ]
     every_analysis(contexts, lambda c: of_one_frequency(modes(c)))
-
-
-def test_sweeps_of_a_train_scale(tmp_path):
-    head = ""
-    path = write(tmp_path, STAGE.format(planets=4, sun="0", helix=0), head)
-    plan = planned(
-        path,
-        {"stage.planets": parse_values("stage.planets", "3,4")},
-        settings={"solver.positions_per_gear_mesh": "4"},
-        measures=list(measures_of(load_case(path))),
-    )
-    assert_sweeps_scale(plan)
 
 
 @pytest.mark.slow

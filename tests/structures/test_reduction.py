@@ -193,13 +193,6 @@ def test_rigid_ties_keep_rigid_motion_and_stiffen_the_body(ring):
     assert np.all(values[6:12] > soft[6:12])
 
 
-def test_the_same_input_gives_the_same_numbers(ring):
-    model, interface, made = ring
-    again = reduce(model, interface, MODES).body
-    assert np.array_equal(again.mass, made.body.mass)
-    assert np.array_equal(again.stiffness, made.body.stiffness)
-
-
 def test_progress_names_stages_and_ends_at_one():
     model = FeModel(box((4, 2, 2)), *STEEL)
     ties = [

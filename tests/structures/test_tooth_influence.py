@@ -126,13 +126,6 @@ def test_contact_lines_have_the_slope_of_the_flank(helical, influence):
     assert influence.turned().slope == influence.mirrored().slope == -influence.slope
 
 
-def test_compliance_goes_with_one_over_e(helical, influence):
-    stiff = influence_of(helical, 1e3 * STEEL[0], STEEL[1])
-    assert stiff.compliance == pytest.approx(
-        1e-3 * influence.compliance, rel=1e-6, abs=1e-12 * influence.compliance.max()
-    )
-
-
 def test_other_hand_is_the_reflection(helical, influence):
     other = influence_of(replace(helical, helix_rate=-helical.helix_rate), *STEEL)
     mirrored = influence.mirrored()

@@ -92,15 +92,6 @@ def test_paths_are_named(pair):
     assert cyclic.has_short_borders == (cyclic.sectors.count > 5)
 
 
-def test_solves_agree(pair):
-    model, _, whole, by_sectors = pair
-    right = np.random.default_rng(0).standard_normal((model.dofs, 7))
-    cyclic = by_sectors.condensation
-    expected = whole.condensation.fixed_solve(right)
-    found = cyclic.dofs_of(cyclic.fixed_solve(cyclic.field_of(right)), model.dofs)
-    assert np.abs(found - expected).max() < 1e-10 * np.abs(expected).max()
-
-
 def test_supported_solves_and_constraint_modes_agree(pair, supports):
     model, interface, whole, by_sectors = pair
     random = np.random.default_rng(0)
@@ -140,17 +131,6 @@ def test_frequencies_agree_fixed_free_and_supported(pair, supports):
         first = 0 if held.any() else 6
         assert np.allclose(found[first:], expected[first:], rtol=1e-8)
         assert np.abs(found[:first]).max(initial=0.0) < 1e-7 * expected[6]
-
-
-def test_subspaces_of_modes_agree_between_groups_of_equal_frequencies(pair):
-    model, _, whole, by_sectors = pair
-    cyclic = by_sectors.condensation
-    modes = cyclic.dofs_of(by_sectors.fixed_modes, model.dofs)
-    overlap = whole.fixed_modes.T @ (model.mass @ modes)
-    gaps = np.flatnonzero(np.diff(whole.frequencies) > 1e-3 * whole.frequencies[1:]) + 1
-    assert len(gaps) > 3
-    for cut in gaps:
-        assert 1 - np.linalg.svd(overlap[:cut, :cut], compute_uv=False).min() < 1e-8
 
 
 def test_receptances_agree(pair, supports):

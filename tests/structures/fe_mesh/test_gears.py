@@ -110,21 +110,6 @@ def test_nodes_of_a_tooth_lie_on_flank_and_root() -> None:
     assert angle[between] == pytest.approx(t.root.half_angle(radius[between]), abs=1e-9)
 
 
-@pytest.mark.parametrize(
-    "body",
-    [small_ring(bolts=0, fits=()), PlanetMeshParameters(bore_diameter=0.25, fidelity="quick")],
-)
-def test_tiny_teeth_leave_a_plain_annulus(body) -> None:
-    p = replace(
-        body, teeth=180, normal_module=0.002, helix_angle=0.0, addendum=1e-3, dedendum=5e-3,
-        root_fillet=1e-3,
-    )  # fmt: skip
-    rim = p.outer_radius if p.part == "ring" else p.bore_radius
-    annulus = pi * abs(rim**2 - p.tooth.root_radius**2) * p.face_width
-    polygon = sin(2 * pi / 360) / (2 * pi / 360)
-    assert meshed(p).volume() == pytest.approx(annulus * polygon, rel=1e-3)
-
-
 def test_planet_has_the_volume_and_moments_of_the_closed_form() -> None:
     """Chords of flanks, tips and bore lose O(h²)."""
     p = PlanetMeshParameters()
