@@ -55,7 +55,9 @@ ORDERS = np.arange(92, 99)
 
 def heights(pin_um: float) -> xr.DataArray:
     """Amplitudes of the force on the ring's support across the axis in space, by order."""
-    case = fg.load_case("lin-parker", {**RIG, "stage.errors.pin_tangential_um": f"[{pin_um}, 0, 0]"})
+    case = fg.load_case(
+        "lin-parker", {**RIG, "stage.errors.pin_tangential_um": f"[{pin_um}, 0, 0]"}
+    )
     run = case.assemble().transient(duration=1.6)
     angle = run.carrier_angle.isel(turning_stage=0)
     run = run.isel(time=((angle > 2 * np.pi) & (angle < 10 * np.pi)).to_numpy())

@@ -13,7 +13,7 @@ from scipy.signal import find_peaks
 
 from flexgear.arrays import Array
 from flexgear.cli import options
-from flexgear.cli.display import as_json_text
+from flexgear.cli.display import as_json_text, progress
 from flexgear.files.atomic import staged_folder
 from flexgear.gears.expected_lines import HARMONICS, ExpectedLine
 from flexgear.model.case import Case
@@ -84,6 +84,7 @@ def orders(
     out: options.OutFolder = None,
     force: options.Force = False,
     as_json: options.AsJson = False,
+    quiet: options.Quiet = False,
 ) -> None:  # fmt: skip
     """Order analysis of a transient: spectrum over the turn of a member, whatever its speed does,
     lines that are expected there, run-up maps, envelopes and averages over turns."""
@@ -98,19 +99,22 @@ def orders(
         options.claim_folder(out, FILES, origin_of_case(case), force)
     part = _part(over_time(whole, of), from_s, to_s, run_up)
     data, of_member = part.assign({of: _only(part[of], only)}), member or first_input(part)
-    if planets:
-        result = planet_averages(data, of, planets, sensor_angle=np.radians(sensor_angle_deg))
-    else:
-        history = history_over_turns(
-            data, of, of_member, against, highest=highest, band_hz=envelope_hz
-        )
-        if average:
-            result = synchronous_average(history)
+    with progress(quiet) as report:
+        report("resampling", 0.0)
+        if planets:
+            at = np.radians(sensor_angle_deg)
+            result = planet_averages(data, of, planets, sensor_angle=at)
         else:
-            mapped = run_up or block_turns is not None
-            result = order_map(history, block_turns, window) if mapped else (
-                order_spectrum(history, window)
-            )  # fmt: skip
+            history = history_over_turns(
+                data, of, of_member, against, highest=highest, band_hz=envelope_hz
+            )
+            report("resampling", 1.0)
+            if average:
+                result = synchronous_average(history)
+            elif run_up or block_turns is not None:
+                result = order_map(history, block_turns, window)
+            else:
+                result = order_spectrum(history, window)
     expected = [] if "phase" in result.dims else _expected(case, result, of_member, against)
     rows = [] if "phase" in result.dims else list(_strongest(result, expected, lines))
     if out is not None:

@@ -117,10 +117,10 @@ def test_command_names_the_lines(flexgear, transient, tmp_path):
     ],
 )
 def test_bad_input_is_one_line(flexgear, transient, options, text):
-    code, out, err = flexgear("orders", transient[0], "--only", "ring", *options)
+    code, out, err = flexgear("orders", transient[0], "-q", "--only", "ring", *options)
     assert (code, out, err.count("\n")) == (2, "", 1) and text in err
 
 
 def test_a_file_that_is_none(flexgear, tmp_path):
-    code, _, err = flexgear("orders", tmp_path / "none.nc")
+    code, _, err = flexgear("orders", tmp_path / "none.nc", "-q")
     assert code == 2 and err.count("\n") == 1 and "is no file" in err
