@@ -2,10 +2,10 @@
 Sidebands of a measured gearbox
 ===============================
 
-A test rig with public tooth counts: sun 31, three planets of 31, ring of 95 at rest. Around the first
-harmonic of the gear mesh its published order spectra
-(`SNU-PLANETARY <https://huggingface.co/datasets/AI4Manufacturing/SNU-PLANETARY-annotated>`_, 917 records;
-read: the description, which states heights over that of the gear-mesh line at order 95) have
+A test rig with public tooth counts: sun 31, three planets of 31, ring of 95 at rest. Around the
+first harmonic of the gear mesh its published order spectra (`SNU-PLANETARY
+<https://huggingface.co/datasets/AI4Manufacturing/SNU-PLANETARY-annotated>`_, 917 records; read:
+the description, which states heights over that of the gear-mesh line at order 95) have
 
 ====================  ============  ============
 state                 order 94      order 96
@@ -15,23 +15,23 @@ fault of the sun      0.86 to 1.18  0.40 to 1.20
 fault of a planet     1.70 to 3.71  not stated
 ====================  ============  ============
 
-The rule: three planets that are alike leave the orders that three divides, here 93 and 96; 94 and 95 are
-there only as planets differ, both by the same share if they differ in size alone. Below is the force on the
-ring's support in a stage with these teeth, with planets alike and with one pin 20 µm off. A rigid ring hears
-one pass beside the gear mesh only; profile shifts, masses and stiffnesses are ours, so that places of lines
-compare, not heights.
+The rule: three planets that are alike leave the orders that three divides, here 93 and 96; 94 and
+95 are there only as planets differ, both by the same share if they differ in size alone. Below is
+the force on the ring's support in a stage with these teeth, with planets alike and with one pin
+20 µm off. A rigid ring hears one pass beside the gear mesh only; profile shifts, masses and
+stiffnesses are ours, so that places of lines compare, not heights.
 
-Agrees: 94 is as high as 95 in the healthy rig; a fault of the sun, which meets all planets alike, leaves their
-ratio as it is and raises 96; a fault of one planet changes the ratio. Does not agree: 96 is the lowest of the
-three in the measurement, where the rule has it highest. So the planets of the rig are not alike, or what its
-sensor hears depends on more than the pass of a planet; the description does not tell which. No amplitudes in
-physical units were at hand.
+Agrees: 94 is as high as 95 in the healthy rig; a fault of the sun, which meets all planets alike,
+leaves their ratio as it is and raises 96; a fault of one planet changes the ratio. Does not
+agree: 96 is the lowest of the three in the measurement, where the rule has it highest. So the
+planets of the rig are not alike, or what its sensor hears depends on more than the pass of a
+planet; the description does not tell which. No amplitudes in physical units were at hand.
 
-Others: asymmetric sidebands and gear-mesh lines that are missing were found in several gearboxes, in
-agreement with the rule (McFadden and Smith 1985, Proc. IMechE 199C:65, read: the abstract). In two
-helicopters' transmissions in flight large lines stood where the rule has them; finer details of the model,
-and what seeded faults would do, were not found (Mosher 2003, doi 10.1115/DETC2003/PTG-48082, read: the
-abstract).
+Others: asymmetric sidebands and gear-mesh lines that are missing were found in several gearboxes,
+in agreement with the rule (McFadden and Smith 1985, Proc. IMechE 199C:65, read: the abstract). In
+two helicopters' transmissions in flight large lines stood where the rule has them; finer details
+of the model, and what seeded faults would do, were not found (Mosher 2003, doi
+10.1115/DETC2003/PTG-48082, read: the abstract).
 """
 
 import numpy as np
@@ -44,8 +44,9 @@ from flexgear.views.style import save_figure
 
 RIG = {  # profile shifts and the free centre distance make these teeth fit
     "stage.planets": "3", "stage.sun.teeth": "31", "stage.planet.teeth": "31",
-    "stage.ring.teeth": "95", "stage.sun.profile_shift": "0.3", "stage.planet.profile_shift": "0.25",
-    "stage.ring.profile_shift": "0.2", "stage.center_distance_mm": "92.876",
+    "stage.ring.teeth": "95", "stage.sun.profile_shift": "0.3",
+    "stage.planet.profile_shift": "0.25", "stage.ring.profile_shift": "0.2",
+    "stage.center_distance_mm": "92.876",
     "stage.pressure_angle_deg": "20", "stage.sun_pressure_angle_deg": "",
     "stage.ring_pressure_angle_deg": "", "stage.gear_mesh.model": "fourier",
     "solver.time_step_s": "1e-4",
