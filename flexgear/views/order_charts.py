@@ -24,6 +24,7 @@ from flexgear.views.style import (
     styled,
     text_only,
 )
+from flexgear.views.traces import CELLS
 
 Lines = Sequence[tuple[ExpectedLine, float]]  # with their orders
 CONSTANT = 1e-7  # of the mean, rounding of what is kept in single precision
@@ -32,7 +33,6 @@ MAP_DECADES = 4
 COLUMNS = 4  # of a legend
 NEAREST = 0.03  # of the highest order: names of harmonics stand no closer
 MARKED = 10  # harmonics of a gear mesh in a map
-CELLS = 400  # of a map over its orders: the largest amplitude of each
 LOOKS: dict[str, tuple[str, str]] = {  # of expected lines by kind
     GEAR_MESH: ("#374151", "--"),
     SIDEBAND: ("#9CA3AF", ":"),
@@ -122,12 +122,13 @@ def _name_harmonics(axes: Axes, lines: Lines, highest: float) -> None:
 def order_map_chart(mapped: xr.DataArray, lines: Lines = (), title: str = "") -> Figure:
     """Amplitudes of a map (block, order) by colour, over speed where that rises or falls all the
     time, else over time."""
-    order, values = _pooled(mapped.transpose("block", "order"))
+    pooled = _pooled(mapped)
+    order, values = pooled["order"].to_numpy(), pooled.to_numpy()
     largest = float(values.max(initial=0.0))
     unit, by = scale([largest], str(mapped.attrs["units"]))
-    speed = np.abs(mapped["speed"].to_numpy()) * RPM
+    speed = np.abs(pooled["speed"].to_numpy()) * RPM
     steady = not ((np.diff(speed) > 0).all() or (np.diff(speed) < 0).all())
-    up = mapped["time"].to_numpy() if steady else speed
+    up = pooled["time"].to_numpy() if steady else speed
     rows = np.argsort(up)
     tiny = largest * 10.0**-MAP_DECADES if largest else 1.0
     level = np.log10(by * np.maximum(values, tiny))[rows]
@@ -152,13 +153,15 @@ def order_map_chart(mapped: xr.DataArray, lines: Lines = (), title: str = "") ->
     return figure
 
 
-def _pooled(mapped: xr.DataArray) -> tuple[Array, Array]:
-    """Orders (k,) and amplitudes (blocks, k), the largest of cells where there are many orders."""
-    order, values = mapped["order"].to_numpy(), mapped.to_numpy()
-    width = -(-len(order) // CELLS)
-    whole = len(order) // width * width
-    cells = values[:, :whole].reshape(len(values), -1, width).max(axis=2)
-    return order[:whole].reshape(-1, width).mean(axis=1), cells
+def _pooled(mapped: xr.DataArray) -> xr.DataArray:
+    """A map (block, order) with at most as many cells as a page takes, the largest of each."""
+    width = {d: -(-mapped.sizes[d] // CELLS) for d in ("block", "order")}
+    pooled = mapped.reset_coords(drop=True).coarsen(width, boundary="trim", coord_func="mean").max()
+    rows = {
+        n: ("block", mapped[n].coarsen(block=width["block"], boundary="trim").mean().to_numpy())
+        for n in ("speed", "time")
+    }
+    return pooled.assign_coords(rows).transpose("block", "order")
 
 
 def _edges(middles: Array) -> Array:

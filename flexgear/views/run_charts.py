@@ -18,7 +18,7 @@ from flexgear.gears.stage_flow import StageFlow
 from flexgear.model.errors import FlexgearError, InputError
 from flexgear.model.names import GEAR_MESH, SHAFT
 from flexgear.results.harmonics import radial_harmonics
-from flexgear.results.orders import case_of, gear_mesh_orders
+from flexgear.results.orders import HIGHEST, case_of, gear_mesh_orders
 from flexgear.results.report.wording import with_unit
 from flexgear.results.run_folder import RingFolder
 from flexgear.results.settling import settled
@@ -72,10 +72,12 @@ def _gear_meshes(data: xr.Dataset, stage: str) -> xr.Dataset:
 
 def _spectrum(data: xr.Dataset, stage: StageFlow) -> Any:
     """Order spectra of a stage's gear-mesh forces in the settled part of a run."""
+    every = expected_lines(case_of(data), harmonics=int(HIGHEST))
     lines = [
         (line, line.frequency / stage.gear_mesh_frequency)
-        for line in expected_lines(case_of(data))
-        if line.stage == stage.name and line.kind in (GEAR_MESH, SHAFT, TOOTH_FAULT)
+        for line in every
+        if (line.stage == stage.name and line.kind in (GEAR_MESH, SHAFT, TOOTH_FAULT))
+        or (line.kind == GEAR_MESH and line.harmonic == 1)
     ]
     try:
         return order_chart(gear_mesh_orders(settled(data), stage.name), lines)
@@ -353,8 +355,8 @@ RUN_CHARTS: Sequence[tuple[Subjects, Sequence[Chart]]] = (
         Chart("spectrum_{stage}", "dynamics",
             "Spectrum of the gear-mesh forces{of}, planet 1, gear-mesh frequency {hz} Hz, {window}",
             "Amplitudes of the gear-mesh force over gear-mesh cycles, whatever the speed does; "
-            "sidebands stand beside an order by turns of what is uneven. Dotted: orders of gear "
-            "mesh, shafts and tooth faults.", _spectrum, "transient"),
+            "sidebands stand beside an order by turns of what is uneven. Expected: orders of "
+            "gear meshes, shafts and tooth faults.", _spectrum, "transient"),
     )),
     (each.sharing_stages, (
         Chart("transient_sharing_{stage}", "sharing", "Load sharing{of} in time, {window}", SHARES,

@@ -81,6 +81,23 @@ def test_gear_mesh_force_and_transmission_error_have_the_gear_mesh_alone(transie
     assert np.argmax(np.abs(np.fft.rfft(pattern - pattern.mean()))) % 25 == 0  # sun teeth
 
 
+def test_map_and_planets_from_the_accessor(transient):
+    """A map at constant speed is constant; planets that are alike have like averages."""
+    file, case = transient
+    data = load(file)
+    ridge = whole_turns(data).fg.order_map("gear_mesh_force", "carrier", block_turns=1.0)
+    ridge = ridge.sel(gear_mesh="stage sun 1").sel(order=2.0 * TEETH, method="nearest")
+    assert np.ptp(ridge.to_numpy()) < 0.05 * float(ridge.mean())
+    rated = power_flow(case).speed["stage.carrier"]
+    assert ridge["speed"].to_numpy() == pytest.approx(np.full(len(ridge), rated), rel=1e-2)
+    angle = data["carrier_angle"].isel(turning_stage=0)
+    force = data["bearing_force"].sel(support="stage.ring_support")
+    in_space = force.sel(dof="ux") * np.cos(angle) - force.sel(dof="uy") * np.sin(angle)
+    means = data.assign(ring=in_space).fg.planet_averages("ring", "stage", width=1.0)
+    patterns = np.abs(np.fft.rfft(means.to_numpy(), axis=1))
+    assert patterns[1:, 35] == pytest.approx(np.full(3, patterns[0, 35]), rel=0.05)
+
+
 def test_command_names_the_lines(flexgear, transient, tmp_path):
     """Table, JSON, and a folder with dataset, picture and page; a map and an average, too."""
     file, _ = transient
