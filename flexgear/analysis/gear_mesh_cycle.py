@@ -101,6 +101,19 @@ def mean_springs(system: System, modal: ModalSystem | None) -> ContactSprings:
     return _springs(system, samples, np.zeros(len(system.angles)), cycles=True)
 
 
+def mean_channel_springs(modal: ModalSystem, left_out: int) -> list[tuple[Ints, Array, float]]:
+    """Mean springs under rated torques of the gear meshes of all stages but one, on the channels:
+    columns (c,), rows (n, c) with K̄ = rowᵀ row, and damping over stiffness, s."""
+    system, out = modal.system, list[tuple[Ints, Array, float]]()
+    for stage in sorted({label.stage for label in system.gear_meshes} - {left_out}):
+        of_stage = np.array([label.stage == stage for label in system.gear_meshes])
+        for sample in _cycle_samples(system, of_stage, modal).values():
+            ratio = float(sample.damping.sum() / sample.stiffness.sum())
+            rows = sample.rows / math.sqrt(len(sample.stiffness))
+            out.append((sample.columns, rows, ratio))
+    return out
+
+
 @dataclass(frozen=True)
 class StageCycle:
     """Gear meshes of a stage in n modes over P equal parts of its gear-mesh cycle, each with its

@@ -77,14 +77,20 @@ class Recovery:
     """Elastic motions of any linear output of the physical coordinates, without storing q(t).
 
     Built once for a result: ``motion(rows)`` gives rows @ q_el with rows (k, d) -> (t, k). outputs:
-    by name, of all results of a system: those named are worked out once.
+    by name, of all results of a system: those named are worked out once. forces (t, n_c): on the
+    channels, where they are known already.
     """
 
-    def __init__(self, result: Result, outputs: dict[str, Output] | None = None) -> None:
+    def __init__(
+        self,
+        result: Result,
+        outputs: dict[str, Output] | None = None,
+        forces: Array | None = None,
+    ) -> None:
         self.result = result
         self.modal: ModalSystem = result.modal
         self._outputs = {} if outputs is None else outputs
-        self._forces = _in_blocks(channel_forces(result))
+        self._forces = _in_blocks(channel_forces(result) if forces is None else forces)
         self._roll = np.zeros_like(result.eta[:, : len(self.modal.input_rows)])
         if isinstance(result, Transient):
             # rotations of a run are those of its modes; dropped modes wind the train up as well

@@ -51,6 +51,7 @@ COMMANDS = {
     "stability": Home("stability_command", "stability", "Speeds at which vibration grows."),
     "simulate": Home("analysis_commands", "simulate", "Transient under the case's drive."),
     "orders": Home("orders_command", "orders", "Order spectra and run-up maps of a transient."),
+    "response": Home("response_command", "response", "Steady states over speed, all branches."),
     "compare": Home("compare_command", "compare", "Variants or two runs side by side."),
     "import": Home("exchange_commands", "import_rexs", "Make a commented case of a REXS file."),
     "export": Home("exchange_commands", "export", "Write REXS, or reduced matrices."),

@@ -19,7 +19,7 @@ from flexgear.model.errors import InputError, echo
 from flexgear.model.machine import TorqueHistory
 from flexgear.model.read import nearest
 from flexgear.results.dataset_file import dataset_file, reopened
-from flexgear.solve import deformed, model, static, transient
+from flexgear.solve import deformed, model, response, static, transient
 from flexgear.solve.angles import lead_angles, reference_member
 from flexgear.solve.bodies import Bodies, silent
 from flexgear.solve.campbell import MARGIN, campbell
@@ -169,6 +169,36 @@ class Model(model.Model):
         with dataset_file(out, save) as sink:
             simulate(sink=sink)
         return reopened(out)
+
+    @checked
+    def response(
+        self,
+        speeds: tuple[float, float] | None = None,
+        *,
+        torques: tuple[float, float] | None = None,
+        speed: float = 1.0,
+        torque: float = 1.0,
+        stage: str = "",
+        harmonics: int | None = None,
+        progress: Progress | None = None,
+    ) -> xr.Dataset:
+        """Steady states over speed or torque, stable and unstable, with their turning points.
+
+        speeds: lowest and highest over rated speed, at the share ``torque`` of rated torque;
+        torques: the same of torque at the share ``speed`` of rated speed. stage: whose gear meshes
+        excite. harmonics: of the gear-mesh frequency; as many as reach well above the gear meshes'
+        own frequency if left out. InputError for a range through zero.
+        """
+        return response.response(
+            self,
+            speeds=speeds,
+            torques=torques,
+            speed=speed,
+            torque=torque,
+            stage=stage,
+            harmonics=harmonics,
+            progress=progress_or_bars(progress),
+        )
 
     @checked
     def deformed(

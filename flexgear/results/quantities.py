@@ -127,6 +127,10 @@ RESULT_COORDINATES: dict[str, Coordinate] = {
     "band": Coordinate("1", "number of the band of speeds, from 1"),
     "acting": Coordinate("1", "the two modes of an instability, 1 the lower one"),
     "harmonic": Coordinate("Hz", "frequency of an error of gears or of a gear mesh"),
+    "point": Coordinate("1", "steady state, from 0, in the order of its curve"),
+    "measure": Coordinate("", "over a period: maximum, minimum, mean, rms of what is not mean"),
+    "turning_point": Coordinate("1", "number of a turning point of a curve, from 1"),
+    "stability_change": Coordinate("1", "number of a change of stability, from 1"),
 }
 
 

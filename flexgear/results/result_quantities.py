@@ -1,13 +1,14 @@
 """Every variable a result of a train may hold: dimensions, unit, meaning.
 
-The first dimension "sample" is "time", "position", "mode" or "speed_factor". A gear mesh is one
-planet against ring or sun, whichever flank carries; frames and signs are those of
+The first dimension "sample" is "time", "position", "mode", "speed_factor" or "point". A gear mesh
+is one planet against ring or sun, whichever flank carries; frames and signs are those of
 docs/conventions.md.
 """
 
 from __future__ import annotations
 
 from flexgear.results.quantities import UNLOADED, Quantity, S
+from flexgear.results.response_quantities import RESPONSE_QUANTITIES
 
 NODAL = (
     "nodal index min(k, N - k) of the mode in every stage; -1: several, -2: the stage is at rest, "
@@ -415,4 +416,5 @@ RESULT_QUANTITIES: dict[str, Quantity] = {
         ("band", "acting"), "1", "numbers of the modes i and j that act, from 1; twice the same: i"
     ),
     "band_order": Quantity(("band",), "1", "order l of l f_z = f_i + f_j, f_z gear-mesh frequency"),
+    **RESPONSE_QUANTITIES,
 }

@@ -214,14 +214,14 @@ def _motions(model: Model, recovery: Recovery) -> tuple[dict[str, Array], dict[s
     if bearings:
         arrays["planet_bearing_force"] = np.stack(list(bearings.values()), axis=1)
         labels["bearing"] = list(bearings)
-    for name, links in (("bolt", _bolts(model)), ("support", _supports(model))):
+    for name, links in (("bolt", _bolts(model)), ("support", support_names(model))):
         if links:
             forces = np.stack([recovery.link_force(link) for link in links], axis=1)
             arrays["bolt_force" if name == "bolt" else "bearing_force"] = (
                 forces[:, :, :3] if name == "bolt" else forces
             )
             labels[name] = links
-    arrays |= _row_loads(recovery, list(bearings), _supports(model))
+    arrays |= _row_loads(recovery, list(bearings), support_names(model))
     if model.gauges.names:
         arrays["gauge_strain"] = recovery.named("gauges", lambda: model.gauges.strain)
         labels["gauge"] = model.gauges.names
@@ -252,7 +252,7 @@ def _bolts(model: Model) -> list[str]:
     return [link.name for link in model.system.links if link.kind == "bolt"]
 
 
-def _supports(model: Model) -> list[str]:
+def support_names(model: Model) -> list[str]:
     """Names of springs between two nodes, without bolts, and of turning links."""
     links = [x.name for x in model.system.links if len(x.rows) == 6 and x.kind != "bolt"]
     return [*links, *_turning(model)]

@@ -1,0 +1,341 @@
+r"""Force elements of one stage over a period of its gear meshes, on few channels.
+
+At a steady mean speed the rows of the tooth pairs of a stage repeat with the gear-mesh frequency:
+places of contact, stiffness and errors of the base pitch run through one period while the train
+rolls by one pitch, all that turns slower than teeth pass standing still (as in ``gear_mesh_cycle``,
+which also says how teeth that are blocks of their own are held in place). With the rows V_j
+(n, n_c) of sample j over the channels of a ``ModalSystem``, N samples of a period,
+
+    V_j = W_j B,   B (q, n_c) an orthonormal basis of each gear mesh's rows, W_j (n, q),
+
+a force element sees δ = W_j u + e − Σ B' F' of the motion u (q,) of these channels, and acts on
+them by −W_jᵀ F. Gear meshes of other stages are their mean springs; bearings and supports are as
+they stand at angle zero. Causes that repeat once a turn (runout, pitch deviations of single teeth,
+loads that turn against a frame) are left out: ``left_out``.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from flexgear.analysis.gear_mesh_cycle import FlankEnds, cycle_angles, mean_channel_springs
+from flexgear.analysis.kernels.orbit_laws import evaluate_laws
+from flexgear.arrays import Array, Ints
+from flexgear.coupling.kernels.elements import Rows, law_functions, packed, pair_rows
+from flexgear.coupling.kernels.neighbours import between_rows
+from flexgear.coupling.kernels.pairs import fill_rows
+from flexgear.coupling.modal import ModalSystem
+from flexgear.coupling.pair_data import LOAD, SUPPORT, PairData
+
+DIRECTIONS = 1e-9  # of the largest singular value: directions of rows that count
+LOCAL_TRIES = 40  # of the rows of one sample that yield to each other
+
+
+@dataclass(frozen=True)
+class Springs:
+    """Linear rows (s, n_c) over the channels: stiffness (s, s) N/m and damping (s, s) N s/m."""
+
+    rows: Array
+    stiffness: Array
+    damping: Array
+
+
+@dataclass(frozen=True)
+class OrbitElements:
+    """Force elements over N samples of a period, n rows at most at one of them.
+
+    channels (q, n_c): B; source (q,): flank of each, or −1 − the number of a
+    bearing row; rows (N, n, q): W; offset (N, n) m; owner (N, n): flank m of a row, −1 of
+    bearings, −2 where there is no row; nominal (2, N, n): stiffness N/m and damping N s/m of rows
+    that carry; elements (E, 4), parameters (E, p): see ``evaluate_laws``;
+    between (N, n, n) m/N: by which rows yield to each other, or (0, 0, 0); springs: linear rows;
+    load (2, n_c): constant forces on the channels, and what grows with the square of speed, at the
+    rated one; frequency: of the gear mesh at rated speed, Hz; flanks (M,)
+    1 where rows were filled.
+    """
+
+    modal: ModalSystem
+    stage: int
+    channels: Array
+    source: Ints
+    rows: Array
+    offset: Array
+    owner: Ints
+    nominal: Array
+    elements: Ints
+    parameters: Array
+    between: Array
+    springs: Springs
+    load: Array
+    frequency: float
+    flanks: Ints
+    left_out: tuple[str, ...]
+
+    @property
+    def samples(self) -> int:
+        """N."""
+        return len(self.rows)
+
+    @property
+    def bearing_rows(self) -> Ints:
+        """Numbers, among rows that are no tooth pairs, of those that are the last channels."""
+        return -1 - self.source[self.source < 0]
+
+    @cached_property
+    def _functions(self) -> tuple[object, ...]:
+        return law_functions(self.modal.system.pairs)
+
+    @cached_property
+    def _space(self) -> tuple[Any, ...]:
+        most = max(1, int(self.elements[:, 3].max(initial=1)))
+        return tuple(
+            (np.zeros((2, r)), np.zeros((2, r)), np.zeros((2, r, r))) for r in range(1, most + 1)
+        )
+
+    def mean_row(self, m: int) -> Array:
+        """Mean row (q,) of a flank's tooth pairs over the period: closing of the gear mesh."""
+        here = self.owner == m
+        return np.asarray(self.rows[here].mean(axis=0))
+
+    def row_forces(self, motion: Array, rate: Array) -> tuple[Array, Array, Array]:
+        """Forces (N, n) N, tangents (2, N, n, n) to displacement and rate, and displacements (N, n)
+        of the rows under the motion u and its rate (N, q)."""
+        delta = np.stack([_times(self.rows, motion) + self.offset, _times(self.rows, rate)], axis=2)
+        force, tangent = self._laws(delta)
+        if not self.between.size:
+            return force, tangent, delta[:, :, 0]
+        free, eye = delta[:, :, 0].copy(), np.eye(delta.shape[1])
+        for _ in range(LOCAL_TRIES):
+            gap = delta[:, :, 0] - free + _times(self.between, force)
+            matrix = eye + self.between @ tangent[0]
+            delta[:, :, 0] -= np.linalg.solve(matrix, gap[:, :, None])[:, :, 0]
+            before = force
+            force, tangent = self._laws(delta)
+            if np.abs(force - before).max() <= 1e-13 * np.abs(force).max():
+                break
+        condensed = np.linalg.inv(eye + tangent[0] @ self.between)
+        return force, condensed @ tangent, delta[:, :, 0]
+
+    def _laws(self, delta: Array) -> tuple[Array, Array]:
+        count, n = self.offset.shape
+        force, tangent = np.zeros((count, n)), np.zeros((2, count, n, n))
+        evaluate_laws(
+            self._functions, self.elements, self.parameters, delta, force, tangent, self._space
+        )
+        return force, tangent
+
+    @cached_property
+    def linear_tangents(self) -> Array:
+        """Tangents (2, N, q, q) on the channels with all pairs of the carrying flanks on their path
+        in contact, and bearings with their nominal stiffness."""
+        stiffness, damping = (np.einsum("jn,nm->jnm", x, np.eye(x.shape[1])) for x in self.nominal)
+        if self.between.size:
+            condensed = np.linalg.inv(np.eye(len(stiffness[0])) + stiffness @ self.between)
+            stiffness, damping = condensed @ stiffness, condensed @ damping
+        return np.array([self.on_channels(stiffness), self.on_channels(damping)])
+
+    def on_channels(self, tangent: Array) -> Array:
+        """Wᵀ T W (N, q, q) of tangents T (N, n, n) between rows."""
+        return np.asarray(self.rows.transpose(0, 2, 1) @ (tangent @ self.rows))
+
+    def channel_forces(self, force: Array) -> Array:
+        """Wᵀ F (N, q) of forces (N, n) of the rows: what resists the motion u."""
+        return np.einsum("jnq,jn->jq", self.rows, force)
+
+
+def _times(matrices: Array, vectors: Array) -> Array:
+    """(N, n) of matrices (N, n, q) and vectors (N, q)."""
+    return np.asarray((matrices @ vectors[:, :, None])[:, :, 0])
+
+
+def orbit_elements(
+    modal: ModalSystem, stage: int, samples: int, coast: bool = False
+) -> OrbitElements:
+    """Of a stage (number); coast: with the flanks that carry no rated load."""
+    system, pairs = modal.system, periodic(modal.system.pairs)
+    here = np.array([label.stage == stage for label in system.gear_meshes])
+    flanks = np.where(here & ((pairs.carries == 1) | coast), 1, 0).astype(np.int64)
+    m = int(np.flatnonzero(here)[0])
+    rated = system.theta(system.rated_input_speeds)[pairs.angle[m]]
+    theta = cycle_angles(system, here, samples, -1.0 if rated < 0.0 else 1.0)
+    filled = _Filling(modal, pairs, flanks)
+    for j in range(samples):
+        filled.add(j, np.ascontiguousarray(theta[j]), theta[0])
+    channels, rows, offset, owner, nominal = filled.condensed()
+    bearings = [-1 - row for row in filled.bearing_rows]
+    source = np.array([*filled.source, *bearings], dtype=np.int64)
+    return OrbitElements(
+        modal=modal,
+        stage=stage,
+        channels=channels,
+        source=source,
+        rows=rows,
+        offset=offset,
+        owner=owner,
+        nominal=nominal,
+        elements=np.array(filled.elements, dtype=np.int64).reshape(-1, 4),
+        parameters=np.array(filled.parameters).reshape(len(filled.elements), -1),
+        between=filled.between(rows.shape[1]),
+        springs=_springs(modal, filled, stage),
+        load=_loads(modal, pairs),
+        frequency=abs(float(rated * pairs.rate[m] / pairs.pitch[m])),
+        flanks=flanks,
+        left_out=_left_out(modal, stage),
+    )
+
+
+def periodic(pairs: PairData) -> PairData:
+    """The same without errors that repeat once a turn."""
+    return pairs._replace(
+        error_gear=np.zeros_like(pairs.error_gear),
+        error_planet=np.zeros_like(pairs.error_planet),
+        runout_amplitude=np.zeros_like(pairs.runout_amplitude),
+    )
+
+
+def _left_out(modal: ModalSystem, stage: int) -> tuple[str, ...]:
+    """What a period of the gear meshes does not hold, one phrase each."""
+    pairs, words = modal.system.pairs, []
+    if pairs.error_gear.any() or pairs.error_planet.any():
+        words.append("pitch deviations of single teeth")
+    if pairs.runout_amplitude.any():
+        words.append("runout of gears and carriers")
+    if np.any((pairs.load_angle >= 0) & (pairs.load_size != 0)):
+        words.append("loads that turn against the frame of their member")
+    if len({label.stage for label in modal.system.gear_meshes}) > 1:
+        words.append("excitation by the gear meshes of other stages, which are mean springs")
+    if (pairs.turns >= 0).any() or (pairs.planet_turns >= 0).any():
+        words.append("the turning of elastic gears against their gear meshes")
+    return tuple(words)
+
+
+class _Filling:
+    """Rows of one sample after the other."""
+
+    def __init__(self, modal: ModalSystem, pairs: PairData, flanks: Ints) -> None:
+        self.modal, self.pairs, self.flanks = modal, pairs, flanks
+        self.data, self.work = packed(pairs), pair_rows(pairs)
+        self.ends = {int(m): FlankEnds(pairs, int(m)) for m in np.flatnonzero(flanks)}
+        self.elements: list[tuple[int, int, int, int]] = []
+        self.parameters: list[Array] = []
+        self.coefficients: dict[int, list[Array]] = {m: [] for m in self.ends}
+        self.of_rows: list[list[tuple[int, int, Array]]] = []  # owner, place there, its numbers
+        self.source: list[int] = []  # flank of every channel
+        self.bearing_rows: dict[int, Array] = {}
+        self.support_rows: list[tuple[Array, float]] = []
+        self._yields: list[Array] = []
+
+    def add(self, j: int, angles: Array, start: Array) -> None:
+        """Enter sample j, at the angles (A,), with those of sample 0."""
+        work = self.work
+        n, count, _ = fill_rows(self.data, angles, self.flanks, work)
+        kinds = work.kind[:n]
+        taken = np.flatnonzero((kinds != SUPPORT) & (kinds != LOAD))
+        place = {int(i): k for k, i in enumerate(taken)}
+        of_sample = []
+        for i in taken:
+            owner = int(work.owner[i])
+            carries = 1.0 if kinds[i] < 0 else float(self.pairs.carries[owner])
+            values = np.array(
+                [work.offset[i], carries * work.stiffness[i], carries * work.damping[i]]
+            )
+            if kinds[i] >= 0:
+                rows = self.coefficients[owner]
+                rows.append(self.ends[owner].coefficients(work, np.array([i]), angles, start)[0])
+                of_sample.append((owner, len(rows) - 1, values))
+            else:
+                self.bearing_rows.setdefault(owner, self._on_channels(work, int(i)))
+                of_sample.append((-1, owner, values))
+        self.of_rows.append(of_sample)
+        for element, parameters in zip(work.element[:count], work.parameters, strict=False):
+            if int(element["first"]) in place:
+                first = place[int(element["first"])]
+                self.elements.append((int(element["law"]), j, first, int(element["rows"])))
+                self.parameters.append(parameters.copy())
+        if work.row["following"][:n].any():
+            self._yields.append(between_rows(work, n)[np.ix_(taken, taken)])
+        if j == 0:
+            supports = np.flatnonzero(kinds == SUPPORT)
+            self.support_rows = [
+                (self._on_channels(work, int(i)), float(work.stiffness[i])) for i in supports
+            ]
+
+    def _on_channels(self, work: Rows, i: int) -> Array:
+        row = np.zeros(len(self.modal.channels))
+        for a in range(int(work.width[i])):
+            at = 6 * int(work.blocks[i, a])
+            row[at : at + 6] += work.coef[i, a]
+        return row
+
+    def between(self, n: int) -> Array:
+        """(N, n, n), or nothing where no row yields to another."""
+        if not self._yields:
+            return np.zeros((0, 0, 0))
+        out = np.zeros((len(self._yields), n, n))
+        for matrix, part in zip(out, self._yields, strict=True):
+            matrix[: len(part), : len(part)] = part
+        return out
+
+    def condensed(self) -> tuple[Array, Array, Array, Ints, Array]:
+        """Channels (q, n_c), rows (N, n, q), offsets, owners (N, n) and nominal (2, N, n)."""
+        n_c, parts, weights, first, q = len(self.modal.channels), [], {}, {}, 0
+        for m, rows in self.coefficients.items():
+            if not rows:
+                continue
+            u, s, vt = np.linalg.svd(np.array(rows), full_matrices=False)
+            count = int(np.sum(s > DIRECTIONS * s[0]))
+            part = np.zeros((count, n_c))
+            part[:, self.ends[m].columns] = vt[:count]
+            parts.append(part)
+            self.source += [m] * count
+            weights[m], first[m] = u[:, :count] * s[:count], q
+            q += count
+        bearings = {owner: q + k for k, owner in enumerate(self.bearing_rows)}
+        parts += [row[None] for row in self.bearing_rows.values()]
+        q += len(bearings)
+        n = max((len(rows) for rows in self.of_rows), default=0)
+        shape = (len(self.of_rows), n)
+        rows_of_samples, numbers = np.zeros((*shape, q)), np.zeros((3, *shape))
+        owners = np.full(shape, -2, dtype=np.int64)
+        for j, of_sample in enumerate(self.of_rows):
+            for i, (m, place, values) in enumerate(of_sample):
+                numbers[:, j, i], owners[j, i] = values, m
+                if m >= 0:
+                    at = slice(first[m], first[m] + weights[m].shape[1])
+                    rows_of_samples[j, i, at] = weights[m][place]
+                else:
+                    rows_of_samples[j, i, bearings[place]] = 1.0
+        channels = np.vstack(parts) if parts else np.zeros((0, n_c))
+        return channels, rows_of_samples, numbers[0], owners, numbers[1:]
+
+
+def _springs(modal: ModalSystem, filled: _Filling, stage: int) -> Springs:
+    """Turning supports at angle zero, and mean springs of the gear meshes of other stages."""
+    rows, k = [r for r, _ in filled.support_rows], [k for _, k in filled.support_rows]
+    c = [0.0] * len(k)
+    for columns, of_flank, damping in mean_channel_springs(modal, stage):
+        for row in of_flank:
+            full = np.zeros(len(modal.channels))
+            full[columns] = row
+            rows.append(full)
+            k.append(1.0)
+            c.append(damping)
+    shape = (len(rows), len(modal.channels))
+    return Springs(np.array(rows).reshape(shape), np.diag(k), np.diag(c))
+
+
+def _loads(modal: ModalSystem, pairs: PairData) -> Array:
+    """Constant forces (2, n_c) on the channels: by loads that do not turn, and of these what grows
+    with the square of speed, at rated speed; torques of ports are no part of it."""
+    out = np.zeros((2, len(modal.channels)))
+    for block, vector, size, angle, grows in zip(
+        pairs.load_block, pairs.load_vector, pairs.load_size, pairs.load_angle, pairs.load_grows,
+        strict=True,
+    ):  # fmt: skip
+        if angle < 0:
+            out[int(grows), 6 * block : 6 * block + 6] += size * vector
+    return out

@@ -1,0 +1,250 @@
+r"""Receptances of the channels of an orbit at every harmonic of the gear-mesh frequency.
+
+The train in kept modes, η̈ + (D + s G) η̇ + (Ω² − s² C) η = Pᵀ f at a share s of rated speed, answers
+to forces f on the channels at harmonic l, ω_l = 2π l f_z, with
+
+    u_l = H_l f_l,   H_l = P A_l⁻¹ Pᵀ + R,   u̇_l = iω_l P A_l⁻¹ Pᵀ f_l,
+    A_l = Ω² − s² C − ω_l² + iω_l (D + s G),
+
+R being the residual flexibility, which never enters a velocity, as in time steps. Linear rows
+(supports that turn, mean springs of other stages, machines at ports whose torque follows their
+motion, −Y_l u_L) are eliminated, H = H_qq − H_qL (1 + Y H_LL)⁻¹ Y H_Lq.
+
+At l = 0 rolling is free, and no row of a force element sees it: the mean angle is zero, and the
+torques of the ports balance. The other rigid motions are unknown, and in balance:
+
+    u_0 = S f_0 + Z a + e,   Zᵀ f_0 − Y a + g = 0,
+
+Y being what linear rows hold of them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from scipy import linalg
+
+from flexgear.analysis.orbit import OrbitElements
+from flexgear.arrays import Array, Complex, Ints
+from flexgear.coupling.machines import Brake, Controller, GivenSpeed
+from flexgear.coupling.modal import ModalSystem
+
+HELD = 1e6  # times the stiffness that a port has against the train, of one of given speed
+
+
+@dataclass(frozen=True)
+class Point:
+    """Where a steady state is wanted: speed and load (torques of all ports), each over rated."""
+
+    speed: float
+    load: float
+
+
+@dataclass(frozen=True)
+class Receptance:
+    """At a point; q channels, H harmonics, r rigid motions beside rolling.
+
+    omega: 2π f_z rad/s; moving, rate (H, q, q): H_l and u̇_l of unit forces; still (q, q): S;
+    rigid (q, r): Z; yielding (r, r): Y; balance (r,): g; static (q,): e.
+    """
+
+    omega: float
+    moving: Complex
+    rate: Complex
+    still: Array
+    rigid: Array
+    yielding: Array
+    balance: Array
+    static: Array
+
+    def between(self, at: Ints) -> Receptance:
+        """The same between some of the channels."""
+        both = np.ix_(at, at)
+        return replace(
+            self,
+            moving=self.moving[:, at[:, None], at],
+            rate=self.rate[:, at[:, None], at],
+            still=self.still[both],
+            rigid=self.rigid[at],
+            static=self.static[at],
+        )
+
+
+@dataclass(frozen=True)
+class CondensedTrain:
+    """What receptances at any point are made of: the linear part of a train with its channels.
+
+    linear (s, n_c): linear rows, those of the elements' springs, then of machines, which do nothing
+    at a steady speed; stiffness, damping (s, s) of them, and braking (s, s): damping of brakes at
+    rated speed and torque; free (r, k): amplitudes of the rigid modes but rolling.
+    """
+
+    elements: OrbitElements
+    harmonics: int
+    linear: Array
+    stiffness: Array
+    damping: Array
+    braking: Array
+    free: Array
+
+    @property
+    def modal(self) -> ModalSystem:
+        """Of the train."""
+        return self.elements.modal
+
+    @cached_property
+    def rows(self) -> Array:
+        """Channels of the elements, then linear rows, (q + s, n_c)."""
+        return np.vstack([self.elements.channels, self.linear])
+
+    @cached_property
+    def modes(self) -> Array:
+        """``rows`` in modes (q + s, n)."""
+        return self.rows @ self.modal.channel_modes
+
+    @cached_property
+    def residual(self) -> Array:
+        """Between ``rows``, (q + s, q + s) m/N."""
+        return np.asarray(self.rows @ self.modal.residual @ self.rows.T)
+
+    def given_forces(self, point: Point) -> Array:
+        """Constant forces on the channels (n_c,): loads, and torques of ports in balance."""
+        system, (constant, growing) = self.modal.system, self.elements.load
+        forces: Array = constant + point.speed**2 * growing
+        ports = len(system.ports)
+        torques = point.load * system.rated_port_torques
+        turned = system.port_rows @ system.rolling
+        torques[system.reactions] = 0.0
+        work = self.modal.rolling.T @ (self.modal.channel_modes.T @ forces) + torques @ turned
+        torques[system.reactions] = np.linalg.solve(turned[system.reactions].T, -work)
+        forces = forces.copy()
+        forces[-ports:] = torques
+        return forces
+
+    def operator(self, omega: Array, speed: float) -> Complex:
+        """A (H, n, n) at ω (H,), or its diagonals (H, n) where modes do not couple."""
+        m, w = self.modal, omega[:, None]
+        diagonals: Complex = m.omega**2 - w**2 + 1j * w * m.damping
+        if not m.gyroscopic.size:
+            return diagonals
+        coupled = 1j * w[:, :, None] * speed * m.gyroscopic - speed**2 * m.centripetal
+        return np.asarray(np.eye(len(m.omega)) * diagonals[:, :, None] + coupled)
+
+    def answers(self, omega: Array, speed: float) -> Complex:
+        """Modal coordinates (H, n, q + s) at ω (H,) under unit forces on ``rows``."""
+        a = self.operator(omega, speed)
+        forces = self.modes.T
+        return np.asarray(forces / a[:, :, None] if a.ndim == 2 else np.linalg.solve(a, forces))
+
+    def at(self, point: Point) -> Receptance:
+        """Receptances at a point."""
+        omega, q = 2 * np.pi * self.elements.frequency * point.speed, len(self.elements.channels)
+        w = omega * np.arange(1.0, self.harmonics + 1)
+        h = self.modes @ self.answers(w, point.speed)
+        whole = h + self.residual
+        follow = self.follow(whole, w, point)
+        moving = whole[:, :q, :q] + whole[:, :q, q:] @ follow
+        rate = 1j * w[:, None, None] * (h[:, :q, :q] + h[:, :q, q:] @ follow)
+        return Receptance(omega, moving, rate, *self._still(point))
+
+    def follow(self, whole: Complex, omega: Array, point: Point) -> Complex:
+        """Forces (H, s, q) on the linear rows by unit forces on the channels, at ω (H,), from the
+        receptances (H, q + s, q + s) of all rows."""
+        q = len(self.elements.channels)
+        y = self.stiffness + 1j * omega[:, None, None] * self.damping_at(point)
+        eye = np.eye(len(self.stiffness))
+        return np.asarray(-np.linalg.solve(eye + y @ whole[:, q:, q:], y @ whole[:, q:, :q]))
+
+    def damping_at(self, point: Point) -> Array:
+        """Damping (s, s) of the linear rows; slopes of brakes go with their torque over speed."""
+        return self.damping + self.braking * (point.load / point.speed)
+
+    @property
+    def still_stiffness(self) -> Array:
+        """Stiffness (s, s) of the linear rows at a steady speed."""
+        count = len(self.elements.springs.rows)
+        out = np.zeros_like(self.stiffness)
+        out[:count, :count] = self.stiffness[:count, :count]
+        return out
+
+    def _still(self, point: Point) -> tuple[Array, Array, Array, Array, Array]:
+        """S, Z, Y, g and e of ``Receptance``."""
+        q, forces = len(self.elements.channels), self.given_forces(point)
+        flexibility, moved = self.still_motions(point, forces)
+        z = self.modes[:, : self.modal.rigid_count] @ self.free
+        push = self.free.T @ (self.modal.channel_modes[:, : self.modal.rigid_count].T @ forces)
+        k = self.still_stiffness
+        held = np.linalg.solve(np.eye(len(k)) + k @ flexibility[q:, q:], k)
+        across = flexibility[:q, q:] @ held
+        return (
+            flexibility[:q, :q] - across @ flexibility[q:, :q],
+            z[:q] - across @ z[q:],
+            z[q:].T @ held @ z[q:],
+            push - z[q:].T @ held @ moved[q:],
+            moved[:q] - across @ moved[q:],
+        )
+
+    def still_motions(self, point: Point, forces: Array) -> tuple[Array, Array]:
+        """Flexibility (q + s, q + s) of the rows without rigid motions, and their motion (q + s,)
+        under forces (n_c,) on all channels."""
+        m = self.modal
+        r = m.rigid_count
+        a = self.operator(np.zeros(1), point.speed)[0].real
+        elastic, p = a[r:] if a.ndim == 1 else a[r:, r:], self.modes[:, r:]
+        both = np.column_stack([p.T, m.channel_modes[:, r:].T @ forces])
+        answer = both / elastic[:, None] if a.ndim == 1 else np.linalg.solve(elastic, both)
+        motion = p @ answer
+        residual = self.rows @ (m.residual @ forces)
+        return motion[:, :-1] + self.residual, motion[:, -1] + residual
+
+
+def condensed_train(elements: OrbitElements, harmonics: int) -> CondensedTrain:
+    """The linear part of a train for the force elements of one of its stages."""
+    modal, springs = elements.modal, elements.springs
+    machines = _machines(modal)
+    stiffness, damping, braking = (np.diag([x[k] for x in machines]) for k in (1, 2, 3))
+    still = np.zeros_like(springs.stiffness)
+    r = modal.rigid_count
+    return CondensedTrain(
+        elements=elements,
+        harmonics=harmonics,
+        linear=np.vstack([springs.rows, *(x[0] for x in machines)]),
+        stiffness=_both(springs.stiffness, stiffness),
+        damping=_both(springs.damping, damping),
+        braking=_both(still, braking),
+        free=linalg.null_space(modal.rolling[:r].T),
+    )
+
+
+def _both(first: Array, second: Array) -> Array:
+    """Block-diagonal matrix of two, either of which may be empty."""
+    n, size = len(first), len(first) + len(second)
+    out = np.zeros((size, size))
+    out[:n, :n], out[n:, n:] = first, second.reshape(size - n, size - n)
+    return out
+
+
+def _machines(modal: ModalSystem) -> list[tuple[Array, float, float, float]]:
+    """Rows (n_c,) of ports whose torque follows their motion, with stiffness N·m/rad, damping
+    N·m·s/rad, and that of brakes at rated speed."""
+    system, out = modal.system, list[tuple[Array, float, float, float]]()
+    for p, machine in enumerate(system.machines):
+        row = np.zeros(len(modal.channels))
+        row[len(row) - len(system.ports) + p] = 1.0
+        if isinstance(machine, GivenSpeed):
+            out.append((row, HELD * _stiffest(modal, row), 0.0, 0.0))
+        elif isinstance(machine, Controller):
+            out.append((row, machine.integral, machine.proportional, 0.0))
+        elif isinstance(machine, Brake) and machine.rated_speed > 0.0:
+            slope = machine.exponent * machine.rated_torque / machine.rated_speed
+            out.append((row, 0.0, 0.0, slope))
+    return out
+
+
+def _stiffest(modal: ModalSystem, row: Array) -> float:
+    """Stiffness that holds a port against all that the train does at its highest frequency."""
+    p = row @ modal.channel_modes
+    top = float(modal.omega.max(initial=0.0)) or 1.0
+    return top**2 / float(p @ p)

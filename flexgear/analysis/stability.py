@@ -1,0 +1,138 @@
+r"""Stability of steady states over a gear-mesh period: Floquet multipliers of the monodromy matrix.
+
+A small change of a steady state obeys
+
+    ξ̈ + D ξ̇ + K ξ + Pᵀ [K_j (P ξ + R f) + C_j P ξ̇] = 0,   f = −[…],
+
+in the kept modes without rolling and without what machines of given speed hold, K_j and C_j (q, q)
+being the tangents of the channel forces at sample j. Steps of average acceleration take every
+change of ξ and ξ̇ through the period: they damp nothing by themselves, so that |μ| > 1 means growth.
+A real multiplier that passes +1 is a turning point, one that passes −1 a doubled period, a pair of
+complex ones a second frequency. Hill's infinite determinant, cut off, would give copies of each.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import linalg
+
+from flexgear.analysis.orbit_receptance import CondensedTrain, Point
+from flexgear.arrays import Array, Complex
+from flexgear.coupling.machines import GivenSpeed
+
+
+@dataclass(frozen=True)
+class Vibrating:
+    """What of the train can vibrate at a point, x coordinates: stiffness, damping (x, x), without
+    the channels; channels (q, x) and residual flexibility (q, q) m/N between them."""
+
+    stiffness: Array
+    damping: Array
+    channels: Array
+    residual: Array
+
+
+def vibrating(train: CondensedTrain, point: Point) -> Vibrating:
+    """The linear part of a train for small changes of its steady states."""
+    modal, q = train.modal, len(train.elements.channels)
+    free = _free_coordinates(train)
+    damping, stiffness = np.diag(modal.damping), np.diag(modal.omega**2)
+    if modal.gyroscopic.size:
+        damping = damping + point.speed * modal.gyroscopic
+        stiffness = stiffness - point.speed**2 * modal.centripetal
+    held = _held(train)
+    rows = train.modes[q:][~held]
+    k, c = (m[np.ix_(~held, ~held)] for m in (train.stiffness, train.damping_at(point)))
+    residual = train.residual[q:, q:][np.ix_(~held, ~held)]
+    flexible = np.linalg.solve(np.eye(len(k)) + k @ residual, k)
+    stiffness = free.T @ (stiffness + rows.T @ flexible @ rows) @ free
+    damping = free.T @ (damping + rows.T @ c @ rows) @ free
+    return Vibrating(stiffness, damping, train.modes[:q] @ free, train.residual[:q, :q])
+
+
+def _held(train: CondensedTrain) -> NDArray[np.bool_]:
+    """Which of the linear rows (s,) are ports of given speed."""
+    machines = [m for m in train.modal.system.machines if isinstance(m, GivenSpeed)]
+    held = np.zeros(len(train.linear), dtype=bool)
+    if machines:
+        held[np.diag(train.stiffness) > 0.0] = _ports_of_given_speed(train)
+    return held
+
+
+def _ports_of_given_speed(train: CondensedTrain) -> NDArray[np.bool_]:
+    """Of the linear rows that have stiffness."""
+    system = train.modal.system
+    at = len(train.modal.channels) - len(system.ports)
+    ports = [at + p for p, m in enumerate(system.machines) if isinstance(m, GivenSpeed)]
+    stiff = train.linear[np.diag(train.stiffness) > 0.0]
+    return np.asarray(stiff[:, ports].any(axis=1))
+
+
+def _free_coordinates(train: CondensedTrain) -> Array:
+    """Orthonormal basis (n, x) of what neither rolls nor is held at a port of given speed."""
+    modal, q = train.modal, len(train.elements.channels)
+    fixed = np.vstack([modal.rolling.T, train.modes[q:][_held(train)]])
+    if not fixed[:, modal.rigid_count :].any():  # rigid motions alone: elastic modes stay apart
+        rigid = linalg.null_space(fixed[:, : modal.rigid_count])
+        return linalg.block_diag(rigid, np.eye(len(modal.omega) - modal.rigid_count))
+    return np.asarray(linalg.null_space(fixed))
+
+
+def monodromy(part: Vibrating, period: float, tangents: Array) -> Array:
+    """Change (2x, 2x) of displacements and velocities over a period, s, with tangents (2, N, q, q)
+    of the channel forces to motion, N/m, and to rate, N s/m, at the N steps."""
+    x, count = len(part.stiffness), tangents.shape[1]
+    h = period / count
+    stiffness, damping = _of_channels(part, tangents)
+    # average acceleration: v⁺ = v + h/2 (a + a⁺), ξ⁺ = ξ + h/2 (v + v⁺), so that with y = ξ⁺
+    # (1 + h/2 D⁺ + h²/4 K⁺) y is known; low rank beside the constant part
+    constant = np.linalg.inv(np.eye(x) + 0.5 * h * part.damping + 0.25 * h * h * part.stiffness)
+    onto = constant @ part.channels.T
+    between = part.channels @ onto
+    added = 0.5 * h * damping + 0.25 * h * h * stiffness
+    inner = np.linalg.solve(np.eye(len(between)) + added @ between, added)
+    state = np.eye(2 * x)
+    motion, rate = state[:x].copy(), state[x:].copy()
+    acceleration = -_force(part, stiffness[0], damping[0], motion, rate)
+    for j in np.r_[1:count, 0]:
+        ahead = motion + h * rate + 0.25 * h * h * acceleration
+        faster = rate + 0.5 * h * acceleration
+        right = -_force(part, stiffness[j], damping[j], ahead, faster)
+        part_answer = constant @ right
+        acceleration = part_answer - onto @ (inner[j] @ (part.channels @ part_answer))
+        motion = ahead + 0.25 * h * h * acceleration
+        rate = faster + 0.5 * h * acceleration
+    return np.vstack([motion, rate])
+
+
+def fewer_steps(tangents: Array, least: int) -> Array:
+    """Tangents (2, N', q, q) of N' ≥ ``least`` steps, each the mean over as many of N samples."""
+    count = tangents.shape[1]
+    each = max(k for k in range(1, max(count // least, 1) + 1) if count % k == 0)
+    return np.asarray(tangents.reshape(2, count // each, each, *tangents.shape[2:]).mean(axis=2))
+
+
+def _of_channels(part: Vibrating, tangents: Array) -> tuple[Array, Array]:
+    """Stiffness and damping (N, q, q) against modal motion and rate, residual flexibility in
+    line: (1 + K R)⁻¹ K and (1 + K R)⁻¹ C."""
+    stiffness, damping = tangents
+    if not part.residual.any():
+        return stiffness, damping
+    eye = np.eye(len(part.residual))
+    both = np.linalg.solve(eye + stiffness @ part.residual, np.concatenate(tangents, axis=2))
+    q = len(eye)
+    return both[:, :, :q], both[:, :, q:]
+
+
+def _force(part: Vibrating, k: Array, c: Array, motion: Array, rate: Array) -> Array:
+    inner = k @ (part.channels @ motion) + c @ (part.channels @ rate)
+    return part.stiffness @ motion + part.damping @ rate + part.channels.T @ inner
+
+
+def multipliers(matrix: Array) -> Complex:
+    """Floquet multipliers (2x,), the largest first."""
+    values = np.linalg.eigvals(matrix)
+    return np.asarray(values[np.argsort(-np.abs(values), kind="stable")])

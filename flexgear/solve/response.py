@@ -1,0 +1,309 @@
+"""Frequency response of a stage with all branches: forces and motions over speed or torque.
+
+Curves of steady states that repeat with the gear mesh (``analysis.continuation``), with their
+stability, as a dataset; and what of it a summary says: peaks, jumps, where teeth lose contact.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from flexgear.analysis.continuation import Over, Range, curves
+from flexgear.analysis.harmonic_balance import SAMPLES, Balance, Orbit, converge
+from flexgear.analysis.orbit import OrbitElements, orbit_elements
+from flexgear.analysis.orbit_motion import recovery_of
+from flexgear.analysis.orbit_receptance import CondensedTrain, condensed_train
+from flexgear.analysis.stability import fewer_steps, monodromy, multipliers, vibrating
+from flexgear.arrays import Array
+from flexgear.model.errors import FlexgearError, InputError, echo
+from flexgear.model.read import nearest
+from flexgear.results.labelled_dataset import labelled_dataset
+from flexgear.solve.angles import lead_speed
+from flexgear.solve.bodies import Progress, silent
+from flexgear.solve.dataset import result_attrs, support_names
+from flexgear.solve.model import Model
+from flexgear.solve.turning_points import turning_points
+
+MEASURES = ("maximum", "minimum", "mean", "rms")
+RANGE = (0.2, 1.5)  # of rated speed, where nothing is asked for
+FEWEST, MOST = 20, 40  # harmonics where none are asked for
+FLANK_SAMPLES, FINE_SAMPLES = 512, 64  # a harmonic: of all flanks together, and at most
+HIGHER = 2.0  # times the gear mesh's own frequency that harmonics reach at the lowest speed
+BESIDE = 0.03  # of the range: what is beside a turning point
+STABLE = 1e-5  # by which a multiplier of a stable state may exceed one: undamped modes have one
+
+
+@dataclass(frozen=True)
+class State:
+    """What is kept of a steady state: a row of the dataset by names of its variables."""
+
+    orbit: Orbit
+    values: dict[str, Any]
+
+
+def response(
+    model: Model,
+    *,
+    speeds: tuple[float, float] | None = None,
+    torques: tuple[float, float] | None = None,
+    speed: float = 1.0,
+    torque: float = 1.0,
+    stage: str = "",
+    harmonics: int | None = None,
+    progress: Progress = silent,
+) -> xr.Dataset:
+    """Steady states over speeds at one torque, or over torques at one speed, all over rated.
+
+    stage: whose gear meshes excite; the only one, or the first that turns; harmonics: of the
+    gear-mesh frequency, H. InputError for a range through zero, a stage that is not there or does
+    not turn; FlexgearError where no steady state was found.
+    """
+    span = _range(speeds, torques, speed, torque)
+    number = _stage_number(model, stage)
+    count = _harmonics(model, number, span, harmonics)
+    elements = _elements(model, number, count)
+    train = condensed_train(elements, count)
+    figures = _Figures(model, train)
+    branches, states = list[int](), list[State]()
+    complete = True
+    for k, curve in enumerate(curves(train, span, _Watch(figures, span, progress)), 1):
+        of_curve = [figures.states[id(orbit.unknown)] for orbit in curve.states]
+        states += of_curve
+        branches += [k] * len(of_curve)
+        complete = complete and curve.complete
+    progress("response", 1.0)
+    if not states:
+        raise FlexgearError(
+            "no steady state was found in this range: try another one, more --harmonics, or give "
+            "the gear meshes damping"
+        )
+    return _dataset(model, figures, span, states, np.array(branches), complete)
+
+
+def _range(
+    speeds: Sequence[float] | None, torques: Sequence[float] | None, speed: float, torque: float
+) -> Range:
+    """InputError for what is no range of positive numbers."""
+    if speeds is not None and torques is not None:
+        raise InputError(
+            "--torque-range", _words(torques), "is given beside a range of speeds",
+            "take one of them out: one is followed, the other fixed",
+        )  # fmt: skip
+    name, ends = ("torque", torques) if torques is not None else ("speed", speeds or RANGE)
+    low, high = (float(x) for x in ends)
+    if not (math.isfinite(low) and math.isfinite(high)) or low * high <= 0.0:
+        raise InputError(
+            f"--{name}-range", _words(ends), f"goes through zero {name}, or touches it",
+            "take a range of one sign, e.g. 0.2 1.5 of rated",
+        )  # fmt: skip
+    if low < 0.0 or low == high:
+        problem = "is negative" if low < 0.0 else "is no range"
+        raise InputError(
+            f"--{name}-range", _words(ends), problem, "give its ends over rated, e.g. 0.2 1.5"
+        )
+    fixed, other = (speed, "speed") if name == "torque" else (torque, "torque")
+    if not (math.isfinite(fixed) and fixed > 0.0):
+        raise InputError(f"--{other}", f"{fixed:g}", "is not positive", "e.g. 1, the rated one")
+    over: Over = "speed" if name == "speed" else "load"
+    return Range(over, min(low, high), max(low, high), fixed)
+
+
+def _words(ends: Sequence[float]) -> str:
+    return " ".join(f"{x:g}" for x in ends)
+
+
+def _stage_number(model: Model, stage: str) -> int:
+    names = [s.name for s in model.case.stages]
+    turning = [k for k, s in enumerate(model.flow.stages) if s.gear_mesh_frequency > 0.0]
+    if not turning:
+        raise InputError(model.case.source, "inputs", "turn no gear mesh", "give a rated speed")
+    if not stage:
+        return turning[0]
+    if stage not in names:
+        raise InputError(
+            "--stage", echo(stage), "is not a stage of the case", nearest(stage, names)
+        )
+    if names.index(stage) not in turning:
+        raise InputError("--stage", echo(stage), "does not turn", "name one that does")
+    return names.index(stage)
+
+
+def _harmonics(model: Model, stage: int, span: Range, asked: int | None) -> int:
+    """As many as reach well above the gear mesh's own frequency at the lowest speed."""
+    if asked is not None:
+        if not 1 <= asked <= 200:
+            raise InputError("--harmonics", str(asked), "is not from 1 to 200", "e.g. 20")
+        return asked
+    lowest = span.low if span.over == "speed" else span.fixed
+    base = model.flow.stages[stage].gear_mesh_frequency * lowest
+    return int(np.clip(math.ceil(HIGHER * model.pace.resonance / base), FEWEST, MOST))
+
+
+def _elements(model: Model, stage: int, harmonics: int) -> OrbitElements:
+    """Force elements over as many samples a harmonic as the number of gear meshes allows; with
+    coast flanks where pairs only push."""
+    one_sided = model.system.pairs.one_sided
+    flanks = sum(label.stage == stage for label in model.system.gear_meshes)
+    each = int(np.clip(FLANK_SAMPLES // flanks, SAMPLES, FINE_SAMPLES))
+    return orbit_elements(model.modal, stage, each * harmonics, one_sided)
+
+
+class _Watch:
+    """Takes figures of every state as it is found, and lets what is large of it go."""
+
+    def __init__(self, figures: _Figures, span: Range, progress: Progress) -> None:
+        self.figures, self.span, self.progress = figures, span, progress
+
+    def __call__(self, orbit: Orbit) -> Orbit:
+        """The state without its arrays over time."""
+        value = self.span.value(orbit.point)
+        share = (value - self.span.low) / (self.span.high - self.span.low)
+        self.progress("response", min(max(share, 0.0), 0.999))
+        return self.figures.take(orbit)
+
+
+class _Figures:
+    """Figures of states of one train."""
+
+    def __init__(self, model: Model, train: CondensedTrain) -> None:
+        self.model, self.train, self.states = model, train, dict[int, State]()
+        elements = train.elements
+        stage = model.case.stages[elements.stage].name
+        self.meshes = model.gear_meshes.of_stage(stage)
+        carrying = model.gear_meshes.carrying[self.meshes]
+        opposite = model.system.pairs.opposite[carrying]
+        self.rows = np.array([elements.mean_row(int(m)) for m in carrying])
+        self.drive = elements.owner[:, :, None] == carrying
+        self.coast = (elements.owner[:, :, None] == opposite) & (opposite >= 0)
+        self.supports = support_names(model)
+
+    def take(self, orbit: Orbit) -> Orbit:
+        """Note the figures of a state; the state without its arrays over time."""
+        values = {**self._stability(orbit), **self._of_meshes(orbit), **self._of_bearings(orbit)}
+        nothing = np.zeros((2, 0, 0, 0))
+        small = replace(orbit, force=nothing[0], displacement=nothing[0], tangents=nothing)
+        self.states[id(small.unknown)] = State(small, values)
+        return small
+
+    def _stability(self, orbit: Orbit) -> dict[str, Any]:
+        period = 1.0 / (self.train.elements.frequency * orbit.point.speed)
+        steps = fewer_steps(orbit.tangents, SAMPLES * self.train.harmonics)
+        largest = multipliers(monodromy(vibrating(self.train, orbit.point), period, steps))
+        first = largest[0] if len(largest) else 0.0
+        return {
+            "stable": int(abs(first) <= 1.0 + STABLE),
+            "multiplier_real": float(np.real(first)),
+            "multiplier_imag": float(np.imag(first)),
+        }
+
+    def _of_meshes(self, orbit: Orbit) -> dict[str, Any]:
+        force = np.einsum("jn,jnm->jm", orbit.force, self.drive)
+        back = np.einsum("jn,jnm->jm", orbit.force, self.coast)
+        closed = (orbit.displacement[:, :, None] > 0.0) & self.drive
+        closing = orbit.waves.motion @ self.rows.T
+        return {
+            **_measured("response_gear_mesh_force", force - back, self.train.harmonics),
+            **_measured("response_transmission_error", closing, self.train.harmonics),
+            "lost_contact_share": 1.0 - closed.any(axis=1).mean(axis=0),
+            "back_contact_share": (back > 0.0).mean(axis=0),
+        }
+
+    def _of_bearings(self, orbit: Orbit) -> dict[str, Any]:
+        if not self.supports:
+            return {}
+        balance = Balance(self.train.elements, self.train.at(orbit.point))
+        recovery = recovery_of(self.train, balance, orbit, self.model.outputs)
+        forces = np.stack([recovery.link_force(name)[:, :2] for name in self.supports], axis=1)
+        size = np.linalg.norm(forces, axis=2)
+        return _measured("response_bearing_force", size, self.train.harmonics)
+
+
+def _measured(name: str, values: Array, harmonics: int) -> dict[str, Array]:
+    """Measures (k, 4) and amplitudes (k, H) of values (N, k) over a period."""
+    mean = values.mean(axis=0)
+    rms = np.sqrt(np.mean((values - mean) ** 2, axis=0))
+    spectrum = 2.0 * np.abs(np.fft.rfft(values, axis=0))[1 : harmonics + 1] / len(values)
+    measures = np.stack([values.max(axis=0), values.min(axis=0), mean, rms], axis=1)
+    return {name: measures, f"{name}_amplitude": spectrum.T}
+
+
+def _dataset(
+    model: Model,
+    figures: _Figures,
+    span: Range,
+    states: list[State],
+    branches: Array,
+    complete: bool,
+) -> xr.Dataset:
+    elements = figures.train.elements
+    speed = np.array([s.orbit.point.speed for s in states])
+    load = np.array([s.orbit.point.load for s in states])
+    arrays = {name: np.array([s.values[name] for s in states]) for name in states[0].values}
+    arrays |= {
+        "response_speed_share": speed,
+        "response_torque_share": load,
+        "response_speed": speed * abs(lead_speed(model.case, model.flow)),
+        "gear_mesh_frequency": speed * elements.frequency,
+        "response_branch": branches,
+    }
+    parameter = speed if span.over == "speed" else load
+    arrays |= turning_points(parameter, branches, arrays)
+    attrs = {
+        "stage": model.case.stages[elements.stage].name,
+        "over": "speed" if span.over == "speed" else "torque",
+        "harmonics": figures.train.harmonics,
+        "samples": elements.samples,
+        "complete": int(complete),
+        "left_out": "; ".join(elements.left_out),
+        "doubling_change": _doubling(figures.train, _typical(states, parameter, arrays)),
+    }
+    names = tuple(model.gear_meshes.names[g] for g in figures.meshes)
+    labels = {"support": figures.supports, "measure": list(MEASURES)}
+    return labelled_dataset(
+        "point", np.arange(len(states)), arrays, result_attrs(model, **attrs), labels, names
+    )
+
+
+def _typical(states: list[State], parameter: Array, arrays: dict[str, Any]) -> State | None:
+    """The stable state of the largest force that is not beside a turning point."""
+    turning = arrays["turning_point_parameter"]
+    apart = np.abs(parameter[:, None] - turning).min(axis=1, initial=np.inf)
+    free = (arrays["stable"] == 1) & (apart > BESIDE * np.ptp(parameter))
+    if not free.any():
+        return None
+    force = arrays["response_gear_mesh_force"][:, :, 0].max(axis=1)
+    return states[int(np.argmax(np.where(free, force, -np.inf)))]
+
+
+def _doubling(train: CondensedTrain, state: State | None) -> float:
+    """Largest change of a channel's motion over its range as harmonics double in a state; NaN
+    without one, or where none is near with twice as many."""
+    if state is None:
+        return math.nan
+    worst = state
+    old = train.elements
+    flanks = bool((old.flanks > train.modal.system.pairs.carries).any())
+    elements: OrbitElements = orbit_elements(old.modal, old.stage, 2 * old.samples, flanks)
+    finer = condensed_train(elements, 2 * train.harmonics)
+    balance = Balance(elements, finer.at(worst.orbit.point))
+    unknown, coarse = np.zeros(balance.size), worst.orbit.unknown
+    # bases of one flank's rows may differ by a rotation
+    mixed = (elements.source[:, None] == old.source) * (elements.channels @ old.channels.T)
+    f, a = Balance(old, train.at(worst.orbit.point)).parts(coarse)
+    of_new = f @ mixed.T
+    unknown[: balance.q] = of_new[0].real
+    both = np.stack([of_new[1:].real, of_new[1:].imag], axis=1).ravel()
+    unknown[balance.q : balance.q + len(both)] = both
+    unknown[balance.forces :] = a
+    orbit = converge(balance, worst.orbit.point, unknown)
+    if orbit is None:
+        return math.nan
+    motion = worst.orbit.waves.motion @ mixed.T
+    away = np.abs(orbit.waves.motion[::2] - motion).max(axis=0)
+    return float(np.max(away / np.maximum(np.ptp(motion, axis=0), np.finfo(float).tiny)))

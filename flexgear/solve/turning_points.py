@@ -1,0 +1,108 @@
+"""Where curves of steady states turn back, change their stability, and where sweeps jump to."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from flexgear.arrays import Array
+
+NARROW = 2e-3  # of λ: two turning points, or changes, nearer to each other are a kink of contact
+BESIDE = 5  # states on either side of a turning point among which one is stable
+
+
+def turning_points(parameter: Array, branches: Array, arrays: Mapping[str, Any]) -> dict[str, Any]:
+    """Variables of the turning points and changes of stability of curves.
+
+    parameter (s,): λ along the curves; branches (s,): their numbers; arrays: variables of the
+    states, with "stable" and "response_gear_mesh_force".
+    """
+    force = arrays["response_gear_mesh_force"][:, :, 0].max(axis=1)
+    stable = arrays["stable"] == 1
+    rows = [
+        (value, top, sense, _target(parameter, branches, stable, force, k, value))
+        for k, value, top, sense in _folds(parameter, branches, force)
+        if stable[max(k - BESIDE, 0) : k + BESIDE + 1].any()
+    ]
+    changes = list(_changes(parameter, branches, stable, arrays))
+    columns = np.array(rows, dtype=float).reshape(-1, 4).T
+    return {
+        "turning_point_parameter": columns[0],
+        "turning_point_force": columns[1],
+        "turning_point_sense": columns[2].astype(int),
+        "turning_point_target_force": columns[3],
+        "stability_change_parameter": np.array([x[0] for x in changes]),
+        "stability_change_kind": np.array([x[1] for x in changes], dtype=int),
+    }
+
+
+def _folds(parameter: Array, branches: Array, force: Array) -> list[tuple[int, float, float, int]]:
+    """Index of the state next to a turning point, λ and force there, and 1 where λ has its largest
+    value (a sweep up jumps), −1 the smallest."""
+    out: list[tuple[int, float, float, int]] = []
+    for k in range(1, len(parameter) - 1):
+        before, after = parameter[k] - parameter[k - 1], parameter[k + 1] - parameter[k]
+        if branches[k - 1] != branches[k + 1] or before * after >= 0.0:
+            continue
+        sense = 1 if before > 0.0 else -1
+        value, top = _vertex(parameter[k - 1 : k + 2], force[k - 1 : k + 2])
+        last = out[-1] if out else None
+        if last and branches[last[0]] == branches[k] and abs(value / last[1] - 1.0) < NARROW:
+            out.pop()
+        else:
+            out.append((k, value, top, sense))
+    return out
+
+
+def _vertex(parameter: Array, force: Array) -> tuple[float, float]:
+    """λ and force at the vertex of the parabola λ(force) through three states; the middle one where
+    there is no parabola."""
+    middle, spread = force[1], np.ptp(force)
+    if spread == 0.0 or (force[1] - force[0]) * (force[2] - force[1]) <= 0.0:
+        return float(parameter[1]), float(middle)
+    a, b, c = np.polyfit((force - middle) / spread, parameter, 2)
+    x = -b / (2 * a) if a else 0.0
+    return float(c + b * x + a * x * x), float(middle + spread * x)
+
+
+def _target(
+    parameter: Array, branches: Array, stable: Array, force: Array, fold: int, value: float
+) -> float:
+    """Force of the only other stable state at λ; NaN where there is none or are several."""
+    forces = []
+    for k in range(len(parameter) - 1):
+        low, high = parameter[k], parameter[k + 1]
+        crosses = branches[k] == branches[k + 1] and (low - value) * (high - value) <= 0.0
+        beside = branches[k] == branches[fold] and abs(k + 0.5 - fold) < 2
+        if crosses and low != high and not beside and stable[k] and stable[k + 1]:
+            w = (value - low) / (high - low)
+            forces.append((1 - w) * force[k] + w * force[k + 1])
+    return float(forces[0]) if len(forces) == 1 else float("nan")
+
+
+TURNING, DOUBLED, SECOND_FREQUENCY = range(3)  # kinds of a loss of stability
+KINDS = ("turning point", "doubled period", "second frequency")
+REAL = 1e-6  # imaginary part of a multiplier that is real
+
+
+def _changes(
+    parameter: Array, branches: Array, stable: Array, arrays: Mapping[str, Any]
+) -> list[tuple[float, int]]:
+    """λ and kind of changes of stability."""
+    real, imag = arrays["multiplier_real"], arrays["multiplier_imag"]
+    out = list[tuple[float, int]]()
+    for k in range(len(parameter) - 1):
+        if branches[k] != branches[k + 1] or stable[k] == stable[k + 1]:
+            continue
+        loose = k if not stable[k] else k + 1
+        kind = SECOND_FREQUENCY
+        if abs(imag[loose]) <= REAL:
+            kind = TURNING if real[loose] > 0.0 else DOUBLED
+        value = 0.5 * (parameter[k] + parameter[k + 1])
+        if out and abs(value / out[-1][0] - 1.0) < NARROW:
+            out.pop()
+        else:
+            out.append((value, kind))
+    return out

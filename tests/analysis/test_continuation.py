@@ -1,0 +1,170 @@
+"""Steady states of an oscillator with clearance against its equation of motion in time."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from dead_zone import GEAR_MESH_HZ, DeadZone, case_text
+
+import flexgear
+from flexgear.analysis.continuation import Range, curves
+from flexgear.analysis.harmonic_balance import Balance, converge
+from flexgear.analysis.orbit import orbit_elements
+from flexgear.analysis.orbit_receptance import Point, condensed_train
+from flexgear.analysis.stability import fewer_steps, monodromy, multipliers, vibrating
+from flexgear.solve.turning_points import turning_points
+
+HARMONICS, DAMPING, LOW, HIGH = 20, 0.05, 0.4, 1.2
+
+
+def trained(modal, harmonics, each=64):
+    return condensed_train(orbit_elements(modal, 0, each * harmonics, True), harmonics)
+
+
+@pytest.fixture(scope="module")
+def modal(tmp_path_factory):
+    path = tmp_path_factory.mktemp("dead-zone") / "dead-zone.toml"
+    path.write_text(case_text(damping=DAMPING))
+    return flexgear.load_case(path).assemble().modal
+
+
+@pytest.fixture(scope="module")
+def train(modal):
+    return trained(modal, HARMONICS)
+
+
+@pytest.fixture(scope="module")
+def curve(train):
+    (only,) = curves(train, Range("speed", LOW, HIGH))
+    assert only.complete
+    return only.states
+
+
+@pytest.fixture(scope="module")
+def radius(train, curve):
+    """Largest modulus of the multipliers of every state."""
+    return np.array([largest(train, orbit) for orbit in curve])
+
+
+def largest(train, orbit):
+    period = 1.0 / (GEAR_MESH_HZ * orbit.point.speed)
+    steps = fewer_steps(orbit.tangents, 16 * train.harmonics)
+    return float(np.abs(multipliers(monodromy(vibrating(train, orbit.point), period, steps))[0]))
+
+
+def closing(train, orbit):
+    """x and ẋ over the period (N,), m and m/s."""
+    m = int(np.flatnonzero(train.modal.system.pairs.carries)[0])
+    row = train.elements.mean_row(m)
+    return orbit.waves.motion @ row, orbit.waves.rate @ row
+
+
+def oscillator(train):
+    """The same in time; where its wave of stiffness begins follows from the case's samples."""
+    wave = train.elements.nominal[0].sum(axis=1)
+    return DeadZone(DAMPING, first=float(np.angle(np.fft.fft(wave)[1])))
+
+
+def in_time(train, orbit, periods=1):
+    """x over a period by the equation of motion from a state of harmonic balance, both (N,)."""
+    x, v = closing(train, orbit)
+    omega = 2 * math.pi * GEAR_MESH_HZ * orbit.point.speed
+    stepped, end = oscillator(train).settled(omega, np.array([x[0], v[0]]), periods, len(x))
+    return x, stepped, end
+
+
+def stable_at(curve, radius, speed, upper):
+    """The stable state nearest to a speed, of larger or smaller motion."""
+    size = np.array([np.abs(orbit.unknown).max() for orbit in curve])
+    far = np.array([abs(orbit.point.speed - speed) for orbit in curve])
+    near = [k for k in np.flatnonzero(radius < 1.0) if far[k] < 0.02]
+    most = max if upper else min
+    return curve[most(near, key=lambda k: size[k])]
+
+
+@pytest.mark.parametrize(
+    ("speed", "upper"), [(0.55, False), (0.7, False), (0.65, True), (1.0, True)]
+)
+def test_displacements_agree_with_the_motion_in_time(modal, train, curve, radius, speed, upper):
+    """1e-4 of the range of x with as many harmonics as doubling shows to suffice."""
+    coarse = stable_at(curve, radius, speed, upper)
+    finer = trained(modal, 2 * HARMONICS)
+    balance = Balance(finer.elements, finer.at(coarse.point))
+    start = np.zeros(balance.size)
+    start[: len(coarse.unknown) - 1], start[-1] = coarse.unknown[:-1], coarse.unknown[-1]
+    fine = converge(balance, coarse.point, start)
+    x, stepped, _ = in_time(finer, fine, 30)
+    before, after = closing(train, coarse)[0], closing(finer, fine)[0]
+    assert np.abs(after[::2] - before).max() < 4e-4 * np.ptp(x)
+    np.testing.assert_allclose(x, stepped, rtol=0, atol=1e-4 * np.ptp(x))
+
+
+def test_sweeps_jump_where_curves_turn_back(train, curve, radius):
+    """Slow sweeps in time leave their branch within 0.5 % of the turning points."""
+    speed = np.array([orbit.point.speed for orbit in curve])
+    arrays = {
+        "stable": (radius <= 1.0 + 1e-5).astype(int),
+        "response_gear_mesh_force": np.array([[[o.force.sum(axis=1).max()]] for o in curve]),
+        "multiplier_real": radius,
+        "multiplier_imag": 0.0 * radius,
+    }
+    turning = turning_points(speed, np.ones(len(speed)), arrays)
+    assert turning["turning_point_sense"].tolist() == [1, -1]
+    for at, upper in zip(turning["turning_point_parameter"], (False, True), strict=True):
+        towards = -1.0 if upper else 1.0
+        begin = stable_at(curve, radius, at * (1 - 0.03 * towards), upper)
+        _, first, state = in_time(train, begin)
+        sizes = []
+        for share in np.r_[np.linspace(-0.02, -0.005, 7), 0.005]:
+            omega = 2 * math.pi * GEAR_MESH_HZ * at * (1 + towards * share)
+            x, state = oscillator(train).settled(omega, state, 25, 64)
+            sizes.append(np.ptp(x))
+        x, _ = oscillator(train).settled(omega, state, 60, 64)
+        sizes.append(np.ptp(x))
+        steady = np.array(sizes[:-2]) / np.ptp(first)
+        assert steady.min() > 0.7 and steady.max() < 1.4
+        factor = sizes[-1] / sizes[-3]
+        assert factor < 0.5 if upper else factor > 1.8
+
+
+def test_growth_in_time_is_that_of_the_largest_multiplier(train, curve, radius):
+    """On ten states along the curve, unstable ones and next to turning points among them."""
+    speed = np.array([orbit.point.speed for orbit in curve])
+    turns = np.flatnonzero(np.diff(np.sign(np.diff(speed)))) + 1
+    at = {*np.linspace(3, len(curve) - 4, 6).astype(int), *(turns - 3), *(turns + 3)}
+    assert len(at) >= 9
+    assert min(radius[list(at)]) < 0.95 and max(radius[list(at)]) > 1.5
+    away = []
+    for k in sorted(at):
+        orbit = curve[k]
+        x, v = closing(train, orbit)
+        omega = 2 * math.pi * GEAR_MESH_HZ * orbit.point.speed
+        periods = 1 if radius[k] > 1.0 else 6
+        start, size = np.array([x[0], v[0]]), np.array([1.0, omega])
+        ends = []
+        for j in range(2):  # columns of the monodromy matrix by differences in time
+            moved = start + 1e-6 * np.ptp(x) * size * np.eye(2)[j]
+            pair = [oscillator(train).settled(omega, y, periods, 4)[1] for y in (start, moved)]
+            ends.append((pair[1] - pair[0]) / size / (1e-6 * np.ptp(x)))
+        growth = np.abs(np.linalg.eigvals(np.array(ends).T)).max() ** (1 / periods)
+        away.append(abs(growth / radius[k] - 1.0))
+        assert (growth > 1.0) == (radius[k] > 1.0)
+    # next to the lower turning point the share of contact is known by whole samples only
+    assert np.median(away) < 5e-3
+    assert max(away) < 0.1
+
+
+def test_losses_over_a_period_stay_as_harmonics_double(modal):
+    """By 1e-3; that they are what force and errors put in holds of any Galerkin solution."""
+    losses = []
+    for harmonics in (HARMONICS, 2 * HARMONICS):
+        of = trained(modal, harmonics)
+        balance = Balance(of.elements, of.at(Point(0.7, 1.0)))
+        orbit = converge(balance, Point(0.7, 1.0), balance.start())
+        rate = np.einsum("jnq,jq->jn", of.elements.rows, orbit.waves.rate)
+        elastic = of.elements.nominal[0] * np.maximum(orbit.displacement, 0.0)
+        losses.append(np.sum((orbit.force - elastic) * rate) / len(rate))
+    assert losses[0] > 0.0
+    assert losses[1] == pytest.approx(losses[0], rel=1e-3)
