@@ -9,11 +9,13 @@ from typing import Literal
 import numpy as np
 
 from flexgear.arrays import Array
+from flexgear.coupling.faulty_teeth import Bent, faulty_teeth
 from flexgear.coupling.gear_meshes import MODELS, GearMeshSet
 from flexgear.coupling.members import body_names, can_turn, mass_properties, rotation_radius
 from flexgear.coupling.pair_data import WAVE
 from flexgear.coupling.springs import linear_part
 from flexgear.coupling.system import StageFrame
+from flexgear.gears.contact import GearMeshPath
 from flexgear.gears.errors import stage_errors
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.paths import stage_paths
@@ -249,20 +251,12 @@ def stage_sets(
         inverse = path.base_radius_planet**2 / mass_properties(view, second)[1]
         if can_turn(case, stage, part):
             inverse += path.base_radius_gear**2 / mass_properties(view, part)[1]
+        force, bend = flow.gear_mesh_forces[kind.gear], None
         if bending and bend_each_other(view):
-            # half of the package, for cases that ask for it alone
-            from flexgear.structures.tooth_influence import pair_bending, rim_bending
-
-            assert path.slices is not None
-            force = flow.gear_mesh_forces[kind.gear]
-            load = line_load(view, stage_geometry(view), kind.gear, force)
-            compliance = pair_bending(view, path, path.slices, force)
-            if rim is not None and kind.internal:
-                compliance = compliance.with_rim(*rim_bending(rim, path, path.slices))
-            nominal = Nominal(load / path.cos_base_helix, path.base_pitch)
-            contact = (compliance.scale, compliance.limit)
-            lines = bent(path.slices, compliance.flexibility, compliance.beside, contact, nominal)
-            path = replace(path, slices=lines)
+            bend = _bending(view, path, force, rim if kind.internal else None)
+        faulty = faulty_teeth(view, path, force, bend, bending)
+        if bend is not None:
+            path = bend(path, None)
         gear = blocks.of(part, side)
         numbers = range(stage.planets) if second == "planet" else [-1]
         planets = [blocks.of(second, side, i) for i in numbers]
@@ -287,9 +281,32 @@ def stage_sets(
                 planet_teeth=[p.first for p in floating],
                 planet_tooth_positions=[p.teeth for p in floating if p.teeth is not None],
                 planet_turns=frame.planets if floating else -1,
+                faulty=faulty,
             )
         )
     return out
+
+
+def _bending(view: StageView, path: GearMeshPath, force: float, rim: RimFlexibility | None) -> Bent:
+    """Makes slices of this path bend each other, those of sound teeth and of faulty ones."""
+    # half of the package, for cases that ask for it alone
+    from flexgear.structures.tooth_influence import pair_bending, rim_bending
+
+    assert path.slices is not None
+    load = line_load(view, stage_geometry(view), path.kind.gear, force)
+    compliance = pair_bending(view, path, path.slices, force)
+    if rim is not None:
+        compliance = compliance.with_rim(*rim_bending(rim, path, path.slices))
+    nominal = Nominal(load / path.cos_base_helix, path.base_pitch)
+    contact = (compliance.scale, compliance.limit)
+
+    def bend(of_teeth: GearMeshPath, more: Array | None) -> GearMeshPath:
+        assert of_teeth.slices is not None
+        flexibility = compliance.flexibility if more is None else compliance.flexibility + more
+        lines = bent(of_teeth.slices, flexibility, compliance.beside, contact, nominal)
+        return replace(of_teeth, slices=lines)
+
+    return bend
 
 
 def bend_each_other(view: StageView) -> bool:

@@ -23,6 +23,7 @@ from flexgear.gears.power_flow import power_flow
 from flexgear.gears.stiffness import iso_peak
 from flexgear.gears.tool import CutterTool
 from flexgear.gears.tooth import ToothGeometry
+from flexgear.gears.tooth_faults import fault_report
 
 if TYPE_CHECKING:
     from flexgear.model.case import Case
@@ -47,11 +48,13 @@ def case_reports(case: Case) -> dict[str, Report]:
 
 def stage_report(view: StageView, forces: Mapping[str, float]) -> Report:
     """Sections "assembly", the gears, and "sun_gear_mesh", "ring_gear_mesh" (parallel stage:
-    "gear_mesh"), "missing_on_flanks" where some are no involutes, and "not_modelled" with the sizes
-    of what gear-mesh models leave out. Lengths of gears are diameters; stiffness is along the 3D
-    normal and, in a double-helical stage, of one half, as face width and contact ratios are; what
-    errors close of the backlash is that of the planet where they close most; forces as in
-    ``stage_paths``. Stresses are nominal, without load factors."""
+    "gear_mesh"), "missing_on_flanks" where some are no involutes, "faults" where teeth have some,
+    and "not_modelled" with the sizes of what gear-mesh models leave out.
+
+    Lengths of gears are diameters; stiffness is along the 3D normal and, in a double-helical stage,
+    of one half, as face width and contact ratios are; what errors close of the backlash is that of
+    the planet where they close most; forces as in ``stage_paths``. Stresses are nominal, without
+    load factors."""
     g, paths, stage = stage_geometry(view), stage_paths(view, forces), view.stage
     report: Report = {"assembly": _assembly(view, g)}
     for role, gear in g.gears.items():
@@ -75,6 +78,8 @@ def stage_report(view: StageView, forces: Mapping[str, float]) -> Report:
         gap = 1e6 * flank.surface(POINTS)[2]
         missing[f"{flank.part}_{flank.name}_um"] = [float(gap.min()), float(gap.max())]
     report |= {"missing_on_flanks": missing} if missing else {}
+    faults = fault_report(view, list(paths.values()))
+    report |= {"faults": faults} if faults else {}
     return report | {"not_modelled": neglected_effects(view, forces)}
 
 

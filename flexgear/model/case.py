@@ -10,6 +10,7 @@ from pydantic import Field, ValidationError, model_validator
 from flexgear.model.bodies import Carrier, Housing, Material, Planet, Shaft
 from flexgear.model.content import content_hash, digest_files
 from flexgear.model.errors import InputError, echo
+from flexgear.model.faults import Fault, check_faults
 from flexgear.model.gear_mesh import Damping
 from flexgear.model.load_cases import LoadCase, Spectrum, check_load_cases
 from flexgear.model.load_series import LoadSeries
@@ -53,6 +54,7 @@ def check_case(case: Case) -> None:
     check_machines(case)
     check_load_cases(case)
     check_rating(case)
+    check_faults(case)
     _check_behind_shafts(case)
     _check_hubs(case)
 
@@ -191,7 +193,8 @@ class Case(Section):
     member. loads: constant forces and moments on members. load_cases: steady states that a rating
     counts; spectrum: those of a table; load_series: those of series. drive: machine of the first
     input. housing: of the bearings. lubricant: of gears and bearings. rating: rules by which gears
-    are rated. damping: of the structure. tolerance: what a study draws. solver: numerical options.
+    are rated. faults: of single teeth. damping: of the structure. tolerance: what a study draws.
+    solver: numerical options.
 
     Without ``output`` the case is one of free vibration, which has modes only: about rest without
     inputs, else about the steady speeds that they give. Only there may members that turn have a
@@ -218,6 +221,7 @@ class Case(Section):
     housing: Housing = Housing()
     lubricant: Lubricant | None = None
     rating: Rating = Rating()
+    faults: tuple[Fault, ...] = ()
     damping: Damping = Damping()
     tolerance: Tolerance = Tolerance()
     solver: Solver = Solver()

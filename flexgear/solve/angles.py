@@ -26,6 +26,7 @@ from flexgear.gears.error_cycle import (
     train_cycle,
 )
 from flexgear.gears.power_flow import PowerFlow
+from flexgear.gears.tooth_faults import faulty_gears
 from flexgear.model.case import Case
 from flexgear.model.errors import FlexgearError
 
@@ -74,7 +75,7 @@ def stage_motions(case: Case, flow: PowerFlow) -> tuple[StageMotion, ...]:
         theta = 0.0 if abs(theta) < 1e-9 * max(map(abs, speed.values())) else theta
         turns = exact_rate(carrier, theta) if theta else Fraction(0)
         errors = case.view(stage.name).errors
-        sources = error_sources(errors, housing=housing)
+        sources = (*error_sources(errors, housing=housing), *faulty_gears(case.view(stage.name)))
         if stage.form("ring") == "fe":  # bends between its bolts
             sources = (*sources, "ring")
         motions.append(

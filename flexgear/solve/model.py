@@ -165,10 +165,12 @@ class Model:
     @property
     def has_errors(self) -> bool:
         """Whether anything is not perfect in the gears, pins and carriers."""
-        return bool(self.system.pairs.largest_error.any())
+        pairs = self.system.pairs
+        return any(a.any() for a in (pairs.largest_error, pairs.gear_table, pairs.planet_table))
 
     def without_errors(self) -> Self:
-        """The same with perfect gears and pins: errors enter no matrix, only the gear meshes."""
+        """The same with perfect gears and pins, without faults: errors enter no matrix, only the
+        gear meshes."""
         clean = self._ideal_system
         modal = replace(self.modal, system=clean)
         return replace(self, system=clean, ideal=True, shared_modal=modal, with_errors=self)
@@ -178,7 +180,9 @@ class Model:
         if not self.has_errors:
             return self.system
         pairs = self.system.pairs
-        return self.system.with_(pairs=no_errors(pairs).pairs(pairs, 0))
+        clean = no_errors(pairs).pairs(pairs, 0)
+        tables = np.zeros_like(pairs.gear_table), np.zeros_like(pairs.planet_table)
+        return self.system.with_(pairs=clean._replace(gear_table=tables[0], planet_table=tables[1]))
 
 
 def assemble(

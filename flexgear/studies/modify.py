@@ -27,6 +27,7 @@ from flexgear.arrays import Array
 from flexgear.coupling.pair_data import PairData, gap_columns, slice_gaps
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
+from flexgear.model.faults import require_sound
 from flexgear.model.modifications import Relief
 from flexgear.results.face_load import face_figures
 from flexgear.solve.angles import lead_speed, one_turn, stage_motions
@@ -112,6 +113,7 @@ def propose_modifications(
     """
     case = model.case
     require_slices(case, stage)
+    require_sound(case, "a proposal of modifications")
     angles = _cycle(model, stage)
     number = [s.name for s in case.stages].index(stage)
     of_stage = np.array([label.stage == number for label in model.system.gear_meshes])

@@ -21,6 +21,7 @@ from flexgear.gears.load_bins import LoadBin, case_in_bin
 from flexgear.gears.power_flow import power_flow
 from flexgear.gears.reliability import Kind as WeibullKind
 from flexgear.gears.reliability import PartLife, system_reliability
+from flexgear.gears.tooth_faults import NOT_ASSESSED
 from flexgear.model.case import Case
 from flexgear.model.errors import FlexgearError
 from flexgear.model.names import GroupName
@@ -87,6 +88,7 @@ def rate(
             **open_parts,
             **_without_spectrum(bins),
             **_unrated_supports(case),
+            **({"faults": NOT_ASSESSED} if case.faults else {}),
             **NEVER,
         },
         positions={stage: len(s.angles) for stage, s in train.samples.items()},

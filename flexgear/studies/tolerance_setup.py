@@ -25,6 +25,7 @@ from flexgear.gears.face_load import factor_along
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
+from flexgear.model.faults import require_sound
 from flexgear.model.names import GearMeshName, GroupName
 from flexgear.model.tolerance import SizeDistribution
 from flexgear.results.labelled_dataset import groups_of
@@ -105,6 +106,7 @@ class Batch:
 def tolerance_setup(case: Case, progress: Progress = silent) -> ToleranceSetup:
     """Reduced bodies (from the cache where known), system, positions; InputError where nothing is
     drawn or nobody shares a load."""
+    require_sound(case, "a tolerance study")
     drawn = drawn_errors(case)
     seeds = [0] * len(case.stages)
     every = with_sample(case, sample_values(drawn, 0, [0]), 0, seeds)

@@ -14,13 +14,13 @@ from flexgear.results.report.wording import words
 from flexgear.solve.headlines.declaration import Answer, Findings, Headline
 from flexgear.solve.headlines.loads import LARGEST_FORCE, LOAD_SHARING
 from flexgear.solve.headlines.motions import DEFLECTIONS, NEGLECTED, RESONANCE, TRANSMISSION_ERROR
-from flexgear.solve.headlines.ratings import BEARING_LIFE, FLANK_PRESSURE, ROOT_STRESS
+from flexgear.solve.headlines.ratings import BEARING_LIFE, FAULTS, FLANK_PRESSURE, ROOT_STRESS
 from flexgear.solve.headlines.solution import SOLUTION
 from flexgear.solve.result_warnings import large_motions, motions_of_summary
 
 HEADLINES: tuple[Headline, ...] = (
     LARGEST_FORCE, LOAD_SHARING, ROOT_STRESS, FLANK_PRESSURE, BEARING_LIFE, RESONANCE, DEFLECTIONS,
-    TRANSMISSION_ERROR, NEGLECTED, SOLUTION,
+    TRANSMISSION_ERROR, NEGLECTED, FAULTS, SOLUTION,
 )  # fmt: skip
 _WORST = ("bad", "watch")  # levels that come before all others
 WARNING = "Warning"

@@ -9,6 +9,7 @@ from typing import Any
 
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.nominal_stress import pitch_point_pressure
+from flexgear.gears.tooth_faults import NOT_ASSESSED
 from flexgear.model.names import FlankName, GroupName, NodeName
 from flexgear.model.rolling import Rolling
 from flexgear.model.stage_view import StageView
@@ -230,6 +231,19 @@ def _unrated(figures: Mapping[str, Any], lives: Mapping[str, float]) -> str:
     return f"No dynamic rating given: {', '.join(loads)}." if loads else ""
 
 
+def _faults(findings: Findings) -> Iterator[Answer]:
+    faults = findings.case.faults
+    if faults:
+        listed = "; ".join(fault.words for fault in faults)
+        sentence = f"{listed}. Not assessed: {NOT_ASSESSED}."
+        count = "1 fault" if len(faults) == 1 else f"{len(faults)} faults"
+        yield Answer("open", "", float(len(faults)), count, sentence)
+
+
+FAULTS = Headline(
+    "faults", "Faults of teeth", "1", "number of faults of teeth in the case, which headlines and "
+    "ratings do not assess", "geometry", _faults,
+)  # fmt: skip
 BEARING_LIFE = Headline(
     "bearing_life", "Bearing life", "h",
     "shortest basic rating life (ISO 281) of the bearings of planets and carriers, under the "

@@ -139,7 +139,12 @@ class ToothSegment:
 def tooth_segment(p: SegmentParameters) -> ToothSegment:
     """Hexahedra and patches as in the module's head. FlexgearError where they cannot be made."""
     p.check()
-    section, z = _Section(p), p.layer_positions
+    return segment_of(p, SegmentSection(p))
+
+
+def segment_of(p: SegmentParameters, section: SegmentSection) -> ToothSegment:
+    """The section along the face."""
+    z = p.layer_positions
     radius, angle = np.hypot(*section.points.T), np.arctan2(*section.points.T[::-1])
     walls: dict[str, Wall] = {name: (_edges(line), None) for name, line in section.lines.items()}
     walls["held"] = np.concatenate([_edges(line) for line in section.held]), None
@@ -160,8 +165,9 @@ def _edges(line: Ints) -> Ints:
     return np.column_stack([line[:-1], line[1:]])
 
 
-class _Section:
-    """Nodes (n, 2) m, quadrilaterals (m, 4) counter-clockwise and named lines of the section."""
+class SegmentSection:
+    """Nodes (n, 2) m, quadrilaterals (m, 4) counter-clockwise and named lines of the section;
+    blocks: of every tooth, the numbers (rows + rim + 1, columns) of its nodes."""
 
     def __init__(self, p: SegmentParameters) -> None:
         self.p, self.tooth, self.div = p, p.tooth, p.divisions
@@ -170,7 +176,7 @@ class _Section:
         block = self._tooth_block()
         rows = len(self.profile.points) - 1
         columns = [self._placed(block, self._angle(j)) for j in range(p.teeth)]
-        grids = list(columns)
+        self.blocks, grids = columns, list(columns)
         sides: tuple[Ints, Ints] = (columns[0][rows:, 0], columns[-1][rows:, -1])
         if p.held_radius is not None:
             lands, sides = self._lands(columns, rows)

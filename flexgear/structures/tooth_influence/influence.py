@@ -52,6 +52,7 @@ slices; interpolating a table over two points of the flank would be neither symm
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Self
 
 import numpy as np
 import scipy.sparse as sp
@@ -150,22 +151,12 @@ class FlankPlaces:
 
 
 @dataclass(frozen=True, eq=False)
-class ToothInfluence(FlankPlaces):
-    """Compliance of one flank of a tooth, without the dip of line contact.
-
-    depth: (p + 1,) at which the dip is cut off, m; compliance: D (n, n) m/N; young Pa, poisson;
-    neighbour: (2, m, m) m/N, from first, middle and last row to the same of the next tooth in +θ
-    and of the one after that, None where neighbours are not counted.
-
-    As made it is the −θ flank of a tooth with the gear's hand of helix. The slope tells flank and
-    hand apart as far as ``compliance`` depends on them.
+class FlankCompliance(FlankPlaces):
+    """Compliance D (n, n) m/N between the nodes of one flank, along its normal. As made it is that
+    of the −θ flank of a tooth with the gear's hand of helix; the slope tells flank and hand apart.
     """
 
-    depth: Array
     compliance: Array
-    young: float
-    poisson: float
-    neighbour: Array | None = None
 
     def matrix(self, roll: Array, z: Array, width: Array) -> Array:
         """C (…, K, K) m/N of slices: roll, z of their middles and axial width (…, K) m.
@@ -184,6 +175,31 @@ class ToothInfluence(FlankPlaces):
             c = motion @ means.toarray().reshape(-1, k, n).swapaxes(1, 2)
             out[some] = 0.5 * (c + c.swapaxes(1, 2))
         return out.reshape(*shape, k)
+
+    def turned(self) -> Self:
+        """The +θ flank: half a turn about the tooth's radial axis, z -> −z, +θ <-> −θ."""
+        return self.mirrored()
+
+    def mirrored(self) -> Self:
+        """The same flank with the other hand of helix: z -> −z."""
+        at = self.flipped_nodes()
+        return replace(self, compliance=self.compliance[np.ix_(at, at)], slope=-self.slope)
+
+
+@dataclass(frozen=True, eq=False)
+class ToothInfluence(FlankCompliance):
+    """Compliance of one flank of a tooth, without the dip of line contact.
+
+    depth: (p + 1,) at which the dip is cut off, m; young Pa, poisson;
+    neighbour: (2, m, m) m/N, from first, middle and last row to the same of the next tooth in +θ
+    and of the one after that, None where neighbours are not counted.
+
+    """
+
+    depth: Array
+    young: float
+    poisson: float
+    neighbour: Array | None = None
 
     def coupling(
         self,
@@ -209,20 +225,18 @@ class ToothInfluence(FlankPlaces):
         depth = np.interp(roll, self.roll[order], self.depth[order])
         return ContactBody(self.young, self.poisson, depth, "layer")
 
-    def turned(self) -> ToothInfluence:
-        """The +θ flank: half a turn about the tooth's radial axis, z -> −z, +θ <-> −θ."""
+    def turned(self) -> Self:
+        """Neighbours change sides with it."""
         near = self.neighbour
         return replace(self, neighbour=None if near is None else near.swapaxes(1, 2)).mirrored()
 
-    def mirrored(self) -> ToothInfluence:
-        """The same flank with the other hand of helix: z -> −z."""
-        at, near = self.flipped_nodes(), self.neighbour
+    def mirrored(self) -> Self:
+        """With its neighbours."""
+        near = self.neighbour
         if near is not None:
             coarse = np.arange(near.shape[1]).reshape(3, -1)[:, ::-1].ravel()
             near = near[:, coarse[:, None], coarse]
-        return replace(
-            self, compliance=self.compliance[np.ix_(at, at)], neighbour=near, slope=-self.slope
-        )
+        return replace(super().mirrored(), neighbour=near)
 
 
 def influence_of(

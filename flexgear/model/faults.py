@@ -1,0 +1,238 @@
+"""Faults of single teeth (the sections ``faults``): cracked roots, missing teeth, pits and wear.
+
+What is wrong in an input file is ``validation_errors``; deviations that every gear is made with are
+``gear_mesh.GearErrors``.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from flexgear.model.errors import InputError, echo
+from flexgear.model.read import nearest
+from flexgear.model.section import Missing, Refusal, Section
+from flexgear.model.units import Angle, Length
+
+if TYPE_CHECKING:
+    from flexgear.model.case import Case
+    from flexgear.model.stage import Stage
+
+FOLLOWS_PAIRS = ("per_pair", "face_load", "lumped")
+_CRACK, _PATCH = ("angle", "face", "depths"), (
+    "start_diameter", "end_diameter", "face_start", "face_end"
+)  # fmt: skip
+
+
+class Fault(Section):
+    """A fault of one tooth. Teeth count from 1 as in results: tooth 1 of the ring stands on the x
+    axis at the carrier's angle zero, numbers rise towards +θ.
+
+    kind: root_crack, from the root into the tooth, which lets it bend more under the flank that
+    opens the crack, and not under the other one; missing_tooth, which carries nothing; spall, a pit
+    of even depth; wear, as deep in the middle of its profile and parabolically less to nothing at
+    both of its ends. stage: its name; may be left out in a case of one stage. gear: whose tooth.
+    planet: which one, from 1. side: of a double-helical stage. tooth: its number; all teeth if left
+    out, which wear alone may. flank: of the gear, as ``modifications`` name it; of a root crack the
+    one whose load opens it, on whose side it starts.
+
+    depth: of a crack along its way from the surface where the tangent at 30° to the tooth's middle
+    line (60° in a ring) touches the root; of a spall or wear normal to the flank. Zero is sound.
+    angle: between the crack and the tooth's middle line. face, depths: course of a crack, its depth
+    at places along the face, straight between them and none beyond, in place of depth.
+    start_diameter, end_diameter: circles between which a spall or wear lies; the whole flank if
+    left out. face_start, face_end: places along the face between which it lies, its ends if left
+    out. Places along the face count from its middle towards +z; in the halves of a double-helical
+    stage outward, towards -z in the left one.
+    """
+
+    kind: Literal["root_crack", "missing_tooth", "spall", "wear"]
+    stage: str = ""
+    gear: Literal["sun", "planet", "ring", "pinion", "gear"]
+    planet: int | None = Field(default=None, ge=1, le=20)
+    side: Literal["left", "right"] | None = None
+    tooth: int | None = Field(default=None, ge=1, le=2000)
+    flank: Literal["drive", "coast", "sun", "ring"] | None = None
+    depth: Length | None = Field(default=None, ge=0.0, le=0.2)
+    angle: Angle = Field(default=math.radians(60), ge=math.radians(30), le=math.radians(90))
+    face: tuple[Length, ...] = ()
+    depths: tuple[Length, ...] = ()
+    start_diameter: Length | None = Field(default=None, gt=0.0, le=20.0)
+    end_diameter: Length | None = Field(default=None, gt=0.0, le=20.0)
+    face_start: Length | None = Field(default=None, ge=-2.0, le=2.0)
+    face_end: Length | None = Field(default=None, ge=-2.0, le=2.0)
+
+    @property
+    def deepest(self) -> float:
+        """Largest depth, m; 0 of a missing tooth."""
+        return max(self.depths, default=self.depth or 0.0)
+
+    @property
+    def is_sound(self) -> bool:
+        """Whether its depth is zero, so that nothing is changed."""
+        return self.kind != "missing_tooth" and self.deepest == 0.0
+
+    @property
+    def words(self) -> str:
+        """For people: "root crack of planet 2, tooth 5, flank sun, 1.5 mm deep"."""
+        tooth = "all teeth" if self.tooth is None else f"tooth {self.tooth}"
+        owner = " ".join(filter(None, [self.side, self.gear, str(self.planet or "")]))
+        parts = [f"{self.kind.replace('_', ' ')} of {owner}", tooth]
+        parts += [f"flank {self.flank}"] if self.flank else []
+        if self.kind == "root_crack":
+            parts.append(f"{1e3 * self.deepest:g} mm deep")
+        elif self.kind != "missing_tooth":
+            parts.append(f"{1e6 * self.deepest:g} µm deep")
+        return ", ".join(parts)
+
+    def depth_at(self, z: Any) -> np.ndarray[Any, Any]:
+        """Depth of a root crack at places along the face (any shape), m."""
+        places = np.asarray(z, dtype=float)
+        if not self.depths:
+            return np.full_like(places, self.depth or 0.0)
+        return np.interp(places, self.face, self.depths, left=0.0, right=0.0)
+
+    @classmethod
+    def required(cls, data: Mapping[str, Any]) -> list[Missing]:
+        """What each kind needs."""
+        kind = data.get("kind")
+        names = [] if kind == "wear" else ["tooth"]
+        if kind in ("root_crack", "spall", "wear"):
+            names.append("flank")
+            if not (kind == "root_crack" and data.get("depths")):
+                names.append("depth")
+        if data.get("gear") == "planet":
+            names.append("planet")
+        return [Missing(name) for name in names if data.get(name) is None]
+
+    @model_validator(mode="after")
+    def _of_its_kind(self) -> Fault:
+        other = {"root_crack": _PATCH, "spall": _CRACK, "wear": _CRACK}.get(
+            self.kind, (*_PATCH, *_CRACK, "flank", "depth")
+        )
+        for name in other:
+            if getattr(self, name) != type(self).model_fields[name].default:
+                raise Refusal(name, f"has no place in a {self.kind}", "take it out")
+        if self.kind == "root_crack":
+            self._check_course()
+        if self.planet is not None and self.gear != "planet":
+            raise Refusal("planet", f"is given for the {self.gear}", "take it out")
+        flanks = ("sun", "ring") if self.gear == "planet" else ("drive", "coast")
+        if self.flank is not None and self.flank not in flanks:
+            raise Refusal(
+                "flank",
+                f"the {self.gear} has no flank {self.flank!r}",
+                f"use {' or '.join(flanks)}",
+            )
+        for low, high in (("start_diameter", "end_diameter"), ("face_start", "face_end")):
+            first, last = getattr(self, low), getattr(self, high)
+            if first is not None and last is not None and not first < last:
+                raise Refusal(high, f"is not above {low}", "put them in order")
+        return self
+
+    def _check_course(self) -> None:
+        if self.depths and self.depth is not None:
+            raise Refusal("depths", "are given beside depth", "keep one of them")
+        if len(self.face) != len(self.depths) or len(self.depths) == 1:
+            raise Refusal(
+                "depths",
+                f"{len(self.depths)} depths at {len(self.face)} places along the face",
+                "give as many of both, two at least",
+            )
+        if any(b <= a for a, b in zip(self.face, self.face[1:], strict=False)):
+            raise Refusal("face", "does not rise", "put the places in order, each once")
+        if min(self.depths, default=0.0) < 0.0:
+            raise Refusal("depths", "are negative somewhere", "zero is a sound root")
+
+
+def stage_of_fault(case: Case, fault: Fault) -> Stage:
+    """The stage whose tooth has the fault; Refusal where none has that name."""
+    names = [stage.name for stage in case.stages]
+    if not fault.stage and len(names) == 1:
+        return case.stages[0]
+    if not fault.stage:
+        raise Missing("stage", "is missing", f"name one of {', '.join(names)}")
+    if fault.stage not in names:
+        raise Refusal("stage", f"{echo(fault.stage)} is no stage", nearest(fault.stage, names))
+    return case.stage(fault.stage)
+
+
+def require_sound(case: Case, study: str) -> None:
+    """InputError for a case with faults in a study whose gears are sound."""
+    if case.faults:
+        raise InputError(
+            case.source,
+            "faults",
+            f"have no place in {study}, which takes all teeth of a flank alike",
+            "take them out for it",
+        )
+
+
+def check_faults(case: Case) -> None:
+    """Refusal of faults of teeth that the case does not have or its gear meshes do not see."""
+    cracked: dict[tuple[Any, ...], int] = {}
+    for k, fault in enumerate(case.faults):
+        try:
+            stage = stage_of_fault(case, fault)
+            _check_tooth(stage, fault)
+            _check_gear_mesh(stage)
+            if fault.kind == "root_crack":
+                place = stage.name, fault.gear, fault.planet, fault.side, fault.tooth, fault.flank
+                if place in cracked:
+                    problem = f"is cracked by faults.{cracked[place]} already"
+                    raise Refusal("tooth", problem, "keep one crack a flank")
+                cracked[place] = k
+        except Missing as missing:
+            raise Missing(f"faults.{k}.{missing.key}", missing.problem, missing.remedy) from None
+        except Refusal as refusal:
+            raise Refusal(f"faults.{k}.{refusal.key}", refusal.problem, refusal.remedy) from None
+
+
+def _check_tooth(stage: Stage, fault: Fault) -> None:
+    gears = ("pinion", "gear") if stage.kind == "parallel" else ("sun", "planet", "ring")
+    if fault.gear not in gears:
+        raise Refusal("gear", f"a {stage.kind} stage has no {fault.gear}", nearest("", gears))
+    if fault.planet is not None and fault.planet > stage.planets:
+        raise Refusal(
+            "planet",
+            f"{fault.planet} is beyond the {stage.planets} planets",
+            "planets count from 1",
+        )
+    teeth = getattr(stage, fault.gear).teeth
+    if fault.tooth is not None and fault.tooth > teeth:
+        raise Refusal(
+            "tooth", f"{fault.tooth} is beyond the {teeth} teeth of the {fault.gear}",
+            f"teeth count from 1 to {teeth}",
+        )  # fmt: skip
+    if stage.double_helical and fault.side is None:
+        raise Missing("side", "is missing in a double-helical stage", 'add "left" or "right"')
+    if fault.side is not None and not stage.double_helical:
+        raise Refusal("side", "is of a double-helical stage", "take it out")
+    half = 0.5 * stage.face_width * (1.0 + 1e-9)
+    for key in ("face_start", "face_end", "face"):
+        places = np.atleast_1d(getattr(fault, key) or 0.0)
+        if np.abs(places).max(initial=0.0) > half:
+            raise Refusal(
+                key, f"reaches {1e3 * np.abs(places).max():g} mm, beyond the face",
+                f"from {-1e3 * half:.6g} to {1e3 * half:.6g} mm, 0 is its middle",
+            )  # fmt: skip
+
+
+def _check_gear_mesh(stage: Stage) -> None:
+    options = stage.gear_mesh
+    if options.model not in FOLLOWS_PAIRS:
+        raise Refusal(
+            "gear",
+            f"gear_mesh.model = {options.model!r} of {stage.name} sees no single teeth",
+            'use "per_pair" or "face_load"',
+        )
+    if options.contact_law == "linear":
+        raise Refusal(
+            "gear",
+            f"gear_mesh.contact_law = 'linear' of {stage.name} lets flanks pull",
+            'use "one-sided" with faults',
+        )

@@ -1,0 +1,292 @@
+"""Faults of single teeth: sound limits, closed forms, plane FE, invariances, bad input."""
+
+import math
+
+import numpy as np
+import pytest
+from cut_teeth.of_case import gear_of
+from plane_crack import crack_compliance
+from plane_teeth import load_at
+
+from flexgear import load_case
+from flexgear.gears.power_flow import power_flow
+from flexgear.model.errors import InputError
+from flexgear.solve.angles import stage_motions
+from flexgear.structures.fe_mesh import SegmentDivisions
+from flexgear.structures.tooth_influence import crack
+
+STEEL = """
+[material]
+young_modulus_gpa = 210
+poisson_ratio = 0.3
+density_kg_per_m3 = 7850
+"""
+PLANETARY = (
+    STEEL
+    + """
+[stage]
+planets = 3
+normal_module_mm = 4
+pressure_angle_deg = 20
+face_width_mm = 30
+sun = { teeth = 26, mass_kg = 3, inertia_kg_m2 = 0.004, support = { radial_n_per_m = 1e8 } }
+planet = { teeth = 34, mass_kg = 4, inertia_kg_m2 = 0.01 }
+carrier = { mass_kg = 25, inertia_kg_m2 = 0.3, support = { radial_n_per_m = 1e9 } }
+planet_bearing = { radial_n_per_m = 5e8 }
+[stage.ring]
+teeth = 94
+mass_kg = 30
+inertia_kg_m2 = 1.2
+support = { radial_n_per_m = 1e9, tangential_n_per_m = 1e10 }
+[stage.gear_mesh]
+model = "MODEL"
+contact_law = "one-sided"
+slices = 8
+[[inputs]]
+member = "stage.carrier"
+speed_rpm = 100
+torque_nm = 3000
+[output]
+member = "stage.sun"
+"""
+)
+PAIR = (
+    STEEL
+    + """
+[stage]
+kind = "parallel"
+normal_module_mm = 4
+pressure_angle_deg = 20
+face_width_mm = 40
+pinion = { teeth = 30, support = { radial_n_per_m = 1e9 } }
+gear = { teeth = 60, support = { radial_n_per_m = 1e9 } }
+[stage.gear_mesh]
+model = "MODEL"
+contact_law = "one-sided"
+path_only = true
+slices = 10
+[[inputs]]
+member = "stage.gear"
+speed_rpm = 10
+torque_nm = 500
+[output]
+member = "stage.pinion"
+"""
+)
+RING_PITCH = 360 / 94
+ANGLES = RING_PITCH * np.linspace(0.0, 4.0, 41)
+
+
+@pytest.fixture
+def stage(tmp_path):
+    """A train with faults, as a user writes them: ``stage(text, "per_pair", *faults)``."""
+
+    def made(text, model, *faults):
+        path = tmp_path / "train.toml"
+        sections = "".join(f"[[faults]]\n{fault}\n" for fault in faults)
+        path.write_text(text.replace("MODEL", model) + sections, encoding="utf-8")
+        return load_case(path)
+
+    return made
+
+
+def forces(case, angles=ANGLES, torque=None):
+    return case.assemble().static(angles, torque=torque)["gear_mesh_force"].to_numpy()
+
+
+RING_SPALL = 'kind = "spall"\ngear = "ring"\ntooth = {}\nflank = "drive"\ndepth_um = 25'
+PINION_CRACK = 'kind = "root_crack"\ngear = "pinion"\ntooth = 1\nflank = "drive"\ndepth_mm = 2'
+SUN_CRACK = 'kind = "root_crack"\ngear = "sun"\ntooth = 16\nflank = "drive"\ndepth_mm = {}'
+
+
+@pytest.mark.parametrize("model", ["per_pair", "face_load", "lumped"])
+def test_faults_of_no_depth_change_nothing(stage, model):
+    sound = forces(stage(PLANETARY, model))
+    faults = SUN_CRACK.format(0), RING_SPALL.format(3).replace("25", "0")
+    assert np.abs(forces(stage(PLANETARY, model, *faults)) - sound).max() <= 1e-12 * sound.max()
+
+
+def test_perfect_gears_have_no_faults_and_runs_last_until_a_faulty_tooth_is_back(stage):
+    faulty = stage(PLANETARY, "per_pair", SUN_CRACK.format(2).replace("root_crack", "spall"))
+    sound, model = stage(PLANETARY, "per_pair"), faulty.assemble()
+    assert np.array_equal(model.without_errors().static(ANGLES)["gear_mesh_force"], forces(sound))
+    cycles = [stage_motions(c, power_flow(c))[0].turn.cycle.gear_meshes for c in (sound, faulty)]
+    assert cycles == [1, 26]
+
+
+def test_faults_change_like_other_keys(stage):
+    """By their place, as sweeps do."""
+    case = stage(PLANETARY, "per_pair", SUN_CRACK.format(2), RING_SPALL.format(3))
+    changed = case.with_(**{"faults.0.depth": 1e-3, "stage.planets": 1})
+    assert [fault.deepest for fault in changed.faults] == [1e-3, 25e-6]
+    assert not case.with_(faults=()).faults
+
+
+@pytest.mark.parametrize("model", ["per_pair", "face_load"])
+def test_the_next_tooth_has_its_fault_one_pitch_later(stage, model):
+    """And only some of the angles see it."""
+    sound = forces(stage(PLANETARY, model))
+    one, next_one = (forces(stage(PLANETARY, model, RING_SPALL.format(j))) for j in (3, 4))
+    assert next_one[10:] == pytest.approx(one[:-10], rel=1e-7)
+    seen = np.abs(one - sound).max(axis=1) > 1e-3 * sound.max()
+    assert 0.1 < seen.mean() < 0.9
+
+
+@pytest.mark.parametrize("model", ["per_pair", "face_load"])
+def test_a_missing_tooth_carries_nothing(stage, model):
+    fault = 'kind = "missing_tooth"\ngear = "sun"\ntooth = 16'
+    sound = stage(PLANETARY, model).assemble().static(ANGLES)
+    faulty = stage(PLANETARY, model, fault).assemble().static(ANGLES)
+    of_sun = (sound["flank_kind"] == "sun").to_numpy()
+    for data, touches in ((sound, True), (faulty, False)):
+        tooth = data["pair_tooth"].to_numpy()[:, of_sun]
+        assert (tooth == 16).any() == touches
+    for data in (sound, faulty):  # the others take its load
+        torque = data["port_torque"].to_numpy()
+        assert torque[:, 1] == pytest.approx(torque[0, 1], rel=1e-9)
+
+
+@pytest.mark.parametrize("model", ["per_pair", "face_load"])
+@pytest.mark.parametrize("gear", ["pinion", "gear"])
+def test_a_pit_takes_load_off_its_pair_as_two_springs_say(stage, model, gear):
+    """Even over flank and face, and shallower than the deflection: δ = (F + k₁ d)/(k₁ + k₂)."""
+    depth, angles = 3e-6, np.linspace(-3.0, 3.0, 25)
+    fault = f'kind = "spall"\ngear = "{gear}"\ntooth = 1\nflank = "drive"\ndepth_um = 3'
+    data = [stage(PAIR, model, *f).assemble().static(angles) for f in ((), (fault,))]
+    name = "pair_tooth" if gear == "pinion" else "pair_planet_tooth"
+    stiffness, load = (data[1][n].to_numpy() for n in ("pair_stiffness", "pair_load"))
+    place = np.nan_to_num(data[0]["pair_position"].to_numpy())
+    seen = 0
+    for t in range(len(angles)):
+        touching = load[t] > 0.0
+        total, k = load[t].sum(), np.nansum(np.where(touching, stiffness[t], 0.0))
+        if gear == "pinion" or model == "face_load":
+            of_tooth = data[1][name].to_numpy()[t] == 1
+        else:  # the pair that touches at the pitch point at angle zero
+            of_tooth = data[1]["pair_tooth"].to_numpy()[t] == 1
+        d = np.where(of_tooth, depth, 0.0)
+        approach = (total + np.nansum(np.where(touching, stiffness[t] * d, 0.0))) / k
+        expected = np.where(touching, stiffness[t] * (approach - d), 0.0)
+        assert np.nan_to_num(load[t]) == pytest.approx(np.nan_to_num(expected), rel=1e-6)
+        seen += int((of_tooth & touching).any() and touching.sum() > 1)
+    assert seen > 3 and place.any()
+
+
+def test_a_crack_softens_its_pair_as_plane_finite_elements_say(stage):
+    """Change of the compliance of the pair at the pitch point; the same crack in triangles, of a
+    tooth that was cut by brute force. Between plane strain and plane stress: (1 − ν²) apart."""
+    depth = 2e-3
+    cases = stage(PAIR, "per_pair"), stage(PAIR, "per_pair", PINION_CRACK)
+    stiffness = []
+    for case in cases:
+        data = case.assemble().static([0.0])
+        first = data["pair_tooth"].to_numpy()[0] == 1
+        stiffness.append(float(data["pair_stiffness"].to_numpy()[0][first].max()))
+    view = cases[0].view()
+    gear, module = gear_of(view, "sun"), view.stage.normal_module
+    radius = 30 * module / 2
+    plane = crack_compliance(
+        gear, load_at(gear, radius, 0.05 * module), 2.1e11, 0.3,
+        held=4 * module, size=0.25 * module, depth=depth, angle=math.radians(60),
+    )  # fmt: skip
+    added = (1 / stiffness[1] - 1 / stiffness[0]) * view.stage.face_width
+    assert added == pytest.approx(plane, rel=0.1)
+    assert stiffness[1] < 0.95 * stiffness[0]
+
+
+def test_a_crack_is_closed_under_the_other_flank(stage):
+    sound, cracked = stage(PAIR, "per_pair"), stage(PAIR, "per_pair", PINION_CRACK)
+    for torque, differs in ((500.0, True), (-500.0, False)):
+        loads = [c.assemble().static([0.0, 3.0], torque=torque) for c in (sound, cracked)]
+        k, k_cracked = (
+            np.where(data["pair_load"] > 0.0, data["pair_stiffness"], 0.0) for data in loads
+        )
+        assert (np.abs(k_cracked - k).max() > 0.01 * k.max()) == differs
+        assert differs or np.array_equal(k, k_cracked)
+
+
+@pytest.mark.parametrize(("gear", "torque"), [("pinion", 500.0), ("gear", -500.0)])
+def test_the_end_of_the_face_that_is_cracked_yields(stage, gear, torque, monkeypatch):
+    """Places along the face count along +z on every flank, though segments are made of one."""
+    coarse = SegmentDivisions(flank=3, fillet=4, rim=3)
+    monkeypatch.setattr(crack, "DIVISIONS", coarse)
+    flank = "drive" if torque > 0 else "coast"
+    fault = f'kind = "root_crack"\ngear = "{gear}"\ntooth = 1\nflank = "{flank}"\n'
+    fault += "face_mm = [5, 20]\ndepths_mm = [2, 3]"
+    data = [
+        stage(PAIR, "face_load", *faults).assemble().static([0.0], torque=torque)
+        for faults in ((), (fault,))
+    ]
+    line, z = (data[1][name].to_numpy()[0] for name in ("line_load", "slice_position"))
+    change = line - data[0]["line_load"].to_numpy()[0]
+    loaded = np.nan_to_num(line).sum(axis=-1) > 0.0
+    low, high = (np.nanmean(np.where(side, change, np.nan)[loaded]) for side in (z < 0, z > 0))
+    assert high < 0.0 < low
+
+
+def test_a_planets_fault_repeats_with_its_teeth_and_turns_with_its_pass(stage):
+    """Tooth 5 of planet 2 meets the ring once a turn of the planet in the carrier, z_r/z_p = 47/17
+    times a turn of the carrier. The ring moves by that order and its multiples as seen from the
+    carrier, and with sidebands of the carrier's turn for one who stands still."""
+    fault = 'kind = "spall"\ngear = "planet"\nplanet = 2\ntooth = 5\nflank = "ring"\ndepth_um = 25'
+    turns, passes = 17, 47
+    angles = np.arange(2 * turns * 94) * RING_PITCH / 2
+    motion = []
+    for case in (stage(PLANETARY, "per_pair"), stage(PLANETARY, "per_pair", fault)):
+        moved = case.assemble().static(angles)["body_displacement"].sel(body="stage.ring")
+        motion.append(moved.sel(dof="ux").to_numpy() + 1j * moved.sel(dof="uy").to_numpy())
+    turning = motion[1] - motion[0]
+    standing = (turning * np.exp(1j * np.radians(angles))).real
+    order = np.round(np.fft.fftfreq(len(angles), 1 / len(angles))).astype(int)  # per 17 turns
+    for signal, sidebands in ((turning, (0,)), (standing, (-turns, turns))):
+        lines = np.abs(np.fft.fft(signal))
+        expected = np.any([(order + side) % passes == 0 for side in sidebands], axis=0)
+        assert lines[~expected].max() < 1e-8 * lines.max()
+        assert (lines[expected] > 1e-2 * lines.max()).sum() > 10
+
+
+CRACK = SUN_CRACK.format(2)
+WEAR = 'kind = "wear"\ngear = "ring"\nflank = "drive"\ndepth_um = 20'
+
+
+@pytest.mark.parametrize(
+    ("fault", "key", "words"),
+    [
+        (CRACK.replace("tooth = 16", "tooth = 27"), "faults[0].tooth", "beyond the 26 teeth"),
+        (CRACK.replace("tooth = 16", ""), "faults[0].tooth", "is missing"),
+        (CRACK.replace("drive", "ring"), "faults[0].flank", "no flank 'ring'"),
+        (CRACK.replace("sun", "pinion"), "faults[0].gear", "no pinion"),
+        (CRACK.replace("sun", "planet").replace("drive", "sun"), "faults[0].planet", "is missing"),
+        (CRACK + "\nplanet = 1", "faults[0].planet", "given for the sun"),
+        (CRACK + "\nface_start_mm = 1", "faults[0].face_start", "no place in a root_crack"),
+        (CRACK.replace("depth_mm = 2", "face_mm = [0, 40]\ndepths_mm = [1, 2]"),
+         "faults[0].face", "beyond the face"),
+        (WEAR + "\nface_end_mm = 16", "faults[0].face_end", "beyond the face"),
+        (WEAR + "\nstage = 'other'", "faults[0].stage", "is no stage"),
+    ],
+)  # fmt: skip
+def test_faults_that_do_not_fit_are_one_line(stage, fault, key, words):
+    with pytest.raises(InputError, match=r"^[^\n]+$") as caught:
+        stage(PLANETARY, "per_pair", fault)
+    assert key in str(caught.value) and words in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("fault", "key", "words"),
+    [
+        (CRACK.replace("depth_mm = 2", "depth_mm = 8"),
+         "faults[0].depth_mm", "of the root section"),
+        (WEAR + "\nstart_diameter_mm = 300", "faults[0].start_diameter_mm", "outside the flank"),
+    ],
+)  # fmt: skip
+def test_faults_beyond_their_tooth_are_one_line(stage, fault, key, words):
+    case = stage(PLANETARY, "per_pair", fault)
+    with pytest.raises(InputError, match=r"^[^\n]+$") as caught:
+        case.assemble()
+    assert key in str(caught.value) and words in str(caught.value)
+
+
+@pytest.mark.parametrize("model", ["constant", "rectangular"])
+def test_models_that_see_no_single_teeth_refuse_faults(stage, model):
+    with pytest.raises(InputError, match="sees no single teeth"):
+        stage(PLANETARY, model, WEAR)
