@@ -9,7 +9,6 @@ from interrupts import interrupted, processes_with, wait_until
 from PIL import Image
 
 from flexgear.results.dataset_file import load
-from flexgear.studies import sweep as study
 
 KEY = "stage.planet_bearing.radial_n_per_m"
 
@@ -135,48 +134,6 @@ def test_no_point_works(flexgear, tmp_path):
     assert "all 2 points failed" in err
     assert err.count("\n") == 1
     assert list(tmp_path.iterdir()) == []
-
-
-def test_a_folder_for_a_file_and_a_file_for_a_folder(flexgear, tmp_path):
-    (tmp_path / "d.nc").mkdir()
-    (tmp_path / "f").write_text("")
-    for name in ("d.nc", "f"):
-        err = flexgear.refused(
-            "sweep", "lin-parker", "stage.planets=3", "--out", tmp_path / name, "-q"
-        )
-        assert name in err
-
-
-def test_stopped_and_taken_up_again(flexgear, tmp_path, monkeypatch, place):
-    """Ctrl-C after two points: one line, and the same command does the others."""
-    measure, done = study.measured, []
-
-    def interrupted(shared, case):
-        if len(done) == 2:
-            raise KeyboardInterrupt
-        done.append(case.stages[0].planets)
-        return measure(shared, case)
-
-    out = tmp_path / "out"
-    command = ("sweep", "lin-parker", "stage.planets=3,4,5,99,6", "-q", "--no-pictures",
-               "--out", out, "--workers", 1)  # fmt: skip
-    with monkeypatch.context() as patch:
-        patch.setattr(study, "measured", interrupted)
-        code, _, err = flexgear(*command)
-    assert code == 1
-    assert err == (
-        "flexgear: stopped with 2 of 5 points done; the same command goes on from there\n"
-    )
-    assert list(tmp_path.iterdir()) == []
-    with monkeypatch.context() as patch:
-        patch.setattr(study, "measured", lambda s, c: done.append(c.stages[0].planets) or
-                      measure(s, c))  # fmt: skip
-        assert flexgear(*command)[0] == 0
-    assert done == [3, 4, 5, 6]
-    assert list(place.iterdir()) == []
-    resumed = load(out / "sweep.nc")
-    assert flexgear(*command)[0] == 0
-    assert load(out / "sweep.nc").identical(resumed)
 
 
 @pytest.mark.slow

@@ -15,7 +15,6 @@ from stage_samples import cheap_stage
 
 from flexgear.results.dataset_file import load
 from flexgear.results.report.wording import number
-from flexgear.studies import tolerance as study
 
 PIN = "tolerance.errors.pin_tangential.standard_deviation_um=10"
 PARTS = ("carrier", "ring", "sun")
@@ -99,35 +98,6 @@ def test_what_cannot_be_solved_is_one_line(flexgear, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     flexgear.refused("tolerance", "lin-parker", "--set", PIN, *LOOSE, "-q")
     assert [p for p in tmp_path.rglob("*") if p.is_file()] == []
-
-
-def test_stopped_and_taken_up_again(flexgear, tmp_path, monkeypatch):
-    """Ctrl-C after two batches: one line, and the same command solves the rest."""
-    monkeypatch.setattr(study, "BATCH", 10)
-    solve, solved = study.sampled, []
-
-    def interrupted(setup, numbers):
-        if len(solved) == 2:
-            raise KeyboardInterrupt
-        solved.append(numbers)
-        return solve(setup, numbers)
-
-    out = tmp_path / "out"
-    command = ("tolerance", "lin-parker", "--samples", 40, "--set", PIN, "--out", out, "-q",
-               "--workers", 1)  # fmt: skip
-    with monkeypatch.context() as patch:
-        patch.setattr(study, "sampled", interrupted)
-        code, _, err = flexgear(*command)
-    assert code == 1
-    assert err == (
-        "flexgear: stopped with 20 of 40 samples done; the same command goes on from there\n"
-    )
-    assert not out.exists()
-    first = [(s.start, s.stop) for s in solved]
-    with monkeypatch.context() as patch:
-        patch.setattr(study, "sampled", lambda s, n: solved.append(n) or solve(s, n))
-        flexgear.out(*command)
-    assert [(s.start, s.stop) for s in solved] == [*first, (20, 30), (30, 40)]
 
 
 @pytest.mark.slow

@@ -12,7 +12,7 @@ from trains import stage_train
 from flexgear.analysis.modes import modes, springs_at
 from flexgear.coupling.build import build_system
 from flexgear.gears.power_flow import power_flow
-from flexgear.model.errors import FlexgearError, FlexgearWarning, InputError
+from flexgear.model.errors import FlexgearError, FlexgearWarning
 from flexgear.model.load import load_case
 from flexgear.results.dataset_file import load, write_netcdf
 from flexgear.solve import bodies as solve_bodies
@@ -185,7 +185,7 @@ class TestInterrupted:
 
     @pytest.mark.parametrize(
         ("case", "key"),
-        [("pitch-drive", "inputs.0.power_kw=3,6"), ("wind-5mw", "inputs.0.torque_nm=2e6,4e6")],
+        [("pitch-drive", "inputs.0.power_kw=3,6"), ("wind-5mw", "inputs.0.torque_nm=2e6")],
     )
     def test_every_measure_survives_the_disk(self, monkeypatch, case, key):
         for module in (solve_bodies, sweep):
@@ -240,26 +240,6 @@ class TestFailures:
         ((_, message),) = failures(data)
         assert "99" in message
 
-    def test_if_all_fail_the_first_message_is_the_error(self, tmp_path):
-        path = tmp_path / "train.toml"
-        path.write_text(ALONE)
-        with pytest.raises(FlexgearError, match=r"all 2 points failed; the first, .*7"):
-            swept(path, "stage.planets=7,9", measures=["speeds"], settings=ROOM)
-
-    def test_if_the_model_refuses_all_it_is_bad_input(self):
-        with pytest.raises(InputError, match=r"sweep: stage\.planets: 98"):
-            swept("lin-parker", "stage.planets=98,99")
-
-    def test_unknown_measure(self):
-        with pytest.raises(InputError, match="did you mean frequencies"):
-            swept("lin-parker", "stage.planets=3,4", measures=["frequences"])
-        with pytest.raises(InputError, match="tooth_load: needs a ring that bends"):
-            swept("lin-parker", "stage.planets=3,4", measures=["tooth_load"])
-
-    def test_set_and_swept(self):
-        with pytest.raises(InputError, match="--set"):
-            swept("lin-parker", "stage.planets=3,4", settings={"stage.planets": "5"})
-
 
 def test_saved_and_read_again(tmp_path, bearings):
     path = write_netcdf(bearings, tmp_path / "a.nc")
@@ -299,7 +279,8 @@ class TestFlexibleStage:
 
     @pytest.mark.slow
     def test_bodies_are_made_once_for_keys_they_do_not_depend_on(self):
-        data = swept("wind-5mw", "stage.planet_bearing.radial_n_per_m=1e9,2e9,3e9", modes=3)
+        data = swept("wind-5mw", "stage.planet_bearing.radial_n_per_m=1e9,2e9,3e9", modes=3,
+                     measures=["frequencies"])  # fmt: skip
         assert len(self.made) == 1
         assert data.attrs["reductions"] == 1
         assert float(data["frequency"].diff(data["frequency"].dims[0]).min()) > -1e-6
@@ -321,7 +302,8 @@ class TestFlexibleStage:
             return cheap_stage(case)
 
         monkeypatch.setattr(sweep, "stage_bodies", bodies)
-        data = swept("wind-5mw", "material.young_modulus_gpa=200,210", modes=3)
+        data = swept("wind-5mw", "material.young_modulus_gpa=200,210", modes=3,
+                     measures=["frequencies"])  # fmt: skip
         assert failures(data) == [("material.young_modulus_gpa = 210", "the mesh is broken")]
 
 

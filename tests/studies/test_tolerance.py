@@ -181,13 +181,6 @@ class TestSameNumbers:
         for name in ("error_size", "load_sharing_max", "planet_load_factor_mean"):
             assert np.array_equal(few[name], more[name][:3])
 
-    @pytest.mark.slow
-    def test_any_number_of_workers(self, cheap, monkeypatch):
-        monkeypatch.setattr(study, "BATCH", 10)
-        case = load_case("wind-5mw", {"tolerance.samples": "45"})
-        here = tolerance(case, workers=1)
-        xr.testing.assert_identical(tolerance(case, workers=2), here)
-
     def test_another_seed_is_another_study(self, tmp_path):
         a, b = lumped(tmp_path), lumped(tmp_path, **{"tolerance.seed": "2"})
         assert batch_store(a) != batch_store(b)
