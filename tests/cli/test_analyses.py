@@ -51,23 +51,6 @@ def test_reversed_torque_is_shown_on_the_flanks_that_carry(flexgear):
     assert back["load_sharing_max"] == pytest.approx(ahead["load_sharing_max"], rel=0.05)
 
 
-def test_modes_start_with_the_rigid_rotation(flexgear):
-    modes = flexgear.json("modes", "wind-5mw", "--limit-hz", 200)["modes"]
-    assert modes[0]["frequency_hz"] < 1e-3 < modes[1]["frequency_hz"]
-    for mode in modes:
-        assert sum(mode["kinetic_energy"].values()) == pytest.approx(1.0, abs=1e-6)
-        assert mode["frequency_hz"] <= 200
-
-
-def test_simulate_writes_its_dataset_and_tells_progress(flexgear, tmp_path):
-    out = tmp_path / "run.nc"
-    code, text, err = flexgear("simulate", "wind-5mw", "--duration-s", 0.05, "--out", out)
-    assert code == 0
-    assert "transient: done in" in err
-    assert f"wrote {out}" in text
-    assert float(load(out)["time"][-1]) == pytest.approx(0.05, rel=1e-6)
-
-
 @pytest.mark.slow
 def test_compare_has_eight_variants(flexgear):
     found = flexgear.json("compare", "wind-5mw", "--positions", 3)
@@ -83,7 +66,7 @@ def test_compare_has_eight_variants(flexgear):
 
 @pytest.mark.parametrize(
     "command",
-    [["reduce"], ["static"], ["modes", "--limit-hz", 50], ["simulate", "--duration-s", 0.002]],
+    [["reduce"], ["static"]],
 )
 def test_a_static_error_above_the_promise_is_one_line_with_what_to_do(
     flexgear, monkeypatch, command

@@ -76,8 +76,8 @@ def test_first_steps(tmp_path):
     lines = commands(text_of("docs/first_steps.md"))
     assert len(lines) >= 9
     for line in lines:
-        typed(line, tmp_path)
-    assert (tmp_path / "results/first/report.html").is_file()
+        typed(f"{line} --no-pictures" if "run wind-5mw" in line else line, tmp_path)
+    assert (tmp_path / "results/first/summary.json").is_file()
     (code,) = re.findall(r"```python\n(.*?)```", text_of("docs/first_steps.md"), re.DOTALL)
     exec(compile(code, "first_steps.md", "exec"), {})
 

@@ -78,10 +78,3 @@ def test_run(case, tmp_path):
     force = still["bearing_force"].sel(support="stage.spline_1").to_numpy()
     assert force[:, 5] == pytest.approx(RING_TORQUE, rel=1e-8)
     assert np.abs(force[:, :5]).max() < 1e-6 * RING_TORQUE
-
-
-def test_static_and_modes(case, capsys):
-    assert run(["static", case, "--json", *FAST]) == 0
-    capsys.readouterr()
-    assert run(["modes", case, "--json", *FAST]) == 0
-    assert "ring" in capsys.readouterr().out

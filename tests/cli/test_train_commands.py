@@ -182,20 +182,6 @@ def test_trains_that_cannot_be(flexgear, settings, said):
     assert " -- " in err
 
 
-@pytest.mark.slow
-def test_options_mean_the_same_for_every_case(flexgear):
-    """Once refused for a flexible stage; what has no FE mesh says so."""
-    for arguments in (
-        ["modes", "wind-5mw", "--campbell", "--limit-hz", "100"],
-        ["simulate", "wind-5mw", "--torque-share", "0.5", "--duration-s", "0.002"],
-        ["compare", "wind-5mw", "--cycles", "1", "--set", "solver.duration_s=0.002"],
-    ):
-        assert flexgear.json(*arguments)
-    for command in ("mesh", "reduce"):
-        assert "has only lumped members" in flexgear.refused(command, "lin-parker", "--quiet")
-    assert "not positive" in flexgear.refused("simulate", "lin-parker", "--torque-share", "0")
-
-
 @pytest.mark.parametrize(
     "settings",
     [

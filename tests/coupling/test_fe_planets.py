@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from beam_planet import beam_planet
 from coupled import make_bodies, make_case
+from heavy_stage import SMALL
 
 from flexgear.analysis import step_space
 from flexgear.analysis.equilibrium import revolution
@@ -33,7 +34,8 @@ ROLLERS = {"count": 18, "rows": 2, "length_mm": 120, "spacing_mm": 150, "clearan
 
 def coupled(stiffer=1.0, rigid=("ring", "carrier"), **keys):
     """The system of the stage with planets of beams, and its case."""
-    view = make_case(**PLANETS, **keys)
+    few_teeth = {key: value for key, value in SMALL.items() if not key.endswith("_law")}
+    view = make_case(**PLANETS, **few_teeth, **keys)
     g = stage_geometry(view)
     body = beam_planet(g.planet.teeth, 0.9 * g.planet.root_radius, young=2.06e12 * stiffer)
     bodies = {**make_bodies(view), BodyName.of(view.name, "planet"): body}
