@@ -59,7 +59,8 @@ def copied(tmp_path):
 @pytest.mark.slow
 def test_an_edit_of_any_source_of_loops_compiles_anew_and_no_other_does(copied):
     cache = copied / "cache"
-    assert ran(copied, cache)[:3] == ["3.0", "True", "0"]
+    # without a folder of its own: numba's setting is as empty as before
+    assert ran(copied, cache) == ["3.0", "True", "0"]
     kept = list((cache / "compiled").iterdir())
     for edited in ("gears/power_flow.py", "coupling/system.py", "analysis/equilibrium.py"):
         (copied / "flexgear" / edited).open("a").write("\n# edited\n")
@@ -117,10 +118,6 @@ def test_without_room_code_is_compiled_in_memory_and_it_is_said_once(tmp_path, l
     if limit == "pass":
         cache.write_text("a file in its place")
     assert ran(ROOT.parent, cache, limit)[:3] == ["3.0", "False", "1"]
-
-
-def test_functions_of_others_are_kept_where_numba_keeps_them(tmp_path):
-    assert ran(ROOT.parent, tmp_path)[3:] == []  # numba's own setting is as empty as before
 
 
 def test_code_of_another_level_of_optimisation_is_kept_apart():

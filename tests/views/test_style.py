@@ -9,7 +9,6 @@ import pytest
 from matplotlib.figure import Figure
 from PIL import Image
 
-from flexgear.files.atomic import atomic_file
 from flexgear.model.errors import FlexgearError
 from flexgear.views import style
 
@@ -88,25 +87,3 @@ def test_interrupted_write_keeps_the_old_file(tmp_path: Path, monkeypatch):
         style.save_figure(figure, path)
     assert path.read_bytes() == b"old"
     assert list(tmp_path.iterdir()) == [path]
-
-
-def test_full_disk_names_file_and_cause(tmp_path: Path):
-    path = tmp_path / "a.txt"
-
-    def write():
-        with atomic_file(path) as temporary:
-            temporary.write_text("half")
-            raise OSError(28, "No space left on device")
-
-    with pytest.raises(FlexgearError, match=r"cannot write .*a\.txt: No space left"):
-        write()
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_unwritable_folder_names_file_and_cause(tmp_path: Path):
-    (tmp_path / "file").write_text("")
-    with (
-        pytest.raises(FlexgearError, match="cannot write"),
-        atomic_file(tmp_path / "file" / "a.txt"),
-    ):
-        pass

@@ -8,7 +8,7 @@ import meshio
 import numpy as np
 import pytest
 
-from flexgear.model.errors import FlexgearError, InputError
+from flexgear.model.errors import InputError
 from flexgear.structures.fe_mesh import (
     FeMesh,
     carrier_fe_mesh,
@@ -245,18 +245,3 @@ def test_wrong_path_and_suffix_are_refused(name: str, says: str, tmp_path: Path)
     with pytest.raises(InputError) as error:
         read_fe_mesh(tmp_path / name)
     one_line(error, says)
-
-
-def test_a_failed_export_leaves_nothing_behind(
-    bodies: dict[str, FeMesh], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    with pytest.raises(InputError, match="stl"):
-        write_fe_mesh(bodies["ring"], tmp_path / "a.stl")
-
-    def full(*_: object, **__: object) -> None:
-        raise OSError(28, "No space left on device")
-
-    monkeypatch.setattr("flexgear.structures.fe_mesh.files.write_inp", full)
-    with pytest.raises(FlexgearError, match="No space left"):
-        write_fe_mesh(bodies["ring"], tmp_path / "a.inp")
-    assert list(tmp_path.iterdir()) == []
