@@ -59,7 +59,7 @@ def test_pins_stand_at_their_angles_with_their_true_volume(carrier: FeMesh) -> N
         assert carrier.quadrature()[1][inside].sum() == pytest.approx(exact, rel=1e-9)
 
 
-@pytest.mark.parametrize("slenderness", [10, 15, 24])
+@pytest.mark.parametrize("slenderness", [10, 24])
 @pytest.mark.parametrize(("fidelity", "sides"), [("quick", 8), ("standard", 16)])
 def test_slender_pins_are_round_all_along(slenderness: float, fidelity: str, sides: int) -> None:
     """Pushed out to their true volume, their surface is not far beyond that of a prism of as many
@@ -175,7 +175,7 @@ def test_pins_at_unequal_angles_have_their_place_and_volume() -> None:
         assert volumes[inside].sum() == pytest.approx(exact, rel=1e-9)
 
 
-@pytest.mark.parametrize("pin_bore", [0.0, 0.05, 0.12])
+@pytest.mark.parametrize("pin_bore", [0.0, 0.12])
 @pytest.mark.parametrize("degrees", [None, UNEQUAL])
 def test_half_sectors_close_the_surface(degrees: tuple | None, pin_bore: float) -> None:
     """Each edge of it belongs to two facets: no gap between sectors, nothing across a bore."""
