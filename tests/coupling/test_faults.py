@@ -9,6 +9,7 @@ from plane_crack import crack_compliance
 from plane_teeth import load_at
 
 from flexgear import load_case
+from flexgear.analysis.orbit import orbit_elements
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.errors import InputError
 from flexgear.solve.angles import stage_motions
@@ -112,6 +113,15 @@ def test_perfect_gears_have_no_faults_and_runs_last_until_a_faulty_tooth_is_back
     assert np.array_equal(model.without_errors().static(ANGLES)["gear_mesh_force"], forces(sound))
     cycles = [stage_motions(c, power_flow(c))[0].turn.cycle.gear_meshes for c in (sound, faulty)]
     assert cycles == [1, 26]
+
+
+def test_steady_states_of_a_gear_mesh_period_leave_faults_out_and_say_so(stage):
+    """A fault comes once a turn: it is for equilibria and transients."""
+    cases = stage(PLANETARY, "per_pair"), stage(PLANETARY, "per_pair", RING_SPALL.format(3))
+    sound, faulty = (orbit_elements(c.assemble().modal, 0, 32) for c in cases)
+    assert np.array_equal(sound.parameters, faulty.parameters)
+    assert np.array_equal(sound.offset, faulty.offset)
+    assert {*faulty.left_out} - {*sound.left_out} == {"faults of single teeth"}
 
 
 def test_faults_change_like_other_keys(stage):
