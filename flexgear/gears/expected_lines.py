@@ -112,9 +112,12 @@ def _of_stage(
         yield from _parallel(stage, flow, harmonics, sensor)
         return
     assert stage.ring is not None
-    gear_mesh = stage.ring.teeth * (flow.carrier_speed - flow.ring_speed) / TURN
+    rolling = flow.carrier_speed - flow.ring_speed
+    if abs(rolling) <= SAME * max(abs(flow.carrier_speed), abs(flow.ring_speed)):
+        rolling = 0.0  # it turns as one piece
+    gear_mesh = stage.ring.teeth * rolling / TURN
     passing = (flow.carrier_speed - sensor) / TURN
-    for harmonic in range(1, harmonics + 1):
+    for harmonic in range(1, harmonics + 1 if rolling else 1):
         yield from _sidebands(stage, gear_mesh, passing, harmonic)
     for part in ("sun", "carrier", "ring"):
         yield _shaft(stage, part, getattr(flow, f"{part}_speed") - sensor)
@@ -122,7 +125,7 @@ def _of_stage(
         label = "planets pass" if order == stage.planets else f"planets pass, order {order}"
         yield ExpectedLine(stage.name, PLANET_PASS, label, abs(order * passing), share)
     yield from _tooth_faults(stage, abs(gear_mesh))
-    relative = abs(flow.planet_relative_speed) / TURN
+    relative = abs(flow.planet_relative_speed) / TURN if rolling else 0.0
     yield from _bearing(stage.name, "planet bearing", stage.planet_bearing, relative, "inner")
     for seat, bearing in view.seat_bearings.items():
         name = f"carrier bearing {seat}"

@@ -130,3 +130,13 @@ def test_table_stays_short():
     rows = line_rows(expected_lines(uneven), "stage")
     assert any("%" in label for label in rows["beside_order_1"])
     assert len(rows) <= 6
+
+
+def test_stage_that_turns_as_one_piece_has_its_shafts_alone():
+    """Ring and carrier at one speed: no gear mesh, no tooth fault; they differ: one beside two."""
+    case = load_case("double-rotor-5mw", {"inputs.1.speed_rpm": "12.1"})
+    kinds = {x.kind for x in expected_lines(case) if x.stage == "stage_1"}
+    assert kinds == {"shaft", "planet pass"}
+    passes = {x.frequency for x in expected_lines(case) if x.kind == "planet pass"}
+    planets = case.stages[0].planets
+    assert min(passes) == pytest.approx(planets * 12.1 / 60)
