@@ -11,9 +11,8 @@ import typer
 import xarray as xr
 from scipy.signal import find_peaks
 
-from flexgear.arrays import Array
 from flexgear.cli import options
-from flexgear.cli.display import as_json_text, progress
+from flexgear.cli.display import as_json_text, progress, table
 from flexgear.files.atomic import staged_folder
 from flexgear.gears.expected_lines import HARMONICS, ExpectedLine
 from flexgear.model.case import Case
@@ -35,11 +34,12 @@ from flexgear.results.report.wording import number, scale, words
 from flexgear.results.settling import settled
 from flexgear.results.sinks import between
 from flexgear.results.synchronous_average import planet_averages, synchronous_average
+from flexgear.results.version import version
 
 FILES = ("orders.nc", "orders.png", "report.html")
 TRANSIENT = "transient.nc"
 USUAL = "gear_mesh_force"
-MOST_CURVES = 12
+MOST_CURVES, LINES = 12, 12  # in a picture; strongest that are printed
 RESOLVED = 2.0  # lines of the transform between neighbours that Hann's window tells apart
 
 
@@ -60,9 +60,9 @@ def orders(
     highest: Annotated[
         float | None, typer.Option("--highest", help="Highest order; all that samples allow.")
     ] = None,
-    run_up: Annotated[bool, typer.Option("--map", help="Orders over speed, in blocks.")] = False,
     block_turns: Annotated[
-        float | None, typer.Option("--block-turns", help="Turns of a block of the map.")
+        float | None,
+        typer.Option("--map", metavar="TURNS", help="Orders over speed, in blocks of so many."),
     ] = None,
     average: Annotated[bool, typer.Option("--average", help="Mean over turns.")] = False,
     planets: Annotated[
@@ -80,7 +80,6 @@ def orders(
         float | None, typer.Option("--from-s", help="The settled part if left out; all of a map.")
     ] = None,
     to_s: Annotated[float | None, typer.Option("--to-s", help="The end if left out.")] = None,
-    lines: Annotated[int, typer.Option("--lines", min=1, help="Strongest lines printed.")] = 12,
     out: options.OutFolder = None,
     force: options.Force = False,
     as_json: options.AsJson = False,
@@ -97,10 +96,10 @@ def orders(
     case = case_of(whole)
     if out is not None:
         options.claim_folder(out, FILES, origin_of_case(case), force)
-    part = _part(over_time(whole, of), from_s, to_s, run_up)
+    part = _part(over_time(whole, of), from_s, to_s, block_turns is not None)
     data, of_member = part.assign({of: _only(part[of], only)}), member or first_input(part)
     with progress(quiet) as report:
-        report("resampling", 0.0)
+        report("orders", 0.0)
         if planets:
             at = np.radians(sensor_angle_deg)
             result = planet_averages(data, of, planets, sensor_angle=at)
@@ -108,15 +107,16 @@ def orders(
             history = history_over_turns(
                 data, of, of_member, against, highest=highest, band_hz=envelope_hz
             )
-            report("resampling", 1.0)
             if average:
                 result = synchronous_average(history)
-            elif run_up or block_turns is not None:
+            elif block_turns is not None:
                 result = order_map(history, block_turns, window)
             else:
                 result = order_spectrum(history, window)
-    expected = [] if "phase" in result.dims else _expected(case, result, of_member, against)
-    rows = [] if "phase" in result.dims else list(_strongest(result, expected, lines))
+        report("orders", 1.0)
+    is_mean = "phase" in result.dims
+    expected = [] if is_mean else _expected(case, result, of_member, against)
+    rows = [] if is_mean else list(_strongest(result, expected))
     if out is not None:
         _write(out, case, result, expected)
     if as_json:
@@ -190,7 +190,7 @@ def _expected(
 
 
 def _strongest(
-    result: xr.DataArray, expected: list[tuple[ExpectedLine, float]], most: int
+    result: xr.DataArray, expected: list[tuple[ExpectedLine, float]]
 ) -> Iterator[dict[str, Any]]:
     """The highest peaks of all columns, with the expected line that is nearest within what the
     window tells apart."""
@@ -201,7 +201,7 @@ def _strongest(
     apart = max(1, int(RESOLVED / turns / (order[1] - order[0])))
     peaks, _ = find_peaks(largest, distance=apart)
     peaks = peaks[largest[peaks] > 0]
-    for k in sorted(peaks, key=lambda k: -largest[k])[:most]:
+    for k in sorted(peaks, key=lambda k: -largest[k])[:LINES]:
         column = np.unravel_index(int(flat[k].argmax()), [result.sizes[d] for d in others])
         where = dict(zip(others, column, strict=True))
         row: dict[str, Any] = {"order": float(order[k]), "amplitude": float(largest[k])}
@@ -222,31 +222,22 @@ def _nearest(order: float, expected: list[tuple[ExpectedLine, float]], within: f
 
 
 def _print(case: Case, result: xr.DataArray, rows: list[dict[str, Any]]) -> None:
-    window = f"{result.attrs['window']} window, " if "window" in result.attrs else ""
-    span = f"{window}{number(float(result.attrs['turns']))} turns"
-    typer.echo(f"{case.name}: {result.name} over turns of {result.attrs['of']}, {span}")
+    turns = float(result.attrs["turns"])
+    title = f"{case.name}: {result.name} over {number(turns)} turns of {result.attrs['of']}"
     if not rows:
+        typer.echo(title)
         return
-    apart = number(RESOLVED / float(result.attrs["turns"]), 2)
-    typer.echo(f"lines less than {apart} orders apart are one")
+    apart, window = number(RESOLVED / turns, 2), result.attrs["window"]
+    title += f", {window} window; lines less than {apart} orders apart are one"
     unit, by = scale([rows[0]["amplitude"]], str(result.attrs["units"]))
-    mapped, labelled = "speed_rpm" in rows[0], "column" in rows[0]
-    head = ["order", f"amplitude ({unit})", *["at r/min"] * mapped, *["of"] * labelled, "expected"]
-    cells = [head]
+    lines = {}
     for row in rows:
-        line = [number(row["order"], 6), number(by * row["amplitude"])]
-        line += [number(row["speed_rpm"])] * mapped if mapped else []
-        line += [row["column"]] if labelled else []
-        cells.append([*line, ", ".join(row["expected"][:2]) or "–"])
-    _columns(cells)
-
-
-def _columns(cells: list[list[str]]) -> None:
-    widths = [max(len(row[c]) for row in cells) for c in range(len(cells[0]))]
-    for row in cells:
-        text = [x.rjust(w) if c < 2 else x.ljust(w) for c, (x, w) in
-                enumerate(zip(row, widths, strict=True))]  # fmt: skip
-        typer.echo(f"  {'  '.join(text)}".rstrip())
+        texts = [f"{number(by * row['amplitude'])} {unit}", row.get("column", "")]
+        if "speed_rpm" in row:
+            texts.append(f"at {number(row['speed_rpm'])} r/min")
+        texts.append(f"({', '.join(row['expected'][:2])})" if row["expected"] else "")
+        lines[f"order {number(row['order'], 6)}"] = "  ".join(filter(None, texts))
+    table(title, lines)
 
 
 def _write(
@@ -261,9 +252,7 @@ def _write(
     if "phase" in result.dims:
         figure = average_chart(result)
     elif "block" in result.dims:
-        loudest: Array = result.max("order").max("block").to_numpy()
-        one = result.isel(column=int(loudest.argmax())) if "column" in result.dims else result
-        figure = order_map_chart(one, expected, _title(one))
+        figure = order_map_chart(_loudest(result), expected)
     else:
         figure = order_chart(result, expected)
     with staged_folder(folder, options.earlier(FILES)) as stage:
@@ -275,11 +264,13 @@ def _write(
         caption = f"{words(str(result.name)).capitalize()} over turns of {result.attrs['of']}"
         about = str(result.attrs.get("long_name", "")).capitalize()
         picture = Picture("orders", "dynamics", caption, f"{about}.", path, panels_of(figure))
-        lead = f"Over turns of {result.attrs['of']}."
-        side = Side(case.title or case.name, lead, (), (), (picture,), "", case.content_hash())
+        whose, hash_ = case.title or case.name, case.content_hash()
+        side = Side(whose, caption, (), (), (picture,), version(), hash_)
         write_report(stage / "report.html", f"{case.name}: orders", case.name, [side])
 
 
-def _title(result: xr.DataArray) -> str:
-    name = f"Amplitude of {words(str(result.name))}"
-    return f"{name}, {result['column'].item()}" if "column" in result.coords else name
+def _loudest(mapped: xr.DataArray) -> xr.DataArray:
+    """Of the columns of a map the one with the largest amplitude."""
+    if "column" not in mapped.dims:
+        return mapped
+    return mapped.isel(column=int(mapped.max(["block", "order"]).to_numpy().argmax()))

@@ -148,7 +148,9 @@ def order_map_chart(mapped: xr.DataArray, lines: Lines = (), title: str = "") ->
     ax.set_xlabel(f"order of {mapped.attrs['of']} (–); {window} window of {turns:.4g} turns")
     of = mapped.attrs["of"].partition(" against ")[0]
     ax.set_ylabel("time (s)" if steady else f"speed of {of} (r/min)")
-    ax.set_title(title or f"Amplitude of {words(str(mapped.name))}", pad=14)
+    name = f"Amplitude of {words(str(mapped.name))}"
+    column = f", {mapped['column'].item()}" if "column" in mapped.coords else ""
+    ax.set_title(title or f"{name}{column}", pad=14)
     figure.colorbar(image, ax=ax, label=f"log10 of the amplitude in {unit}", pad=0.01)
     return figure
 

@@ -101,13 +101,13 @@ def test_map_and_planets_from_the_accessor(transient):
 def test_command_names_the_lines(flexgear, transient, tmp_path):
     """Table, JSON, and a folder with dataset, picture and page; a map and an average, too."""
     file, _ = transient
-    code, out, _ = flexgear("orders", file, "--member", "carrier", "--only", "sun", "--lines", 4)
+    code, out, _ = flexgear("orders", file, "--member", "carrier", "--only", "sun")
     assert code == 0 and "gear mesh 2" in out and "gear mesh 3" in out
     options = ["--of", "port_speed", "--only", "carrier", "--json", "--highest", 300]
     code, out, _ = flexgear("orders", file, *options, "--member", "carrier")
     lines = json.loads(out)["lines"]
     assert code == 0 and lines == sorted(lines, key=lambda line: -line["amplitude"])
-    for more in ([], ["--map", "--block-turns", 2], ["--average"], ["--envelope-hz", 300, 400]):
+    for more in ([], ["--map", 2], ["--average"], ["--envelope-hz", 300, 400]):
         folder = tmp_path / "out"
         code, out, err = flexgear("orders", file, *more, "--member", "carrier", "--highest", 200,
                                   "--only", "ring", "--out", folder)  # fmt: skip
@@ -127,7 +127,7 @@ def test_command_names_the_lines(flexgear, transient, tmp_path):
         (["--only", "moon"], "is no label"),
         (["--highest", 1e5], "samples a period"),
         (["--window", "door"], "window door: is unknown"),
-        (["--map", "--block-turns", 900], "do not fit"),
+        (["--map", 900], "do not fit"),
         (["--envelope-hz", 5, 1e9], "band"),
         (["--from-s", 7], "holds no samples"),
         (["--planets", "moon"], "is no planetary stage"),
