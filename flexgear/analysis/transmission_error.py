@@ -32,7 +32,7 @@ def dynamic_transmission_error(recovery: Recovery) -> Array:
     if not len(gear_turns) and not len(planet_teeth):
         return error
     blocks = recovery.named("blocks", lambda: system.blocks)
-    motion = blocks.reshape(len(blocks), -1, 6)
+    motion = blocks.reshape(len(blocks), blocks.shape[1] // 6, 6)
     for m in map(int, gear_turns):
         error[:, m] += _of_gear(recovery, motion, m)
     for m in map(int, planet_teeth):
