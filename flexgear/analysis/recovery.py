@@ -97,6 +97,11 @@ class Recovery:
             static = self.modal.system.input_rows @ self.modal.residual_motion
             self._roll = result.input_angles + self._motion_by_forces(static)
 
+    @property
+    def rotations(self) -> Array:
+        """Independent rotations (t, F) of the rolling train that q_el is measured from, rad."""
+        return self._roll if isinstance(self.result, Transient) else self.result.input_angles
+
     def motion(self, rows: Array) -> Array:
         """rows @ q_el over samples, (t, k); rows (k, d) act on physical coordinates."""
         return self._value(output_of(self.modal, rows))

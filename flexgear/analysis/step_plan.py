@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -12,6 +13,8 @@ from flexgear.analysis.kernels.refinement import Control, control
 from flexgear.arrays import Array
 
 CHUNK = 4096  # ticks: handing the arrays over takes as long as some thirty steps
+LAST = 8  # samples of which the times are asked for
+_ROUNDED = 1 + 1e-9
 
 
 @dataclass(frozen=True)
@@ -81,33 +84,54 @@ class Adaptive:
 
 @dataclass(frozen=True)
 class Plan:
-    """A piece of time without a jump: ticks of the shortest size, a sample every so many."""
+    """A piece of time without a jump: ticks of the shortest size, a sample every so many, of which
+    every ``sparse``-th is an output and the others are for sensors alone."""
 
     start: float
     sizes: Array
     ticks: int
     every: int
     control: Control
+    sparse: int = 1
 
     @property
     def chunk(self) -> int:
         """Ticks that are run at once; coarser levels skip most of theirs."""
         return CHUNK << len(self.sizes) // 2
 
+    @property
+    def outputs(self) -> int:
+        """Number of samples that are outputs."""
+        return self.ticks // (self.every * self.sparse)
 
-def fixed_plan(segment: Segment, interval: float) -> Plan:
-    """Steps of the segment's size, a sample about every ``interval`` s."""
+    @property
+    def times(self) -> Array:
+        """Of all samples, s."""
+        count = np.arange(1, self.ticks // self.every + 1) * self.every
+        return self.start + float(self.sizes[0]) * count.astype(np.float64)
+
+
+def fixed_plan(segment: Segment, interval: float, between: float = math.inf) -> Plan:
+    """Steps of the segment's size, an output about every ``interval`` s, and samples at most
+    ``between`` s apart, or at every step."""
     h = segment.time_step
-    every = min(max(1, round(interval / h)), segment.steps)
-    return Plan(segment.start, np.array([h]), segment.steps, every, control(1, every=every))
+    output = min(max(1, round(interval / h)), segment.steps)
+    parts = [n for n in range(1, output + 1) if output % n == 0]
+    sparse = next((n for n in parts if output // n * h <= between * _ROUNDED), output)
+    every = output // sparse
+    levels = control(1, every=every)
+    return Plan(segment.start, np.array([h]), segment.steps, every, levels, sparse)
 
 
-def graded_plan(segment: Segment, interval: float, adaptive: Adaptive, load: float) -> Plan:
-    """Steps of several sizes, judged by a share of ``load``, N."""
+def graded_plan(
+    segment: Segment, interval: float, adaptive: Adaptive, load: float, between: float = math.inf
+) -> Plan:
+    """Steps of several sizes, judged by a share of ``load``, N; samples as of ``fixed_plan``."""
     span = segment.time_step * segment.steps
-    sizes, every = adaptive.sizes(span, interval)
+    sparse = math.ceil(interval / between / _ROUNDED) if between < interval else 1
+    sizes, every = adaptive.sizes(span, interval / sparse)
     levels = control(len(sizes), adaptive.tolerance, load, every)
-    return Plan(segment.start, sizes, round(span / sizes[0]), every, levels)
+    return Plan(segment.start, sizes, round(span / sizes[0]), every, levels, sparse)
 
 
 @dataclass(frozen=True)
@@ -116,7 +140,8 @@ class Stepping:
 
     There is a sample about every ``output_interval``, at least one between two jumps or window
     edges. jumps: times at which a torque jumps or a given speed has a kink; adaptive: chooses step
-    sizes, ``time_step`` and windows then play no part; start: time at which the run begins.
+    sizes, ``time_step`` and windows then play no part; start: time at which the run begins;
+    between: of samples that sensors need, at most.
     """
 
     duration: float
@@ -126,15 +151,17 @@ class Stepping:
     windows: tuple[FineWindow, ...] = ()
     adaptive: Adaptive | None = None
     start: float = 0.0
+    between: float = math.inf
 
     def plans(self, load: float = np.inf) -> list[Plan]:
         """A plan for each piece between two jumps; load: N, that errors of steps are held to."""
         if self.adaptive is None:
             steps = (self.duration, self.time_step, self.jumps, self.windows)
             cut = plan_segments(*steps, self.start)
-            return [fixed_plan(s, self.output_interval) for s in cut]
+            return [fixed_plan(s, self.output_interval, self.between) for s in cut]
         cut = plan_segments(self.duration, self.duration, self.jumps, (), self.start)
-        return [graded_plan(s, self.output_interval, self.adaptive, load) for s in cut]
+        interval = self.output_interval
+        return [graded_plan(s, interval, self.adaptive, load, self.between) for s in cut]
 
     @property
     def least_steps(self) -> float:
@@ -144,11 +171,27 @@ class Stepping:
 
     @property
     def samples(self) -> int:
-        """Samples that are saved."""
-        return sum(plan.ticks // plan.every for plan in self.plans())
+        """Outputs that are saved."""
+        return sum(plan.outputs for plan in self.plans())
 
     @property
     def interval(self) -> float:
-        """Time between two samples of the first piece, s."""
+        """Time between two outputs of the first piece, s."""
         first = self.plans()[0]
-        return first.every * float(first.sizes[0])
+        return first.every * first.sparse * float(first.sizes[0])
+
+    @property
+    def finest(self) -> float:
+        """Shortest time between two samples, s."""
+        return min(plan.every * float(plan.sizes[0]) for plan in self.plans())
+
+    @property
+    def sampled(self) -> Array:
+        """Times of the first sample and of some of the last ones, s."""
+        plans = self.plans()
+        last = np.zeros(0)
+        for plan in reversed(plans):
+            last = np.concatenate([plan.times, last])
+            if len(last) >= LAST:
+                break
+        return np.concatenate([plans[0].times[:1], last[-LAST:]])

@@ -16,10 +16,11 @@ the elastic energy, or is negative; where they do not it soon is several times t
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
-from typing import Protocol
+from dataclasses import dataclass, fields, replace
+from typing import Any, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from flexgear.analysis.equilibrium import Solution, pair_arrays, revolution
 from flexgear.analysis.kernels.energy import ENERGIES, LEFT_OVER
@@ -91,7 +92,7 @@ class Transient(Solution):
 
     time (t,) s; input_motion (t, F, 2) independent rotations, rad, and their speeds, rad/s; speeds
     (t, P) of the ports, rad/s; energy: name -> (t,) J (zero if not tracked); steps: how many of
-    which size.
+    which size; is_output (t,): the others are for sensors alone.
     """
 
     time: Array
@@ -99,11 +100,24 @@ class Transient(Solution):
     speeds: Array
     energy: dict[str, Array]
     steps: Steps
+    is_output: NDArray[np.bool_]
 
     @property
     def input_angles(self) -> Array:
         """Independent rotations (t, F), rad."""
         return self.input_motion[:, :, 0]
+
+    def outputs(self) -> Transient:
+        """Its outputs alone."""
+        if self.is_output.all():
+            return self
+        chosen: dict[str, Any] = {
+            f.name: value[self.is_output]
+            for f in fields(self)
+            if isinstance(value := getattr(self, f.name), np.ndarray)
+        }
+        energy = {name: values[self.is_output] for name, values in self.energy.items()}
+        return replace(self, **chosen, energy=energy)
 
 
 def prescribed_values(modal: ModalSystem, drive: Drive, times: Array) -> Array:
@@ -236,7 +250,8 @@ class _Run:
                 index = (np.arange(begin // plan.every, end // plan.every) + 1) * plan.every
                 at = plan.start + h * index.astype(np.float64)
                 self._refuse_gain(at, samples.energy, float(plan.sizes[-1]))
-                self.sink.append(by_name(at, samples))
+                is_output = index % (plan.every * plan.sparse) == 0
+                self.sink.append(by_name(at, samples, is_output))
             yield end - begin
 
     def _restart(self, plan: Plan, data: StepData) -> None:
@@ -292,9 +307,10 @@ class _Run:
             energy[:] = 0.0
 
 
-def by_name(time: Array, samples: Samples) -> dict[str, Array]:
+def by_name(time: Array, samples: Samples, is_output: NDArray[np.bool_]) -> dict[str, Array]:
     """A chunk of samples at times (t,) by the names of ``Transient``."""
-    arrays = samples._asdict() | pair_arrays(samples.pairs) | {"time": time}
+    arrays = samples._asdict() | pair_arrays(samples.pairs)
+    arrays |= {"time": time, "is_output": is_output}
     del arrays["pairs"]
     return arrays
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
@@ -310,6 +311,6 @@ class Forecast(DatasetSink):
         """Print the number of samples and the size of the file."""
         text = f"transient: {coming.samples} samples"
         if self._out is not None:
-            written = Coming(chosen(coming.pattern, self._names), coming.samples)
+            written = replace(coming, pattern=chosen(coming.pattern, self._names))
             text += f", {size_text(written.size)} in {self._out} before compression"
         typer.echo(text, err=True)

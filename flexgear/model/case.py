@@ -22,6 +22,7 @@ from flexgear.model.rating import Rating, check_rating
 from flexgear.model.read import Written, is_place, nearest, numbered, of_only_stage, put
 from flexgear.model.ring import Ring
 from flexgear.model.section import Missing, Refusal, Section
+from flexgear.model.sensor import Recorder, Sensor, check_sensors
 from flexgear.model.solver import Solver
 from flexgear.model.stage import Stage
 from flexgear.model.stage_view import StageView
@@ -57,6 +58,7 @@ def check_case(case: Case) -> None:
     check_faults(case)
     _check_behind_shafts(case)
     _check_hubs(case)
+    check_sensors(case)
 
 
 def _check_stage_names(case: Case) -> None:
@@ -194,7 +196,7 @@ class Case(Section):
     counts; spectrum: those of a table; load_series: those of series. drive: machine of the first
     input. housing: of the bearings. lubricant: of gears and bearings. rating: rules by which gears
     are rated. faults: of single teeth. damping: of the structure. tolerance: what a study draws.
-    solver: numerical options.
+    sensors: what transients record; recorder: their clock. solver: numerical options.
 
     Without ``output`` the case is one of free vibration, which has modes only: about rest without
     inputs, else about the steady speeds that they give. Only there may members that turn have a
@@ -224,6 +226,8 @@ class Case(Section):
     faults: tuple[Fault, ...] = ()
     damping: Damping = Damping()
     tolerance: Tolerance = Tolerance()
+    sensors: tuple[Sensor, ...] = ()
+    recorder: Recorder = Recorder()
     solver: Solver = Solver()
 
     def stage(self, name: str) -> Stage:

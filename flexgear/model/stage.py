@@ -21,7 +21,6 @@ from flexgear.model.member import (
     RingGear,
     SunGear,
     check_bore,
-    check_gauges,
     required_hand,
 )
 from flexgear.model.ring import Ring
@@ -216,8 +215,6 @@ class Stage(Section):
             raise Refusal("helix_angle", "is zero in a double-helical stage", "give it")
         self._check_errors()
         self._check_clearances()
-        if self.ring is not None:
-            check_gauges(self.ring.gauges, self.ring.teeth, self.face_width)
         return self
 
     def _check_parallel(self) -> None:
@@ -313,9 +310,6 @@ class Stage(Section):
         if self.gear_mesh.root_stress == "fe":
             problem = "is not there for an FE ring in two halves"
             raise Refusal("gear_mesh.root_stress", problem, 'take "none", or a lumped ring')
-        if self.ring is not None and self.ring.gauges:
-            problem = "are not there for an FE ring in two halves"
-            raise Refusal("ring.gauges", problem, "take them out")
 
     def _check_bands(self, ring: Ring) -> None:
         """Fits and splines lie on the ring's outside."""

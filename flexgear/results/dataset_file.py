@@ -13,6 +13,7 @@ import contextlib
 import json
 import shutil
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +25,15 @@ from numpy.typing import NDArray
 from flexgear.files.atomic import PathLike, atomic_file
 from flexgear.model.errors import FlexgearError, InputError
 from flexgear.results.netcdf import Encoding, NewFile, read
-from flexgear.results.sinks import TIME, Coming, DatasetSink, histories, is_single, sample_size
+from flexgear.results.sinks import (
+    CLOCKS,
+    SENSOR_TIME,
+    Coming,
+    DatasetSink,
+    histories,
+    is_single,
+    sample_size,
+)
 from flexgear.results.version import version
 
 
@@ -62,7 +71,8 @@ def write_netcdf(data: xr.Dataset, path: PathLike, encoding: Encoding | None = N
 
 
 def encoding_of(data: xr.Dataset) -> Encoding:
-    """How variables are stored: compressed, with more than one axis in single precision."""
+    """How variables are stored: compressed, those with more than one axis in single precision but
+    for signals of sensors, whose weak lines stand beside strong ones."""
     return {
         str(name): {"compression": "gzip", "compression_opts": 1, "shuffle": True}
         | ({"dtype": "f4"} if is_single(v) else {})
@@ -129,7 +139,7 @@ def open_lazily(path: PathLike) -> xr.Dataset:
     """A dataset whose variables, time too, are read from the file each time they are wanted."""
     with readable(path):
         data = read(h5py.File(path), whole=False)
-        for label in {*map(str, data.dims)} & {*map(str, data.coords)} - {TIME}:
+        for label in {*map(str, data.dims)} & {*map(str, data.coords)} - {*CLOCKS}:
             data = data.set_xindex(label)
         return data
 
@@ -142,7 +152,7 @@ class DatasetFile(DatasetSink):
         self._file: Any = None
         self._pattern = self._small = xr.Dataset()
         self._pieces: dict[str, list[NDArray[Any]]] = {}  # of variables over time, where small
-        self._samples = 0
+        self._samples = dict.fromkeys(CLOCKS, 0)
 
     def dataset(self, path: PathLike) -> xr.Dataset:
         """What was written: from memory where it is small, else from the file, now at ``path``."""
@@ -152,31 +162,29 @@ class DatasetFile(DatasetSink):
         """Write all but the samples. InputError for unknown names, and where the disk is too small
         for what is coming."""
         pattern = chosen(coming.pattern, self._names)
-        self._refuse_too_much(Coming(pattern, coming.samples))
-        over_time = histories(pattern)
+        self._refuse_too_much(replace(coming, pattern=pattern))
+        counts = {clock: n for clock, n in coming.counts.items() if clock in pattern.dims}
         encoding = dict(encoding_of(pattern))
-        for name, variable in over_time.items():
-            if not sample_size(variable):  # of a train without planets, supports
-                continue
-            rows = max(1, min(coming.samples, CHUNK // sample_size(variable)))
-            shape = tuple(rows if d == TIME else n for d, n in variable.sizes.items())
-            stored = dict(encoding.get(name, {}))
-            if variable.dtype == np.float64 and PLACES not in variable.dims:
-                # three quarters would be left of motions and forces, for thrice the time of writing
-                stored = {"dtype": stored["dtype"]} if "dtype" in stored else {}
-            encoding[name] = {**stored, "chunks": shape}
-        self._file = NewFile(self._path, pattern, encoding, {TIME: coming.samples})
+        for clock, count in counts.items():
+            for name, variable in histories(pattern, clock).items():
+                if sample_size(variable, clock):  # there are trains without planets, supports
+                    stored = encoding.get(name, {})
+                    encoding[name] = _in_chunks(variable, clock, count, stored)
+        self._file = NewFile(self._path, pattern, encoding, counts)
         self._pattern = pattern
-        self._pieces = {name: [] for name in over_time} if coming.size <= self._in_memory else {}
+        if coming.size <= self._in_memory:
+            self._pieces = {n: [] for clock in counts for n in histories(pattern, clock)}
 
     def append(self, data: xr.Dataset) -> None:
         """Write some samples more."""
-        before, self._samples = self._samples, self._samples + data.sizes[TIME]
-        for name in histories(self._pattern):
-            values = data.variables[name].to_numpy().astype(self._file.dtype(name))
-            self._file.put(name, values, slice(before, self._samples))
-            if self._pieces:
-                self._pieces[name].append(values)
+        for clock, before in self._samples.items():
+            self._samples[clock] = stop = before + data.sizes.get(clock, 0)
+            for name in histories(self._pattern, clock):
+                values = data.variables[name].to_numpy().astype(self._file.dtype(name))
+                if stop > before:
+                    self._file.put(name, values, slice(before, stop))
+                if self._pieces:
+                    self._pieces[name].append(values)
 
     def finish(self, last: xr.Dataset) -> None:
         """Write what is known only now."""
@@ -196,8 +204,8 @@ class DatasetFile(DatasetSink):
                 variables[name] = xr.Variable(variable.dims, np.concatenate(pieces), variable.attrs)
             elif name in whole.data_vars and variable.dtype.kind == "f":
                 variables[name] = variable.astype(self._file.dtype(str(name)))
-        time = xr.Dataset(coords={TIME: variables.pop(TIME)})
-        return whole.drop_vars(list(self._pieces)).merge(time).assign(variables)
+        times = {clock: variables.pop(clock) for clock in CLOCKS if clock in variables}
+        return whole.drop_vars(list(self._pieces)).merge(times).assign(variables)
 
     def close(self) -> None:
         """Let go of the file, whatever state it is in."""
@@ -215,9 +223,22 @@ class DatasetFile(DatasetSink):
             )  # fmt: skip
 
 
+def _in_chunks(
+    variable: xr.Variable, clock: str, count: int, stored: Mapping[str, Any]
+) -> dict[str, Any]:
+    """How a variable of ``count`` samples is stored."""
+    rows = max(1, min(count, CHUNK // sample_size(variable, clock)))
+    shape = tuple(rows if d == clock else n for d, n in variable.sizes.items())
+    if variable.dtype == np.float64 and PLACES not in variable.dims:
+        # three quarters would be left of motions and forces, for thrice the time of writing
+        stored = {"dtype": stored["dtype"]} if "dtype" in stored else {}
+    return {**stored, "chunks": shape}
+
+
 def chosen(data: xr.Dataset, names: Sequence[str]) -> xr.Dataset:
     """The dataset with only these of its variables over time (none: all). InputError for others."""
-    over_time = [n for n in histories(data) if n in data.data_vars]
+    every = {**histories(data), **histories(data, SENSOR_TIME)}
+    over_time = [n for n in every if n in data.data_vars]
     for name in names:
         if name not in over_time:
             raise InputError(

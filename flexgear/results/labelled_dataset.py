@@ -26,6 +26,8 @@ GEAR_MESH = (*GROUP, "planet")
 BESIDE = {  # coordinates that stand beside an axis
     "flank": ("flank_stage", "flank_kind", "flank_side", "flank_planet", "flank_sense"),
     "tooth": ("tooth_stage", "tooth_side", "tooth_number", "tooth_angle"),
+    "sensor": ("sensor_quantity", "sensor_unit"),
+    "static_sensor": ("static_sensor_unit",),
 }
 
 

@@ -241,8 +241,14 @@ RESULT_QUANTITIES: dict[str, Quantity] = {
         missing="without load",
     ),
     "tooth_displacement": Quantity((S, "tooth", "axis"), "m", "ring tooth node, axes of the ring"),
-    "gauge_strain": Quantity(
-        (S, "gauge"), "1", "strain that a virtual gauge measures in its direction"
+    "sensor_signal": Quantity(
+        ("sensor_time", "sensor"), "", "what a sensor measures, in its unit, up to its band"
+    ),
+    "sensor_input_angle": Quantity(
+        ("sensor_time", "input_coordinate"), "rad", "input_angle at the samples of sensors"
+    ),
+    "sensor_static": Quantity(
+        (S, "static_sensor"), "", "what a sensor measures in equilibrium, in its unit"
     ),
     "rim_stress": Quantity(
         (S, "tooth"),

@@ -14,22 +14,34 @@ import numpy as np
 import xarray as xr
 
 TIME = "time"
+SENSOR_TIME = "sensor_time"  # of a recorder with a clock of its own
+CLOCKS = (TIME, SENSOR_TIME)  # axes that grow with a run
 
 
 @dataclass(frozen=True)
 class Coming:
     """What a run is going to give.
 
-    pattern: its dataset without a sample; samples: how many.
+    pattern: its dataset without a sample; samples: how many; recorded: how many by sensors.
     """
 
     pattern: xr.Dataset
     samples: int
+    recorded: int = 0
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """Samples along each axis that grows."""
+        return dict(zip(CLOCKS, (self.samples, self.recorded), strict=True))
 
     @property
     def size(self) -> int:
         """Bytes of all samples in a file, before compression."""
-        return self.samples * sum(sample_size(v) for v in histories(self.pattern).values())
+        return sum(
+            count * sample_size(variable, clock)
+            for clock, count in self.counts.items()
+            for variable in histories(self.pattern, clock).values()
+        )
 
 
 class DatasetSink:
@@ -45,22 +57,23 @@ class DatasetSink:
         """After the last sample: variables without time, attributes."""
 
 
-def histories(data: xr.Dataset) -> dict[str, xr.Variable]:
-    """Variables over time, and time itself."""
-    return {str(n): v for n, v in data.variables.items() if TIME in v.dims}
+def histories(data: xr.Dataset, clock: str = TIME) -> dict[str, xr.Variable]:
+    """Variables over time, or the time of sensors, and time itself."""
+    return {str(n): v for n, v in data.variables.items() if clock in v.dims}
 
 
-def sample_size(variable: xr.Variable) -> int:
+def sample_size(variable: xr.Variable, clock: str = TIME) -> int:
     """Bytes of one sample in a file."""
-    values = int(np.prod([n for d, n in variable.sizes.items() if d != TIME]))
+    values = int(np.prod([n for d, n in variable.sizes.items() if d != clock]))
     return values * (4 if is_single(variable) else variable.dtype.itemsize)
 
 
 def is_single(variable: xr.Variable | xr.DataArray) -> bool:
     """Whether a file holds it in single precision: of more than one axis, but no angles, which
-    grow from turn to turn and tell orders apart."""
-    angle = variable.attrs.get("units") == "rad"
-    return variable.ndim > 1 and variable.dtype == np.float64 and not angle
+    grow from turn to turn and tell orders apart, and no signals, whose weak lines stand beside
+    strong ones."""
+    exact = variable.attrs.get("units") == "rad" or SENSOR_TIME in variable.dims
+    return variable.ndim > 1 and variable.dtype == np.float64 and not exact
 
 
 class Gathered(DatasetSink):
@@ -80,10 +93,16 @@ class Gathered(DatasetSink):
 
     def finish(self, last: xr.Dataset) -> None:
         """Join all of it."""
-        whole = xr.concat(
-            self._chunks, TIME, data_vars="minimal", coords="minimal", compat="override",
-            join="override", combine_attrs="override",
-        )  # fmt: skip
+        parts = [
+            xr.concat(
+                [chunk.drop_dims(other, errors="ignore") for chunk in self._chunks], clock,
+                data_vars="minimal", coords="minimal", compat="override", join="override",
+                combine_attrs="override",
+            )
+            for clock, other in (CLOCKS, CLOCKS[::-1])
+            if clock in self._chunks[0].dims
+        ]  # fmt: skip
+        whole = xr.merge(parts, compat="override", combine_attrs="override")
         self._chunks = []
         self.data = whole.assign(last.data_vars).assign_attrs(last.attrs)
 
@@ -182,4 +201,9 @@ def between(data: xr.Dataset, begin: float, end: float | None = None) -> xr.Data
 
     first = bisect_left(samples, begin, key=at)
     last = None if end is None else bisect_right(samples, end, key=at)
-    return data.isel({TIME: slice(first, last)})
+    chosen = data.isel({TIME: slice(first, last)})
+    if SENSOR_TIME not in data.dims:
+        return chosen
+    recorded = data.variables[SENSOR_TIME].to_numpy()
+    stop = len(recorded) if end is None else np.searchsorted(recorded, end, side="right")
+    return chosen.isel({SENSOR_TIME: slice(int(np.searchsorted(recorded, begin)), int(stop))})

@@ -16,6 +16,7 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from flexgear.analysis.equilibrium import Equilibrium
+from flexgear.analysis.recording import Recorder
 from flexgear.analysis.recovery import Recovery
 from flexgear.analysis.transient import Transient
 from flexgear.analysis.transmission_error import dynamic_transmission_error
@@ -27,6 +28,7 @@ from flexgear.model.names import BodyName, NodeName
 from flexgear.results.dataset_file import provenance
 from flexgear.results.labelled_dataset import GEAR_MESH, fields_of, labelled_dataset
 from flexgear.results.load_sharing import DEFINITIONS, sharing_histories
+from flexgear.results.sinks import SENSOR_TIME
 from flexgear.solve.angles import given_speeds
 from flexgear.solve.face_load import face_arrays, face_labels
 from flexgear.solve.model import Model, flank_name
@@ -54,6 +56,21 @@ def equilibrium_data(model: Model, result: Equilibrium, **attrs: Any) -> xr.Data
     """Dataset of equilibria, one position after the other."""
     count, arrays = np.arange(len(result.input_angles)), {"closure": result.closure}
     return _dataset(model, "position", count, Recovery(result, model.outputs), arrays, attrs)
+
+
+def sensor_data(model: Model, recorder: Recorder, run: Transient) -> xr.Dataset:
+    """Dataset of what sensors record of some samples more, over a time of their own."""
+    sensors = model.sensors
+    assert sensors is not None
+    time, signals, rotations = sensors.record(recorder, Recovery(run, model.outputs))
+    clock = sensors.clock
+    return labelled_dataset(
+        SENSOR_TIME,
+        time,
+        {"sensor_signal": signals, "sensor_input_angle": rotations},
+        {"sensor_band_hz": clock.band, "sensor_sampling_rate_hz": clock.rate},
+        {"input_coordinate": given_speeds(model.case), **sensors.labels},
+    )
 
 
 def _stage_rates(model: Model, speeds: Array) -> Array:
@@ -222,9 +239,9 @@ def _motions(model: Model, recovery: Recovery) -> tuple[dict[str, Array], dict[s
             )
             labels[name] = links
     arrays |= _row_loads(recovery, list(bearings), support_names(model))
-    if model.gauges.names:
-        arrays["gauge_strain"] = recovery.named("gauges", lambda: model.gauges.strain)
-        labels["gauge"] = model.gauges.names
+    if isinstance(result, Equilibrium) and model.sensors is not None:
+        arrays["sensor_static"] = model.sensors.static(recovery)
+        labels |= model.sensors.static_labels
     if isinstance(result, Equilibrium) and len(model.rim_stress):
         arrays["rim_stress"] = recovery.named("rim", lambda: model.rim_stress)
     for name, nodes, dofs in (

@@ -78,7 +78,7 @@ class LongRun:
 
     labelled: a dataset of some samples; last: what is known only after the last step, variables
     without time and attributes; source: name of the case, for messages; carried: the state to start
-    from, equilibrium if left out.
+    from, equilibrium if left out; recorded: samples of sensors.
     """
 
     modal: ModalSystem
@@ -89,6 +89,7 @@ class LongRun:
     last: Callable[[Steps], xr.Dataset]
     source: str
     carried: State | None = None
+    recorded: int = 0
 
     def into(self, sink: DatasetSink, progress: Callable[[float], None]) -> TimedRun:
         """Run it; the dataset has no samples. InputError where it would take more than a month."""
@@ -97,7 +98,7 @@ class LongRun:
         if start is None:
             start = start_state(self.modal, prescribed_values(self.modal, self.drive, begin)[0])
         pattern = self._pattern()
-        sink.begin(Coming(pattern, self.stepping.samples))
+        sink.begin(Coming(pattern, self.stepping.samples, self.recorded))
         chunks = _Chunks(self.modal, self.labelled, sink.append)
         wall, core = time.perf_counter(), time.thread_time()
 
@@ -129,7 +130,7 @@ class LongRun:
 
     def _pattern(self) -> xr.Dataset:
         """The dataset without a sample."""
-        samples = by_name(np.zeros(0), empty_samples(self.modal, 0))
+        samples = by_name(np.zeros(0), empty_samples(self.modal, 0), np.zeros(0, dtype=bool))
         last = self._last(NO_STEPS, np.zeros(state_size(self.modal)))
         empty = self.labelled(collected(self.modal, samples, NO_STEPS))
         return empty.assign(last.data_vars).assign_attrs(last.attrs)

@@ -30,7 +30,8 @@ from flexgear.model.case import Case
 from flexgear.model.names import BodyName, GearMeshName
 from flexgear.results.load_sharing import without_rounding
 from flexgear.solve.bodies import Bodies, Progress, reduced_bodies, rigid_bodies, silent
-from flexgear.solve.stresses import GaugeRows, RootTables, gauge_rows, rim_stress_rows
+from flexgear.solve.sensors import Sensors, sensors_of
+from flexgear.solve.stresses import RootTables, rim_stress_rows
 
 
 @dataclass(frozen=True, repr=False)
@@ -50,7 +51,7 @@ class Model:
     rated: Array
     ideal: bool = False
     shared_modal: ModalSystem | None = None
-    with_errors: Model | None = None  # of a model without: gauges, rims and roots are those of it
+    with_errors: Model | None = None  # of a model without: sensors, rims and roots are those of it
 
     @property
     def facts(self) -> dict[str, str]:
@@ -137,11 +138,11 @@ class Model:
         return ideal.with_(pairs=pairs)
 
     @cached_property
-    def gauges(self) -> GaugeRows:
-        """What gives the strain of the rings' gauges; InputError for one beside its ring."""
+    def sensors(self) -> Sensors | None:
+        """Those of the case, None without any; InputError for one beside its body."""
         if self.with_errors is not None:
-            return self.with_errors.gauges
-        return gauge_rows(self.case, self.system, self.bodies)
+            return self.with_errors.sensors
+        return sensors_of(self.case, self.system, self.bodies, self.pace)
 
     @cached_property
     def rim_stress(self) -> Array:

@@ -1,8 +1,7 @@
-"""Stress in the roots of the teeth that carry and in rims of rings; strain of virtual gauges."""
+"""Stress in the roots of the teeth that carry and in rims of rings."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from functools import cache
 from typing import Any, NamedTuple
@@ -17,12 +16,10 @@ from flexgear.arrays import Array
 from flexgear.coupling.gear_meshes import GearMeshLabel
 from flexgear.coupling.system import System
 from flexgear.gears.contact import GearMeshPath
-from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.paths import PathKey, stage_paths
 from flexgear.gears.power_flow import PowerFlow
 from flexgear.model.bodies import Material
 from flexgear.model.case import Case
-from flexgear.model.member import Gauge
 from flexgear.model.names import BodyName
 from flexgear.model.stage_view import StageView
 from flexgear.solve.bodies import Bodies
@@ -208,51 +205,6 @@ def _at(z: Array, curves: Array, places: Array) -> Array:
     at = np.clip(np.searchsorted(z, places) - 1, 0, len(z) - 2)
     far = np.clip((places - z[at]) / np.diff(z)[at], 0.0, 1.0)
     return np.asarray((1.0 - far) * curves[:, at] + far * curves[:, at + 1])
-
-
-class GaugeRows(NamedTuple):
-    """names: "stage.gauge"; strain (g, d): what they measure."""
-
-    names: list[str]
-    strain: Array
-
-
-def gauge_rows(case: Case, system: System, bodies: Bodies) -> GaugeRows:
-    """Of all FE rings of a case. InputError for a gauge beside the FE mesh."""
-    names: list[str] = []
-    strain = [np.zeros((0, system.size))]
-    for view, ring in _rings(case, bodies):
-        gauges = view.ring_gear.gauges
-        if not gauges:
-            continue
-        names += [f"{view.name}.{gauge.name}" for gauge in gauges]
-        if ring is None:
-            strain.append(np.zeros((len(gauges), system.size)))
-            continue
-        surface_strain = Surface(ring).strain([_ray(view, gauge) for gauge in gauges])
-        rows = surface_strain.along([gauge.direction for gauge in gauges])
-        for i in np.flatnonzero(np.isnan(rows).any(axis=1)):
-            raise view.refuse(
-                f"ring.gauges.{i}", "lies beside the FE mesh", "compare its place with the ring's"
-            )
-        strain.append(_placed(system, view, rows))
-    return GaugeRows(names, np.vstack(strain))
-
-
-def _ray(view: StageView, gauge: Gauge) -> Ray:
-    """Where a gauge is: on the outer surface, or in a root at the tooth's critical section, which
-    the helix turns with z."""
-    if gauge.tooth is None:
-        assert gauge.angle is not None  # the model wants one of both
-        return Ray(gauge.angle, gauge.z)
-    geometry, stage = stage_geometry(view), view.stage
-    hand = 1.0 if stage.planet_hand == "right" else -1.0
-    twist = hand * math.tan(stage.helix_angle) / geometry.ring.reference_radius
-    section = geometry.ring.root.section
-    angle = math.atan2(section.thickness / 2, section.distance)
-    side = -1.0 if gauge.side == "-theta" else 1.0
-    middle = geometry.ring.pitch_angle * (gauge.tooth - 1) + twist * gauge.z
-    return Ray(middle + side * angle, gauge.z, first=True)
 
 
 def rim_stress_rows(case: Case, system: System, bodies: Bodies) -> Array:

@@ -29,10 +29,11 @@ from flexgear.results.time_figures import axis_distance
 from flexgear.solve.angles import stage_motions
 from flexgear.solve.bodies import Progress, silent
 from flexgear.solve.carried_state import carried_state, state_content
-from flexgear.solve.dataset import result_labels, transient_data
+from flexgear.solve.dataset import result_labels, sensor_data, transient_data
 from flexgear.solve.deformed import body_coordinates, require_bending
 from flexgear.solve.long_run import LongRun, TimedRun
 from flexgear.solve.model import Model
+from flexgear.solve.sensors import clock_of
 
 _STEADY = {
     "kind": "constant", "torque": None, "speed": None, "times": (), "torques": (), "speeds": (),
@@ -236,6 +237,7 @@ def stepping_of(
         windows=tuple(windows),
         adaptive=adaptive,
         start=start,
+        between=clock_of(case, pace).step if case.sensors else math.inf,
     )
 
 
@@ -279,8 +281,14 @@ def simulate(
     settling = _settling(model, span, not ends.jumps and not ends.varies, begin)
     sharing = _Sharing(model, stepping.interval, torque_share, span, begin)
 
+    recorder = None if model.sensors is None else model.sensors.recorder(stepping.finest)
+
     def labelled(run: Transient) -> xr.Dataset:
+        recorded = None if recorder is None else sensor_data(model, recorder, run)
+        run = run.outputs()
         data = transient_data(model, run, torque_share=torque_share)
+        if recorded is not None:
+            data = data.merge(recorded, combine_attrs="no_conflicts")
         if fields:
             data = data.merge(body_coordinates(run, fields))
         if not energy:
@@ -302,7 +310,10 @@ def simulate(
 
     memory = Gathered()
     state = None if carried is None else carried.state
-    run = LongRun(modal, ends.drive(), stepping, energy, labelled, last, case.source, state)
+    count = 0 if recorder is None else recorder.clock.count(stepping.sampled)
+    run = LongRun(
+        modal, ends.drive(), stepping, energy, labelled, last, case.source, state, count
+    )  # fmt: skip
     watching: list[DatasetSink] = [settling] if isinstance(settling, Settling) else []
     both = Several([*watching, sharing, sink or memory])
     timed = run.into(both, lambda share: progress(label, share))

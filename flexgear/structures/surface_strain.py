@@ -24,6 +24,7 @@ from scipy.spatial import cKDTree
 
 from flexgear.arrays import Array, Ints
 from flexgear.structures.fe_mesh.fe_mesh import HEX_TO_VTK, facets_of, outer
+from flexgear.structures.kinematics import rigid_motion
 from flexgear.structures.reduced import ReducedBody
 
 # of a hexahedron in VTK's order, round the diagonal 0-6
@@ -67,6 +68,25 @@ class FieldAt:
 
 
 _EDGE = 1e-6  # of a triangle, how far beside it a ray still meets it
+
+
+def _closest(corners: Array, place: Array) -> Array:
+    """Weights (t, 3) of the corners (t, 3, 3) of triangles at their points next to ``place``."""
+    a, b, c = np.moveaxis(corners, 1, 0)
+    edges = np.stack([b - a, c - a], axis=2)
+    inner = np.einsum("tij,tj->ti", np.linalg.pinv(edges), place - a)
+    every = [np.column_stack([1.0 - inner.sum(axis=1), inner])]
+    for i, j in ((0, 1), (1, 2), (2, 0)):
+        first, edge = corners[:, i], corners[:, j] - corners[:, i]
+        share = np.einsum("ti,ti->t", place - first, edge) / np.einsum("ti,ti->t", edge, edge)
+        on_edge = np.zeros((len(corners), 3))
+        on_edge[:, j] = np.clip(share, 0.0, 1.0)
+        on_edge[:, i] = 1.0 - on_edge[:, j]
+        every.append(on_edge)
+    weights = np.stack(every, axis=1)
+    far = np.linalg.norm(np.einsum("tqk,tki->tqi", weights, corners) - place, axis=2)
+    far[:, 0][every[0].min(axis=1) < 0.0] = np.inf
+    return np.asarray(weights[np.arange(len(corners)), far.argmin(axis=1)])
 
 
 @dataclass(frozen=True)
@@ -138,6 +158,36 @@ class Surface:
         along /= np.linalg.norm(along)
         base = np.array([along, np.cross(outward, along), outward])
         return self.triangles[near[k]], np.array([1.0 - v[k] - w[k], v[k], w[k]]), base
+
+    def nearest(self, place: Array) -> tuple[Ints, Array, float]:
+        """Vertices (3,) around the point of the surface next to ``place`` (3,), their weights (3,),
+        and how far away it is, m."""
+        near = self._by_centre.query(place, k=min(_NEAREST, len(self.triangles)))[1]
+        near = np.atleast_1d(near)
+        corners = np.asarray(self.body.points, dtype=float)[self.triangles[near]]
+        weights = _closest(corners, place)
+        away = np.linalg.norm(np.einsum("tk,tki->ti", weights, corners) - place, axis=1)
+        k = int(np.argmin(away))
+        return self.triangles[near[k]], weights[k], float(away[k])
+
+    @cached_property
+    def _by_centre(self) -> cKDTree:
+        return cKDTree(np.asarray(self.body.points)[self.triangles].mean(axis=1))
+
+    def coarseness(self, vertices: Ints) -> float:
+        """Longest edge of a triangle, m."""
+        corners = np.asarray(self.body.points)[vertices]
+        return float(np.linalg.norm(corners - np.roll(corners, 1, axis=0), axis=1).max())
+
+    def motion(self, vertices: Ints, weights: Array) -> Array:
+        """Displacement (3, d) in the body's axes of a point among three vertices, per reduced
+        coordinate; rigid motion in it is exact, as in ``ReducedBody.recover``."""
+        body, rows = self.body, (3 * vertices[:, None] + np.arange(3)).ravel()
+        field = np.asarray(body.recovery[rows], dtype=float).reshape(3, 3, -1)
+        at_point = np.einsum("k,kid->id", weights, field)
+        rigid = body.rigid_modes()
+        exact = rigid_motion(weights[None] @ np.asarray(body.points)[vertices])[0]
+        return at_point + (exact - at_point @ rigid) @ np.linalg.pinv(rigid)
 
     @cached_property
     def _spheres(self) -> tuple[Array, Array]:

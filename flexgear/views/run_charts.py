@@ -29,11 +29,12 @@ from flexgear.results.tooth_pattern import ToothPattern, gear_pattern, planet_pa
 from flexgear.views import chart as each
 from flexgear.views import charts, face_load_charts, histories, loads, sharing_charts, star, style
 from flexgear.views.chart import Chart, Drawing, NotDrawn, Subjects
-from flexgear.views.charts import figure_bars, gauges_chart
+from flexgear.views.charts import figure_bars
 from flexgear.views.face_load_charts import root_stress_chart, tooth_rows_chart
 from flexgear.views.mode_charts import campbell_chart, modes_chart
 from flexgear.views.order_charts import order_chart
 from flexgear.views.select import thinned, within_window
+from flexgear.views.sensor_charts import sensors_chart, static_sensors_chart
 from flexgear.views.stability_chart import stability_chart
 from flexgear.views.stage_drawing import flank_drawing, front_drawing, section_drawing
 
@@ -97,11 +98,9 @@ def _displacements(data: xr.Dataset) -> Any:
     return sharing_charts.displacements_chart(rest.load())
 
 
-def _gauges(data: xr.Dataset) -> Any:
-    """Gauges in the settled window, of as many samples as a picture can show."""
-    rest = settled(data)
-    step = max(1, rest.sizes["time"] // MOST_SHOWN)
-    return gauges_chart(rest.isel(time=slice(None, None, step)))
+def _sensors(data: xr.Dataset) -> Any:
+    """Sensors in the settled window."""
+    return sensors_chart(settled(data))
 
 
 def _outline(ring: RingFolder) -> star.StageOutline:
@@ -312,10 +311,13 @@ RUN_CHARTS: Sequence[tuple[Subjects, Sequence[Chart]]] = (
             face_load_charts.misalignment_chart, "equilibrium", "gear_mesh_misalignment_by_cause"),
         Chart("transient_displacements", "deflections",
             "Displacement of central members in time, {window}", MOVE, _displacements, "transient"),
-        Chart("equilibrium_gauges", "dynamics", "Strain of the gauges, equilibria", "",
-            gauges_chart, "equilibrium", "gauge_strain"),
-        Chart("transient_gauges", "dynamics", "Strain of the gauges in time, {window}", "",
-            _gauges, "transient", "gauge_strain"),
+        Chart("equilibrium_sensors", "dynamics", "Sensors in equilibria",
+            "Displacement, strain and torque at the places of sensors, the train turning slowly.",
+            static_sensors_chart, "equilibrium", "sensor_static"),
+        Chart("transient_sensors", "dynamics", "Signals of sensors and their spectra, {window}",
+            "What a measuring system with an anti-alias filter would record; of the bodies of the "
+            "case alone, without noise in the air and paths through other housings.",
+            _sensors, "transient", "sensor_signal"),
     )),
     (each.tooth_sets, (
         Chart("face_rows_{stage}_{teeth}", "face",

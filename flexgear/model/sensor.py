@@ -1,0 +1,167 @@
+"""Sensors of a case: what each measures, where, and the recorder that samples all of them."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Literal
+
+from pydantic import Field, model_validator
+
+from flexgear.model.errors import echo
+from flexgear.model.names import MemberName
+from flexgear.model.read import nearest
+from flexgear.model.section import Missing, Refusal, Section
+from flexgear.model.units import Angle, Frequency, Length
+
+if TYPE_CHECKING:
+    from flexgear.model.case import Case
+
+Measured = Literal["acceleration", "velocity", "displacement", "strain", "speed", "torque"]
+MOTIONS = ("displacement", "velocity", "acceleration")  # by the order of their time derivative
+LEAST_RATE = 2.2  # of the band: the anti-alias filter needs room up to half of the sampling rate
+USUAL_RATE = 2.56  # of the band, as of most measuring systems
+_ON_AXIS = 1e-9  # m
+
+
+class Sensor(Section):
+    """What a measuring system would hear at one place; results in SI units.
+
+    A place on an FE mesh is where a ray from its axis leaves the body, or the point of the surface
+    next to a point. Places are in the axes of the body as the run begins.
+
+    name: in results. on: the body, such as "stage.ring", "stage.carrier", "stage.planet_2" or
+    "housing"; of a torque the member of an input or output, or a joint, bearing or spline as
+    results name it. measures: acceleration, velocity or displacement of the place; strain of the
+    surface; speed of rotation; torque about z. angle: of the ray to the place, from the x axis. z:
+    of the ray, from the middle of the face. place: x, y, z of a point; of a lumped body its centre
+    if left out. node: an interface node, on a body without FE mesh. tooth: of a ring, from 1, in
+    whose root fillet a strain gauge is, where a tangent makes 60° with the middle line of the
+    tooth (ISO 6336-3). side: of that tooth, towards lower or higher angles; a planet that a carrier
+    moves to higher angles presses the -theta side. grid_angle: in which a strain gauge measures, 0
+    along the circumference (in a root along the profile), 90° along the axis. direction: of the
+    motion, at that place. vector: any other direction, in the body's axes, of any length. frame:
+    "body" turns with the body; "fixed" stands in space, where a turning body passes by: the
+    displacement that a probe sees, and its rates.
+    """
+
+    name: str = Field(pattern=r"^[A-Za-z][A-Za-z0-9_.-]*$")
+    on: str
+    measures: Measured
+    angle: Angle | None = None
+    z: Length = 0.0
+    place: tuple[Length, Length, Length] | None = None
+    node: str | None = None
+    tooth: int | None = Field(default=None, ge=1)
+    side: Literal["-theta", "+theta"] = "-theta"
+    grid_angle: Angle = 0.0
+    direction: Literal["radial", "tangential", "x", "y", "z"] | None = None
+    vector: tuple[float, float, float] | None = None
+    frame: Literal["body", "fixed"] = "body"
+
+    @property
+    def order(self) -> int:
+        """Of the time derivative of what is recovered."""
+        return MOTIONS.index(self.measures) if self.measures in MOTIONS else 0
+
+    @model_validator(mode="after")
+    def _one_place(self) -> Sensor:
+        places = [k for k in ("angle", "place", "node", "tooth") if getattr(self, k) is not None]
+        if len(places) > 1:
+            raise Refusal(places[1], f"stands beside {places[0]}", "keep one of both")
+        if self.tooth is None and self.side != "-theta":
+            raise Refusal("side", "is that of a tooth", "take it out, or give tooth")
+        if self.measures == "strain" and self.angle is None and self.tooth is None:
+            raise Missing("angle", "is missing, and so is tooth", "say where the gauge is")
+        if self.measures in ("speed", "torque") and places:
+            raise Refusal(places[0], f"is no part of a {self.measures}", "take it out")
+        if self.tooth is not None and self.measures != "strain":
+            raise Refusal("tooth", "is the place of a strain gauge", "give angle, place or node")
+        return self
+
+    @model_validator(mode="after")
+    def _one_direction(self) -> Sensor:
+        moves = self.measures in MOTIONS
+        for key in ("direction", "vector"):
+            if getattr(self, key) is not None and not moves:
+                raise Refusal(key, f"is no part of a {self.measures}", "take it out")
+        if moves and (self.direction is None) == (self.vector is None):
+            problem = "is missing" if self.direction is None else "stands beside vector"
+            raise Refusal("direction", problem, 'give "radial", "x", …, or a vector, not both')
+        if self.vector is not None and not any(self.vector):
+            raise Refusal("vector", "has no direction", "give one that is not zero")
+        on_axis = self.angle is None and self.node is None
+        x, y, _ = self.place or (0.0, 0.0, 0.0)
+        if self.direction in ("radial", "tangential") and on_axis and x**2 + y**2 < _ON_AXIS**2:
+            problem = f"{self.direction} has no sense on the axis"
+            raise Refusal("direction", problem, 'take "x", "y" or "z", or give a place off it')
+        if self.frame == "fixed" and not moves:
+            raise Refusal("frame", f"is no part of a {self.measures}", "take it out")
+        return self
+
+
+class Recorder(Section):
+    """One clock for all sensors.
+
+    band: highest frequency that passes the anti-alias filter; the band of the modes if left out.
+    sampling_rate: 2.56 times the band if left out.
+    """
+
+    band: Frequency | None = Field(default=None, gt=0.0, le=1e8)
+    sampling_rate: Frequency | None = Field(default=None, gt=0.0, le=1e9)
+
+    @model_validator(mode="after")
+    def _without_alias(self) -> Recorder:
+        if self.band is not None and self.sampling_rate is not None:
+            check_rate(self.band, self.sampling_rate)
+        return self
+
+
+def check_rate(band: float, rate: float) -> None:
+    """Refusal where the anti-alias filter has no room between band and half the rate, Hz."""
+    if rate < LEAST_RATE * band:
+        raise Refusal(
+            "sampling_rate",
+            f"{rate:.6g} Hz is {rate / band:.3g} times the band of {band:.6g} Hz: what lies above "
+            "it would fold into it",
+            f"at least {LEAST_RATE} times, {LEAST_RATE * band:.6g} Hz, or lower recorder.band_hz",
+        )
+
+
+def check_sensors(case: Case) -> None:
+    """Refusal for sensors named alike, on no body of the case, or beside a ring's teeth."""
+    for k, sensor in enumerate(case.sensors):
+        key = f"sensors.{k}"
+        if sensor.name in [other.name for other in case.sensors[:k]]:
+            raise Refusal(f"{key}.name", f"{sensor.name} is there already", "name each once")
+        bodies = _bodies(case)
+        if sensor.measures != "torque" and sensor.on not in bodies:
+            raise Refusal(f"{key}.on", f"{echo(sensor.on)} is no body", nearest(sensor.on, bodies))
+        if sensor.measures == "strain":
+            _check_gauge(case, sensor, key)
+
+
+def _bodies(case: Case) -> list[str]:
+    """Names that a sensor's body may have."""
+    turning = [s for s in case.stages if s.planet is not None]
+    planets = [f"{s.name}.planet_{k}" for s in turning for k in range(1, s.planets + 1)]
+    housing = ["housing"] if case.housing.kind != "rigid" else []
+    return [*map(str, case.member_names()), *planets, *housing]
+
+
+def _check_gauge(case: Case, sensor: Sensor, key: str) -> None:
+    """A strain gauge needs an FE mesh; in a root it needs a ring's tooth."""
+    at = MemberName.parse(sensor.on)
+    body = getattr(case.member(sensor.on), "fe", None) if at.part in ("ring", "carrier") else None
+    if body is None or getattr(body, "fe_mesh", "") == "reduced":
+        problem = f"{sensor.on} has no FE mesh to measure strain on"
+        raise Refusal(f"{key}.on", problem, "name an FE ring or carrier with an FE mesh")
+    stage = case.stage(at.stage)
+    if at.part == "ring" and stage.double_helical:
+        raise Refusal(f"{key}.on", "is an FE ring in two halves, without gauges", "take it out")
+    if sensor.tooth is not None and (at.part != "ring" or stage.ring is None):
+        raise Refusal(f"{key}.tooth", "is that of a ring", "give angle")
+    if sensor.tooth is not None and stage.ring is not None and sensor.tooth > stage.ring.teeth:
+        problem = f"is {sensor.tooth}"
+        raise Refusal(f"{key}.tooth", problem, f"the ring has {stage.ring.teeth} teeth")
+    if at.part == "ring" and abs(sensor.z) > stage.face_width / 2:
+        remedy = f"at most {5e2 * stage.face_width:g} mm from mid-face"
+        raise Refusal(f"{key}.z", "is beside the ring", remedy)

@@ -1,0 +1,128 @@
+"""What sensors make of recovered motions: displacement, its rates, strain, speed, torque.
+
+A point of a body, in fixed axes, with the body's frame turned by α and the body itself by ψ:
+
+    p = R(α) c + R(ψ) X + u + r × R(ψ) X,   u = R(α) u_f,   r = R(α) r_f
+
+c: centre in the frame; X: place in the body; u_f, r_f: recovered displacement and rotation in the
+frame's axes, rolling taken off. A sensor that turns with the body measures the displacement u + r ×
+R(ψ) X, or dp/dt, d²p/dt² of the whole motion, along R(ψ) e. One that stands in space sees the
+displacement of what passes there, and its rates at that place.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from flexgear.analysis.recording import AROUND, local_weights
+from flexgear.arrays import Array
+
+
+def turned(vectors: Array, angles: Array) -> Array:
+    """Vectors (n, 3) or (3,) turned by angles (n,) about z."""
+    c, s = np.cos(angles), np.sin(angles)
+    x, y, z = np.moveaxis(np.asarray(vectors, dtype=float), -1, 0)
+    return np.stack([c * x - s * y, s * x + c * y, np.broadcast_to(z, c.shape)], axis=1)
+
+
+@dataclass(frozen=True)
+class ScalarQuantity:
+    """A sum of columns, or its rate: strain, torque, speed of rotation."""
+
+    columns: tuple[int, ...]
+    order: int = 0
+
+    def position(self, values: Array) -> Array:
+        return np.asarray(values[:, self.columns].sum(axis=1, keepdims=True))
+
+    def part(self, derivative: Array, position: Array) -> Array:
+        return derivative[:, 0]
+
+
+@dataclass(frozen=True)
+class Axes:
+    """Columns that hold α and ψ; start: both at the begin of the run, rad."""
+
+    frame: int
+    spin: int
+    start: float = 0.0
+
+    def of_frame(self, values: Array) -> Array:
+        """α (n,) rad."""
+        return np.asarray(values[:, self.frame] + self.start)
+
+    def of_body(self, values: Array) -> Array:
+        """ψ (n,) rad."""
+        return np.asarray(values[:, self.spin] + self.start)
+
+
+@dataclass(frozen=True)
+class PointQuantity:
+    """Of a point along a direction (3,) that turn with the body, by ψ in the last column of its
+    position. motion: first of six columns u_f, r_f; center, lever (3,): c and X, m."""
+
+    motion: int
+    axes: Axes
+    center: Array
+    lever: Array
+    direction: Array
+    order: int
+
+    def position(self, values: Array) -> Array:
+        alpha, psi, at = self.axes.of_frame(values), self.axes.of_body(values), self.motion
+        lever = turned(self.lever, psi)
+        place = turned(values[:, at : at + 3], alpha)
+        place += np.cross(turned(values[:, at + 3 : at + 6], alpha), lever)
+        if self.order > 0:
+            place += lever + turned(self.center, alpha)
+        return np.column_stack([place, psi])
+
+    def part(self, derivative: Array, position: Array) -> Array:
+        along = turned(self.direction, position[:, 3])
+        return np.asarray(np.einsum("ni,ni->n", derivative[:, :3], along))
+
+
+@dataclass(frozen=True)
+class FixedQuantity:
+    """Of a rigid body that turns, at a place (3,) and along a direction (3,) in space."""
+
+    motion: int
+    axes: Axes
+    place: Array
+    direction: Array
+    order: int
+
+    def position(self, values: Array) -> Array:
+        alpha, at = self.axes.of_frame(values), self.motion
+        moved = turned(values[:, at : at + 3], alpha)
+        moved += np.cross(turned(values[:, at + 3 : at + 6], alpha), self.place)
+        return np.asarray(moved @ self.direction)[:, None]
+
+    def part(self, derivative: Array, position: Array) -> Array:
+        return derivative[:, 0]
+
+
+@dataclass(frozen=True)
+class PassingQuantity:
+    """Of a flexible body that turns past a fixed place at an angle, rad: columns hold the
+    displacement at ``count`` points spread evenly around the body, the first at zero."""
+
+    first: int
+    count: int
+    axes: Axes
+    angle: float
+    order: int
+
+    def position(self, values: Array) -> Array:
+        places = (self.angle - self.axes.of_body(values)) * self.count / (2 * np.pi)
+        below = np.floor(places).astype(int)
+        around = below[:, None] + np.arange(AROUND) - (AROUND // 2 - 1)
+        weights = local_weights(around.astype(float), places)
+        field = values[:, self.first : self.first + self.count]
+        near = np.take_along_axis(field, around % self.count, axis=1)
+        return np.einsum("nk,nk->n", weights, near)[:, None]
+
+    def part(self, derivative: Array, position: Array) -> Array:
+        return derivative[:, 0]
