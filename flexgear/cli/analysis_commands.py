@@ -36,6 +36,7 @@ from flexgear.results.dataset_file import chosen, dataset_file, load
 from flexgear.results.origin import origin_of_case
 from flexgear.results.result_quantities import RESULT_QUANTITIES
 from flexgear.results.run_folder import ended_run
+from flexgear.results.sensor_figures import SensorRanges
 from flexgear.results.settling import WindowedRanges, window_edges, window_of
 from flexgear.results.sinks import Coming, DatasetSink, Ranges, Several
 from flexgear.results.summary import finite, sharing_summary_of
@@ -208,7 +209,7 @@ def simulate(
     edges = window_edges(stepping.duration, source.solver.settle, begin)
     ranges = partial(WindowedRanges, edges=edges)
     whole, account = ranges(train_histories), Ranges(energy_account)
-    motions = Ranges(motion_histories)
+    motions, sensors = Ranges(motion_histories), SensorRanges(edges)
     rings = {stage: ranges(partial(ring_histories, stage)) for stage in source.fe_ring_stages}
     with run_sinks(out, names, quiet) as sinks, progress(quiet) as report:
         model = put_together(source, parts, report)
@@ -221,10 +222,14 @@ def simulate(
             energy=energy,
             progress=report,
             start=start,
-            sink=Several([whole, motions, *rings.values(), *([account] if energy else []), *sinks]),
+            sink=Several(
+                [whole, motions, sensors, *rings.values(), *([account] if energy else []), *sinks]
+            ),
         )
     settled = float(run.data.attrs["settle_s"])
     figures = _figures(model, run, whole.since(settled))
+    if source.sensors:
+        figures["sensors"] = sensors.figures(settled)
     figures |= {stage: transient_figures(r.since(settled)) for stage, r in rings.items()}
     if energy:
         figures["energy_residual"] = largest_residual(account)

@@ -107,6 +107,28 @@ class Gathered(DatasetSink):
         self.data = whole.assign(last.data_vars).assign_attrs(last.attrs)
 
 
+class SensorRecord(Gathered):
+    """A sink that keeps what sensors record, and nothing else; ``data`` has no other time."""
+
+    def begin(self, coming: Coming) -> None:
+        """Begin anew."""
+        pattern = _recorded(coming.pattern)
+        super().begin(Coming(pattern, 0, coming.recorded))
+
+    def append(self, data: xr.Dataset) -> None:
+        """Keep some samples more."""
+        super().append(_recorded(data))
+
+    def finish(self, last: xr.Dataset) -> None:
+        """Join all of it, if there are sensors."""
+        if SENSOR_TIME in self._chunks[0].dims:
+            super().finish(last[[]])
+
+
+def _recorded(data: xr.Dataset) -> xr.Dataset:
+    return data.drop_dims(TIME, errors="ignore")[list(histories(data, SENSOR_TIME))]
+
+
 class Several(DatasetSink):
     """The same for several sinks."""
 

@@ -22,7 +22,7 @@ from flexgear.model.read import nearest
 from flexgear.results.flanks import GEARS, tooth_loads
 from flexgear.results.labelled_dataset import groups_in
 from flexgear.results.rating import PARTS
-from flexgear.results.sinks import Ranges
+from flexgear.results.sinks import Ranges, SensorRecord, Several
 from flexgear.results.stage_part import stage_part
 from flexgear.results.time_figures import axis_distance, central_distance
 from flexgear.solve.angles import samples_of_stage, stage_motions
@@ -33,6 +33,7 @@ from flexgear.solve.sharing import shared_stages, stages_sharing
 from flexgear.solve.static import static
 from flexgear.solve.transient import simulate, train_histories
 from flexgear.studies.rating import rate
+from flexgear.studies.sensor_measures import sensor_levels, sensor_signals
 
 MeasuredValues = dict[str, xr.DataArray]
 
@@ -137,7 +138,12 @@ class Point:
     def transient(self) -> tuple[xr.Dataset, Ranges]:
         """Transient at rated torque, without its samples, and their ranges after settling."""
         rest = Ranges(train_histories)
-        return simulate(self.model, sink=rest).data, rest
+        return simulate(self.model, sink=Several([rest, self.recorded])).data, rest
+
+    @cached_property
+    def recorded(self) -> SensorRecord:
+        """What sensors record in the transient."""
+        return SensorRecord()
 
     @property
     def warnings(self) -> list[str]:
@@ -381,6 +387,14 @@ def _rings(point: Point) -> list[str]:
     return stages
 
 
+def _recorded(point: Point) -> xr.Dataset:
+    """The signals of sensors in the transient of a point; FlexgearError where there are none."""
+    if not point.case.sensors:
+        raise FlexgearError("the case has no [[sensors]]")
+    attrs = point.transient[0].attrs
+    return point.recorded.data.assign_attrs(attrs)
+
+
 MEASURES = (
     Measure("frequencies", "lowest natural frequencies and their types", _frequencies),
     Measure(
@@ -397,6 +411,16 @@ MEASURES = (
         "transient_displacements",
         "floats of suns, rings, carriers in a transient",
         _transient_displacements,
+    ),
+    Measure(
+        "sensors",
+        "root mean square of what sensors measure in a transient",
+        lambda point: sensor_levels(_recorded(point)),
+    ),
+    Measure(
+        "sensor_signals",
+        "what sensors measure in a transient, sample by sample",
+        lambda point: sensor_signals(_recorded(point)),
     ),
     Measure("speeds", "speeds of members and planets, gear-mesh frequencies", _speeds),
     Measure("torques", "torques on all members", _torques),

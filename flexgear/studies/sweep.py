@@ -198,6 +198,7 @@ def collected(
             for dim in map(str, array.dims):
                 inner[dim] = _joined(inner[dim], array[dim]) if dim in inner else array[dim]
     ticks = {dim: coordinate.to_numpy().tolist() for dim, coordinate in inner.items()}
+    places = {dim: {tick: k for k, tick in enumerate(labels)} for dim, labels in ticks.items()}
     variables: dict[str, Any] = {}
     for name, pattern in patterns.items():
         dimensions = tuple(map(str, pattern.dims))
@@ -208,8 +209,9 @@ def collected(
             if outcome.value is None or name not in outcome.value:
                 continue
             array = outcome.value[name]
-            at = [[ticks[d].index(t) for t in array[d].to_numpy().tolist()] for d in dimensions]
-            values[(*point, *np.ix_(*at))] = array.to_numpy()
+            labels = (array[d].to_numpy().tolist() for d in dimensions)
+            at = [[places[d][t] for t in of] for d, of in zip(dimensions, labels, strict=True)]
+            values[tuple(point) + np.ix_(*at)] = array.to_numpy()
         about = pattern.attrs if words else {**pattern.attrs, MISSING: GAPS}
         variables[name] = (dims + dimensions, values.astype(str) if words else values, about)
     messages = np.full(shape, "", dtype=object)
@@ -335,7 +337,8 @@ def _coordinate(key: SweptKey) -> xr.Variable:
 def _joined(axis: xr.DataArray, new: xr.DataArray) -> xr.DataArray:
     """Labels of both, in the order in which they first appear."""
     old = axis.to_numpy().tolist()
-    more = [t for t in new.to_numpy().tolist() if t not in old]
+    present = set(old)
+    more = [t for t in new.to_numpy().tolist() if t not in present]
     if not more:
         return axis
     dim = str(axis.dims[0])
