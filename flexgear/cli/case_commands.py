@@ -35,6 +35,7 @@ from flexgear.results.origin import origin_of_case
 from flexgear.results.report.key_words import row_of
 from flexgear.results.report.wording import with_unit
 from flexgear.solve.angles import StageMotion, stage_motions
+from flexgear.solve.sensors import clock_of
 
 
 def check(
@@ -214,7 +215,12 @@ def _running(case: Case, flow: PowerFlow) -> Sections:
         "input_power_w": flow.input_power,
         "circulating_power_w": flow.circulating_power,
     }
-    sections |= pace_sections(case_pace(case), case.solver)
+    pace = case_pace(case)
+    sections |= pace_sections(pace, case.solver)
+    if case.sensors:
+        clock = clock_of(case, pace)
+        rates = {"band_hz": clock.band, "sampling_rate_hz": clock.rate}
+        sections["recorder"] = {"sensors": len(case.sensors), **rates}
     return sections
 
 
