@@ -87,6 +87,7 @@ FLOAT_CYCLES = 120  # gear-mesh cycles of each stage in which displacements are 
 STATISTICS = ("mean", "largest")
 WARNING = "warning"
 FE_ONLY = ("tooth_load", "tooth_displacement")
+SENSORS_ONLY = ("sensors", "sensor_signals")
 
 
 @dataclass(frozen=True)
@@ -388,9 +389,7 @@ def _rings(point: Point) -> list[str]:
 
 
 def _recorded(point: Point) -> xr.Dataset:
-    """The signals of sensors in the transient of a point; FlexgearError where there are none."""
-    if not point.case.sensors:
-        raise FlexgearError("the case has no [[sensors]]")
+    """The signals of sensors in the transient of a point."""
     attrs = point.transient[0].attrs
     return point.recorded.data.assign_attrs(attrs)
 
@@ -439,7 +438,9 @@ MEASURES = (
 
 def measures_of(case: Case) -> dict[str, Measure]:
     """Measures that a case has, by name."""
-    return {m.name: m for m in MEASURES if case.fe_ring_stages or m.name not in FE_ONLY}
+    absent = {*(FE_ONLY if not case.fe_ring_stages else ())}
+    absent |= {*(SENSORS_ONLY if not case.sensors else ())}
+    return {m.name: m for m in MEASURES if m.name not in absent}
 
 
 def chosen_measures(case: Case, names: Sequence[str]) -> tuple[str, ...]:
@@ -448,6 +449,7 @@ def chosen_measures(case: Case, names: Sequence[str]) -> tuple[str, ...]:
     for name in names:
         if name not in by_name:
             problem = "needs a ring that bends" if name in FE_ONLY else "is no measure"
+            problem = "needs [[sensors]]" if name in SENSORS_ONLY else problem
             raise InputError("--measure", name, problem, nearest(name, list(by_name)))
     shared = any(stage.planets > 1 for stage in case.stages)
     usual = ("frequencies", "load_sharing" if shared else "speeds")
