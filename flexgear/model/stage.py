@@ -281,6 +281,9 @@ class Stage(Section):
             raise Refusal("planet.fe", problem, "take it out, or make the stage single-helical")
         if self.double_helical and self.ring.fe is not None:
             self._check_halves()
+        if self.planet.fe is not None and self.planet_bearing.journal is not None:
+            problem = "has its film in the bore of a planet that bends, which is not modelled"
+            raise Refusal("planet_bearing.journal", problem, "take out planet.fe, or the journal")
         held = self.planet_bearing.stiffness
         for i, key in ((2, "axial"), (3, "tilt"), (4, "tilt")):
             if held[i] <= 0 and self.planet.kinematics in (None, "spatial"):

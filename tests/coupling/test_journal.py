@@ -86,6 +86,26 @@ def test_the_film_is_the_half_of_reynolds_pressure_that_presses(x, y, vx, vy, sp
     assert energy == 0.0 and (force[1] == 0.0).all()
 
 
+@pytest.mark.parametrize("eccentricity", [0.1, 0.5, 0.9])
+def test_stiffness_and_damping_are_those_of_the_short_bearing(eccentricity):
+    """The eight coefficients of Ocvirk's bearing in closed form, along and across the eccentricity:
+    of F_r = S ε²/(1 − ε²)² and F_t = ¼ π S ε/(1 − ε²)^(3/2), S = η ω R L³/c²."""
+    e, s = eccentricity, 1 - eccentricity**2
+    scale = OIL * DIAMETER / 2 * LENGTH**3 / CLEARANCE**3  # S/(c ω)
+    parameters = [OIL, DIAMETER / 2, LENGTH, CLEARANCE, 1e-7, 5e8]
+    motion = np.array([[e * CLEARANCE, 0, 0], [0, 0, 20.0]])
+    _, force, tangent = respond(law_number("journal"), parameters, motion)
+    radial, across = e**2 / s**2, np.pi * e / (4 * s**1.5)
+    size = 20.0 * scale
+    assert force[0, :2] / (size * CLEARANCE) == pytest.approx([radial, -across], rel=1e-9)
+    by_e = [2 * e * (1 + e**2) / s**3, -np.pi * (1 + 2 * e**2) / (4 * s**2.5)]
+    stiffness = np.column_stack([by_e, [across / e, radial / e]])
+    assert tangent[0, :2, :2] / size == pytest.approx(stiffness, rel=1e-9)
+    cross = -2 * e / s**2
+    damping = [[np.pi * (1 + 2 * e**2) / (2 * s**2.5), cross], [cross, np.pi / (2 * s**1.5)]]
+    assert tangent[1, :2, :2] / scale == pytest.approx(np.array(damping), rel=1e-9)
+
+
 @pytest.mark.parametrize("torque", ["200", "1000", "4000"])
 def test_a_planet_stands_on_its_film_where_ocvirk_says(tmp_path, torque):
     case = with_film(tmp_path, **{"inputs.0.torque_nm": torque})
