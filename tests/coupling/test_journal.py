@@ -5,13 +5,19 @@ import itertools
 import numpy as np
 import pytest
 from scipy.integrate import quad
+from scipy.linalg import expm
 from scipy.optimize import brentq
 from stepped import Jumping, energy_error, stepped
 from trains import stage_train
 
+from flexgear.analysis.modes import row_vectors
+from flexgear.analysis.start import start_state
 from flexgear.coupling.build import build_system
+from flexgear.coupling.kernels.elements import pair_rows
+from flexgear.coupling.kernels.pairs import build_rows
 from flexgear.coupling.laws import law_number, respond
 from flexgear.coupling.modal import modal_system
+from flexgear.coupling.pair_data import carrying_flanks
 from flexgear.model.errors import InputError
 
 OIL, DIAMETER, LENGTH, CLEARANCE = 0.03, 0.08, 0.04, 60e-6
@@ -86,24 +92,30 @@ def test_the_film_is_the_half_of_reynolds_pressure_that_presses(x, y, vx, vy, sp
     assert energy == 0.0 and (force[1] == 0.0).all()
 
 
+def coefficients(e, size):
+    """Stiffness and damping (2, 2) along and across e of a film of the size S/(c ω), over ω and 1:
+    of F_r = S ε²/(1 − ε²)², F_t = ¼ π S ε/(1 − ε²)^(3/2), S = η ω R L³/c², and of squeezing."""
+    s, cross = 1 - e**2, -2 * e / (1 - e**2) ** 2
+    by_e = [2 * e * (1 + e**2) / s**3, -np.pi * (1 + 2 * e**2) / (4 * s**2.5)]
+    stiffness = np.column_stack([by_e, [np.pi / (4 * s**1.5), e / s**2]])
+    damping = [[np.pi * (1 + 2 * e**2) / (2 * s**2.5), cross], [cross, np.pi / (2 * s**1.5)]]
+    return size * stiffness, size * np.array(damping)
+
+
 @pytest.mark.parametrize("eccentricity", [0.1, 0.5, 0.9])
 def test_stiffness_and_damping_are_those_of_the_short_bearing(eccentricity):
-    """The eight coefficients of Ocvirk's bearing in closed form, along and across the eccentricity:
-    of F_r = S ε²/(1 − ε²)² and F_t = ¼ π S ε/(1 − ε²)^(3/2), S = η ω R L³/c²."""
-    e, s = eccentricity, 1 - eccentricity**2
-    scale = OIL * DIAMETER / 2 * LENGTH**3 / CLEARANCE**3  # S/(c ω)
+    """The eight coefficients of Ocvirk's bearing in closed form."""
+    e, scale = eccentricity, OIL * DIAMETER / 2 * LENGTH**3 / CLEARANCE**3
     parameters = [OIL, DIAMETER / 2, LENGTH, CLEARANCE, 1e-7, 5e8]
     motion = np.array([[e * CLEARANCE, 0, 0], [0, 0, 20.0]])
     _, force, tangent = respond(law_number("journal"), parameters, motion)
-    radial, across = e**2 / s**2, np.pi * e / (4 * s**1.5)
-    size = 20.0 * scale
-    assert force[0, :2] / (size * CLEARANCE) == pytest.approx([radial, -across], rel=1e-9)
-    by_e = [2 * e * (1 + e**2) / s**3, -np.pi * (1 + 2 * e**2) / (4 * s**2.5)]
-    stiffness = np.column_stack([by_e, [across / e, radial / e]])
-    assert tangent[0, :2, :2] / size == pytest.approx(stiffness, rel=1e-9)
-    cross = -2 * e / s**2
-    damping = [[np.pi * (1 + 2 * e**2) / (2 * s**2.5), cross], [cross, np.pi / (2 * s**1.5)]]
-    assert tangent[1, :2, :2] / scale == pytest.approx(np.array(damping), rel=1e-9)
+    radial, across = e**2 / (1 - e**2) ** 2, np.pi * e / (4 * (1 - e**2) ** 1.5)
+    assert force[0, :2] == pytest.approx(
+        20 * scale * CLEARANCE * np.array([radial, -across]), rel=1e-9
+    )
+    stiffness, damping = coefficients(e, scale)
+    assert tangent[0, :2, :2] == pytest.approx(20 * stiffness, rel=1e-9)
+    assert tangent[1, :2, :2] == pytest.approx(damping, rel=1e-9)
 
 
 @pytest.mark.parametrize("torque", ["200", "1000", "4000"])
@@ -173,3 +185,53 @@ def test_what_is_no_film_is_one_line(tmp_path, keys, message):
     film = {k: v for k, v in (FILM | keys).items() if v is not None}
     with pytest.raises(InputError, match=message):
         with_film(tmp_path, film).assemble()
+
+
+def test_a_small_change_of_torque_rings_down_as_the_coefficients_say(tmp_path):
+    """A thousandth of torque more: the train with closed-form stiffness and damping of its films in
+    place of them, a matrix exponential, moves as the transient does."""
+    system = build_system(with_film(tmp_path, **{"inputs.0.torque_nm": "1500"}))
+    modal, rated = modal_system(system), system.rated_torque
+    drive = Jumping(lambda t: np.where(t > 0, 1.001 * rated, rated), jumps=(0.0,))
+    run = stepped(modal, drive, 0.02, 4e-6, 1e-4)
+    state = start_state(modal, rated)
+    rest = modal.modes @ state.eta
+    stiffness, damping = system.stiffness.copy(), np.zeros_like(system.stiffness)
+    rows = pair_rows(system.pairs)
+    n, _ = build_rows(
+        system.pairs, rows, np.zeros(len(system.angles)), carrying_flanks(system.pairs)
+    )
+    teeth = row_vectors(system, rows, n)[rows.kind[:n] >= 0]
+    stiffness += (teeth.T * rows.stiffness[: len(teeth)]) @ teeth
+    damping += (teeth.T * rows.damping[: len(teeth)]) @ teeth
+    speed, scale = -100 * np.pi / 30 * PLANET, OIL * DIAMETER / 2 * LENGTH**3 / CLEARANCE**3
+    for bearing in system.bearings:
+        v = bearing.relative[[0, 1, 5]]
+        off = v[:2] @ rest
+        e, n = np.hypot(*off) / CLEARANCE, off / np.hypot(*off)
+        axes = np.column_stack([n, np.sign(speed) * np.array([-n[1], n[0]])])
+        k, c = coefficients(e, scale)
+        film = axes @ [
+            abs(speed) * e**2 / (1 - e**2) ** 2,
+            -abs(speed) * np.pi * e / (4 * (1 - e**2) ** 1.5),
+        ]
+        stiffness += v[:2].T @ (axes @ (abs(speed) * k) @ axes.T) @ v[:2]
+        damping += v[:2].T @ (axes @ c @ axes.T) @ v[:2]
+        damping += v[:2].T @ np.outer(scale * CLEARANCE * film / speed, v[2])  # F ~ ω
+    brake = system.machines[-1].rated_torque / system.machines[-1].rated_speed
+    damping += brake * np.outer(system.ports[-1].row, system.ports[-1].row)
+    d, solve = len(rest), np.linalg.inv(system.mass)
+    force = 0.001 * rated * system.ports[0].row
+    zero, one = np.zeros((d, d)), np.eye(d)
+    rate = np.block([[zero, one], [-solve @ stiffness, -solve @ damping]])
+    rate = np.block(
+        [[rate, np.r_[np.zeros(d), solve @ force][:, None]], [np.zeros((1, 2 * d + 1))]]
+    )
+    onwards, y, expected = expm(rate * run.time[0]), np.r_[np.zeros(2 * d), 1.0], []
+    for _ in run.time:
+        y = onwards @ y
+        expected.append(y[:d])
+    v = system.bearings[0].relative[:2]
+    moved = run.eta @ modal.modes.T @ v.T - v @ rest
+    expected = np.array(expected) @ v.T
+    assert np.abs(moved - expected).max() < 0.005 * np.abs(expected).max()
