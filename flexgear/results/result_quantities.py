@@ -301,6 +301,12 @@ RESULT_QUANTITIES: dict[str, Quantity] = {
     "planet_bearing_force": Quantity(
         (S, "bearing", "direction"), "N", "force of the planet on its pin"
     ),
+    "film_thickness": Quantity(
+        (S, "bearing"),
+        "m",
+        "least thickness of the oil film of a plain planet bearing; surfaces touch at least_film",
+        missing="of other bearings",
+    ),
     "planet_bearing_row_load": Quantity(
         (S, "bearing", "bearing_row"),
         "N",

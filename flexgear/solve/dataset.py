@@ -21,6 +21,7 @@ from flexgear.analysis.recovery import Recovery
 from flexgear.analysis.transient import Transient
 from flexgear.analysis.transmission_error import dynamic_transmission_error
 from flexgear.arrays import Array
+from flexgear.coupling.laws.journal import CLEARANCE, JOURNAL
 from flexgear.coupling.pair_data import WAVE
 from flexgear.coupling.system import System
 from flexgear.model.case import Case
@@ -231,6 +232,7 @@ def _motions(model: Model, recovery: Recovery) -> tuple[dict[str, Array], dict[s
     if bearings:
         arrays["planet_bearing_force"] = np.stack(list(bearings.values()), axis=1)
         labels["bearing"] = list(bearings)
+        arrays |= _films(model, recovery, list(bearings))
     for name, links in (("bolt", _bolts(model)), ("support", support_names(model))):
         if links:
             forces = np.stack([recovery.link_force(link) for link in links], axis=1)
@@ -254,6 +256,17 @@ def _motions(model: Model, recovery: Recovery) -> tuple[dict[str, Array], dict[s
             arrays["tooth_displacement" if name == "tooth" else "carrier_displacement"] = motion
             labels |= _node_labels(model, name, nodes)
     return arrays, labels
+
+
+def _films(model: Model, recovery: Recovery, bearings: list[str]) -> dict[str, Array]:
+    """Least thickness of the films of the planets' plain bearings, if there are any."""
+    films = {b.name: b for b in model.system.bearings if b.law == JOURNAL.name}
+    thickness = np.full((len(recovery.result.theta), len(bearings)), np.nan)
+    for i, name in enumerate(bearings):
+        if name in films:
+            off = recovery.motion(films[name].relative[:2])
+            thickness[:, i] = films[name].parameters[CLEARANCE] - np.hypot(*off.T)
+    return {"film_thickness": thickness} if films else {}
 
 
 def _row_loads(recovery: Recovery, bearings: list[str], supports: list[str]) -> dict[str, Array]:

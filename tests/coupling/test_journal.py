@@ -126,6 +126,8 @@ def test_a_planet_stands_on_its_film_where_ocvirk_says(tmp_path, torque):
     speed = 100 * np.pi / 30 * PLANET
     eccentricity, attitude = short_bearing(abs(load), speed)
     assert abs(off) == pytest.approx(eccentricity, rel=1e-6)
+    film = CLEARANCE * (1 - eccentricity)
+    assert found.film_thickness.values[1, 0] == pytest.approx(film, rel=1e-5)
     # the bore turns backwards, and takes the pin with it from the direction of the load
     assert np.angle(off / load) == pytest.approx(-attitude, rel=1e-5)
     drag = 2 * np.pi * OIL * (DIAMETER / 2) ** 3 * LENGTH / CLEARANCE * speed
