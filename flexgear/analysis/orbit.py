@@ -23,6 +23,7 @@ from typing import Any
 import numpy as np
 
 from flexgear.analysis.gear_mesh_cycle import FlankEnds, cycle_angles, mean_channel_springs
+from flexgear.analysis.kernels.contact_newton import first_memory
 from flexgear.analysis.kernels.orbit_laws import evaluate_laws
 from flexgear.arrays import Array, Ints
 from flexgear.coupling.kernels.elements import Rows, law_functions, packed, pair_rows
@@ -30,6 +31,7 @@ from flexgear.coupling.kernels.neighbours import between_rows
 from flexgear.coupling.kernels.pairs import fill_rows
 from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.pair_data import LOAD, SUPPORT, PairData
+from flexgear.model.errors import FlexgearError
 
 DIRECTIONS = 1e-9  # of the largest singular value: directions of rows that count
 LOCAL_TRIES = 40  # of the rows of one sample that yield to each other
@@ -155,8 +157,14 @@ def _times(matrices: Array, vectors: Array) -> Array:
 def orbit_elements(
     modal: ModalSystem, stage: int, samples: int, coast: bool = False
 ) -> OrbitElements:
-    """Of a stage (number); coast: with the flanks that carry no rated load."""
+    """Of a stage (number); coast: with the flanks that carry no rated load. FlexgearError where a
+    bearing or damper asks for the speed of its shaft."""
     system, pairs = modal.system, periodic(modal.system.pairs)
+    if first_memory(pairs, system.rolling_rates)[:, 1].any():
+        raise FlexgearError(
+            "periodic states do not know the speed of shafts, which plain bearings and dampers "
+            "against turning take: run transients, or take these out"
+        )
     here = np.array([label.stage == stage for label in system.gear_meshes])
     flanks = np.where(here & ((pairs.carries == 1) | coast), 1, 0).astype(np.int64)
     m = int(np.flatnonzero(here)[0])

@@ -11,6 +11,7 @@ from stepped import Jumping, energy_error, stepped
 from trains import stage_train
 
 from flexgear.analysis.modes import row_vectors
+from flexgear.analysis.orbit import orbit_elements
 from flexgear.analysis.start import start_state
 from flexgear.coupling.build import build_system
 from flexgear.coupling.kernels.elements import pair_rows
@@ -18,7 +19,7 @@ from flexgear.coupling.kernels.pairs import build_rows
 from flexgear.coupling.laws import law_number, respond
 from flexgear.coupling.modal import modal_system
 from flexgear.coupling.pair_data import carrying_flanks
-from flexgear.model.errors import InputError
+from flexgear.model.errors import FlexgearError, InputError
 
 OIL, DIAMETER, LENGTH, CLEARANCE = 0.03, 0.08, 0.04, 60e-6
 FILM = {"diameter_mm": "80", "length_mm": "40", "clearance_um": "60", "viscosity_mpa_s": "30"}
@@ -173,6 +174,13 @@ def test_energy_closes_on_a_film(tmp_path):
         lost.append(energy_error(run))
     assert lost[1] < 1e-3
     assert lost[1] < 0.5 * lost[0]
+
+
+def test_a_response_does_not_leave_the_film_out(tmp_path):
+    """Periodic states know no speed of shafts, and say so."""
+    case = with_film(tmp_path, **{"stage.gear_mesh.model": "per_pair"})
+    with pytest.raises(FlexgearError, match="do not know the speed of shafts"):
+        orbit_elements(modal_system(build_system(case)), 0, 16)
 
 
 @pytest.mark.parametrize(
