@@ -108,11 +108,15 @@ class Balance:
         (k, k) between them; the others, and what is left over of them, are zero."""
         loaded = self.parts(orbit.unknown)[0].any(axis=0)
         at = np.flatnonzero(loaded | orbit.tangents.any(axis=(0, 1, 2)))
+        return self._between(at, orbit.tangents)
+
+    def _between(self, at: Ints, tangents: Array) -> tuple[Ints, Array]:
+        """``linearised`` for the channels ``at``."""
         places = self.q * np.arange(2 * self.harmonics + 1)[:, None] + at
         free = np.arange(self.forces, self.size)
         part = Balance(self.elements, self.receptance.between(at))
-        tangents = orbit.tangents[:, :, at[:, None], at]
-        return np.r_[places.ravel(), free].astype(np.int64), part.jacobian(tangents)
+        jacobian = part.jacobian(tangents[:, :, at[:, None], at])
+        return np.r_[places.ravel(), free].astype(np.int64), jacobian
 
     def jacobian(self, tangents: Array) -> Array:
         """∂ residual / ∂ unknown (m, m) from tangents (2, N, q, q)."""
@@ -148,10 +152,12 @@ class Balance:
         e = self.elements
         tangents = e.linear_tangents
         pull = np.einsum("jnq,jn->jq", e.rows, e.nominal[0] * e.offset)
-        zero = np.zeros(self.size)
-        motion = self.waves(zero).motion
-        left = self._left(zero, pull + np.einsum("jqp,jp->jq", tangents[0], motion))
-        return np.asarray(-solve_scaled(self.jacobian(tangents), left))
+        out = np.zeros(self.size)
+        motion = self.waves(out).motion
+        left = self._left(out, pull + np.einsum("jqp,jp->jq", tangents[0], motion))
+        at, matrix = self._between(np.flatnonzero(tangents.any(axis=(0, 1, 2))), tangents)
+        out[at] = -solve_scaled(matrix, left[at])
+        return out
 
 
 def in_time(harmonics: Complex, samples: int) -> Array:

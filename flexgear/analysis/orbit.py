@@ -34,6 +34,8 @@ from flexgear.coupling.pair_data import LOAD, SUPPORT, PairData
 from flexgear.model.errors import FlexgearError
 
 DIRECTIONS = 1e-9  # of the largest singular value: directions of rows that count
+# the same where teeth are blocks: flexibility, which goes with the square, is right to 1e-4
+TOOTH_DIRECTIONS = 1e-2
 LOCAL_TRIES = 40  # of the rows of one sample that yield to each other
 
 
@@ -292,19 +294,40 @@ class _Filling:
             matrix[: len(part), : len(part)] = part
         return out
 
+    def _directions(self, m: int, rows: Array) -> Array:
+        """Orthonormal shares U (rows, k) with rows ≈ U Uᵀ rows, of rows (rows, c) of a flank.
+
+        Where teeth are blocks they are measured by the motion that their forces cause: U are the
+        first singular vectors of rows S^½ beside those of the rigid motions, S flexibility.
+        """
+        if not self.ends[m].teeth:
+            u, s, _ = np.linalg.svd(rows, full_matrices=False)
+            return np.asarray(u[:, s > DIRECTIONS * s[0]])
+        at, r = self.ends[m].columns, self.modal.rigid_count
+        p = self.modal.channel_modes[at]
+        flexible = (p[:, r:] / self.modal.omega[r:] ** 2) @ p[:, r:].T
+        flexible += self.modal.residual[np.ix_(at, at)]
+        values, vectors = np.linalg.eigh(flexible)
+        elastic = rows @ (vectors * np.sqrt(np.maximum(values, 0.0)))
+        rigid = rows @ p[:, :r]
+        size = np.linalg.norm(elastic) / (np.linalg.norm(rigid) or 1.0)
+        u, s, _ = np.linalg.svd(np.hstack([elastic, size * rigid]), full_matrices=False)
+        return np.asarray(u[:, s > TOOTH_DIRECTIONS * s[0]])
+
     def condensed(self) -> tuple[Array, Array, Array, Ints, Array]:
         """Channels (q, n_c), rows (N, n, q), offsets, owners (N, n) and nominal (2, N, n)."""
         n_c, parts, weights, first, q = len(self.modal.channels), [], {}, {}, 0
         for m, rows in self.coefficients.items():
             if not rows:
                 continue
-            u, s, vt = np.linalg.svd(np.array(rows), full_matrices=False)
-            count = int(np.sum(s > DIRECTIONS * s[0]))
+            vectors = np.array(rows)
+            shares = self._directions(m, vectors)
+            count = shares.shape[1]
             part = np.zeros((count, n_c))
-            part[:, self.ends[m].columns] = vt[:count]
+            part[:, self.ends[m].columns] = shares.T @ vectors
             parts.append(part)
             self.source += [m] * count
-            weights[m], first[m] = u[:, :count] * s[:count], q
+            weights[m], first[m] = shares, q
             q += count
         bearings = {owner: q + k for k, owner in enumerate(self.bearing_rows)}
         parts += [row[None] for row in self.bearing_rows.values()]

@@ -13,7 +13,7 @@ complex ones a second frequency. Hill's infinite determinant, cut off, would giv
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -84,6 +84,11 @@ def _free_coordinates(train: CondensedTrain) -> Array:
 def monodromy(part: Vibrating, period: float, tangents: Array) -> Array:
     """Change (2x, 2x) of displacements and velocities over a period, s, with tangents (2, N, q, q)
     of the channel forces to motion, N/m, and to rate, N s/m, at the N steps."""
+    loaded = np.flatnonzero(tangents.any(axis=(0, 1, 2)))
+    tangents = tangents[:, :, loaded[:, None], loaded]
+    part = replace(
+        part, channels=part.channels[loaded], residual=part.residual[np.ix_(loaded, loaded)]
+    )
     x, count = len(part.stiffness), tangents.shape[1]
     h = period / count
     stiffness, damping = _of_channels(part, tangents)

@@ -281,6 +281,15 @@ def _typical(states: list[State], parameter: Array, arrays: dict[str, Any]) -> S
     return states[int(np.argmax(np.where(free, force, -np.inf)))]
 
 
+def _between_bases(new: OrbitElements, old: OrbitElements) -> Array:
+    """Motion of new channels by that of old ones (q', q), flank by flank."""
+    out = np.zeros((len(new.channels), len(old.channels)))
+    for source in np.unique(new.source):
+        at, of = np.flatnonzero(new.source == source), np.flatnonzero(old.source == source)
+        out[np.ix_(at, of)] = new.channels[at] @ np.linalg.pinv(old.channels[of])
+    return out
+
+
 def _doubling(train: CondensedTrain, state: State | None) -> float:
     """Largest change of a channel's motion over its range as harmonics double in a state; NaN
     without one, or where none is near with twice as many."""
@@ -293,10 +302,9 @@ def _doubling(train: CondensedTrain, state: State | None) -> float:
     finer = condensed_train(elements, 2 * train.harmonics)
     balance = Balance(elements, finer.at(worst.orbit.point))
     unknown, coarse = np.zeros(balance.size), worst.orbit.unknown
-    # bases of one flank's rows may differ by a rotation
-    mixed = (elements.source[:, None] == old.source) * (elements.channels @ old.channels.T)
+    mixed = _between_bases(elements, old)
     f, a = Balance(old, train.at(worst.orbit.point)).parts(coarse)
-    of_new = f @ mixed.T
+    of_new = f @ np.linalg.pinv(mixed)
     unknown[: balance.q] = of_new[0].real
     both = np.stack([of_new[1:].real, of_new[1:].imag], axis=1).ravel()
     unknown[balance.q : balance.q + len(both)] = both

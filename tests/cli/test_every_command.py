@@ -45,6 +45,7 @@ COMMANDS = {
     "modes": ["-q", "--limit-hz", 100],
     "modes --campbell": ["-q", "--limit-hz", 100],
     "stability": ["-q", "--count", 3],
+    "response": ["-q", "--speed-range", 0.98, 1.0, "--harmonics", 2],
     "simulate": ["-q", "--duration-s", 0.004],
     "compare": ["-q"],
     "sweep": ["-q", "damping.ratio=0.01,0.02", "--measure", "frequencies", "--workers", 1,
@@ -67,6 +68,7 @@ DRAWN_CASES = ("nrel-5mw", "double-rotor-5mw", "star-ring", "grc-750kw")
 LONG = ("simulate", "compare", "sweep", "tolerance", "rate")
 # what they solve of the others test_every_case and run_of_case solve, too
 LONG_CASES = ("herringbone", "nrel-5mw", "wind-5mw", "grc-750kw")
+RESPONSE_CASES = ("herringbone", "lin-parker", "pitch-drive")  # FE bodies take some seconds a state
 OF_NO_CASE = {"cache", "cases", "doctor", "import", "new", "orders", "schema", "upgrade"}
 
 
@@ -126,6 +128,7 @@ def short(name, case):
         for command in COMMANDS
         for case in (*BUNDLED, *FLEXIBLE)
         if command not in LONG or case in LONG_CASES
+        if command != "response" or case in RESPONSE_CASES
     ],
 )
 def test_works_or_says_why_not(flexgear, tmp_path, command, case):
