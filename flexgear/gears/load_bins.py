@@ -52,8 +52,10 @@ class LoadBin:
 
 def case_in_bin(case: Case, load_bin: LoadBin) -> Case:
     """The case with speeds and torques of the bin where it gives speeds and torques, and its
-    loads."""
-    changes: dict[str, object] = {"loads": load_bin.loads}
+    loads; without other load cases, which every result of the bin would have to carry."""
+    changes: dict[str, object] = {
+        "loads": load_bin.loads, "load_cases": (), "load_series": None,
+    }  # fmt: skip
     inputs = []
     for port in case.inputs:
         values: dict[str, float | None] = {"power": None}

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from flexgear.model.errors import FlexgearError, InputError
 from flexgear.results.version import version
-from flexgear.studies.early_workers import DIED, Outcome, on_one_thread
+from flexgear.studies.early_workers import DIED, Outcome, on_one_thread, unpickled
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -150,5 +150,5 @@ def _run(common: bytes, job: bytes, expected: str) -> bytes:
     if version() != expected:
         message = f"the worker has flexgear {version()}, not {expected}: install that"
         return pickle.dumps(Outcome(None, message))
-    function, shared = pickle.loads(common)
+    function, shared = unpickled(common)
     return pickle.dumps(on_one_thread(function, shared, pickle.loads(job)))

@@ -10,6 +10,7 @@ from __future__ import annotations
 import contextlib
 import multiprocessing
 import os
+import pickle
 import signal
 import sys
 import threading
@@ -18,7 +19,7 @@ from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
 
@@ -52,6 +53,17 @@ def outcome_of(function: Callable[[S, J], R], shared: S, job: J) -> Outcome[R]:
         return Outcome(
             None, f"an internal error, please report it ({type(error).__name__}: {text})"
         )
+
+
+_of_thread = threading.local()
+
+
+def unpickled(common: bytes) -> Any:
+    """Function and what all runs of a study share: in each thread one object, which keeps what it
+    works out (such as an assembled train) from one run to the next."""
+    if getattr(_of_thread, "common", None) != common:
+        _of_thread.common, _of_thread.value = common, pickle.loads(common)
+    return _of_thread.value
 
 
 def on_one_thread(function: Callable[[S, J], R], shared: S, job: J) -> Outcome[R]:

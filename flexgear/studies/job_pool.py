@@ -31,6 +31,7 @@ from flexgear.studies.early_workers import (
     on_one_thread,
     outcome_of,
     processors,
+    unpickled,
 )
 
 S = TypeVar("S")
@@ -173,5 +174,5 @@ def _prepare(common: bytes, parent: Connection) -> None:
 
 
 def _run(job: bytes) -> Outcome[Any]:
-    function, shared = pickle.loads(_common)
+    function, shared = unpickled(_common)
     return on_one_thread(function, shared, pickle.loads(job))

@@ -86,8 +86,13 @@ def largest(values: Mapping[str, ArrayLike], units: str, meaning: str, dim: str)
 FLOAT_CYCLES = 120  # gear-mesh cycles of each stage in which displacements are looked at
 STATISTICS = ("mean", "largest")
 WARNING = "warning"
-FE_ONLY = ("tooth_load", "tooth_displacement")
-SENSORS_ONLY = ("sensors", "sensor_signals")
+NEEDS = {
+    "tooth_load": "a ring that bends",
+    "tooth_displacement": "a ring that bends",
+    "sensors": "[[sensors]]",
+    "sensor_signals": "[[sensors]]",
+    "life": "load cases",
+}
 
 
 @dataclass(frozen=True)
@@ -438,9 +443,12 @@ MEASURES = (
 
 def measures_of(case: Case) -> dict[str, Measure]:
     """Measures that a case has, by name."""
-    absent = {*(FE_ONLY if not case.fe_ring_stages else ())}
-    absent |= {*(SENSORS_ONLY if not case.sensors else ())}
-    return {m.name: m for m in MEASURES if m.name not in absent}
+    has = {
+        "a ring that bends": bool(case.fe_ring_stages),
+        "[[sensors]]": bool(case.sensors),
+        "load cases": bool(case.load_cases or case.load_series),
+    }
+    return {m.name: m for m in MEASURES if has.get(NEEDS.get(m.name, ""), True)}
 
 
 def chosen_measures(case: Case, names: Sequence[str]) -> tuple[str, ...]:
@@ -448,8 +456,7 @@ def chosen_measures(case: Case, names: Sequence[str]) -> tuple[str, ...]:
     by_name = measures_of(case)
     for name in names:
         if name not in by_name:
-            problem = "needs a ring that bends" if name in FE_ONLY else "is no measure"
-            problem = "needs [[sensors]]" if name in SENSORS_ONLY else problem
+            problem = f"needs {NEEDS[name]}" if name in NEEDS else "is no measure"
             raise InputError("--measure", name, problem, nearest(name, list(by_name)))
     shared = any(stage.planets > 1 for stage in case.stages)
     usual = ("frequencies", "load_sharing" if shared else "speeds")

@@ -9,7 +9,6 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping, Sequence
-from contextlib import closing
 from dataclasses import asdict
 from io import BytesIO
 from typing import Any
@@ -31,11 +30,10 @@ from flexgear.solve.bodies import Progress, reduced_bodies, silent
 from flexgear.solve.load_bins import load_bins
 from flexgear.solve.tooth_stresses import GroupStresses
 from flexgear.studies.dask_pool import reach
-from flexgear.studies.job_pool import run_jobs
 from flexgear.studies.rating_bearings import rate_bearings
 from flexgear.studies.rating_deviations import deviated_cases, worst_of
 from flexgear.studies.rating_gears import rate_gears
-from flexgear.studies.study_store import StudyStore, study_folder
+from flexgear.studies.study_store import StudyStore, stored_or_run, study_folder
 
 FORMAT = 2  # of the files, and of the numerics behind them; raise it when either changes
 NO_SPECTRUM = "no load case has a duration, so that there is neither"
@@ -147,25 +145,15 @@ def _solved(
 ) -> list[BinLoads]:
     """Loads of every bin, from the disk where they were found before."""
     bins, store = train.bins, bin_store(train.case)
+    files = [_file(k) for k in range(len(bins))]
     reduced_bodies(train.case, progress)  # into the cache, where every process finds them
-    finished = {k: x for k in range(len(bins)) if (x := store.get(_file(k))) is not None}
-    left = [k for k in range(len(bins)) if k not in finished]
-    if left:  # alone, so that others start with what it compiles and assembles
-        finished[left[0]] = loads_in_bin(train, bins[left[0]])
-        store.put(_file(left[0]), finished[left.pop(0)])
-    progress("load bins", len(finished) / len(bins))
-    runs = run_jobs(
-        loads_in_bin, train, [bins[k] for k in left], workers=workers, scheduler=scheduler
-    )
-    faults: dict[int, str] = {}
-    with closing(runs):
-        for at, outcome in runs:
-            if outcome.value is None:
-                faults[left[at]] = outcome.message
-                continue
-            finished[left[at]] = outcome.value
-            store.put(_file(left[at]), outcome.value)
-            progress("load bins", len(finished) / len(bins))
+    left = [k for k, file in enumerate(files) if store.get(file) is None]
+    if left:  # one alone, so that others start with what it compiles and assembles
+        store.put(files[left[0]], loads_in_bin(train, bins[left[0]]))
+    finished, faults = stored_or_run(
+        store, files, loads_in_bin, train, bins, workers=workers, scheduler=scheduler,
+        progress=lambda share: progress("load bins", share),
+    )  # fmt: skip
     if faults:
         first = min(faults)
         where = f"{bins[first].name} ({bins[first].source})"

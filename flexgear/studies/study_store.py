@@ -9,7 +9,8 @@ from __future__ import annotations
 import contextlib
 import shutil
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Generic, TypeVar
@@ -21,7 +22,10 @@ from flexgear.model.errors import FlexgearError, FlexgearWarning
 from flexgear.model.input_file import read_kept
 from flexgear.results.version import version
 from flexgear.structures.cache import sealed, unsealed
+from flexgear.studies.job_pool import run_jobs
 
+S = TypeVar("S")
+J = TypeVar("J")
 T = TypeVar("T")
 
 
@@ -53,6 +57,35 @@ class StudyStore(Generic[T]):
         shutil.rmtree(self.folder, ignore_errors=True)
         with contextlib.suppress(OSError):  # others' studies are still there
             self.folder.parent.rmdir()
+
+
+def stored_or_run(
+    store: StudyStore[T],
+    files: Sequence[str],
+    function: Callable[[S, J], T],
+    shared: S,
+    jobs: Sequence[J],
+    *,
+    workers: int | None,
+    scheduler: str | None,
+    progress: Callable[[float], None],
+) -> tuple[dict[int, T], dict[int, str]]:
+    """Parts of a study by the numbers of their jobs, from the disk where they were finished before,
+    else function(shared, job), which then is kept; messages of those that failed. progress: is told
+    the share that is done; workers, scheduler: as of ``run_jobs``."""
+    finished = {k: part for k, file in enumerate(files) if (part := store.get(file)) is not None}
+    left, faults = [k for k in range(len(files)) if k not in finished], dict[int, str]()
+    progress(len(finished) / max(len(files), 1))
+    runs = run_jobs(function, shared, [jobs[k] for k in left], workers=workers, scheduler=scheduler)
+    with closing(runs):
+        for at, outcome in runs:
+            if outcome.value is None:
+                faults[left[at]] = outcome.message
+                continue
+            finished[left[at]] = outcome.value
+            store.put(files[left[at]], outcome.value)
+            progress(len(finished) / len(files))
+    return finished, faults
 
 
 def study_folder(kind: str, content: dict[str, Any]) -> Path:

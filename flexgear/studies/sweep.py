@@ -10,7 +10,6 @@ from __future__ import annotations
 import json
 import zlib
 from collections.abc import Iterable, Mapping, Sequence
-from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -27,9 +26,8 @@ from flexgear.results.quantities import MISSING
 from flexgear.solve.bodies import Progress, named, reduction_limit, silent, stage_bodies
 from flexgear.studies.dask_pool import reach
 from flexgear.studies.early_workers import Outcome
-from flexgear.studies.job_pool import run_jobs
 from flexgear.studies.measures import MeasuredValues, chosen_measures, measured
-from flexgear.studies.study_store import StudyStore, study_folder
+from flexgear.studies.study_store import StudyStore, stored_or_run, study_folder
 from flexgear.studies.sweep_keys import (
     WHERE,
     Point,
@@ -301,7 +299,6 @@ def _outcomes(
     progress: Progress,
 ) -> list[Outcome[MeasuredValues]]:
     """Outcome of every point, stored or computed now: measured values, or why there are none."""
-    store = plan.store
     outcomes: dict[int, Outcome[MeasuredValues]] = {}
     left: dict[int, Case] = {}
     for k, case in enumerate(plan.cases):
@@ -312,20 +309,16 @@ def _outcomes(
         faults = [broken[key] for key in keys if key in broken]
         if faults:
             outcomes[k] = Outcome(None, faults[0])
-        elif (stored := store.get(_file(case))) is not None:
-            outcomes[k] = Outcome(stored)
         else:
             left[k] = case
     places, jobs = list(left), list(left.values())
-    progress("points", len(outcomes) / len(plan.cases))
-    shared = plan.base, plan.measures, plan.modes
-    runs = run_jobs(measured, shared, jobs, workers=workers, scheduler=scheduler)
-    with closing(runs):
-        for at, outcome in runs:
-            outcomes[places[at]] = outcome
-            if outcome.value is not None:
-                store.put(_file(jobs[at]), outcome.value)
-            progress("points", len(outcomes) / len(plan.cases))
+    values, messages = stored_or_run(
+        plan.store, [_file(case) for case in jobs], measured,
+        (plan.base, plan.measures, plan.modes), jobs, workers=workers, scheduler=scheduler,
+        progress=lambda share: progress("points", share),
+    )  # fmt: skip
+    outcomes |= {places[k]: Outcome(value) for k, value in values.items()}
+    outcomes |= {places[k]: Outcome(None, message) for k, message in messages.items()}
     return [outcomes[k] for k in range(len(plan.cases))]
 
 

@@ -10,7 +10,6 @@ from __future__ import annotations
 import io
 import json
 from collections.abc import Sequence
-from contextlib import closing
 from dataclasses import asdict, fields
 
 import numpy as np
@@ -23,8 +22,7 @@ from flexgear.results.dataset_file import provenance
 from flexgear.results.tolerance_dataset import tolerance_dataset
 from flexgear.solve.bodies import Progress, silent
 from flexgear.studies.dask_pool import reach
-from flexgear.studies.job_pool import run_jobs
-from flexgear.studies.study_store import StudyStore, study_folder
+from flexgear.studies.study_store import StudyStore, stored_or_run, study_folder
 from flexgear.studies.tolerance_setup import (
     Batch,
     ToleranceSetup,
@@ -115,22 +113,10 @@ def _all(
     progress: Progress,
 ) -> list[Batch]:
     """Every batch, from the disk where it was finished before."""
-    finished = {
-        k: batch for k, b in enumerate(batches) if (batch := store.get(_file(b))) is not None
-    }
-    left = [k for k in range(len(batches)) if k not in finished]
-    faults: dict[int, str] = {}
-    progress("samples", len(finished) / len(batches))
-    jobs = [batches[k] for k in left]
-    runs = run_jobs(sampled, setup, jobs, workers=workers, scheduler=scheduler)
-    with closing(runs):
-        for at, outcome in runs:
-            if outcome.value is None:
-                faults[left[at]] = outcome.message
-                continue
-            finished[left[at]] = outcome.value
-            store.put(_file(batches[left[at]]), outcome.value)
-            progress("samples", len(finished) / len(batches))
+    finished, faults = stored_or_run(
+        store, [_file(b) for b in batches], sampled, setup, batches, workers=workers,
+        scheduler=scheduler, progress=lambda share: progress("samples", share),
+    )  # fmt: skip
     if faults:
         first = batches[min(faults)]
         raise FlexgearError(

@@ -159,3 +159,21 @@ def test_no_process_outlives_the_one_that_started_it(tmp_path):
         first.wait()
     wait_until(lambda: not processes_with(mark), 20)
     wait_until(lambda: not list(scratch.iterdir()), 20)
+
+
+class Counted:
+    """What runs share: it is changed by each of them where it stays."""
+
+    def __init__(self):
+        self.runs = 0
+
+
+def count(shared, _):
+    shared.runs += 1
+    return shared.runs
+
+
+def test_what_runs_share_is_kept_from_one_to_the_next():
+    """On a worker, too: what costs seconds to put together is put together once in each."""
+    runs = dict(run_jobs(count, Counted(), [0] * 6, workers=2))
+    assert sorted(outcome.value for outcome in runs.values())[-1] >= 3

@@ -27,6 +27,7 @@ from flexgear.model.case import Case
 from flexgear.model.member import MatedGear, PlanetGear, Support
 from flexgear.model.modifications import FLANKS, FlankModifications
 from flexgear.model.names import MemberName
+from flexgear.model.rating import GearRating
 from flexgear.model.section import Section
 from flexgear.model.springs import Springs
 from flexgear.model.stage import Stage
@@ -58,8 +59,9 @@ def not_written(case: Case) -> list[str]:
             if getattr(member, "inertia", None) or getattr(member, "equivalent_mass", None):
                 lost.append(f"stages.{stage.name}.{name}: its moment of inertia")
             if isinstance(member, MatedGear | PlanetGear):
-                where = f"stages.{stage.name}.{name}.modifications"
-                lost += [f"{where}.{key}" for key in _unwritten(member.modifications)]
+                where = f"stages.{stage.name}.{name}"
+                lost += [f"{where}.modifications.{k}" for k in _unwritten(member.modifications)]
+                lost += [f"{where}.rating"] if member.rating != GearRating() else []
         if stage.is_flexible:
             lost.append(
                 f"stages.{stage.name}: FE bodies of ring and carrier, their bearings, shaft"
