@@ -17,9 +17,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal, Self
 
-import numpy as np
-import scipy
-
 Kind = Literal["pitting", "breakage", "ball", "roller"]
 # b and f: middles of the ranges that Bertsche 2008 prints; what a life is a life at by its standard
 TYPICAL: dict[Kind, tuple[float, float, float]] = {
@@ -28,8 +25,6 @@ TYPICAL: dict[Kind, tuple[float, float, float]] = {
     "ball": (1.1, 0.2, 0.9),
     "roller": (1.35, 0.2, 0.9),
 }
-_LEVELS = (90, 95, 96, 97, 98, 99, 99.2, 99.4, 99.6, 99.8, 99.9, 99.92, 99.94, 99.95)  # per cent
-_FACTORS = (1, 0.64, 0.55, 0.47, 0.37, 0.25, 0.22, 0.19, 0.16, 0.12, 0.093, 0.087, 0.08, 0.077)
 
 
 @dataclass(frozen=True)
@@ -60,31 +55,3 @@ class PartLife:
 def system_reliability(parts: Sequence[PartLife], time: float) -> float:
     """Π R_i(t)."""
     return math.prod(part.reliability(time) for part in parts)
-
-
-def system_life(parts: Sequence[PartLife], reliability: float = 0.9) -> float:
-    """Time at which the product has fallen to a reliability in (0, 1); inf where nothing fails."""
-    lasting = [part for part in parts if math.isfinite(part.life)]
-    if not lasting:
-        return math.inf
-    upper = min(part.at(reliability) for part in lasting)  # of the weakest part alone
-    lower = min(part.at(reliability ** (1 / len(lasting))) for part in lasting)
-
-    def excess(time: float) -> float:
-        return system_reliability(lasting, time) - reliability
-
-    if excess(upper) >= 0:
-        return upper
-    if excess(lower) <= 0:
-        return lower
-    return float(scipy.optimize.brentq(excess, lower, upper, rtol=1e-12))
-
-
-def reliability_factor(reliability: float) -> float:
-    """a_1 of ISO 281:2007, table 12, from 0.9 to 0.9995; between its rows ln a_1 is linear over
-    ln(−ln R)."""
-    if not 0.9 <= reliability <= 0.9995:
-        raise ValueError("a_1 is stated for reliabilities from 0.9 to 0.9995")
-    levels = -np.log(-np.log(np.array(_LEVELS) / 100))
-    place = -math.log(-math.log(reliability))
-    return float(np.exp(np.interp(place, levels, np.log(_FACTORS))))

@@ -83,10 +83,14 @@ def _roughness(rz: float | None, ra: float | None) -> float | None:
     return rz if ra is None else RZ_OVER_RA * ra
 
 
-LIMITS = {  # least S_H, S_F, K_v, K_Hβ
-    "none": (1.0, 1.0, 1.0, 1.0),
-    "wind": (1.25, 1.56, 1.05, 1.15),
-}
+LIMITS = {
+    "none": {
+        "flank_safety": 1.0, "root_safety": 1.0, "dynamic_factor": 1.0, "face_load_factor": 1.0,
+    },
+    "wind": {
+        "flank_safety": 1.25, "root_safety": 1.56, "dynamic_factor": 1.05, "face_load_factor": 1.15,
+    },
+}  # fmt: skip
 
 
 class ForcedFactors(Section):
@@ -174,28 +178,11 @@ class Rating(ForcedFactors):
                 stated |= {name: value for name, value in values.items() if value is not None}
         return ForcedFactors(**stated)
 
-    def _limit(self, place: int, stated: float | None) -> float:
-        return LIMITS[self.limits][place] if stated is None else stated
-
-    @property
-    def flank_safety(self) -> float:
-        """S_Hmin."""
-        return self._limit(0, self.least_flank_safety)
-
-    @property
-    def root_safety(self) -> float:
-        """S_Fmin."""
-        return self._limit(1, self.least_root_safety)
-
-    @property
-    def dynamic_floor(self) -> float:
-        """Lowest K_v."""
-        return self._limit(2, self.least_dynamic_factor)
-
-    @property
-    def face_load_floor(self) -> float:
-        """Lowest K_Hβ."""
-        return self._limit(3, self.least_face_load_factor)
+    def least(self, name: str) -> float:
+        """Of "flank_safety" S_Hmin, "root_safety" S_Fmin, "dynamic_factor" K_v, "face_load_factor"
+        K_Hβ: what the key says, else the set."""
+        stated: float | None = getattr(self, f"least_{name}")
+        return LIMITS[self.limits][name] if stated is None else stated
 
 
 def check_rating(case: Case) -> None:

@@ -8,6 +8,7 @@ from typing import Literal
 import numpy as np
 
 from flexgear.arrays import Array
+from flexgear.gears.bearings.basic_life import varying_load
 
 ROUNDING = 1e-9  # of the radial load: less is no thrust
 
@@ -50,7 +51,7 @@ def bearing_load(force: Array, turned: Array, exponent: float, z: float = 0.0) -
     load, axial = x + 1j * y, float(force[:, 2].mean())
     turns_along = abs(load.mean()) >= abs((load * np.exp(1j * turned)).mean())
     return BearingLoad(
-        radial=largest * float(np.mean((radial / largest) ** exponent)) ** (1.0 / exponent),
+        radial=varying_load(radial, exponent),
         axial=axial if abs(axial) > ROUNDING * largest else 0.0,
         moment=(float(along.mean()), float(across.mean())),
         largest=largest,

@@ -192,13 +192,13 @@ def load_factors(
     chosen = _Chosen(rules.forced(group.stage, group.kind))
     chosen.take("K_A", "application factor", ("key application_factor", rules.application_factor))
     chosen.take("K_γ", "load sharing of the planets", (of_planet, computed.k_gamma))
-    along = _at_least(of_planet, computed.k_h_beta, rules.face_load_floor)
+    along = _at_least(of_planet, computed.k_h_beta, rules.least("face_load_factor"))
     if not chosen.take("K_Hβ", "face load factor, flank", along):
         return NO_FACE_FACTOR
     by_rule = dynamic_factor(pair, load, chosen.product("K_A", "K_γ"))
     k_v = math.nan if by_rule is None else by_rule.value
     sources = (("computed, motion of the train", computed.k_v), (METHOD_B, k_v))
-    dynamic = [_at_least(*source, rules.dynamic_floor) for source in sources]
+    dynamic = [_at_least(*source, rules.least("dynamic_factor")) for source in sources]
     if not chosen.take("K_v", "dynamic factor", *dynamic):
         return NO_DYNAMIC_FACTOR
     face_root = root_face_factor(pair, chosen.value("K_Hβ"))

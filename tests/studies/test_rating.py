@@ -6,14 +6,14 @@ from functools import cache
 import numpy as np
 import pytest
 
-from flexgear.model.errors import FlexgearError
+from flexgear.model.errors import FlexgearError, InputError
 from flexgear.model.load import load_case
 from flexgear.model.load_cases import LoadCase
 from flexgear.results.rating import rating_rows, rating_summary
 from flexgear.solve.bin_loads import loads_in_bin
 from flexgear.studies import rating as study
 from flexgear.studies.compare import lives
-from flexgear.studies.measures import measured
+from flexgear.studies.measures import chosen_measures, measured
 from flexgear.studies.rating import rate
 
 RATED = 5e6 / (12.1 * math.pi / 30)  # N m, of the first input
@@ -269,7 +269,9 @@ def test_measures_of_a_sweep_and_of_two_designs():
         assert (figures["life"] <= 1e7).all()
     for name, reserve in reserves[1.0].items():
         assert reserves[1.25][name] == pytest.approx(reserve / 1.25, rel=1e-9)
-    bare = case.with_(load_cases=())
+    with pytest.raises(InputError, match="--measure: life: needs load cases"):
+        chosen_measures(case.with_(load_cases=()), ["life"])
+    bare = case.with_(load_cases=(LoadCase(name="x", extreme=True, torque=RATED),))
     with pytest.raises(FlexgearError, match="no load case has a duration"):
         measured((bare, ("life",), 1), bare)
     both = lives(case, case, workers=1)

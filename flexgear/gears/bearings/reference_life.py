@@ -10,10 +10,10 @@ w = 4.5 on the one that stands still under it,
 
     q_k = (1/Z Σ_j (f_k q_jk)^w)^(1/w),   f_k = 1 − 0.01/ln(1.985 |2k − n_s − 1|/(2 n_s − 2)),
 
-the life of a row in 10⁶ revolutions, and with lubrication and reliability, is
+the life of a row in 10⁶ revolutions at a reliability of 0.9, and with lubrication, is
 
     L_10r = [Σ_k ((q_ki/q_ci)^4.5 + (q_ke/q_ce)^4.5)]^(−8/9)
-    L_nmr = a_1 [Σ_k a_ISO,k^(−9/8) ((q_ki/q_ci)^4.5 + (q_ke/q_ce)^4.5)]^(−8/9)
+    L_nmr = [Σ_k a_ISO,k^(−9/8) ((q_ki/q_ci)^4.5 + (q_ke/q_ce)^4.5)]^(−8/9)
 
 Loads to the same factor change the life by its fourth power. a_ISO,k is that of C_u/i and of
 
@@ -25,7 +25,7 @@ Balls, w = 3 and 10/3:
 
     Q_ci = C/(0.407 Z cos^0.7 α i^0.7) (1 + t^(10/3))^0.3,   Q_ce with 0.389 and t^(−10/3),
     t = 1.044 ((1 − γ)/(1 + γ))^1.72 (r_i (2 r_e − D_w)/(r_e (2 r_i − D_w)))^0.41
-    L_10r = [(Q_i/Q_ci)^(10/3) + (Q_e/Q_ce)^(10/3)]^(−9/10),   L_nmr = a_1 a_ISO L_10r
+    L_10r = [(Q_i/Q_ci)^(10/3) + (Q_e/Q_ce)^(10/3)]^(−9/10),   L_nmr = a_ISO L_10r
 
 with a_ISO of C_u/i and P = C i^(−0.7) L_10r^(−1/3). Rows fail independently: lives add up as
 L^(−9/8) of rollers and L^(−10/9) of balls.
@@ -65,11 +65,10 @@ class Ratings:
 
 @dataclass(frozen=True)
 class Lubrication:
-    """viscosity_ratio: κ; contamination: e_C; reliability_factor: a_1."""
+    """viscosity_ratio: κ; contamination: e_C."""
 
     viscosity_ratio: float
     contamination: float
-    reliability_factor: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -167,7 +166,7 @@ def row_lives(
     kind: Literal["roller", "ball"] = "roller" if rollers else "ball"
     factors = life_modification(kind, lubrication.viscosity_ratio, fatigue)
     modified = _life(float((factors ** (-1 / exponent) * damages).sum()), exponent)
-    return basic, lubrication.reliability_factor * modified
+    return basic, modified
 
 
 def row_rating(

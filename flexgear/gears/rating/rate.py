@@ -143,7 +143,7 @@ def _flank(pair: GearPair, gear: RatedGear, load: PairLoad, factors: LoadFactors
     ]
     strength = _flank_strength(pair, gear, load)
     if isinstance(strength, str):
-        return LimitState("H", nominal, stress, rules.flank_safety, tuple(lines), strength)
+        return LimitState("H", nominal, stress, rules.least("flank_safety"), tuple(lines), strength)
     knees = flank_knees(_steel(gear), rules.flank_long_life_factor, rules.limited_pitting)
     static = strength[0].value * strength[4].value * strength[5].value
     return _limit("H", nominal, stress, rules, (lines, strength), knees, static)
@@ -198,7 +198,7 @@ def _root(
     ]
     strength = _root_strength(pair, gear, reversal)
     if isinstance(strength, str):
-        return LimitState("F", nominal, stress, rules.root_safety, tuple(lines), strength)
+        return LimitState("F", nominal, stress, rules.least("root_safety"), tuple(lines), strength)
     limit, correction, sensitivity, _, _, mean = (line.value for line in strength)
     static = limit * correction * root.static_notch_factor(gear, sensitivity) * mean
     knees = root_knees(_steel(gear), rules.root_long_life_factor)
@@ -244,7 +244,7 @@ def _limit(
 ) -> LimitState:  # fmt: skip
     """With the curve of what it bears: σ_lim times all factors of ``lines[1]`` times the life
     factor, ``static`` (MPa) times it at the first knee, but not below what follows."""
-    least = rules.flank_safety if letter == "H" else rules.root_safety
+    least = rules.least("flank_safety" if letter == "H" else "root_safety")
     reference = math.prod(line.value for line in lines[1])
     first = reference if rules.static_factors == "constant" else static
     stresses = [1e6 * reference * factor for _, factor in knees]
