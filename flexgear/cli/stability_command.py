@@ -26,7 +26,7 @@ def stability(
     case: options.CaseName,
     speeds: Annotated[
         tuple[float, float] | None,
-        typer.Option("--speeds", metavar="LOW HIGH", help="Over rated speed, e.g. 0.2 1.5."),
+        typer.Option("--speed-range", metavar="LOW HIGH", help="Over rated speed, e.g. 0.2 1.5."),
     ] = None,
     count: Annotated[
         int, typer.Option("--count", min=3, help="Speeds, to which expected bands add some.")

@@ -163,6 +163,7 @@ def _by_file(data: xr.Dataset) -> dict[str, xr.Dataset]:
         "modes": "frequency",
         "campbell": "campbell_frequency",
         "stability": "growth_rate",
+        "response": "response_branch",
     }
     return {name: data for name, variable in parts.items() if variable in data}
 

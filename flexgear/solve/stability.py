@@ -109,7 +109,7 @@ def _range(model: Model, speeds: tuple[float, float] | None) -> tuple[float, flo
     first, last = sorted(speeds)
     if not (0.0 < first < last < math.inf):
         raise InputError(
-            "--speeds",
+            "--speed-range",
             f"{speeds[0]:g} to {speeds[1]:g}",
             "is no range above zero: a train at rest has no gear-mesh frequency",
             f"e.g. 0.1 to {highest:.3g} times rated speed",

@@ -33,6 +33,7 @@ from flexgear.views.charts import figure_bars
 from flexgear.views.face_load_charts import root_stress_chart, tooth_rows_chart
 from flexgear.views.mode_charts import campbell_chart, modes_chart
 from flexgear.views.order_charts import order_chart
+from flexgear.views.response_chart import response_chart
 from flexgear.views.select import thinned, within_window
 from flexgear.views.sensor_charts import sensors_chart, static_sensors_chart
 from flexgear.views.stability_chart import stability_chart
@@ -287,6 +288,12 @@ RUN_CHARTS: Sequence[tuple[Subjects, Sequence[Chart]]] = (
             "Growth of free vibration under the varying stiffness of the gear meshes, with the "
             "modes i and j and the order l that meet, f_i + f_j = l f_z.",
             stability_chart, "stability"),
+    )),
+    (partial(each.with_dataset, "response"), (
+        Chart("response", "dynamics", "Steady states over speed or torque, with all branches",
+            "Largest and smallest gear-mesh force, and swing of the transmission error. Solid: "
+            "stable, dashed: unstable; arrows: where a sweep jumps, and to what force.",
+            response_chart, "response"),
     )),
     (each.runs, (
         Chart("modes", "modes", "Natural modes by type and energy",
