@@ -27,7 +27,8 @@ def test_example_runs(example, monkeypatch, tmp_path, capsys):
     from matplotlib import pyplot
 
     matplotlib.use("Agg")
-    shutil.copy(example.parent / "stage.toml", tmp_path)
+    for case in example.parent.glob("*.toml"):
+        shutil.copy(case, tmp_path)
     monkeypatch.chdir(tmp_path)
     figure = runpy.run_path(str(example))["figure"]
     assert [ax for ax in figure.axes if ax.has_data()]
