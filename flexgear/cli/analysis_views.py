@@ -20,6 +20,7 @@ from flexgear.model.units import RPM
 from flexgear.results.dataset_file import save
 from flexgear.results.flanks import GEARS, flank_names
 from flexgear.results.harmonics import radial_harmonics, star_angle
+from flexgear.results.origin import Origin
 from flexgear.results.quantities import number
 from flexgear.results.report.sharing import DEFINITION
 from flexgear.results.report.wording import titled_by_stage, window_words, with_unit, words
@@ -57,6 +58,18 @@ class Output:
         """Print where the dataset is."""
         if self.out is not None and not self.as_json:
             typer.echo(f"\nwrote {value_text(str(self.out))}")
+
+    @property
+    def picture(self) -> Path | None:
+        """The file of a picture beside the dataset."""
+        return None if self.out is None else self.out.with_suffix(".png")
+
+    def claim(self, origin: Origin, force: bool) -> None:
+        """Check before the work that both may be written; a picture that stands beside an earlier
+        dataset is of that."""
+        options.claim_file(self.out, origin, force)
+        if self.out is not None and not self.out.exists():
+            options.claim_file(self.picture, origin, force)
 
     def keep(self, data: xr.Dataset) -> None:
         """Write the dataset if a file was named."""

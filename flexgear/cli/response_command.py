@@ -21,6 +21,8 @@ from flexgear.results.report.wording import with_unit
 from flexgear.solve.model import Model
 from flexgear.solve.response import response as steady_states
 from flexgear.solve.turning_points import BESIDE, KINDS
+from flexgear.views.response_chart import response_chart
+from flexgear.views.style import save_figure
 
 LISTED = 12  # resonances, jumps and ranges that the screen lists
 PROMINENT = 0.02  # of the largest force: what a peak rises above its sides
@@ -57,7 +59,7 @@ def response(
     """Frequency response with all branches: peaks, jumps, lost contact over speed or torque."""
     source = options.read_case(case, settings)
     parts, output = options.rigid_parts(rigid, source), Output(as_json, out)
-    options.claim_file(out, origin_of_case(source), force)
+    output.claim(origin_of_case(source), force)
     with progress(quiet) as report:
         model = put_together(source, parts, report)
         data = steady_states(
@@ -71,6 +73,8 @@ def response(
             progress=report,
         )
     output.keep(data)
+    if output.picture is not None:
+        save_figure(response_chart(data), output.picture, dpi=150)
     figures = response_figures(data)
     if as_json:
         typer.echo(as_json_text(figures))

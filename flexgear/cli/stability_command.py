@@ -45,16 +45,13 @@ def stability(
     """Parametric instability: speeds at which varying gear-mesh stiffness lets vibration grow."""
     source = options.read_case(case, settings)
     parts, output = options.rigid_parts(rigid, source), Output(as_json, out)
-    picture = None if out is None else out.with_suffix(".png")
-    options.claim_file(out, origin_of_case(source), force)
-    if out is not None and not out.exists():  # else the picture is of what is replaced
-        options.claim_file(picture, origin_of_case(source), force)
+    output.claim(origin_of_case(source), force)
     with progress(quiet) as report:
         model = put_together(source, parts, report)
         data = over_speed(model, speeds, count=count, limit_hz=limit_hz, progress=report)
     output.keep(data)
-    if picture is not None:
-        save_figure(stability_chart(data), picture, dpi=150)
+    if output.picture is not None:
+        save_figure(stability_chart(data), output.picture, dpi=150)
     if as_json:
         typer.echo(as_json_text({"bands": _plain(data)}))
     else:

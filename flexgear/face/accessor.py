@@ -154,6 +154,8 @@ def _by_file(data: xr.Dataset) -> dict[str, xr.Dataset]:
     """The dataset by the name of the file in which a run keeps such results."""
     if "time" in data.dims:
         return {"transient": data}
+    if "response_branch" in data:
+        return {"response": data}
     if "stage" in data.attrs:
         kind = "sharing" if "cycle_maximum" in data else "gear_mesh_cycles"
         return {f"{kind}_{data.attrs['stage']}": data}
@@ -163,7 +165,6 @@ def _by_file(data: xr.Dataset) -> dict[str, xr.Dataset]:
         "modes": "frequency",
         "campbell": "campbell_frequency",
         "stability": "growth_rate",
-        "response": "response_branch",
     }
     return {name: data for name, variable in parts.items() if variable in data}
 

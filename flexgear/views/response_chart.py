@@ -127,7 +127,7 @@ def _contact(ax: Axes, data: xr.Dataset, x: Array, y: Array, mesh: int) -> None:
     for name, colour in (("lost_contact_share", LOST), ("back_contact_share", BACK)):
         at = np.flatnonzero(data[name].to_numpy()[:, mesh] > 0.0)
         apart = (np.diff(at) > 1) | (np.diff(branch[at]) != 0)
-        for run in np.split(at, np.flatnonzero(apart) + 1):
+        for run in np.split(at, np.flatnonzero(apart) + 1) if len(at) else []:
             ax.plot(x[run], y[run], color=colour, lw=BROAD, solid_capstyle="butt", zorder=1)
 
 
@@ -169,10 +169,10 @@ def _legend(data: xr.Dataset, names: list[str]) -> list[Any]:
         Line2D([], [], color=colour, lw=1.4, label="stable"),
         Line2D([], [], color=colour, lw=0.9, ls=(0, (3, 1.6)), label="unstable"),
     ]
-    sense = data["turning_point_sense"].to_numpy() if "turning_point" in data.sizes else []
-    if np.any(np.asarray(sense) > 0):
+    sense = np.asarray(data.get("turning_point_sense", 0))
+    if np.any(sense > 0):
         handles.append(_mark(UP, ">", f"jump as {data.attrs['over']} rises"))
-    if np.any(np.asarray(sense) < 0):
+    if np.any(sense < 0):
         handles.append(_mark(DOWN, "<", f"jump as {data.attrs['over']} falls"))
     if np.any(np.asarray(data.get("stability_change_kind", 0)) != 0):
         handles.append(_mark(CHANGE, "d", "period doubles, or beats begin"))

@@ -1,0 +1,62 @@
+"""The picture of responses with all branches: what its lines, marks and legend are of."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from flexgear.views.interactive import panels_of
+from flexgear.views.response_chart import pieces, response_chart
+
+
+@pytest.fixture
+def curve():
+    """A resonance that leans over: stable up to a turning point at 1.2, unstable back to one at 0.9
+    and stable beyond, with teeth that part on the upper two branches."""
+    share = np.concatenate(
+        [np.linspace(0.5, 1.2, 8), np.linspace(1.1, 0.9, 5), np.linspace(1, 2, 9)]
+    )
+    force = 1e3 * np.linspace(3.0, 8.0, len(share))
+    stable = np.repeat([1, 0, 1], [8, 5, 9])
+    measures = np.stack([force, 0.2 * force, 0.6 * force, 0.1 * force], axis=-1)[:, None]
+    points = {"response_speed_share": share, "stable": stable, "response_branch": 0 * stable + 1}
+    data = {name: ("point", values) for name, values in points.items()}
+    of_mesh = ("point", "gear_mesh", "measure")
+    data |= {"response_gear_mesh_force": (of_mesh, measures)}
+    data |= {"response_transmission_error": (of_mesh, 1e-9 * measures)}
+    parted = (np.arange(len(share)) >= 8)[:, None] * 0.3
+    data |= {
+        "lost_contact_share": (of_mesh[:2], parted),
+        "back_contact_share": (of_mesh[:2], 0 * parted),
+    }
+    turning = {"parameter": [1.2, 0.9], "force": [5e3, 6e3], "sense": [1, -1],
+               "target_force": [7e3, np.nan]}  # fmt: skip
+    data |= {f"turning_point_{k}": ("turning_point", v) for k, v in turning.items()}
+    data |= {"stability_change_parameter": ("stability_change", [1.2, 0.9]),
+             "stability_change_kind": ("stability_change", [0, 0])}  # fmt: skip
+    coords = {"gear_mesh": ["pair sun 1"], "measure": ["maximum", "minimum", "mean", "rms"]}
+    return xr.Dataset(data, coords, {"over": "speed", "harmonics": 20})
+
+
+def test_stretches_of_one_stability_are_pieces(curve):
+    assert [(p.start, p.stop, p.stable) for p in pieces(curve)] == [
+        (0, 8, True), (8, 13, False), (13, 22, True),
+    ]  # fmt: skip
+
+
+def test_unstable_states_are_dashed_and_jumps_are_marked(curve):
+    figure = response_chart(curve)
+    force, error = figure.axes
+    dashed = [line for line in force.lines if line.get_linestyle() == "--"]
+    x = np.concatenate([line.get_xdata() for line in dashed])
+    assert x.min() == 0.9 and x.max() <= 1.1
+    marks = {
+        line.get_marker(): line.get_xdata()[0] for line in force.lines if len(line.get_xdata()) == 1
+    }
+    assert marks == {">": 1.2, "<": 0.9}
+    assert len(force.texts) == 1  # an arrow where the force after the jump is known
+    labels = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert labels == ["stable", "unstable", "jump as speed rises", "jump as speed falls",
+                      "teeth lose contact"]  # fmt: skip
+    assert force.get_ylim()[1] > 8.0 > 0.9 * force.get_ylim()[1]
+    assert [len(panel["data"]) > 3 for panel in panels_of(figure)] == [True, True]
+    assert np.ptp(error.get_ylim()) > 0.0
