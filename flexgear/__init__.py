@@ -81,6 +81,7 @@ _METHODS = {
     "modes",
     "campbell",
     "stability",
+    "linear_response",
     "transient",
     "deformed",
     "mode_field",

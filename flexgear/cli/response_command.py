@@ -13,18 +13,21 @@ from scipy.signal import find_peaks
 from flexgear.cli import options
 from flexgear.cli.analysis_commands import put_together
 from flexgear.cli.analysis_views import Output
-from flexgear.cli.display import as_json_text, progress, table
+from flexgear.cli.display import Report, as_json_text, progress, table
 from flexgear.model.units import RPM
 from flexgear.results.origin import origin_of_case
 from flexgear.results.quantities import number
 from flexgear.results.report.wording import with_unit
+from flexgear.solve.linear_response import linear_response
 from flexgear.solve.model import Model
 from flexgear.solve.response import response as steady_states
 from flexgear.solve.turning_points import BESIDE, KINDS
+from flexgear.views.linear_response_chart import linear_response_chart
 from flexgear.views.response_chart import response_chart
 from flexgear.views.style import save_figure
 
 LISTED = 12  # resonances, jumps and ranges that the screen lists
+LEAST_SHARE = 0.01  # of a peak: a mode with less is not named
 PROMINENT = 0.02  # of the largest force: what a peak rises above its sides
 
 
@@ -49,6 +52,13 @@ def response(
         int | None,
         typer.Option("--harmonics", help="Of the gear-mesh frequency; follow from the case."),
     ] = None,
+    linear: Annotated[
+        bool,
+        typer.Option(
+            "--linear",
+            help="At mean stiffness, to the transmission error; modal shares.",
+        ),
+    ] = False,
     out: options.OutFile = None,
     force: options.Force = False,
     rigid: options.Rigid = None,
@@ -62,6 +72,9 @@ def response(
     output.claim(origin_of_case(source), force)
     with progress(quiet) as report:
         model = put_together(source, parts, report)
+        if linear:
+            _linear(model, speed_range, report, output)
+            return
         data = steady_states(
             model,
             speeds=speed_range,
@@ -81,6 +94,42 @@ def response(
     else:
         show_response(model, data, figures)
     output.wrote()
+
+
+def _linear(
+    model: Model, speeds: tuple[float, float] | None, report: Report, output: Output
+) -> None:
+    """The linear forced response: peaks of gear-mesh forces, and the modes that make them."""
+    data = linear_response(model, speeds, progress=report)
+    output.keep(data)
+    if output.picture is not None:
+        save_figure(linear_response_chart(data), output.picture, dpi=150)
+    peaks = [_linear_peak(data.isel(peak=k)) for k in range(data.sizes.get("peak", 0))]
+    if output.as_json:
+        typer.echo(as_json_text({"peaks": peaks}))
+    else:
+        typer.echo(f"{model.case.name}: response to the static transmission error, mean stiffness")
+        for peak in peaks[:LISTED]:
+            modes = ", ".join(f"mode {m} {100 * s:.0f} %" for m, s in peak["modes"].items())
+            typer.echo(
+                f"  {peak['gear_mesh']}, order {peak['order']}, {peak['speed_share']:.4g} of rated "
+                f"speed: {with_unit(peak['force_n'], 'N')} ({modes})"
+            )
+    output.wrote()
+
+
+def _linear_peak(row: xr.Dataset) -> dict[str, Any]:
+    """A peak, with the shares of the three modes that have most of it."""
+    share = row["peak_mode_share"].to_numpy()
+    most = np.argsort(-np.abs(share))[:3]
+    numbers = row["kept_mode"].to_numpy()
+    return {
+        "gear_mesh": str(row["peak_gear_mesh"].values),
+        "order": int(row["peak_order"]),
+        "speed_share": float(row["peak_factor"]),
+        "force_n": float(row["peak_force"]),
+        "modes": {int(numbers[k]): float(share[k]) for k in most if abs(share[k]) >= LEAST_SHARE},
+    }
 
 
 def response_figures(data: xr.Dataset) -> dict[str, Any]:

@@ -165,6 +165,7 @@ def _by_file(data: xr.Dataset) -> dict[str, xr.Dataset]:
         "modes": "frequency",
         "campbell": "campbell_frequency",
         "stability": "growth_rate",
+        "linear_response": "linear_force_amplitude",
     }
     return {name: data for name, variable in parts.items() if variable in data}
 

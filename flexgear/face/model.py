@@ -23,6 +23,8 @@ from flexgear.solve import deformed, model, response, static, transient
 from flexgear.solve.angles import lead_angles, reference_member
 from flexgear.solve.bodies import Bodies, silent
 from flexgear.solve.campbell import MARGIN, campbell
+from flexgear.solve.linear_response import ORDERS, linear_response
+from flexgear.solve.linear_response import SPEEDS as LINEAR_SPEEDS
 from flexgear.solve.modes import modes, usual_limit
 from flexgear.solve.stability import SPEEDS, stability
 
@@ -124,6 +126,26 @@ class Model(model.Model):
         """
         return stability(
             self, speeds, count=count, limit_hz=limit_hz, progress=progress_or_bars(progress)
+        )
+
+    @checked
+    def linear_response(
+        self,
+        speeds: tuple[float, float] | None = None,
+        *,
+        count: int = LINEAR_SPEEDS,
+        orders: int = ORDERS,
+        limit_hz: float | None = None,
+        progress: Progress | None = None,
+    ) -> xr.Dataset:
+        """Forced response to the static transmission error at mean gear-mesh stiffness: amplitudes
+        of forces by order over speed, and the share of every mode in each peak.
+
+        speeds, limit_hz: see ``stability``; count: of speeds; orders: of the gear-mesh frequency.
+        """
+        report = progress_or_bars(progress)
+        return linear_response(
+            self, speeds, count=count, orders=orders, limit_hz=limit_hz, progress=report
         )
 
     @checked

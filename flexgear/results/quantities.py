@@ -129,6 +129,7 @@ RESULT_COORDINATES: dict[str, Coordinate] = {
         "1", "number of a mode that an excitation meets at an operating speed, from 1"
     ),
     "kept_mode": Coordinate("1", "number of the natural mode, from 1, rigid rotations among them"),
+    "peak": Coordinate("1", "number of the peak, from 1, the highest first"),
     "band": Coordinate("1", "number of the band of speeds, from 1"),
     "acting": Coordinate("1", "the two modes of an instability, 1 the lower one"),
     "harmonic": Coordinate("Hz", "frequency of an error of gears or of a gear mesh"),

@@ -405,6 +405,26 @@ RESULT_QUANTITIES: dict[str, Quantity] = {
         "single planet's teeth pushed",
         missing="where no variation of the gear-mesh stiffness or no damping is known",
     ),
+    "linear_force_amplitude": Quantity(
+        (S, "gear_mesh", "gear_mesh_order"),
+        "N",
+        "amplitude of the gear-mesh force under the static transmission error, at mean stiffness",
+    ),
+    "linear_transmission_error_amplitude": Quantity(
+        (S, "gear_mesh", "gear_mesh_order"), "m", "amplitude of the dynamic transmission error"
+    ),
+    "static_transmission_error_amplitude": Quantity(
+        ("gear_mesh", "gear_mesh_order"), "m", "amplitude of the static transmission error"
+    ),
+    "peak_factor": Quantity(("peak",), "1", "speed over rated speed of a peak of the force"),
+    "peak_gear_mesh": Quantity(("peak",), "", "gear mesh whose force it is"),
+    "peak_order": Quantity(("peak",), "1", "order of its gear-mesh frequency"),
+    "peak_force": Quantity(("peak",), "N", "amplitude there"),
+    "peak_mode_share": Quantity(
+        ("peak", "kept_mode"),
+        "1",
+        "share of the mode in it; the rest is the error alone",
+    ),
     "growth_rate": Quantity(
         (S, "turning_stage"),
         "1/s",

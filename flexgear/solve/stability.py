@@ -57,10 +57,10 @@ def stability(
     for a range or limit that cannot be.
     """
     model.case.require_load()
-    first, last = _range(model, speeds)
-    numbers, shapes, omega = _modes(model, limit_hz)
+    first, last = speed_range(model, speeds)
+    numbers, shapes, omega = kept_modes(model, limit_hz)
     stages = [s for s in model.flow.stages if s.gear_mesh_frequency > 0.0]
-    trains = [_train(model, s.name, shapes, omega) for s in stages]
+    trains = [train_in_modes(model, s.name, shapes, omega) for s in stages]
     factors = np.unique(
         np.concatenate(
             [np.linspace(first, last, count), *(_near(t, first, last, count) for t in trains)]
@@ -101,7 +101,7 @@ def stability(
     )
 
 
-def _range(model: Model, speeds: tuple[float, float] | None) -> tuple[float, float]:
+def speed_range(model: Model, speeds: tuple[float, float] | None) -> tuple[float, float]:
     """Lowest and highest speed factor."""
     highest = HIGHEST * operating_factors(model)[-1]
     if speeds is None:
@@ -117,7 +117,7 @@ def _range(model: Model, speeds: tuple[float, float] | None) -> tuple[float, flo
     return first, last
 
 
-def _modes(model: Model, limit_hz: float | None) -> tuple[Ints, Array, Array]:
+def kept_modes(model: Model, limit_hz: float | None) -> tuple[Ints, Array, Array]:
     """Numbers (n,) from 1, shapes (d, n) and ω (n,) of the elastic modes that are kept."""
     flexible = not all(body.rigid for body in model.system.bodies)
     reached = model.pace.reduction_limit if flexible else math.inf
@@ -144,7 +144,7 @@ def _modes(model: Model, limit_hz: float | None) -> tuple[Ints, Array, Array]:
     )
 
 
-def _train(model: Model, stage: str, shapes: Array, omega: Array) -> PeriodicTrain:
+def train_in_modes(model: Model, stage: str, shapes: Array, omega: Array) -> PeriodicTrain:
     """The train in modes, with the gear meshes of one stage over their cycle."""
     system, contact = model.system, model.mean_springs
     number = [s.name for s in model.case.stages].index(stage)

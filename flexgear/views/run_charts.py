@@ -31,6 +31,7 @@ from flexgear.views import charts, face_load_charts, histories, loads, sharing_c
 from flexgear.views.chart import Chart, Drawing, NotDrawn, Subjects
 from flexgear.views.charts import figure_bars
 from flexgear.views.face_load_charts import root_stress_chart, tooth_rows_chart
+from flexgear.views.linear_response_chart import linear_response_chart
 from flexgear.views.mode_charts import campbell_chart, modes_chart
 from flexgear.views.order_charts import order_chart
 from flexgear.views.response_chart import response_chart
@@ -288,6 +289,11 @@ RUN_CHARTS: Sequence[tuple[Subjects, Sequence[Chart]]] = (
             "Growth of free vibration under the varying stiffness of the gear meshes, with the "
             "modes i and j and the order l that meet, f_i + f_j = l f_z.",
             stability_chart, "stability"),
+    )),
+    (partial(each.with_dataset, "linear_response"), (
+        Chart("linear_response", "dynamics", "Response to the static transmission error",
+            "Gear-mesh force by order at mean stiffness, with the mode that has most of each peak.",
+            linear_response_chart, "linear_response"),
     )),
     (partial(each.with_dataset, "response"), (
         Chart("response", "dynamics", "Steady states over speed or torque, with all branches",

@@ -166,3 +166,33 @@ def test_damping_beyond_what_varying_stiffness_feeds_leaves_no_band(tmp_path):
 def test_constant_stiffness_grows_nothing(tmp_path):
     data = pair(tmp_path).case.with_(**{"stages.stage_1.gear_mesh.model": "constant"})
     assert data.assemble().stability(speeds=(0.3, 3.0)).sizes["band"] == 0
+
+
+def test_two_gears_answer_as_one_mass_on_a_spring(tmp_path):
+    """Levels k₁, k₂ = 2 k₁ of shares 2 − ε, ε − 1: |x_l| = 2 F̄ (1/k₁ − 1/k₂) |sin πl(ε − 1)|/πl,
+    q = k̄ x/(k̄ − m ω² + iω c̄), F = (k̄ + iω c̄) q − k̄ x."""
+    model = pair(tmp_path, 0.05)
+    data = model.linear_response((0.2, 2.0), count=37, orders=3)
+    low = MEAN / RATIO
+    dampers = 2 * 0.05 * np.sqrt(MASS * np.array([low, 2 * low]))
+    damper = dampers @ [2 - RATIO, RATIO - 1]
+    force = 500 / (0.12 * np.cos(np.radians(20)))
+    for order in (1, 2, 3):
+        error = 2 * force * 0.5 / low * abs(np.sin(np.pi * order * (RATIO - 1))) / (np.pi * order)
+        static = data.static_transmission_error_amplitude[0, order - 1]
+        assert float(static) == pytest.approx(error, rel=0.01)  # of 120 positions
+        w = order * RATED * data["speed_factor"].to_numpy()
+        motion = MEAN * error / (MEAN - MASS * w**2 + 1j * w * damper)
+        exact = np.abs((MEAN + 1j * w * damper) * motion - MEAN * error)
+        ours = data.linear_force_amplitude[:, 0, order - 1].to_numpy()
+        assert ours == pytest.approx(exact, rel=0.03, abs=0.02 * exact.max())
+    w = float(data.peak_order[0] * data.peak_factor[0]) * RATED
+    part = MEAN / (MEAN - MASS * w**2 + 1j * w * damper) * (MEAN + 1j * w * damper)
+    share = (part * np.conj(part - MEAN)).real / abs(part - MEAN) ** 2
+    assert float(data.peak_mode_share[0, 0]) == pytest.approx(share, abs=0.01)
+
+
+def test_constant_stiffness_without_errors_excites_nothing(tmp_path):
+    case = pair(tmp_path).case.with_(**{"stages.stage_1.gear_mesh.model": "constant"})
+    data = case.assemble().linear_response((0.2, 2.0), count=9)
+    assert data.linear_force_amplitude.max() < 1e-6

@@ -1,0 +1,149 @@
+r"""Forced response of a train to its static transmission error, at mean gear-mesh stiffness.
+
+Under its mean force F̄ a gear mesh of stiffness k(ψ) is closed at rest by x(ψ) = F̄/k(ψ) − e(ψ), e
+its error at gear-mesh frequency. The harmonics x_l excite the train at its mean stiffness,
+
+    (K̄ − s² K_c − ω² + iω (C̄ + s G)) q_l = Σ_m v_m k̄_m x_{m,l},   ω = l ω_z,
+
+in modes, v_m the mean row of a gear mesh; its force then varies by
+
+    F_{m,l} = (k̄_m + iω c̄_m) v_mᵀ q_l − k̄_m x_{m,l},
+
+which is nothing at rest where a free train can follow. Mode j has its term in v_mᵀ q_l of it
+(Özgüven & Houser 1988, J. Sound Vib. 125:71, for one gear pair). No pair comes loose, and orders do
+not act on each other; gaps of modified flanks are not in k(ψ).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from scipy.signal import find_peaks
+
+from flexgear.analysis.parametric_instability import PeriodicTrain
+from flexgear.arrays import Array, Complex
+from flexgear.results.labelled_dataset import labelled_dataset
+from flexgear.solve.bodies import Progress, silent
+from flexgear.solve.dataset import result_attrs, result_labels
+from flexgear.solve.model import Model
+from flexgear.solve.stability import kept_modes, speed_range, train_in_modes
+
+SPEEDS = 401  # evenly spread over the range
+ORDERS = 5  # of the gear-mesh frequency
+
+
+@dataclass(frozen=True)
+class _Excited:
+    """Gear meshes of a stage: places (g,) among all, rows (g, n) in modes, k̄, c̄ (g,) and x_l
+    (g, orders) m."""
+
+    places: list[int]
+    rows: Array
+    stiffness: Array
+    damping: Array
+    error: Complex
+
+
+def linear_response(
+    model: Model,
+    speeds: tuple[float, float] | None = None,
+    *,
+    count: int = SPEEDS,
+    orders: int = ORDERS,
+    limit_hz: float | None = None,
+    progress: Progress = silent,
+) -> xr.Dataset:
+    """Amplitudes of gear-mesh forces and transmission errors over speed, and which mode has how
+    much of a peak; each stage excited by its own gear meshes. Arguments: see ``stability``."""
+    model.case.require_load()
+    first, last = speed_range(model, speeds)
+    numbers, shapes, omega = kept_modes(model, limit_hz)
+    factors, names = np.linspace(first, last, count), model.gear_meshes.names
+    force = np.zeros((count, len(names), orders))
+    motion, static = np.zeros_like(force), np.zeros((len(names), orders))
+    peaks: list[dict[str, Any]] = []
+    stages = [s for s in model.flow.stages if s.gear_mesh_frequency > 0.0]
+    for done, stage in enumerate(stages):
+        train = train_in_modes(model, stage.name, shapes, omega)
+        excited = _excited(model, stage.name, shapes, orders)
+        static[excited.places] = np.abs(excited.error)
+        for order in range(1, orders + 1):
+            amplitudes, parts, closing = _over_speed(train, excited, factors, order)
+            force[:, excited.places, order - 1] = np.abs(amplitudes)
+            motion[:, excited.places, order - 1] = np.abs(closing)
+            for g, place in enumerate(excited.places):
+                for k in find_peaks(np.abs(amplitudes[:, g]))[0]:
+                    whole = amplitudes[k, g]
+                    share = (parts[k, g] * np.conj(whole)).real / abs(whole) ** 2
+                    at = {"factor": factors[k], "gear_mesh": names[place], "order": order}
+                    peaks.append({**at, "force": abs(whole), "mode_share": share})
+        progress("speeds", (done + 1) / len(stages))
+    peaks.sort(key=lambda peak: -peak["force"])
+    texts = {"gear_mesh": str, "order": np.int64}
+    columns: dict[str, Any] = {
+        f"peak_{name}": np.array([peak[name] for peak in peaks], dtype=texts.get(name, float))
+        for name in ("factor", "gear_mesh", "order", "force")
+    }
+    shares = np.array([peak["mode_share"] for peak in peaks]).reshape(-1, len(omega))
+    arrays = {
+        "linear_force_amplitude": force,
+        "linear_transmission_error_amplitude": motion,
+        "static_transmission_error_amplitude": static,
+        "kept_frequency": omega / (2 * np.pi),
+        **columns,
+        "peak_mode_share": shares,
+    }
+    labels = {**result_labels(model), "kept_mode": numbers.tolist()}
+    return labelled_dataset("speed_factor", factors, arrays, result_attrs(model), labels, names)
+
+
+def _excited(model: Model, stage: str, shapes: Array, orders: int) -> _Excited:
+    """Loaded gear meshes of a stage, with their static transmission errors."""
+    cycles, pairs = model.mean_springs.cycles, model.system.pairs
+    places = [
+        g
+        for g in model.gear_meshes.of_stage(stage)
+        if int(model.gear_meshes.carrying[g]) in cycles and model.rated[g] > 0.0
+    ]
+    rows, error = [], np.zeros((len(places), orders), dtype=complex)
+    flanks = [int(model.gear_meshes.carrying[g]) for g in places]
+    turn = int(pairs.angle[flanks[0]]) if flanks else 0
+    system = model.system
+    speed = float(system.angles[turn] @ system.rolling @ system.rated_input_speeds)
+    for k, (g, m) in enumerate(zip(places, flanks, strict=True)):
+        cycle = cycles[m]
+        mean = cycle.force.mean(axis=0) @ cycle.blocks
+        rows.append(mean @ shapes / cycle.stiffness.mean())
+        closing = 2 * np.fft.rfft(model.rated[g] / cycle.stiffness) / len(cycle.stiffness)
+        error[k] = closing[1 : orders + 1]
+        start = 2 * np.pi * pairs.s0[m] / pairs.pitch[m] + pairs.error_phase[m]
+        wave = -1j * pairs.error_amplitude[m] * np.exp(1j * start)
+        error[k, 0] -= wave if pairs.rate[m] > 0.0 else np.conj(wave)
+    stiffness = np.array([cycles[m].stiffness.mean() for m in flanks])
+    damping = np.array([cycles[m].damping.mean() for m in flanks])
+    turned = error if speed >= 0.0 else np.conj(error)
+    return _Excited(places, np.array(rows).reshape(len(places), -1), stiffness, damping, turned)
+
+
+def _over_speed(
+    train: PeriodicTrain, excited: _Excited, factors: Array, order: int
+) -> tuple[Complex, Complex, Complex]:
+    """Forces (s, g) N, the parts (s, g, n) that modes have of them, and closings (s, g) m."""
+    n, mean = len(train.omega), train.stiffness.mean(axis=0)
+    damping = train.damping.mean(axis=0)
+    push = excited.stiffness * excited.error[:, order - 1]
+    w = order * train.rate * factors
+    matrices = (
+        mean
+        - (factors**2)[:, None, None] * train.centripetal
+        - (w**2)[:, None, None] * np.eye(n)
+        + 1j * w[:, None, None] * (damping + factors[:, None, None] * train.gyroscopic)
+    )
+    load = np.broadcast_to(push @ excited.rows, (len(factors), n))
+    modes = np.linalg.solve(matrices, load[..., None])[..., 0]
+    complex_stiffness = excited.stiffness + 1j * np.multiply.outer(w, excited.damping)
+    parts = complex_stiffness[:, :, None] * excited.rows * modes[:, None, :]
+    return parts.sum(axis=2) - push, parts, modes @ excited.rows.T
