@@ -82,13 +82,15 @@ def exact_edges(levels, dampers, first, last):
         (0.0, "", MEAN / RATIO),
         (0.01, "", MEAN / RATIO),
         (0.0, "sun_stiffness_step_n_per_m = 1e8", MEAN - 0.6e8),
+        (0.01, 'damping_law = "always"', MEAN / RATIO),
     ],
 )
 def test_bands_of_two_levels_begin_and_end_where_meissner_says(tmp_path, damping, step, low):
-    """c = 2 ζ √(m k) of either level; one pair has ``low``; growth beyond 1e-3 a second."""
-    high = 2 * low if not step else low + 1e8
+    """c = 2 ζ √(m k) of either level, with the law "always" of the mean, a constant damper; one
+    pair has ``low``; growth beyond 1e-3 a second."""
+    high = low + 1e8 if "stiffness" in step else 2 * low
     levels = high, low
-    dampers = [2 * damping * np.sqrt(MASS * k) for k in levels]
+    dampers = [2 * damping * np.sqrt(MASS * (MEAN if "always" in step else k)) for k in levels]
     data = pair(tmp_path, damping, step).stability(speeds=(0.4, 2.6))
     exact = exact_edges(levels, dampers, 0.4, 2.6)
     ours = np.sort(np.concatenate([data["band_lower_factor"], data["band_upper_factor"]]))
