@@ -110,7 +110,12 @@ def gear_mesh_orders(data: xr.Dataset, stage: str) -> xr.DataArray:
 
 
 def highest_order(turns: xr.DataArray) -> float:
-    """Highest order that the sampling of turns (time,) allows."""
+    """Highest order that the sampling of turns (time,) allows; InputError for too few samples."""
+    if turns.size <= DEGREE:
+        raise InputError(
+            SOURCE, _of(turns), f"has {turns.size} samples, and a spline takes {DEGREE + 1}",
+            "simulate longer",
+        )  # fmt: skip
     return 1.0 / (LEAST * float(np.abs(np.diff(turns.to_numpy())).max()))
 
 
