@@ -74,7 +74,7 @@ def refuse_earlier_file(raw: Mapping[str, Any], where: str) -> None:
     rings = (stage.get("ring") for stage in stages if isinstance(stage, Mapping))
     if any(isinstance(ring, Mapping) and "gauges" in ring for ring in rings):
         remedy = 'write each as [[sensors]] with on = "…ring", measures = "strain", and grid_angle'
-        raise InputError(where, "ring.gauges", "are sensors since 0.4.0", f"{remedy} for direction")
+        raise InputError(where, "ring.gauges", "are sensors now", f"{remedy} for direction")
 
 
 def refuse_earlier_key(key: str, where: str) -> None:

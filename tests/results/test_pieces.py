@@ -124,6 +124,7 @@ def test_a_train(tmp_path, reads):
             "body_displacement": (("time", "body", "dof"), far),
             "input_speed": ("time", rng.normal(size=SAMPLES)),
             "port_torque": ("time", rng.normal(size=SAMPLES)),
+            "inertia_torque": ("time", rng.normal(size=SAMPLES)),
         },
         {"time": np.arange(SAMPLES) / SAMPLES, **labels},
         {"settle_s": 0.25, "steps": 7},
