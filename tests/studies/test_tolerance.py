@@ -25,8 +25,8 @@ from flexgear.results.load_sharing import load_sharing
 from flexgear.solve import bodies as solve_bodies
 from flexgear.solve.face_load import along_face, largest_line_load
 from flexgear.solve.model import assemble
+from flexgear.studies import study_store, tolerance_setup
 from flexgear.studies import tolerance as study
-from flexgear.studies import tolerance_setup
 from flexgear.studies.early_workers import Outcome
 from flexgear.studies.tolerance import batch_store, finished, forget, tolerance
 from flexgear.studies.tolerance_samples import drawn_errors, sample_values, with_sample
@@ -261,7 +261,7 @@ class TestInterrupted:
                 yield k, Outcome(found, "the worker was lost" if bad else "")
 
         with monkeypatch.context() as patch:
-            patch.setattr(study, "run_jobs", lost)
+            patch.setattr(study_store, "run_jobs", lost)
             with pytest.raises(
                 FlexgearError, match=r"1 of 6 .* samples 20 to 29: the worker was lost"
             ):
