@@ -56,7 +56,7 @@ docs: install-docs
 # BENCH=--quick tries it out; peers that cannot be installed are named as skipped.
 bench: install
 	@bash .ci/setup bench || echo "bench: goes on without the optional peers"
-	PYTHONPATH=tests $(PY) -m benchmarks $(BENCH)
+	PYTHONPATH=tests:validation $(PY) -m benchmarks $(BENCH)
 
 install:
 	@bash .ci/setup

@@ -292,7 +292,8 @@ def _between_bases(new: OrbitElements, old: OrbitElements) -> Array:
 
 def _doubling(train: CondensedTrain, state: State | None) -> float:
     """Largest change of a channel's motion over its range as harmonics double in a state; NaN
-    without one, or where none is near with twice as many."""
+    without one, or where none is near with twice as many. Ranges below a millionth of the largest
+    motion are rounding, of a train that its gear meshes do not excite."""
     if state is None:
         return math.nan
     worst = state
@@ -314,4 +315,5 @@ def _doubling(train: CondensedTrain, state: State | None) -> float:
         return math.nan
     motion = worst.orbit.waves.motion @ mixed.T
     away = np.abs(orbit.waves.motion[::2] - motion).max(axis=0)
-    return float(np.max(away / np.maximum(np.ptp(motion, axis=0), np.finfo(float).tiny)))
+    rounding = 1e-6 * np.abs(motion).max()
+    return float(np.max(away / np.maximum(np.ptp(motion, axis=0), rounding)))

@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from coupled import TORQUE
-
 from benchmarks.integrators import Integrator
 from benchmarks.revolution import dense_position, whole_revolution
 from benchmarks.stages import planet_system
+from coupled import TORQUE
+
 from flexgear.analysis.equilibrium import revolution
 from flexgear.analysis.recovery import Recovery
 from flexgear.analysis.start import start_state

@@ -112,5 +112,5 @@ def test_words_are_explained():
     from flexgear.model.machine import Machine
 
     assert set(words(Machine, "law")) == {"torque", "speed", "controller", "brake"}
-    assert set(words(Machine, "kind")) == {"constant", "steps", "ramp", "csv"}
+    assert set(words(Machine, "kind")) == {"constant", "steps", "ramp", "soft", "csv"}
     assert words(Machine, "kp") == {}

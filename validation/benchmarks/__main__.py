@@ -10,7 +10,7 @@ import argparse
 import sys
 from pathlib import Path
 
-TESTS = Path(__file__).resolve().parents[1] / "tests"
+TESTS = Path(__file__).resolve().parents[2] / "tests"
 sys.path.insert(0, str(TESTS))  # the tests' cheap bodies
 
 from benchmarks import (  # noqa: E402

@@ -20,7 +20,7 @@ from benchmarks.record import Comparison, Report
 from benchmarks.timing import interleaved
 from flexgear.structures.linalg.threads import THREADS
 
-ROOT = Path(__file__).resolve().parents[1]
+ROOT = Path(__file__).resolve().parents[2]
 CALL = "import sys; sys.argv[0] = 'flexgear'; from flexgear.cli import main; main()"
 REPEATS = {"quick": 1, "full": 3}
 POINTS = {"quick": 20, "full": 200}
