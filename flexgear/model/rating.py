@@ -140,7 +140,7 @@ class Rating(ForcedFactors):
     deviations: of what manufacture the trains are that load factors are taken from: "stated", the
     case's errors alone; "worst", these and f_ma = √Σf_Hβ² of the gears' accuracy grades on planets'
     flanks, with either sign towards sun and ring, the worst of five trains; "drawn", the worst of
-    deviation_samples that ``tolerance`` draws.
+    samples that ``tolerance`` draws. deviation_samples: how many.
 
     dynamic_factor: K_v by ISO 6336-1 method B, or by transients of the train at the speed and
     torque of every load case (seconds each); deviations of teeth are then those of the case's
