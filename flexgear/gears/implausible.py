@@ -44,14 +44,29 @@ from flexgear.model.springs import Bearing
 from flexgear.model.stage_view import StageView
 
 NOTHING = 1e-5  # modules: a root that stands less proud, undercut that takes less off
+FITS = 5e-3  # of a centre distance: what rounded angles and diameters change it by
 TURNS, FEEDS = 721, 41  # positions of a cutter
 WIDEST = math.radians(75.0)  # turn of a cutter's tooth, beyond which it is clear of the ring
 
 
 def tooth_warnings(view: StageView) -> list[str]:
-    """Of the gears of a stage; none where teeth are not those of the gears."""
+    """Of the gears of a stage; where teeth are not those of the gears, of their radii alone."""
     g = stage_geometry(view)
-    return [] if g.overridden else [*_undercut(view, g), *_tips(view, g), *_cutters(view, g)]
+    if g.overridden:
+        return [*_base_circles(view, g)]
+    return [*_undercut(view, g), *_tips(view, g), *_cutters(view, g)]
+
+
+def _base_circles(view: StageView, g: StageGeometry) -> Iterator[str]:
+    for role in g.gear_meshes:
+        distance = g.radii.distance_of_circles(role)
+        if abs(distance / g.radii.center_distance - 1.0) > FITS:
+            yield (
+                f"{view.key('center_distance_mm')}: at {_mm(g.radii.center_distance)} mm the base "
+                f"circles and working angle of {view.part(role)} and planet do not fit, which want "
+                f"{_mm(distance)} mm: the train rolls at other speeds than its teeth say, which "
+                "modes do not notice; transients and equilibria need radii that fit"
+            )
 
 
 def _undercut(view: StageView, g: StageGeometry) -> Iterator[str]:
@@ -254,9 +269,7 @@ def _mesh(view: StageView, role: str) -> str:
 def _teeth(view: StageView, g: StageGeometry) -> Iterator[str]:
     """Thin tips, and what tools make, of true teeth."""
     stage = view.stage
-    if g.overridden:
-        return
-    for role, tooth in g.gears.items():
+    for role, tooth in {} if g.overridden else g.gears.items():
         name = view.part(role)
         thickness = tooth.thickness_at(tooth.tip_radius) * math.cos(stage.helix_angle)
         thickness /= stage.normal_module

@@ -54,6 +54,13 @@ class StageRadii:
     planet_reference: float
     ring_reference: float
 
+    def distance_of_circles(self, role: str) -> float:
+        """Centre distance at which the base circles of a gear mesh ("sun" or "ring") have its
+        working angle, (r_b1 ± r_b2)/cos α_w; m. That of the stage but for overridden radii."""
+        if role == "ring":
+            return (self.ring - self.planet) / math.cos(self.ring_angle)
+        return (self.sun + self.planet) / math.cos(self.sun_angle)
+
 
 def gears_by_role(stage: Stage) -> dict[str, MatedGear | PlanetGear]:
     """Gears by "sun", "planet", "ring"; of a parallel stage pinion and gear in the first two."""

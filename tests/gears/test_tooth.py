@@ -350,6 +350,18 @@ def test_nothing_is_said_of_bundled_cases(name):
         assert not tooth_warnings(case.view(stage.name))
 
 
+def test_radii_that_are_given_close_at_the_centre_distance():
+    """Tooth numbers changed beside a working angle and centre distance that stay."""
+    keys = {"stage.sun.teeth": "29", "stage.planet.teeth": "21", "stage.ring.teeth": "71"}
+    view = load_case("lin-parker", keys).view()
+    sun, ring = tooth_warnings(view)
+    wanted = 1e3 * view.stage.normal_module * (29 + 21) / 2  # 24.6° is the rack's angle, too
+    assert f"want {wanted:.2f} mm" in sun
+    assert f"want {wanted:.2f} mm" in ring
+    spread = load_case("lin-parker", {"stage.center_distance_mm": "88.6"}).view()
+    assert not tooth_warnings(spread)  # within rounding of printed values
+
+
 def test_a_rings_tip_on_the_root_of_a_planet():
     """In micrometres as the brute-force tooth stands proud where the ring's tip comes; none with
     the remedy that is told."""
