@@ -63,7 +63,8 @@ class ExpectedLine:
 
     kind: "gear mesh", "sideband", "shaft", "planet pass", "tooth fault" or "bearing"; label: what
     it is, without its stage; frequency: Hz; share: of what N planets in phase would give, 1 where
-    planets do not matter. harmonic: H of gear meshes and sidebands, else 0.
+    planets do not matter. harmonic: H of gear meshes and sidebands, else 0. row: what it is in a
+    table of lines of its kind, the label if empty; bearing: whose line it is.
     """
 
     stage: str
@@ -72,6 +73,8 @@ class ExpectedLine:
     frequency: float
     share: float = 1.0
     harmonic: int = 0
+    row: str = ""
+    bearing: str = ""
 
     def order(self, speed: float) -> float:
         """Of the turn of a member at a speed, rad/s."""
@@ -122,8 +125,9 @@ def _of_stage(
     for part in ("sun", "carrier", "ring"):
         yield _shaft(stage, part, getattr(flow, f"{part}_speed") - sensor)
     for order, share in _orders_of_planets(stage):
-        label = "planets pass" if order == stage.planets else f"planets pass, order {order}"
-        yield ExpectedLine(stage.name, PLANET_PASS, label, abs(order * passing), share)
+        row = "pass" if order == stage.planets else f"pass, order {order}"
+        frequency = abs(order * passing)
+        yield ExpectedLine(stage.name, PLANET_PASS, f"planets {row}", frequency, share, row=row)
     yield from _tooth_faults(stage, abs(gear_mesh))
     relative = abs(flow.planet_relative_speed) / TURN if rolling else 0.0
     yield from _bearing(stage.name, "planet bearing", stage.planet_bearing, relative, "inner")
@@ -137,18 +141,30 @@ def _sidebands(
 ) -> Iterator[ExpectedLine]:
     """Of one harmonic: the gear mesh itself and what stands up to N planet passes beside it."""
     if abs(passing) * TURN < SAME * abs(gear_mesh):  # planets stay where they are: none cancels
-        label = f"gear mesh {harmonic}"
-        yield ExpectedLine(stage.name, GEAR_MESH, label, harmonic * abs(gear_mesh), 1.0, harmonic)
+        yield _gear_mesh(stage, harmonic, harmonic * abs(gear_mesh), 1.0)
         return
     assert stage.ring is not None
     for n in range(-stage.planets, stage.planets + 1):
         share = phasor_share(harmonic * stage.ring.teeth + n, stage.planet_angles)
         frequency = abs(harmonic * gear_mesh + n * passing)
         sense = n if gear_mesh * passing > 0 else -n  # + is above the gear mesh
-        beside = f" {'+' if sense > 0 else '−'}{abs(n)} passes" if n else ""
-        kind = SIDEBAND if n else GEAR_MESH
-        name = f"gear mesh {harmonic}{beside}"
-        yield ExpectedLine(stage.name, kind, name, frequency, share, harmonic)
+        if n:
+            row = f"{'+' if sense > 0 else '−'}{abs(n)} passes"
+            yield _sideband(stage, harmonic, row, frequency, share)
+        else:
+            yield _gear_mesh(stage, harmonic, frequency, share)
+
+
+def _gear_mesh(stage: Stage, harmonic: int, frequency: float, share: float) -> ExpectedLine:
+    label, row = f"gear mesh {harmonic}", f"order {harmonic}"
+    return ExpectedLine(stage.name, GEAR_MESH, label, frequency, share, harmonic, row)
+
+
+def _sideband(
+    stage: Stage, harmonic: int, row: str, frequency: float, share: float
+) -> ExpectedLine:
+    label = f"gear mesh {harmonic} {row}"
+    return ExpectedLine(stage.name, SIDEBAND, label, frequency, share, harmonic, row)
 
 
 def _orders_of_planets(stage: Stage) -> Iterator[tuple[int, float]]:
@@ -163,9 +179,11 @@ def _tooth_faults(stage: Stage, gear_mesh: float) -> Iterator[ExpectedLine]:
     assert stage.sun is not None and stage.ring is not None and stage.planet is not None
     for part, gear in (("sun", stage.sun), ("ring", stage.ring)):
         for order, share in _orders_of_planets(stage):
-            label = f"tooth of {part}" + ("" if order == stage.planets else f", order {order}")
+            row = part if order == stage.planets else f"{part}, order {order}"
             frequency = order * gear_mesh / gear.teeth
-            yield ExpectedLine(stage.name, TOOTH_FAULT, label, frequency, share)
+            yield ExpectedLine(
+                stage.name, TOOTH_FAULT, f"tooth of {row}", frequency, share, row=row
+            )
     for times, label in ((1, "flank of a planet"), (2, "tooth root of a planet")):
         frequency = times * gear_mesh / stage.planet.teeth
         yield ExpectedLine(stage.name, TOOTH_FAULT, label, frequency)
@@ -177,17 +195,16 @@ def _parallel(
     """Gear mesh with sidebands of both shafts, whose turns are those of their tooth faults."""
     speeds = {"pinion": flow.sun_speed, "gear": flow.planet_speed}
     for harmonic in range(1, harmonics + 1):
-        centre, label = harmonic * flow.gear_mesh_frequency, f"gear mesh {harmonic}"
-        yield ExpectedLine(stage.name, GEAR_MESH, label, centre, 1.0, harmonic)
+        centre = harmonic * flow.gear_mesh_frequency
+        yield _gear_mesh(stage, harmonic, centre, 1.0)
         for part, speed in speeds.items():
             for sign, text in ((-1, "−"), (1, "+")):
                 frequency = centre + sign * abs(speed) / TURN
-                name = f"{label} {text}{part}"
-                yield ExpectedLine(stage.name, SIDEBAND, name, frequency, 1.0, harmonic)
+                yield _sideband(stage, harmonic, f"{text}{part}", frequency, 1.0)
     for part, speed in speeds.items():
         yield _shaft(stage, part, speed - sensor)
         fault = abs(speed) / TURN
-        yield ExpectedLine(stage.name, TOOTH_FAULT, f"tooth of {part}", fault)
+        yield ExpectedLine(stage.name, TOOTH_FAULT, f"tooth of {part}", fault, row=part)
 
 
 def _shaft(stage: Stage, part: str, speed: float) -> ExpectedLine:
@@ -218,7 +235,8 @@ def _bearing(
         ("spin of elements", 0.5 * turns * (1 - g**2) / ratio),
         ("cage", 0.5 * turns * cage),
     ):
-        yield ExpectedLine(stage, BEARING, f"{name}, {part}", frequency)
+        label = f"{name}, {part}"
+        yield ExpectedLine(stage, BEARING, label, frequency, row=part, bearing=name)
 
 
 _KEYS = {
@@ -238,14 +256,8 @@ def line_rows(lines: Sequence[ExpectedLine], stage: str) -> dict[str, dict[str, 
     for line in (x for x in lines if x.stage == stage):
         if line.kind == SIDEBAND and line.harmonic > 1:
             continue
-        label, key = line.label, _KEYS.get(line.kind, "")
-        if line.kind == BEARING:
-            name, _, label = label.partition(", ")
-            key = name.replace(" ", "_")
-        if line.kind == GEAR_MESH:
-            label = label.replace("gear mesh", "order")
-        for before in ("gear mesh 1 ", "tooth of ", "planets "):
-            label = label.removeprefix(before)
+        label = line.row or line.label
+        key = line.bearing.replace(" ", "_") or _KEYS[line.kind]
         share = "" if line.share > WHOLE else f" ({100 * line.share:.0f} %)"
         if line.share < SHOWN:
             share = " (planets cancel it)"

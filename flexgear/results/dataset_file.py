@@ -192,7 +192,11 @@ class DatasetFile(DatasetSink):
             self._file.put(str(name), variable.to_numpy())
         self._file.set_attributes(last.attrs)
         if self._pieces:
-            whole = self._pattern.assign(last.data_vars).assign_attrs(last.attrs)
+            whole = (
+                self._pattern.assign(last.data_vars)
+                .assign_coords(last.coords)
+                .assign_attrs(last.attrs)
+            )
             self._small = self._as_stored(whole)
         self.close()
 

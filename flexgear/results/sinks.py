@@ -104,7 +104,7 @@ class Gathered(DatasetSink):
         ]  # fmt: skip
         whole = xr.merge(parts, compat="override", combine_attrs="override")
         self._chunks = []
-        self.data = whole.assign(last.data_vars).assign_attrs(last.attrs)
+        self.data = whole.assign(last.data_vars).assign_coords(last.coords).assign_attrs(last.attrs)
 
 
 class SensorRecord(Gathered):

@@ -33,7 +33,7 @@ from flexgear.arrays import Array
 from flexgear.coupling.modal import ModalSystem
 from flexgear.model.errors import InputError
 from flexgear.results.dataset_file import WHOLE, dataset_file
-from flexgear.results.labelled_dataset import variable
+from flexgear.results.labelled_dataset import coordinate, variable
 from flexgear.results.sinks import Coming, DatasetSink
 
 Samples = dict[str, NDArray[np.float64]]
@@ -119,21 +119,23 @@ class LongRun:
         chunks.flush()
         last = self._last(steps, packed_state(self.modal, start))
         sink.finish(last)
-        empty = pattern.assign(last.data_vars).assign_attrs(last.attrs)
+        empty = pattern.assign(last.data_vars).assign_coords(last.coords).assign_attrs(last.attrs)
         return TimedRun(empty, self.stepping.duration, wall, core)
 
     def _last(self, steps: Steps, end: Array) -> xr.Dataset:
         """What is known only after the last step, the state there (n,) included."""
         last = self.last(steps)
         end_time = self.stepping.start + self.stepping.duration
-        return last.assign(end_state=variable("end_state", end)).assign_attrs(end_time_s=end_time)
+        entries = coordinate("state", "state", np.arange(1, len(end) + 1))
+        last = last.assign(end_state=variable("end_state", end)).assign_coords(state=entries)
+        return last.assign_attrs(end_time_s=end_time)
 
     def _pattern(self) -> xr.Dataset:
         """The dataset without a sample."""
         samples = by_name(np.zeros(0), empty_samples(self.modal, 0), np.zeros(0, dtype=bool))
         last = self._last(NO_STEPS, np.zeros(state_size(self.modal)))
         empty = self.labelled(collected(self.modal, samples, NO_STEPS))
-        return empty.assign(last.data_vars).assign_attrs(last.attrs)
+        return empty.assign(last.data_vars).assign_coords(last.coords).assign_attrs(last.attrs)
 
 
 def refuse_endless(stepping: Stepping, source: str) -> None:

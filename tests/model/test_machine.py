@@ -75,7 +75,7 @@ def test_rates_are_slopes():
     [
         ({AT + "law": "speed", AT + "kind": "steps", AT + "times_s": "[0, 1]",
           AT + "speeds_rpm": "[1, 2]"},
-         r"inputs.0.machine.kind: a speed cannot jump.* -- use kind = \"ramp\""),
+         r"inputs.0.machine.kind: a speed cannot jump.* -- use kind = \"soft\""),
         ({AT + "law": "speed", AT + "torque_nm": "5"},
          r"machine.torque_nm: is given where a speed is followed -- give speed instead"),
         ({AT + "speeds_rpm": "[1, 2]"}, "machine.speeds_rpm: is given where a torque is followed"),
@@ -210,7 +210,7 @@ def test_broken_csv_is_one_clear_line(tmp_path, text, words):
         ({"kind": "ramp"}, r"0 times and 0 torques"),
         ({"kind": "steps", "times_s": "[0, 1]", "torques_nm": "[1]"}, "2 times and 1 torques"),
         ({"kind": "ramp", "times_s": "[1, 0]", "torques_nm": "[1, 2]"}, "times_s: do not rise"),
-        ({"kind": "gusts"}, "'gusts' is unknown.*one of constant, steps, ramp, csv"),
+        ({"kind": "gusts"}, "'gusts' is unknown.*one of constant, steps, ramp, soft, csv"),
     ],
 )
 def test_incomplete_drives_are_refused(over, words):
