@@ -145,4 +145,4 @@ def _stub(tooth, module):
     roll = np.array([tooth.roll_length(tooth.tip_radius), tooth.roll_length(tooth.form_radius)])
     none = np.zeros((0, 0))
     depth = np.full(2, 0.2 * module)
-    return ToothInfluence(roll, np.array([-1.0, 1.0]), 0.0, depth, none, *STEEL)
+    return ToothInfluence(roll, np.array([-1.0, 1.0]), 0.0, none, depth, *STEEL)
