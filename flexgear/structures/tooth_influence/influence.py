@@ -193,7 +193,6 @@ class ToothInfluence(FlankCompliance):
     depth: (p + 1,) at which the dip is cut off, m; young Pa, poisson;
     neighbour: (2, m, m) m/N, from first, middle and last row to the same of the next tooth in +θ
     and of the one after that, None where neighbours are not counted.
-
     """
 
     depth: Array
