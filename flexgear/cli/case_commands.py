@@ -35,7 +35,6 @@ from flexgear.results.origin import origin_of_case
 from flexgear.results.report.key_words import row_of
 from flexgear.results.report.wording import with_unit
 from flexgear.solve.angles import StageMotion, stage_motions
-from flexgear.solve.sensors import clock_of
 
 
 def check(
@@ -218,6 +217,8 @@ def _running(case: Case, flow: PowerFlow) -> Sections:
     pace = case_pace(case)
     sections |= pace_sections(pace, case.solver)
     if case.sensors:
+        from flexgear.solve.sensors import clock_of  # what recovers signals is slow to load
+
         clock = clock_of(case, pace)
         rates = {"band_hz": clock.band, "sampling_rate_hz": clock.rate}
         sections["recorder"] = {"sensors": len(case.sensors), **rates}
