@@ -125,7 +125,8 @@ class StageCycle:
 
 
 def stage_cycle(system: System, modal: ModalSystem | None, stage: int, shapes: Array) -> StageCycle:
-    """Gear meshes of a stage (0-based) in modes ``shapes`` (d, n); modal: see ``mean_springs``.
+    """Stiffness of the gear meshes of a stage (number from 0) over one gear-mesh period, in modes
+    ``shapes`` (d, n); modal: see ``mean_springs``.
 
     Each part's mean is of ``WITHIN`` positions, so that a pair that comes into contact within a
     part counts by its share of it.

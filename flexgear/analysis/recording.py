@@ -71,7 +71,7 @@ class Clock:
 
     @property
     def fine(self) -> float:
-        """Rate of the fine grid, Hz."""
+        """Sampling rate of the fine grid, before decimation, Hz."""
         return self.factor * self.rate
 
     @cached_property

@@ -134,12 +134,13 @@ def _stage_number(model: Model, stage: str) -> int:
     return names.index(stage)
 
 
-def _harmonics(model: Model, stage: int, span: Range, asked: int | None) -> int:
-    """As many as reach well above the gear mesh's own frequency at the lowest speed."""
-    if asked is not None:
-        if not 1 <= asked <= 200:
-            raise InputError("--harmonics", str(asked), "is not from 1 to 200", "e.g. 20")
-        return asked
+def _harmonics(model: Model, stage: int, span: Range, count: int | None) -> int:
+    """``count``; if left out, as many as reach well above the natural frequency of the gear mesh
+    at the lowest speed."""
+    if count is not None:
+        if not 1 <= count <= 200:
+            raise InputError("--harmonics", str(count), "is not from 1 to 200", "e.g. 20")
+        return count
     lowest = span.low if span.over == "speed" else span.fixed
     base = model.flow.stages[stage].gear_mesh_frequency * lowest
     return int(np.clip(math.ceil(HIGHER * model.pace.resonance / base), FEWEST, MOST))

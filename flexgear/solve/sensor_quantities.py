@@ -106,8 +106,11 @@ class FixedQuantity:
 
 @dataclass(frozen=True)
 class PassingQuantity:
-    """Of a flexible body that turns past a fixed place at an angle, rad: columns hold the
-    displacement at ``count`` points spread evenly around the body, the first at zero."""
+    """Displacement that a sensor fixed in space sees of a body turning past it, at an angle, rad.
+
+    It is interpolated between ``count`` points spread evenly round the body, the first at angle
+    zero, whose displacements are the recovered columns from ``first`` on.
+    """
 
     first: int
     count: int

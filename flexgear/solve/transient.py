@@ -183,8 +183,8 @@ def _slowest_turn(case: Case, flow: PowerFlow) -> float:
 
 
 def _settling(model: Model, span: float, constant: bool, begin: float) -> Settling | Window:
-    """What finds the window that figures are taken from in a run of ``span`` s from ``begin`` s on,
-    or that window where it is known."""
+    """Window over which figures of a run are taken, where the case states when it has settled; else
+    the search for it in the samples. The run begins at ``begin`` s and lasts ``span`` s."""
     start, end = model.case.solver.settle, begin + span
     if start is not None:
         if span <= start:

@@ -65,7 +65,7 @@ def response_chart(data: xr.Dataset) -> Figure:
 
 
 def _parameter(data: xr.Dataset) -> Array:
-    """Speed or torque over rated of the states (n,)."""
+    """Speed, or torque, of every steady state over its rated value (n,)."""
     return data[f"response_{data.attrs['over']}_share"].to_numpy().astype(float)
 
 
