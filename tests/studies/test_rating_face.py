@@ -88,8 +88,7 @@ def test_face_load_factor_of_a_tilted_face(tmp_path_factory, slope_um):
     share of two pairs is known to one of 48 positions, an end to a slice of 61."""
     computed = _factors(tmp_path_factory.getbasetemp(), slope_um)
     for name, torque in TORQUES.items():
-        whole = name in ("whole", "nearly whole")
-        assert computed[name] == pytest.approx(_closed_form(torque), rel=3e-3 if whole else 0.012)
+        assert computed[name] == pytest.approx(_closed_form(torque), rel=2e-3)
     assert computed["nearly whole"] < 2.0 < 3.0 < computed["part"]
 
 
