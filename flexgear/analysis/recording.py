@@ -21,7 +21,7 @@ from itertools import pairwise
 from typing import Protocol
 
 import numpy as np
-from scipy import signal
+import scipy
 from scipy.ndimage import correlate1d
 
 from flexgear.arrays import Array
@@ -78,11 +78,11 @@ class Clock:
     def taps(self) -> Array:
         """Of the low-pass (2 H + 1,), unity at 0 Hz; H is a multiple of ``factor``."""
         width = (0.5 * self.rate - self.band) / (0.5 * self.fine)
-        count, beta = signal.kaiserord(REJECTION, width)
+        count, beta = scipy.signal.kaiserord(REJECTION, width)
         half = self.factor * math.ceil(count / 2 / self.factor)
         cutoff = 0.5 * (0.5 * self.rate + self.band)
         window = ("kaiser", beta)
-        return np.asarray(signal.firwin(2 * half + 1, cutoff, window=window, fs=self.fine))
+        return np.asarray(scipy.signal.firwin(2 * half + 1, cutoff, window=window, fs=self.fine))
 
     def times(self, first: int, count: int) -> Array:
         """Of ``count`` values from number ``first`` on, s."""
@@ -185,7 +185,7 @@ class Recorder:
             position = values[:, place]
             difference = correlate1d(position, self._differences[quantity.order], axis=0)
             columns.append(quantity.part(difference[inside], position[inside]))
-        every = signal.upfirdn(clock.taps, np.stack(columns, axis=1), down=m, axis=0)
+        every = scipy.signal.upfirdn(clock.taps, np.stack(columns, axis=1), down=m, axis=0)
         behind = 2 * half // m
         keep = (first + count) * m - half - REACH - self._first
         self._fine, self._first = self._fine[keep:], self._first + keep

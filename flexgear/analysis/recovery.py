@@ -108,10 +108,29 @@ class Recovery:
 
     def named(self, name: str, rows: Callable[[], Array]) -> Array:
         """``motion`` of the rows that go by a name."""
+        return self._value(self._output(name, rows))
+
+    def of_blocks(self, blocks: NDArray[np.int64]) -> Array:
+        """Motions (t, k, 6) of the system's blocks, at every sample of those numbered (t, k)."""
+        output = self._output("blocks", lambda: self.modal.system.blocks)
+        out = np.empty((*blocks.shape, 6))
+        for start, (loaded, forces) in zip(range(0, len(out), BLOCK), self._forces, strict=True):
+            part = slice(start, start + BLOCK)
+            numbers, at = np.unique(blocks[part], return_inverse=True)
+            rows = (6 * numbers[:, None] + np.arange(6)).ravel()
+            motion = self.result.eta[part] @ output.modes[rows].T
+            motion += forces @ output.residual[np.ix_(rows, loaded)].T
+            motion -= self._roll[part] @ output.rolling[rows].T
+            places = at.reshape(len(motion), -1, 1)
+            out[part] = np.take_along_axis(motion.reshape(len(motion), -1, 6), places, axis=1)
+        return out
+
+    def _output(self, name: str, rows: Callable[[], Array]) -> Output:
+        """What rows that go by a name are of the samples, worked out once."""
         output = self._outputs.get(name)
         if output is None or output.basis is not self.modal.modes:
             output = self._outputs[name] = output_of(self.modal, rows())
-        return self._value(output)
+        return output
 
     def _value(self, output: Output) -> Array:
         out = self.result.eta @ output.modes.T + self._motion_by_forces(output.residual)

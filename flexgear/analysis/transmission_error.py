@@ -27,16 +27,10 @@ def dynamic_transmission_error(recovery: Recovery) -> Array:
     system = recovery.modal.system
     pairs = system.pairs
     error = recovery.named("pitch_points", lambda: _pitch_point_rows(system)).copy()
-    gear_turns = np.flatnonzero(covered(pairs) == 1)
-    planet_teeth = np.flatnonzero(pairs.planet_turns >= 0)
-    if not len(gear_turns) and not len(planet_teeth):
-        return error
-    blocks = recovery.named("blocks", lambda: system.blocks)
-    motion = blocks.reshape(len(blocks), blocks.shape[1] // 6, 6)
-    for m in map(int, gear_turns):
-        error[:, m] += _of_gear(recovery, motion, m)
-    for m in map(int, planet_teeth):
-        error[:, m] -= _of_planet_teeth(recovery, motion, m)
+    for m in map(int, np.flatnonzero(covered(pairs) == 1)):
+        error[:, m] += _of_gear(recovery, m)
+    for m in map(int, np.flatnonzero(pairs.planet_turns >= 0)):
+        error[:, m] -= _of_planet_teeth(recovery, m)
     return error
 
 
@@ -56,9 +50,8 @@ def _pitch_point(pairs: PairData, m: int) -> tuple[Array, Array]:
     return normal, np.array([*(pairs.tangent_point[m] - s * n), pairs.z_offset[m]])
 
 
-def _of_gear(recovery: Recovery, motion: Array, m: int) -> Array:
-    """Nᵀ u_gear (t,) of gear mesh m whose gear turns in the planets' frame, or has teeth as nodes;
-    motion (t, blocks, 6)."""
+def _of_gear(recovery: Recovery, m: int) -> Array:
+    """Nᵀ u_gear (t,) of a gear mesh whose gear turns in the planets' frame or has teeth as nodes."""
     pairs, theta = recovery.modal.system.pairs, recovery.result.theta
     normal, place = _pitch_point(pairs, m)
     place[0] += pairs.center_distance[m]
@@ -66,13 +59,14 @@ def _of_gear(recovery: Recovery, motion: Array, m: int) -> Array:
     n, c = (_turned(v, pairs.phi[m] + turned) for v in (normal, place))
     block = int(pairs.gear_block[m])
     if pairs.per_tooth[m]:
-        return _of_teeth(recovery, motion, m, block + recovery.result.pair_tooth[:, m], n, c)
+        return _of_teeth(recovery, m, block + recovery.result.pair_tooth[:, m], n, c)
     moment = np.cross(c, n)
     moment[:, 2] = pairs.gear_arm[m]  # the same all along the line of action
-    return np.einsum("ti,ti->t", np.concatenate([n, moment], axis=1), motion[:, block])
+    motion = recovery.of_blocks(np.full((len(theta), 1), block))[:, 0]
+    return np.einsum("ti,ti->t", np.concatenate([n, moment], axis=1), motion)
 
 
-def _of_planet_teeth(recovery: Recovery, motion: Array, m: int) -> Array:
+def _of_planet_teeth(recovery: Recovery, m: int) -> Array:
     """Nᵀ u (t,) of the elastic displacement of an FE planet's teeth in gear mesh m."""
     pairs, result = recovery.modal.system.pairs, recovery.result
     normal, place = _pitch_point(pairs, m)
@@ -80,11 +74,11 @@ def _of_planet_teeth(recovery: Recovery, motion: Array, m: int) -> Array:
     base = pairs.s0[m] + pairs.rate[m] * result.theta[:, pairs.angle[m]]
     pair = np.rint((result.pair_position[:, m] - base[:, None]) / pairs.pitch[m]).astype(int)
     tooth = np.mod(pairs.planet_tooth0[m] + pairs.planet_step[m] * pair, pairs.planet_teeth[m])
-    return _of_teeth(recovery, motion, m, pairs.planet_tooth_block[m] + tooth, n, c)
+    return _of_teeth(recovery, m, pairs.planet_tooth_block[m] + tooth, n, c)
 
 
 def _of_teeth(
-    recovery: Recovery, motion: Array, m: int, blocks: NDArray[Any], normal: Array, place: Array
+    recovery: Recovery, m: int, blocks: NDArray[Any], normal: Array, place: Array
 ) -> Array:
     """Mean (t,) of Nᵀ u over the teeth in mesh; blocks (t, slots): of the teeth, normal and place
     (t, 3) in their frame."""
@@ -93,8 +87,8 @@ def _of_teeth(
     at = np.where(in_mesh, blocks, blocks.max(initial=0))
     arm = place[:, None] - pairs.tooth_position[at]
     n = np.broadcast_to(normal[:, None], arm.shape)
-    u = np.take_along_axis(motion, at[:, :, None].astype(int), axis=1)
-    along = np.einsum("tsi,tsi->ts", np.concatenate([n, np.cross(arm, n)], axis=2), u)
+    motion = recovery.of_blocks(at)
+    along = np.einsum("tsi,tsi->ts", np.concatenate([n, np.cross(arm, n)], axis=2), motion)
     load = np.where(in_mesh, np.maximum(result.pair_load[:, m], 0.0), 0.0)
     carries = load.sum(axis=1, keepdims=True) > 0
     weight = np.where(carries, load, in_mesh)
