@@ -51,7 +51,7 @@ def _pitch_point(pairs: PairData, m: int) -> tuple[Array, Array]:
 
 
 def _of_gear(recovery: Recovery, m: int) -> Array:
-    """Nᵀ u_gear (t,) of a gear mesh whose gear turns in the planets' frame or has teeth as nodes."""
+    """Nᵀ u_gear (t,) of a gear mesh whose gear turns in planet axes or has teeth as nodes."""
     pairs, theta = recovery.modal.system.pairs, recovery.result.theta
     normal, place = _pitch_point(pairs, m)
     place[0] += pairs.center_distance[m]
