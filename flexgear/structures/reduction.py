@@ -31,7 +31,6 @@ from flexgear.arrays import Array
 from flexgear.model.errors import FlexgearError
 from flexgear.structures.condensation import Condensation
 from flexgear.structures.cyclic.condensation import CyclicCondensation, condense_by_sectors
-from flexgear.structures.cyclic.modes import cyclic_modes
 from flexgear.structures.fem import FeModel, Interface
 from flexgear.structures.linalg.lanczos import (
     Eigenpairs,
@@ -44,7 +43,6 @@ from flexgear.structures.linalg.threads import single_threaded_blas
 from flexgear.structures.reduced import Progress, ReducedBody, silent
 
 LANCZOS_BLOCK = 4  # vectors a step: CHOLMOD solves one at a time, and small blocks need fewer
-_TOLERANCE = 1e-8
 _EQUAL = 1e-9  # apart, relative, are the omega^2 of a pair at most
 
 
@@ -150,15 +148,13 @@ def fixed_interface_modes(
 def _eigenpairs(
     condensation: AnyCondensation, count: int, heard: Callable[[float], None]
 ) -> Eigenpairs:
-    """The `count` lowest modes with the interface held, by the way that suits their number."""
+    """The `count` lowest modes with the interface held: all at once of a small body."""
     mass, dofs, block = condensation.mass_product, condensation.dofs, LANCZOS_BLOCK
-    if isinstance(condensation, CyclicCondensation) and 5 * count < dofs:
-        return cyclic_modes(condensation, count, heard)
     if most_vectors(count, block) + block >= dofs:
         return all_modes(condensation.fixed_solve, mass, dofs, count)
     start = np.random.default_rng(20230617).standard_normal((dofs, block))
     most = most_vectors(count, block, dofs)
-    return lowest_modes(condensation.fixed_solve, mass, start, count, most, _TOLERANCE, heard)
+    return lowest_modes(condensation.fixed_solve, mass, start, count, most, heard)
 
 
 def _project(

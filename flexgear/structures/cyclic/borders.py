@@ -29,11 +29,11 @@ from collections.abc import Iterator
 import numpy as np
 import scipy.fft
 
-from flexgear.arrays import Array, Complex, Ints
+from flexgear.arrays import Array, Complex
 from flexgear.model.errors import FlexgearError
 from flexgear.structures.cyclic.sectors import Sectors
 from flexgear.structures.kinematics import rigid_motion, rotation
-from flexgear.structures.linalg.dense import hermitian_inverse, signed_hermitian_inverse
+from flexgear.structures.linalg.dense import hermitian_inverse
 from flexgear.structures.linalg.threads import THREADS, shared
 
 
@@ -74,7 +74,6 @@ def with_rigid(ties: Array, rigid: Array, motion: Array) -> Array:
 
 
 _PANEL = 256  # rows of an inverse that are kept together up to the diagonal: it is Hermitian
-_LARGE = 2e8  # bytes of inverses that are worth to be made twice
 
 
 class Harmonics:
@@ -83,55 +82,22 @@ class Harmonics:
     Of wide borders the inverses are the largest part of all factors.
     """
 
-    def __init__(self, condensed: Array, count: int, definite: bool = True) -> None:
-        """condensed: (2b, 2b) of one sector; count: z; definite: whether all S_h are."""
+    def __init__(self, condensed: Array, count: int) -> None:
+        """condensed: (2b, 2b) of one sector; count: z."""
         b = len(condensed) // 2
         self.size, self.count = b, count
         self._panels = [slice(begin, min(begin + _PANEL, b)) for begin in range(0, b, _PANEL)]
-        self._condensed, self._definite = condensed, definite
-        self._inverse: Complex | None = None
-        self._negative = np.zeros(len(self), dtype=int)
-        self.inverses()
-
-    def forget(self) -> None:
-        """Give large inverses' memory back; the next solution makes them anew."""
-        if self._inverse is not None and self._inverse.nbytes > _LARGE:
-            self._inverse = None
-
-    def inverses(self) -> Complex:
-        """Inverses (harmonics, entries of all panels): one array goes back to the system whole."""
-        if self._inverse is not None:
-            return self._inverse
-        b = self.size
         entries = sum((rows.stop - rows.start) * rows.stop for rows in self._panels)
-        inverse = np.empty((len(self), entries), dtype=complex)
-        diagonal = self._condensed[:b, :b] + self._condensed[b:, b:]
+        self._inverses = np.empty((len(self), entries), dtype=complex)
+        diagonal = condensed[:b, :b] + condensed[b:, b:]
         diagonal = 0.5 * (diagonal + diagonal.T)
-        across = self._condensed[:b, b:]
-
+        across = condensed[:b, b:]
         for h in range(len(self)):
-            phase = np.exp(2j * np.pi * h / self.count)
-            matrix = diagonal + phase * across + np.conj(phase) * across.T
-            self._negative[h] = self._keep_lower(matrix, inverse[h])
-        self._inverse = inverse
-        return inverse
+            phase = np.exp(2j * np.pi * h / count)
+            self._keep_lower(diagonal + phase * across + np.conj(phase) * across.T, h)
 
     def __len__(self) -> int:
         return self.count // 2 + 1
-
-    @property
-    def times(self) -> Ints:
-        """(harmonics,) 2 where the conjugate is another harmonic, else 1."""
-        twice = np.full(len(self), 2)
-        twice[0] = 1
-        if self.count % 2 == 0:
-            twice[-1] = 1
-        return twice
-
-    @property
-    def negative(self) -> int:
-        """Negative eigenvalues of all S_h, those of conjugates counted too."""
-        return int(self.times @ self._negative)
 
     def solve(self, right: Array) -> Array:
         """Borders x (b, z, k) under loads (b, z, k)."""
@@ -139,7 +105,6 @@ class Harmonics:
             return right
         r = scipy.fft.rfft(right, axis=1, workers=THREADS).transpose(1, 0, 2)
         x = np.empty(r.shape, dtype=complex)
-        self.inverses()
 
         def part(harmonics: slice) -> None:
             for h in range(harmonics.start, harmonics.stop):
@@ -148,41 +113,30 @@ class Harmonics:
         shared(len(self), part, chunk=1)
         return scipy.fft.irfft(x.transpose(1, 0, 2), self.count, axis=1, workers=THREADS)
 
-    def of(self, h: int, right: Complex) -> Complex:
-        """S_h^{-1} right (b, k)."""
-        x = np.empty(right.shape, dtype=complex)
-        self._multiply(h, right, x)
-        return x
-
     def _multiply(self, h: int, r: Complex, x: Complex) -> None:
         """x <- S_h^{-1} r (b, k)."""
         adjoint = np.ascontiguousarray(r.conj().T)
-        for rows, panel in self._of_panels(self.inverses()[h]):
+        for rows, panel in self._of_panels(h):
             x[rows] = panel @ r[: rows.stop]
             if rows.start:  # what the panel is above the diagonal
                 x[: rows.start] += (adjoint[:, rows] @ panel[:, : rows.start]).conj().T
 
-    def _of_panels(self, entries: Complex) -> Iterator[tuple[slice, Complex]]:
-        """Rows of each panel, and the panel up to its diagonal block, of one harmonic's entries."""
+    def _of_panels(self, h: int) -> Iterator[tuple[slice, Complex]]:
+        """Rows of each panel, and the panel up to its diagonal block, of one harmonic."""
         begin = 0
         for rows in self._panels:
             shape = rows.stop - rows.start, rows.stop
             end = begin + shape[0] * shape[1]
-            yield rows, entries[begin:end].reshape(shape)
+            yield rows, self._inverses[h, begin:end].reshape(shape)
             begin = end
 
-    def _keep_lower(self, matrix: Complex, entries: Complex) -> int:
-        """The inverse of a Hermitian matrix into its panels; its negative eigenvalues."""
-        negative = 0
+    def _keep_lower(self, matrix: Complex, h: int) -> None:
+        """The inverse of a Hermitian matrix into the panels of a harmonic."""
         try:
-            if self._definite:
-                inverse = hermitian_inverse(matrix)
-            else:
-                inverse, negative = signed_hermitian_inverse(matrix)
+            inverse = hermitian_inverse(matrix)
         except np.linalg.LinAlgError:
             raise FlexgearError("a sector is not held by the ties of its teeth") from None
-        for rows, panel in self._of_panels(entries):
+        for rows, panel in self._of_panels(h):
             panel[:] = inverse[rows, : rows.stop]
             block = panel[:, rows.start :]
             block[:] = np.tril(block) + np.tril(block, -1).conj().T
-        return negative

@@ -209,10 +209,6 @@ class Circulant:
         ahead = sp.kron(self.ahead, self.ahead_turn).tocsr()
         return Circulant(sp.kron(self.here, np.eye(3)).tocsr(), ahead)
 
-    def less(self, factor: float, other: Circulant) -> Circulant:
-        """The matrix A - factor B."""
-        return Circulant(self.here - factor * other.here, self.ahead - factor * other.ahead)
-
     def _turned(self, x: Array, forward: bool) -> Array:
         """Border components in the axes of the sector before (forward) or back in their own."""
         if self.ahead_turn is None:
