@@ -22,7 +22,7 @@ from flexgear.arrays import Array
 from flexgear.coupling.kernels.elements import packed, pair_rows
 from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.system import RotatingFrameSupport
-from flexgear.model.springs import at_height
+from flexgear.model.bearings import at_height
 from flexgear.structures.kinematics import rotation
 
 Result = Equilibrium | Transient

@@ -20,10 +20,9 @@ from flexgear.files.atomic import file_target, staged_folder, write_bytes, write
 from flexgear.gears.bearings.basic_life import planet_bearing_life_hours
 from flexgear.gears.expected_lines import expected_lines, line_rows
 from flexgear.gears.implausible import implausible
-from flexgear.gears.power_flow import PowerFlow, power_flow
+from flexgear.gears.power_flow import PowerFlow, StageFlow, power_flow
 from flexgear.gears.radii import stage_radii
 from flexgear.gears.report import case_reports
-from flexgear.gears.stage_flow import StageFlow
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
 from flexgear.model.input_file import MOST_CASE, read_bytes, read_text

@@ -23,13 +23,13 @@ from flexgear.coupling.springs import (
     rotating_rows,
 )
 from flexgear.coupling.system import BodyCoordinates, Link, RotatingFrameSupport, StageFrame
-from flexgear.gears.bearings.lubrication import dynamic_viscosity
+from flexgear.gears.bearings.reference_life import dynamic_viscosity
 from flexgear.gears.power_flow import PowerFlow
+from flexgear.model.bearings import at_height
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
 from flexgear.model.names import BodyName, MemberName, SupportName
 from flexgear.model.section import Refusal
-from flexgear.model.springs import at_height
 from flexgear.structures.bodies import Body
 from flexgear.structures.kinematics import rigid_rows, turn
 

@@ -19,13 +19,13 @@ from flexgear.gears.contact import GearMeshPath
 from flexgear.gears.errors import stage_errors
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.paths import stage_paths
+from flexgear.gears.power_flow import StageFlow
 from flexgear.gears.slices import Nominal, bent
-from flexgear.gears.stage_flow import StageFlow
 from flexgear.gears.stiffness import line_load
+from flexgear.model.bearings import Bearing
 from flexgear.model.case import Case
 from flexgear.model.member import GearMember
 from flexgear.model.names import BodyName, MemberName, SupportName
-from flexgear.model.springs import Bearing
 from flexgear.model.stage_view import StageView
 from flexgear.structures.sources.of_case import ring_source
 from flexgear.structures.tooth_shapes import RimFlexibility

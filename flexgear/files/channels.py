@@ -23,7 +23,7 @@ from flexgear.model.input_file import (
     read_text,
     require_titles,
 )
-from flexgear.model.load_series import Channel
+from flexgear.model.load_cases import Channel
 from flexgear.model.read import nearest
 from flexgear.model.units import ALL_SUFFIXES, Quantity, suffix_of
 

@@ -39,13 +39,12 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from flexgear.gears.power_flow import PowerFlow, power_flow
-from flexgear.gears.stage_flow import StageFlow
+from flexgear.gears.power_flow import PowerFlow, StageFlow, power_flow
 from flexgear.model.names import GEAR_MESH, PLANET_PASS, SHAFT
 
 if TYPE_CHECKING:
+    from flexgear.model.bearings import Rolling
     from flexgear.model.case import Case
-    from flexgear.model.rolling import Rolling
     from flexgear.model.stage import Stage
     from flexgear.model.stage_view import StageView
 

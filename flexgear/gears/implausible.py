@@ -35,12 +35,11 @@ from flexgear.gears.geometry import (
 )
 from flexgear.gears.nominal_stress import largest_root_stress, pitch_point_pressure
 from flexgear.gears.paths import stage_paths
-from flexgear.gears.power_flow import PowerFlow
-from flexgear.gears.stage_flow import StageFlow
+from flexgear.gears.power_flow import PowerFlow, StageFlow
 from flexgear.gears.tool import CutterTool
 from flexgear.gears.tooth import ToothGeometry
+from flexgear.model.bearings import Bearing
 from flexgear.model.case import Case
-from flexgear.model.springs import Bearing
 from flexgear.model.stage_view import StageView
 
 NOTHING = 1e-5  # modules: a root that stands less proud, undercut that takes less off

@@ -42,7 +42,7 @@ from numpy.typing import NDArray
 
 from flexgear.arrays import Array
 from flexgear.gears.hertz import relative_radius
-from flexgear.gears.modifications.flank import Gap
+from flexgear.gears.modifications import Gap
 from flexgear.gears.off_path import OffPath
 
 PLACES = 801  # along the path

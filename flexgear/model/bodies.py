@@ -6,8 +6,8 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
 
+from flexgear.model.bearings import Bearing, Springs
 from flexgear.model.section import Missing, Refusal, Section
-from flexgear.model.springs import Bearing, Springs
 from flexgear.model.units import Angle, Density, Inertia, Length, Mass, Modulus
 
 

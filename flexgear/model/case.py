@@ -7,14 +7,13 @@ from typing import Any, Literal
 
 from pydantic import Field, ValidationError, model_validator
 
+from flexgear.model.bearings import Lubricant
 from flexgear.model.bodies import Carrier, Housing, Material, Planet, Shaft
 from flexgear.model.content import content_hash, digest_files
 from flexgear.model.errors import InputError, echo
 from flexgear.model.faults import Fault, check_faults
 from flexgear.model.gear_mesh import Damping
-from flexgear.model.load_cases import LoadCase, Spectrum, check_load_cases
-from flexgear.model.load_series import LoadSeries
-from flexgear.model.lubricant import Lubricant
+from flexgear.model.load_cases import LoadCase, LoadSeries, Spectrum, check_load_cases
 from flexgear.model.machine import TorqueHistory, check_machines
 from flexgear.model.member import CarrierMember, GearMember, Kinematics
 from flexgear.model.names import BodyName, Member, MemberName

@@ -13,8 +13,8 @@ from typing import Any
 from flexgear.model.bodies import FE_MESH_FILES
 from flexgear.model.errors import InputError
 from flexgear.model.input_file import MOST_FE_MESH, require_regular
+from flexgear.model.machine import Followed, read_load_series, read_time_series
 from flexgear.model.modifications import flank_tables, read_flank_table
-from flexgear.model.time_series import Followed, read_load_series, read_time_series
 
 
 def content_hash(data: Any) -> str:

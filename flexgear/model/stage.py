@@ -9,6 +9,7 @@ from typing import Any, Literal
 
 from pydantic import Field, model_validator
 
+from flexgear.model.bearings import Bearing
 from flexgear.model.bodies import Material
 from flexgear.model.gear_mesh import NOT_PARALLEL, GearErrors, GearMesh
 from flexgear.model.member import (
@@ -25,7 +26,6 @@ from flexgear.model.member import (
 )
 from flexgear.model.ring import Ring
 from flexgear.model.section import Missing, Refusal, Section
-from flexgear.model.springs import Bearing
 from flexgear.model.units import Angle, Length
 
 Form = Literal["lumped", "fe", "beam"]

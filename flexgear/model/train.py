@@ -10,10 +10,10 @@ from numpy.typing import ArrayLike
 from pydantic import Field, model_validator
 
 from flexgear.arrays import Array
+from flexgear.model.bearings import Bearing, Springs
 from flexgear.model.machine import Machine, refuse_infinite_slope
 from flexgear.model.names import Member
 from flexgear.model.section import Missing, Refusal, Section
-from flexgear.model.springs import Bearing, Springs
 from flexgear.model.units import (
     Force,
     Inertia,

@@ -16,7 +16,7 @@ import numpy as np
 import xarray as xr
 
 from flexgear.arrays import Array
-from flexgear.gears.face_load import factor_along
+from flexgear.gears.slices import factor_along
 from flexgear.model.names import FlankName
 from flexgear.results.quantities import Figure, values
 

@@ -15,8 +15,7 @@ from flexgear.arrays import Array
 from flexgear.gears.bearings.basic_life import bearing_life_hours
 from flexgear.gears.geometry import StageGeometry, stage_geometry
 from flexgear.gears.nominal_stress import largest_root_stress
-from flexgear.gears.power_flow import PowerFlow
-from flexgear.gears.stage_flow import StageFlow
+from flexgear.gears.power_flow import PowerFlow, StageFlow
 from flexgear.model.member import PlanetBearing
 from flexgear.model.names import MemberName
 from flexgear.model.stage_view import StageView

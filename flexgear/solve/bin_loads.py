@@ -27,9 +27,9 @@ import xarray as xr
 from flexgear.analysis.equilibrium import Equilibrium, revolution
 from flexgear.arrays import Array
 from flexgear.gears.error_cycle import AngleSamples
-from flexgear.gears.face_load import factor_along
 from flexgear.gears.load_bins import LoadBin, case_in_bin
 from flexgear.gears.power_flow import PowerFlow, power_flow
+from flexgear.gears.slices import factor_along
 from flexgear.model.case import Case
 from flexgear.model.names import GroupName
 from flexgear.model.train import MemberLoad, varying

@@ -21,8 +21,8 @@ from flexgear.analysis.recovery import Recovery
 from flexgear.analysis.transient import Transient
 from flexgear.arrays import Array
 from flexgear.coupling.pair_data import KINDS, PairData
-from flexgear.gears.face_load import with_ends
 from flexgear.gears.hertz import ContactBody, line_contact, relative_radius
+from flexgear.gears.slices import with_ends
 from flexgear.solve.model import Model
 from flexgear.solve.stresses import FILLETS, MEMBERS, root_arrays
 

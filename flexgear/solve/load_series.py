@@ -27,8 +27,7 @@ from flexgear.gears.load_bins import HOUR
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
-from flexgear.model.load_cases import LoadCase
-from flexgear.model.load_series import DesignLoadCase, LoadSeries
+from flexgear.model.load_cases import DesignLoadCase, LoadCase, LoadSeries
 
 LOADS = ("force_x", "force_y", "force_z", "moment_x", "moment_y")
 EXPONENTS = (10.0 / 3.0, 6.6, 8.7)  # of roller bearings, case-hardened flanks and roots

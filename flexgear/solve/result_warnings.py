@@ -26,9 +26,9 @@ import xarray as xr
 
 from flexgear.gears.contact import GearMeshKind
 from flexgear.gears.geometry import bottom_clearance, least_backlash, stage_geometry
-from flexgear.gears.neglected_effects import RIM_KEYS, neglected_effects
 from flexgear.gears.paths import stage_paths
 from flexgear.gears.power_flow import PowerFlow
+from flexgear.gears.report import RIM_KEYS, neglected_effects
 from flexgear.model.case import Case
 from flexgear.model.names import BodyName, FlankName
 from flexgear.model.stage_view import StageView

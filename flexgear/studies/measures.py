@@ -14,8 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from flexgear.analysis.mode_types import classify
 from flexgear.gears.bearings.basic_life import BALL, ROLLER, life_ratio
 from flexgear.gears.error_cycle import TrainTurn, error_cycle
-from flexgear.gears.power_flow import PowerFlow, power_flow
-from flexgear.gears.stage_flow import StageFlow
+from flexgear.gears.power_flow import PowerFlow, StageFlow, power_flow
 from flexgear.model.case import Case
 from flexgear.model.errors import FlexgearError, InputError
 from flexgear.model.read import nearest

@@ -18,8 +18,7 @@ import numpy as np
 from flexgear.arrays import Array
 from flexgear.gears.load_bins import LoadBin, case_in_bin
 from flexgear.gears.power_flow import power_flow
-from flexgear.gears.reliability import Kind as WeibullKind
-from flexgear.gears.reliability import PartLife, system_reliability
+from flexgear.gears.rating.damage import PartLife, WeibullKind, system_reliability
 from flexgear.gears.tooth_faults import NOT_ASSESSED
 from flexgear.model.case import Case
 from flexgear.model.errors import FlexgearError

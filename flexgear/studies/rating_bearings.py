@@ -14,14 +14,18 @@ from typing import NamedTuple
 import numpy as np
 
 from flexgear.gears.bearings.basic_life import EXPONENTS, rating_life
-from flexgear.gears.bearings.bearing import BearingRating, RollingBearing, rate_load
-from flexgear.gears.bearings.catalogue import rolling_bearing
-from flexgear.gears.bearings.lubrication import (
+from flexgear.gears.bearings.bearing import (
+    BearingRating,
+    RollingBearing,
+    rate_load,
+    rolling_bearing,
+)
+from flexgear.gears.bearings.reference_life import (
+    Lubrication,
     contamination_factor,
     reference_viscosity,
     viscosity_at,
 )
-from flexgear.gears.bearings.reference_life import Lubrication
 from flexgear.gears.load_bins import LoadBin
 from flexgear.gears.power_flow import PowerFlow
 from flexgear.gears.rating.rate import Factor

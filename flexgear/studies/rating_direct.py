@@ -19,11 +19,10 @@ import numpy as np
 
 from flexgear.arrays import Array
 from flexgear.gears.nominal_stress import contact_line_factor
-from flexgear.gears.rating.damage import LifeCurve
+from flexgear.gears.rating.capacity import mean_stress_influence
+from flexgear.gears.rating.damage import LifeCurve, Places, around_axis, pulsating_stress
 from flexgear.gears.rating.pair import GearPair
-from flexgear.gears.rating.places import Places, around_axis, pulsating_stress
 from flexgear.gears.rating.rate import Factor, LimitState, factor_value
-from flexgear.gears.rating.root import mean_stress_influence
 from flexgear.model.names import GroupName
 from flexgear.solve.bin_loads import BinLoads, SpectrumTrain, roots_in_bin
 from flexgear.solve.tooth_stresses import GroupStresses

@@ -20,7 +20,6 @@ import numpy as np
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.load_bins import LoadBin
 from flexgear.gears.power_flow import PowerFlow
-from flexgear.gears.rating.cycles import load_cycles
 from flexgear.gears.rating.damage import Spectrum
 from flexgear.gears.rating.load_factors import (
     LoadFactors,
@@ -28,7 +27,7 @@ from flexgear.gears.rating.load_factors import (
     root_face_factor,
     transverse_factors,
 )
-from flexgear.gears.rating.pair import GearPair, PairLoad, gear_pair, pair_load
+from flexgear.gears.rating.pair import GearPair, PairLoad, gear_pair, load_cycles, pair_load
 from flexgear.gears.rating.rate import Factor, GearState, rate
 from flexgear.model.case import Case
 from flexgear.model.names import GroupName

@@ -21,8 +21,8 @@ from flexgear.arrays import Array
 from flexgear.coupling.gear_meshes import GearMeshLabel
 from flexgear.coupling.pair_data import PairData
 from flexgear.coupling.system import System
-from flexgear.gears.face_load import factor_along
 from flexgear.gears.power_flow import power_flow
+from flexgear.gears.slices import factor_along
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
 from flexgear.model.faults import require_sound

@@ -20,7 +20,7 @@ from matplotlib.figure import Figure
 from scipy.interpolate import griddata
 
 from flexgear.arrays import Array
-from flexgear.gears.face_load import factor_along, mean_along
+from flexgear.gears.slices import factor_along, mean_along
 from flexgear.model.names import FlankName
 from flexgear.results.stage_figures import gears_of
 from flexgear.results.tooth_pattern import ToothPattern

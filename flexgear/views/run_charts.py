@@ -14,7 +14,7 @@ import xarray as xr
 
 from flexgear.gears.expected_lines import TOOTH_FAULT, expected_lines
 from flexgear.gears.geometry import stage_geometry
-from flexgear.gears.stage_flow import StageFlow
+from flexgear.gears.power_flow import StageFlow
 from flexgear.model.errors import FlexgearError, InputError
 from flexgear.model.names import GEAR_MESH, SHAFT
 from flexgear.results.harmonics import radial_harmonics

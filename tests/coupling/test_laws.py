@@ -5,8 +5,8 @@ import pytest
 
 from flexgear.coupling.laws import LAWS, _respond, functions, law_number, respond
 from flexgear.coupling.laws.rollers import roller_parameters
+from flexgear.model.bearings import Rollers
 from flexgear.model.errors import FlexgearError
-from flexgear.model.springs import Rollers
 
 # parameters and (δ, δ̇) of the rows, each branch of each law
 SAMPLES = {

@@ -14,8 +14,8 @@ from flexgear.coupling.build import build_system
 from flexgear.coupling.laws import law_number, respond
 from flexgear.coupling.laws.rollers import roller_loads, roller_parameters, roller_stiffness
 from flexgear.coupling.modal import modal_system
+from flexgear.model.bearings import Rollers
 from flexgear.model.errors import InputError
-from flexgear.model.springs import Rollers
 
 N = 10 / 9
 

@@ -13,8 +13,7 @@ from flexgear.analysis.equilibrium import revolution
 from flexgear.analysis.line_loads import interpolated, line_centres, line_loads
 from flexgear.coupling.laws import SLICES_LAW, functions, respond
 from flexgear.coupling.pair_data import OF_LINE
-from flexgear.gears.face_load import factor_along, mean_along, with_ends
-from flexgear.gears.slices import Line, cut
+from flexgear.gears.slices import Line, cut, factor_along, mean_along, with_ends
 from flexgear.model.errors import FlexgearError
 from flexgear.model.load import load_case
 from flexgear.results.time_figures import energy_residual

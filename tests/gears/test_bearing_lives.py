@@ -9,24 +9,28 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from flexgear.gears.bearings.bearing import RollingBearing, rate_load, rate_motion
-from flexgear.gears.bearings.catalogue import (
+from flexgear.gears.bearings.bearing import (
+    RollingBearing,
     dynamic_rating_of_rollers,
+    rate_load,
+    rate_motion,
     rolling_bearing,
     static_rating,
 )
-from flexgear.gears.bearings.lubrication import (
+from flexgear.gears.bearings.reference_life import (
+    Lubrication,
+    Ratings,
     contamination_factor,
     life_modification,
     reference_viscosity,
+    row_lives,
     viscosity_100,
     viscosity_at,
 )
-from flexgear.gears.bearings.reference_life import Lubrication, Ratings, row_lives
 from flexgear.gears.bearings.rows import BallRow, RollerRow, standard_drops
+from flexgear.model.bearings import Lubricant
 from flexgear.model.errors import InputError
 from flexgear.model.load import load_case
-from flexgear.model.lubricant import Lubricant
 
 MM = 1e-3
 RATINGS = Ratings(1e5, 1.2e5, 1.5e4)

@@ -12,12 +12,19 @@ from scipy.special import elliprd, elliprf
 from flexgear.coupling.laws.rollers import roller_loads, roller_parameters
 from flexgear.coupling.laws.rollers import roller_stiffness as stiffness_of_law
 from flexgear.gears.bearings.bearing import RollingBearing, equilibrium
-from flexgear.gears.bearings.load_zone import LINE, POINT, load_zone_integral
-from flexgear.gears.bearings.point_contact import point_contact
 from flexgear.gears.bearings.reference_life import Ratings
-from flexgear.gears.bearings.rows import BallRow, RollerRow, roller_stiffness, standard_drops
+from flexgear.gears.bearings.rows import (
+    LINE,
+    POINT,
+    BallRow,
+    RollerRow,
+    load_zone_integral,
+    point_contact,
+    roller_stiffness,
+    standard_drops,
+)
+from flexgear.model.bearings import Rollers
 from flexgear.model.errors import FlexgearError
-from flexgear.model.springs import Rollers
 
 MM, STEEL = 1e-3, 210e9 / 0.91
 UNRATED = Ratings(1e5)

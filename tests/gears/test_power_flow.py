@@ -9,9 +9,8 @@ from flow_samples import parallel, planetary, train
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from flexgear.gears.power_flow import PowerFlow, power_flow
+from flexgear.gears.power_flow import PowerFlow, power_flow, stage_flow
 from flexgear.gears.radii import stage_radii
-from flexgear.gears.stage_flow import stage_flow
 from flexgear.model.errors import InputError
 from flexgear.model.load import load_case
 from flexgear.model.train import MemberLoad

@@ -9,8 +9,7 @@ from small_train import refused
 
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.power_flow import power_flow
-from flexgear.gears.rating.cycles import load_cycles
-from flexgear.gears.rating.flank import contact_ratio_factor, single_pair_factor
+from flexgear.gears.rating.capacity import contact_ratio_factor, single_pair_factor
 from flexgear.gears.rating.load_factors import (
     LoadFactors,
     dynamic_factor,
@@ -18,7 +17,7 @@ from flexgear.gears.rating.load_factors import (
     root_face_factor,
     transverse_factors,
 )
-from flexgear.gears.rating.pair import PairLoad, gear_pair
+from flexgear.gears.rating.pair import PairLoad, gear_pair, load_cycles
 from flexgear.gears.rating.rate import rate
 from flexgear.model.errors import InputError
 

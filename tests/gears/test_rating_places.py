@@ -7,8 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from flexgear.gears.rating.damage import LifeCurve
-from flexgear.gears.rating.places import Places, around_axis, pulsating_stress
+from flexgear.gears.rating.damage import LifeCurve, Places, around_axis, pulsating_stress
 
 SLOPE, KNEE = 8.0, 1e9  # of a curve that is one power law: N = KNEE (1/σ)^SLOPE
 CURVE = LifeCurve((1.0, KNEE), (KNEE ** (1 / SLOPE), 1.0))

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from flexgear.gears.reliability import PartLife, system_reliability
+from flexgear.gears.rating.damage import PartLife, system_reliability
 
 parts = st.builds(PartLife, st.floats(1.0, 1e6), st.floats(1.05, 3.0), st.floats(0.0, 0.95))
 

@@ -8,15 +8,16 @@ import pytest
 from gears.stages import UNLOADED, flexible_paths, helical, lin_parker, parallel, planetary, seen
 
 from flexgear.gears.geometry import stage_geometry
-from flexgear.gears.neglected_effects import (
+from flexgear.gears.power_flow import power_flow
+from flexgear.gears.report import (
+    case_reports,
     friction_share,
     neglected_effects,
     pin_sag,
     rim_compliance,
     rim_rows,
+    stage_report,
 )
-from flexgear.gears.power_flow import power_flow
-from flexgear.gears.report import case_reports, stage_report
 from flexgear.model.errors import InputError
 from flexgear.model.load import load_case
 

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
+from flexgear.model.bearings import Bearing
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
 from flexgear.model.load import bundled_cases, bundled_text, case_of_toml, load_case
-from flexgear.model.springs import Bearing
 
 
 @pytest.fixture(scope="module")

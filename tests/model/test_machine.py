@@ -6,8 +6,7 @@ from trains import STAGE, stage_train, write
 
 from flexgear.model.errors import InputError
 from flexgear.model.load import load_case
-from flexgear.model.machine import Machine, machines_of
-from flexgear.model.time_series import TimeHistory
+from flexgear.model.machine import Machine, TimeHistory, machines_of
 
 AT = "inputs.0.machine."
 OUT = "output.machine."

@@ -8,8 +8,8 @@ from train_contexts import rigid_stage
 
 import flexgear as fg
 from flexgear.analysis.line_loads import CAUSES
-from flexgear.gears.face_load import with_ends
 from flexgear.gears.geometry import stage_geometry
+from flexgear.gears.slices import with_ends
 from flexgear.model.errors import InputError
 from flexgear.model.load import load_case
 from flexgear.model.stage import Stage

@@ -18,7 +18,7 @@ from flexgear.analysis.line_loads import line_loads
 from flexgear.coupling.build import build_system
 from flexgear.coupling.modal import modal_system
 from flexgear.coupling.pair_data import slice_gaps
-from flexgear.gears.face_load import factor_along
+from flexgear.gears.slices import factor_along
 from flexgear.model.errors import FlexgearError, FlexgearWarning, InputError
 from flexgear.model.load import load_case
 from flexgear.results.load_sharing import load_sharing

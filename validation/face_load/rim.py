@@ -20,10 +20,9 @@ from scipy.optimize import nnls
 from flexgear.arrays import Array
 from flexgear.files.atomic import atomic_file
 from flexgear.gears.contact import GearMeshPath
-from flexgear.gears.face_load import factor_along
 from flexgear.gears.paths import stage_paths
 from flexgear.gears.power_flow import power_flow
-from flexgear.gears.slices import Slices
+from flexgear.gears.slices import Slices, factor_along
 from flexgear.model.load import load_case
 from flexgear.model.names import BodyName
 from flexgear.model.stage_view import StageView

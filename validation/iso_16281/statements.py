@@ -8,7 +8,7 @@ from pathlib import Path
 
 from rows import Published, Row, compared, gathered, reference
 
-from flexgear.gears.bearings.load_zone import LINE, POINT, load_zone_integral
+from flexgear.gears.bearings.rows import LINE, POINT, load_zone_integral
 from iso_16281.example import D_PW, figure, rated
 
 PAPER = "iso_16281"

@@ -10,14 +10,13 @@ from rows import Row, compared, gathered, reference
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.nominal_stress import virtual_teeth
 from flexgear.gears.power_flow import power_flow
-from flexgear.gears.rating.cycles import load_cycles
 from flexgear.gears.rating.load_factors import (
     LoadFactors,
     dynamic_factor,
     root_face_factor,
     transverse_factors,
 )
-from flexgear.gears.rating.pair import gear_pair, pair_load
+from flexgear.gears.rating.pair import gear_pair, load_cycles, pair_load
 from flexgear.gears.rating.rate import rate
 from flexgear.model.load import load_case
 

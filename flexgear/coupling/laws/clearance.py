@@ -11,7 +11,7 @@ import math
 import numpy as np
 
 from flexgear.coupling.laws.law import CENTERING, Law, compiled_law
-from flexgear.model.springs import Bearing
+from flexgear.model.bearings import Bearing
 
 LOOSE = 1e-4  # share of its stiffness in the tangent of a bearing inside its clearance
 

@@ -8,7 +8,7 @@ speed, too. They are taken in the frame of the inner ring, so that of a body in 
 from __future__ import annotations
 
 from flexgear.coupling.laws.law import Law, compiled_law
-from flexgear.model.springs import Bearing
+from flexgear.model.bearings import Bearing
 
 
 @compiled_law

@@ -36,9 +36,9 @@ import numpy as np
 from flexgear.arrays import Array
 from flexgear.compiled import INNER, njit
 from flexgear.coupling.laws.law import CENTERING, Law, compiled_law
+from flexgear.model.bearings import Bearing
 from flexgear.model.member import PlanetBearing
 from flexgear.model.section import Missing
-from flexgear.model.springs import Bearing
 
 VISCOSITY, RADIUS, LENGTH, CLEARANCE, THINNEST, STIFFNESS = range(6)
 LOOSE = 1e-6  # share of the radial stiffness in the tangent of a film without load

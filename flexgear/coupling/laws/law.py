@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from flexgear.arrays import Array
-from flexgear.model.springs import Bearing
+from flexgear.model.bearings import Bearing
 
 CENTERING = 1e-4  # of its stiffness: what a bearing with a law keeps as a spring about its middle
 

@@ -22,7 +22,7 @@ import numpy as np
 
 from flexgear.arrays import Array
 from flexgear.coupling.laws.law import Law, compiled_law
-from flexgear.model.springs import Bearing, Rollers
+from flexgear.model.bearings import Bearing, Rollers
 
 EXPONENT = 10.0 / 9.0
 LOOSE = 1e-4  # share of the linear stiffness in the tangent of a bearing without load

@@ -23,13 +23,13 @@ from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.load_bins import bins_of_load_cases
 from flexgear.gears.power_flow import power_flow
 from flexgear.gears.radii import StageRadii, stage_radii
+from flexgear.model.bearings import Springs
 from flexgear.model.case import Case
 from flexgear.model.member import MatedGear, PlanetGear, Support
 from flexgear.model.modifications import FLANKS, FlankModifications
 from flexgear.model.names import MemberName
 from flexgear.model.rating import GearRating
 from flexgear.model.section import Section
-from flexgear.model.springs import Springs
 from flexgear.model.stage import Stage
 from flexgear.model.train import Input, Joint, MemberLoad, Output
 

@@ -30,8 +30,8 @@ from numpy.typing import ArrayLike
 
 if TYPE_CHECKING:
     from flexgear.gears.power_flow import PowerFlow
+    from flexgear.model.bearings import Rolling
     from flexgear.model.case import Case
-    from flexgear.model.rolling import Rolling
 
 
 BALL = 3.0

@@ -3,6 +3,13 @@
 F_t acts at the reference circle of one gear mesh of one planet (and of one half of a double-helical
 stage); a gear's two gear meshes are rated one by one. Gears are named as everywhere, "sun",
 "planet" and "ring", pinion and gear of a parallel stage in the first two places.
+
+Load cycles of flanks and roots: turns seen from what loads them.
+
+    sun N |ω_s − ω_c|/2π,  ring N |ω_c − ω_r|/2π,  each flank of a planet |ω_p − ω_c|/2π
+
+for N planets. A planet's root is loaded once a turn in either sense: one full alternation, not two
+cycles. In a parallel stage pinion and gear are loaded once a turn.
 """
 
 from __future__ import annotations
@@ -27,7 +34,7 @@ from flexgear.model.rating import GearRating, Rating
 from flexgear.model.section import Refusal
 
 if TYPE_CHECKING:
-    from flexgear.gears.stage_flow import StageFlow
+    from flexgear.gears.power_flow import StageFlow
     from flexgear.model.bodies import Material
     from flexgear.model.member import GearMember
     from flexgear.model.stage_view import StageView
@@ -267,3 +274,16 @@ def pair_load(pair: GearPair, flow: StageFlow) -> PairLoad:
         tangential_force=tangential * math.cos(pair.transverse_angle),
         velocity=flow.gear_mesh_frequency * pitch,
     )
+
+
+def load_cycles(view: StageView, flow: StageFlow) -> dict[tuple[str, str], float]:
+    """Cycles per second of flank and root by gear mesh ("sun", "ring") and part."""
+    turn = 2.0 * math.pi
+    rates = {("sun", "sun"): abs(flow.sun_speed - flow.carrier_speed) * view.stage.planets / turn}
+    rates["sun", "planet"] = abs(flow.planet_relative_speed) / turn
+    if view.stage.kind == "planetary":
+        rates["ring", "planet"] = rates["sun", "planet"]
+        rates["ring", "ring"] = (
+            abs(flow.ring_speed - flow.carrier_speed) * view.stage.planets / turn
+        )
+    return rates

@@ -10,7 +10,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from flexgear.gears.rating import flank, root
+from flexgear.gears.rating import capacity as iso
 from flexgear.gears.rating.damage import LifeCurve
 from flexgear.gears.rating.load_factors import LoadFactors
 from flexgear.gears.rating.pair import GearPair, PairLoad, RatedGear
@@ -119,21 +119,21 @@ def _nominal(pair: GearPair, load: PairLoad, factors: LoadFactors) -> list[Facto
 
 def _flank(pair: GearPair, gear: RatedGear, load: PairLoad, factors: LoadFactors) -> LimitState:
     rules, source = pair.rules, "ISO 6336-2"
-    nominal = flank.nominal_pressure(pair, load)
-    single = flank.single_pair_factor(pair, gear.part)
+    nominal = iso.nominal_pressure(pair, load)
+    single = iso.single_pair_factor(pair, gear.part)
     stress = single * nominal * math.sqrt(factors.flank)
     lines = [
         *_nominal(pair, load, factors),
         Factor("K_Hβ", factors.face_flank, "", "face load factor", "ISO 6336-1"),
         Factor("K_Hα", factors.transverse_flank, "", "transverse load factor", "ISO 6336-1"),
-        Factor("Z_H", flank.zone_factor(pair), "", "zone factor", source),
-        Factor("Z_E", flank.elasticity_factor(pair) / 1e3, "√(N/mm²)", "elasticity factor", source),
-        Factor("Z_ε", flank.contact_ratio_factor(pair), "", "contact ratio factor", source),
-        Factor("Z_β", flank.helix_angle_factor(pair), "", "helix angle factor", source),
+        Factor("Z_H", iso.zone_factor(pair), "", "zone factor", source),
+        Factor("Z_E", iso.elasticity_factor(pair) / 1e3, "√(N/mm²)", "elasticity factor", source),
+        Factor("Z_ε", iso.contact_ratio_factor(pair), "", "contact ratio factor", source),
+        Factor("Z_β", iso.helix_angle_factor(pair), "", "helix angle factor", source),
     ]
     if rules.edition != 2006 and pair.helix_angle:
         where = "assumed" if rules.profile_modification_factor is None else "[rating]"
-        value = flank.profile_modification_factor(pair)
+        value = iso.profile_modification_factor(pair)
         lines.append(Factor("f_ZCa", value, "", "profile modification factor", where))
     name = "Z_B" if gear is pair.pinion else "Z_D"
     lines += [
@@ -162,14 +162,14 @@ def _flank_strength(pair: GearPair, gear: RatedGear, load: PairLoad) -> list[Fac
     peaks = [rz for rz in rough if rz is not None]
     if len(peaks) < len(rough):
         return "flank_rz"
-    hardening = flank.work_hardening_factor(pair, gear, load)
+    hardening = iso.work_hardening_factor(pair, gear, load)
     if isinstance(hardening, str):
         return hardening
     return [
         Factor("σ_Hlim", gear.flank_strength / 1e6, "MPa", "allowable stress number", "ISO 6336-5"),
-        Factor("Z_L", flank.lubricant_factor(pair, pair.viscosity), "", "lubricant factor", source),
-        Factor("Z_v", flank.velocity_factor(pair, load.velocity), "", "velocity factor", source),
-        Factor("Z_R", flank.roughness_factor(pair, sum(peaks) / 2), "", "roughness factor", source),
+        Factor("Z_L", iso.lubricant_factor(pair, pair.viscosity), "", "lubricant factor", source),
+        Factor("Z_v", iso.velocity_factor(pair, load.velocity), "", "velocity factor", source),
+        Factor("Z_R", iso.roughness_factor(pair, sum(peaks) / 2), "", "roughness factor", source),
         Factor("Z_W", hardening, "", "work hardening factor", source),
         Factor("Z_X", 1.0, "", "size factor", source),
     ]
@@ -179,16 +179,16 @@ def _root(
     pair: GearPair, gear: RatedGear, load: PairLoad, factors: LoadFactors, reversal: float
 ) -> LimitState:
     rules, source = pair.rules, "ISO 6336-3"
-    nominal = root.nominal_root_stress(pair, gear, load)
+    nominal = iso.nominal_root_stress(pair, gear, load)
     stress = nominal * factors.root
     lines = [
         *_nominal(pair, load, factors),
         Factor("K_Fβ", factors.face_root, "", "face load factor", "ISO 6336-1"),
         Factor("K_Fα", factors.transverse_root, "", "transverse load factor", "ISO 6336-1"),
-        Factor("Y_F", root.form_factor(pair, gear), "", "form factor", source),
+        Factor("Y_F", iso.form_factor(pair, gear), "", "form factor", source),
         Factor("Y_S", gear.root.notch_factor, "", "stress correction factor", source),
-        Factor("Y_β", root.root_helix_factor(pair), "", "helix angle factor", source),
-        Factor("Y_DT", root.deep_tooth_factor(pair), "", "deep tooth factor", source),
+        Factor("Y_β", iso.root_helix_factor(pair), "", "helix angle factor", source),
+        Factor("Y_DT", iso.deep_tooth_factor(pair), "", "deep tooth factor", source),
     ]
     if gear.rim_factor is not None:
         lines.append(Factor("Y_B", gear.rim_factor, "", "rim thickness factor", source))
@@ -200,7 +200,7 @@ def _root(
     if isinstance(strength, str):
         return LimitState("F", nominal, stress, rules.least("root_safety"), tuple(lines), strength)
     limit, correction, sensitivity, _, _, mean = (line.value for line in strength)
-    static = limit * correction * root.static_notch_factor(gear, sensitivity) * mean
+    static = limit * correction * iso.static_notch_factor(gear, sensitivity) * mean
     knees = root_knees(_steel(gear), rules.root_long_life_factor)
     return _limit("F", nominal, stress, rules, (lines, strength), knees, static)
 
@@ -216,8 +216,8 @@ def _root_strength(pair: GearPair, gear: RatedGear, reversal: float) -> list[Fac
         return "rim_factor"
     if gear.data.root_roughness is None:
         return "root_rz"
-    sensitivity = root.notch_sensitivity_factor(gear)
-    mean = root.mean_stress_factor(gear, reversal)
+    sensitivity = iso.notch_sensitivity_factor(gear)
+    mean = iso.mean_stress_factor(gear, reversal)
     for value in (sensitivity, mean):
         if isinstance(value, str):
             return value
@@ -225,7 +225,7 @@ def _root_strength(pair: GearPair, gear: RatedGear, reversal: float) -> list[Fac
     size = root_size_factor(steel, pair.normal_module)
     return [
         Factor("σ_Flim", gear.root_strength / 1e6, "MPa", "allowable stress number", "ISO 6336-5"),
-        Factor("Y_ST", root.STRESS_CORRECTION, "", "stress correction of test gears", source),
+        Factor("Y_ST", iso.STRESS_CORRECTION, "", "stress correction of test gears", source),
         Factor("Y_δrelT", float(sensitivity), "", "relative notch sensitivity factor", source),
         Factor("Y_RrelT", rough, "", "relative surface factor", source),
         Factor("Y_X", size, "", "size factor", source),

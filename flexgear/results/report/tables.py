@@ -9,9 +9,8 @@ from typing import Any
 from pydantic import BaseModel
 
 from flexgear.gears.expected_lines import expected_lines, line_rows
-from flexgear.gears.power_flow import PowerFlow
+from flexgear.gears.power_flow import PowerFlow, StageFlow
 from flexgear.gears.report import case_reports
-from flexgear.gears.stage_flow import StageFlow
 from flexgear.model.case import Case
 from flexgear.model.names import FlankName
 from flexgear.model.units import Quantity

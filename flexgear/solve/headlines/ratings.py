@@ -10,8 +10,8 @@ from typing import Any
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.nominal_stress import pitch_point_pressure
 from flexgear.gears.tooth_faults import NOT_ASSESSED
+from flexgear.model.bearings import Rolling
 from flexgear.model.names import FlankName, GroupName, NodeName
-from flexgear.model.rolling import Rolling
 from flexgear.model.stage_view import StageView
 from flexgear.model.units import Quantity
 from flexgear.results.report.sharing import first_variant, sharings

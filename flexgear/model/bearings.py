@@ -1,0 +1,313 @@
+"""Springs between two 6-dof nodes; bearings, their rolling elements and ratings; the lubricant."""
+
+from __future__ import annotations
+
+import math
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field, model_validator
+
+from flexgear.model.section import Missing, Refusal, Section
+from flexgear.model.units import (
+    Angle,
+    Density,
+    Force,
+    Length,
+    Life,
+    MatrixEntry,
+    RotationalDamping,
+    RotationalStiffness,
+    Stiffness,
+    Temperature,
+    TranslationalDamping,
+    Viscosity,
+)
+
+
+class Rollers(Section):
+    """Rows of cylindrical rollers of steel.
+
+    count: rollers of a row; rows: side by side; length: effective length of a roller; spacing:
+    between the middles of neighbouring rows; clearance: radial gap on every side (half of the
+    radial internal clearance that catalogues state).
+    """
+
+    count: int = Field(ge=4, le=200)
+    rows: int = Field(default=1, ge=1, le=4)
+    length: Length = Field(gt=0.0, le=1.0)
+    spacing: Length = Field(default=0.0, ge=0.0, le=1.0)
+    clearance: Length = Field(default=0.0, ge=0.0, le=5e-3)
+
+    @property
+    def places(self) -> tuple[float, ...]:
+        """Middles of the rows along the axis, from the bearing's middle, m."""
+        middle = 0.5 * (self.rows - 1)
+        return tuple(self.spacing * (j - middle) for j in range(self.rows))
+
+
+class Springs(Section):
+    """Stiffness of a link between two nodes.
+
+    radial: across the axis, x and y. radial_x, radial_y: in place of radial in one direction.
+    axial: along the axis. tilt: about x and y. tilt_x, tilt_y: in place of tilt about one axis.
+    torsion: about the axis. full: symmetric 6 x 6 matrix that replaces all of them.
+
+    Rows and columns of ``matrix``: ux, uy, uz (m), rx, ry, rz (rad). ``radial`` stands for both
+    radial directions and ``tilt`` for both tilts unless one of them is given by itself. A full
+    symmetric 6 x 6 list ``full_si`` replaces all of them.
+    """
+
+    radial: Stiffness = Field(default=0.0, ge=0.0, le=1e14)
+    radial_x: Stiffness | None = Field(default=None, ge=0.0, le=1e14)
+    radial_y: Stiffness | None = Field(default=None, ge=0.0, le=1e14)
+    axial: Stiffness = Field(default=0.0, ge=0.0, le=1e14)
+    tilt: RotationalStiffness = Field(default=0.0, ge=0.0, le=1e14)
+    tilt_x: RotationalStiffness | None = Field(default=None, ge=0.0, le=1e14)
+    tilt_y: RotationalStiffness | None = Field(default=None, ge=0.0, le=1e14)
+    torsion: RotationalStiffness = Field(default=0.0, ge=0.0, le=1e14)
+    full: tuple[tuple[MatrixEntry, ...], ...] | None = None
+
+    @property
+    def stiffness(self) -> tuple[float, float, float, float, float, float]:
+        """The diagonal of ``matrix``: N/m three times, N m/rad three times."""
+        if self.full is not None:
+            d = np.diag(np.array(self.full))
+            return (d[0], d[1], d[2], d[3], d[4], d[5])
+        x = self.radial if self.radial_x is None else self.radial_x
+        y = self.radial if self.radial_y is None else self.radial_y
+        a = self.tilt if self.tilt_x is None else self.tilt_x
+        b = self.tilt if self.tilt_y is None else self.tilt_y
+        return (x, y, self.axial, a, b, self.torsion)
+
+    @property
+    def matrix(self) -> NDArray[np.float64]:
+        """Stiffness (6, 6), SI."""
+        return np.diag(self.stiffness) if self.full is None else np.array(self.full)
+
+    @model_validator(mode="after")
+    def _valid_matrix(self) -> Springs:
+        if self.full is None:
+            return self
+        if len(self.full) != 6 or any(len(row) != 6 for row in self.full):
+            raise Refusal("full", "is not 6 x 6", "give six rows of six numbers")
+        k = np.array(self.full)
+        scale = np.sqrt(np.abs(np.diag(k)))
+        if np.abs(k - k.T).max() > 1e-9 * np.abs(k).max():
+            raise Refusal("full", "is not symmetric", "forces would not balance; correct it")
+        unit = k / np.where(scale > 0, scale, 1.0) / np.where(scale > 0, scale, 1.0)[:, None]
+        if np.linalg.eigvalsh(unit).min() < -1e-9:
+            raise Refusal("full", "is not positive semidefinite", "correct its signs")
+        return self
+
+
+def at_height(z: float) -> NDArray[np.float64]:
+    """Motion (6, 6) of a point at z on the axis of a body from that of its node."""
+    out = np.eye(6)
+    out[0, 4], out[1, 3] = z, -z
+    return out
+
+
+class Dampers(Section):
+    """Viscous dampers beside the springs of a bearing, F = c δ̇.
+
+    radial: across the axis, x and y. axial: along the axis. tilt: about x and y. torsion: about the
+    axis, against all that turns there: a drag torque.
+    """
+
+    radial: TranslationalDamping = Field(default=0.0, ge=0.0, le=1e12)
+    axial: TranslationalDamping = Field(default=0.0, ge=0.0, le=1e12)
+    tilt: RotationalDamping = Field(default=0.0, ge=0.0, le=1e12)
+    torsion: RotationalDamping = Field(default=0.0, ge=0.0, le=1e12)
+
+    @property
+    def coefficients(self) -> tuple[float, ...]:
+        """Along and about x, y, z: N s/m three times, N m s/rad three times."""
+        return (self.radial, self.radial, self.axial, self.tilt, self.tilt, self.torsion)
+
+
+class Bearing(Springs):
+    """A bearing; ``torsion``, stiffness against turning about its axis, is usually 0.
+
+    z: where its springs act along the axis, m, from the middle of the gear or the seat; towards the
+    stiffer of two rows. There u_x + z r_y, u_y - z r_x and the tilts themselves are resisted.
+    clearance: radial gap there before the radial springs carry. rollers: carry radially and against
+    tilt, by a stiffness that grows with load; radial and tilt are then those of modes and whatever
+    is linear. damping: dampers at z beside the springs.
+    """
+
+    z: Length = Field(default=0.0, ge=-1.0, le=1.0)
+    clearance: Length = Field(default=0.0, ge=0.0, le=5e-3)
+    rollers: Rollers | None = None
+    damping: Dampers | None = None
+
+    @property
+    def matrix(self) -> NDArray[np.float64]:
+        """Stiffness (6, 6) at the node, Tᵀ K T with T the motion at z; SI."""
+        to_z = at_height(self.z)
+        return to_z.T @ super().matrix @ to_z
+
+    @model_validator(mode="after")
+    def _rollers_of_something(self) -> Bearing:
+        if self.rollers is not None and (min(self.stiffness[:2]) <= 0 or self.full is not None):
+            raise Refusal(
+                "radial",
+                "is needed beside rollers: the stiffness of modes and of whatever is linear",
+                "give radial, and no full matrix",
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _clearance_of_something(self) -> Bearing:
+        if self.clearance == 0:
+            return self
+        if min(self.stiffness[:2]) <= 0:
+            problem = "is the gap of a support without radial stiffness"
+            raise Refusal("clearance", problem, "give radial")
+        if self.rollers is not None:
+            raise Refusal("clearance", "stands beside rollers", "give it as rollers.clearance")
+        if self.full is not None and np.array(self.full)[:2, 2:].any():
+            problem = "is a radial gap, but full couples radial motion with other directions"
+            raise Refusal("clearance", problem, "take one of the two out")
+        return self
+
+
+class RollingElements(Section):
+    """Rolling elements of one bearing, of which the load in every row follows (ISO/TS 16281).
+
+    What stands in ``rollers`` beside, where it says how the bearing springs, is left out here.
+
+    count: of a row; rows: of one bearing; spacing: between the middles of neighbouring rows, of
+    neighbouring bearings, too. diameter: D_w of balls, D_we of rollers. pitch_diameter: D_pw of the
+    circle of their centres. length: L_we, effective length of rollers. clearance: radial gap on
+    every side (half of the radial internal clearance), in operation. contact_angle: nominal; of
+    several rows half face one way, half the other, and a single row is loaded by thrust along +z.
+    arrangement: contact lines meet the axis outside of the rows ("O") or between them ("X").
+    profile: of rollers, see below. drops: of a profile by a table, at equal steps from the middle
+    of the roller to its end. edge_stress: whether lives count the concentration of stress at the
+    ends of rollers, which the standard puts on top of the loads of laminae. inner_groove,
+    outer_groove: radius of the grooves over the diameter of balls.
+
+    logarithmic  that of ISO/TS 16281
+    straight     none
+    table        ``drops``
+    """
+
+    count: int | None = Field(default=None, ge=3, le=300)
+    rows: int | None = Field(default=None, ge=1, le=4)
+    spacing: Length | None = Field(default=None, ge=0.0, le=3.0)
+    diameter: Length = Field(gt=0.0, le=1.0)
+    pitch_diameter: Length = Field(gt=0.0, le=10.0)
+    length: Length | None = Field(default=None, gt=0.0, le=1.0)
+    clearance: Length | None = Field(default=None, ge=-1e-3, le=5e-3)
+    contact_angle: Angle = Field(default=0.0, ge=0.0, le=0.78539816339745)
+    arrangement: Literal["O", "X"] = "O"
+    profile: Literal["logarithmic", "straight", "table"] = "logarithmic"
+    drops: tuple[Length, ...] = ()
+    edge_stress: bool = True
+    inner_groove: float = Field(default=0.52, gt=0.5, le=1.0)
+    outer_groove: float = Field(default=0.53, gt=0.5, le=1.0)
+
+    @model_validator(mode="after")
+    def _fits(self) -> RollingElements:
+        if self.diameter >= self.pitch_diameter:
+            raise Refusal("diameter", "is not below pitch_diameter", "correct one of them")
+        if self.count is not None:
+            chord = self.pitch_diameter * math.sin(math.pi / self.count)
+            if self.diameter > chord:
+                problem = f"is too much: only {1e3 * chord:.4g} mm are there for each of them"
+                raise Refusal("diameter", problem, "correct it, count or pitch_diameter")
+        if (self.profile == "table") != bool(self.drops):
+            remedy = 'give both profile = "table" and drops, or neither'
+            raise Refusal("drops", "belongs to a profile by a table", remedy)
+        if len(self.drops) == 1 or any(drop < 0 for drop in self.drops):
+            raise Refusal("drops", "is no profile", "give two values or more, none negative")
+        return self
+
+
+class Rolling(Section):
+    """What the rating of a rolling bearing needs.
+
+    dynamic_rating: C of one bearing, for the basic rating life; static_rating: C_0; rolling: kind
+    of its elements, which says the exponent; fatigue_load_limit: C_u, for the modified life.
+    count: equal bearings side by side, which share the load evenly; their rows share it by what
+    elements says. required_life: which the rating life is held to. elements: for the load in rows.
+    """
+
+    dynamic_rating: Force | None = Field(default=None, gt=0.0, le=1e9)
+    static_rating: Force | None = Field(default=None, gt=0.0, le=1e9)
+    fatigue_load_limit: Force | None = Field(default=None, gt=0.0, le=1e9)
+    rolling: Literal["roller", "ball"] | None = None
+    count: int = Field(default=1, ge=1, le=8)
+    required_life: Life | None = Field(default=None, gt=0.0, le=1e10)
+    elements: RollingElements | None = None
+
+    @model_validator(mode="after")
+    def _rating_of_a_kind(self) -> Rolling:
+        for key in ("dynamic_rating", "elements"):
+            if getattr(self, key) is not None and self.rolling is None:
+                remedy = 'add rolling = "roller" or "ball"'
+                raise Missing("rolling", f"is missing beside {key}", remedy)
+        if self.required_life is not None and self.dynamic_rating is None:
+            remedy = "add dynamic_rating and rolling"
+            raise Missing("dynamic_rating", "is missing beside required_life", remedy)
+        return self
+
+
+def check_elements(bearing: Bearing, rolling: Rolling) -> None:
+    """Refusal for elements that lack a size, or contradict the rollers that spring."""
+    elements, rollers = rolling.elements, bearing.rollers
+    if elements is None:
+        return
+    if rollers is None:
+        several = (elements.rows or 1) * rolling.count > 1
+        needed = {"count": True, "length": rolling.rolling == "roller", "spacing": several}
+        for key, is_needed in needed.items():
+            if is_needed and getattr(elements, key) is None:
+                unit = "" if key == "count" else "_mm"
+                raise Missing(f"elements.{key}", "is missing", f"add elements.{key}{unit}")
+        return
+    if rolling.rolling == "ball":
+        raise Refusal("rolling", "is ball, beside rollers", "take one of the two out")
+    if rollers.rows % rolling.count:
+        problem = f"of {rollers.rows} rows are not {rolling.count} equal bearings"
+        raise Refusal("rollers.rows", problem, "correct rows or count")
+    for key in ("count", "rows", "spacing", "length", "clearance"):
+        if getattr(elements, key) is not None:
+            raise Refusal(f"elements.{key}", "stands in rollers, too", "keep that in rollers")
+
+
+class Lubricant(Section):
+    """Lubricant of the whole gearbox, of which life and safety of gears and bearings are rated.
+
+    viscosity_40: kinematic viscosity at 40 °C (the number of an ISO VG class); viscosity_100: that
+    at 100 °C, from which that at any temperature follows; without it the viscosity index is taken
+    as 95. temperature: of the oil in contacts; operating_viscosity: kinematic viscosity there,
+    in place of what follows from temperature. density: there, for the dynamic viscosity that
+    journal bearings ask for. cleanliness: solid particles of oil in a circuit with
+    a filter, by ISO 4406 (filters of β_6 = 200, β_12 = 200, β_25 = 75, β_40 = 75 in this order); of
+    it and the bearing's size the contamination factor e_C of ISO 281 follows. contamination: e_C
+    itself, in place of cleanliness. With neither, bearings have their basic life only.
+    """
+
+    viscosity_40: Viscosity = Field(ge=1e-6, le=1e-2)
+    viscosity_100: Viscosity | None = Field(default=None, ge=5e-7, le=1e-2)
+    temperature: Temperature | None = Field(default=None, ge=223.15, le=473.15)
+    operating_viscosity: Viscosity | None = Field(default=None, ge=5e-7, le=1e-1)
+    density: Density | None = Field(default=None, ge=500.0, le=1500.0)
+    cleanliness: Literal["-/13/10", "-/15/12", "-/17/14", "-/19/16"] | None = None
+    contamination: float | None = Field(default=None, gt=0.0, le=1.0)
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Lubricant:
+        if self.viscosity_100 is not None and self.viscosity_100 >= self.viscosity_40:
+            problem = "is not below viscosity_40, but oil thins as it warms"
+            raise Refusal("viscosity_100", problem, "correct one of them")
+        if self.temperature is not None and self.operating_viscosity is not None:
+            problem = "is given beside temperature, of which it follows"
+            raise Refusal("operating_viscosity", problem, "keep one of them")
+        if self.cleanliness is not None and self.contamination is not None:
+            problem = "is given beside cleanliness, of which it follows"
+            raise Refusal("contamination", problem, "keep one of them")
+        return self
