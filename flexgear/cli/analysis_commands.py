@@ -36,8 +36,7 @@ from flexgear.results.dataset_file import chosen, dataset_file, load
 from flexgear.results.origin import origin_of_case
 from flexgear.results.result_quantities import RESULT_QUANTITIES
 from flexgear.results.run_folder import ended_run
-from flexgear.results.sensor_figures import SensorRanges
-from flexgear.results.settling import WindowedRanges, window_edges, window_of
+from flexgear.results.settling import SensorRanges, WindowedRanges, window_edges, window_of
 from flexgear.results.sinks import Coming, DatasetSink, Ranges, Several
 from flexgear.results.summary import finite, sharing_summary_of
 from flexgear.results.time_figures import (

@@ -31,7 +31,7 @@ from flexgear.model.schema import json_schema
 from flexgear.model.units import RPM
 from flexgear.model.upgrade import upgraded
 from flexgear.results.origin import origin_of_case
-from flexgear.results.report.key_words import row_of
+from flexgear.results.report.parts import row_of
 from flexgear.results.report.wording import with_unit
 from flexgear.solve.angles import StageMotion, stage_motions
 

@@ -17,13 +17,12 @@ from flexgear.cli.pictures import drawn_side, imported
 from flexgear.coupling.system import variant_label
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
-from flexgear.results.flanks import tooth_loads
 from flexgear.results.origin import Origin
-from flexgear.results.report.rating_tables import life_text
 from flexgear.results.report.sharing import DEFINITION
+from flexgear.results.report.study_tables import life_text
 from flexgear.results.report.wording import factor, number, titled_by_stage
 from flexgear.results.run_folder import complete, read_folder
-from flexgear.results.stage_part import displacement_of, stage_part
+from flexgear.results.stage_part import displacement_of, stage_part, tooth_loads
 from flexgear.results.time_figures import sharing_summary
 from flexgear.solve.angles import lead_angles
 from flexgear.solve.bodies import reduced_bodies

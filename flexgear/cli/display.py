@@ -15,7 +15,7 @@ import typer
 
 from flexgear.files.atomic import plain
 from flexgear.model.errors import FlexgearError
-from flexgear.results.report.key_words import titled
+from flexgear.results.report.parts import titled
 
 Report = Callable[[str, float], None]
 MOST_BESIDE = 6  # figures that one line shows side by side

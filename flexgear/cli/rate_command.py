@@ -17,9 +17,9 @@ from flexgear.results.dataset_file import write_netcdf
 from flexgear.results.origin import origin_of_case
 from flexgear.results.rating import COLUMNS, Rating, rating_rows, rating_summary
 from flexgear.results.report.parts import MARKS
-from flexgear.results.report.rating_tables import (
+from flexgear.results.report.study_tables import (
     GEARS,
-    SECTION,
+    RATING,
     SPECTRUM,
     in_words,
     rating_tables,
@@ -114,9 +114,9 @@ def _lead(rating: Rating) -> str:
 def _drawn(rating: Rating, folder: Path) -> Iterator[Picture]:
     data, first = rating.dataset(), rating.case.inputs[0].member
     figures = {
-        "reserves": (SECTION, "Load that parts bear", safety_chart(data),
+        "reserves": (RATING, "Load that parts bear", safety_chart(data),
                      "Factor on all loads within the limits; below one the part fails them."),
-        "damage": (SECTION, "Damage by bin", damage_chart(data),
+        "damage": (RATING, "Damage by bin", damage_chart(data),
                    "Share of the life that each bin takes, of the most damaged of each stage."),
     }  # fmt: skip
     if any(b.hours and b.speed[first] for b in rating.bins):

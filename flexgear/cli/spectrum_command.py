@@ -17,8 +17,7 @@ from flexgear.model.case import Case
 from flexgear.model.errors import InputError
 from flexgear.model.load import load_case
 from flexgear.model.units import RPM
-from flexgear.solve.load_bins import bins_with_series
-from flexgear.solve.load_series import EXPONENTS, SeriesBins, bins_of_series
+from flexgear.solve.load_series import EXPONENTS, SeriesBins, bins_of_series, bins_with_series
 from flexgear.views import style
 from flexgear.views.load_duration import load_duration_chart
 

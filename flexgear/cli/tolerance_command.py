@@ -15,8 +15,8 @@ from flexgear.files.atomic import staged_folder, write_json
 from flexgear.model.case import Case
 from flexgear.results.dataset_file import write_netcdf
 from flexgear.results.origin import origin_of_case
+from flexgear.results.report.study_tables import TOLERANCE, tolerance_tables, tolerance_verdicts
 from flexgear.results.report.tables import case_tables
-from flexgear.results.report.tolerance_tables import SECTION, tolerance_tables, tolerance_verdicts
 from flexgear.results.tolerance_dataset import tolerance_summary
 from flexgear.studies.tolerance import finished, forget
 from flexgear.studies.tolerance import tolerance as run_tolerance
@@ -91,7 +91,7 @@ def _drawn(data: xr.Dataset, summary: dict[str, Any], folder: Path) -> Iterator[
             figure = tolerance_chart(data, name)
             path = save_figure(figure, folder / file, dpi=150)
             caption = path.stem.replace("_", " ").capitalize()
-            yield Picture(path.stem, SECTION, caption, SENTENCE, path, panels_of(figure))
+            yield Picture(path.stem, TOLERANCE, caption, SENTENCE, path, panels_of(figure))
 
 
 def _write_page(case: Case, summary: dict[str, Any], drawn: list[Picture], folder: Path) -> None:

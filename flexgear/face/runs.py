@@ -14,7 +14,7 @@ from flexgear.files.atomic import staged_folder
 from flexgear.model.case import Case
 from flexgear.results import rating
 from flexgear.results.origin import origin_of_case
-from flexgear.results.report.rating_tables import rating_verdicts
+from flexgear.results.report.study_tables import rating_verdicts
 from flexgear.results.run_folder import read_folder
 from flexgear.solve import run
 from flexgear.solve.headlines import verdicts

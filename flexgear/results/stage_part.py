@@ -1,14 +1,19 @@
-"""The part of a dataset that belongs to one stage.
+"""The part of a dataset that belongs to one stage, and which flanks of its gear meshes carry.
 
 Variables and axes keep names, units and meanings; what lies in a file stays there until it is read.
+Datasets hold the tooth pairs of both flanks. Under the sense of torque that is rated the drive
+flanks carry, under the other the coast flanks, and after a torque reversal each in its turn.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
+from flexgear.model.errors import FlexgearError
 from flexgear.model.names import BodyName, MemberName
 from flexgear.results.load_sharing import planet_force_spread
 from flexgear.results.quantities import RESULT_COORDINATES
@@ -84,3 +89,85 @@ def _of_stage(labels: xr.DataArray, stage: str) -> NDArray[np.bool_]:
     """Which labels, names of members, are of a stage or of none."""
     names = [MemberName.parse(str(label)) for label in labels.to_numpy()]
     return np.array([name.stage == stage or not name.part for name in names], dtype=bool)
+
+
+GEARS = ("ring", "sun")
+PARTS = ("load", "tooth", "stiffness", "position")
+
+
+def pairs_of(
+    data: xr.Dataset, gear: str, sense: str, planet: int = 0, parts: Sequence[str] = PARTS
+) -> xr.Dataset:
+    """Tooth pairs on the "drive" or "coast" flanks of all planets, or of one from 1: "load" N,
+    "tooth" from 1 (0: none), "stiffness" N/m and "position" m, each (sample, planet, slot), those
+    that ``data`` holds. None of a planet on coast flanks with the linear contact law."""
+    of_flank = (data["flank_kind"] == gear) & (data["flank_sense"] == sense)
+    if planet:
+        of_flank &= data["flank_planet"] == planet
+    at = np.flatnonzero(of_flank.to_numpy())
+    pairs = {part: data[f"pair_{part}"] for part in parts if f"pair_{part}" in data}
+    if "load" not in pairs or not (len(at) or sense == "coast"):
+        raise FlexgearError(f"the dataset holds no tooth pairs of the {gear}")
+    bare = xr.Dataset(
+        {name: pair.isel(flank=at).reset_coords(drop=True) for name, pair in pairs.items()}
+    )
+    return bare.drop_vars("flank").rename(flank="planet")
+
+
+def _carrying(
+    data: xr.Dataset, gear: str, planet: int, parts: Sequence[str]
+) -> tuple[xr.Dataset, xr.DataArray]:
+    """``carrying_pairs``, and True (sample, planet) where the coast flank bears more."""
+    drive, coast = (pairs_of(data, gear, sense, planet, parts) for sense in ("drive", "coast"))
+    load = abs(drive["load"].sum("slot"))
+    if not coast.sizes["planet"]:
+        return drive, load < 0.0
+    on_coast = load < coast["load"].sum("slot")
+    return drive.where(~on_coast, coast), on_coast
+
+
+def carrying_pairs(data: xr.Dataset, gear: str, planet: int = 0) -> xr.Dataset:
+    """Pairs of the flank that carries, planet by planet and sample by sample, as ``pairs_of`` has
+    them; the drive flank's where neither carries."""
+    return _carrying(data, gear, planet, PARTS)[0]
+
+
+def tooth_loads(data: xr.Dataset, gear: str) -> xr.DataArray:
+    """Loads of the pairs on the flank that carries, N, flat; slots without a pair are left out."""
+    pairs = carrying_pairs(data, gear)
+    at = pairs["tooth"].to_numpy() > 0
+    return xr.DataArray(pairs["load"].to_numpy()[at], dims="pair", attrs={"units": "N"})
+
+
+def flank_histories(data: xr.Dataset, gear: str, planet: int = 0) -> xr.Dataset:
+    """Over the samples: "load" of pairs on the flank that carries, N, not a number in slots without
+    a pair; "drive" and "coast" (sample, planet), 1 where that flank bears a load."""
+    pairs, coast = _carrying(data, gear, planet, ("load", "tooth"))
+    loaded = abs(pairs["load"].sum("slot")) > 0
+    carrying = {"drive": (loaded & ~coast) * 1.0, "coast": (loaded & coast) * 1.0}
+    return xr.Dataset({"load": pairs["load"].where(pairs["tooth"] > 0), **carrying})
+
+
+def carrying_flank(data: xr.Dataset, gear: str, planet: int = 0) -> str:
+    """Which flank carries over the samples: "drive", "coast", "drive and coast" or "none"."""
+    return flank_names(flank_histories(data, gear, planet))
+
+
+def flank_names(histories: xr.Dataset) -> str:
+    """The same of ``flank_histories`` or of their largest values."""
+    return " and ".join(w for w in ("drive", "coast") if bool(histories[w].any())) or "none"
+
+
+def pairs_in_contact(at_work: xr.DataArray) -> xr.DataArray:
+    """1 (…, pairs) where just so many pairs, 0, 1, 2, …, are at work (…, slot): its mean is the
+    share of time."""
+    number = xr.DataArray(np.arange(at_work.sizes["slot"] + 1), dims="pairs")
+    return (at_work.sum("slot") == number) * 1.0
+
+
+def stiffness_split(load: ArrayLike, stiffness: ArrayLike) -> NDArray[np.float64]:
+    """F_l (..., slots) in N from pair loads and stiffnesses (..., slots); zero where Σk = 0."""
+    f, k = np.asarray(load, dtype=float), np.asarray(stiffness, dtype=float)
+    total = k.sum(axis=-1, keepdims=True)
+    share = np.divide(k, total, out=np.zeros_like(k), where=total > 0)
+    return np.asarray(share * f.sum(axis=-1, keepdims=True))

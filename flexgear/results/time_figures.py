@@ -19,14 +19,17 @@ from flexgear.analysis.kernels.energy import LEFT_OVER
 from flexgear.model.errors import FlexgearError
 from flexgear.model.names import BodyName
 from flexgear.model.units import RPM
-from flexgear.results.flanks import GEARS, carrying_pairs, flank_histories, pairs_in_contact
 from flexgear.results.harmonics import radial_harmonics
 from flexgear.results.labelled_dataset import groups_in
 from flexgear.results.quantities import ALWAYS, WITH_SECTION, Figure, number, values
 from flexgear.results.sinks import TIME, Ranges, ranges_of
 from flexgear.results.stage_part import (
+    GEARS,
+    carrying_pairs,
+    flank_histories,
     halves,
     of_kind,
+    pairs_in_contact,
     ring_force_spread,
     ring_sharing,
     stage_part,

@@ -11,6 +11,15 @@ and K_Hα, largest load of a tooth pair over that of an accurate gear mesh under
 6336-1). All three are of one planet in one cycle, that of the largest K_γ K_Hβ, the largest mean
 line load anywhere; largest factors of different planets or times would multiply too much, and those
 of the planet with the largest K_γ alone may miss the sector of a ring that a hub moment loads.
+
+Where asked for, the train's own motion at one speed and torque gives
+
+    K_v = max_{t,i} F_i(t) / max_{p,i} F_i,p
+
+with the gear-mesh forces F_i of planet i over a transient t that has settled and over quasi-static
+positions p. The whole train vibrates, with its bodies and bearings and the errors of the case; what
+the model lacks (a mean stiffness does not excite, teeth have no deviations unless the case states
+them) is not in it, where method B of ISO 6336-1 takes deviations from an accuracy grade.
 """
 
 from __future__ import annotations
@@ -36,12 +45,12 @@ from flexgear.model.train import MemberLoad, varying
 from flexgear.results.face_load import sharing_factor
 from flexgear.results.labelled_dataset import groups_of
 from flexgear.results.load_sharing import carry_together, without_rounding
+from flexgear.results.settling import window_of
 from flexgear.solve.angles import samples_of_stage, stage_motions
 from flexgear.solve.bodies import Progress, silent
 from flexgear.solve.dataset import equilibrium_data
-from flexgear.solve.dynamic_factors import dynamic_factors
 from flexgear.solve.model import Model, assemble, rated_forces, rated_rotations
-from flexgear.solve.tooth_stresses import (
+from flexgear.solve.stresses import (
     OF_FLANKS,
     OF_ROOTS,
     GroupStresses,
@@ -49,6 +58,7 @@ from flexgear.solve.tooth_stresses import (
     group_stresses,
     held_roots,
 )
+from flexgear.solve.transient import simulate
 
 NEEDED = (  # variables of equilibria
     "gear_mesh_force", "pair_load", "pair_stiffness", "face_line_load", "face_section",
@@ -228,7 +238,7 @@ def roots_in_bin(
     gear_mesh = [k for k, name in enumerate(names) if name == group][at[0]]
     forces = np.nansum(np.abs(result.pair_load), axis=(0, 2))
     flanks = np.flatnonzero(model.gear_meshes.sign[:, gear_mesh])
-    return held_roots(model, result, int(flanks[np.argmax(forces[flanks])]), member)
+    return held_roots(model.root_tables, result, int(flanks[np.argmax(forces[flanks])]), member)
 
 
 def _speed_share(rated: PowerFlow, flow: PowerFlow) -> float:
@@ -284,3 +294,22 @@ def _face_factors(flanks: xr.Dataset, per_cycle: int) -> Array:
     load = load.reshape(-1, per_cycle, *load.shape[1:]).mean(axis=1)
     section = flanks["face_section"].to_numpy()
     return np.array([[factor_along(w, s) for w, s in zip(c, section, strict=True)] for c in load])
+
+
+PERIODS = 40.0  # of the slowest gear mesh that is simulated
+
+
+def dynamic_factors(case: Case, quasi_static: Mapping[GroupName, float]) -> dict[GroupName, float]:
+    """K_v by group of gear meshes, of those in ``quasi_static``, their largest forces, N; none of a
+    train at rest. Of a motion that has not settled the start counts, too."""
+    model = assemble(case)
+    frequencies = [s.gear_mesh_frequency for s in model.flow.stages if s.gear_mesh_frequency]
+    if not frequencies or not quasi_static:
+        return {}
+    data = simulate(model, duration=PERIODS / min(frequencies)).data
+    force = abs(data["gear_mesh_force"].sel(time=slice(window_of(data).start, None)).to_numpy())
+    return {
+        group: float(force[:, at].max()) / quasi_static[group]
+        for group, at in groups_of(model.gear_meshes.names, 1).items()
+        if group in quasi_static
+    }

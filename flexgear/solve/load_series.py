@@ -1,4 +1,5 @@
-"""Series of loads sorted into joint bins of torque, speed and loads on the first input.
+"""Load bins of a case: of its load cases, and of series of loads sorted into joint bins of torque,
+speed and loads on the first input.
 
 A sample stands for the time w between the middles to its neighbours (trapezoidal rule), times the
 hours of its design load case over the duration of that one's files, and makes w |ω| / 2π turns.
@@ -23,7 +24,7 @@ import numpy as np
 
 from flexgear.arrays import Array
 from flexgear.files.channels import read_channels
-from flexgear.gears.load_bins import HOUR
+from flexgear.gears.load_bins import HOUR, LoadBin, bins_of_load_cases
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
@@ -236,3 +237,20 @@ class _Sorter:
             moment=(bending_x, bending_y, 0.0) if any(self.series.moment) else None,
             back_driven=bool(sense < 0.0),
         )  # fmt: skip
+
+
+def load_bins(case: Case, report: Report | None = None) -> tuple[LoadBin, ...]:
+    """All load bins of a case, those with a duration first. Raises InputError where there is none,
+    and for whatever is wrong in one of them."""
+    return bins_with_series(case, bins_of_series(case, report))
+
+
+def bins_with_series(case: Case, series: SeriesBins | None) -> tuple[LoadBin, ...]:
+    """Those of the case's load cases and of series that were sorted before."""
+    bins = bins_of_load_cases(case, series.load_cases if series else ())
+    if not bins:
+        raise InputError(
+            case.source, "load_cases", "is missing",
+            'add [[load_cases]] with name, hours, torque_knm, or [spectrum] with file = "bins.csv"',
+        )  # fmt: skip
+    return tuple(sorted(bins, key=lambda load_bin: load_bin.extreme))

@@ -60,8 +60,14 @@ from flexgear.solve.run_transients import (
     transients,
     unsettled_lines,
 )
-from flexgear.solve.sharing import shared_stages, sharing_attrs, stages_sharing
-from flexgear.solve.static import gear_mesh_cycles, sliced_stages, static
+from flexgear.solve.static import (
+    gear_mesh_cycles,
+    shared_stages,
+    sharing_attrs,
+    sliced_stages,
+    stages_sharing,
+    static,
+)
 from flexgear.solve.transient import cut_short
 from flexgear.structures.linalg.threads import single_threaded_blas
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -12,18 +14,281 @@ from flexgear.analysis.equilibrium import Equilibrium
 from flexgear.analysis.recording import SAMPLES, Clock, Quantity, Recorder
 from flexgear.analysis.recovery import Recovery
 from flexgear.analysis.transient import Transient
-from flexgear.arrays import Array
+from flexgear.arrays import Array, Ints
 from flexgear.coupling.pace import Pace
 from flexgear.coupling.system import System
+from flexgear.gears.geometry import stage_geometry
+from flexgear.gears.radii import stage_radii
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
+from flexgear.model.names import BodyName, MemberName
 from flexgear.model.read import nearest
 from flexgear.model.section import Refusal
 from flexgear.model.sensor import USUAL_RATE, Sensor, check_rate
 from flexgear.solve.bodies import Bodies
-from flexgear.solve.sensor_columns import Columns
-from flexgear.solve.sensor_places import SensorPlace, torque_names
-from flexgear.solve.sensor_quantities import ScalarQuantity
+from flexgear.solve.sensor_quantities import (
+    Axes,
+    Columns,
+    FixedQuantity,
+    PassingQuantity,
+    PointQuantity,
+    ScalarQuantity,
+    turned,
+)
+from flexgear.structures.bodies import Body
+from flexgear.structures.reduced import ReducedBody
+from flexgear.structures.surface_strain import Ray, Surface
+
+BESIDE = 0.25  # of the longest edge of a triangle of the surface: how far a place may be off it
+AROUND = 180  # points of a body that turns past a place
+NODES = {"shaft": "sun"}  # that stand for a body; of others "drive", or the first
+
+
+def torque_names(system: System) -> list[str]:
+    """Ports and springs whose torque a sensor may measure."""
+    links = [link.name for link in system.links if len(link.rows) == 6]
+    turning = [support.name for support in system.rotating_frame_supports]
+    return list(dict.fromkeys([*(port.name for port in system.ports), *links, *turning]))
+
+
+@dataclass(frozen=True)
+class SensorPlace:
+    """Of the ``number``-th sensor of a case."""
+
+    case: Case
+    system: System
+    bodies: Bodies
+    sensor: Sensor
+    number: int
+
+    def quantity(self, columns: Columns) -> Quantity:
+        """What it measures, with the columns that it needs entered. InputError for a place beside
+        the body."""
+        sensor, system = self.sensor, self.system
+        if sensor.measures == "speed":
+            row = system.node_rows(self.body.name, self.node)[5]
+            return ScalarQuantity((columns.motion(row[None]), columns.rolling(row)), order=1)
+        if sensor.measures == "strain":
+            return ScalarQuantity((columns.motion(self._strain()),))
+        self._require_place()
+        axes = self._axes(columns)
+        turns = bool(np.any(columns.angles[-1]))  # of the body, entered last
+        if sensor.frame == "fixed" and turns:
+            return self._in_space(columns, axes)
+        lever, rows = self.point
+        motion = columns.motion(rows)
+        direction = self._direction(lever)
+        return PointQuantity(motion, axes, self._center, lever, direction, sensor.order)
+
+    @cached_property
+    def body(self) -> Body:
+        """That the sensor is on; of a sun its shaft, of a ring in two halves the left one."""
+        on = BodyName.parse(self.sensor.on)
+        names = [on, BodyName.of(on.stage, on.part, side="left")]
+        if on.part == "sun":
+            names.append(BodyName.of(on.stage, "shaft"))
+        name = next(n for n in names if any(b.name == n for b in self.system.bodies))
+        return self.system.body(name)
+
+    @cached_property
+    def node(self) -> str:
+        """That stands for the body, or that the sensor is on."""
+        nodes = self.body.node_names
+        if self.sensor.node is not None:
+            return self.sensor.node
+        usual = NODES.get(self.body.name.part, "drive")
+        return usual if usual in nodes else nodes[0]
+
+    @property
+    def _mesh(self) -> ReducedBody | None:
+        """The body with its FE mesh, where it is flexible and has one."""
+        reduced = self.bodies.get(self.body.name.alike)
+        return reduced if reduced is not None and len(reduced.points) else None
+
+    def _refuse(self, key: str, problem: str, remedy: str) -> InputError:
+        return InputError(self.case.source, f"sensors[{self.number}].{key}", problem, remedy)
+
+    def _require_place(self) -> None:
+        """InputError for what has no place there."""
+        sensor, body = self.sensor, self.body
+        planet, single = body.name.part == "planet", len(body.node_names) == 1
+        if planet and not single:
+            problem = f"{sensor.on} is an FE planet, on which no motion is recovered"
+            raise self._refuse("on", problem, "name its carrier, or a lumped planet")
+        if planet and sensor.frame == "fixed":
+            remedy = 'take frame = "body", or name the carrier or the ring'
+            raise self._refuse("frame", f"is fixed, and {sensor.on} passes once a turn", remedy)
+        if sensor.node is not None and sensor.node not in body.node_names:
+            remedy = nearest(sensor.node, list(body.node_names))
+            raise self._refuse("node", f"{sensor.node} is no node of {sensor.on}", remedy)
+        without = not body.rigid and self._mesh is None and body.name.part != "shaft"
+        if without and sensor.node is None:
+            problem = f"is needed, as {sensor.on} has no FE mesh"
+            raise self._refuse("node", problem, f"name one of {', '.join(body.node_names[:6])} …")
+        if single and sensor.angle is not None:
+            problem = f"has no sense on {sensor.on}, which is a point with inertia"
+            raise self._refuse("angle_deg", problem, "give place_mm, or nothing for its centre")
+
+    def _axes(self, columns: Columns) -> Axes:
+        """Of the frame and of the body, which is entered last."""
+        name, system = self.body.name, self.system
+        at = -1
+        if name in system.ring_frames:
+            at = system.ring_frames[name]
+        elif name.stage:
+            frame = system.frames[name.stage]
+            at = frame.ring if name.part == "hub" else frame.carrier
+        turn = system.angles[at] if at >= 0 else np.zeros(system.size)
+        spin = system.node_rows(name, self.node)[5]
+        return Axes(columns.rolling(turn), columns.rolling(spin), self._start)
+
+    @property
+    def _start(self) -> float:
+        """Angle of the body's axes at the begin, rad: of a planet, or a gear beside its pinion."""
+        name = self.body.name
+        if name.part == "planet" or name.part == "gear":
+            return self.case.stage(name.stage).planet_angles[max(name.planet, 0)]
+        return 0.0
+
+    @property
+    def _center(self) -> Array:
+        """Of the body in its frame, m; only of a planet does it move."""
+        if self.body.name.part != "planet":
+            return np.zeros(3)
+        radii = stage_radii(self.case.view(self.body.name.stage))
+        return np.array([radii.center_distance, 0.0, 0.0])
+
+    def _direction(self, place: Array) -> Array:
+        """Unit vector (3,) in the body's axes at a place in them."""
+        sensor = self.sensor
+        if sensor.vector is not None:
+            return np.asarray(sensor.vector, dtype=float) / np.linalg.norm(sensor.vector)
+        angle = math.atan2(place[1], place[0])
+        radial = np.array([math.cos(angle), math.sin(angle), 0.0])
+        x, y, z = np.eye(3)
+        tangential = np.cross(z, radial)
+        named = {"x": x, "y": y, "z": z, "radial": radial, "tangential": tangential}
+        return named[sensor.direction or "x"]
+
+    @cached_property
+    def point(self) -> tuple[Array, Array]:
+        """Place (3,) in the body's axes, m, and rows (6, d): displacement, and rotation about the
+        frame's origin of what the place is rigidly on, which is zero of an FE mesh."""
+        sensor, body, mesh = self.sensor, self.body, self._mesh
+        if mesh is not None and sensor.node is None and not body.rigid:
+            place, vertices, weights = self._on_surface(mesh)
+            rows = np.zeros((6, self.system.size))
+            columns = self.system.slice_of(body.name)
+            rows[:3, columns] = Surface(mesh).motion(vertices, weights)
+            return place, rows
+        rows, at = self.system.node_rows(body.name, self.node), body.position(self.node)
+        if not body.rigid and sensor.place is None:
+            rows[3:] = 0.0
+            return at, rows
+        place = self._on_rigid(mesh, at)
+        rows[:3] -= np.cross(rows[3:], at, axisa=0, axisc=0)  # of the frame's origin
+        return place, rows
+
+    def _on_rigid(self, mesh: ReducedBody | None, node: Array) -> Array:
+        """Place (3,) on a rigid body."""
+        sensor, body = self.sensor, self.body
+        if sensor.place is not None:
+            return np.asarray(sensor.place, dtype=float)
+        if sensor.node is not None or len(body.node_names) == 1:
+            return node
+        if mesh is not None:
+            return self._on_surface(mesh)[0]
+        if body.name.part == "ring" and sensor.angle is not None:
+            view = self.case.view(body.name.stage)
+            radius = stage_geometry(view).ring.root_radius + view.ring.rim_thickness
+            c, s = math.cos(sensor.angle), math.sin(sensor.angle)
+            return np.array([radius * c, radius * s, sensor.z])
+        raise self._refuse("place_mm", f"is needed, as {sensor.on} is rigid", "give x, y, z")
+
+    def _on_surface(self, mesh: ReducedBody) -> tuple[Array, Ints, Array]:
+        """Place (3,) on the surface of an FE mesh, vertices (3,) around it and their weights."""
+        sensor, surface = self.sensor, Surface(mesh)
+        points = np.asarray(mesh.points, dtype=float)
+        if sensor.place is None and sensor.angle is None:
+            raise self._refuse("angle_deg", "is missing", "give angle and z, place_mm, or node")
+        if sensor.place is not None:
+            vertices, weights, away = surface.nearest(np.asarray(sensor.place, dtype=float))
+            if away > BESIDE * surface.coarseness(vertices):
+                raise self._beside("place_mm", away)
+            return weights @ points[vertices], vertices, weights
+        assert sensor.angle is not None
+        meeting = surface.meeting(Ray(sensor.angle, sensor.z))
+        if meeting is None:
+            radius = float(np.hypot(points[:, 0], points[:, 1]).max())
+            c, s = math.cos(sensor.angle), math.sin(sensor.angle)
+            outside = np.array([radius * c, radius * s, sensor.z])
+            raise self._beside("z_mm", surface.nearest(outside)[2])
+        vertices, weights, _ = meeting
+        return weights @ points[vertices], vertices, weights
+
+    def _beside(self, key: str, away: float) -> InputError:
+        problem = f"is {1e3 * away:.4g} mm from the nearest surface of {self.sensor.on}"
+        return self._refuse(key, problem, "give a place on the body, in its axes")
+
+    def _in_space(self, columns: Columns, axes: Axes) -> Quantity:
+        """At a place that the turning body passes."""
+        sensor, body, mesh = self.sensor, self.body, self._mesh
+        place, rows = self.point
+        direction = self._direction(place)
+        if body.rigid or mesh is None:
+            start = np.full(1, axes.start)
+            place, direction = turned(place, start)[0], turned(direction, start)[0]
+            return FixedQuantity(columns.motion(rows), axes, place, direction, sensor.order)
+        angle, height = math.atan2(place[1], place[0]), float(place[2])
+        angles = 2 * np.pi * np.arange(AROUND) / AROUND
+        surface, of_body = Surface(mesh), self.system.slice_of(body.name)
+        passing = np.zeros((AROUND, self.system.size))
+        for row, at in zip(passing, angles, strict=True):
+            meeting = surface.meeting(Ray(float(at), height))
+            if meeting is None:
+                problem = f"is fixed, and {sensor.on} has gaps around its axis at this height"
+                raise self._refuse("frame", problem, 'take frame = "body", or another z')
+            c, s = math.cos(at - angle), math.sin(at - angle)
+            x, y, z = direction  # as the point at this angle has it when it passes
+            row[of_body] = np.array([c * x - s * y, s * x + c * y, z]) @ surface.motion(
+                *meeting[:2]
+            )
+        first = columns.motion(passing)
+        return PassingQuantity(first, AROUND, axes, angle + axes.start, sensor.order)
+
+    def _strain(self) -> Array:
+        """Row (1, d) of a strain gauge; zero on a rigid body."""
+        sensor, body = self.sensor, self.body
+        rows = np.zeros((1, self.system.size))
+        if body.rigid:
+            return rows
+        mesh = self._mesh
+        if mesh is None:
+            raise self._refuse("on", f"{sensor.on} has no FE mesh", "name a body that has one")
+        strain = Surface(mesh).strain([self._ray()]).along([sensor.grid_angle])
+        if np.isnan(strain).any():
+            self._on_surface(mesh)  # says how far away it is
+            raise self._refuse("tooth", "lies beside the FE mesh", "compare z with the face")
+        rows[:, self.system.slice_of(body.name)] = strain
+        return rows
+
+    def _ray(self) -> Ray:
+        """Of a strain gauge: on the outside, or in a root at the tooth's critical section, which
+        the helix turns with z."""
+        sensor = self.sensor
+        if sensor.tooth is None:
+            assert sensor.angle is not None  # the model wants one of both
+            return Ray(sensor.angle, sensor.z)
+        view = self.case.view(MemberName.parse(sensor.on).stage)
+        geometry, stage = stage_geometry(view), view.stage
+        hand = 1.0 if stage.planet_hand == "right" else -1.0
+        twist = hand * math.tan(stage.helix_angle) / geometry.ring.reference_radius
+        section = geometry.ring.root.section
+        angle = math.atan2(section.thickness / 2, section.distance)
+        side = -1.0 if sensor.side == "-theta" else 1.0
+        middle = geometry.ring.pitch_angle * (sensor.tooth - 1) + twist * sensor.z
+        return Ray(middle + side * angle, sensor.z, first=True)
+
 
 UNITS = {
     "acceleration": "m/s2", "velocity": "m/s", "displacement": "m", "strain": "1",

@@ -21,7 +21,7 @@ from flexgear.solve.bodies import Progress, silent
 from flexgear.solve.linear import harmonic_data, train_harmonic, why_not_linear
 from flexgear.solve.model import Model
 from flexgear.solve.run_transients import is_static
-from flexgear.solve.sharing import shared_stages, stages_sharing
+from flexgear.solve.static import shared_stages, stages_sharing
 from flexgear.solve.transient import simulate
 from flexgear.studies.rating import rate
 

@@ -18,18 +18,16 @@ from flexgear.gears.power_flow import PowerFlow, StageFlow, power_flow
 from flexgear.model.case import Case
 from flexgear.model.errors import FlexgearError, InputError
 from flexgear.model.read import nearest
-from flexgear.results.flanks import GEARS, tooth_loads
 from flexgear.results.labelled_dataset import groups_in
 from flexgear.results.rating import PARTS
 from flexgear.results.sinks import Ranges, SensorRecord, Several
-from flexgear.results.stage_part import stage_part
+from flexgear.results.stage_part import GEARS, stage_part, tooth_loads
 from flexgear.results.time_figures import axis_distance, central_distance
 from flexgear.solve.angles import samples_of_stage, stage_motions
 from flexgear.solve.bodies import reduced_bodies
 from flexgear.solve.model import Model, assemble
 from flexgear.solve.result_warnings import large_motions, largest_motions, motion_histories
-from flexgear.solve.sharing import shared_stages, stages_sharing
-from flexgear.solve.static import static
+from flexgear.solve.static import shared_stages, stages_sharing, static
 from flexgear.solve.transient import simulate, train_histories
 from flexgear.studies.rating import rate
 from flexgear.studies.sensor_measures import sensor_levels, sensor_signals

@@ -25,7 +25,7 @@ from flexgear.gears.rating.pair import GearPair
 from flexgear.gears.rating.rate import Factor, LimitState, factor_value
 from flexgear.model.names import GroupName
 from flexgear.solve.bin_loads import BinLoads, SpectrumTrain, roots_in_bin
-from flexgear.solve.tooth_stresses import GroupStresses
+from flexgear.solve.stresses import GroupStresses
 
 BEYOND = "beyond ISO 6336"
 OTHER = {"sun": "ring", "ring": "sun"}

@@ -26,8 +26,8 @@ from flexgear.results.quantities import MISSING
 from flexgear.solve.bodies import Progress, named, reduction_limit, silent, stage_bodies
 from flexgear.studies.dask_pool import reach
 from flexgear.studies.early_workers import Outcome
+from flexgear.studies.job_pool import StudyStore, stored_or_run, study_folder
 from flexgear.studies.measures import MeasuredValues, chosen_measures, measured
-from flexgear.studies.study_store import StudyStore, stored_or_run, study_folder
 from flexgear.studies.sweep_keys import (
     WHERE,
     Point,

@@ -17,7 +17,7 @@ from matplotlib.ticker import MaxNLocator
 
 from flexgear.arrays import Array
 from flexgear.model.errors import FlexgearError
-from flexgear.results.flanks import carrying_flank, carrying_pairs, stiffness_split
+from flexgear.results.stage_part import carrying_flank, carrying_pairs, stiffness_split
 from flexgear.views.select import (
     Runs,
     Window,

@@ -8,8 +8,7 @@ from stage_samples import cheap_stage
 
 from flexgear.cli import display
 from flexgear.results.dataset_file import load
-from flexgear.results.flanks import pairs_of
-from flexgear.results.stage_part import stage_part
+from flexgear.results.stage_part import pairs_of, stage_part
 from flexgear.solve import long_run
 
 SHORT = ("--duration-s", 0.01)

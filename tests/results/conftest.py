@@ -5,10 +5,9 @@ import pytest
 
 from flexgear.model.names import GearMeshName
 from flexgear.results.dataset_file import provenance
-from flexgear.results.flanks import PARTS
 from flexgear.results.labelled_dataset import labelled_dataset
 from flexgear.results.load_sharing import sharing_histories
-from flexgear.results.stage_part import stage_part
+from flexgear.results.stage_part import PARTS, stage_part
 
 KINDS = ("ring", "sun")
 FLANKS = (("drive", "pair"), ("coast", "coast_pair"))

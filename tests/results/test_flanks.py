@@ -8,16 +8,17 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from flexgear.model.errors import FlexgearError
-from flexgear.results.flanks import (
+from flexgear.results.quantities import values
+from flexgear.results.stage_part import (
     carrying_flank,
     carrying_pairs,
     flank_histories,
+    of_kind,
     pairs_of,
+    stage_part,
     stiffness_split,
     tooth_loads,
 )
-from flexgear.results.quantities import values
-from flexgear.results.stage_part import of_kind, stage_part
 from flexgear.results.time_figures import STAGE_DROP, StageDrop
 
 

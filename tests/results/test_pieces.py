@@ -9,11 +9,16 @@ from flexgear.model.names import GearMeshName
 from flexgear.model.units import RPM
 from flexgear.results import sinks as pieces_module
 from flexgear.results.dataset_file import open_lazily, save
-from flexgear.results.flanks import pairs_of
 from flexgear.results.labelled_dataset import GEAR_MESH, fields_of
 from flexgear.results.quantities import values
 from flexgear.results.sinks import between, pieces
-from flexgear.results.stage_part import of_kind, ring_force_spread, ring_sharing, stage_part
+from flexgear.results.stage_part import (
+    of_kind,
+    pairs_of,
+    ring_force_spread,
+    ring_sharing,
+    stage_part,
+)
 from flexgear.results.time_figures import STAGE_DROP, STEADY, StageDrop, SteadyRun
 from flexgear.solve.long_run import TimedRun
 from flexgear.solve.run_transients import transient_summary

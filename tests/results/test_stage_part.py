@@ -10,10 +10,10 @@ from trains import STEEL, write
 
 from flexgear.model.load import load_case
 from flexgear.results.dataset_file import open_lazily, save
-from flexgear.results.flanks import pairs_of
 from flexgear.results.stage_part import (
     displacement_of,
     of_kind,
+    pairs_of,
     ring_force_spread,
     ring_sharing,
     stage_part,

@@ -10,10 +10,9 @@ import xarray as xr
 
 from flexgear.files.atomic import write_json
 from flexgear.model.errors import FlexgearError
-from flexgear.results.flanks import pairs_of
 from flexgear.results.labelled_dataset import labelled_dataset
 from flexgear.results.quantities import MISSING, values
-from flexgear.results.stage_part import stage_part
+from flexgear.results.stage_part import pairs_of, stage_part
 from flexgear.results.summary import (
     KEYS,
     VERSION,

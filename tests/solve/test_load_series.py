@@ -13,8 +13,7 @@ from small_train import SMALL
 from flexgear.files.load_table import table_of_bins
 from flexgear.model.errors import InputError
 from flexgear.model.load import load_case
-from flexgear.solve.load_bins import load_bins
-from flexgear.solve.load_series import HOUR, bins_of_series
+from flexgear.solve.load_series import HOUR, bins_of_series, load_bins
 from flexgear.views.load_duration import load_duration_chart
 
 TRAIN = SMALL.replace("teeth = 60", "teeth = 60, addendum = 0.8")  # no interference

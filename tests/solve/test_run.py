@@ -15,8 +15,7 @@ from flexgear.gears.bearings.basic_life import ROLLER, rating_life_hours
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.errors import FlexgearError
 from flexgear.model.load import load_case
-from flexgear.results.flanks import pairs_of
-from flexgear.results.stage_part import of_kind
+from flexgear.results.stage_part import of_kind, pairs_of
 from flexgear.results.summary import lacking
 from flexgear.solve import run as solve
 from flexgear.solve.bodies import rigid_bodies

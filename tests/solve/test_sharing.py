@@ -8,7 +8,7 @@ from flexgear.analysis.equilibrium import revolution
 from flexgear.model.errors import FlexgearError
 from flexgear.solve.linear import linear_train, why_not_linear
 from flexgear.solve.model import rated_rotations
-from flexgear.solve.sharing import shared_stages, stages_sharing
+from flexgear.solve.static import shared_stages, stages_sharing
 
 ERRORS = {
     "stage.errors.sun_eccentricity_um": "20",

@@ -14,15 +14,14 @@ from flexgear.gears.power_flow import power_flow
 from flexgear.model.load import load_case
 from flexgear.model.names import BodyName
 from flexgear.model.units import DIMENSIONS
-from flexgear.results.flanks import pairs_of
+from flexgear.results.stage_part import pairs_of
 from flexgear.solve.bodies import reduced_bodies
 from flexgear.solve.campbell import campbell
 from flexgear.solve.linear import harmonic_data, train_harmonic, why_not_linear
 from flexgear.solve.modes import modes
 from flexgear.solve.run import run
 from flexgear.solve.run_transients import kinematics
-from flexgear.solve.sharing import stages_sharing
-from flexgear.solve.static import position_figures, static
+from flexgear.solve.static import position_figures, stages_sharing, static
 from flexgear.solve.transient import simulate, torque_drop
 from flexgear.studies.measures import measures_of
 from flexgear.studies.sweep import failures, planned, run_sweep

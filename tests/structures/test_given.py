@@ -10,8 +10,7 @@ from flexgear.files.matrices.body import ReducedMatrices
 from flexgear.files.matrices.exchange import write_reduced
 from flexgear.model.errors import InputError
 from flexgear.model.load import load_case
-from flexgear.results.flanks import pairs_of
-from flexgear.results.stage_part import stage_part
+from flexgear.results.stage_part import pairs_of, stage_part
 from flexgear.solve.bodies import stage_bodies
 from flexgear.solve.model import assemble
 from flexgear.solve.static import static

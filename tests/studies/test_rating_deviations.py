@@ -10,8 +10,7 @@ from flexgear.model.errors import InputError
 from flexgear.model.gear_mesh import GearErrors
 from flexgear.model.load import load_case
 from flexgear.model.load_cases import LoadCase
-from flexgear.studies.rating import finished, rate
-from flexgear.studies.rating_deviations import deviated_cases
+from flexgear.studies.rating import deviated_cases, finished, rate
 
 KEYS = {
     **{f"stage.{b}.flexible": "false" for b in ("ring.fe", "carrier.fe", "sun.shaft")},

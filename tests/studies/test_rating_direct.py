@@ -11,9 +11,9 @@ from flexgear.model.gear_mesh import GearErrors
 from flexgear.model.load import load_case
 from flexgear.model.load_cases import LoadCase
 from flexgear.results.rating import rating_rows, rating_summary
-from flexgear.results.report.rating_tables import DIRECT, rating_tables
+from flexgear.results.report.study_tables import DIRECT, rating_tables
 from flexgear.solve.bin_loads import loads_in_bin
-from flexgear.solve.tooth_stresses import GroupStresses, HeldRoots
+from flexgear.solve.stresses import GroupStresses, HeldRoots
 from flexgear.studies import rating as study
 from flexgear.studies import rating_direct
 from flexgear.studies.rating import rate

@@ -17,7 +17,7 @@ from flexgear.model.load import load_case
 from flexgear.results.dataset_file import load, write_netcdf
 from flexgear.solve import bodies as solve_bodies
 from flexgear.solve.model import assemble
-from flexgear.solve.sharing import stages_sharing
+from flexgear.solve.static import stages_sharing
 from flexgear.studies import sweep
 from flexgear.studies.measures import measures_of
 from flexgear.studies.sweep import failures, finished, planned, run_sweep

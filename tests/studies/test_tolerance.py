@@ -25,7 +25,7 @@ from flexgear.results.load_sharing import load_sharing
 from flexgear.solve import bodies as solve_bodies
 from flexgear.solve.face_load import along_face, largest_line_load
 from flexgear.solve.model import assemble
-from flexgear.studies import study_store, tolerance_setup
+from flexgear.studies import job_pool
 from flexgear.studies import tolerance as study
 from flexgear.studies.early_workers import Outcome
 from flexgear.studies.tolerance import batch_store, finished, forget, tolerance
@@ -118,7 +118,7 @@ class TestPhysics:
         case = load_case("wind-5mw", {"tolerance.samples": "4"})
         data = tolerance(case, workers=1)
         values = sample_values(drawn_errors(case), 1, range(4))
-        seeds = tolerance_setup.pitch_seeds("stage", 1, range(4))
+        seeds = study.pitch_seeds("stage", 1, range(4))
         count = 93 * 4
         for j in (0, 3):
             model = assemble(with_sample(case, values, j, [seeds[j]]))
@@ -261,7 +261,7 @@ class TestInterrupted:
                 yield k, Outcome(found, "the worker was lost" if bad else "")
 
         with monkeypatch.context() as patch:
-            patch.setattr(study_store, "run_jobs", lost)
+            patch.setattr(job_pool, "run_jobs", lost)
             with pytest.raises(
                 FlexgearError, match=r"1 of 6 .* samples 20 to 29: the worker was lost"
             ):
@@ -295,7 +295,7 @@ def test_load_along_the_face_of_a_sample_is_that_of_its_case(cheap):
     )  # fmt: skip
     data = tolerance(case, workers=1)
     values = sample_values(drawn_errors(case), 1, range(2))
-    own = with_sample(case, values, 1, tolerance_setup.pitch_seeds("stage", 1, range(2))[1:])
+    own = with_sample(case, values, 1, study.pitch_seeds("stage", 1, range(2))[1:])
     model, count = assemble(own), 93 * 4
     found = revolution(model.modal, 2 * np.pi / count * np.arange(count)[:, None], 4e6)
     lines, pairs = line_loads(found), model.system.pairs
@@ -322,9 +322,9 @@ def test_ground_amounts_of_a_sample_are_those_of_a_case_that_states_them(cheap):
         names[name] = name.replace(".", "_")
         keys[f"{at}.{name}.mean_um"] = "40"
         keys[f"{at}.{name}.standard_deviation_um"] = "9"
-    setup = tolerance_setup.tolerance_setup(load_case("wind-5mw", keys))
+    setup = study.tolerance_setup(load_case("wind-5mw", keys))
     values = sample_values(setup.drawn, 1, range(2))
-    sets = tolerance_setup.sets_of(setup, values, [[0], [0]])
+    sets = study.sets_of(setup, values, [[0], [0]])
     drawn = {name: values["stage", key][1] for name, key in names.items()}
     assert [len(x) for x in drawn.values()] == [1, 5, 1]
     stated = load_case("wind-5mw", keys).with_(

@@ -15,9 +15,8 @@ from flexgear.coupling.modal import ModalSystem
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.load import load_case
 from flexgear.model.stage_view import StageView
-from flexgear.results.flanks import pairs_of
 from flexgear.results.load_sharing import LEAST_SHARE, load_sharing
-from flexgear.results.stage_part import of_kind, ring_force_spread, ring_sharing
+from flexgear.results.stage_part import of_kind, pairs_of, ring_force_spread, ring_sharing
 from tan2023 import measures
 from tan2023.measures import RPM
 from tan2023.runs import (

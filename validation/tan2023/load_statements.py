@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from flexgear.coupling.system import System
-from flexgear.results.flanks import pairs_of, stiffness_split
+from flexgear.results.stage_part import pairs_of, stiffness_split
 from tan2023 import measures
 from tan2023.measures import Passage
 from tan2023.runs import EIGHT, FLEXIBLE, RIGID, Runs, label, model_of, validation_case

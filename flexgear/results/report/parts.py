@@ -1,14 +1,28 @@
-"""Rows, tables and verdicts of a report, and the sections they stand in."""
+"""Rows, tables and verdicts of a report, the sections they stand in, and words and units of keys.
+
+Keys end in their unit and may name a gear or a gear mesh; a key that has no words here is printed
+by its parts.
+"""
 
 from __future__ import annotations
 
+import math
+import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import groupby
 from typing import Any, Literal
 
 from flexgear.results.quantities import Figure
-from flexgear.results.report.wording import words
+from flexgear.results.report.wording import (
+    FACTOR,
+    digits_of,
+    number,
+    scale,
+    split_unit,
+    with_unit,
+    words,
+)
 
 Level = Literal["good", "watch", "bad", "note", "open"]
 Value = float | str | None
@@ -118,3 +132,210 @@ def _rows(figures: list[tuple[Figure, list[str]]], value: Any, name: str = "") -
         for f, rest in figures:
             if rest[0] in value:
                 yield from _rows([(f, rest[1:])], value[rest[0]], name)
+
+
+ROUNDING = 1e-6  # of the largest figure of a section: smaller ones are rounding
+_PITCHES = "pitches"
+_SHARE = "share"
+# words of a key, {part} for a gear or gear mesh in it
+_WORDS = {
+    "planets": "number of planets",
+    "(z_sun + z_ring)/N": "teeth of sun and ring together, over the number of planets",
+    "assembles": "all planets find their teeth",
+    "largest_misfit_of_a_sun_tooth_in_pitches": "largest misfit of a sun tooth",
+    "center_distance_mm": "centre distance",
+    "planet_clearance_mm": "gap between the tips of neighbouring planets",
+    "transverse_pressure_angle_deg": "transverse pressure angle, reference circle",
+    "base_helix_angle_deg": "helix angle, base circle",
+    "face_width_of_a_half_mm": "face width of one half",
+    "teeth": "number of teeth",
+    "tool": "tool that cuts the teeth",
+    "cutter_teeth": "number of teeth of the cutter",
+    "start_of_involute_diameter_mm": "root form diameter, where the involute begins",
+    "working_pressure_angle_deg": "working transverse pressure angle",
+    "contact_ratio": "total contact ratio",
+    "path_of_contact_mm": "path of contact, ends from the planet's base tangent point",
+    "backlash_um": "normal backlash",
+    "backlash_by": "teeth thinned for it by",
+    "errors_close_up_to_um": "closed of it by errors of manufacture, at most",
+    "place_of_first_pair_in_pitches": "first pair of planet 1, from the start of the path",
+    "phase_of_planets_in_pitches": "phases of the planets against planet 1",
+    "stiffness": "model of the stiffness",
+    "mean_stiffness_n_per_m": "stiffness of all pairs together, mean",
+    "least_stiffness_n_per_m": "stiffness of all pairs together, least",
+    "largest_stiffness_n_per_m": "stiffness of all pairs together, largest",
+    "pair_stiffness_peak_n_per_m": "largest stiffness of one pair",
+    "iso_single_stiffness_n_per_mm_um": "stiffness of one pair per face width, c′ of ISO 6336-1",
+    "nominal_contact_pressure_mpa": (
+        "nominal contact pressure at the pitch point (ISO 6336-2, no load factors)"
+    ),
+    "nominal_root_stress_iso_6336_3_{part}_mpa": (
+        "nominal root stress of the {part} (ISO 6336-3, no load factors)"
+    ),
+    "form_and_notch_factor_{part}": "form factor and notch factor of the {part}",
+    "coefficient_of_friction": "coefficient of friction, assumed",
+    "friction_loss_share_{part}": "power lost in friction, of that passing the {part}",
+    "friction_force_{part}_n": "friction force, across the line of action, {part}",
+    "free_planet_rim_gives_way_{part}_um": "oval planet rim, the most that it yields at the {part}",
+    "pin_bends_in_planet_um": "bending of a pin inside its planet",
+    "gear_mesh_frequency_hz": "gear-mesh frequency",
+    "rolling_power_w": "rolling power, from sun to ring as the carrier sees it",
+    "sun_gear_mesh_force_n": "normal force of one gear mesh, sun",
+    "ring_gear_mesh_force_n": "normal force of one gear mesh, ring",
+    "gear_mesh_force_n": "normal force of the gear mesh",
+    "sun_tangential_force_n": "of it tangential, sun",
+    "ring_tangential_force_n": "of it tangential, ring",
+    "planet_speed_in_carrier_rpm": "speed of a planet relative to the carrier",
+    "planet_bearing_force_n": "load of a planet's bearings",
+    "planet_bearing_force_direction_deg": (
+        "its direction, from radial outward in the sense of rotation"
+    ),
+    "nominal_planet_bearing_life_h": (
+        "basic rating life of a planet bearing (ISO 281), nominal load"
+    ),
+    "error_cycle_gear_meshes": "errors repeat after so many gear-mesh periods",
+    "error_cycle_turns": "errors repeat after so many turns",
+    "error_cycle_s": "errors repeat after",
+    "gear_mesh_orders": "orders of the gear-mesh frequency that results cover",
+    "gear_mesh_resonance_hz": "gears vibrate on their gear mesh at",
+    "modes_band_hz": "modes are accurate up to",
+    "modes_accuracy": "error allowed by modes that are left out",
+    "modes_estimate": "error of the modes that are left out",
+    "modes_limit_hz": "highest mode",
+    "kept_modes": "modes",
+    "time_step_s": "time step, steady running",
+    "step_time_step_s": "time step, after a jump of torque",
+    "rayleigh_acts_on": "alpha and beta act on",
+    "rayleigh_leaves_undamped": "not on",
+    "damping_there": "there acts",
+    "series_time_step_s": "time step, under a series of a machine or load",
+    "output_interval_s": "time between samples",
+    "settling_s": "fine steps after a jump of torque last",
+    "reduction_limit_hz": "reduced bodies are checked up to",
+    "dofs": "degrees of freedom",
+    "instantaneous": "K at the worst instant",
+    "mean-based": "mean-based factor",
+    "cycle-based": "cycle-based factor",
+    "iec_61400_4": "assumed by IEC 61400-4",
+    "min_n": "least",
+    "mean_n": "mean",
+    "max_n": "largest",
+    "distance_from_axis_um_max": "largest distance from the axis",
+    "load_sharing_max": "largest load sharing factor K",
+    "planet_force_spread_max": "largest spread of the planets' forces, over the mean",
+    "ring_mesh_force_n_mean": "mean force of the ring gear meshes",
+    "load_sharing": "load sharing factor K",
+    "planet_load_factor": "load of each planet over the mean",
+    "planet_force_spread": "spread of the planets' forces, over the mean",
+    "distance_from_axis_um": "distance from the axis",
+    "tooth_displacement_largest_um": "ring teeth, largest displacement along x, y, z",
+    "radial_harmonic_{part}_um": "radial shape of the ring, order {part}",
+    "star_angle_{part}_deg": "crest of that shape at",
+    "fe_dofs": "degrees of freedom of the FE mesh",
+    "interface_dofs": "of its interface",
+    "fixed_interface_frequency_max_hz": "highest of them",
+    "static_error": "static error",
+    "static_error_cases": "by load",
+    "frequency_limit_hz": "compared up to",
+    "frequency_error_on_these_supports": "on the supports of the case",
+    "tie": "teeth or bores are tied to their node at",
+    "frequency_error": "frequency error",
+}
+_UNITS = {  # of those that do not end in theirs
+    "largest_misfit_of_a_sun_tooth_in_pitches": _PITCHES,
+    "place_of_first_pair_in_pitches": _PITCHES,
+    "phase_of_planets_in_pitches": _PITCHES,
+    "friction_loss_share_{part}": _SHARE,
+    "modes_accuracy": _SHARE,
+    "modes_estimate": _SHARE,
+    "instantaneous": FACTOR,
+    "mean-based": FACTOR,
+    "cycle-based": FACTOR,
+    "iec_61400_4": FACTOR,
+    "distance_from_axis_um_max": "µm",
+    "load_sharing_max": FACTOR,
+    "planet_force_spread_max": _SHARE,
+    "ring_mesh_force_n_mean": "N",
+    "load_sharing": FACTOR,
+    "planet_load_factor": FACTOR,
+    "planet_force_spread": _SHARE,
+    "static_error": _SHARE,
+    "static_error_cases": _SHARE,
+    "frequency_error": _SHARE,
+}
+_VALUES = {
+    "per_pair": "each pair of teeth is a spring",
+    "face_load": "each pair of teeth in slices along the face",
+    "lumped": "one spring for all pairs, with their sum",
+    "constant": "one constant spring",
+    "rectangular": "rectangular wave",
+    "fourier": "wave of some harmonics",
+}
+
+
+def label_and_unit(key: str) -> tuple[str, str]:
+    """Words and unit of a key: "base_pitch_mm" -> ("base pitch", "mm")."""
+    label, unit = split_unit(key)
+    for pattern, text in _WORDS.items():
+        before, _, after = pattern.partition("{part}")
+        match = re.fullmatch(f"{re.escape(before)}(.*){re.escape(after)}", key)
+        if key == pattern or ("{part}" in pattern and match):
+            part = words(match[1]) if match and match.groups() else ""
+            return text.replace("{part}", part), _UNITS.get(pattern, unit)
+    return label, unit
+
+
+def row_of(key: str, value: Any, unit: str = "") -> Row:
+    """A row of words; unit: of a key that has none of its own."""
+    label, stated_unit = label_and_unit(key)
+    unit = stated_unit or unit
+    if isinstance(value, Mapping):
+        return Row(
+            label,
+            ", ".join(f"{r.label} {with_unit(r.value, r.unit)}" for r in rows_of(value, unit)),
+        )
+    if isinstance(value, Sequence) and not isinstance(value, str):
+        return Row(label, listed(value, unit))
+    if isinstance(value, bool):
+        return Row(label, with_unit(value))
+    if isinstance(value, str):
+        return Row(label, _VALUES.get(value, value) if key == "stiffness" else value)
+    return Row(label, value, unit)
+
+
+def rows_of(figures: Mapping[str, Any], unit: str = "") -> list[Row]:
+    """Rows of all figures of a section."""
+    return [row_of(key, value, unit) for key, value in figures.items()]
+
+
+def titled(key: str, figures: Mapping[str, Any]) -> tuple[str, dict[str, str]]:
+    """Title of a section and its texts by label. If its key ends in a unit, all numbers are in that
+    unit, at one scale, which the title states."""
+    title, unit = label_and_unit(key)
+    lists = [v if isinstance(v, Sequence) else [v] for v in figures.values()]
+    if not unit or unit == FACTOR or not all(_are_numbers(values) for values in lists):
+        rows = rows_of(figures, unit)
+        return title, {row.label: with_unit(row.value, row.unit) for row in rows}
+    every = [v for values in lists for v in values]
+    least = ROUNDING * max((abs(v) for v in every if math.isfinite(v)), default=0.0)
+    lists = [[v if abs(v) >= least else 0.0 for v in values] for values in lists]
+    printed, by = scale(every, unit)
+    texts = (_side_by_side(values, by, unit) for values in lists)
+    labels = (label_and_unit(name)[0] for name in figures)
+    return f"{title} ({printed})", dict(zip(labels, texts, strict=True))
+
+
+def listed(values: Sequence[Any], unit: str) -> str:
+    """Values side by side, in the unit that suits the largest, said once."""
+    if not _are_numbers(values) or unit == FACTOR:
+        return ", ".join(with_unit(v, unit) for v in values)
+    printed, by = scale(values, unit)
+    return f"{_side_by_side(values, by, unit)} {printed}".rstrip()
+
+
+def _are_numbers(values: Sequence[Any]) -> bool:
+    return all(isinstance(v, int | float) and not isinstance(v, bool) for v in values)
+
+
+def _side_by_side(values: Sequence[float], by: float, unit: str) -> str:
+    return ", ".join(number(v * by, digits_of(unit)) for v in values)

@@ -16,8 +16,7 @@ from flexgear.model.names import FlankName
 from flexgear.model.units import Quantity
 from flexgear.results.face_load import CYCLE_FIGURES, FLANK_FIGURES, misalignment_of_groups
 from flexgear.results.quantities import Figure
-from flexgear.results.report.key_words import rows_of
-from flexgear.results.report.parts import Row, Table, row, rows
+from flexgear.results.report.parts import Row, Table, row, rows, rows_of
 from flexgear.results.report.sharing import groups_of
 from flexgear.results.report.wording import (
     FACTOR,

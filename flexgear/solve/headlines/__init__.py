@@ -12,8 +12,14 @@ from flexgear.model.case import Case
 from flexgear.results.report.parts import Level, Verdict
 from flexgear.results.report.wording import words
 from flexgear.solve.headlines.declaration import Answer, Findings, Headline
-from flexgear.solve.headlines.loads import LARGEST_FORCE, LOAD_SHARING
-from flexgear.solve.headlines.motions import DEFLECTIONS, NEGLECTED, RESONANCE, TRANSMISSION_ERROR
+from flexgear.solve.headlines.loads import (
+    DEFLECTIONS,
+    LARGEST_FORCE,
+    LOAD_SHARING,
+    NEGLECTED,
+    RESONANCE,
+    TRANSMISSION_ERROR,
+)
 from flexgear.solve.headlines.ratings import BEARING_LIFE, FAULTS, FLANK_PRESSURE, ROOT_STRESS
 from flexgear.solve.headlines.solution import SOLUTION
 from flexgear.solve.result_warnings import large_motions, motions_of_summary

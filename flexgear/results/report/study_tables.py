@@ -1,11 +1,12 @@
-"""What the report says of a rating: verdicts and tables, the weakest part first."""
+"""What the report says of a rating and of a tolerance study: verdicts and tables."""
 
 from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
+from typing import Any
 
 from flexgear.gears.rating.rate import Factor
 from flexgear.model.names import GroupName
@@ -14,7 +15,7 @@ from flexgear.results.rating import LIMITS, RatedPart, Rating
 from flexgear.results.report.parts import Level, Row, Table, Value, Verdict
 from flexgear.results.report.wording import number, titled_by_stage, with_unit, words
 
-SECTION, GEARS, SPECTRUM = "rating", "rating_gears", "spectrum"
+RATING, GEARS, SPECTRUM = "rating", "rating_gears", "spectrum"
 MOST_BINS = 60  # of a spectrum that are listed
 LONGEST, LEAST = 1e7, 1e-6  # life in h, and damage, beyond which no digits are printed
 DIRECT = "direct path: computed stress at every place of the teeth, beyond ISO 6336"
@@ -28,17 +29,17 @@ def rating_verdicts(rating: Rating) -> list[Verdict]:
     for part in rating.weakest.values():
         subject = titled_by_stage(LIMITS[part.kind], part.stage)
         sentence = f"{words(part.name)}: {_sentence(rating, part)}"
-        verdicts.append(Verdict(_level(part), subject, _figure(part), sentence, SECTION))
+        verdicts.append(Verdict(_level(part), subject, _figure(part), sentence, RATING))
     if rating.reliability is not None:
         figure = with_unit(rating.reliability, "share")
         text = f"That no part of the gearbox fails within {number(rating.hours)} h."
-        verdicts.append(Verdict("note", "Reliability", figure, text, SECTION))
+        verdicts.append(Verdict("note", "Reliability", figure, text, RATING))
     verdicts += _extreme(rating)
     names = ", ".join(_words(rating, name) for name in rating.not_assessed)
     reasons = {rating.not_assessed.get(g.name, "") for g in rating.gear_meshes}
     if rating.gear_meshes and len(reasons) == 1 and "" not in reasons:
-        verdicts.insert(0, Verdict("open", "Gears", "not assessed", f"{reasons.pop()}.", SECTION))
-    verdicts.append(Verdict("open", "Not assessed", "", f"{names}: see below.", SECTION))
+        verdicts.insert(0, Verdict("open", "Gears", "not assessed", f"{reasons.pop()}.", RATING))
+    verdicts.append(Verdict("open", "Not assessed", "", f"{names}: see below.", RATING))
     return verdicts
 
 
@@ -55,7 +56,7 @@ def _extreme(rating: Rating) -> list[Verdict]:
     safety, part, name = min(every, key=lambda x: x[0] / x[1].required)
     figure = f"{SYMBOLS[part.kind]} {number(safety, 3)} of {number(part.required)}"
     level: Level = "good" if safety >= part.required else "bad"
-    return [Verdict(level, "Extreme loads", figure, f"{words(part.name)} in {name}.", SECTION)]
+    return [Verdict(level, "Extreme loads", figure, f"{words(part.name)} in {name}.", RATING)]
 
 
 def _words(rating: Rating, name: str) -> str:
@@ -117,11 +118,9 @@ def rating_tables(rating: Rating) -> list[Table]:
     ]
     missing = [Row(_words(rating, name), why) for name, why in rating.not_assessed.items()]
     every = [
-        Table(
-            SECTION, "weakest part first, with the factor on all loads within its limits", listed
-        ),
-        Table(SECTION, DIRECT, [_direct(p) for p in rating.ranked if p.direct]),
-        Table(SECTION, "not assessed", missing),
+        Table(RATING, "weakest part first, with the factor on all loads within its limits", listed),
+        Table(RATING, DIRECT, [_direct(p) for p in rating.ranked if p.direct]),
+        Table(RATING, "not assessed", missing),
         Table(SPECTRUM, "load bins", list(_bins(rating))),
         *_gear_meshes(rating),
         *_parts(rating),
@@ -198,3 +197,71 @@ def _spelled_value(value: Value) -> Value:
 def spelled(text: str) -> str:
     """A text with keys as words: "rating.k_v" -> "rating.k v"."""
     return re.sub(r"\b[a-z][a-z0-9]*(?:_[a-z0-9]+)+\b", lambda key: key[0].replace("_", " "), text)
+
+
+TOLERANCE = "tolerance"
+_SPREADS = (  # key of the summary, what it is, unit
+    ("load_sharing", "largest load sharing factor K over one turn of the carrier", ""),
+    ("k_h_beta", "largest face load factor K_Hβ", ""),
+    ("largest_line_load_n_per_mm", "largest line load", "N/mm"),
+)
+_RARE = 0.05  # share of sets above the standard's value that is let pass
+
+
+def tolerance_tables(summary: Mapping[str, Any]) -> list[Table]:
+    """Spread of every figure of the study by group of gear meshes; summary:
+    ``tolerance_summary``."""
+    drawn = [
+        Row("sets of parts", summary["samples"]),
+        Row("of them without an equilibrium, left out", summary["failed"]),
+        Row("seed of the random numbers", str(summary["seed"])),
+    ]
+    tables = [Table(TOLERANCE, "what was drawn", drawn)]
+    for key, about, unit in _SPREADS:
+        for group, figures in summary.get(key, {}).items():
+            rows = list(_spread(figures, unit, summary["confidence"]))
+            tables.append(Table(TOLERANCE, f"{words(group)}, {about}", rows))
+    return tables
+
+
+def _spread(figures: Mapping[str, Any], unit: str, confidence: float) -> Iterator[Row]:
+    yield Row("errors as stated", figures["as_stated"], unit)
+    yield Row("mean", (figures["mean"] or {}).get("value"), unit)
+    yield Row("standard deviation", figures["standard_deviation"], unit)
+    for percent, quantile in figures["quantiles"].items():
+        yield Row(f"{percent} % of sets stay below", (quantile or {}).get("value"), unit)
+        if quantile is not None:
+            ends = " … ".join(with_unit(quantile[end]) for end in ("low", "high"))
+            yield Row(
+                f"{percent} % of sets, {100 * confidence:g} % interval", f"{ends} {unit}".rstrip()
+            )
+    if figures.get("iec_61400_4") is not None:
+        yield Row("assumed by IEC 61400-4", figures["iec_61400_4"])
+        above = figures["share_above_iec_61400_4"]
+        yield Row("sets above it", None if above is None else above["value"], "share")
+
+
+def tolerance_verdicts(summary: Mapping[str, Any]) -> list[Verdict]:
+    """How many sets exceed what IEC 61400-4 assumes, by group, and sets that have no
+    equilibrium."""
+    verdicts = [
+        _verdict(words(group), figures) for group, figures in summary["load_sharing"].items()
+    ]
+    if summary["failed"]:
+        text = f"{summary['failed']} of {summary['samples']} sets"
+        verdicts.append(Verdict("bad", "equilibrium", text, "They have none and are left out."))
+    return verdicts
+
+
+def _verdict(group: str, figures: Mapping[str, Any]) -> Verdict:
+    subject, above = f"load sharing, {group}", figures.get("share_above_iec_61400_4")
+    if above is None:
+        mean = figures["mean"]
+        text = "–" if mean is None else f"K {number(mean['value'])} in the mean"
+        return Verdict("note", subject, text, "IEC 61400-4 states no value to hold it to.")
+    limit = number(figures["iec_61400_4"])
+    level: Level = "good" if above["high"] is not None and above["high"] <= _RARE else "watch"
+    return Verdict(
+        level, subject, f"{with_unit(above['value'], 'share')} of sets",
+        f"So many have a larger K than the {limit} that IEC 61400-4 assumes.",
+    )  # fmt: skip
