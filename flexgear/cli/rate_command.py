@@ -33,7 +33,7 @@ from flexgear.studies.rating import bins_of, finished, forget
 from flexgear.studies.rating import rate as rate_case
 from flexgear.views.interactive import panels_of
 from flexgear.views.load_duration import load_duration_chart
-from flexgear.views.rating_charts import damage_chart, safety_chart
+from flexgear.views.rating_charts import damage_chart, ring_safety_chart, safety_chart
 from flexgear.views.report import Picture, Side, write_report
 from flexgear.views.style import save_figure
 
@@ -119,6 +119,12 @@ def _drawn(rating: Rating, folder: Path) -> Iterator[Picture]:
         "damage": (RATING, "Damage by bin", damage_chart(data),
                    "Share of the life that each bin takes, of the most damaged of each stage."),
     }  # fmt: skip
+    if data.sizes["ring_tooth"]:
+        figures["ring"] = (
+            RATING, "Safety of the ring's teeth", ring_safety_chart(data),
+            "Computed stresses against the norm's life curves, beyond ISO 6336, tooth by tooth; "
+            "what a load that stands does to a sector of a standing ring, it does for ever.",
+        )  # fmt: skip
     if any(b.hours and b.speed[first] for b in rating.bins):
         figures["duration"] = (
             SPECTRUM, "Load duration", load_duration_chart(rating.bins, first),

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
@@ -65,7 +65,8 @@ class RatedPart:
     say; required: least safety, of a bearing life in h, NaN where none is stated; missing: why
     there is no figure; estimates: why there is no verdict; factors: by bin; exponent: of the load
     with which stress, of a bearing damage grows; rolling: "roller" or "ball" of a bearing; direct:
-    figures of computed stresses at places of the teeth, beyond the norm, where they are known.
+    figures of computed stresses at places of the teeth, beyond the norm, where they are known;
+    of_teeth: safety (z,) by them of the teeth of a ring that stands, from 0 to 2π.
     """
 
     name: str
@@ -85,6 +86,7 @@ class RatedPart:
     exponent: float = 1.0
     rolling: str = ""
     direct: tuple[Factor, ...] = ()
+    of_teeth: Array = field(default_factory=lambda: np.zeros(0))
 
     @property
     def damage_sum(self) -> float:
@@ -183,6 +185,7 @@ class _Declared(NamedTuple):
     of: Callable[[Any], Any]
 
 
+BEYOND = "by computed stresses, beyond ISO 6336"
 NOT_RATED = "of a part that is not assessed, or not loaded in that bin"
 
 
@@ -197,7 +200,7 @@ def _whole(unit: str, meaning: str, of: Callable[[RatedPart], Any]) -> _Declared
 
 
 def _direct(unit: str, symbol: str, meaning: str) -> _Declared:
-    meaning = f"{meaning} of the worst place by computed stresses, beyond ISO 6336"
+    meaning = f"{meaning} of the worst place {BEYOND}"
     return _whole(unit, meaning, lambda p: factor_value(p.direct, symbol))
 
 
@@ -252,7 +255,20 @@ BINS = {
         Quantity(("gear_mesh", "bin"), "1", "planet, from 1, that factors are of; 0: no load"),
         lambda r: [g.planet for g in r.gear_meshes],
     ),
+    "direct_tooth_safety": _Declared(
+        Quantity(("ring_tooth",), "1", f"least safety of a tooth of a ring that stands, {BEYOND}"),
+        lambda r: [safety for p in r.parts for safety in p.of_teeth],
+    ),
+    "ring_tooth_azimuth": _Declared(
+        Quantity(("ring_tooth",), "rad", "place of that tooth about the axis of its ring"),
+        lambda r: [2 * math.pi * k / p.of_teeth.size for p, k in _teeth(r)],
+    ),
 }
+
+
+def _teeth(rating: Rating) -> list[tuple[RatedPart, int]]:
+    """Teeth of rings that stand, of which safeties are known, from 0 in each part."""
+    return [(part, k) for part in rating.parts for k in range(part.of_teeth.size)]
 
 
 def _symbols(rating: Rating) -> list[str]:
@@ -271,6 +287,7 @@ def rating_dataset(rating: Rating) -> xr.Dataset:
         "member": list(map(str, rating.case.member_names())),
         "gear_mesh": [g.name for g in rating.gear_meshes],
         "factor": _symbols(rating),
+        "ring_tooth": [k + 1 for _, k in _teeth(rating)],
     }
     values = {n: np.array([d.of(p) for p in parts]).T for n, d in PARTS.items()}
     values |= {n: np.array(d.of(rating)) for n, d in BINS.items()}
@@ -281,6 +298,7 @@ def rating_dataset(rating: Rating) -> xr.Dataset:
         variables[name] = (quantity.dims, values[name].reshape(shape), quantity.attrs)
     for beside in ("stage", "kind", "missing"):
         coords[f"part_{beside}"] = ("part", [getattr(p, beside) for p in parts])
+    coords["ring_tooth_part"] = ("ring_tooth", [part.name for part, _ in _teeth(rating)])
     coords["extreme"] = ("bin", [b.extreme for b in rating.bins])
     case = rating.case
     attrs = provenance(

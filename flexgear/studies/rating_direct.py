@@ -13,6 +13,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -128,37 +129,62 @@ class DirectPath:
         mean = factor_value(state.factors, "Y_M", 1.0)
         return LifeCurve(state.curve.cycles, tuple(s / mean for s in state.curve.stress))
 
+    @cached_property
+    def _lasting(self) -> list[int]:
+        """Bins that damage; others are looked at alone."""
+        bins = self.trains[0].bins
+        return [b for b, x in self.history.items() if bins[b].hours > 0.0 and x.cycles > 0.0]
+
+    @cached_property
+    def _places(self) -> Places:
+        """Under the bins that last."""
+        return Places(
+            lambda k: self._flat(self._lasting[k]),
+            tuple(self._curve(b) for b in self._lasting),
+            np.array([self.history[b].cycles for b in self._lasting]),
+        )
+
+    @cached_property
+    def _weakest(self) -> tuple[Array, Array, Array]:
+        """Safety of every tooth, least of those bins together and of each other bin alone; its
+        place; and that other bin, −1 where the spectrum governs."""
+        alone = [b for b in self.history if b not in self._lasting]
+        teeth, each = self.stress(next(iter(self.history))).shape[1], []
+        if self._lasting:
+            each.append((*self._places.weakest(teeth), -1))
+        for b in alone:
+            stress = self._flat(b).max(axis=0).reshape(teeth, -1)
+            place = np.arange(teeth) * stress.shape[1] + stress.argmax(axis=1)
+            with np.errstate(divide="ignore"):
+                each.append(
+                    (place, self._curve(b).stress_at(self.history[b].at) / stress.max(axis=1), b)
+                )
+        place, safety = (np.array([x[k] for x in each]) for k in range(2))
+        first, tooth = safety.argmin(axis=0), np.arange(teeth)
+        return safety[first, tooth], place[first, tooth], np.array([x[2] for x in each])[first]
+
+    @property
+    def safety_of_teeth(self) -> Array:
+        """(z,) of the teeth of a ring that stands, by azimuth; of no length of others."""
+        return self._weakest[0] if self._stands else np.zeros(0)
+
     def lines(self) -> tuple[Factor, ...]:
         """Safety, damage, life, the worst place, and what parts it from the norm."""
-        bins = self.trains[0].bins
-        lasting = [b for b in self.history if bins[b].hours > 0.0 and self.history[b].cycles > 0.0]
-        alone = {
-            b: self._curve(b).stress_at(x.at) / float(self.stress(b).max())
-            for b, x in self.history.items()
-            if b not in lasting
-        }
-        worst = min(alone, key=lambda b: alone[b], default=lasting[0] if lasting else 0)
-        place, safety, lines = int(np.argmax(self._flat(worst).max(axis=0))), math.inf, []
-        if lasting:
-            places = Places(
-                lambda k: self._flat(lasting[k]),
-                tuple(self._curve(b) for b in lasting),
-                np.array([self.history[b].cycles for b in lasting]),
-            )
-            of_spectrum, safety = places.weakest()
-            damage = float(places.damage().max())
-            life = sum(b.hours for b in bins) / damage if damage else math.inf
+        tooth, lines = int(np.argmin(self._weakest[0])), []
+        safety, place, worst = (x[tooth] for x in self._weakest)
+        if worst < 0:
+            worst = max(self._lasting, key=lambda b: float(self._flat(b)[:, place].max()))
+        if self._lasting:
+            damage = float(self._places.damage().max())
+            hours = sum(load_bin.hours for load_bin in self.trains[0].bins)
+            life = hours / damage if damage else math.inf
             lines = [
                 _line("D_direct", damage, "", "Miner's sum at the worst place"),
                 _line("L_direct", life, "h", "until that is one"),
             ]
-            if safety <= min(alone.values(), default=math.inf):
-                place = of_spectrum
-                worst = max(lasting, key=lambda b: float(self._flat(b)[:, place].max()))
-        least = min([safety, *alone.values()])
         return (
-            _line("S_direct", least, "", "safety at the worst place"), *lines,
-            *self._where(worst, place), *self._against_norm(worst),
+            _line("S_direct", float(safety), "", "safety at the worst place"), *lines,
+            *self._where(int(worst), int(place)), *self._against_norm(int(worst)),
         )  # fmt: skip
 
     def _flat(self, b: int) -> Array:

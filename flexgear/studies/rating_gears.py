@@ -111,8 +111,10 @@ def rate_gears(
         kinds = {x.group.kind for x in history.values()}  # under reversed torque planets' two
         pair = pairs[place.stage, min(kinds)]
         direct = DirectPath(trains, pair, place.kind, history, loads)
-        lines = direct.lines() if len(kinds) == 1 and direct.applies else ()
-        parts.append(replace(_part(case, place, history, bins), direct=lines))
+        part = _part(case, place, history, bins)
+        if len(kinds) == 1 and direct.applies:
+            part = replace(part, direct=direct.lines(), of_teeth=direct.safety_of_teeth)
+        parts.append(part)
     return tuple(groups), tuple(parts), missing
 
 

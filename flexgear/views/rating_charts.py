@@ -1,4 +1,4 @@
-"""A rating in pictures: damage by bin, and safeties beside their limits."""
+"""A rating in pictures: damage by bin, safeties beside their limits and about a ring."""
 
 from __future__ import annotations
 
@@ -85,4 +85,32 @@ def safety_chart(data: xr.Dataset) -> Figure:
     ax.set_title("Factor on all loads that parts bear within their limits")
     ax.set_xlabel("factor on all loads within the limits (–)")
     ax.grid(axis="y", visible=False)
+    return figure
+
+
+@styled
+def ring_safety_chart(data: xr.Dataset) -> Figure:
+    """Safety of the teeth of rings that stand by computed stresses, over their azimuth, beside that
+    by ISO 6336 (dashed); a panel of each ring."""
+    part = data["ring_tooth_part"].to_numpy()
+    stages = list(dict.fromkeys(data["part_stage"].sel(part=part).to_numpy()))
+    figure, axes = panels(len(stages), 1, height_mm=25 + 65 * len(stages))
+    for ax, stage in zip(axes[:, 0], stages, strict=True):
+        of_stage = [p for p in dict.fromkeys(part) if data["part_stage"].sel(part=p) == stage]
+        for name, colour in zip(of_stage, PLANET_COLOURS, strict=False):
+            azimuth = np.degrees(data["ring_tooth_azimuth"].to_numpy()[part == name])
+            safety = data["direct_tooth_safety"].to_numpy()[part == name]
+            norm, text = float(data["safety"].sel(part=name)), words(str(name))
+            label = f"{text}: least {safety.min():.3g} at {azimuth[safety.argmin()]:.0f} deg"
+            ax.plot(azimuth, safety, marker=".", ms=3, lw=1.0, color=colour, label=label)
+            if np.isfinite(norm):
+                label = f"{text} by ISO 6336: {norm:.3g}"
+                ax.plot([0.0, 360.0], [norm, norm], ls="--", lw=1.2, color=colour, label=label)
+        ax.set_xlim(0.0, 360.0)
+        ax.set_xticks(np.arange(0, 361, 45))
+        ax.set_ylim(bottom=0.0)
+        ax.set_ylabel("safety (–)")
+        ax.set_title(f"{words(str(stage))}: teeth of the standing ring, by computed stresses")
+    axes[-1, 0].set_xlabel("azimuth of the tooth (deg)")
+    figure.legend(loc="outside lower center", ncols=2)
     return figure

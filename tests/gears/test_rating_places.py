@@ -29,6 +29,18 @@ def test_the_worst_place_of_a_power_law(seed):
     assert safety == pytest.approx(by_hand.max() ** (-1 / SLOPE), rel=1e-9)
 
 
+def test_every_tooth_has_its_weakest_place():
+    """Of three teeth of four places by hand, the last without load."""
+    random = np.random.default_rng(3)
+    stresses = [random.uniform(0.3, 1.2, (4, 12)) * (np.arange(12) < 8) for _ in range(2)]
+    cycles = np.array([3e7, 5e8])
+    damage = sum(n * (s**SLOPE).mean(axis=0) / KNEE for n, s in zip(cycles, stresses, strict=True))
+    places, safeties = Places(lambda b: stresses[b], (CURVE,) * 2, cycles).weakest(3)
+    assert (places[:2] == damage.reshape(3, 4).argmax(axis=1)[:2] + [0, 4]).all()
+    by_hand = damage.reshape(3, 4).max(axis=1)[:2] ** (-1 / SLOPE)
+    assert safeties == pytest.approx([*by_hand, math.inf], rel=1e-9)
+
+
 def test_the_most_stressed_place_need_not_be_the_weakest():
     stress = np.array([[1.0, 0.95], [0.1, 0.95]])  # once high, or always nearly so
     places = Places(lambda _: stress, (CURVE,), np.array([KNEE]))

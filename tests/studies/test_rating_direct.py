@@ -17,6 +17,7 @@ from flexgear.solve.stresses import GroupStresses, HeldRoots
 from flexgear.studies import rating as study
 from flexgear.studies import rating_direct
 from flexgear.studies.rating import rate
+from flexgear.views.rating_charts import ring_safety_chart
 
 SUPPORT = "support = { radial_n_per_m = 1e9 }\n"
 HELD_STAGE = PLANETARY.replace("[stage.carrier]\n", f"[stage.carrier]\n{SUPPORT}").replace(
@@ -127,11 +128,24 @@ def test_a_hub_moment_that_stands_loads_one_sector_of_a_ring():
     def rated(angle):
         moment = (2e6 * math.cos(angle), 2e6 * math.sin(angle), 0.0)
         state = LoadCase(name="m", hours=1e5, torque=4e6, moment=moment)
-        parts = {p.name: p for p in rate(case.with_(load_cases=(state,)), workers=1).parts}
+        rating = rate(case.with_(load_cases=(state,)), workers=1)
+        parts = {p.name: p for p in rating.parts}
         figures = {n: {f.symbol: f.value for f in p.direct} for n, p in parts.items()}
-        return {n: figures[f"stage.{n} flank"] for n in ("sun", "ring")}
+        return {n: figures[f"stage.{n} flank"] for n in ("sun", "ring")}, rating.dataset()
 
-    first, second = rated(0.0), rated(turn)
+    (first, data), (second, _) = rated(0.0), rated(turn)
+    # tooth by tooth: the weakest is that of the part, and all teeth of one ring are there
+    safety, azimuth = data["direct_tooth_safety"], data["ring_tooth_azimuth"]
+    assert set(data["ring_tooth_part"].to_numpy()) == {"stage.ring flank"}
+    assert len(safety) == 93
+    assert float(safety.min()) == pytest.approx(first["ring"]["S_direct"], rel=1e-12)
+    weakest = math.degrees(float(azimuth[int(np.argmin(safety.to_numpy()))]))
+    assert weakest == pytest.approx(first["ring"]["φ"])
+    assert float(safety.max()) > 1.05 * float(safety.min())
+    (axes,) = ring_safety_chart(data).axes
+    drawn, norm = axes.lines
+    assert drawn.get_ydata() == pytest.approx(safety.to_numpy())
+    assert norm.get_ydata() == pytest.approx(float(data["safety"].sel(part="stage.ring flank")))
     moved = math.remainder(second["ring"]["φ"] - first["ring"]["φ"] - 72.0, 360.0)
     assert abs(moved) < 15.0
     for name in ("sun", "ring"):

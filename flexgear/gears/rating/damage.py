@@ -190,8 +190,8 @@ class Places:
     curves: tuple[LifeCurve, ...]
     cycles: Array
 
-    def damage(self, factor: float = 1.0) -> Array:
-        """D (places,) with all stresses multiplied."""
+    def damage(self, factor: Array | float = 1.0) -> Array:
+        """D (places,) with all stresses multiplied, or those of each place (places,)."""
         total: Array | float = 0.0
         for b, curve in enumerate(self.curves):
             lives = curve.cycles_at_all(factor * self.stress(b))
@@ -199,31 +199,34 @@ class Places:
                 total = total + self.cycles[b] * (1.0 / lives).mean(axis=0)
         return np.asarray(total)
 
-    def spectrum(self, place: int) -> Spectrum:
-        """Of one place, with every pass as a bin."""
-        stresses = [self.stress(b)[:, place] for b in range(len(self.curves))]
+    def spectra(self, places: Array) -> list[Spectrum]:
+        """Of single places, with every pass as a bin."""
+        stresses = [self.stress(b)[:, places] for b in range(len(self.curves))]
         passes = [len(stress) for stress in stresses]
         curves = [c for c, count in zip(self.curves, passes, strict=True) for _ in range(count)]
         cycles = np.repeat(self.cycles / passes, passes)
-        return Spectrum.of(curves, np.concatenate(stresses), cycles)
+        return [Spectrum.of(curves, stress, cycles) for stress in np.concatenate(stresses).T]
 
-    def weakest(self) -> tuple[int, float]:
-        """The place with the least safety, and that: the factor on all stresses with D = 1.
+    def weakest(self, teeth: int = 1) -> tuple[Array, Array]:
+        """Places (teeth,) with the least safety of each tooth, and that: the factor on all stresses
+        with D = 1. Places of a tooth follow each other, equally many of each.
 
-        D of every place rises with the factor, so that from one place to another with more than
-        one at its safety the factor only falls.
+        D of every place rises with the factor, so that from one place of a tooth to another with
+        more than one at its safety the factor only falls.
         """
         largest = np.max([self.stress(b).max(axis=0) for b in range(len(self.curves))], axis=0)
-        place = int(np.argmax(largest))
-        tried: set[int] = set()
-        while True:
-            safety = self.spectrum(place).safety
-            tried.add(place)
-            damages = self.damage(safety) if np.isfinite(safety) else self.damage()
-            worst = int(np.argmax(damages))
-            if damages[worst] <= 1.0 + 1e-9 or worst in tried:
-                return place, safety
-            place = worst
+        each = largest.size // teeth
+        place = np.arange(teeth) * each + largest.reshape(teeth, each).argmax(axis=1)
+        worst, safety, left = place.copy(), np.full(teeth, np.inf), np.arange(teeth)
+        while left.size:
+            of_left = np.array([spectrum.safety for spectrum in self.spectra(worst[left])])
+            falls = of_left < safety[left]
+            left = left[falls]
+            place[left], safety[left] = worst[left], of_left[falls]
+            damage = self.damage(np.repeat(np.where(np.isfinite(safety), safety, 1.0), each))
+            worst = np.arange(teeth) * each + damage.reshape(teeth, each).argmax(axis=1)
+            left = left[damage[worst[left]] > 1.0 + 1e-9]
+        return place, safety
 
 
 WeibullKind = Literal["pitting", "breakage", "ball", "roller"]
