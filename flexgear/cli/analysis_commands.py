@@ -16,7 +16,9 @@ from numpy.typing import NDArray
 from flexgear.cli import options
 from flexgear.cli.analysis_views import (
     Output,
+    campbell_figures,
     equilibrium_figures,
+    equilibrium_warnings,
     farthest,
     neglected_lines,
     ring_histories,
@@ -26,7 +28,7 @@ from flexgear.cli.analysis_views import (
     show_transient,
     transient_figures,
 )
-from flexgear.cli.display import Report, present, progress, size_text, warn
+from flexgear.cli.display import Report, progress, size_text, warn
 from flexgear.coupling.pace import too_coarse
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.case import Case
@@ -51,8 +53,8 @@ from flexgear.solve.campbell import campbell as over_speed
 from flexgear.solve.carried_state import end_of
 from flexgear.solve.long_run import TimedRun, refuse_endless
 from flexgear.solve.model import Model, assemble
+from flexgear.solve.modes import mode_rows, usual_limit
 from flexgear.solve.modes import modes as natural_modes
-from flexgear.solve.modes import usual_limit
 from flexgear.solve.result_warnings import (
     large_motions,
     largest_motions,
@@ -72,6 +74,26 @@ def put_together(case: Case, rigid: tuple[str, ...], report: Report) -> Model:
     return model
 
 
+@contextlib.contextmanager
+def model_of(
+    name: str,
+    settings: list[str] | None,
+    rigid: list[str] | None,
+    output: Output,
+    force: bool,
+    quiet: bool,
+    *,
+    loaded: bool = True,
+) -> Iterator[tuple[Model, Report]]:
+    """The coupled model of the case that a command names, and what reports progress in the block;
+    that the output may be written is checked before FE bodies are made."""
+    case = options.read_case(name, settings, loaded=loaded)
+    parts = options.rigid_parts(rigid, case)
+    output.claim(origin_of_case(case), force)
+    with progress(quiet) as report:
+        yield put_together(case, parts, report), report
+
+
 def static(
     case: options.CaseName,
     angle_deg: Annotated[
@@ -89,20 +111,17 @@ def static(
     quiet: options.Quiet = False,
 ) -> None:
     """Static equilibrium at angles: gear-mesh forces, load sharing, displacements."""
-    source = options.read_case(case, settings)
-    parts, output = options.rigid_parts(rigid, source), Output(as_json, out)
-    options.claim_file(out, origin_of_case(source), force)
-    degrees = angle_deg or [0.0]
-    with progress(quiet) as report:
-        model = put_together(source, parts, report)
+    output, degrees = Output(as_json, out), angle_deg or [0.0]
+    with model_of(case, settings, rigid, output, force, quiet) as (model, report):
         data = equilibria(model, _turned(model, degrees), torque_nm, report)
     output.keep(data)
     positions = {
         f"{angle:g} deg": equilibrium_figures(model, data.isel(position=slice(k, k + 1)))
         for k, angle in enumerate(degrees)
     }
-    show_equilibria(model, data, positions, output)
-    output.wrote()
+    beside = equilibrium_warnings(model, data)
+    figures = {**positions, "closure": data.attrs["closure_max"], "neglected": beside}
+    output.show(figures, partial(show_equilibria, model, data, positions, beside))
 
 
 def _turned(model: Model, degrees: list[float]) -> NDArray[np.float64]:
@@ -142,18 +161,15 @@ def modes(
     """Natural modes of the coupled train: frequencies, types, the components that move."""
     if limit_hz is not None and not limit_hz > 0:
         raise InputError("--limit-hz", f"{limit_hz:g}", "is not positive", "e.g. 500")
-    source = options.read_case(case, settings, loaded=False)
-    parts, output = options.rigid_parts(rigid, source), Output(as_json, out)
-    options.claim_file(out, origin_of_case(source), force)
-    with progress(quiet) as report:
-        model = put_together(source, parts, report)
+    if campbell and angle_deg is not None:
+        raise InputError(
+            "--angle-deg", f"{angle_deg:g}", "is given beside --campbell, which takes the mean "
+            "stiffness of gear meshes", "take one of them out",
+        )  # fmt: skip
+    output = Output(as_json, out)
+    with model_of(case, settings, rigid, output, force, quiet, loaded=False) as (model, _):
         limit_hz = usual_limit(model) if limit_hz is None else limit_hz
         if campbell:
-            if angle_deg is not None:
-                raise InputError(
-                    "--angle-deg", f"{angle_deg:g}", "is given beside --campbell, which takes the "
-                    "mean stiffness of gear meshes", "take one of them out",
-                )  # fmt: skip
             data = over_speed(model, limit_hz=limit_hz)
             rest = natural_modes(model, limit_hz=limit_hz)
         else:
@@ -161,10 +177,12 @@ def modes(
             data = natural_modes(model, angle=angle, limit_hz=limit_hz)
     output.keep(data)
     if campbell:
-        show_campbell(model, data, rest, output)
+        figures = campbell_figures(model, data, rest)
+        output.show(figures, partial(show_campbell, model, data, figures["resonance"]))
     else:
-        show_modes(model, data, limit_hz, output)
-    output.wrote()
+        rows = mode_rows(data)
+        figures = {"variant": model.variant, "modes": rows}
+        output.show(figures, partial(show_modes, model, rows, limit_hz))
 
 
 def simulate(
@@ -235,11 +253,9 @@ def simulate(
     distance = farthest(figures["distance_from_axis_um_max"])
     beside = neglected_lines(model, distance, torque_share)
     beside += large_motions(source, largest_motions(motions.largest))
-    if as_json:
-        present("", {"transient": {**figures, "neglected": beside}}, True)
-    else:
-        show_transient(f"{source.name}, {model.variant}: transient", figures, beside)
-    Output(as_json, out).wrote()
+    title = f"{source.name}, {model.variant}: transient"
+    words = partial(show_transient, title, figures, beside)
+    Output(as_json, out).show({"transient": {**figures, "neglected": beside}}, words)
 
 
 def _figures(model: Model, run: TimedRun, rest: Ranges) -> dict[str, Any]:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import typer
@@ -35,7 +35,7 @@ from flexgear.results.time_figures import displacement_summary, stage_histories
 from flexgear.solve.campbell import IDEAL, LEAST, crossing_rows
 from flexgear.solve.headlines.solution import balance_sentence
 from flexgear.solve.model import Model
-from flexgear.solve.modes import mode_rows, top_shares
+from flexgear.solve.modes import top_shares
 from flexgear.solve.resonance import (
     gear_mesh_orders,
     resonance_figures,
@@ -51,35 +51,44 @@ from flexgear.solve.result_warnings import (
 )
 from flexgear.solve.static import position_figures
 
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
 
 @dataclass(frozen=True)
 class Output:
-    """How results come out: as JSON, and the file for the dataset."""
+    """How results come out: figures as JSON or in words, and the dataset in the file ``out``, with
+    a picture beside it where there is a chart."""
 
     as_json: bool
     out: Path | None = None
-
-    def wrote(self) -> None:
-        """Print where the dataset is."""
-        if self.out is not None and not self.as_json:
-            typer.echo(f"\nwrote {value_text(str(self.out))}")
-
-    @property
-    def picture(self) -> Path | None:
-        """The file of a picture beside the dataset."""
-        return None if self.out is None else self.out.with_suffix(".png")
+    chart: Callable[[xr.Dataset], Figure] | None = None
 
     def claim(self, origin: Origin, force: bool) -> None:
-        """Check before the work that both may be written; a picture that stands beside an earlier
-        dataset is of that."""
+        """Check before the work that dataset and picture may be written; a picture that stands
+        beside an earlier dataset is of that."""
         options.claim_file(self.out, origin, force)
-        if self.out is not None and not self.out.exists():
-            options.claim_file(self.picture, origin, force)
+        if self.chart is not None and self.out is not None and not self.out.exists():
+            options.claim_file(self.out.with_suffix(".png"), origin, force)
 
     def keep(self, data: xr.Dataset) -> None:
-        """Write the dataset if a file was named."""
+        """Write dataset and picture if a file was named."""
+        if self.out is None:
+            return
+        options.save_or_rescue(partial(save, data), self.out)
+        if self.chart is not None:
+            from flexgear.views.style import save_figure
+
+            save_figure(self.chart(data), self.out.with_suffix(".png"), dpi=150)
+
+    def show(self, figures: Any, words: Callable[[], None]) -> None:
+        """Print figures as JSON, or by ``words`` and where the dataset is."""
+        if self.as_json:
+            typer.echo(as_json_text(figures))
+            return
+        words()
         if self.out is not None:
-            options.save_or_rescue(partial(save, data), self.out)
+            typer.echo(f"\nwrote {value_text(str(self.out))}")
 
 
 def equilibrium_figures(model: Model, data: xr.Dataset) -> dict[str, Any]:
@@ -105,18 +114,18 @@ def _ring_figures(part: xr.Dataset, planets: int) -> dict[str, Any]:
     }
 
 
-def show_equilibria(
-    model: Model, data: xr.Dataset, positions: Mapping[str, dict[str, Any]], output: Output
-) -> None:
-    """Print the figures of every position."""
+def equilibrium_warnings(model: Model, data: xr.Dataset) -> list[str]:
+    """Effects that are left out and not small in these positions, and motions that are large."""
     rated = model.system.rated_torque
     torque = abs(float(data["port_torque"].isel(port=0).max()) / rated) if rated else 0.0
     beside = neglected_lines(model, _equilibrium_lengths(model, data), torque)
-    beside += large_motions(model.case, largest_motions(motion_histories(data)))
-    if output.as_json:
-        more = {"closure": data.attrs["closure_max"], "neglected": beside}
-        typer.echo(as_json_text({**positions, **more}))
-        return
+    return beside + large_motions(model.case, largest_motions(motion_histories(data)))
+
+
+def show_equilibria(
+    model: Model, data: xr.Dataset, positions: Mapping[str, dict[str, Any]], beside: list[str]
+) -> None:
+    """Print the figures of every position, and lines beside them."""
     lead = str(data["input_coordinate"][0].item())
     typer.echo(f"{model.case.name}, {model.variant}: equilibrium, {lead} turned by")
     for angle, figures in positions.items():
@@ -152,12 +161,7 @@ def neglected_lines(model: Model, lengths: Iterator[Length], torque_share: float
     return [str(effect["sentence"]) for effect in effects]
 
 
-def show_modes(model: Model, data: xr.Dataset, limit_hz: float | None, output: Output) -> None:
-    rows = mode_rows(data)
-    if output.as_json:
-        figures = {"variant": model.variant, "modes": rows}
-        typer.echo(as_json_text(figures))
-        return
+def show_modes(model: Model, rows: list[dict[str, Any]], limit_hz: float | None) -> None:
     upto = "" if limit_hz is None else f" up to {limit_hz:g} Hz"
     typer.echo(f"{model.case.name}, {model.variant}: {len(rows)} modes{upto}")
     typer.echo("      no.  frequency Hz  type                      kinetic energy; strain energy")
@@ -191,27 +195,24 @@ def _shares_text(shares: list[tuple[str, float]]) -> str:
     return ", ".join(f"{name} {100 * share:.0f} %" for name, share in shares)
 
 
-def show_campbell(model: Model, data: xr.Dataset, modes: xr.Dataset, output: Output) -> None:
-    """Print what excites the train, which modes it meets, and the verdict; modes: at rest."""
+def campbell_figures(model: Model, data: xr.Dataset, modes: xr.Dataset) -> dict[str, Any]:
+    """Frequencies over speed, crossings and the verdict, for programs; modes: at rest."""
     figures = resonance_figures(model.case, data, modes)
     level, _, sentence = resonance_verdict(figures)
-    if output.as_json:
-        content = {
-            "variant": model.variant,
-            "gyroscopic": bool(data.attrs["gyroscopic"]),
-            "speed_factor": data["speed_factor"].to_numpy().tolist(),
-            "frequency_hz": data["campbell_frequency"].to_numpy().T.tolist(),
-            "excitation_hz": {
-                str(n): float(f)
-                for n, f in zip(
-                    data["excitation"].to_numpy(), data["excitation_slope"].to_numpy(), strict=True
-                )
-            },
-            "crossings": crossing_rows(data),
-            "resonance": {**figures, "level": level, "verdict": sentence},
-        }
-        typer.echo(as_json_text(content))
-        return
+    slopes = zip(data["excitation"].to_numpy(), data["excitation_slope"].to_numpy(), strict=True)
+    return {
+        "variant": model.variant,
+        "gyroscopic": bool(data.attrs["gyroscopic"]),
+        "speed_factor": data["speed_factor"].to_numpy().tolist(),
+        "frequency_hz": data["campbell_frequency"].to_numpy().T.tolist(),
+        "excitation_hz": {str(name): float(slope) for name, slope in slopes},
+        "crossings": crossing_rows(data),
+        "resonance": {**figures, "level": level, "verdict": sentence},
+    }
+
+
+def show_campbell(model: Model, data: xr.Dataset, figures: dict[str, Any]) -> None:
+    """Print what excites the train, which modes it meets, and the verdict."""
     typer.echo(
         f"{model.case.name}, {model.variant}: {data.sizes['mode']} modes from rest to "
         f"{float(data['speed_factor'][-1]):g} times rated speed"
@@ -226,7 +227,7 @@ def show_campbell(model: Model, data: xr.Dataset, modes: xr.Dataset, output: Out
             "  errors alone: unequal planets, run-out, unbalance; force if met: a gear mesh's over "
             "its mean,\n  there of one planet's teeth alone"
         )
-    typer.echo(f"\nresonance: {sentence}")
+    typer.echo(f"\nresonance: {figures['verdict']}")
 
 
 def _excitation_lines(data: xr.Dataset) -> Iterator[str]:

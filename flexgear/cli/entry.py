@@ -48,10 +48,10 @@ COMMANDS = {
     "reduce": Home("body_commands", "reduce", "Reduce FE bodies; error estimates."),
     "static": Home("analysis_commands", "static", "Static equilibrium at angles."),
     "modes": Home("analysis_commands", "modes", "Natural modes; --campbell over speed."),
-    "stability": Home("stability_command", "stability", "Speeds at which vibration grows."),
+    "stability": Home("vibration_commands", "stability", "Speeds at which vibration grows."),
     "simulate": Home("analysis_commands", "simulate", "Transient under the case's drive."),
     "orders": Home("orders_command", "orders", "Order spectra and run-up maps of a transient."),
-    "response": Home("response_command", "response", "Steady states over speed, all branches."),
+    "response": Home("vibration_commands", "response", "Steady states over speed, all branches."),
     "compare": Home("compare_command", "compare", "Variants or two runs side by side."),
     "import": Home("exchange_commands", "import_rexs", "Make a commented case of a REXS file."),
     "export": Home("exchange_commands", "export", "Write REXS, or reduced matrices."),
@@ -230,7 +230,9 @@ def _report(error: Exception) -> int:
     if isinstance(error, typer.Abort):  # Ctrl-C where click is older
         return _say(STOPPED, 1)
     if hasattr(error, "format_message"):  # a wrong command line
-        return _say(f"{shortened(error.format_message()).rstrip('.')}; see flexgear --help", 2)
+        text = shortened(error.format_message()).rstrip(".")
+        text = text.replace("requires 2 arguments", "takes two numbers with a space between them")
+        return _say(f"{text}; see flexgear --help", 2)
     if isinstance(error, OSError):
         name = f"{error.filename}: " if error.filename else ""
         remedy = "; free some space" if error.errno == errno.ENOSPC else ""

@@ -1,8 +1,10 @@
-"""``flexgear response``: steady states of a stage over speed or torque, with all branches."""
+"""Vibration over speed: steady states with all branches, or the linear response; bands of speed in
+which vibration grows by itself."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import partial
 from typing import Annotated, Any
 
 import numpy as np
@@ -11,35 +13,41 @@ import xarray as xr
 from scipy.signal import find_peaks
 
 from flexgear.cli import options
-from flexgear.cli.analysis_commands import put_together
+from flexgear.cli.analysis_commands import model_of
 from flexgear.cli.analysis_views import Output
-from flexgear.cli.display import Report, as_json_text, progress, table
+from flexgear.cli.display import columns, table
+from flexgear.coupling.laws import law_number
 from flexgear.model.units import RPM
-from flexgear.results.origin import origin_of_case
 from flexgear.results.quantities import number
-from flexgear.results.report.wording import with_unit
+from flexgear.results.report.wording import with_unit, words
 from flexgear.solve.linear_response import linear_response
 from flexgear.solve.model import Model
 from flexgear.solve.response import response as steady_states
+from flexgear.solve.stability import SPEEDS
+from flexgear.solve.stability import stability as over_speed
 from flexgear.solve.turning_points import BESIDE, KINDS
 from flexgear.views.linear_response_chart import linear_response_chart
 from flexgear.views.response_chart import response_chart
-from flexgear.views.style import save_figure
+from flexgear.views.stability_chart import bands_of, stability_chart
 
 LISTED = 12  # resonances, jumps and ranges that the screen lists
 LEAST_SHARE = 0.01  # of a peak: a mode with less is not named
 PROMINENT = 0.02  # of the largest force: what a peak rises above its sides
+COLUMNS = ("stage", "speeds over rated", "fastest at", "growth", "what meets")
+SpeedRange = Annotated[
+    tuple[float, float] | None,
+    typer.Option(
+        "--speed-range", metavar="LOW HIGH", help="Lowest and highest speed over rated: 0.2 1.5."
+    ),
+]
 
 
 def response(
     case: options.CaseName,
-    speed_range: Annotated[
-        tuple[float, float] | None,
-        typer.Option("--speed-range", help="Lowest and highest speed over rated; 0.2 1.5."),
-    ] = None,
+    speed_range: SpeedRange = None,
     torque_range: Annotated[
         tuple[float, float] | None,
-        typer.Option("--torque-range", help="The same of torque, at one speed."),
+        typer.Option("--torque-range", metavar="LOW HIGH", help="Of torque, at one speed."),
     ] = None,
     speed: Annotated[
         float, typer.Option("--speed", help="Speed over rated, with --torque-range.")
@@ -50,13 +58,14 @@ def response(
     ] = "",
     harmonics: Annotated[
         int | None,
-        typer.Option("--harmonics", help="Of the gear-mesh frequency; follow from the case."),
+        typer.Option(
+            "--harmonics", help="Of the gear-mesh frequency in a state; if left out, by the case."
+        ),
     ] = None,
     linear: Annotated[
         bool,
         typer.Option(
-            "--linear",
-            help="At mean stiffness, to the transmission error; modal shares.",
+            "--linear", help="At mean stiffness, to the transmission error; modal shares."
         ),
     ] = False,
     out: options.OutFile = None,
@@ -67,55 +76,72 @@ def response(
     quiet: options.Quiet = False,
 ) -> None:
     """Frequency response with all branches: peaks, jumps, lost contact over speed or torque."""
-    source = options.read_case(case, settings)
-    parts, output = options.rigid_parts(rigid, source), Output(as_json, out)
-    output.claim(origin_of_case(source), force)
-    with progress(quiet) as report:
-        model = put_together(source, parts, report)
+    output = Output(as_json, out, linear_response_chart if linear else response_chart)
+    with model_of(case, settings, rigid, output, force, quiet) as (model, report):
         if linear:
-            _linear(model, speed_range, report, output)
-            return
-        data = steady_states(
-            model,
-            speeds=speed_range,
-            torques=torque_range,
-            speed=speed,
-            torque=torque,
-            stage=stage,
-            harmonics=harmonics,
-            progress=report,
-        )
-    output.keep(data)
-    if output.picture is not None:
-        save_figure(response_chart(data), output.picture, dpi=150)
-    figures = response_figures(data)
-    if as_json:
-        typer.echo(as_json_text(figures))
-    else:
-        show_response(model, data, figures)
-    output.wrote()
-
-
-def _linear(
-    model: Model, speeds: tuple[float, float] | None, report: Report, output: Output
-) -> None:
-    """The linear forced response: peaks of gear-mesh forces, and the modes that make them."""
-    data = linear_response(model, speeds, progress=report)
-    output.keep(data)
-    if output.picture is not None:
-        save_figure(linear_response_chart(data), output.picture, dpi=150)
-    peaks = [_linear_peak(data.isel(peak=k)) for k in range(data.sizes.get("peak", 0))]
-    if output.as_json:
-        typer.echo(as_json_text({"peaks": peaks}))
-    else:
-        typer.echo(f"{model.case.name}: response to the static transmission error, mean stiffness")
-        for peak in peaks[:LISTED]:
-            modes = ", ".join(f"mode {m} {100 * s:.0f} %" for m, s in peak["modes"].items())
-            typer.echo(
-                f"  {peak['gear_mesh']}, order {peak['order']}, {peak['speed_share']:.4g} of rated "
-                f"speed: {with_unit(peak['force_n'], 'N')} ({modes})"
+            data = linear_response(model, speed_range, progress=report)
+        else:
+            data = steady_states(
+                model,
+                speeds=speed_range,
+                torques=torque_range,
+                speed=speed,
+                torque=torque,
+                stage=stage,
+                harmonics=harmonics,
+                progress=report,
             )
-    output.wrote()
+    output.keep(data)
+    if linear:
+        peaks = [_linear_peak(data.isel(peak=k)) for k in range(data.sizes.get("peak", 0))]
+        output.show({"peaks": peaks}, partial(_show_linear, model, peaks))
+    else:
+        figures = response_figures(data)
+        output.show(figures, partial(show_response, model, data, figures))
+
+
+def stability(
+    case: options.CaseName,
+    speed_range: SpeedRange = None,
+    count: Annotated[
+        int, typer.Option("--count", min=3, help="Speeds, to which expected bands add some.")
+    ] = SPEEDS,
+    limit_hz: Annotated[
+        float | None,
+        typer.Option("--limit-hz", help="Highest natural frequency of modes that are kept."),
+    ] = None,
+    out: options.OutFile = None,
+    force: options.Force = False,
+    rigid: options.Rigid = None,
+    settings: options.Settings = None,
+    as_json: options.AsJson = False,
+    quiet: options.Quiet = False,
+) -> None:
+    """Parametric instability: speeds at which varying gear-mesh stiffness lets vibration grow."""
+    output = Output(as_json, out, stability_chart)
+    with model_of(case, settings, rigid, output, force, quiet) as (model, report):
+        data = over_speed(model, speed_range, count=count, limit_hz=limit_hz, progress=report)
+    output.keep(data)
+    bands = _bands(data)
+    output.show({"bands": bands}, partial(_show_stability, model, data, bands))
+
+
+def _show_linear(model: Model, peaks: list[dict[str, Any]]) -> None:
+    """The highest peaks of gear-mesh forces, and the modes that make them."""
+    typer.echo(f"{model.case.name}: response to the static transmission error, mean stiffness")
+    for peak in peaks[:LISTED]:
+        modes = ", ".join(f"mode {m} {100 * s:.0f} %" for m, s in peak["modes"].items())
+        typer.echo(
+            f"  {peak['gear_mesh']}, order {peak['order']}, {peak['speed_share']:.4g} of rated "
+            f"speed: {with_unit(peak['force_n'], 'N')} ({modes})"
+        )
+    _tell_dampers(model)
+
+
+def _tell_dampers(model: Model) -> None:
+    """Say that a linear analysis leaves out dampers, where the case has some."""
+    if law_number("dampers") in model.system.pairs.bearing_law:
+        typer.echo("left out: dampers of bearings, supports, joints and ports")
 
 
 def _linear_peak(row: xr.Dataset) -> dict[str, Any]:
@@ -191,16 +217,11 @@ def _peaks(force: np.ndarray, branch: np.ndarray, stable: np.ndarray) -> list[in
 
 def _ranges(parameter: np.ndarray, branch: np.ndarray, where: np.ndarray) -> list[list[float]]:
     """Lowest and highest λ of pieces of curves in which something holds, joined."""
-    pieces, first = list[list[float]](), 0
-    for k in range(1, len(where) + 1):
-        if k < len(where) and where[k] == where[first] and branch[k] == branch[first]:
-            continue
-        if where[first]:
-            piece = parameter[first:k]
-            pieces.append([float(piece.min()), float(piece.max())])
-        first = k
+    cuts = np.flatnonzero((np.diff(where.astype(int)) != 0) | (np.diff(branch) != 0)) + 1
+    split = (np.split(values, cuts) for values in (parameter, where))
+    pieces = [piece for piece, holds in zip(*split, strict=True) if holds[0]]
     joined = list[list[float]]()
-    for low, high in sorted(pieces):
+    for low, high in sorted((float(p.min()), float(p.max())) for p in pieces):
         if joined and low <= joined[-1][1]:
             joined[-1][1] = max(joined[-1][1], high)
         else:
@@ -227,8 +248,7 @@ def show_response(model: Model, data: xr.Dataset, figures: dict[str, Any]) -> No
         ),
     }
     table(f"{model.case.name}, {model.variant}: response of {figures['stage']}", rows)
-    for line in _lines(figures):
-        typer.echo(line)
+    typer.echo("\n".join(_lines(figures)))
     if data.attrs["left_out"]:
         typer.echo(f"left out, as it does not repeat with the gear mesh: {data.attrs['left_out']}")
     if not figures["complete"]:
@@ -259,3 +279,54 @@ def _lines(figures: dict[str, Any]) -> Iterator[str]:
     for name, what in (("lost_contact", "teeth lose contact"), ("back_contact", "backs touch")):
         spans = [f"{a:.4g} to {b:.4g}" for a, b in figures[name]]
         yield f"  {what}: {', '.join(spans) if spans else 'nowhere on stable branches'}"
+
+
+def _bands(data: xr.Dataset) -> list[dict[str, Any]]:
+    """Bands of all stages as plain rows, for programs."""
+    return [
+        {"stage": stage, "growth_rate_per_s": band.pop("growth_rate"), **band}
+        for stage in map(str, data["turning_stage"].to_numpy())
+        for band in bands_of(data, stage)
+    ]
+
+
+def _show_stability(model: Model, data: xr.Dataset, bands: list[dict[str, Any]]) -> None:
+    """A line a band, and what was looked at."""
+    factor, frequency = (data[n].to_numpy() for n in ("speed_factor", "kept_frequency"))
+    typer.echo(
+        f"{model.case.name}: parametric instability from {factor[0]:.4g} to {factor[-1]:.4g} times "
+        f"rated speed, {len(frequency)} modes up to {with_unit(float(frequency[-1]), 'Hz')}"
+    )
+    of_mode = dict(zip(data["kept_mode"].values.tolist(), frequency.tolist(), strict=True))
+    rows = [
+        (
+            words(band["stage"]),
+            f"{band['lower_factor']:.5g} to {band['upper_factor']:.5g}",
+            f"{band['peak_factor']:.4g}",
+            with_unit(band["growth_rate_per_s"], "1/s"),
+            _meets(band["modes"], band["order"], of_mode),
+        )
+        for band in bands
+    ]
+    if rows:
+        typer.echo("")
+        columns([COLUMNS, *rows])
+    else:
+        typer.echo("\nno vibration grows: damping is enough, or no stiffness varies")
+    inside = [
+        f"{speed:g}"
+        for speed in np.atleast_1d(data.attrs["operating_factors"])
+        if any(b["lower_factor"] <= speed <= b["upper_factor"] for b in bands)
+    ]
+    if inside:
+        typer.echo(f"\nthe case runs inside a band at {', '.join(inside)} times rated speed")
+    _tell_dampers(model)
+
+
+def _meets(modes: list[int], order: int, frequency: dict[int, float]) -> str:
+    """ "2 × mode 3 (1234 Hz) at order 1"."""
+    i, j = modes
+    if i == j:
+        return f"2 x mode {i} ({with_unit(frequency[i], 'Hz')}), order {order}"
+    both = " + ".join(f"mode {m} ({with_unit(frequency[m], 'Hz')})" for m in modes)
+    return f"{both}, order {order}"
