@@ -15,7 +15,7 @@ import typer
 
 from flexgear.files.atomic import plain
 from flexgear.model.errors import FlexgearError
-from flexgear.results.report.parts import titled
+from flexgear.results.report.parts import MARKS, Verdict, titled
 
 Report = Callable[[str, float], None]
 MOST_BESIDE = 6  # figures that one line shows side by side
@@ -121,6 +121,18 @@ def table(title: str, rows: Mapping[str, Any], before: str = "") -> None:
     width = max((len(name) for name in rows), default=0)
     for name, value in rows.items():
         typer.echo(f"{before}  {name:<{width}}  {value_text(value)}")
+
+
+def show_verdicts(verdicts: Sequence[Verdict]) -> None:
+    """A line for the figure of each verdict, marked where it needs an eye, and one for its
+    sentence."""
+    width = max(len(v.subject) for v in verdicts)
+    for verdict in verdicts:
+        first, *rest = filter(None, (verdict.figure, verdict.sentence))
+        mark = f"  [{MARKS[verdict.level]}]" if verdict.level != "note" else ""
+        typer.echo(f"  {verdict.subject:<{width}}  {first}{mark}")
+        for text in rest:
+            typer.echo(f"  {'':<{width}}    {text}")
 
 
 def columns(rows: Sequence[Sequence[str]], before: str = "  ") -> None:

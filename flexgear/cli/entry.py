@@ -58,8 +58,8 @@ COMMANDS = {
     "modify": Home("modify_command", "modify", "Propose helix slope and crowning of the planets."),
     "sweep": Home("sweep_command", "sweep", "Parameter study over one key or a grid of two."),
     "spectrum": Home("spectrum_command", "spectrum", "Load bins; sort series into them."),
-    "tolerance": Home("tolerance_command", "tolerance", "Monte Carlo study of errors."),
-    "rate": Home("rate_command", "rate", "Safety, damage, life of gears and bearings."),
+    "tolerance": Home("study_commands", "tolerance", "Monte Carlo study of errors."),
+    "rate": Home("study_commands", "rate", "Safety, damage, life of gears and bearings."),
     "cache": Home("system_commands", "cache", "Place and size of the cache; empty it."),
     "doctor": Home("system_commands", "doctor", "What this system lacks, and what mends it."),
 }  # fmt: skip

@@ -34,7 +34,6 @@ from flexgear.results.report.wording import number, scale, words
 from flexgear.results.settling import settled
 from flexgear.results.sinks import between
 from flexgear.results.synchronous_average import planet_averages, synchronous_average
-from flexgear.results.version import version
 
 FILES = ("orders.nc", "orders.png", "report.html")
 TRANSIENT = "transient.nc"
@@ -244,10 +243,8 @@ def _write(
     folder: Path, case: Case, result: xr.DataArray, expected: list[tuple[ExpectedLine, float]]
 ) -> None:
     """Dataset, picture, and the page on which it zooms."""
-    from flexgear.views.interactive import panels_of
     from flexgear.views.order_charts import average_chart, order_chart, order_map_chart
-    from flexgear.views.report import Picture, Side, write_report
-    from flexgear.views.style import save_figure
+    from flexgear.views.report import saved_picture, write_study
 
     if "phase" in result.dims:
         figure = average_chart(result)
@@ -256,17 +253,16 @@ def _write(
     else:
         figure = order_chart(result, expected)
     with staged_folder(folder, options.earlier(FILES)) as stage:
-        head = {"title": f"flexgear {case.name}", "case": case.name}
-        write_netcdf(result.to_dataset(name=str(result.name)).assign_attrs(
-            **head, parameters=as_json_text(case.to_dict()), content_hash=case.content_hash()),
-            stage / "orders.nc")  # fmt: skip
-        path = save_figure(figure, stage / "orders.png", dpi=150)
+        attrs = {
+            "title": f"flexgear {case.name}", "case": case.name,
+            "parameters": as_json_text(case.to_dict()), "content_hash": case.content_hash(),
+        }  # fmt: skip
+        write_netcdf(result.to_dataset(name=str(result.name)).assign_attrs(attrs),
+                     stage / "orders.nc")  # fmt: skip
         caption = f"{words(str(result.name)).capitalize()} over turns of {result.attrs['of']}"
         about = str(result.attrs.get("long_name", "")).capitalize()
-        picture = Picture("orders", "dynamics", caption, f"{about}.", path, panels_of(figure))
-        whose, hash_ = case.title or case.name, case.content_hash()
-        side = Side(whose, caption, (), (), (picture,), version(), hash_)
-        write_report(stage / "report.html", f"{case.name}: orders", case.name, [side])
+        picture = saved_picture(figure, stage, "orders", "dynamics", caption, f"{about}.")
+        write_study(stage, case, "orders", caption, [picture])
 
 
 def _loudest(mapped: xr.DataArray) -> xr.DataArray:

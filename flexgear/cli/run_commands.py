@@ -9,13 +9,13 @@ from typing import Annotated, Any
 import typer
 
 from flexgear.cli import options
-from flexgear.cli.display import Report, as_json_text, progress, warn
+from flexgear.cli.display import Report, as_json_text, progress, show_verdicts, warn
 from flexgear.files.atomic import staged_folder, write_json
 from flexgear.gears.power_flow import PowerFlow
 from flexgear.model.case import Case
 from flexgear.results.dataset_file import save
 from flexgear.results.origin import origin_of_case
-from flexgear.results.report.parts import MARKS, Verdict
+from flexgear.results.report.parts import Verdict
 from flexgear.results.report.wording import with_unit
 from flexgear.results.run_folder import FIELDS, Folder, complete, read_folder
 from flexgear.solve.bodies import reduced_bodies
@@ -76,21 +76,13 @@ def _show(title: str, case: Case, flow: PowerFlow, summary: dict[str, Any]) -> N
     lowest = [m for m in summary["modes"]["lowest"] if m["frequency_hz"] > 0][:3]
     modes = ", ".join(f"{with_unit(m['frequency_hz'], 'Hz')} {m['type']}" for m in lowest)
     core = 1.0 / summary["realtime_factor"] if summary["realtime_factor"] else math.nan
-    lines = [
+    stepping = f"{with_unit(core, 's')} of one core for 1 s of running"
+    show_verdicts([
         Verdict("note", "Power", f"{power} in", ""),
         *(v for v in verdicts(case, flow, summary) if v.subject != WARNING),
         Verdict("note", "Lowest natural modes", modes, ""),
-        Verdict(
-            "note", "Time stepping", f"{with_unit(core, 's')} of one core for 1 s of running", ""
-        ),
-    ]
-    width = max(len(v.subject) for v in lines)
-    for verdict in lines:
-        first, *rest = [text for text in (verdict.figure, verdict.sentence) if text]
-        mark = f"  [{MARKS[verdict.level]}]" if verdict.level != "note" else ""
-        typer.echo(f"  {verdict.subject:<{width}}  {first}{mark}")
-        for text in rest:
-            typer.echo(f"  {'':<{width}}    {text}")
+        Verdict("note", "Time stepping", stepping, ""),
+    ])  # fmt: skip
 
 
 def _imported() -> None:

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from flexgear.cli import options
-from flexgear.cli.rate_command import save_rating
 from flexgear.cli.run_commands import draw_again, save_run
+from flexgear.cli.study_commands import save_rating
 from flexgear.face import accessor as accessor  # datasets have ``.fg`` from here on
 from flexgear.face.notebook import Progress, html_table, progress_or_bars
 from flexgear.files.atomic import staged_folder

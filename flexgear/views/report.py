@@ -22,12 +22,18 @@ from typing import Any
 
 from jinja2 import Environment
 from markupsafe import Markup, escape
+from matplotlib.figure import Figure
 from PIL import Image
 
 from flexgear.files.atomic import atomic_file
+from flexgear.model.case import Case
 from flexgear.model.errors import FlexgearError
 from flexgear.results.report.parts import MARKS, SECTIONS, Row, Table, Verdict
+from flexgear.results.report.tables import case_tables
 from flexgear.results.report.wording import number, scale, with_unit
+from flexgear.results.version import version
+from flexgear.views.interactive import panels_of
+from flexgear.views.style import save_figure
 
 MEDIA = {".png": "image/webp", ".svg": "image/svg+xml", ".gif": "image/gif"}
 
@@ -116,6 +122,25 @@ def write_report(
     with atomic_file(target) as temporary:
         temporary.write_text(page, encoding="utf-8", errors="backslashreplace")
     return target
+
+
+def saved_picture(
+    figure: Figure, folder: Path, name: str, section: str, caption: str, sentence: str
+) -> Picture:
+    """A figure as a file of the folder, and as it stands in the report."""
+    path = save_figure(figure, folder / f"{name}.png", dpi=150)
+    return Picture(name, section, caption, sentence, path, panels_of(figure))
+
+
+def write_study(
+    folder: Path, case: Case, study: str, lead: str, pictures: Sequence[Picture],
+    verdicts: Sequence[Verdict] = (), tables: Sequence[Table] = (),
+) -> Path:  # fmt: skip
+    """Write the page of a study of one case into a folder; tables: those of the case stand
+    behind them, if there are any."""
+    name, whole = case.title or case.name, [*tables, *case_tables(case)] if tables else ()
+    side = Side(name, lead, verdicts, whole, pictures, version(), case.content_hash())
+    return write_report(folder / "report.html", f"{case.name}: {study}", case.name, [side])
 
 
 def symbols(text: str) -> Markup:

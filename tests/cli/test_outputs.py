@@ -37,7 +37,7 @@ def no_work(monkeypatch):
     monkeypatch.setattr(analysis_commands, "put_together", worked)
     monkeypatch.setattr(run_commands, "reduced_bodies", worked)
     monkeypatch.setattr("flexgear.cli.sweep_command.run_sweep", worked)
-    monkeypatch.setattr("flexgear.cli.tolerance_command.run_tolerance", worked)
+    monkeypatch.setattr("flexgear.studies.tolerance.tolerance", worked)
     monkeypatch.setattr("flexgear.structures.sources.fe_body.FeBody.fe_mesh", worked)
 
 
