@@ -12,7 +12,7 @@ import numpy as np
 import typer
 
 from flexgear.cli import options
-from flexgear.cli.display import present, progress, warn
+from flexgear.cli.display import columns, present, progress, warn
 from flexgear.cli.pictures import drawn_side, imported
 from flexgear.coupling.system import variant_label
 from flexgear.model.case import Case
@@ -145,16 +145,19 @@ def _variants(case: Case, positions: int, as_json: bool, quiet: bool) -> None:
         f"{titled_by_stage(case.name, stage)}: equilibria at rated torque over "
         f"{math.degrees(period):g} deg of the carrier"
     )
-    wide = max(14, *(len(label) + 1 for label in figures))
-    head = f"  {'flexible':<{wide}}"
-    typer.echo(f"{head}  K mean    K max   tooth load kN   tooth node µm   sun mrad")
-    for label, row in figures.items():
-        k = row["load_sharing"]
-        typer.echo(
-            f"  {label:<{wide}}{k['mean']:8.4f} {k['max']:8.4f}"
-            f" {row['ring_tooth_load_n_max'] / 1e3:15.1f}"
-            f" {row['tooth_displacement_um_max']:15.1f} {row['sun_wind_up_mrad_mean']:11.3f}"
+    head = ("flexible", "K mean", "K max", "tooth load kN", "tooth node µm", "sun mrad")
+    rows = (
+        (
+            label,
+            f"{row['load_sharing']['mean']:.4f}",
+            f"{row['load_sharing']['max']:.4f}",
+            f"{row['ring_tooth_load_n_max'] / 1e3:.1f}",
+            f"{row['tooth_displacement_um_max']:.1f}",
+            f"{row['sun_wind_up_mrad_mean']:.3f}",
         )
+        for label, row in figures.items()
+    )
+    columns([head, *rows], "<>")
 
 
 def _sharing(case: Case, cycles: int | None, as_json: bool, quiet: bool) -> None:
@@ -172,17 +175,13 @@ def _sharing(case: Case, cycles: int | None, as_json: bool, quiet: bool) -> None
     if not groups:
         typer.echo("  no stage has planets that share a load")
         return
-    width = max(len(x) for x in figures) + 2
     for group in groups:
-        first = next(rows[group] for rows in figures.values() if group in rows)
-        assumed = first["iec_61400_4"]
+        of_group = {name: rows[group] for name, rows in figures.items() if group in rows}
+        assumed = next(iter(of_group.values()))["iec_61400_4"]
         assumption = "" if assumed is None else f"   (IEC 61400-4 assumes {assumed:g})"
         typer.echo(f"\n{group} gear meshes{assumption}")
-        typer.echo("  " + " " * width + "".join(f"{c:>12}" for c in COLUMNS.values()))
-        for name, rows in figures.items():
-            if group in rows:
-                values = "".join(_cell(rows[group][d]) for d in COLUMNS)
-                typer.echo(f"  {name:<{width}}{values}")
+        rows = [(name, *(_factor(row[d]) for d in COLUMNS)) for name, row in of_group.items()]
+        columns([("", *COLUMNS.values()), *rows], "<>")
     typer.echo(f"\n{DEFINITION}")
     typer.echo(
         "mean-based, cycle-based: from the largest loads of gear-mesh cycles (docs/results.md)"
@@ -194,8 +193,8 @@ def _sharing(case: Case, cycles: int | None, as_json: bool, quiet: bool) -> None
         )
 
 
-def _cell(value: float | None) -> str:
-    return f"{'–' if value is None else factor(value):>12}"
+def _factor(value: float | None) -> str:
+    return "–" if value is None else factor(value)
 
 
 PAGE = Path("comparison.html")

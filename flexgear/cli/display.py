@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any
 
+import numpy as np
 import typer
 
 from flexgear.files.atomic import plain
@@ -135,12 +136,20 @@ def show_verdicts(verdicts: Sequence[Verdict]) -> None:
             typer.echo(f"  {'':<{width}}    {text}")
 
 
-def columns(rows: Sequence[Sequence[str]], before: str = "  ") -> None:
-    """Rows of equally many cells, as wide as the widest of a column; the first row is a heading."""
-    widths = [max(map(len, cells)) for cells in zip(*rows, strict=True)]
-    for row in rows:
-        line = "  ".join(f"{cell:<{width}}" for cell, width in zip(row, widths, strict=True))
-        typer.echo(before + line.rstrip())
+def columns(rows: Iterable[Sequence[str]], sides: str = "<") -> None:
+    """Rows of equally many cells, as wide as the widest of a column; sides: "<" left, ">" right of
+    each column, the last one of all that follow."""
+    cells = [list(row) for row in rows]
+    widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
+    sides = sides.ljust(len(widths), sides[-1])
+    for row in cells:
+        texts = (f"{c:{side}{w}}" for c, side, w in zip(row, sides, widths, strict=True))
+        typer.echo(f"  {'  '.join(texts)}".rstrip())
+
+
+def evenly_spaced(count: int, most: int) -> list[int]:
+    """Numbers of at most so many of ``count`` rows, with both ends."""
+    return np.unique(np.linspace(0, count - 1, min(count, most)).astype(int)).tolist()
 
 
 def key_table(key: str, figures: Mapping[str, Any], before: str = "") -> None:

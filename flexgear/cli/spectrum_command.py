@@ -8,7 +8,7 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
-from flexgear.cli.display import as_json_text, progress
+from flexgear.cli.display import as_json_text, columns, evenly_spaced, progress
 from flexgear.cli.options import AsJson, CaseName, Quiet, Settings, file_option, settings_of
 from flexgear.files.atomic import file_target, write_bytes
 from flexgear.files.load_table import table_of_bins
@@ -89,14 +89,11 @@ def _print(bins: tuple[LoadBin, ...], first: str) -> None:
     """A line for each bin, of many so many, with both ends; then the sums."""
     typer.echo(f"speed, torque and load of {first}")
     lasting, extreme = [b for b in bins if not b.extreme], [b for b in bins if b.extreme]
-    lines = np.unique(np.linspace(0, len(lasting) - 1, min(len(lasting), MOST_ROWS)).astype(int))
-    rows = [COLUMNS, *(_row(b, first) for b in [*(lasting[k] for k in lines), *extreme])]
+    lines = evenly_spaced(len(lasting), MOST_ROWS)
     turns = sum(b.turns(b.speed[first]) for b in lasting)
-    rows.append(("all", f"{sum(b.hours for b in lasting):.6g}", f"{turns:.6g}", "", "", "", ""))
-    widths = [max(len(row[c]) for row in rows) for c in range(len(COLUMNS))]
-    for row in rows:
-        cells = [f"{row[0]:<{widths[0]}}", *map("{:>{}}".format, row[1:], widths[1:])]
-        typer.echo(f"  {'  '.join(cells)}".rstrip())
+    total = ("all", f"{sum(b.hours for b in lasting):.6g}", f"{turns:.6g}", "", "", "", "")
+    rows = (_row(b, first) for b in [*(lasting[k] for k in lines), *extreme])
+    columns([COLUMNS, *rows, total], "<>")
     if len(lines) < len(lasting):
         typer.echo(f"  {len(lines)} of {len(lasting)} bins with a duration; --out writes all")
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Any
@@ -13,7 +12,15 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from flexgear.cli import options
-from flexgear.cli.display import Report, as_json_text, progress, resumable, value_text
+from flexgear.cli.display import (
+    Report,
+    as_json_text,
+    columns,
+    evenly_spaced,
+    progress,
+    resumable,
+    value_text,
+)
 from flexgear.files.atomic import file_target, staged_folder
 from flexgear.model.errors import InputError
 from flexgear.results.dataset_file import write_netcdf
@@ -167,15 +174,15 @@ def _tables(data: xr.Dataset) -> None:
         factor, unit = scale_of(field)
         for title, part in _parts(field):
             heading = f"{', '.join(filter(None, (name.replace('_', ' '), title)))} ({unit})"
-            columns, values = _columns(part, factor)
+            titles, values = _columns(part, factor)
             if len(values) > 1 and _is_constant(values):
-                pairs = [f"{c} {v:.6g}" for c, v in zip(columns, values[0], strict=True)]
+                pairs = [f"{c} {v:.6g}" for c, v in zip(titles, values[0], strict=True)]
                 more = len(pairs) - MOST_COLUMNS
                 texts = ", ".join(pairs[:MOST_COLUMNS]) + (f" … {more} more" if more > 0 else "")
                 typer.echo(f"\n{heading}: the same at every point, {texts}")
             else:
                 typer.echo(f"\n{heading}")
-                _table(part, columns, values)
+                _table(part, titles, values)
 
 
 def _parts(field: xr.DataArray) -> Iterator[tuple[str, xr.DataArray]]:
@@ -191,8 +198,8 @@ def _columns(part: xr.DataArray, factor: float) -> tuple[list[str], NDArray[np.f
     keys = keys_of(part)
     inner = [d for d in part.dims if d not in keys]
     labels = part[inner[0]].to_numpy().tolist() if inner else ["value"]
-    columns = [f"{inner[0]} {t}" if isinstance(t, int) else str(t) for t in labels]
-    return columns, part.transpose(*keys, *inner).to_numpy().reshape(-1, len(columns)) * factor
+    titles = [f"{inner[0]} {t}" if isinstance(t, int) else str(t) for t in labels]
+    return titles, part.transpose(*keys, *inner).to_numpy().reshape(-1, len(titles)) * factor
 
 
 def _is_constant(values: NDArray[np.float64]) -> bool:
@@ -201,24 +208,27 @@ def _is_constant(values: NDArray[np.float64]) -> bool:
     return bool(np.all(spread <= ROUNDING * np.abs(values).max(axis=0)))
 
 
-def _table(part: xr.DataArray, columns: list[str], values: NDArray[np.float64]) -> None:
+def _table(part: xr.DataArray, titles: list[str], values: NDArray[np.float64]) -> None:
     """A line for each point; of many points so many lines, evenly spaced, with both ends."""
     keys = keys_of(part)
     points = list(np.ndindex(*(part.sizes[k] for k in keys)))
-    lines = np.unique(np.linspace(0, len(points) - 1, min(len(points), MOST_ROWS)).astype(int))
+    lines = evenly_spaced(len(points), MOST_ROWS)
     rows = [
         [*(value_text(part[k][i].item()) for k, i in zip(keys, points[p], strict=True)),
-         *(f"{v:.6g}" if math.isfinite(v) else "–" for v in values[p, :MOST_COLUMNS])]
+         *map(value_text, values[p, :MOST_COLUMNS].tolist())]
         for p in lines
     ]  # fmt: skip
-    head = [*(_headed(part[k]) for k in keys), *columns[:MOST_COLUMNS]]
-    widths = [max(len(row[c]) for row in [head, *rows]) for c in range(len(head))]
-    more = len(columns) - MOST_COLUMNS
-    for row in [head, *rows]:
-        line = "  ".join(f"{text:>{w}}" for text, w in zip(row, widths, strict=True))
-        typer.echo(f"  {line}" + (f"  … {more} more" if more > 0 and row is head else ""))
-    if len(lines) < len(points):
-        typer.echo(f"  {len(lines)} of {len(points)} points; the dataset has all")
+    columns([[*(_headed(part[k]) for k in keys), *titles[:MOST_COLUMNS]], *rows], ">")
+    cut = [
+        f"{shown} of {count} {what}"
+        for shown, count, what in (
+            (len(lines), len(points), "points"),
+            (MOST_COLUMNS, len(titles), "columns"),
+        )
+        if shown < count
+    ]
+    if cut:
+        typer.echo(f"  {' and '.join(cut)}; the dataset has all")
 
 
 def _headed(ticks: xr.DataArray) -> str:
