@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import typer
@@ -51,9 +51,6 @@ from flexgear.solve.result_warnings import (
 )
 from flexgear.solve.static import position_figures
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
 
 @dataclass(frozen=True)
 class Output:
@@ -62,7 +59,7 @@ class Output:
 
     as_json: bool
     out: Path | None = None
-    chart: Callable[[xr.Dataset], Figure] | None = None
+    chart: Callable[[xr.Dataset], Any] | None = None
 
     def claim(self, origin: Origin, force: bool) -> None:
         """Check before the work that dataset and picture may be written; a picture that stands
