@@ -7,8 +7,8 @@ likely which load sharing is.
 """
 
 import flexgear as fg
+from flexgear.views.study_charts import tolerance_chart
 from flexgear.views.style import save_figure
-from flexgear.views.tolerance_charts import tolerance_chart
 
 case = fg.load_case("herringbone", {
     "tolerance.samples": 100,

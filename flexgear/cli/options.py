@@ -165,6 +165,7 @@ RATING = (
     "reserves.png",
     "damage.png",
     "duration.png",
+    "ring.png",
 )
 _KINDS = {"run": "run", "check": "check", "tolerance": "tolerance study", "rating": "rating"}
 

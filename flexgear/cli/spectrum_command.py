@@ -11,7 +11,7 @@ import typer
 from flexgear.cli.display import as_json_text, columns, evenly_spaced, progress
 from flexgear.cli.options import AsJson, CaseName, Quiet, Settings, file_option, settings_of
 from flexgear.files.atomic import file_target, write_bytes
-from flexgear.files.load_table import table_of_bins
+from flexgear.files.load_files import table_of_bins
 from flexgear.gears.load_bins import LoadBin
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
@@ -19,7 +19,7 @@ from flexgear.model.load import load_case
 from flexgear.model.units import RPM
 from flexgear.solve.load_series import EXPONENTS, SeriesBins, bins_of_series, bins_with_series
 from flexgear.views import style
-from flexgear.views.load_duration import load_duration_chart
+from flexgear.views.study_charts import load_duration_chart
 
 MOST_ROWS = 24  # of bins that are printed
 COLUMNS = ("bin", "hours", "turns", "speed, r/min", "torque, kN m", "force, kN", "moment, kN m")

@@ -34,10 +34,14 @@ from flexgear.results.report.wording import number, with_unit, words
 from flexgear.results.tolerance_dataset import tolerance_summary
 from flexgear.studies import rating as ratings
 from flexgear.studies import tolerance as tolerances
-from flexgear.views.load_duration import load_duration_chart
-from flexgear.views.rating_charts import damage_chart, safety_chart
 from flexgear.views.report import Picture, saved_picture, write_study
-from flexgear.views.tolerance_charts import tolerance_chart
+from flexgear.views.study_charts import (
+    damage_chart,
+    load_duration_chart,
+    ring_safety_chart,
+    safety_chart,
+    tolerance_chart,
+)
 
 PICTURES = {  # by their figures in the summary: name of the statistics, file
     "load_sharing": ("load_sharing", "tolerance"),
@@ -116,6 +120,12 @@ def _rating_pictures(rating: Rating, folder: Path) -> Iterator[Picture]:
         figures["duration"] = (
             SPECTRUM, "Load duration", load_duration_chart(rating.bins, first),
             f"For how many turns of {words(first)} each torque lasts, by load bins.",
+        )  # fmt: skip
+    if data.sizes["ring_tooth"]:
+        figures["ring"] = (
+            RATING, "Safety of the ring's teeth", ring_safety_chart(data),
+            "Computed stresses against the norm's life curves, beyond ISO 6336, tooth by tooth; "
+            "what a load that stands does to a sector of a standing ring, it does for ever.",
         )  # fmt: skip
     for name, (section, caption, figure, sentence) in figures.items():
         yield saved_picture(figure, folder, name, section, caption, spelled(sentence))

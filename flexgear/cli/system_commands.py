@@ -108,7 +108,7 @@ def _libraries() -> Finding:
     missing = {name: package for name, package in LIBRARIES.items() if not _loads(name)}
     if not missing:
         return Finding("system libraries", f"all {len(LIBRARIES)} there")
-    from flexgear.views.probe import apt_line
+    from flexgear.views.render import apt_line
 
     return Finding(
         "system libraries", f"{', '.join(missing)} missing", apt_line(" ".join(missing.values()))
@@ -126,7 +126,7 @@ def _loads(library: str) -> bool:
 def _rendering() -> Finding:
     """Whether a three-dimensional picture can be drawn without a display."""
     from flexgear.model.errors import FlexgearError
-    from flexgear.views.probe import apt_line, require_rendering
+    from flexgear.views.render import apt_line, require_rendering
 
     try:
         require_rendering()

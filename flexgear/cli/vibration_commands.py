@@ -26,9 +26,12 @@ from flexgear.solve.response import response as steady_states
 from flexgear.solve.stability import SPEEDS
 from flexgear.solve.stability import stability as over_speed
 from flexgear.solve.turning_points import BESIDE, KINDS
-from flexgear.views.linear_response_chart import linear_response_chart
-from flexgear.views.response_chart import response_chart
-from flexgear.views.stability_chart import bands_of, stability_chart
+from flexgear.views.vibration_charts import (
+    bands_of,
+    linear_response_chart,
+    response_chart,
+    stability_chart,
+)
 
 LISTED = 12  # resonances, jumps and ranges that the screen lists
 LEAST_SHARE = 0.01  # of a peak: a mode with less is not named

@@ -23,7 +23,7 @@ from typing import NamedTuple
 import numpy as np
 
 from flexgear.arrays import Array
-from flexgear.files.channels import read_channels
+from flexgear.files.load_files import read_channels
 from flexgear.gears.load_bins import HOUR, LoadBin, bins_of_load_cases
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.case import Case

@@ -1,4 +1,5 @@
-"""Spectra over orders with the lines that are expected there, run-up maps, averages over a turn."""
+"""Spectra over orders with the lines that are expected there, run-up maps, averages over a turn;
+what sensors measure."""
 
 from __future__ import annotations
 
@@ -13,11 +14,21 @@ from matplotlib.lines import Line2D
 
 from flexgear.arrays import Array
 from flexgear.gears.expected_lines import BEARING, SIDEBAND, TOOTH_FAULT, ExpectedLine
+from flexgear.model.errors import InputError
 from flexgear.model.names import GEAR_MESH, PLANET_PASS, SHAFT
 from flexgear.model.units import RPM
+from flexgear.results.orders import (
+    case_of,
+    expected_orders,
+    first_input,
+    history_over_turns,
+    order_spectrum,
+)
 from flexgear.results.report.wording import scale, words
+from flexgear.results.sinks import SENSOR_TIME
 from flexgear.views.style import (
     SEQUENTIAL_MAP,
+    cell_edges,
     legend_below,
     panels,
     planet_colour,
@@ -55,7 +66,7 @@ def curves(values: xr.DataArray, along: str) -> Iterator[tuple[str, Array]]:
 
 
 @styled
-def order_chart(spectrum: xr.DataArray, lines: Lines = (), title: str = "") -> Figure:
+def order_chart(spectrum: xr.DataArray, lines: Lines = ()) -> Figure:
     """Amplitudes of a spectrum (order, …) on a logarithmic scale, a curve for each of the other
     axes; expected lines below them, by kind."""
     order = spectrum["order"].to_numpy()
@@ -74,10 +85,11 @@ def order_chart(spectrum: xr.DataArray, lines: Lines = (), title: str = "") -> F
     ax.set_ylim(by * largest * 10.0**-DECADES, 2 * by * largest)
     ax.set_xlim(0.0, float(order[-1]))
     handles = _mark(ax, lines, float(order[-1]))
+    _name_harmonics(ax, lines, float(order[-1]))
     turns, window = spectrum.attrs["turns"], spectrum.attrs["window"]
     ax.set_xlabel(f"order of {spectrum.attrs['of']} (–); {window} window, {turns:.4g} turns")
     ax.set_ylabel(f"amplitude ({unit})")
-    ax.set_title(title or f"Amplitude of {words(str(spectrum.name))}", pad=14)
+    ax.set_title(f"Amplitude of {words(str(spectrum.name))}", pad=14)
     named = [line for line in ax.lines if not str(line.get_label()).startswith("_")]
     if named or handles:
         legend_below(figure, [*named, *handles], COLUMNS)
@@ -85,7 +97,7 @@ def order_chart(spectrum: xr.DataArray, lines: Lines = (), title: str = "") -> F
 
 
 def _mark(axes: Axes, lines: Lines, highest: float) -> list[Line2D]:
-    """Expected lines across the panel, gear meshes with their harmonic; entries of the legend."""
+    """Expected lines across the panel; entries of the legend."""
     kinds: list[str] = []
     drawn = set[tuple[str, float]]()
     for line, order in lines:
@@ -97,7 +109,6 @@ def _mark(axes: Axes, lines: Lines, highest: float) -> list[Line2D]:
         axes.axvline(order, color=colour, ls=style, lw=0.8, zorder=0.5)
         if line.kind not in kinds:
             kinds.append(line.kind)
-    _name_harmonics(axes, lines, highest)
     return [
         Line2D([], [], color=LOOKS[kind][0], ls=LOOKS[kind][1], lw=1.0, label=f"expected: {kind}")
         for kind in kinds
@@ -135,7 +146,7 @@ def order_map_chart(mapped: xr.DataArray, lines: Lines = (), title: str = "") ->
     figure, axes = panels(1, 1, height_mm=110)
     ax = axes[0, 0]
     image = ax.pcolormesh(
-        _edges(order), _edges(up[rows]), level, cmap=SEQUENTIAL_MAP, rasterized=True,
+        cell_edges(order), cell_edges(up[rows]), level, cmap=SEQUENTIAL_MAP, rasterized=True,
         vmin=np.log10(by * tiny), vmax=np.log10(by * max(largest, tiny)),
     )  # fmt: skip
     ax.grid(False)
@@ -166,16 +177,8 @@ def _pooled(mapped: xr.DataArray) -> xr.DataArray:
     return pooled.assign_coords(rows).transpose("block", "order")
 
 
-def _edges(middles: Array) -> Array:
-    """Edges (n + 1,) of cells with these middles (n,)."""
-    if len(middles) == 1:
-        return np.array([middles[0] - 0.5, middles[0] + 0.5])
-    between = 0.5 * (middles[1:] + middles[:-1])
-    return np.concatenate([[2 * middles[0] - between[0]], between, [2 * middles[-1] - between[-1]]])
-
-
 @styled
-def average_chart(mean: xr.DataArray, title: str = "") -> Figure:
+def average_chart(mean: xr.DataArray) -> Figure:
     """Means over a turn, a panel for each planet or all in one."""
     parts = list(mean.transpose("planet", ...)) if "planet" in mean.dims else [mean]
     largest = float(np.abs(mean).max())
@@ -189,9 +192,89 @@ def average_chart(mean: xr.DataArray, title: str = "") -> Figure:
         if "planet" in part.coords and "planet" in mean.dims:
             ax.set_title(f"planet {int(part['planet'])}")
     axes[-1, 0].set_xlabel(f"{mean['phase'].attrs['long_name']} (–)")
-    text = f"{title or words(str(mean.name)).capitalize()}, mean of {mean.attrs['turns']} turns"
+    text = f"{words(str(mean.name)).capitalize()}, mean of {mean.attrs['turns']} turns"
     figure.suptitle(text, fontsize=9.5, weight="bold")
     named = [x for x in axes[0, 0].lines if not str(x.get_label()).startswith("_")]
     if named:
         legend_below(figure, named, COLUMNS)
+    return figure
+
+
+SHOWN = {  # unit and factor of a quantity in pictures
+    "acceleration": ("m/s²", 1.0), "velocity": ("mm/s", 1e3), "displacement": ("µm", 1e6),
+    "strain": ("µm/m", 1e6), "speed": ("rad/s", 1.0), "torque": ("N m", 1.0),
+}  # fmt: skip
+STATIC = {"m": "displacement", "1": "strain", "N m": "torque"}
+SENSOR_DECADES = 7  # of a spectrum, below its highest line
+MOST_SHOWN = 4000  # samples of a history
+MOST = 2**17  # of a spectrum, the last ones
+KINDS = (GEAR_MESH, SIDEBAND, SHAFT, PLANET_PASS)  # of expected lines
+
+
+@styled
+def sensors_chart(data: xr.Dataset) -> Figure:
+    """Every sensor of a transient: its last samples, and amplitudes of the dataset by orders of the
+    first input, with the lines that are expected there."""
+    signal = data["sensor_signal"].isel({SENSOR_TIME: slice(-MOST_SHOWN, None)})
+    time, names = signal[SENSOR_TIME].to_numpy(), signal["sensor"].to_numpy()
+    figure, axes = panels(len(names), 2, height_mm=28 + 42 * len(names), sharex="col")
+    (spectrum, lines), handles = _orders(data), list[Line2D]()
+    for k, ((left, right), name) in enumerate(zip(axes, names, strict=True)):
+        quantity = str(signal["sensor_quantity"][k].item())
+        unit, factor = SHOWN[quantity]
+        values = factor * signal.sel(sensor=name).to_numpy().astype(float)
+        left.plot(time, values, lw=0.7)
+        left.set_title(f"{name}: {values.min():.4g} … {values.max():.4g} {unit}")
+        left.set_ylabel(f"{quantity} ({unit})")
+        if spectrum is None:
+            right.set_visible(False)
+            continue
+        amplitude = factor * spectrum.sel(sensor=name).to_numpy()
+        top = float(amplitude.max(initial=0.0)) or 1.0
+        handles = _mark(right, lines, float(spectrum["order"][-1]))
+        right.semilogy(spectrum["order"], amplitude, lw=0.7)
+        right.set_ylim(2 * top * 10.0**-SENSOR_DECADES, 3 * top)
+        right.set_xlim(0, float(spectrum["order"][-1]))
+        right.set_title(f"{name}: amplitudes by order")
+        right.set_ylabel(f"amplitude ({unit})")
+    axes[-1, 0].set_xlabel("time (s)")
+    if spectrum is not None:
+        axes[-1, 1].set_xlabel(f"order of {spectrum.attrs['of']} (–)")
+    if handles:
+        legend_below(figure, handles, len(handles))
+    figure.align_ylabels(axes)
+    return figure
+
+
+def _orders(data: xr.Dataset) -> tuple[xr.DataArray | None, list[tuple[ExpectedLine, float]]]:
+    """Order spectrum of the end of a dataset's signals, and the lines of teeth, shafts and planets
+    in its range; none of a train that does not turn one way."""
+    last = data.isel({SENSOR_TIME: slice(-MOST, None)})
+    member = first_input(data)
+    try:
+        spectrum = order_spectrum(history_over_turns(last, "sensor_signal", member))
+        expected = expected_orders(case_of(data), member)
+    except InputError:
+        return None, []
+    highest = float(spectrum["order"][-1])
+    return spectrum, [x for x in expected if x[1] <= highest and x[0].kind in KINDS]
+
+
+@styled
+def static_sensors_chart(data: xr.Dataset) -> Figure:
+    """Every sensor that has a value in equilibrium, over the rotation of the reference member."""
+    static = data["sensor_static"]
+    degrees = np.degrees(data["input_angle"].to_numpy()[:, 0])
+    names = static["static_sensor"].to_numpy()
+    figure, axes = panels(len(names), 1, height_mm=16 + 34 * len(names), sharex=True)
+    for ax, name in zip(axes[:, 0], names, strict=True):
+        of_sensor = static.sel(static_sensor=name)
+        quantity = STATIC[str(of_sensor["static_sensor_unit"].item())]
+        unit, factor = SHOWN[quantity]
+        values = factor * of_sensor.to_numpy()
+        ax.plot(degrees, values, lw=0.9)
+        ax.set_title(f"{name}: {values.min():.4g} … {values.max():.4g} {unit}")
+        ax.set_ylabel(f"{quantity} ({unit})")
+    axes[-1, 0].set_xlabel("rotation of the reference member (°)")
+    figure.align_ylabels(axes[:, 0])
     return figure

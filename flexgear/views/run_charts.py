@@ -31,14 +31,11 @@ from flexgear.views import charts, face_load_charts, histories, loads, sharing_c
 from flexgear.views.chart import Chart, Drawing, NotDrawn, Subjects
 from flexgear.views.charts import figure_bars
 from flexgear.views.face_load_charts import root_stress_chart, tooth_rows_chart
-from flexgear.views.linear_response_chart import linear_response_chart
 from flexgear.views.mode_charts import campbell_chart, modes_chart
-from flexgear.views.order_charts import order_chart
-from flexgear.views.response_chart import response_chart
+from flexgear.views.order_charts import order_chart, sensors_chart, static_sensors_chart
 from flexgear.views.select import thinned, within_window
-from flexgear.views.sensor_charts import sensors_chart, static_sensors_chart
-from flexgear.views.stability_chart import stability_chart
 from flexgear.views.stage_drawing import flank_drawing, front_drawing, section_drawing
+from flexgear.views.vibration_charts import linear_response_chart, response_chart, stability_chart
 
 DPI = 150  # of pictures, which are as wide as a page
 MOST_SHOWN = 4000  # samples of a transient in a picture
@@ -196,8 +193,7 @@ def _mode_shapes(body: str, field: xr.Dataset, bodies: int) -> Drawing:
 def _rendered(scene: Sequence[Mapping[str, Any]], *shape: Any, **options: Any) -> Drawing:
     """A 3D picture for the file and the scene that replaces it on a screen; NotDrawn where this
     machine cannot render."""
-    from flexgear.views.probe import require_rendering
-    from flexgear.views.render import render_deformed
+    from flexgear.views.render import render_deformed, require_rendering
 
     try:
         require_rendering()

@@ -29,6 +29,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, MaxNLocator, MultipleLocator
 from numpy.typing import NDArray
 
+from flexgear.arrays import Array
 from flexgear.files.atomic import atomic_file
 from flexgear.model.errors import FlexgearError
 
@@ -171,6 +172,14 @@ def least_span(axes: Axes, share: float) -> None:
     half = 0.5 * share * abs(middle)
     if high - low < 2 * half:
         axes.set_ylim(middle - half, middle + half)
+
+
+def cell_edges(middles: Array) -> Array:
+    """Edges (n + 1,) of cells with these middles (n,), half way between them."""
+    if len(middles) == 1:
+        return np.array([middles[0] - 0.5, middles[0] + 0.5])
+    between = 0.5 * (middles[1:] + middles[:-1])
+    return np.concatenate([[2 * middles[0] - between[0]], between, [2 * middles[-1] - between[-1]]])
 
 
 def planet_colour(planet: int) -> str:

@@ -33,6 +33,7 @@ from flexgear.views.style import (
     NEUTRAL,
     PLANET_COLOURS,
     SEQUENTIAL_MAP,
+    cell_edges,
     least_span,
     legend_below,
     panels,
@@ -148,13 +149,16 @@ def _maps(field: xr.DataArray, keys: list[str], label: str) -> Figure:
     parts = list(_panels(_first_definition(field), keys, keep=0))[:MOST_PANELS]
     figure, _, flat = _grid(len(parts))
     for ax, (title, part) in zip(flat, parts, strict=False):
-        x, y = _positions(part[keys[0]]), _positions(part[keys[1]])
-        log = [_logarithmic(part[k]) for k in keys]
+        x, y = (
+            np.exp(cell_edges(np.log(at))) if _logarithmic(part[key]) else cell_edges(at)
+            for key in keys
+            for at in [_positions(part[key])]
+        )
         image = np.ma.masked_invalid(part.transpose(keys[1], keys[0]).to_numpy())
         low, high = float(image.min()), float(image.max())
         room = max(0.0, LEAST_SPAN * max(abs(low), abs(high)) - (high - low)) / 2
         drawn = ax.pcolormesh(
-            _edges(x, log[0]), _edges(y, log[1]), image, cmap=SEQUENTIAL_MAP, rasterized=True,
+            x, y, image, cmap=SEQUENTIAL_MAP, rasterized=True,
             vmin=low - room, vmax=high + room,
         )  # fmt: skip
         figure.colorbar(drawn, ax=ax, label=label, pad=0.01)
@@ -282,17 +286,6 @@ def _positions(ticks: xr.DataArray) -> Array:
     if ticks.dtype.kind in "if":
         return np.asarray(ticks, dtype=float)
     return np.arange(ticks.size, dtype=float)
-
-
-def _edges(x: Array, logarithmic: bool) -> Array:
-    """Edges of cells round points, half way between them."""
-    at = np.log(x) if logarithmic else x
-    if len(at) == 1:
-        edges = np.array([at[0] - 0.5, at[0] + 0.5])
-    else:
-        middle = 0.5 * (at[1:] + at[:-1])
-        edges = np.concatenate([[2 * at[0] - middle[0]], middle, [2 * at[-1] - middle[-1]]])
-    return np.exp(edges) if logarithmic else edges
 
 
 def _grid(count: int) -> tuple[Figure, Any, list[Axes]]:

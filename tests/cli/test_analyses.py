@@ -7,7 +7,7 @@ import pytest
 from stage_samples import doubtful_stage, made_of
 from trains import free_stage
 
-from flexgear.cli import body_commands
+from flexgear.cli import exchange_commands
 from flexgear.results.dataset_file import load
 
 
@@ -72,7 +72,7 @@ def test_a_static_error_above_the_promise_is_one_line_with_what_to_do(
     flexgear, monkeypatch, command
 ):
     monkeypatch.setattr("flexgear.solve.bodies.stage_bodies", lambda s, *_: doubtful_stage(s))
-    monkeypatch.setattr(body_commands, "fe_sources", made_of(doubtful_stage))
+    monkeypatch.setattr(exchange_commands, "fe_sources", made_of(doubtful_stage))
     name, *more = command
     code, text, err = flexgear(name, "wind-5mw", *more, "--json", "-q")
     assert code == 0

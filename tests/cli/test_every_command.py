@@ -9,7 +9,7 @@ from coupled import CLEAN
 from stage_samples import bodies_of, made_of
 from train_contexts import BUNDLED
 
-from flexgear.cli import body_commands
+from flexgear.cli import exchange_commands
 from flexgear.cli.entry import app, run
 from flexgear.model.load import bundled_cases, load_case
 from flexgear.results.summary import json_schema
@@ -77,7 +77,7 @@ def on_cheap_bodies(patch, cache):
     patch.setenv("FLEXGEAR_CACHE", str(cache))
     patch.setattr("flexgear.solve.bodies.stage_bodies", lambda s, *_: bodies_of(s))
     patch.setattr("flexgear.studies.sweep.stage_bodies", lambda s, *_: bodies_of(s))
-    patch.setattr(body_commands, "fe_sources", made_of(bodies_of))
+    patch.setattr(exchange_commands, "fe_sources", made_of(bodies_of))
 
 
 @pytest.fixture(autouse=True)

@@ -8,7 +8,7 @@ from reduced_samples import beam, frequencies
 from rexs_samples import planetary, three_stages
 from stage_samples import made_of
 
-from flexgear.cli import body_commands
+from flexgear.cli import exchange_commands
 from flexgear.files.matrices.exchange import read_reduced
 from flexgear.structures.reduced import ReducedBody
 
@@ -52,7 +52,7 @@ def test_export_of_reduced_bodies(flexgear, tmp_path, monkeypatch, form):
         none.astype(int), b.recovery.astype(np.float32),
     )  # fmt: skip
     sources = made_of(lambda stage: dict.fromkeys(stage.fe_bodies, body))
-    monkeypatch.setattr(body_commands, "fe_sources", sources)
+    monkeypatch.setattr(exchange_commands, "fe_sources", sources)
     command = ["export", "wind-5mw", "--reduced", tmp_path / "out", "--format", form, "-q"]
     flexgear.quiet(*command, "--recovery")
     for name in ("ring", "carrier"):

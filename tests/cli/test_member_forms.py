@@ -6,7 +6,7 @@ import pytest
 from report_pages import OF_RUNS, require_sound
 from stage_samples import made_of, stiff_stage
 
-from flexgear.cli import body_commands
+from flexgear.cli import exchange_commands
 
 STAGE = """
 title = "Small stage"
@@ -134,7 +134,7 @@ def case(request, flexgear, tmp_path, monkeypatch):
     monkeypatch.setenv("FLEXGEAR_CACHE", str(tmp_path / "cache"))
     for place in ("solve.bodies", "studies.sweep"):
         monkeypatch.setattr(f"flexgear.{place}.stage_bodies", lambda s, *_: stiff_stage(s))
-    monkeypatch.setattr(body_commands, "fe_sources", made_of(stiff_stage))
+    monkeypatch.setattr(exchange_commands, "fe_sources", made_of(stiff_stage))
     path = tmp_path / "mine.toml"
     path.write_text(text(CHOICES.get(request.param, (request.param,))))
     monkeypatch.chdir(tmp_path)

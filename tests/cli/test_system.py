@@ -16,7 +16,7 @@ from flexgear.structures.reduced import ReducedBody
 @pytest.fixture(autouse=True)
 def healthy(monkeypatch, tmp_path):
     monkeypatch.setenv("FLEXGEAR_CACHE", str(tmp_path / "cache"))
-    monkeypatch.setattr("flexgear.views.probe.require_rendering", lambda: None)
+    monkeypatch.setattr("flexgear.views.render.require_rendering", lambda: None)
     monkeypatch.setattr(system_commands, "_loads", lambda library: True)
     monkeypatch.setattr(importlib.metadata, "requires", lambda name: ["numpy>=1.26", "x>=1; extra"])
 
@@ -61,7 +61,7 @@ def test_rendering_cache_and_disk(flexgear, monkeypatch):
     def refuses():
         raise FlexgearError("no GL")
 
-    monkeypatch.setattr("flexgear.views.probe.require_rendering", refuses)
+    monkeypatch.setattr("flexgear.views.render.require_rendering", refuses)
     monkeypatch.setattr(system_commands, "_writable", lambda folder: folder.name != "cache")
     usage = shutil.disk_usage("/")._replace(free=1 << 20)
     monkeypatch.setattr(shutil, "disk_usage", lambda place: usage)

@@ -10,11 +10,11 @@ from hypothesis import strategies as st
 from openfast_files import write_out, write_outb
 from small_train import SMALL
 
-from flexgear.files.load_table import table_of_bins
+from flexgear.files.load_files import table_of_bins
 from flexgear.model.errors import InputError
 from flexgear.model.load import load_case
 from flexgear.solve.load_series import HOUR, bins_of_series, load_bins
-from flexgear.views.load_duration import load_duration_chart
+from flexgear.views.study_charts import load_duration_chart
 
 TRAIN = SMALL.replace("teeth = 60", "teeth = 60, addendum = 0.8")  # no interference
 IN = "stage_1.carrier"

@@ -7,29 +7,29 @@ import numpy as np
 import pytest
 
 from flexgear.model.errors import FlexgearError
-from flexgear.views import probe, render
+from flexgear.views import render
 
 needs_gl = pytest.mark.skipif(
-    not probe.rendering_available(), reason="no OpenGL library for offscreen rendering"
+    not render.rendering_available(), reason="no OpenGL library for offscreen rendering"
 )
 
 
 @pytest.fixture
 def fresh_probe(monkeypatch):
     """Forget what was probed, before and after."""
-    monkeypatch.setenv(probe.WINDOW_VARIABLE, "restored afterwards")
-    monkeypatch.delenv(probe.WINDOW_VARIABLE)
+    monkeypatch.setenv(render.WINDOW_VARIABLE, "restored afterwards")
+    monkeypatch.delenv(render.WINDOW_VARIABLE)
     monkeypatch.delenv("DISPLAY", raising=False)
-    probe.working_window.cache_clear()
+    render.working_window.cache_clear()
     yield monkeypatch
-    probe.working_window.cache_clear()
+    render.working_window.cache_clear()
 
 
 def test_segfault_in_the_probe_becomes_the_apt_line(fresh_probe):
-    fresh_probe.setattr(probe, "PROBE", "import os, signal; os.kill(os.getpid(), signal.SIGSEGV)")
-    assert not probe.rendering_available()
+    fresh_probe.setattr(render, "PROBE", "import os, signal; os.kill(os.getpid(), signal.SIGSEGV)")
+    assert not render.rendering_available()
     with pytest.raises(FlexgearError, match="signal 11") as caught:
-        probe.require_rendering()
+        render.require_rendering()
     line = (
         "apt-get install -y --no-install-recommends "
         "libgl1 libegl1 libglu1-mesa libxcursor1 libxft2 libxinerama1 libgomp1"
@@ -40,34 +40,34 @@ def test_segfault_in_the_probe_becomes_the_apt_line(fresh_probe):
 
 
 def test_hanging_probe_is_given_up(fresh_probe):
-    fresh_probe.setattr(probe, "PROBE", "import time; time.sleep(30)")
-    assert "no picture within" in probe.probe(None, timeout=0.3)
+    fresh_probe.setattr(render, "PROBE", "import time; time.sleep(30)")
+    assert "no picture within" in render.probe(None, timeout=0.3)
 
 
 def test_missing_library_is_named(fresh_probe):
-    fresh_probe.setattr(probe, "PROBE", "raise ImportError('libGL.so.1: cannot open')")
-    assert "libGL.so.1" in probe.probe(None, timeout=20)
+    fresh_probe.setattr(render, "PROBE", "raise ImportError('libGL.so.1: cannot open')")
+    assert "libGL.so.1" in render.probe(None, timeout=20)
 
 
 def test_osmesa_is_the_fallback(fresh_probe):
     fresh_probe.setattr(
-        probe,
+        render,
         "PROBE",
-        f"import os; raise SystemExit(os.environ.get('{probe.WINDOW_VARIABLE}') != "
-        f"'{probe.OSMESA}')",
+        f"import os; raise SystemExit(os.environ.get('{render.WINDOW_VARIABLE}') != "
+        f"'{render.OSMESA}')",
     )
     fresh_probe.setenv("DISPLAY", "")
-    probe.require_rendering()
-    assert os.environ[probe.WINDOW_VARIABLE] == probe.OSMESA
+    render.require_rendering()
+    assert os.environ[render.WINDOW_VARIABLE] == render.OSMESA
 
 
 def test_probe_runs_once_a_process(fresh_probe):
     calls = []
     real = subprocess.run
-    fresh_probe.setattr(probe, "PROBE", "raise SystemExit(0)")
+    fresh_probe.setattr(render, "PROBE", "raise SystemExit(0)")
     fresh_probe.setattr(subprocess, "run", lambda *a, **k: calls.append(1) or real(*a, **k))
-    assert probe.rendering_available()
-    assert probe.rendering_available()
+    assert render.rendering_available()
+    assert render.rendering_available()
     assert len(calls) == 1
 
 

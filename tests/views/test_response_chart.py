@@ -5,7 +5,7 @@ import pytest
 import xarray as xr
 
 from flexgear.views.interactive import panels_of
-from flexgear.views.response_chart import pieces, response_chart
+from flexgear.views.vibration_charts import response_chart
 
 
 @pytest.fixture
@@ -35,12 +35,6 @@ def curve():
              "stability_change_kind": ("stability_change", [0, 0])}  # fmt: skip
     coords = {"gear_mesh": ["pair sun 1"], "measure": ["maximum", "minimum", "mean", "rms"]}
     return xr.Dataset(data, coords, {"over": "speed", "harmonics": 20})
-
-
-def test_stretches_of_one_stability_are_pieces(curve):
-    assert [(p.start, p.stop, p.stable) for p in pieces(curve)] == [
-        (0, 8, True), (8, 13, False), (13, 22, True),
-    ]  # fmt: skip
 
 
 def test_unstable_states_are_dashed_and_jumps_are_marked(curve):

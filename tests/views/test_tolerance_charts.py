@@ -5,8 +5,8 @@ import pytest
 from tolerance_results import study_data
 
 from flexgear.model.errors import FlexgearError
+from flexgear.views.study_charts import tolerance_chart
 from flexgear.views.style import save_figure
-from flexgear.views.tolerance_charts import tolerance_chart
 
 
 def words(figure):

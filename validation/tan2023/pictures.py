@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from flexgear.model.errors import FlexgearError
 from flexgear.model.names import BodyName, MemberName
 from flexgear.views import histories, loads
-from flexgear.views.probe import require_rendering
+from flexgear.views.render import require_rendering
 from flexgear.views.select import Window, within_window
 from flexgear.views.style import DEFORMED_COLOUR, ORIGINAL_COLOUR, panels, styled
 from tan2023.measures import RPM

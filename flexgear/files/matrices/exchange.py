@@ -29,8 +29,7 @@ from flexgear.files.matrices.body import (
     sound,
     table_text,
 )
-from flexgear.files.matrices.entries import read_abaqus, read_dmig
-from flexgear.files.matrices.op4 import op4_text, read_op4
+from flexgear.files.matrices.formats import op4_text, read_abaqus, read_dmig, read_op4
 from flexgear.model.errors import InputError
 from flexgear.model.input_file import DAMAGED, MOST_MATRICES, read_bytes
 

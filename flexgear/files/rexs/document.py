@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TypeVar
 
-from flexgear.files.rexs.units import SCHEMA_UNITS, factor
+from flexgear.files.rexs.tables import SCHEMA_UNITS, factor
 from flexgear.model.errors import InputError, echo
 
 SAME = 1e-9  # relative difference of two numbers that say the same

@@ -13,11 +13,11 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from flexgear.files.case_text import CaseText, Section, Value
-from flexgear.files.rexs import modification_table as table
+from flexgear.files.rexs import tables as table
 from flexgear.files.rexs.assembly import Assembly
 from flexgear.files.rexs.document import SAME, Component, Datum, Document, number, text
-from flexgear.files.rexs.modification_table import Word, outward, tooth_side, word_of
 from flexgear.files.rexs.stages import RexsStage, is_internal
+from flexgear.files.rexs.tables import Word, outward, tooth_side, word_of
 from flexgear.gears.flanks import tooth_sides
 
 

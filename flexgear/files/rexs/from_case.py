@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from flexgear.files.rexs import modification_table as table
+from flexgear.files.rexs import tables as table
 from flexgear.files.rexs.outgoing import (
     GearsOut,
     Outgoing,

@@ -20,7 +20,7 @@ from flexgear.files.rexs.assembly import Assembly, section_of
 from flexgear.files.rexs.document import Component, Datum, number
 from flexgear.files.rexs.flanks import FlankReader
 from flexgear.files.rexs.stages import RexsStage
-from flexgear.files.rexs.units import SCHEMA_UNITS
+from flexgear.files.rexs.tables import SCHEMA_UNITS
 from flexgear.model.member import Gear
 from flexgear.model.section import limits_of
 

@@ -11,9 +11,8 @@ import xml.etree.ElementTree as ET
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
-from flexgear.files.rexs import modification_table as table
-from flexgear.files.rexs.modification_table import Word, outward, word_of
-from flexgear.files.rexs.units import SCHEMA_UNITS, si_factor
+from flexgear.files.rexs import tables as table
+from flexgear.files.rexs.tables import SCHEMA_UNITS, Word, outward, si_factor, word_of
 from flexgear.gears.flanks import tooth_sides
 from flexgear.gears.geometry import StageGeometry
 from flexgear.gears.radii import gears_by_role, stage_radii

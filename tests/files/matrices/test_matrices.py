@@ -9,7 +9,7 @@ from reduced_samples import beam, frequencies, ring
 
 from flexgear.files.matrices.body import check, read_table, table_text
 from flexgear.files.matrices.exchange import FORMATS, read_reduced, write_reduced
-from flexgear.files.matrices.op4 import op4_text, read_op4
+from flexgear.files.matrices.formats import op4_text, read_op4
 from flexgear.model.errors import InputError
 
 BODIES = {"beam": beam, "ring": ring}

@@ -5,7 +5,7 @@ import pytest
 from rexs_samples import MM, NM, again, planetary
 
 from flexgear.files.rexs.from_case import model_of_case, not_written
-from flexgear.files.rexs.modification_table import FACES, tooth_side
+from flexgear.files.rexs.tables import FACES, tooth_side
 from flexgear.gears.flanks import flank_name, modified_flanks, tooth_sides
 from flexgear.gears.paths import stage_paths
 from flexgear.gears.power_flow import power_flow

@@ -1,0 +1,422 @@
+"""Formats of matrices: Nastran OP4 and DMIG, Abaqus and CalculiX.
+
+Nastran OP4: real matrices, written as text with 17 digits, read as text or binary. Record of a
+matrix: NCOL, NROW (< 0: rows in two words), form, type (1 single, 2 double), name of eight letters,
+in text the format of numbers; then columns ICOL, IROW, NW and NW words. IROW = 0 is a sparse column
+of strings, each headed by its length and first row: (L, IROW), or L 65536 + IROW in one word, with
+L the words of its numbers + 1. A column behind the last ends it. Source: MSC Nastran DMAP guide,
+OUTPUT4.
+
+Nastran DMIG bulk data: real matrices by grid point and component. DMIG NAME 0 IFO TIN …, then
+columns DMIG NAME GJ CJ _ G1 C1 A1 _ G2 C2 A2 …; IFO 6 is symmetric, given as one triangle. Fields
+of 8 letters, of 16 (DMIG*), or separated by commas; component 0 is a scalar point, a modal
+coordinate. Source: MSC Nastran quick reference guide.
+
+Abaqus and CalculiX: lines "node, component, node, component, value" of *MATRIX GENERATE, or *USER
+ELEMENT with the dofs of its nodes and *MATRIX, TYPE=STIFFNESS or MASS with one triangle row by row,
+as *SUBSTRUCTURE MATRIX OUTPUT writes.
+"""
+
+from __future__ import annotations
+
+import re
+import struct
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexgear.arrays import Array
+from flexgear.files.matrices.body import NodeTable, require_form
+from flexgear.model.errors import InputError
+
+_PER_LINE, _WIDTH = 3, 23
+_SQUARE, _SYMMETRIC, _RECTANGULAR = 1, 6, 2
+_SINGLE, _DOUBLE = 1, 2
+_KEY = 65536
+_LEAST = 1e-99
+
+
+def op4_text(matrices: Mapping[str, Array]) -> str:
+    """Dense matrices as OP4 text; names are cut to eight letters.
+
+    Numbers below 1e-99 are 0: their exponents do not fit the columns.
+    """
+    lines = []
+    for name, matrix in matrices.items():
+        rows, columns = matrix.shape
+        form = _RECTANGULAR
+        if rows == columns:
+            form = _SYMMETRIC if np.array_equal(matrix, matrix.T) else _SQUARE
+        head = f"{columns:8d}{rows:8d}{form:8d}{_DOUBLE:8d}{name.upper()[:8]:8s}"
+        lines.append(f"{head}1P,{_PER_LINE}E{_WIDTH}.16")
+        for k in range(columns):
+            filled = np.flatnonzero(matrix[:, k])
+            if len(filled):
+                first, last = int(filled[0]), int(filled[-1])
+                lines.append(f"{k + 1:8d}{first + 1:8d}{last - first + 1:8d}")
+                lines += _lines(matrix[first : last + 1, k])
+        lines.append(f"{columns + 1:8d}{1:8d}{1:8d}")
+        lines += _lines(np.array([np.sqrt(2.0)]))
+    return "\n".join(lines) + "\n"
+
+
+def _lines(values: Array) -> list[str]:
+    text = [f"{v:{_WIDTH}.16E}" for v in np.where(abs(values) < _LEAST, 0.0, values).tolist()]
+    return ["".join(text[k : k + _PER_LINE]) for k in range(0, len(text), _PER_LINE)]
+
+
+def read_op4(
+    data: bytes, where: str, require: Callable[[tuple[int, int], str], None] = lambda *_: None
+) -> dict[str, Array]:
+    """All real matrices of a file by name. InputError for a file that is no whole OP4.
+
+    require: refuses shapes (by name) before such a matrix is made.
+    """
+    binary = len(data) >= 8 and struct.unpack("<i", data[:4])[0] in (24, 24 << 24)
+    matrices: dict[str, Array] = {}
+    try:
+        source: _Text | _Binary = _Binary(data) if binary else _Text(data)
+        while not source.ended:
+            name, matrix = _matrix(source, require)
+            matrices[name] = matrix
+    except (IndexError, ValueError, struct.error, UnicodeDecodeError) as error:
+        raise InputError(
+            where, "OP4", f"cannot be read: {error or 'it ends too early'}",
+            "write real matrices with OUTPUT4, and the whole file",
+        ) from None  # fmt: skip
+    return matrices
+
+
+def _matrix(
+    source: _Text | _Binary, require: Callable[[tuple[int, int], str], None]
+) -> tuple[str, Array]:
+    columns, rows, kind, name = source.header()
+    require((abs(rows), columns), name)
+    if kind not in (_SINGLE, _DOUBLE):
+        raise ValueError(f"{name} is complex")
+    matrix = np.zeros((abs(rows), columns))
+    words = kind  # of a number
+    while True:
+        column, row, count = source.column()
+        if column > columns:
+            source.numbers(count, kind)
+            source.leave()
+            return name, matrix
+        if row > 0:
+            values = source.numbers(source.dense(count, words), kind)
+            matrix[row - 1 : row - 1 + len(values), column - 1] = values
+            continue
+        left = count
+        while left > 0:
+            length, first, used = source.string(wide=rows < 0)
+            values = source.numbers((length - 1) // words, kind)
+            matrix[first - 1 : first - 1 + len(values), column - 1] = values
+            left -= used + len(values) * words
+
+
+class _Text:
+    """OP4 as text."""
+
+    def __init__(self, data: bytes) -> None:
+        self.lines = data.decode("ascii").splitlines()
+        self.at, self.width = 0, _WIDTH
+        self.per = _PER_LINE
+
+    @property
+    def ended(self) -> bool:
+        """Whether nothing but blanks is left."""
+        return not any(line.strip() for line in self.lines[self.at : self.at + 4])
+
+    def _next(self) -> str:
+        self.at += 1
+        return self.lines[self.at - 1]
+
+    def header(self) -> tuple[int, int, int, str]:
+        """NCOL, NROW, type, name."""
+        line = self._next()
+        columns, rows, _, kind = (int(line[8 * k : 8 * k + 8]) for k in range(4))
+        match = re.search(r"(\d+)[ED](\d+)\.", line[40:])
+        if match is not None:
+            self.per, self.width = int(match[1]), int(match[2])
+        return columns, rows, kind, line[32:40].strip()
+
+    def column(self) -> tuple[int, int, int]:
+        """ICOL, IROW, NW."""
+        line = self._next()
+        return int(line[:8]), int(line[8:16]), int(line[16:24])
+
+    @staticmethod
+    def dense(count: int, words: int) -> int:
+        """Numbers in a dense column: text counts numbers."""
+        return count
+
+    def string(self, wide: bool) -> tuple[int, int, int]:
+        """L, IROW of a string and the words of its head."""
+        line = self._next()
+        if wide:
+            return int(line[:8]), int(line[8:16]), 2
+        key = int(line)
+        return key // _KEY, key % _KEY, 1
+
+    def numbers(self, count: int, kind: int) -> Array:
+        """The next numbers; a line is theirs alone."""
+        values: list[float] = []
+        while len(values) < count:
+            line = self._next().rstrip().replace("D", "E")
+            values += [float(line[k : k + self.width]) for k in range(0, len(line), self.width)]
+        return np.array(values[:count])
+
+    def leave(self) -> None:
+        """Nothing ends a matrix in text."""
+
+
+class _Binary:
+    """OP4 in Fortran records of either byte order, words of four bytes."""
+
+    def __init__(self, data: bytes) -> None:
+        self.data, self.at, self.inside = data, 0, 0
+        self.order = "<" if struct.unpack("<i", data[:4])[0] == 24 else ">"
+
+    @property
+    def ended(self) -> bool:
+        """Whether the file is at its end."""
+        return self.at >= len(self.data)
+
+    def _ints(self, count: int) -> tuple[int, ...]:
+        self.at += 4 * count
+        return struct.unpack_from(f"{self.order}{count}i", self.data, self.at - 4 * count)
+
+    def header(self) -> tuple[int, int, int, str]:
+        """NCOL, NROW, type, name."""
+        _, columns, rows, _, kind = self._ints(5)
+        name = self.data[self.at : self.at + 8].decode("ascii").strip()
+        self.at += 12
+        return columns, rows, kind, name
+
+    def column(self) -> tuple[int, int, int]:
+        """ICOL, IROW, NW; the record before is left behind."""
+        if self.inside:
+            self.at = self.inside + 4
+        (length,) = self._ints(1)
+        self.inside = self.at + length
+        if length < 12 or self.inside + 4 > len(self.data):
+            raise ValueError("a record is not whole")
+        column, row, count = self._ints(3)
+        return column, row, count
+
+    @staticmethod
+    def dense(count: int, words: int) -> int:
+        """Numbers in a dense column: binary counts words."""
+        return count // words
+
+    def string(self, wide: bool) -> tuple[int, int, int]:
+        """L, IROW of a string and the words of its head."""
+        if wide:
+            length, row = self._ints(2)
+            return length, row, 2
+        (key,) = self._ints(1)
+        return key // _KEY, key % _KEY, 1
+
+    def numbers(self, count: int, kind: int) -> Array:
+        """The next numbers; those of the last column end the matrix's records."""
+        size = 8 if kind == _DOUBLE else 4
+        if self.at + size * count > self.inside:
+            count = (self.inside - self.at) // size
+        values = np.frombuffer(self.data, f"{self.order}f{size}", count, self.at)
+        self.at += size * count
+        return values.astype(np.float64)
+
+    def leave(self) -> None:
+        """Behind the last record of a matrix."""
+        self.at, self.inside = self.inside + 4, 0
+
+
+Place = tuple[int, int]
+
+
+@dataclass
+class Entries:
+    """Entries of one matrix; component 0: a modal coordinate; symmetric: given as one triangle."""
+
+    symmetric: bool
+    values: dict[tuple[Place, Place], float] = field(default_factory=dict)
+
+    def add(self, row: Place, column: Place, value: float) -> None:
+        """One entry."""
+        self.values[row, column] = value
+
+    def matrix(self, table: NodeTable, where: str) -> NDArray[np.float64]:
+        """The matrix (d, d) with rows in the table's order, modal coordinates behind the nodes."""
+        rows = {(node, c): 6 * k + c - 1 for k, node in enumerate(table.ids) for c in range(1, 7)}
+        named = {place for pair in self.values for place in pair}
+        extra = sorted({*named} - {*rows}, key=lambda p: _order(p, table))
+        lost = [node for node, component in extra if component != 0]
+        if lost:
+            raise InputError(
+                where, "nodes", f"the matrices name node {lost[0]}, which the table lacks",
+                "give a table of all their nodes",
+            )  # fmt: skip
+        rows |= {place: 6 * len(table.ids) + k for k, place in enumerate(extra)}
+        require_form((len(rows), len(rows)), where, "", table)
+        dense = np.zeros((len(rows), len(rows)))
+        for (row, column), value in self.values.items():
+            dense[rows[row], rows[column]] = value
+            if self.symmetric:
+                dense[rows[column], rows[row]] = value
+        return dense
+
+
+def _order(place: Place, table: NodeTable) -> tuple[int, int]:
+    number = table.mode_ids.index(place[0]) if place[0] in table.mode_ids else len(table.mode_ids)
+    return number, place[0]
+
+
+_SYMMETRIC = 6
+
+
+def read_dmig(text: str, where: str) -> dict[str, Entries]:
+    """All real DMIG matrices of bulk data, by name."""
+    matrices: dict[str, Entries] = {}
+    try:
+        for card in _cards(text):
+            name, first = card[1].upper(), card[2].strip()
+            if first in ("", "0"):
+                if int(card[4] or 1) > 2:
+                    raise ValueError(f"{name} is complex")
+                matrices[name] = Entries(symmetric=int(card[3]) == _SYMMETRIC)
+                continue
+            column = int(first), int(card[3] or 0)
+            for k in range(5, len(card) - 2, 4):
+                if card[k].strip():
+                    row = int(card[k]), int(card[k + 1] or 0)
+                    matrices[name].add(row, column, _number(card[k + 2]))
+    except (IndexError, KeyError, ValueError) as error:
+        raise InputError(
+            where, "DMIG", f"cannot be read: {error}", "write real DMIG cards with their header"
+        ) from None
+    return matrices
+
+
+def _cards(text: str) -> list[list[str]]:
+    """DMIG cards with their continuation lines, as fields; field 0 is the card's name."""
+    cards: list[list[str]] = []
+    inside = False
+    for raw in text.splitlines():
+        line = raw.split("$")[0].rstrip()
+        if not line:
+            continue
+        if re.match(r"DMIG\b", line, re.IGNORECASE):
+            cards.append(_fields(line))
+            inside = True
+        elif inside and line[0] in "*+ ,":
+            cards[-1] += _fields(line)[1:]
+        else:
+            inside = False
+    return cards
+
+
+def _fields(line: str) -> list[str]:
+    """Ten fields, without the last, which names the continuation."""
+    if "," in line:
+        return [f.strip() for f in (line.split(",") + [""] * 9)[:9]]
+    wide = "*" in line[:8]
+    step, count = (16, 4) if wide else (8, 8)
+    body = line[8:].ljust(step * count)
+    return [line[:8].strip(), *(body[k * step : (k + 1) * step].strip() for k in range(count))]
+
+
+def _number(text: str) -> float:
+    """Nastran writes 1.2-5 and 1.2D-5 for 1.2e-5."""
+    plain = text.strip().upper().replace("D", "E")
+    return float(re.sub(r"(?<=[0-9.])([+-])", r"E\1", plain) if "E" not in plain else plain)
+
+
+_FIVE = 5
+
+
+def read_abaqus(text: str, where: str) -> dict[str, Entries]:
+    """Matrices by name: "STIFFNESS", "MASS", or "MATRIX" for one whose name is not in the file."""
+    try:
+        if re.search(r"^\s*\*\s*USER ELEMENT", text, re.IGNORECASE | re.MULTILINE):
+            return _user_element(text)
+        return {"MATRIX": _listed(text)}
+    except (ValueError, IndexError) as error:
+        raise InputError(
+            where, "matrix", f"cannot be read: {error or 'it ends too early'}",
+            "write it with *MATRIX OUTPUT, FORMAT=MATRIX INPUT or *SUBSTRUCTURE MATRIX OUTPUT",
+        ) from None  # fmt: skip
+
+
+def _listed(text: str) -> Entries:
+    rows = [
+        re.split(r"[,\s]+", line.strip().rstrip(","))
+        for line in text.splitlines()
+        if line.strip() and line.strip()[0] not in "*#%"
+    ]
+    if not rows or any(len(row) != _FIVE for row in rows):
+        raise ValueError("lines have other than five numbers")
+    entries = Entries(symmetric=False)
+    for a, i, b, j, value in rows:
+        entries.add((int(a), int(i)), (int(b), int(j)), float(value.replace("D", "E")))
+    entries.symmetric = not any(
+        row != column and (column, row) in entries.values for row, column in entries.values
+    )
+    return entries
+
+
+def _user_element(text: str) -> dict[str, Entries]:
+    nodes: list[int] = []
+    dofs: list[Place] = []
+    matrices: dict[str, Entries] = {}
+    state = ""
+    numbers: list[float] = []
+    blocks: list[tuple[str, list[float]]] = []
+    for raw in text.splitlines():
+        line = raw.strip()
+        if line.upper().startswith("** ELEMENT NODES"):
+            state = "nodes"
+        elif state == "nodes" and line.startswith("**") and re.search(r"\d", line):
+            nodes += [int(n) for n in re.findall(r"\d+", line)]
+        elif line.startswith("**") or not line:
+            continue
+        elif line.startswith("*"):
+            kind = re.match(r"\*\s*MATRIX\s*,\s*TYPE\s*=\s*(\w+)", line, re.IGNORECASE)
+            numbers = []
+            state = "dofs" if line.upper().replace(" ", "").startswith("*USERELEMENT") else ""
+            if kind is not None:
+                state = "matrix"
+                blocks.append((kind[1].upper(), numbers))
+        elif state == "dofs":
+            _dofs(line, nodes, dofs)
+        elif state == "matrix":
+            numbers += [float(v.replace("D", "E")) for v in re.split(r"[,\s]+", line) if v]
+    for name, values in blocks:
+        matrices[name] = _triangle(values, dofs)
+    if not matrices:
+        raise ValueError("there is no *MATRIX")
+    return matrices
+
+
+def _dofs(line: str, nodes: list[int], dofs: list[Place]) -> None:
+    """A line of *USER ELEMENT: dofs of the first node, or the number of a node and its dofs."""
+    values = [int(v) for v in re.split(r"[,\s]+", line.strip(", ")) if v]
+    if not dofs:
+        first = nodes[0] if nodes else 1
+        dofs += [(first, component) for component in values]
+        return
+    place, components = values[0], values[1:]
+    node = nodes[place - 1] if nodes else place
+    dofs += [(node, component) for component in components]
+
+
+def _triangle(values: list[float], dofs: list[Place]) -> Entries:
+    """Rows of the lower triangle."""
+    size = len(dofs)
+    if len(values) != size * (size + 1) // 2:
+        raise ValueError(f"{len(values)} numbers are no triangle of {size} rows")
+    entries = Entries(symmetric=True)
+    for value, row, column in zip(values, *np.tril_indices(size), strict=True):
+        entries.add(dofs[row], dofs[column], value)
+    return entries

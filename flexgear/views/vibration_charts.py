@@ -1,0 +1,315 @@
+"""Vibration over speed: steady states with all branches, the linear response, and parametric
+instability."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Iterable
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from flexgear.arrays import Array
+from flexgear.views.style import (
+    KILO,
+    MICRO,
+    NEUTRAL,
+    PLANET_COLOURS,
+    least_span,
+    legend_below,
+    legend_lines,
+    panels,
+    planet_colour,
+    styled,
+)
+
+UP, DOWN, CHANGE = "#C5221F", "#2166AC", "#444444"
+LOST, BACK = "#F7CFA3", "#E59C8C"
+BROAD = 6.0  # points
+MOST_GEAR_MESHES = len(PLANET_COLOURS)
+HIGHEST = 20.0  # times the middle force of stable states: what grows beyond is cut off, and said
+
+
+@styled
+def response_chart(data: xr.Dataset) -> Figure:
+    """Largest and smallest gear-mesh force, and swing of the transmission error. Solid: stable,
+    dashed: unstable; arrows: where a sweep jumps, and to what force; broad below: where teeth lose
+    contact, and where their backs touch."""
+    x = data[f"response_{data.attrs['over']}_share"].to_numpy().astype(float)
+    figure, axes = panels(2, 1, height_mm=150, sharex=True, height_ratios=[1.6, 1.0])
+    force, error = axes[:, 0]
+    names = [str(n) for n in data["gear_mesh"].to_numpy()][:MOST_GEAR_MESHES]
+    error_range = _measure(data, "response_transmission_error", "maximum")
+    error_range = error_range - _measure(data, "response_transmission_error", "minimum")
+    for k in range(len(names)):
+        colour = PLANET_COLOURS[k]
+        for measure, width in (("maximum", 1.4), ("minimum", 0.8)):
+            values = KILO * _measure(data, "response_gear_mesh_force", measure)[:, k]
+            _curve(force, data, x, values, colour, width)
+            if measure == "maximum":
+                _contact(force, data, x, values, k)
+        _curve(error, data, x, MICRO * error_range[:, k], colour, 1.2)
+        _contact(error, data, x, MICRO * error_range[:, k], k)
+    for ax in (force, error):
+        _limit(ax)
+        ax.set_xlim(float(x.min()), float(x.max()))
+    _jumps(force, data)
+    _changes(force, data)
+    force.set_ylabel("gear-mesh force, largest and smallest (kN)")
+    error.set_ylabel("swing of transmission error (µm)")
+    error.set_xlabel(f"{data.attrs['over']} over rated {data.attrs['over']} (–)")
+    legend_below(figure, _legend(data, names), 3)
+    return figure
+
+
+def _measure(data: xr.Dataset, name: str, measure: str) -> Array:
+    """A measure of all gear meshes (n, g)."""
+    return data[name].sel(measure=measure).to_numpy().astype(float)
+
+
+def _curve(ax: Axes, data: xr.Dataset, x: Array, y: Array, colour: str, width: float) -> None:
+    """Values of all curves; neighbouring stretches of a curve join where stability changes."""
+    stable, branch = data["stable"].to_numpy() == 1, data["response_branch"].to_numpy()
+    cuts = np.flatnonzero((np.diff(stable.astype(int)) != 0) | (np.diff(branch) != 0)) + 1
+    for start, stop in itertools.pairwise([0, *cuts.tolist(), len(stable)]):
+        joined = stop < len(x) and branch[stop] == branch[start]
+        at = slice(start, stop + joined)
+        style, faint = ("-", 1.0) if stable[start] else ((0, (3, 1.6)), 0.65)
+        ax.plot(x[at], y[at], linestyle=style, color=colour, lw=width * faint)
+
+
+def _limit(ax: Axes) -> None:
+    """From zero up to the highest state, or to ``HIGHEST`` and a line that says so."""
+    highest = max(float(np.max(line.get_ydata())) for line in ax.lines)
+    top = HIGHEST * _middle(ax)
+    if highest <= top or top <= 0.0:
+        ax.set_ylim(0.0, 1.06 * highest)
+        return
+    ax.set_ylim(0.0, top)
+    ax.text(0.99, 0.97, f"states go on up to {highest:.3g}", transform=ax.transAxes, ha="right",
+            va="top", fontsize=7.5, color=NEUTRAL)  # fmt: skip
+
+
+def _middle(ax: Axes) -> float:
+    """Median of what solid lines show, each value by its share of the parameter."""
+    values, widths = [np.zeros(0)], [np.zeros(0)]
+    solid = (n for n in ax.lines if n.get_linestyle() == "-" and n.get_linewidth() < BROAD)
+    for line in solid:
+        x, y = (np.asarray(v, dtype=float) for v in line.get_data())
+        values.append(0.5 * (y[1:] + y[:-1]))
+        widths.append(np.abs(np.diff(x)))
+    value, width = np.concatenate(values), np.concatenate(widths)
+    if not width.sum():
+        return 0.0
+    order = np.argsort(value)
+    return float(value[order][np.searchsorted(np.cumsum(width[order]), 0.5 * width.sum())])
+
+
+def _contact(ax: Axes, data: xr.Dataset, x: Array, y: Array, mesh: int) -> None:
+    """A broad line below a curve where teeth of a gear mesh part, and where their backs touch."""
+    branch = data["response_branch"].to_numpy()
+    for name, colour in (("lost_contact_share", LOST), ("back_contact_share", BACK)):
+        at = np.flatnonzero(data[name].to_numpy()[:, mesh] > 0.0)
+        apart = (np.diff(at) > 1) | (np.diff(branch[at]) != 0)
+        for run in np.split(at, np.flatnonzero(apart) + 1) if len(at) else []:
+            ax.plot(x[run], y[run], color=colour, lw=BROAD, solid_capstyle="butt", zorder=1)
+
+
+def _jumps(ax: Axes, data: xr.Dataset) -> None:
+    """An arrow from each turning point to the force that a sweep jumps to; a triangle alone where
+    that is not known."""
+    for k in range(data.sizes.get("turning_point", 0)):
+        row = data.isel(turning_point=k)
+        rising = int(row["turning_point_sense"]) > 0
+        colour, marker = (UP, ">") if rising else (DOWN, "<")
+        x, y = float(row["turning_point_parameter"]), KILO * float(row["turning_point_force"])
+        ax.plot([x], [y], marker, color=colour, ms=4.5, zorder=4)
+        target = KILO * float(row["turning_point_target_force"])
+        if np.isfinite(target):
+            arrow = {"arrowstyle": "-|>", "color": colour, "lw": 0.9, "shrinkA": 3, "shrinkB": 0}
+            ax.annotate("", (x, target), (x, y), arrowprops=arrow, zorder=4).set_in_layout(False)
+
+
+def _changes(ax: Axes, data: xr.Dataset) -> None:
+    """Marks at the foot of the panel where stability changes without a turning point."""
+    if "stability_change" not in data.sizes:
+        return
+    apart = data["stability_change_kind"].to_numpy() != 0
+    if apart.any():
+        at = data["stability_change_parameter"].to_numpy()[apart]
+        ax.plot(at, np.zeros(len(at)), "d", color=CHANGE, ms=4, clip_on=False, zorder=4)
+
+
+def _legend(data: xr.Dataset, names: list[str]) -> list[Any]:
+    """What lines, marks and shades mean."""
+    handles: list[Any] = []
+    if len(names) > 1:
+        handles += [
+            Line2D([], [], color=PLANET_COLOURS[k], lw=1.4, label=name)
+            for k, name in enumerate(names)
+        ]
+    colour = PLANET_COLOURS[0] if len(names) == 1 else NEUTRAL
+    handles += [
+        Line2D([], [], color=colour, lw=1.4, label="stable"),
+        Line2D([], [], color=colour, lw=0.9, ls=(0, (3, 1.6)), label="unstable"),
+    ]
+    sense = np.asarray(data.get("turning_point_sense", 0))
+    change = np.asarray(data.get("stability_change_kind", 0))
+    marks = (
+        (sense > 0, UP, ">", f"jump as {data.attrs['over']} rises"),
+        (sense < 0, DOWN, "<", f"jump as {data.attrs['over']} falls"),
+        (change != 0, CHANGE, "d", "period doubles, or beats begin"),
+    )
+    handles += [
+        Line2D([], [], color=colour, marker=marker, ls="none", ms=4.5, label=label)
+        for where, colour, marker, label in marks
+        if np.any(where)
+    ]
+    shades = (("lost", LOST, "teeth lose contact"), ("back", BACK, "backs touch, too"))
+    handles += [
+        Patch(color=colour, label=label)
+        for name, colour, label in shades
+        if np.any(data[f"{name}_contact_share"].to_numpy() > 0.0)
+    ]
+    return handles
+
+
+DECADES = 3.0  # below the highest value that a panel shows
+MOST_LABELS = 8  # of peaks or bands in a panel
+ROOM = 0.07  # of the width that a label takes
+
+
+def _stage_panels(
+    data: xr.Dataset, stages: list[str], draw: Callable[[Axes, xr.Dataset, str], None]
+) -> Figure:
+    """A panel a stage over speed."""
+    figure, axes = panels(len(stages), 1, height_mm=22 + 63 * len(stages), sharex=True)
+    for ax, stage in zip(axes[:, 0], stages, strict=True):
+        draw(ax, data, stage)
+        if len(stages) > 1:
+            ax.set_title(stage.replace("_", " "))
+    axes[-1, 0].set_xlabel("speed over rated speed (–)")
+    return figure
+
+
+def _name_points(ax: Axes, points: Iterable[tuple[float, float, str]]) -> None:
+    """Labels (x, y, text) above the first points that have room."""
+    labelled: list[float] = []
+    for x, y, text in points:
+        if len(labelled) == MOST_LABELS:
+            break
+        if all(abs(x - other) >= ROOM * np.ptp(ax.get_xlim()) for other in labelled):
+            labelled.append(x)
+            ax.annotate(text, (x, y), xytext=(0, 3), textcoords="offset points", fontsize=7,
+                        ha="center", va="bottom")  # fmt: skip
+
+
+@styled
+def linear_response_chart(data: xr.Dataset) -> Figure:
+    """Amplitude of the largest gear-mesh force of each stage by order of its gear-mesh frequency,
+    with the mode that has most of each peak."""
+    stages = list(dict.fromkeys(map(str, data["stage"].to_numpy())))
+    figure = _stage_panels(data, stages, _forces)
+    orders = data["gear_mesh_order"].to_numpy().tolist()
+    legend_below(figure, legend_lines({f"order {o}": planet_colour(o) for o in orders}), 5)
+    return figure
+
+
+def _forces(ax: Axes, data: xr.Dataset, stage: str) -> None:
+    """One stage."""
+    of_stage = np.flatnonzero(data["stage"].to_numpy() == stage)
+    force = KILO * data["linear_force_amplitude"].to_numpy()[:, of_stage].max(axis=1)
+    factor = data["speed_factor"].to_numpy()
+    for k, order in enumerate(data["gear_mesh_order"].to_numpy().tolist()):
+        ax.semilogy(factor, force[:, k], color=planet_colour(order))
+    top = float(force.max(initial=0.0)) or 1.0
+    ax.set(xlim=(factor[0], factor[-1]), ylim=(top * 10**-DECADES, 3.0 * top))
+    ax.set_ylabel("amplitude of gear-mesh force (kN)")
+    names = set(data["gear_mesh"].to_numpy()[of_stage].tolist())
+    points = []
+    for k in range(data.sizes.get("peak", 0)):
+        row = data.isel(peak=k)
+        at, height = float(row["peak_factor"]), KILO * float(row["peak_force"])
+        largest = force[np.argmin(np.abs(factor - at)), int(row["peak_order"]) - 1]
+        if str(row["peak_gear_mesh"].values) in names and height >= 0.99 * largest:
+            mode = int(data["kept_mode"][int(np.argmax(row["peak_mode_share"].to_numpy()))])
+            points.append((at, height, f"mode {mode}"))
+    _name_points(ax, points)
+
+
+UNSTABLE, SHADE = PLANET_COLOURS[4], "#FBE9DF"
+
+
+@styled
+def stability_chart(data: xr.Dataset) -> Figure:
+    """Growth rate over speed, a panel a stage; shaded bands where vibration grows, with the modes i
+    and j and the order l of l f_z = f_i + f_j at the fastest; grey: where the case runs."""
+    stages = [str(s) for s in data["turning_stage"].to_numpy()]
+    figure = _stage_panels(data, stages, _growth)
+    colours = {"growth of free vibration": UNSTABLE, "speeds at which the case runs": NEUTRAL}
+    legend_below(figure, legend_lines(colours), 2)
+    return figure
+
+
+def _growth(ax: Axes, data: xr.Dataset, stage: str) -> None:
+    """One stage."""
+    factor, growth = with_edges(data, stage)
+    for speed in np.atleast_1d(data.attrs["operating_factors"]):
+        if factor[0] <= speed <= factor[-1]:
+            ax.axvline(speed, color=NEUTRAL, lw=0.8)
+    bands = bands_of(data, stage)
+    for band in bands:
+        ax.axvspan(band["lower_factor"], band["upper_factor"], color=SHADE, zorder=0)
+    ax.plot(factor, growth, color=UNSTABLE)
+    ax.set(xlim=(factor[0], factor[-1]), ylabel="growth rate (1/s)")
+    if not bands:
+        ax.set_ylim(-0.05, 1.0)
+        ax.text(0.5, 0.5, "no vibration grows in this range", transform=ax.transAxes, ha="center",
+                color=NEUTRAL)  # fmt: skip
+        return
+    least_span(ax, 1e-3)
+    ax.set_ylim(0.0, 1.18 * float(growth.max()))
+    fastest = sorted(bands, key=lambda b: -b["growth_rate"])
+    _name_points(
+        ax,
+        (
+            (b["peak_factor"], b["growth_rate"], combination(b["modes"], b["order"]))
+            for b in fastest
+        ),
+    )
+
+
+def combination(modes: tuple[int, int], order: int) -> str:
+    """ "2 f₃ = f_z", "f₂ + f₅ = 3 f_z" of modes i, j and order l."""
+    i, j = (f"f$_{{{k}}}$" for k in modes)
+    left = f"2 {i}" if modes[0] == modes[1] else f"{i} + {j}"
+    return f"{left} = {'' if order == 1 else f'{order} '}f$_z$"
+
+
+def bands_of(data: xr.Dataset, stage: str) -> list[dict[str, Any]]:
+    """Bands of a stage as plain rows, rising in speed."""
+    names = ("lower_factor", "upper_factor", "peak_factor", "growth_rate", "order")
+    return [
+        {name: data[f"band_{name}"].values[k].item() for name in names}
+        | {"modes": tuple(int(m) for m in data["band_modes"].values[k])}
+        for k in range(data.sizes.get("band", 0))
+        if str(data["band_stage"].values[k]) == stage
+    ]
+
+
+def with_edges(data: xr.Dataset, stage: str) -> tuple[np.ndarray, np.ndarray]:
+    """Speed factors and growth rates of a stage, with zeros at the edges of its bands."""
+    factor = data["speed_factor"].to_numpy().astype(float)
+    growth = data["growth_rate"].sel(turning_stage=stage).to_numpy().astype(float)
+    edges = np.array(
+        [band[end] for band in bands_of(data, stage) for end in ("lower_factor", "upper_factor")]
+    )
+    edges = edges[(edges > factor[0]) & (edges < factor[-1])]
+    both = np.concatenate([factor, edges])
+    order = np.argsort(both, kind="stable")
+    return both[order], np.concatenate([growth, np.zeros(len(edges))])[order]
