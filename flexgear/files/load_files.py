@@ -1,5 +1,5 @@
-"""Loads in files: channels over time of OpenFAST's .out and .outb, CSV and netCDF; the table of load
-bins that ``[spectrum]`` reads.
+"""Loads in files: channels over time of OpenFAST, CSV and netCDF; the table of load bins that
+``[spectrum]`` reads.
 
 The reader of .outb is our own: for these few lines openfast-io brings pandas, deepdiff and YAML.
 """
