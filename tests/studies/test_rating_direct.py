@@ -17,7 +17,7 @@ from flexgear.solve.stresses import GroupStresses, HeldRoots
 from flexgear.studies import rating as study
 from flexgear.studies import rating_direct
 from flexgear.studies.rating import rate
-from flexgear.views.rating_charts import ring_safety_chart
+from flexgear.views.study_charts import ring_safety_chart
 
 SUPPORT = "support = { radial_n_per_m = 1e9 }\n"
 HELD_STAGE = PLANETARY.replace("[stage.carrier]\n", f"[stage.carrier]\n{SUPPORT}").replace(
