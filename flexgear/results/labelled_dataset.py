@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from flexgear.model.errors import FlexgearError
 from flexgear.model.names import GearMeshName, GroupName
-from flexgear.results.quantities import AXES, DOFS, RESULT_COORDINATES, S
+from flexgear.results.quantities import AXES, DOFS, RESULT_COORDINATES, S, quantity
 from flexgear.results.result_quantities import RESULT_QUANTITIES
 from flexgear.structures.strain import COMPONENTS, von_mises
 
@@ -117,6 +117,13 @@ def _ticks(dim: str, size: int, labels: Labels) -> ArrayLike:
 
 
 _HOW = "of the gradient fitted to displacements around a vertex, one value for all cells there"
+_FIELDS = {
+    "point": quantity("vertex axis", "m", "vertex of the FE mesh"),
+    "cell": quantity("element corner", "1", "vertices of a cell, in scikit-fem's order, from 0"),
+    "displacement": quantity("vertex axis", "m", "displacement, rolling taken off"),
+    "stress": quantity("vertex component", "Pa", f"stress, {_HOW}"),
+    "von_mises_stress": quantity("vertex", "Pa", f"equivalent stress (von Mises), {_HOW}"),
+}
 
 
 def field_dataset(
@@ -131,34 +138,10 @@ def field_dataset(
 
     attrs: beside the body's name, ``provenance`` of the result among them.
     """
+    place, field = (np.asarray(vectors, dtype=float) for vectors in (points, displacement))
+    values = (place, np.asarray(cells, dtype=np.int32), field, stress, von_mises(stress))
     return xr.Dataset(
-        {
-            "point": (
-                ("vertex", "axis"),
-                np.asarray(points, dtype=float),
-                {"units": "m", "long_name": "vertex of the FE mesh"},
-            ),
-            "cell": (
-                ("element", "corner"),
-                np.asarray(cells, dtype=np.int32),
-                {"units": "1", "long_name": "vertices of a cell, in scikit-fem's order, from 0"},
-            ),
-            "displacement": (
-                ("vertex", "axis"),
-                np.asarray(displacement, dtype=float),
-                {"units": "m", "long_name": "displacement, rolling taken off"},
-            ),
-            "stress": (
-                ("vertex", "component"),
-                stress,
-                {"units": "Pa", "long_name": f"stress, {_HOW}"},
-            ),
-            "von_mises_stress": (
-                "vertex",
-                von_mises(stress),
-                {"units": "Pa", "long_name": f"equivalent stress (von Mises), {_HOW}"},
-            ),
-        },
+        {n: (q.dims, v, q.attrs) for (n, q), v in zip(_FIELDS.items(), values, strict=True)},
         coords={"axis": list(AXES), "component": list(COMPONENTS)},
         attrs={"body": body, **attrs},
     )

@@ -19,22 +19,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any, Literal, get_args
+from typing import Literal, get_args
 
 import numpy as np
-import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from flexgear.arrays import Array
 from flexgear.model.errors import FlexgearError
 from flexgear.model.names import GearMeshName
 from flexgear.results.labelled_dataset import groups_of
-from flexgear.results.quantities import number
 
 Definition = Literal["instantaneous", "mean-based", "cycle-based"]
 
-# IEC 61400-4:2012, design requirements for wind turbine gearboxes; read in the source code of
-# Drivetrain (G. Rebouças, NTNU), which names the standard
+# K_γ that designers have to assume by number of planets: IEC 61400-4:2012, design requirements for
+# wind turbine gearboxes; read in the source code of Drivetrain (G. Rebouças, NTNU), which names it
 MESH_LOAD_FACTOR = {3: 1.10, 4: 1.25, 5: 1.35, 6: 1.44, 7: 1.47}
 LEAST_SHARE = 0.03  # of rated ΣF, or of the largest F, below which K is not evaluated
 
@@ -44,14 +42,7 @@ def load_sharing(force: ArrayLike, rated_mean_force: float) -> Array:
 
     Under reversed torque (ΣF < 0) the planet with the largest load of that sign counts.
     """
-    f = np.asarray(force, dtype=float)
-    planets = f.shape[-1]
-    total = f.sum(axis=-1)
-    largest = (f * np.sign(total)[..., None]).max(axis=-1)
-    enough = carry_together(f, rated_mean_force)
-    return np.divide(
-        planets * largest, np.abs(total), out=np.full(total.shape, np.nan), where=enough
-    )
+    return np.asarray(planet_load_factors(force, rated_mean_force).max(axis=-1))
 
 
 def carry_together(force: ArrayLike, rated_mean_force: float = 0.0) -> NDArray[np.bool_]:
@@ -66,12 +57,6 @@ def carry_together(force: ArrayLike, rated_mean_force: float = 0.0) -> NDArray[n
     return np.asarray((total >= LEAST_SHARE * least) & (total > 0))
 
 
-def planet_force_spread(force: ArrayLike, rated_mean_force: float) -> Array:
-    """(max − min) / rated mean (...,) of gear-mesh forces (..., N) in N; defined everywhere."""
-    f = np.asarray(force, dtype=float)
-    return np.asarray(np.ptp(f, axis=-1) / abs(rated_mean_force))
-
-
 def planet_load_factors(force: ArrayLike, rated_mean_force: float) -> Array:
     """K_γ of every planet N F_i / Σ F, (..., N), of gear-mesh forces (..., N) in N.
 
@@ -83,11 +68,6 @@ def planet_load_factors(force: ArrayLike, rated_mean_force: float) -> Array:
     return np.divide(
         f.shape[-1] * f, total, out=np.full(f.shape, np.nan), where=np.broadcast_to(enough, f.shape)
     )
-
-
-def mesh_load_factor(planets: int) -> float | None:
-    """K_γ that IEC 61400-4 has designers assume for this number of planets (3 to 7), or None."""
-    return MESH_LOAD_FACTOR.get(planets)
 
 
 def cycle_maxima(force: ArrayLike, samples_per_cycle: float) -> Array:
@@ -260,11 +240,11 @@ class SharingCoefficients:
         for at, group in self._groups:
             planets[:, at] = [group.planets(d, first) for d in DEFINITIONS]
         largest = [planets[:, at].max(axis=1) for at, _ in self._groups]
-        assumed = [mesh_load_factor(len(at)) for at, _ in self._groups]
+        assumed = [MESH_LOAD_FACTOR.get(len(at), math.nan) for at, _ in self._groups]
         return {
             "load_sharing_coefficient": np.reshape(largest, (-1, len(DEFINITIONS))).T,
             "planet_coefficient": planets,
-            "mesh_load_factor": np.array([math.nan if a is None else a for a in assumed]),
+            "mesh_load_factor": np.array(assumed),
         }
 
 
@@ -277,14 +257,3 @@ def sharing_coefficients(
     running = SharingCoefficients(gear_meshes, samples_per_cycle)
     running.append(force)
     return running.coefficients()
-
-
-def sharing_figures(data: xr.Dataset, group: str) -> dict[str, Any]:
-    """Figures of one group of a dataset, for summaries: None where there is no number."""
-    of_group = data.sel(group=group)
-    figures: dict[str, Any] = {
-        str(d): number(of_group["load_sharing_coefficient"].sel(definition=d))
-        for d in data["definition"].to_numpy()
-    }
-    figures["iec_61400_4"] = number(of_group["mesh_load_factor"])
-    return figures

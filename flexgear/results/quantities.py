@@ -30,6 +30,11 @@ class Quantity(NamedTuple):
         return {"units": self.units, "long_name": self.meaning, **attributes}
 
 
+def quantity(axes: str, units: str, meaning: str, missing: str = "") -> Quantity:
+    """A quantity with its axes as words."""
+    return Quantity(tuple(axes.split()), units, meaning, missing)
+
+
 class Coordinate(NamedTuple):
     """units; meaning in words; stage: of an axis whose entries are of stages how that is told:
     "name" by the names of members, which its labels are, else the coordinate that stands beside it.

@@ -15,7 +15,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from flexgear.model.errors import FlexgearError
 from flexgear.model.names import BodyName, MemberName
-from flexgear.results.load_sharing import planet_force_spread
 from flexgear.results.quantities import RESULT_COORDINATES
 
 OTHER = {"left": "right", "right": "left"}
@@ -65,7 +64,8 @@ def ring_force_spread(part: xr.Dataset) -> xr.DataArray:
     stage."""
     ring = of_kind(part, "ring")
     force = ring["gear_mesh_force"]
-    spread = planet_force_spread(force.to_numpy(), float(ring["rated_gear_mesh_force"].mean()))
+    rated = float(ring["rated_gear_mesh_force"].mean())
+    spread = np.ptp(force.to_numpy().astype(float), axis=-1) / abs(rated)
     return force.isel(gear_mesh=0, drop=True).copy(deep=False, data=spread)
 
 

@@ -12,13 +12,13 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
+import numpy as np
 import xarray as xr
 
 from flexgear.files.atomic import plain
 from flexgear.model.errors import FlexgearError
 from flexgear.results.face_load import CYCLE_FIGURES, FLANK_FIGURES
-from flexgear.results.load_sharing import sharing_figures
-from flexgear.results.quantities import ALWAYS, WITH_SECTION, Figure, below
+from flexgear.results.quantities import ALWAYS, WITH_SECTION, Figure, below, number
 from flexgear.results.stage_figures import KINEMATICS, MEMBERS, STAGE_FIGURES, TRAIN
 from flexgear.results.time_figures import DROP, ORDERS, RIM, STAGE_DROP, STEADY, TRANSIENT
 
@@ -246,4 +246,12 @@ def sharing_summary_of(data: xr.Dataset) -> dict[str, dict[str, Any]]:
     """Coefficients of every group of gear meshes that shares a load, by group and definition."""
     if "group" not in data.dims:
         return {}
-    return {str(g): sharing_figures(data, str(g)) for g in data["group"].to_numpy()}
+    definitions = list(map(str, data["definition"].to_numpy()))
+    factors = data["load_sharing_coefficient"].transpose("group", "definition").to_numpy()
+    assumed = data["mesh_load_factor"].to_numpy()
+    return {
+        str(group): dict(zip([*definitions, "iec_61400_4"], map(number, row), strict=True))
+        for group, row in zip(
+            data["group"].to_numpy(), np.column_stack([factors, assumed]), strict=True
+        )
+    }

@@ -18,8 +18,8 @@ from scipy.special import bdtr, betaincinv, stdtrit
 from flexgear.arrays import Array
 from flexgear.model.names import GearMeshName
 from flexgear.results.labelled_dataset import GEAR_MESH, GROUP, fields_of, groups_of
-from flexgear.results.load_sharing import mesh_load_factor
-from flexgear.results.quantities import Quantity, number
+from flexgear.results.load_sharing import MESH_LOAD_FACTOR
+from flexgear.results.quantities import Quantity, number, quantity
 from flexgear.results.result_quantities import RESULT_QUANTITIES
 
 QUANTILES = (0.5, 0.9, 0.95, 0.99)
@@ -35,50 +35,35 @@ FEW = "with too few samples for it"
 
 
 def _spread_of(name: str, of: str, unit: str) -> dict[str, Quantity]:
-    """Statistics of one variable over the samples."""
+    """The figure of the case as it is stated, and statistics over the samples."""
     return {
-        f"{name}_deviation": Quantity(("group",), unit, f"standard deviation of {of}", FEW),
-        f"{name}_average": Quantity(("group",), unit, f"mean of {of} over the samples", FEW),
-        f"{name}_quantile": Quantity(("group", "quantile"), unit, f"quantile of {of}", FEW),
+        f"{name}_as_stated": quantity("group", unit, f"{of} with the errors of the case", LOST),
+        f"{name}_deviation": quantity("group", unit, f"standard deviation of {of}", FEW),
+        f"{name}_average": quantity("group", unit, f"mean of {of} over the samples", FEW),
+        f"{name}_quantile": quantity("group quantile", unit, f"quantile of {of}", FEW),
     }
 
 
 _ABOUT = {
-    "error_size": Quantity(("sample", "size"), "m", "size of a drawn error"),
-    "error_phase": Quantity(("sample", "phase"), "rad", "phase of a drawn error"),
-    "load_sharing_max": Quantity(
-        ("sample", "group"), "1", "largest N max F / ΣF over one turn", LOST
-    ),
-    "load_sharing_mean": Quantity(
-        ("sample", "group"), "1", "mean of N max F / ΣF over one turn", LOST
-    ),
-    "planet_load_factor_max": Quantity(
-        ("sample", "gear_mesh"), "1", "largest N F / ΣF over one turn", LOST
-    ),
-    "planet_load_factor_mean": Quantity(
-        ("sample", "gear_mesh"), "1", "mean N F / ΣF over one turn", LOST
-    ),
-    "load_sharing_as_stated": Quantity(
-        ("group",), "1", "load_sharing_max with the errors of the case", LOST
-    ),
-    "k_h_beta": Quantity(
-        ("sample", "group"), "1", "largest face load factor of the group's gear meshes", LOST
-    ),
-    "largest_line_load": Quantity(
-        ("sample", "group"), "N/m", "largest line load of the group's gear meshes", LOST
-    ),
-    "k_h_beta_as_stated": Quantity(("group",), "1", "k_h_beta with the errors of the case", LOST),
-    "largest_line_load_as_stated": Quantity(
-        ("group",), "N/m", "largest_line_load with the errors of the case", LOST
-    ),
+    "error_size": quantity("sample size", "m", "size of a drawn error"),
+    "error_phase": quantity("sample phase", "rad", "phase of a drawn error"),
+    "load_sharing_max": quantity("sample group", "1", "largest N max F / ΣF over one turn", LOST),
+    "load_sharing_mean": quantity("sample group", "1", "mean of N max F / ΣF over one turn", LOST),
+    "planet_load_factor_max": quantity("sample gear_mesh", "1",
+        "largest N F / ΣF over one turn", LOST),
+    "planet_load_factor_mean": quantity("sample gear_mesh", "1",
+        "mean N F / ΣF over one turn", LOST),
+    "k_h_beta": quantity("sample group", "1",
+        "largest face load factor of the group's gear meshes", LOST),
+    "largest_line_load": quantity("sample group", "N/m",
+        "largest line load of the group's gear meshes", LOST),
     "mesh_load_factor": RESULT_QUANTITIES["mesh_load_factor"],
     **_spread_of("load_sharing", "load_sharing_max", "1"),
     **_spread_of("k_h_beta", "k_h_beta", "1"),
     **_spread_of("largest_line_load", "largest_line_load", "N/m"),
-    "share_above": Quantity(
-        ("group",), "1", "share of samples above mesh_load_factor", f"{FEW}, or without that factor"
-    ),
-}
+    "share_above": quantity("group", "1",
+        "share of samples above mesh_load_factor", f"{FEW}, or without that factor"),
+}  # fmt: skip
 _ENDS = {"": "", "_low": ", lower end of its interval", "_high": ", upper end of its interval"}
 _VARIABLES = {
     f"{name}{end}": about._replace(meaning=about.meaning + which)
@@ -102,7 +87,7 @@ def tolerance_dataset(
     samples that are no number are left out of all statistics.
     """
     groups = list(groups_of(gear_meshes))
-    assumed = [mesh_load_factor(len(at)) or math.nan for at in groups_of(gear_meshes).values()]
+    assumed = [MESH_LOAD_FACTOR.get(len(at), math.nan) for at in groups_of(gear_meshes).values()]
     figures = {
         **arrays,
         "mesh_load_factor": np.array(assumed),

@@ -14,7 +14,6 @@ from flexgear.results.dataset_file import load, save
 from flexgear.results.labelled_dataset import groups_of, labelled_dataset
 from flexgear.results.load_sharing import (
     sharing_coefficients,
-    sharing_figures,
     sharing_histories,
 )
 from flexgear.results.stage_part import of_kind, ring_sharing
@@ -207,8 +206,7 @@ def test_what_cannot_be_said_has_no_number():
     assert np.isnan(few["load_sharing_coefficient"][1:]).all()  # too few samples a cycle
     nothing = sharing_coefficients(0 * force, NAMES, {"stage_1": 4.0, "stage_2": 4.0})
     assert np.isnan(nothing["load_sharing_coefficient"]).all()
-    figures = sharing_figures(dataset(**few), "stage_1 ring")
-    assert figures == {
+    assert sharing_summary_of(dataset(**few))["stage_1 ring"] == {
         "instantaneous": pytest.approx(1.2),
         "mean-based": None,
         "cycle-based": None,
