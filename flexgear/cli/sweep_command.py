@@ -35,7 +35,7 @@ MOST_COLUMNS = 8  # of a printed table
 MOST_ROWS = 24  # of a table on a terminal
 ROUNDING = 1e-9  # of its largest value, by which a measure that does not change may differ
 MOST_MESSAGES = 3  # of failed points that are printed
-KNOWN = ", ".join(m.name for m in MEASURES)
+KNOWN = ", ".join(MEASURES)
 Keys = Annotated[
     list[str],
     typer.Argument(

@@ -5,22 +5,22 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from flexgear.analysis.mode_types import classify
-from flexgear.gears.bearings.basic_life import BALL, ROLLER, life_ratio
+from flexgear.gears.bearings.basic_life import EXPONENTS, planet_bearing_life_ratios
 from flexgear.gears.error_cycle import TrainTurn, error_cycle
-from flexgear.gears.power_flow import PowerFlow, StageFlow, power_flow
+from flexgear.gears.power_flow import PowerFlow, power_flow
 from flexgear.model.case import Case
 from flexgear.model.errors import FlexgearError, InputError
 from flexgear.model.read import nearest
-from flexgear.results.labelled_dataset import groups_in
+from flexgear.results.labelled_dataset import coordinate, groups_in
 from flexgear.results.rating import PARTS
-from flexgear.results.sinks import Ranges, SensorRecord, Several
+from flexgear.results.sinks import SENSOR_TIME, Ranges, SensorRecord, Several
 from flexgear.results.stage_part import GEARS, stage_part, tooth_loads
 from flexgear.results.time_figures import axis_distance, central_distance
 from flexgear.solve.angles import samples_of_stage, stage_motions
@@ -30,18 +30,31 @@ from flexgear.solve.result_warnings import large_motions, largest_motions, motio
 from flexgear.solve.static import shared_stages, stages_sharing, static
 from flexgear.solve.transient import simulate, train_histories
 from flexgear.studies.rating import rate
-from flexgear.studies.sensor_measures import sensor_levels, sensor_signals
 
 MeasuredValues = dict[str, xr.DataArray]
+OfPoint = TypeVar("OfPoint", bound=Callable[[Any], MeasuredValues])
 
 
 @dataclass(frozen=True)
 class Measure:
-    """name: as on the command line; about: in words; of: point -> arrays by variable name."""
+    """about: in words; of: point -> arrays by variable name; needs: what not every case has."""
 
-    name: str
     about: str
     of: Callable[[Any], MeasuredValues]
+    needs: str = ""
+
+
+MEASURES: dict[str, Measure] = {}  # by name as on the command line
+
+
+def measure(about: str, needs: str = "") -> Callable[[OfPoint], OfPoint]:
+    """Enter a function of a ``Point`` among the measures, by its name."""
+
+    def enter(of: OfPoint) -> OfPoint:
+        MEASURES[of.__name__] = Measure(about, of, needs)
+        return of
+
+    return enter
 
 
 LABELS = {
@@ -83,13 +96,7 @@ def largest(values: Mapping[str, ArrayLike], units: str, meaning: str, dim: str)
 FLOAT_CYCLES = 120  # gear-mesh cycles of each stage in which displacements are looked at
 STATISTICS = ("mean", "largest")
 WARNING = "warning"
-NEEDS = {
-    "tooth_load": "a ring that bends",
-    "tooth_displacement": "a ring that bends",
-    "sensors": "[[sensors]]",
-    "sensor_signals": "[[sensors]]",
-    "life": "load cases",
-}
+RING, SENSORS, LOADS = "a ring that bends", "[[sensors]]", "load cases"
 
 
 @dataclass(frozen=True)
@@ -149,6 +156,12 @@ class Point:
         return SensorRecord()
 
     @property
+    def signals(self) -> xr.Dataset:
+        """The signals of sensors in the transient."""
+        attrs = self.transient[0].attrs
+        return self.recorded.data.assign_attrs(attrs)
+
+    @property
     def warnings(self) -> list[str]:
         """Motions that are not small, of what measures asked for, or of the equilibrium where the
         lead is at zero; none where the train was not put together or carries nothing."""
@@ -173,7 +186,8 @@ def _elastic(point: Point) -> tuple[NDArray[np.float64], tuple[str, ...], list[l
     return natural.frequencies[rigid:], tuple(types.kinds[rigid:]), groups
 
 
-def _frequencies(point: Point) -> MeasuredValues:
+@measure("lowest natural frequencies and their types")
+def frequencies(point: Point) -> MeasuredValues:
     """The lowest elastic frequencies and their types."""
     every, kinds, _ = _elastic(point)
     f = every[: point.modes]
@@ -184,7 +198,8 @@ def _frequencies(point: Point) -> MeasuredValues:
     }
 
 
-def _frequencies_by_type(point: Point) -> MeasuredValues:
+@measure("lowest natural frequencies of every type of mode")
+def frequencies_by_type(point: Point) -> MeasuredValues:
     """The lowest different elastic frequencies of every type of mode."""
     f, kinds, groups = _elastic(point)
     columns: dict[str, list[float]] = {}
@@ -200,85 +215,218 @@ def _frequencies_by_type(point: Point) -> MeasuredValues:
     return {"frequency_by_type": array(values, "Hz", about, **labels)}
 
 
-def _members(point: Point, name: str, units: str, about: str) -> MeasuredValues:
-    values: dict[str, float] = getattr(point.flow, name)
-    return {name: array(list(values.values()), units, about, member=list(values))}
+@measure("quasi-static load sharing by three definitions")
+def load_sharing(point: Point) -> MeasuredValues:
+    """Over the error cycle of every stage."""
+    coefficients = xr.concat([d["load_sharing_coefficient"] for d in point.sharing], "group")
+    return {"load_sharing": _coefficients(coefficients, "quasi-static load sharing")}
 
 
-def _speeds(point: Point) -> MeasuredValues:
-    stages = point.flow.stages
+def _coefficients(coefficients: xr.DataArray, about: str) -> xr.DataArray:
+    """Coefficients by definition and group of gear meshes."""
+    values = coefficients.transpose("definition", "group")
+    names = {d: [str(n) for n in values[d].to_numpy()] for d in ("definition", "group")}
+    return array(values.to_numpy(), "1", f"{about}, largest of the planets", **names)
+
+
+@measure("largest quasi-static gear-mesh forces")
+def gear_mesh_forces(point: Point) -> MeasuredValues:
+    """Of a planet, over the error cycle of every stage."""
+    forces = {
+        name: force
+        for data in point.sharing
+        for name, force in _by_group(data, "cycle_maximum").items()
+    }
+    about = "largest quasi-static gear-mesh force of a planet"
+    return {"gear_mesh_force_max": largest(forces, "N", about, "group")}
+
+
+def _by_group(data: xr.Dataset, name: str) -> dict[str, xr.DataArray]:
+    """Values of gear meshes that share a load."""
+    return {group: data[name].isel(gear_mesh=at) for group, at in groups_in(data).items()}
+
+
+@measure("quasi-static floats of suns, rings, carriers")
+def displacements(point: Point) -> MeasuredValues:
+    """Mean and largest over the equilibria."""
+    far = axis_distance(point.equilibria)
+    samples = [d for d in far.dims if d != "body"]
+    return {"displacement": _distances(far.mean(samples), far.max(samples), "quasi-static")}
+
+
+def _distances(mean: xr.DataArray, most: xr.DataArray, about: str) -> xr.DataArray:
+    """Mean and largest distance (body,) of central members from their axis, rolling taken off."""
+    far = [central_distance(distance, most) for distance in (mean, most)]
+    return array(
+        np.stack(far), "m", f"distance of the member from its axis, {about}",
+        statistic=STATISTICS, body=[str(n) for n in far[0]["body"].to_numpy()],
+    )  # fmt: skip
+
+
+@measure("load sharing of a transient")
+def transient_sharing(point: Point) -> MeasuredValues:
+    """In the settled window."""
+    data, _ = point.transient
+    if "load_sharing_coefficient" not in data:
+        raise FlexgearError("no stage has planets that share a load")
+    coefficients = data["load_sharing_coefficient"]
+    return {"transient_sharing": _coefficients(coefficients, "load sharing after settling")}
+
+
+@measure("largest gear-mesh forces of a transient")
+def transient_forces(point: Point) -> MeasuredValues:
+    """Of a planet."""
+    _, rest = point.transient
+    forces = _by_group(rest.largest, "gear_mesh_force")
+    about = "largest gear-mesh force of a planet after settling"
+    return {"transient_force_max": largest(forces, "N", about, "group")}
+
+
+@measure("floats of suns, rings, carriers in a transient")
+def transient_displacements(point: Point) -> MeasuredValues:
+    """Mean and largest."""
+    _, rest = point.transient
+    mean, most = (d["axis_distance"] for d in (rest.mean, rest.largest))
+    return {"transient_displacement": _distances(mean, most, "after settling")}
+
+
+@measure("root mean square of what sensors measure in a transient", SENSORS)
+def sensors(point: Point) -> MeasuredValues:
+    """About the mean of every signal, from the settled window on."""
+    data, signal = point.signals, point.signals["sensor_signal"]
+    rest = signal.to_numpy()[data[SENSOR_TIME].to_numpy() >= data.attrs["settle_s"]]
+    if not len(rest):
+        raise FlexgearError("the settled part is too short for the filter of its sensors")
+    about = {"units": "", "long_name": "root mean square about its mean of a signal, SI"}
+    names = coordinate("sensor", "sensor", signal["sensor"].to_numpy())
+    return {"sensor_rms": xr.DataArray(rest.std(axis=0), {"sensor": names}, "sensor", attrs=about)}
+
+
+@measure("what sensors measure in a transient, sample by sample", SENSORS)
+def sensor_signals(point: Point) -> MeasuredValues:
+    """Whole signals and rotations by the number of the sample, with its time of the first one and
+    the time between two."""
+    data = point.signals
+    time = data[SENSOR_TIME].to_numpy()
+    if len(time) < 2:
+        raise FlexgearError("the transient is too short for the filter of its sensors")
+    about = {"units": "1", "long_name": "number of a sample, from 0"}
+    samples = xr.Variable("sample", np.arange(len(time)), about)
+    values = {
+        name: data[name]
+        .drop_vars(SENSOR_TIME)
+        .reset_coords(drop=True)
+        .rename({SENSOR_TIME: "sample"})
+        .assign_coords(sample=samples)
+        for name in ("sensor_signal", "sensor_input_angle")
+    }
+    values["sensor_start"] = array(time[0], "s", "time of the first sample")
+    values["sensor_interval"] = array(time[1] - time[0], "s", "time between two samples")
+    return values
+
+
+@measure("speeds of members and planets, gear-mesh frequencies")
+def speeds(point: Point) -> MeasuredValues:
+    """Of the power flow."""
     return {
-        **_members(point, "speed", "rad/s", "speed of the member"),
+        "speed": _members(point.flow.speed, "rad/s", "speed of the member"),
         "planet_relative_speed": _of_stages(
-            stages, lambda s: s.planet_relative_speed, "rad/s", "speed of planets to their carrier"
+            point, "planet_relative_speed", "rad/s", "speed of planets to their carrier"
         ),
         "gear_mesh_frequency": _of_stages(
-            stages, lambda s: s.gear_mesh_frequency, "Hz", "gear-mesh frequency"
+            point, "gear_mesh_frequency", "Hz", "gear-mesh frequency"
         ),
     }
 
 
-def _torques(point: Point) -> MeasuredValues:
+@measure("torques on all members")
+def torques(point: Point) -> MeasuredValues:
+    """By the rest of the train."""
     about = "torque by the rest of the train on the member"
-    return {"torque": _members(point, "branch_torque", "N m", about)["branch_torque"]}
+    return {"torque": _members(point.flow.branch_torque, "N m", about)}
 
 
-def _powers(point: Point) -> MeasuredValues:
+@measure("powers of members, rolling and circulating power")
+def powers(point: Point) -> MeasuredValues:
+    """Of the power flow."""
     flow, about = point.flow, "power that enters the stage at the member"
     return {
-        "power": _members(point, "branch_power", "W", about)["branch_power"],
+        "power": _members(flow.branch_power, "W", about),
         "rolling_power": _of_stages(
-            flow.stages, lambda s: s.stage_power, "W", "rolling power of the stage, sun to ring"
+            point, "stage_power", "W", "rolling power of the stage, sun to ring"
         ),
         "circulating_power": array(flow.circulating_power, "W", "power round closed loops"),
     }
 
 
-def _mean_forces(point: Point) -> MeasuredValues:
-    forces: dict[str, Callable[[StageFlow], float]] = {
-        "mean_sun_gear_mesh_force": lambda s: abs(s.sun_gear_mesh_force),
-        "mean_ring_gear_mesh_force": lambda s: abs(s.ring_gear_mesh_force),
-        "mean_planet_bearing_force": lambda s: s.planet_bearing_force,
-    }
+def _members(values: Mapping[str, float], units: str, about: str) -> xr.DataArray:
+    return array(list(values.values()), units, about, member=list(values))
+
+
+def _of_stages(point: Point, name: str, units: str, about: str) -> xr.DataArray:
+    """Values of an attribute of ``StageFlow``, by stage."""
+    stages = point.flow.stages
+    values = [getattr(stage, name) for stage in stages]
+    return array(values, units, about, stage=[stage.name for stage in stages])
+
+
+@measure("mean forces of gear meshes and planet bearings")
+def mean_forces(point: Point) -> MeasuredValues:
+    """Of the power flow."""
+    names = ("sun_gear_mesh_force", "ring_gear_mesh_force", "planet_bearing_force")
     return {
-        name: _of_stages(point.flow.stages, of, "N", f"{name.replace('_', ' ')} of a planet")
-        for name, of in forces.items()
+        f"mean_{name}": abs(
+            _of_stages(point, name, "N", f"mean {name.replace('_', ' ')} of a planet")
+        )
+        for name in names
     }
 
 
-def _bearing_life(point: Point) -> MeasuredValues:
+@measure("largest load of a tooth pair of rings that bend", RING)
+def tooth_load(point: Point) -> MeasuredValues:
+    """Of rings with tooth nodes; the flank that carries."""
+    loads = {
+        f"{stage} {gear}": tooth_loads(stage_part(point.equilibria, stage), gear).to_numpy()
+        for stage in point.case.fe_ring_stages
+        for gear in GEARS
+    }
+    return {"tooth_load": largest(loads, "N", "largest load of a tooth pair", "gear_mesh")}
+
+
+@measure("largest displacement of the tooth nodes of rings that bend", RING)
+def tooth_displacement(point: Point) -> MeasuredValues:
+    """Over the equilibria, by axis."""
+    stages = list(point.case.fe_ring_stages)
+    largest_of = [
+        np.abs(stage_part(point.equilibria, s)["tooth_displacement"].to_numpy()).max(axis=(0, 1))
+        for s in stages
+    ]
+    about = "largest displacement of a ring tooth node, fixed axes"
+    return {"tooth_displacement": array(largest_of, "m", about, stage=stages, axis=list("xyz"))}
+
+
+@measure("rating life of planet bearings over that of the case")
+def bearing_life(point: Point) -> MeasuredValues:
     """L₁₀ in time over that of the unchanged case; stages that carry nothing are left out."""
-    reference_stages = {s.name: s for s in power_flow(point.reference).stages}
-    lives = {
-        s.name: (s, reference_stages[s.name]) for s in point.flow.stages if s.kind == "planetary"
+    reference = power_flow(point.reference)
+    ratios = {
+        kind: planet_bearing_life_ratios(point.flow, reference, exponent)
+        for kind, exponent in EXPONENTS.items()
     }
-    loaded = {
-        name: pair
-        for name, pair in lives.items()
-        if all(s.planet_bearing_force and s.planet_relative_speed for s in pair)
-    }
-    kinds = {"ball": BALL, "roller": ROLLER}
-    values = [
-        [
-            life_ratio(
-                s.planet_bearing_force, s.planet_relative_speed,
-                r.planet_bearing_force, r.planet_relative_speed, exponent,
-            )
-            for s, r in loaded.values()
-        ]
-        for exponent in kinds.values()
-    ]  # fmt: skip
+    values = [list(by_stage.values()) for by_stage in ratios.values()]
     about = (
         "basic rating life of planet bearings under nominal loads over that of the unchanged case"
     )
-    return {"life_ratio": array(values, "1", about, bearing=list(kinds), stage=list(loaded))}
+    stages = list(ratios["ball"])
+    return {"life_ratio": array(values, "1", about, bearing=list(ratios), stage=stages)}
 
 
 OF_RATING = ("load_reserve", "damage_sum", "life")
 LONGEST = 1e7  # h, beyond which lives are not told apart
 
 
-def _life(point: Point) -> MeasuredValues:
+@measure("load reserve, damage and life under the case's load cases", LOADS)
+def life(point: Point) -> MeasuredValues:
     """Of the weakest flank, root and bearing of every stage under the case's load cases."""
     rating = rate(point.case, workers=1)
     if not rating.hours:
@@ -294,158 +442,15 @@ def _life(point: Point) -> MeasuredValues:
     return figures
 
 
-def _of_stages(
-    stages: tuple[StageFlow, ...], of: Callable[[StageFlow], float], units: str, about: str
-) -> xr.DataArray:
-    return array([of(s) for s in stages], units, about, stage=[s.name for s in stages])
-
-
-def _load_sharing(point: Point) -> MeasuredValues:
-    coefficients = xr.concat([d["load_sharing_coefficient"] for d in point.sharing], "group")
-    return {"load_sharing": _coefficients(coefficients, "quasi-static load sharing")}
-
-
-def _transient_sharing(point: Point) -> MeasuredValues:
-    data, _ = point.transient
-    if "load_sharing_coefficient" not in data:
-        raise FlexgearError("no stage has planets that share a load")
-    coefficients = data["load_sharing_coefficient"]
-    return {"transient_sharing": _coefficients(coefficients, "load sharing after settling")}
-
-
-def _coefficients(coefficients: xr.DataArray, about: str) -> xr.DataArray:
-    """Coefficients by definition and group of gear meshes."""
-    values = coefficients.transpose("definition", "group")
-    names = {d: [str(n) for n in values[d].to_numpy()] for d in ("definition", "group")}
-    return array(values.to_numpy(), "1", f"{about}, largest of the planets", **names)
-
-
-def _gear_mesh_forces(point: Point) -> MeasuredValues:
-    forces = {
-        name: force
-        for data in point.sharing
-        for name, force in _by_group(data, "cycle_maximum").items()
-    }
-    about = "largest quasi-static gear-mesh force of a planet"
-    return {"gear_mesh_force_max": largest(forces, "N", about, "group")}
-
-
-def _transient_forces(point: Point) -> MeasuredValues:
-    _, rest = point.transient
-    forces = _by_group(rest.largest, "gear_mesh_force")
-    about = "largest gear-mesh force of a planet after settling"
-    return {"transient_force_max": largest(forces, "N", about, "group")}
-
-
-def _by_group(data: xr.Dataset, name: str) -> dict[str, xr.DataArray]:
-    """Values of gear meshes that share a load."""
-    return {group: data[name].isel(gear_mesh=at) for group, at in groups_in(data).items()}
-
-
-def _displacements(point: Point) -> MeasuredValues:
-    far = axis_distance(point.equilibria)
-    samples = [d for d in far.dims if d != "body"]
-    return {"displacement": _distances(far.mean(samples), far.max(samples), "quasi-static")}
-
-
-def _transient_displacements(point: Point) -> MeasuredValues:
-    _, rest = point.transient
-    mean, most = (d["axis_distance"] for d in (rest.mean, rest.largest))
-    return {"transient_displacement": _distances(mean, most, "after settling")}
-
-
-def _distances(mean: xr.DataArray, most: xr.DataArray, about: str) -> xr.DataArray:
-    """Mean and largest distance (body,) of central members from their axis, rolling taken off."""
-    far = [central_distance(distance, most) for distance in (mean, most)]
-    return array(
-        np.stack(far), "m", f"distance of the member from its axis, {about}",
-        statistic=STATISTICS, body=[str(n) for n in far[0]["body"].to_numpy()],
-    )  # fmt: skip
-
-
-def _tooth_load(point: Point) -> MeasuredValues:
-    """Of rings with tooth nodes; the flank that carries."""
-    loads = {
-        f"{stage} {gear}": tooth_loads(stage_part(point.equilibria, stage), gear).to_numpy()
-        for stage in _rings(point)
-        for gear in GEARS
-    }
-    return {"tooth_load": largest(loads, "N", "largest load of a tooth pair", "gear_mesh")}
-
-
-def _tooth_displacement(point: Point) -> MeasuredValues:
-    stages = _rings(point)
-    largest_of = [
-        np.abs(stage_part(point.equilibria, s)["tooth_displacement"].to_numpy()).max(axis=(0, 1))
-        for s in stages
-    ]
-    about = "largest displacement of a ring tooth node, fixed axes"
-    return {"tooth_displacement": array(largest_of, "m", about, stage=stages, axis=list("xyz"))}
-
-
-def _rings(point: Point) -> list[str]:
-    stages = list(point.case.fe_ring_stages)
-    if not stages:
-        raise FlexgearError("no stage has a ring with tooth nodes")
-    return stages
-
-
-def _recorded(point: Point) -> xr.Dataset:
-    """The signals of sensors in the transient of a point."""
-    attrs = point.transient[0].attrs
-    return point.recorded.data.assign_attrs(attrs)
-
-
-MEASURES = (
-    Measure("frequencies", "lowest natural frequencies and their types", _frequencies),
-    Measure(
-        "frequencies_by_type",
-        "lowest natural frequencies of every type of mode",
-        _frequencies_by_type,
-    ),
-    Measure("load_sharing", "quasi-static load sharing by three definitions", _load_sharing),
-    Measure("gear_mesh_forces", "largest quasi-static gear-mesh forces", _gear_mesh_forces),
-    Measure("displacements", "quasi-static floats of suns, rings, carriers", _displacements),
-    Measure("transient_sharing", "load sharing of a transient", _transient_sharing),
-    Measure("transient_forces", "largest gear-mesh forces of a transient", _transient_forces),
-    Measure(
-        "transient_displacements",
-        "floats of suns, rings, carriers in a transient",
-        _transient_displacements,
-    ),
-    Measure(
-        "sensors",
-        "root mean square of what sensors measure in a transient",
-        lambda point: sensor_levels(_recorded(point)),
-    ),
-    Measure(
-        "sensor_signals",
-        "what sensors measure in a transient, sample by sample",
-        lambda point: sensor_signals(_recorded(point)),
-    ),
-    Measure("speeds", "speeds of members and planets, gear-mesh frequencies", _speeds),
-    Measure("torques", "torques on all members", _torques),
-    Measure("powers", "powers of members, rolling and circulating power", _powers),
-    Measure("mean_forces", "mean forces of gear meshes and planet bearings", _mean_forces),
-    Measure("tooth_load", "largest load of a tooth pair of rings that bend", _tooth_load),
-    Measure(
-        "tooth_displacement",
-        "largest displacement of the tooth nodes of rings that bend",
-        _tooth_displacement,
-    ),
-    Measure("bearing_life", "rating life of planet bearings over that of the case", _bearing_life),
-    Measure("life", "load reserve, damage and life under the case's load cases", _life),
-)
-
-
 def measures_of(case: Case) -> dict[str, Measure]:
     """Measures that a case has, by name."""
     has = {
-        "a ring that bends": bool(case.fe_ring_stages),
-        "[[sensors]]": bool(case.sensors),
-        "load cases": bool(case.load_cases or case.load_series),
+        "": True,
+        RING: bool(case.fe_ring_stages),
+        SENSORS: bool(case.sensors),
+        LOADS: bool(case.load_cases or case.load_series),
     }
-    return {m.name: m for m in MEASURES if has.get(NEEDS.get(m.name, ""), True)}
+    return {name: m for name, m in MEASURES.items() if has[m.needs]}
 
 
 def chosen_measures(case: Case, names: Sequence[str]) -> tuple[str, ...]:
@@ -453,7 +458,7 @@ def chosen_measures(case: Case, names: Sequence[str]) -> tuple[str, ...]:
     by_name = measures_of(case)
     for name in names:
         if name not in by_name:
-            problem = f"needs {NEEDS[name]}" if name in NEEDS else "is no measure"
+            problem = f"needs {MEASURES[name].needs}" if name in MEASURES else "is no measure"
             raise InputError("--measure", name, problem, nearest(name, list(by_name)))
     shared = any(stage.planets > 1 for stage in case.stages)
     usual = ("frequencies", "load_sharing" if shared else "speeds")
@@ -468,8 +473,8 @@ def measured(shared: tuple[Case, Sequence[str], int], case: Case) -> MeasuredVal
     """
     reference, names, modes = shared
     point, figures = Point(case, reference, modes), MeasuredValues()
-    for name in names:
-        figures |= measures_of(case)[name].of(point)
+    for name in chosen_measures(case, names):  # a point of a sweep may lack what others have
+        figures |= MEASURES[name].of(point)
     if lines := point.warnings:
         figures[WARNING] = array("; ".join(lines), "", "what to mind at the point")
     return figures

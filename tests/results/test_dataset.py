@@ -17,6 +17,7 @@ from flexgear.results.load_sharing import (
     sharing_histories,
 )
 from flexgear.results.stage_part import of_kind, ring_sharing
+from flexgear.results.summary import sharing_summary_of
 
 
 def test_labels_count_from_one(make_part):

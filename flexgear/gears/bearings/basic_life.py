@@ -74,19 +74,17 @@ def planet_bearing_life_ratios(
 ) -> dict[str, float]:
     """Life of each stage's planet bearings over that in ``reference``, for stages of one name.
 
-    Parallel stages have no planet bearing.
+    Parallel stages have no planet bearing, and those without load or at rest no life to compare.
     """
-    reference_stages = {s.name: s for s in reference.stages}
+    states = [
+        {s.name: (s.planet_bearing_force, s.planet_relative_speed)
+         for s in each.stages if s.kind == "planetary"}
+        for each in (flow, reference)
+    ]  # fmt: skip
     return {
-        s.name: life_ratio(
-            s.planet_bearing_force,
-            s.planet_relative_speed,
-            reference_stages[s.name].planet_bearing_force,
-            reference_stages[s.name].planet_relative_speed,
-            exponent,
-        )
-        for s in flow.stages
-        if s.kind == "planetary" and s.name in reference_stages
+        name: life_ratio(*state, *states[1][name], exponent)
+        for name, state in states[0].items()
+        if name in states[1] and all((*state, *states[1][name]))
     }
 
 
