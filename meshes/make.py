@@ -3,13 +3,10 @@
 from math import radians
 from pathlib import Path
 
-from flexgear.structures.fe_mesh import (
-    CarrierMeshParameters,
-    RingMeshParameters,
-    carrier_fe_mesh,
-    ring_fe_mesh,
-    write_fe_mesh,
-)
+from flexgear.structures.fe_mesh.carrier import CarrierMeshParameters
+from flexgear.structures.fe_mesh.carrier_mesh import carrier_fe_mesh
+from flexgear.structures.fe_mesh.files import write_fe_mesh
+from flexgear.structures.fe_mesh.gears import RingMeshParameters, ring_fe_mesh
 
 HERE = Path(__file__).parent
 

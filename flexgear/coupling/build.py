@@ -366,6 +366,8 @@ def _require_stage(view: StageView) -> None:
 
 def _require_influences(view: StageView) -> None:
     if "fe" in (view.gear_mesh.tooth_compliance, view.gear_mesh.root_stress):
-        from flexgear.structures.tooth_influence import require_influences  # half of the package
+        from flexgear.structures.tooth_influence.roots import (
+            require_influences,  # half of the package
+        )
 
         require_influences(view)

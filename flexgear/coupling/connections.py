@@ -290,7 +290,8 @@ def stage_sets(
 def _bending(view: StageView, path: GearMeshPath, force: float, rim: RimFlexibility | None) -> Bent:
     """Makes slices of this path bend each other, those of sound teeth and of faulty ones."""
     # half of the package, for cases that ask for it alone
-    from flexgear.structures.tooth_influence import pair_bending, rim_bending
+    from flexgear.structures.tooth_influence.pairs import pair_bending
+    from flexgear.structures.tooth_influence.rim import rim_bending
 
     assert path.slices is not None
     load = line_load(view, stage_geometry(view), path.kind.gear, force)

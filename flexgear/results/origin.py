@@ -93,7 +93,7 @@ def _of_report(path: Path) -> Origin | None:
 
 
 def _of_fe_mesh(path: Path) -> Origin | None:
-    from flexgear.structures.fe_mesh import fe_mesh_case  # likewise
+    from flexgear.structures.fe_mesh.files import fe_mesh_case  # likewise
 
     name = fe_mesh_case(path)
     return Origin(name) if name else None

@@ -20,7 +20,8 @@ from flexgear.model.stage_view import StageView
 from flexgear.structures.linalg.threads import single_threaded_blas
 from flexgear.structures.reduced import Progress, ReducedBody, silent
 from flexgear.structures.sources.of_case import fe_sources
-from flexgear.structures.tooth_influence import root_of_case, tooth_influence
+from flexgear.structures.tooth_influence.of_case import tooth_influence
+from flexgear.structures.tooth_influence.roots import root_of_case
 
 _BYTES = {"quick": 1e9, "standard": 2e9, "fine": 4e9}  # that two generated bodies take to reduce
 Bodies = Mapping[BodyName, ReducedBody]

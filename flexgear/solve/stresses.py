@@ -35,7 +35,7 @@ from flexgear.model.stage_view import StageView
 from flexgear.solve.bodies import Bodies
 from flexgear.structures.reduced import ReducedBody
 from flexgear.structures.surface_strain import Ray, Surface
-from flexgear.structures.tooth_influence import (
+from flexgear.structures.tooth_influence.roots import (
     PairRoots,
     pair_roots,
     ring_root_rows,

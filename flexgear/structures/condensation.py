@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 
 from flexgear.arrays import Array
 from flexgear.model.errors import FlexgearError
-from flexgear.structures.fem import FeModel, Interface
+from flexgear.structures.fem.assembly import FeModel
+from flexgear.structures.fem.ties import Interface
 from flexgear.structures.linalg.dense import dot, scaled_inverse
 from flexgear.structures.linalg.sparse import Factor
 from flexgear.structures.linalg.threads import blocks

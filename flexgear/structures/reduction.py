@@ -31,7 +31,8 @@ from flexgear.arrays import Array
 from flexgear.model.errors import FlexgearError
 from flexgear.structures.condensation import Condensation
 from flexgear.structures.cyclic.condensation import CyclicCondensation, condense_by_sectors
-from flexgear.structures.fem import FeModel, Interface
+from flexgear.structures.fem.assembly import FeModel
+from flexgear.structures.fem.ties import Interface
 from flexgear.structures.linalg.lanczos import (
     Eigenpairs,
     NotConverged,

@@ -80,7 +80,8 @@ def test_wrong_files_are_named_with_the_key(flexgear, tmp_path, change, words):
 def test_mesh_file_without_named_groups(flexgear, tmp_path):
     import numpy as np
 
-    from flexgear.structures.fe_mesh import FeMesh, write_fe_mesh
+    from flexgear.structures.fe_mesh.fe_mesh import FeMesh
+    from flexgear.structures.fe_mesh.files import write_fe_mesh
 
     corners = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=float)
     # one brick of the ring's outer size, right-handed in scikit-fem's order

@@ -11,7 +11,8 @@ from flexgear.cli.case_commands import derived
 from flexgear.coupling.build import build_system
 from flexgear.coupling.modal import modal_system
 from flexgear.model.load import bundled_text, load_case
-from flexgear.structures.fe_mesh import FeMesh, write_fe_mesh
+from flexgear.structures.fe_mesh.fe_mesh import FeMesh
+from flexgear.structures.fe_mesh.files import write_fe_mesh
 from flexgear.structures.sources.of_case import ring_source
 
 

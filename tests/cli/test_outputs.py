@@ -188,7 +188,8 @@ def test_the_same_study_again(flexgear, mine):
 
 
 def test_exported_fe_meshes_say_their_case(flexgear, tmp_path):
-    from flexgear.structures.fe_mesh import FeMesh, fe_mesh_case, read_fe_mesh, write_fe_mesh
+    from flexgear.structures.fe_mesh.fe_mesh import FeMesh
+    from flexgear.structures.fe_mesh.files import fe_mesh_case, read_fe_mesh, write_fe_mesh
 
     corners = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=float)
     facets = {"face": np.array([[0, 1, 3, 2]])}

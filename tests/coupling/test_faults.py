@@ -13,7 +13,7 @@ from flexgear.analysis.orbit import orbit_elements
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.errors import InputError
 from flexgear.solve.angles import stage_motions
-from flexgear.structures.fe_mesh import SegmentDivisions
+from flexgear.structures.fe_mesh.tooth_segment import SegmentDivisions
 from flexgear.structures.tooth_influence import crack
 
 STEEL = """

@@ -22,7 +22,7 @@ from flexgear.analysis.line_loads import line_loads
 from flexgear.analysis.recovery import Recovery
 from flexgear.coupling.build import build_system
 from flexgear.coupling.modal import modal_system
-from flexgear.structures.fe_mesh import SegmentDivisions
+from flexgear.structures.fe_mesh.tooth_segment import SegmentDivisions
 from flexgear.structures.tooth_influence import pairs as influence_pairs
 from flexgear.structures.tooth_influence.influence import influence_of
 from flexgear.structures.tooth_influence.of_case import influence_parameters

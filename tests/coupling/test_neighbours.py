@@ -16,10 +16,11 @@ from flexgear.gears.power_flow import power_flow
 from flexgear.model.load import load_case
 from flexgear.results.time_figures import energy_residual
 from flexgear.solve.transient import simulate
-from flexgear.structures.fe_mesh import SegmentDivisions
-from flexgear.structures.tooth_influence import pair_bending, pairs
+from flexgear.structures.fe_mesh.tooth_segment import SegmentDivisions
+from flexgear.structures.tooth_influence import pairs
 from flexgear.structures.tooth_influence.influence import influence_of
 from flexgear.structures.tooth_influence.of_case import influence_parameters
+from flexgear.structures.tooth_influence.pairs import pair_bending
 
 CASE = load_case(
     "wind-5mw",

@@ -17,7 +17,7 @@ from flexgear.solve.dataset import equilibrium_data
 from flexgear.solve.static import position_figures
 from flexgear.solve.stresses import ring_roots, tooth_roots
 from flexgear.solve.transient import simulate
-from flexgear.structures.fe_mesh import SegmentDivisions
+from flexgear.structures.fe_mesh.tooth_segment import SegmentDivisions
 from flexgear.structures.tooth_influence import roots as tables
 from flexgear.structures.tooth_influence.roots import root_influence, root_segment
 

@@ -10,7 +10,7 @@ from flexgear.coupling.laws import COUPLED_SLICES_LAW, respond
 from flexgear.coupling.pair_data import OF_LINE
 from flexgear.model.load import load_case
 from flexgear.solve.static import static
-from flexgear.structures.fe_mesh import SegmentDivisions
+from flexgear.structures.fe_mesh.tooth_segment import SegmentDivisions
 from flexgear.structures.tooth_influence import pairs
 from flexgear.structures.tooth_influence.influence import influence_of
 from flexgear.structures.tooth_influence.of_case import influence_parameters

@@ -8,9 +8,11 @@ from small_train import SMALL_STAGE
 
 from flexgear.model.load import load_case
 from flexgear.model.stage_view import StageView
-from flexgear.structures.fe_mesh import FeMesh
+from flexgear.structures.fe_mesh.fe_mesh import FeMesh
 from flexgear.structures.fe_mesh.placement import Placement, check_place
-from flexgear.structures.fem import FeModel, Interface, facet_sample
+from flexgear.structures.fem.assembly import FeModel
+from flexgear.structures.fem.sampling import facet_sample
+from flexgear.structures.fem.ties import Interface
 from flexgear.structures.reduction import condense
 from flexgear.structures.sources.of_case import carrier_source, ring_source
 from flexgear.structures.sources.reducing import tied

@@ -12,9 +12,10 @@ from flexgear.gears.power_flow import power_flow
 from flexgear.gears.slices import Nominal, bent
 from flexgear.gears.stiffness import compliance
 from flexgear.model.load import load_case
-from flexgear.structures.fe_mesh import SegmentDivisions
-from flexgear.structures.tooth_influence import of_case, pair_bending, pairs
+from flexgear.structures.fe_mesh.tooth_segment import SegmentDivisions
+from flexgear.structures.tooth_influence import of_case, pairs
 from flexgear.structures.tooth_influence.influence import influence_of
+from flexgear.structures.tooth_influence.pairs import pair_bending
 
 COARSE = SegmentDivisions(flank=4, fillet=2, tooth=2, rim=2, layers=4)
 SMALL = {

@@ -16,7 +16,8 @@ from flexgear.model.bodies import Material, Planet
 from flexgear.model.member import PlanetBearing
 from flexgear.model.names import BodyName
 from flexgear.structures.bodies import rigid_variant
-from flexgear.structures.fe_mesh import FeMesh, PlanetMeshParameters
+from flexgear.structures.fe_mesh.fe_mesh import FeMesh
+from flexgear.structures.fe_mesh.gears import PlanetMeshParameters
 from flexgear.structures.fe_mesh.solids import mesh_solid
 from flexgear.structures.kinematics import rigid_rows, turn
 from flexgear.structures.reduced import ReducedBody, elastic_modes, floating

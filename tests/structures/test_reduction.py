@@ -15,13 +15,9 @@ from scipy.sparse.linalg import eigsh, spsolve
 from flexgear.model.errors import FlexgearError
 from flexgear.structures import condensation
 from flexgear.structures.estimate import ProbeLoad, compare_frequencies, probed, static_errors
-from flexgear.structures.fem import (
-    FeModel,
-    averaging_tie,
-    facet_sample,
-    interface_of,
-    rigid_tie,
-)
+from flexgear.structures.fem.assembly import FeModel
+from flexgear.structures.fem.sampling import facet_sample
+from flexgear.structures.fem.ties import averaging_tie, interface_of, rigid_tie
 from flexgear.structures.reduction import reduce
 
 STEEL = (210e9, 0.3, 7850.0)

@@ -12,8 +12,9 @@ from flexgear.gears.power_flow import power_flow
 from flexgear.model.load import load_case
 from flexgear.results.report.tables import rim_rows
 from flexgear.structures import estimate
-from flexgear.structures.fe_mesh import SegmentDivisions
-from flexgear.structures.fem import averaging_tie, facet_sample, point_sample
+from flexgear.structures.fe_mesh.tooth_segment import SegmentDivisions
+from flexgear.structures.fem.sampling import facet_sample, point_sample
+from flexgear.structures.fem.ties import averaging_tie
 from flexgear.structures.kinematics import rigid_motion, rotation, turn
 from flexgear.structures.reduced import ReducedBody
 from flexgear.structures.sources.of_case import ring_source

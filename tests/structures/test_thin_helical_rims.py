@@ -10,7 +10,9 @@ import scipy.linalg as sla
 
 from flexgear.structures.fe_mesh.gears import RingMeshParameters, ring_fe_mesh
 from flexgear.structures.fe_mesh.solids import mesh_solid, ring_solid
-from flexgear.structures.fem import FeModel, averaging_tie, facet_sample, interface_of
+from flexgear.structures.fem.assembly import FeModel
+from flexgear.structures.fem.sampling import facet_sample
+from flexgear.structures.fem.ties import averaging_tie, interface_of
 from flexgear.structures.reduction import reduce
 
 STEEL = (210e9, 0.3, 7850.0)

@@ -5,16 +5,9 @@ import pytest
 from plain_meshes import annulus, box, rigid_modes, tetrahedra
 
 from flexgear.model.errors import FlexgearError
-from flexgear.structures.fem import (
-    FeModel,
-    averaging_tie,
-    disc_points,
-    facet_sample,
-    interface_of,
-    point_sample,
-    rigid_tie,
-    seat_tie,
-)
+from flexgear.structures.fem.assembly import FeModel
+from flexgear.structures.fem.sampling import disc_points, facet_sample, point_sample
+from flexgear.structures.fem.ties import averaging_tie, interface_of, rigid_tie, seat_tie
 
 STEEL = (210e9, 0.3, 7850.0)
 CENTRE, NORMAL = np.array([0.5, 0.11, 0.3]), np.array([0.0, 0.0, 1.0])

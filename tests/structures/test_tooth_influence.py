@@ -14,9 +14,17 @@ from flexgear.gears.weber_banaschek import tooth_compliance
 from flexgear.model.errors import FlexgearWarning, InputError
 from flexgear.model.load import load_case
 from flexgear.structures.cache import cached_arrays
-from flexgear.structures.fe_mesh import SegmentDivisions, SegmentParameters, tooth_segment
-from flexgear.structures.tooth_influence import ToothInfluence, of_case
-from flexgear.structures.tooth_influence.influence import flank_normals, influence_of
+from flexgear.structures.fe_mesh.tooth_segment import (
+    SegmentDivisions,
+    SegmentParameters,
+    tooth_segment,
+)
+from flexgear.structures.tooth_influence import of_case
+from flexgear.structures.tooth_influence.influence import (
+    ToothInfluence,
+    flank_normals,
+    influence_of,
+)
 
 STEEL = (2.1e11, 0.3)
 CASE = load_case("wind-5mw", {"stage.helix_angle_deg": "0"}).view()

@@ -14,10 +14,9 @@ from scipy.sparse.linalg import LinearOperator, eigsh
 from benchmarks.record import Comparison, Report
 from benchmarks.rings import dofs_text, ring_mesh
 from benchmarks.timing import interleaved
-from flexgear.structures.fe_mesh import FeMesh
-from flexgear.structures.fe_mesh.fe_mesh import EDGES_VTK
+from flexgear.structures.fe_mesh.fe_mesh import EDGES_VTK, FeMesh
 from flexgear.structures.fe_mesh.inp import write_inp
-from flexgear.structures.fem import FeModel
+from flexgear.structures.fem.assembly import FeModel
 from flexgear.structures.linalg.sparse import Factor
 from flexgear.structures.linalg.threads import THREADS, single_threaded_blas
 

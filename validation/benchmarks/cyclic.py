@@ -11,8 +11,8 @@ from benchmarks.record import Comparison, Curve, Report
 from benchmarks.rings import dofs_text, ring_mesh
 from benchmarks.timing import interleaved
 from flexgear.model.stage_view import StageView
-from flexgear.structures.fe_mesh import FeMesh
-from flexgear.structures.fem import FeModel
+from flexgear.structures.fe_mesh.fe_mesh import FeMesh
+from flexgear.structures.fem.assembly import FeModel
 from flexgear.structures.linalg.threads import THREADS
 from flexgear.structures.reduction import reduce
 from flexgear.structures.sources.of_case import ring_source

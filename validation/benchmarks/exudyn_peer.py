@@ -11,7 +11,9 @@ import numpy as np
 from benchmarks.record import Comparison, Report
 from benchmarks.rings import dofs_text, small_ring
 from benchmarks.timing import interleaved
-from flexgear.structures.fem import FeModel, facet_sample, interface_of, rigid_tie
+from flexgear.structures.fem.assembly import FeModel
+from flexgear.structures.fem.sampling import facet_sample
+from flexgear.structures.fem.ties import interface_of, rigid_tie
 from flexgear.structures.linalg.threads import THREADS
 from flexgear.structures.reduction import reduce
 

@@ -19,7 +19,8 @@ from scipy.sparse.linalg import LinearOperator, eigsh, splu
 from benchmarks.record import Comparison, Report
 from benchmarks.rings import dofs_text, ring_model
 from benchmarks.timing import interleaved
-from flexgear.structures.fem import FeModel, Interface
+from flexgear.structures.fem.assembly import FeModel
+from flexgear.structures.fem.ties import Interface
 from flexgear.structures.linalg.threads import THREADS
 from flexgear.structures.reduction import reduce
 

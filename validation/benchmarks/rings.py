@@ -9,8 +9,10 @@ import numpy as np
 
 from flexgear.model.load import load_case
 from flexgear.model.stage_view import StageView
-from flexgear.structures.fe_mesh import FeMesh, ring_fe_mesh
-from flexgear.structures.fem import FeModel, Interface
+from flexgear.structures.fe_mesh.fe_mesh import FeMesh
+from flexgear.structures.fe_mesh.gears import ring_fe_mesh
+from flexgear.structures.fem.assembly import FeModel
+from flexgear.structures.fem.ties import Interface
 from flexgear.structures.sources.of_case import ring_source
 from flexgear.structures.sources.reducing import tied
 

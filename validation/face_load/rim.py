@@ -29,9 +29,8 @@ from flexgear.model.stage_view import StageView
 from flexgear.solve.bodies import stage_bodies
 from flexgear.structures.kinematics import turn
 from flexgear.structures.sources.of_case import ring_source
-from flexgear.structures.tooth_influence import pair_bending, rim_bending
-from flexgear.structures.tooth_influence.pairs import PairBending, mating_flanks
-from flexgear.structures.tooth_influence.rim import flank_motion
+from flexgear.structures.tooth_influence.pairs import PairBending, mating_flanks, pair_bending
+from flexgear.structures.tooth_influence.rim import flank_motion, rim_bending
 from flexgear.structures.tooth_shapes import RimFlexibility
 
 CASES = {

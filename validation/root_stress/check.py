@@ -25,7 +25,7 @@ from flexgear.gears.radii import gears_by_role
 from flexgear.gears.tool import PlainTool
 from flexgear.gears.tooth import base_helix_angle, tooth_geometry, transverse_angle
 from flexgear.model.load import bundled_cases, load_case
-from flexgear.structures.fe_mesh import SegmentParameters
+from flexgear.structures.fe_mesh.tooth_segment import SegmentParameters
 from flexgear.structures.tooth_influence.roots import (
     DEPTH,
     FINE,

@@ -22,8 +22,7 @@ from plane_contact.rolling import Pair
 from plane_contact.sector import Grid
 
 from flexgear.arrays import Array
-from flexgear.structures.fe_mesh import FeMesh
-from flexgear.structures.fe_mesh.fe_mesh import HEX_FROM_VTK
+from flexgear.structures.fe_mesh.fe_mesh import HEX_FROM_VTK, FeMesh
 from flexgear.structures.fe_mesh.inp import write_inp
 from solid_contact.segment import extruded, section, walls
 

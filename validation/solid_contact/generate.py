@@ -22,7 +22,7 @@ from plane_contact.cases import material, pair, stage
 from plane_contact.generate import rounded, text_of
 from plane_contact.rolling import Pair
 
-from flexgear.structures.fe_mesh import FeMesh
+from flexgear.structures.fe_mesh.fe_mesh import FeMesh
 from solid_contact.cases import RUNS, Run
 from solid_contact.deck import both_bodies, reaction, run, slice_forces, write_deck
 from solid_contact.stored import FILE

@@ -14,15 +14,17 @@ from flexgear.gears.power_flow import power_flow
 from flexgear.gears.slices import Nominal, bent
 from flexgear.gears.stiffness import iso_mean_stiffness, iso_peak
 from flexgear.model.load import load_case
-from flexgear.structures.fe_mesh import tooth_segment
-from flexgear.structures.fem import FeModel, facet_nodes
-from flexgear.structures.tooth_influence import of_case, pair_bending, pairs
+from flexgear.structures.fe_mesh.tooth_segment import tooth_segment
+from flexgear.structures.fem.assembly import FeModel
+from flexgear.structures.fem.sampling import facet_nodes
+from flexgear.structures.tooth_influence import of_case, pairs
 from flexgear.structures.tooth_influence.influence import (
     carried_by_tie,
     held_flexibility,
     influence_of,
     root_tie,
 )
+from flexgear.structures.tooth_influence.pairs import pair_bending
 from flexgear.views.style import save_figure
 
 HERE = Path(__file__).parent

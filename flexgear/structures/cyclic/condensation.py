@@ -42,7 +42,8 @@ from flexgear.structures.cyclic.sectors import (
 )
 from flexgear.structures.cyclic.solver import CyclicSolver
 from flexgear.structures.cyclic.ties import SectorTies, sector_ties
-from flexgear.structures.fem import FeModel, Interface
+from flexgear.structures.fem.assembly import FeModel
+from flexgear.structures.fem.ties import Interface
 from flexgear.structures.linalg.dense import dot
 from flexgear.structures.linalg.sparse import Elimination, minimum_degree_order
 from flexgear.structures.linalg.threads import blocks, shared

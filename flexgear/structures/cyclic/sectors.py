@@ -28,7 +28,7 @@ import scipy.sparse as sp
 from scipy.spatial import cKDTree
 
 from flexgear.arrays import Array, Ints
-from flexgear.structures.fem import FeModel
+from flexgear.structures.fem.assembly import FeModel
 from flexgear.structures.kinematics import rotation
 
 LEAST = 3  # with two sectors the one before is also the one after

@@ -18,7 +18,7 @@ from scipy.spatial import cKDTree
 
 from flexgear.arrays import Array, Ints
 from flexgear.structures.cyclic.sectors import Sectors
-from flexgear.structures.fem import Interface
+from flexgear.structures.fem.ties import Interface
 from flexgear.structures.kinematics import rotation, six
 
 _TOLERANCE = 1e-9  # of the largest radius, or of a tie's largest row entry

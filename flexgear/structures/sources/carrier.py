@@ -17,19 +17,16 @@ from flexgear.model.bodies import Carrier
 from flexgear.model.member import SeatBearing
 from flexgear.model.names import NodeName
 from flexgear.structures.bodies import Spring, stiffness_at
-from flexgear.structures.fe_mesh import (
-    CarrierMeshParameters,
-    FeMesh,
-    Groups,
-    carrier_fe_mesh,
-    carrier_groups,
-)
+from flexgear.structures.fe_mesh.carrier import CarrierMeshParameters
+from flexgear.structures.fe_mesh.carrier_mesh import carrier_fe_mesh
+from flexgear.structures.fe_mesh.fe_mesh import FeMesh
+from flexgear.structures.fe_mesh.groups import Groups, carrier_groups
 from flexgear.structures.fe_mesh.solids import carrier_solid
 from flexgear.structures.sources.fe_body import FeBody, TiedNode
 
 if TYPE_CHECKING:
     from flexgear.structures.estimate import ProbeLoad
-    from flexgear.structures.fem import FeModel
+    from flexgear.structures.fem.assembly import FeModel
 
 SEATS = ("drive", "bearing_drive", "bearing_far")
 

@@ -23,14 +23,11 @@ from flexgear.model.input_file import MOST_FE_MESH, require_regular
 from flexgear.model.names import BodyName, NodeName
 from flexgear.structures.bodies import Body, rigid_variant
 from flexgear.structures.cache import content_key
-from flexgear.structures.fe_mesh import (
-    CarrierMeshParameters,
-    FeMesh,
-    Groups,
-    PlanetMeshParameters,
-    RingMeshParameters,
-    mesh_of_file,
-)
+from flexgear.structures.fe_mesh.carrier import CarrierMeshParameters
+from flexgear.structures.fe_mesh.fe_mesh import FeMesh
+from flexgear.structures.fe_mesh.gears import PlanetMeshParameters, RingMeshParameters
+from flexgear.structures.fe_mesh.groups import Groups
+from flexgear.structures.fe_mesh.placement import mesh_of_file
 from flexgear.structures.fe_mesh.solids import Solid, mesh_solid
 from flexgear.structures.kinematics import rigid_rows
 from flexgear.structures.reduced import Progress, ReducedBody, silent
@@ -39,7 +36,7 @@ from flexgear.structures.store import cached, is_cached
 
 if TYPE_CHECKING:
     from flexgear.structures.estimate import ProbeLoad
-    from flexgear.structures.fem import FeModel
+    from flexgear.structures.fem.assembly import FeModel
     from flexgear.structures.reduction import AnyCondensation
 
 

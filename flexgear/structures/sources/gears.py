@@ -20,24 +20,22 @@ from flexgear.model.names import NodeName
 from flexgear.model.ring import End, Ring, RingSupport, ring_supports
 from flexgear.structures.bodies import Spring, stiffness_at
 from flexgear.structures.cache import content_key
-from flexgear.structures.fe_mesh import (
-    FeMesh,
-    Groups,
+from flexgear.structures.fe_mesh.fe_mesh import FeMesh
+from flexgear.structures.fe_mesh.gears import (
     PlanetMeshParameters,
     RingMeshParameters,
-    SegmentParameters,
     planet_fe_mesh,
-    planet_groups,
     ring_fe_mesh,
-    ring_groups,
 )
+from flexgear.structures.fe_mesh.groups import Groups, planet_groups, ring_groups
 from flexgear.structures.fe_mesh.solids import Solid, planet_solid, ring_solid
+from flexgear.structures.fe_mesh.tooth_segment import SegmentParameters
 from flexgear.structures.reduced import PLACE, Progress, ReducedBody, both_halves, mirrored, silent
 from flexgear.structures.sources.fe_body import FeBody, TiedNode
 
 if TYPE_CHECKING:
     from flexgear.structures.estimate import ProbeLoad
-    from flexgear.structures.fem import FeModel
+    from flexgear.structures.fem.assembly import FeModel
 
 
 _PROBED_TEETH = 12  # teeth whose flanks the static error estimate loads

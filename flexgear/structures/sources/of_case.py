@@ -15,14 +15,9 @@ from flexgear.model.member import Gear
 from flexgear.model.names import BodyName
 from flexgear.model.ring import Ring
 from flexgear.model.stage_view import StageView
-from flexgear.structures.fe_mesh import (
-    CarrierMeshParameters,
-    PlanetMeshParameters,
-    RingMeshParameters,
-    SegmentParameters,
-)
-from flexgear.structures.fe_mesh.carrier import SAME_ANGLE
-from flexgear.structures.fe_mesh.gears import BLOCK
+from flexgear.structures.fe_mesh.carrier import SAME_ANGLE, CarrierMeshParameters
+from flexgear.structures.fe_mesh.gears import BLOCK, PlanetMeshParameters, RingMeshParameters
+from flexgear.structures.fe_mesh.tooth_segment import SegmentParameters
 from flexgear.structures.sources.carrier import CarrierSource
 from flexgear.structures.sources.fe_body import Accuracy, FeBody
 from flexgear.structures.sources.gears import PlanetSource, RingSource

@@ -24,8 +24,8 @@ from flexgear.model.stage_view import StageView
 from flexgear.structures.cache import cached_arrays
 from flexgear.structures.fe_mesh.cracked_segment import CrackedSegmentParameters, cracked_segment
 from flexgear.structures.fe_mesh.tooth_segment import SegmentDivisions
-from flexgear.structures.fem import FeModel, facet_nodes
-from flexgear.structures.fem.assembly import SolidMesh
+from flexgear.structures.fem.assembly import FeModel, SolidMesh
+from flexgear.structures.fem.sampling import facet_nodes
 from flexgear.structures.tooth_influence.influence import (
     FlankCompliance,
     flank_nodes,

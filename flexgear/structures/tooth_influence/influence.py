@@ -61,15 +61,10 @@ from numpy.typing import NDArray
 from flexgear.arrays import Array, Ints
 from flexgear.gears.hertz import ContactBody
 from flexgear.gears.tooth import ToothGeometry
-from flexgear.structures.fe_mesh import SegmentParameters, ToothSegment, tooth_segment
-from flexgear.structures.fem import (
-    FeModel,
-    averaging_tie,
-    edge_nodes,
-    facet_nodes,
-    facet_sample,
-    nodes_between,
-)
+from flexgear.structures.fe_mesh.tooth_segment import SegmentParameters, ToothSegment, tooth_segment
+from flexgear.structures.fem.assembly import FeModel
+from flexgear.structures.fem.sampling import edge_nodes, facet_nodes, facet_sample, nodes_between
+from flexgear.structures.fem.ties import averaging_tie
 from flexgear.structures.kinematics import rigid_motion
 from flexgear.structures.linalg.sparse import flexibility
 from flexgear.structures.linalg.threads import blocks

@@ -11,7 +11,7 @@ from flexgear.gears.tooth import ToothGeometry
 from flexgear.model.bodies import Material
 from flexgear.model.stage_view import StageView
 from flexgear.structures.cache import cached_arrays
-from flexgear.structures.fe_mesh import SegmentDivisions, SegmentParameters
+from flexgear.structures.fe_mesh.tooth_segment import SegmentDivisions, SegmentParameters
 from flexgear.structures.tooth_influence.influence import ToothInfluence, influence_of
 
 FLANK_LAYER = 0.2  # modules: dip cut off; at a tenth elements must be half as long for the same

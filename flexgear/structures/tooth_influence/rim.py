@@ -37,9 +37,11 @@ from flexgear.model.bodies import Material
 from flexgear.structures.cache import cached_arrays
 from flexgear.structures.cyclic.condensation import CyclicCondensation
 from flexgear.structures.estimate import END_SHARE, PROMISED, judged, shape_errors
-from flexgear.structures.fe_mesh import SegmentParameters
 from flexgear.structures.fe_mesh.section import base_section_angle
-from flexgear.structures.fem import FeModel, Sample, averaging_tie, facet_sample
+from flexgear.structures.fe_mesh.tooth_segment import SegmentParameters
+from flexgear.structures.fem.assembly import FeModel
+from flexgear.structures.fem.sampling import Sample, facet_sample
+from flexgear.structures.fem.ties import averaging_tie
 from flexgear.structures.kinematics import rigid_motion, turn
 from flexgear.structures.linalg.sparse import flexibility
 from flexgear.structures.linalg.threads import single_threaded_blas

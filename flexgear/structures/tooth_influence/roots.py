@@ -42,13 +42,14 @@ from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.slices import Slices
 from flexgear.model.stage_view import StageView
 from flexgear.structures.cache import cached_arrays
-from flexgear.structures.fe_mesh import (
+from flexgear.structures.fe_mesh.tooth_segment import (
     SegmentDivisions,
     SegmentParameters,
     ToothSegment,
     tooth_segment,
 )
-from flexgear.structures.fem import FeModel, element_gradient, facet_nodes
+from flexgear.structures.fem.assembly import FeModel
+from flexgear.structures.fem.sampling import element_gradient, facet_nodes
 from flexgear.structures.kinematics import rotation
 from flexgear.structures.linalg.sparse import Factor
 from flexgear.structures.linalg.threads import blocks

@@ -64,7 +64,7 @@ from flexgear.gears.profile_contact import ProfileContact
 from flexgear.gears.slices import Slices
 from flexgear.gears.tooth import ToothGeometry
 from flexgear.structures.cache import cached_arrays
-from flexgear.structures.fem import plane_strain
+from flexgear.structures.fem.assembly import plane_strain
 from flexgear.structures.linalg.sparse import flexibility
 from flexgear.structures.tooth_influence.influence import ToothInfluence
 

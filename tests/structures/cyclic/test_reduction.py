@@ -24,13 +24,9 @@ from flexgear.structures.estimate import (
     static_errors,
     tooth_lines,
 )
-from flexgear.structures.fem import (
-    FeModel,
-    averaging_tie,
-    facet_sample,
-    interface_of,
-    rigid_tie,
-)
+from flexgear.structures.fem.assembly import FeModel
+from flexgear.structures.fem.sampling import facet_sample
+from flexgear.structures.fem.ties import averaging_tie, interface_of, rigid_tie
 from flexgear.structures.kinematics import turn
 from flexgear.structures.reduction import reduce
 

@@ -16,7 +16,9 @@ from flexgear.structures.cyclic.sectors import (
     to_sectors,
 )
 from flexgear.structures.cyclic.ties import sector_ties
-from flexgear.structures.fem import FeModel, averaging_tie, facet_sample, interface_of
+from flexgear.structures.fem.assembly import FeModel
+from flexgear.structures.fem.sampling import facet_sample
+from flexgear.structures.fem.ties import averaging_tie, interface_of
 from flexgear.structures.kinematics import rotation
 
 

@@ -5,7 +5,9 @@ from typing import Any
 
 import numpy as np
 
-from flexgear.structures.fe_mesh import CarrierMeshParameters, FeMesh, RingMeshParameters
+from flexgear.structures.fe_mesh.carrier import CarrierMeshParameters
+from flexgear.structures.fe_mesh.fe_mesh import FeMesh
+from flexgear.structures.fe_mesh.gears import RingMeshParameters
 
 
 def small_ring(**changes: Any) -> RingMeshParameters:

@@ -7,7 +7,9 @@ import pytest
 from scipy.spatial import cKDTree
 
 from flexgear.model.errors import InputError
-from flexgear.structures.fe_mesh import CarrierMeshParameters, FeMesh, carrier_fe_mesh
+from flexgear.structures.fe_mesh.carrier import CarrierMeshParameters
+from flexgear.structures.fe_mesh.carrier_mesh import carrier_fe_mesh
+from flexgear.structures.fe_mesh.fe_mesh import FeMesh
 
 from .small_bodies import small_carrier
 

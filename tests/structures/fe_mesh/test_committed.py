@@ -6,7 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from flexgear.structures.fe_mesh import carrier_fe_mesh, read_fe_mesh, ring_fe_mesh
+from flexgear.structures.fe_mesh.carrier_mesh import carrier_fe_mesh
+from flexgear.structures.fe_mesh.files import read_fe_mesh
+from flexgear.structures.fe_mesh.gears import ring_fe_mesh
 
 FOLDER = Path(__file__).parents[3] / "meshes"
 

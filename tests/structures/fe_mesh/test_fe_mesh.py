@@ -5,8 +5,7 @@ import pytest
 import skfem
 
 from flexgear.model.errors import FlexgearError
-from flexgear.structures.fe_mesh import FeMesh
-from flexgear.structures.fe_mesh.fe_mesh import HEX_FROM_VTK, HEX_TO_VTK
+from flexgear.structures.fe_mesh.fe_mesh import HEX_FROM_VTK, HEX_TO_VTK, FeMesh
 
 BOX = np.array([[2.0, 0.0, 0.0], [0.0, 3.0, 0.0], [0.0, 0.0, 0.5]])
 VTK_CORNERS = np.array(

@@ -9,13 +9,10 @@ import numpy as np
 import pytest
 
 from flexgear.model.errors import InputError
-from flexgear.structures.fe_mesh import (
-    FeMesh,
-    carrier_fe_mesh,
-    read_fe_mesh,
-    ring_fe_mesh,
-    write_fe_mesh,
-)
+from flexgear.structures.fe_mesh.carrier_mesh import carrier_fe_mesh
+from flexgear.structures.fe_mesh.fe_mesh import FeMesh
+from flexgear.structures.fe_mesh.files import read_fe_mesh, write_fe_mesh
+from flexgear.structures.fe_mesh.gears import ring_fe_mesh
 from flexgear.structures.fe_mesh.inp import read_inp
 
 from .small_bodies import small_carrier, small_ring

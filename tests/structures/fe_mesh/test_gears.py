@@ -9,14 +9,14 @@ from scipy.spatial import cKDTree
 
 from flexgear.gears.tool import PlainTool
 from flexgear.model.errors import InputError
-from flexgear.structures.fe_mesh import (
-    FeMesh,
+from flexgear.structures.fe_mesh.fe_mesh import FeMesh
+from flexgear.structures.fe_mesh.gears import (
     PlanetMeshParameters,
     RingMeshParameters,
+    layer_positions,
     planet_fe_mesh,
     ring_fe_mesh,
 )
-from flexgear.structures.fe_mesh.gears import layer_positions
 from flexgear.structures.fe_mesh.solids import mesh_solid, planet_solid
 
 from .small_bodies import small_ring

@@ -10,7 +10,8 @@ from flexgear.gears.geometry import stage_geometry
 from flexgear.model.errors import InputError
 from flexgear.model.load import load_case
 from flexgear.model.stage_view import StageView
-from flexgear.structures.fe_mesh import CarrierMeshParameters, write_fe_mesh
+from flexgear.structures.fe_mesh.carrier import CarrierMeshParameters
+from flexgear.structures.fe_mesh.files import write_fe_mesh
 from flexgear.structures.fe_mesh.solids import carrier_solid
 from flexgear.structures.sources.of_case import carrier_source, planet_source, ring_source
 

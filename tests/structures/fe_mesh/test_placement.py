@@ -14,7 +14,9 @@ from flexgear.coupling.build import require_workable
 from flexgear.model.errors import InputError
 from flexgear.model.load import load_case
 from flexgear.model.stage_view import StageView
-from flexgear.structures.fe_mesh import FeMesh, Groups, write_fe_mesh
+from flexgear.structures.fe_mesh.fe_mesh import FeMesh
+from flexgear.structures.fe_mesh.files import write_fe_mesh
+from flexgear.structures.fe_mesh.groups import Groups
 from flexgear.structures.fe_mesh.placement import Placement, check_place, placed
 from flexgear.structures.sources import fe_body
 from flexgear.structures.sources.fe_body import FeBody

@@ -10,7 +10,8 @@ import gmsh
 import pytest
 
 from flexgear.model.errors import FlexgearError
-from flexgear.structures.fe_mesh import FeMesh, carrier_fe_mesh
+from flexgear.structures.fe_mesh.carrier_mesh import carrier_fe_mesh
+from flexgear.structures.fe_mesh.fe_mesh import FeMesh
 from flexgear.structures.fe_mesh.session import gmsh_session
 
 from .small_bodies import require_same, small_carrier

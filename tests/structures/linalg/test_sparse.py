@@ -8,7 +8,7 @@ import pytest
 import scipy.sparse as sp
 from plain_meshes import annulus
 
-from flexgear.structures.fem import FeModel
+from flexgear.structures.fem.assembly import FeModel
 from flexgear.structures.linalg.sparse import (
     Elimination,
     Factor,
