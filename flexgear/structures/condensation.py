@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from flexgear.arrays import Array
 from flexgear.model.errors import FlexgearError
 from flexgear.structures.fem.assembly import FeModel
-from flexgear.structures.fem.ties import Interface
+from flexgear.structures.fem.ties import Interface, free_stiffness
 from flexgear.structures.linalg.dense import dot, scaled_inverse
 from flexgear.structures.linalg.sparse import Factor
 from flexgear.structures.linalg.threads import blocks
@@ -58,7 +58,7 @@ class Condensation:
         self.ties = _tied(self.factor, self.rows, progress)
         flexibility = (self.ties[1] @ self.ties[0]).toarray()
         self.inverse = scaled_inverse(0.5 * (flexibility + flexibility.T))
-        self.stiffness, self.rigid_residual = free(self.inverse - np.diag(springs), interface)
+        self.stiffness, self.rigid_residual = free_stiffness(self.inverse - np.diag(springs), interface)
         progress("constraint modes", 1.0)
 
     @property
@@ -179,22 +179,3 @@ def _temporary_springs(interface: Interface, stiffness: sp.csr_matrix) -> Array:
         springs[6 * node : 6 * node + 3] = scale
         springs[6 * node + 3 : 6 * node + 6] = scale * (0.1 * span) ** 2
     return springs
-
-
-def free(stiffness: Array, interface: Interface) -> tuple[Array, float]:
-    """K_bb with rounding at rigid motions projected away, and how large that rounding was."""
-    length = np.linalg.norm(interface.positions, axis=1).max()
-    scale = np.tile([1.0, 1.0, 1.0] + 3 * [1 / length], len(interface.node_names))
-    scaled = scale[:, None] * stiffness * scale
-    rigid = np.linalg.qr(interface.rigid_modes() / scale[:, None])[0]
-    force = scaled @ rigid
-    residual = float(np.linalg.norm(force, 2) / np.linalg.norm(scaled, 2))
-    if residual > 1e-6:
-        raise FlexgearError(
-            f"the reduced body does not move freely as a rigid one (residual {residual:.1e}): "
-            "its mesh may consist of several pieces"
-        )
-    scaled = scaled - rigid @ force.T
-    scaled = scaled - (scaled @ rigid) @ rigid.T
-    scaled = 0.5 * (scaled + scaled.T)
-    return scaled / scale[:, None] / scale, residual

@@ -23,7 +23,6 @@ from numpy.typing import NDArray
 
 from flexgear.arrays import Array
 from flexgear.model.errors import FlexgearError
-from flexgear.structures.condensation import free
 from flexgear.structures.cyclic.borders import rigid_fields
 from flexgear.structures.cyclic.projection import (
     SectorMotion,
@@ -43,7 +42,7 @@ from flexgear.structures.cyclic.sectors import (
 from flexgear.structures.cyclic.solver import CyclicSolver
 from flexgear.structures.cyclic.ties import SectorTies, sector_ties
 from flexgear.structures.fem.assembly import FeModel
-from flexgear.structures.fem.ties import Interface
+from flexgear.structures.fem.ties import Interface, free_stiffness
 from flexgear.structures.linalg.dense import dot
 from flexgear.structures.linalg.sparse import Elimination, minimum_degree_order
 from flexgear.structures.linalg.threads import blocks, shared
@@ -186,7 +185,7 @@ def cyclic_parts(
     rigid = rigid_fields(model.nodes, sectors)
     solver = CyclicSolver(_interior(stiffness, ties), ties, rigid)
     path = f"cyclic: {sectors.count} sectors, {len(solver.border_harmonics)} harmonics"
-    condensed, residual = free(condensed_stiffness(solver, ties), interface)
+    condensed, residual = free_stiffness(condensed_stiffness(solver, ties), interface)
     recovered = model.vertex_dofs
     return CyclicCondensation(
         interface, ties, stiffness, mass, solver, condensed, recovered, path, residual

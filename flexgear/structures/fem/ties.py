@@ -225,3 +225,22 @@ def _expansion(
     centres = np.repeat(np.array([ties[i].position for i in rigid]), 2, axis=0)
     coordinates = np.concatenate([model.nodes[owner < 0], centres])
     return sp.hstack(blocks).tocsr(), len(free), coordinates
+
+
+def free_stiffness(stiffness: Array, interface: Interface) -> tuple[Array, float]:
+    """K_bb (b, b) with rounding at rigid motions projected away, and how large that rounding was."""
+    length = np.linalg.norm(interface.positions, axis=1).max()
+    scale = np.tile([1.0, 1.0, 1.0] + 3 * [1 / length], len(interface.node_names))
+    scaled = scale[:, None] * stiffness * scale
+    rigid = np.linalg.qr(interface.rigid_modes() / scale[:, None])[0]
+    force = scaled @ rigid
+    residual = float(np.linalg.norm(force, 2) / np.linalg.norm(scaled, 2))
+    if residual > 1e-6:
+        raise FlexgearError(
+            f"the reduced body does not move freely as a rigid one (residual {residual:.1e}): "
+            "its mesh may consist of several pieces"
+        )
+    scaled = scaled - rigid @ force.T
+    scaled = scaled - (scaled @ rigid) @ rigid.T
+    scaled = 0.5 * (scaled + scaled.T)
+    return scaled / scale[:, None] / scale, residual
