@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from flexgear.structures.kinematics import rigid_motion
+from flexgear.structures.bodies import rigid_motion
 from flexgear.structures.reduced import ReducedBody
 
 

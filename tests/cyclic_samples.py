@@ -8,8 +8,7 @@ import numpy as np
 from plain_meshes import annulus
 
 from flexgear.structures.fe_mesh.gears import RingMeshParameters, ring_fe_mesh
-from flexgear.structures.fem.assembly import FeModel
-from flexgear.structures.fem.sampling import disc_points, facet_sample, point_sample
+from flexgear.structures.fem.assembly import FeModel, disc_points, facet_sample, point_sample
 from flexgear.structures.fem.ties import averaging_tie, interface_of
 
 STEEL = (210e9, 0.3, 7850.0)

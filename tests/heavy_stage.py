@@ -8,7 +8,7 @@ from flexgear.analysis.equilibrium import revolution
 from flexgear.analysis.recovery import Recovery
 from flexgear.coupling.build import build_system
 from flexgear.coupling.modal import modal_system
-from flexgear.structures.kinematics import turn
+from flexgear.structures.bodies import turn
 
 G = 9.81
 SMALL = {  # few tooth nodes; teeth and bolts repeat by fives, as the planets do

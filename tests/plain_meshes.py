@@ -9,8 +9,8 @@ from skfem import Basis, BilinearForm, ElementVector
 from skfem.helpers import dot
 from skfem.models.elasticity import lame_parameters, linear_elasticity
 
+from flexgear.structures.bodies import rigid_motion
 from flexgear.structures.fem.assembly import INTEGRATION_ORDER, scalar_basis
-from flexgear.structures.kinematics import rigid_motion
 
 FROM_VTK = [6, 2, 5, 7, 1, 3, 4, 0]
 TO_VTK = [7, 4, 1, 5, 6, 2, 0, 3]

@@ -7,8 +7,7 @@ import scipy.linalg
 from plain_meshes import annulus
 
 from flexgear.files.matrices.body import ReducedMatrices
-from flexgear.structures.fem.assembly import FeModel
-from flexgear.structures.fem.sampling import facet_sample
+from flexgear.structures.fem.assembly import FeModel, facet_sample
 from flexgear.structures.fem.ties import averaging_tie, interface_of
 from flexgear.structures.reduction import reduce
 from flexgear.structures.shaft import BeamSection, shaft_body

@@ -11,9 +11,8 @@ from coupled import make_bodies
 
 from flexgear.model.load import load_case
 from flexgear.solve.model import assemble
-from flexgear.structures.bodies import Body
+from flexgear.structures.bodies import Body, rigid_motion
 from flexgear.structures.estimate import worst
-from flexgear.structures.kinematics import rigid_motion
 from flexgear.structures.reduced import ReducedBody
 from flexgear.structures.sources.of_case import fe_sources
 

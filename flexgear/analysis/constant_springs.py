@@ -13,7 +13,7 @@ from flexgear.analysis.kernels.eliminated_springs import EliminatedSprings, no_s
 from flexgear.analysis.kernels.vectors import aligned, rounded_up
 from flexgear.arrays import Array
 from flexgear.coupling.pair_data import PairData
-from flexgear.structures.kinematics import rotation
+from flexgear.structures.bodies import rotation
 
 ANGLES = (0.0, 0.7, 2.3, 4.4)  # rad, of the first angle of a system; each further one turns on
 SAME = 1e-11  # of the receptances of two rows by themselves

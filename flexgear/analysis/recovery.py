@@ -23,7 +23,7 @@ from flexgear.coupling.kernels.elements import packed, pair_rows
 from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.system import RotatingFrameSupport
 from flexgear.model.bearings import at_height
-from flexgear.structures.kinematics import rotation
+from flexgear.structures.bodies import rotation
 
 Result = Equilibrium | Transient
 BLOCK = 128  # samples over which few of a ring's teeth carry load

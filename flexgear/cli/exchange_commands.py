@@ -27,7 +27,9 @@ from flexgear.results.origin import origin_of_case
 from flexgear.results.version import version
 from flexgear.solve.bodies import named, reduction_limit, rigid_bodies
 from flexgear.solve.result_warnings import reduction_warnings
-from flexgear.structures.fe_mesh import FeMesh, Groups, require_format, write_fe_mesh
+from flexgear.structures.fe_mesh.fe_mesh import FeMesh
+from flexgear.structures.fe_mesh.files import require_format, write_fe_mesh
+from flexgear.structures.fe_mesh.groups import Groups
 from flexgear.structures.sources.fe_body import FeBody
 from flexgear.structures.sources.of_case import fe_sources
 

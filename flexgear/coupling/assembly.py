@@ -30,8 +30,7 @@ from flexgear.model.case import Case
 from flexgear.model.errors import InputError
 from flexgear.model.names import BodyName, MemberName, SupportName
 from flexgear.model.section import Refusal
-from flexgear.structures.bodies import Body
-from flexgear.structures.kinematics import rigid_rows, turn
+from flexgear.structures.bodies import Body, rigid_rows, turn
 
 MISPLACED = 0.05  # of the size of an FE housing, by which a node may be off its support
 LOOSE = 1e-12  # of the largest eigenvalue, below which a motion counts as not resisted

@@ -57,10 +57,9 @@ from flexgear.model.names import MOUNT, BodyName, MemberName, NodeName
 from flexgear.model.stage_view import StageView, inside
 from flexgear.model.train import Joint
 from flexgear.structures.bodies import Body, lumped_body
-from flexgear.structures.reduced import ReducedBody
+from flexgear.structures.reduced import ReducedBody, RimFlexibility
 from flexgear.structures.shaft import BeamSection, beam_element
 from flexgear.structures.sources.of_case import fe_sources
-from flexgear.structures.tooth_shapes import RimFlexibility
 
 
 def build_system(

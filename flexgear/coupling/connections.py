@@ -27,8 +27,8 @@ from flexgear.model.case import Case
 from flexgear.model.member import GearMember
 from flexgear.model.names import BodyName, MemberName, SupportName
 from flexgear.model.stage_view import StageView
+from flexgear.structures.reduced import RimFlexibility
 from flexgear.structures.sources.of_case import ring_source
-from flexgear.structures.tooth_shapes import RimFlexibility
 
 End = tuple[BodyName, str]  # a body and one of its ports
 
@@ -290,7 +290,7 @@ def stage_sets(
 def _bending(view: StageView, path: GearMeshPath, force: float, rim: RimFlexibility | None) -> Bent:
     """Makes slices of this path bend each other, those of sound teeth and of faulty ones."""
     # half of the package, for cases that ask for it alone
-    from flexgear.structures.tooth_influence.pairs import pair_bending
+    from flexgear.structures.tooth_influence.of_case import pair_bending
     from flexgear.structures.tooth_influence.rim import rim_bending
 
     assert path.slices is not None

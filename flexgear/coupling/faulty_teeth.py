@@ -58,7 +58,7 @@ def _softness(
 ) -> Array:
     """ΔC (S, K, K) m/N of cracked teeth together."""
     # half of the package, for cases that have cracks
-    from flexgear.structures.tooth_influence.crack import crack_flexibility
+    from flexgear.structures.tooth_influence.of_case import crack_flexibility
 
     return np.sum([crack_flexibility(view, path, lines, fault) for fault in cracked], axis=0)
 

@@ -13,8 +13,7 @@ from flexgear.model.errors import InputError
 from flexgear.model.names import MemberName
 from flexgear.model.stage import Stage
 from flexgear.model.train import varying
-from flexgear.structures.bodies import Body
-from flexgear.structures.kinematics import turn
+from flexgear.structures.bodies import Body, turn
 
 
 def given_loads(a: Assembly) -> list[GivenLoad]:

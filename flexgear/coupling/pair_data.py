@@ -29,7 +29,7 @@ import numpy as np
 from flexgear.arrays import Array, Ints
 from flexgear.coupling.laws import LAWS
 from flexgear.gears.contact import GearMeshKind
-from flexgear.structures.kinematics import rotation
+from flexgear.structures.bodies import rotation
 
 FEWEST_SLOTS = 4  # so that datasets of usual gears have one form
 KINDS = tuple(GearMeshKind)

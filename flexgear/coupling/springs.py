@@ -15,7 +15,7 @@ from flexgear.arrays import Array
 from flexgear.coupling.laws import LAWS, law_number
 from flexgear.coupling.laws.law import CENTERING
 from flexgear.model.bearings import Bearing, at_height
-from flexgear.structures.kinematics import turn
+from flexgear.structures.bodies import turn
 
 ANY = 1.0  # Pa·s, where only the laws' names are asked for
 

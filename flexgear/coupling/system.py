@@ -21,8 +21,7 @@ from flexgear.coupling.pair_data import PairData
 from flexgear.coupling.springs import LawBearing
 from flexgear.model.errors import FlexgearError
 from flexgear.model.names import BodyName
-from flexgear.structures.bodies import Body
-from flexgear.structures.kinematics import rigid_rows
+from flexgear.structures.bodies import Body, rigid_rows
 
 
 def variant_label(bodies: Iterable[BodyName], rigid: Collection[BodyName]) -> str:

@@ -16,8 +16,7 @@ from flexgear.gears.power_flow import power_flow
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError, echo
 from flexgear.model.read import nearest
-from flexgear.structures.fem.assembly import FeModel, solid_mesh
-from flexgear.structures.fem.sampling import facet_sample
+from flexgear.structures.fem.assembly import FeModel, facet_sample, solid_mesh
 from flexgear.structures.fem.ties import averaging_tie, interface_of
 from flexgear.structures.reduced import ReducedBody
 from flexgear.structures.reduction import reduce

@@ -8,7 +8,7 @@ off the path of contact. A cracked root makes slices yield by ΔC f more under f
     k_j → k_j/(1 + k_j c_j),   c_j = Σ_i ΔC_ji f_i/f_j, the load taken even along the line,
 
 where slices are springs beside each other; where they bend each other ΔC adds to the flexibility
-between them (``gears.slices.bent``). ΔC is that of ``structures.tooth_influence.crack``.
+between them (``gears.slices.bent``). ΔC is that of ``structures.tooth_influence.of_case``.
 
 Pairs that are one spring have of their slices
 

@@ -17,7 +17,7 @@ from flexgear.model.errors import FlexgearError, InputError, echo
 from flexgear.model.names import BodyName
 from flexgear.model.read import nearest
 from flexgear.model.stage_view import StageView
-from flexgear.structures.linalg.threads import single_threaded_blas
+from flexgear.structures.linalg.dense import single_threaded_blas
 from flexgear.structures.reduced import Progress, ReducedBody, silent
 from flexgear.structures.sources.of_case import fe_sources
 from flexgear.structures.tooth_influence.of_case import tooth_influence

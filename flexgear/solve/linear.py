@@ -36,7 +36,7 @@ from flexgear.results.settling import settled
 from flexgear.solve.angles import lead_speed, samples_of_stage, stage_motions
 from flexgear.solve.dataset import body_rows, result_attrs, result_labels
 from flexgear.solve.model import Model
-from flexgear.structures.kinematics import turn
+from flexgear.structures.bodies import turn
 
 CHUNK = 20_000  # times at once
 SAME = 12  # digits of the highest frequency in which equal ones agree

@@ -69,7 +69,7 @@ from flexgear.solve.static import (
     static,
 )
 from flexgear.solve.transient import cut_short
-from flexgear.structures.linalg.threads import single_threaded_blas
+from flexgear.structures.linalg.dense import single_threaded_blas
 
 WORKERS = 2
 POSITIONS = 24  # equilibria over one gear-mesh cycle of the slowest stage

@@ -31,10 +31,8 @@ import numpy as np
 import scipy.linalg as sla
 
 from flexgear.arrays import Array
-from flexgear.structures.fem.assembly import FeModel
-from flexgear.structures.fem.sampling import Sample, facet_sample, point_sample
-from flexgear.structures.linalg.dense import dot, times
-from flexgear.structures.linalg.threads import blocks
+from flexgear.structures.fem.assembly import FeModel, Sample, facet_sample, point_sample
+from flexgear.structures.linalg.dense import blocks, dot, times
 from flexgear.structures.reduced import Progress, ReducedBody, silent
 from flexgear.structures.reduction import (
     AnyCondensation,

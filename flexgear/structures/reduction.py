@@ -1,4 +1,4 @@
-r"""Craig-Bampton reduction with averaging ties.
+"""Craig-Bampton reduction with averaging ties.
 
 The interface q = B u is a constraint, not a set of mesh dofs. With a few temporary springs S at
 some interface nodes, K_s = K + B^T S B is regular, and the springs' energy depends on q alone, so
@@ -14,9 +14,16 @@ Reduced matrices on [q, eta]: K = diag(K_bb, omega^2), M = [Psi Phi]^T M [Psi Ph
 Rounding leaves K_bb R of rigid motions R about 1e-9 of |K_bb| |R|; the reduction projects it
 away, K_bb <- P K_bb P with P = I - R (R^T R)^{-1} R^T, and reports its size.
 
-How constraint modes are held, or not: `condensation.py`. A body that repeats by sectors is
-condensed sector by sector where the numbers of sectors to try are given, with the same result:
-`cyclic/condensation.py`.
+A body that repeats by sectors is condensed sector by sector where the numbers of sectors to try are
+given, with the same result: `cyclic/condensation.py`. Else one factor of its matrix serves. With
+K_s = L L^T and W = L^{-1} B^T, which has few entries, for a patch couples only
+what lies above it in the elimination tree,
+
+    F = W^T W,   Psi = L^{-T} W F^{-1},   Psi^T f = F^{-1} W^T L^{-1} f,
+    K_s^{-1} g + Psi q = L^{-T} (L^{-1} g + W F^{-1} q):
+
+constraint modes Psi (dofs times interface dofs) are held only while the mass is projected on them,
+and only where they take little room.
 Source: Craig, Bampton 1968, AIAA J. 6:1313; constraint form: Farhat, Geradin 1994.
 """
 
@@ -26,13 +33,15 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
 
 from flexgear.arrays import Array
 from flexgear.model.errors import FlexgearError
-from flexgear.structures.condensation import Condensation
 from flexgear.structures.cyclic.condensation import CyclicCondensation, condense_by_sectors
 from flexgear.structures.fem.assembly import FeModel
-from flexgear.structures.fem.ties import Interface
+from flexgear.structures.fem.ties import Interface, free_stiffness
+from flexgear.structures.linalg.dense import blocks, dot, scaled_inverse, single_threaded_blas
 from flexgear.structures.linalg.lanczos import (
     Eigenpairs,
     NotConverged,
@@ -40,8 +49,166 @@ from flexgear.structures.linalg.lanczos import (
     lowest_modes,
     most_vectors,
 )
-from flexgear.structures.linalg.threads import single_threaded_blas
+from flexgear.structures.linalg.sparse import Factor
 from flexgear.structures.reduced import Progress, ReducedBody, silent
+
+SOLVE_BLOCK = 96  # right-hand sides a solve
+_HELD_BYTES = 2e9  # of constraint modes in memory, while the mass is projected on them
+
+
+class Condensation:
+    """Static condensation of a body on its interface.
+
+    rows: B (b, d); inverse: F^{-1} (b, b); ties: W (d, b) in the factor's order and W^T;
+    stiffness: K_bb (b, b); fe_stiffness: (d, d) CSR on the dofs left after rigid ties; fe_mass:
+    (d, d) after rigid ties, (d/3, d/3) for x, y and z alike where none is.
+    """
+
+    def __init__(self, model: FeModel, interface: Interface, progress: Progress, path: str) -> None:
+        """One factor of the whole body, then constraint modes in blocks of right-hand sides."""
+        self.interface, self.rows, self.path = interface, interface.rows, path
+        self.fe_stiffness, self.fe_mass = model.stiffness, model.scalar_mass
+        if interface.expansion is not None:
+            t = interface.expansion
+            self.fe_stiffness = (t.T @ model.stiffness @ t).tocsr()
+            self.fe_mass = (t.T @ model.mass @ t).tocsr()
+        springs = _temporary_springs(interface, self.fe_stiffness)
+        held = self.rows.T @ sp.diags_array(springs) @ self.rows
+        try:
+            self.factor = Factor((self.fe_stiffness + held).tocsr())
+        except np.linalg.LinAlgError:
+            raise FlexgearError(
+                "the stiffness matrix is singular: the mesh falls into pieces or has cells that "
+                "hang on an edge"
+            ) from None
+        progress("constraint modes", 0.0)
+        self.ties = _tied(self.factor, self.rows, progress)
+        flexibility = (self.ties[1] @ self.ties[0]).toarray()
+        self.inverse = scaled_inverse(0.5 * (flexibility + flexibility.T))
+        self.stiffness, self.rigid_residual = free_stiffness(
+            self.inverse - np.diag(springs), interface
+        )
+        progress("constraint modes", 1.0)
+
+    @property
+    def name(self) -> str:
+        """Name of the solver that factored the body."""
+        return self.factor.name
+
+    @property
+    def dofs(self) -> int:
+        """Length of a field: dofs left after rigid ties."""
+        return int(self.fe_stiffness.shape[0])
+
+    def mass_product(self, x: Array) -> Array:
+        """M x (d, k); the scalar mass matrix takes x, y and z together."""
+        x = np.ascontiguousarray(x)
+        return (self.fe_mass @ x.reshape(self.fe_mass.shape[0], -1)).reshape(x.shape)
+
+    def stiffness_product(self, x: Array) -> Array:
+        """K x (d, k)."""
+        return self.fe_stiffness @ x
+
+    def interface_motion(self, x: Array) -> Array:
+        """B x (b, k)."""
+        return self.rows @ x
+
+    def constraint_motion(self, q: Array) -> Array:
+        """Psi q (d, k)."""
+        return np.hstack([self._field(None, q[:, b]) for b in blocks(q.shape[1], SOLVE_BLOCK)])
+
+    def constraint_load(self, forces: Array) -> Array:
+        """Psi^T f (b, k) of forces (3N, k) on the mesh's dofs."""
+        if self.interface.expansion is not None:
+            forces = self.interface.expansion.T @ forces
+        return self._load(forces)
+
+    def dofs_of(self, x: Array, count: int) -> Array:
+        """The mesh's first dofs (count, k) of fields x (d, k)."""
+        if self.interface.expansion is None:
+            return x[:count]
+        return self.interface.expansion[:count] @ x
+
+    def projected(self, modes: Array, recovery: NDArray[np.float32]) -> tuple[Array, Array]:
+        """Psi^T M Psi (b, b) and modes^T M Psi (n, b); Psi at the mesh's first dofs (r, b)."""
+        b, coupling = self.interface.size, self._load(self.mass_product(modes)).T
+        psi = self.constraint_motion(np.eye(b)) if 8 * self.dofs * b <= _HELD_BYTES else None
+        result = np.zeros((b, b))
+        for block in blocks(b, SOLVE_BLOCK):
+            if psi is None:
+                some = self.constraint_motion(np.eye(b)[:, block])
+                result[:, block] = self._load(self.mass_product(some))
+            else:  # a product is less than half a solve, and half of it is enough
+                some = np.ascontiguousarray(psi[:, block])
+                upper = dot(psi[:, : block.stop], self.mass_product(some))
+                result[: block.stop, block] = upper
+                result[block, : block.stop] = upper.T
+            recovery[:, block] = self.dofs_of(some, len(recovery))
+        return 0.5 * (result + result.T), coupling
+
+    def fixed_solve(self, right: Array) -> Array:
+        """x (d, k) with K x = right + B^T (reactions), B x = 0."""
+        f, at = self._forward(right)
+        return self._field(f, -at)
+
+    def supported_solve(self, right: Array, supports: Array) -> Array:
+        """x (d, k) with (K + B^T supports B) x = right; supports (b, b) makes the body regular."""
+        f, at = self._forward(right)
+        q = np.linalg.solve(self.stiffness + supports, self.inverse @ at)  # F^{-1} B y = Psi^T g
+        return self._field(f, q - at)
+
+    def _load(self, forces: Array) -> Array:
+        """Psi^T f (b, k) of forces (d, k)."""
+        return np.asarray(self.inverse @ self._forward(forces)[1])
+
+    def _forward(self, right: Array) -> tuple[Array, Array]:
+        """f = L^{-1} right (d, k), and B K_s^{-1} right = W^T f (b, k)."""
+        f = self.factor.forward(right)
+        return f, self.ties[1] @ f
+
+    def _field(self, f: Array | None, q: Array) -> Array:
+        """K_s^{-1} right + Psi q (d, k); f: L^{-1} right, overwritten, or None for zero."""
+        f = np.zeros((self.dofs, q.shape[1])) if f is None else f
+        f += self.ties[0] @ (self.inverse @ q)
+        return self.factor.backward(f)
+
+
+def _tied(
+    factor: Factor, rows: sp.csr_matrix, progress: Progress
+) -> tuple[sp.csr_matrix, sp.csr_matrix]:
+    """W (d, b) and W^T."""
+    parts = []
+    for block in blocks(rows.shape[0], SOLVE_BLOCK):
+        parts.append(factor.forward_sparse(rows[block].T))
+        progress("constraint modes", 0.9 * block.stop / rows.shape[0])
+    ties = sp.hstack(parts, format="csr")
+    return ties, ties.T.tocsr()
+
+
+def _temporary_springs(interface: Interface, stiffness: sp.csr_matrix) -> Array:
+    """Diagonal of S (b,): springs at up to three nodes with small patches, far apart."""
+    counts = np.diff(interface.rows.indptr).reshape(-1, 6).sum(axis=1)
+    small = np.flatnonzero(counts <= 1.5 * counts.min())
+    chosen = [int(small[0])]
+    while len(chosen) < min(3, len(small)):
+        distance = np.min(
+            [
+                np.linalg.norm(interface.positions[small] - interface.positions[c], axis=1)
+                for c in chosen
+            ],
+            axis=0,
+        )
+        if distance.max() == 0.0:
+            break
+        chosen.append(int(small[np.argmax(distance)]))
+    span = np.ptp(interface.coordinates, axis=0).max()
+    scale = float(np.median(stiffness.diagonal()))
+    springs = np.zeros(interface.size)
+    for node in chosen:
+        springs[6 * node : 6 * node + 3] = scale
+        springs[6 * node + 3 : 6 * node + 6] = scale * (0.1 * span) ** 2
+    return springs
+
 
 LANCZOS_BLOCK = 4  # vectors a step: CHOLMOD solves one at a time, and small blocks need fewer
 _EQUAL = 1e-9  # apart, relative, are the omega^2 of a pair at most

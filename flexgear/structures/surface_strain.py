@@ -23,8 +23,8 @@ import scipy.sparse as sp
 from scipy.spatial import cKDTree
 
 from flexgear.arrays import Array, Ints
+from flexgear.structures.bodies import rigid_motion
 from flexgear.structures.fe_mesh.fe_mesh import HEX_TO_VTK, facets_of, outer
-from flexgear.structures.kinematics import rigid_motion
 from flexgear.structures.reduced import ReducedBody
 
 # of a hexahedron in VTK's order, round the diagonal 0-6

@@ -98,7 +98,7 @@ def _by_tooth(e, teeth):
 def _turned(ring, alpha, steps):
     from dataclasses import replace
 
-    from flexgear.structures.kinematics import turn
+    from flexgear.structures.bodies import turn
 
     r = turn(alpha)
     n = len(ring.node_names)

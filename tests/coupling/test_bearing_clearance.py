@@ -14,7 +14,7 @@ from flexgear.coupling.build import build_system
 from flexgear.coupling.modal import modal_system
 from flexgear.solve.dataset import equilibrium_data
 from flexgear.solve.model import model_of
-from flexgear.structures.kinematics import turn
+from flexgear.structures.bodies import turn
 
 WEIGHED = {**SMALL, "gravity_m_per_s2": "[0, -9.81, 0]"}
 KEYS = {  # by the ends of the bearings' names

@@ -17,7 +17,7 @@ from flexgear.files.matrices.body import ReducedMatrices
 from flexgear.files.matrices.exchange import write_reduced
 from flexgear.model.errors import InputError
 from flexgear.model.load import load_case
-from flexgear.structures.kinematics import rigid_rows
+from flexgear.structures.bodies import rigid_rows
 
 MASS = np.diag([60.0, 60, 60, 6, 6, 6])  # of each node
 MOUNT = {

@@ -23,7 +23,7 @@ from flexgear.analysis.recovery import Recovery
 from flexgear.coupling.build import build_system
 from flexgear.coupling.modal import modal_system
 from flexgear.structures.fe_mesh.tooth_segment import SegmentDivisions
-from flexgear.structures.tooth_influence import pairs as influence_pairs
+from flexgear.structures.tooth_influence import of_case as influence_pairs
 from flexgear.structures.tooth_influence.influence import influence_of
 from flexgear.structures.tooth_influence.of_case import influence_parameters
 

@@ -17,10 +17,9 @@ from flexgear.model.load import load_case
 from flexgear.results.time_figures import energy_residual
 from flexgear.solve.transient import simulate
 from flexgear.structures.fe_mesh.tooth_segment import SegmentDivisions
-from flexgear.structures.tooth_influence import pairs
+from flexgear.structures.tooth_influence import of_case
 from flexgear.structures.tooth_influence.influence import influence_of
-from flexgear.structures.tooth_influence.of_case import influence_parameters
-from flexgear.structures.tooth_influence.pairs import pair_bending
+from flexgear.structures.tooth_influence.of_case import influence_parameters, pair_bending
 
 CASE = load_case(
     "wind-5mw",
@@ -46,7 +45,7 @@ def model():
 
     teeth = {slot: made(slot) for slot in ("planet", "sun", "ring")}
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(pairs, "tooth_influence", lambda view, slot: teeth[slot])
+        patch.setattr(of_case, "tooth_influence", lambda view, slot: teeth[slot])
         forces = power_flow(CASE).stages[0].gear_mesh_forces
         paths = stage_paths(view, forces)
         bends = {

@@ -16,7 +16,7 @@ from flexgear.analysis.equilibrium import revolution
 from flexgear.coupling.build import build_system
 from flexgear.coupling.modal import modal_system
 from flexgear.model.load import load_case
-from flexgear.structures.kinematics import rotation
+from flexgear.structures.bodies import rotation
 
 TRAIN = (
     STEEL

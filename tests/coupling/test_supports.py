@@ -14,7 +14,7 @@ from flexgear.coupling.modal import modal_system
 from flexgear.coupling.springs import invariant_part, rotating_rows
 from flexgear.model.errors import InputError
 from flexgear.model.load import load_case
-from flexgear.structures.kinematics import turn
+from flexgear.structures.bodies import turn
 from flexgear.structures.sources.of_case import carrier_source, ring_source
 
 ODD = {  # a carrier bearing softer in one fixed direction

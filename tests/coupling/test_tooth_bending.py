@@ -11,7 +11,7 @@ from flexgear.coupling.pair_data import OF_LINE
 from flexgear.model.load import load_case
 from flexgear.solve.static import static
 from flexgear.structures.fe_mesh.tooth_segment import SegmentDivisions
-from flexgear.structures.tooth_influence import pairs
+from flexgear.structures.tooth_influence import of_case
 from flexgear.structures.tooth_influence.influence import influence_of
 from flexgear.structures.tooth_influence.of_case import influence_parameters
 
@@ -33,7 +33,7 @@ def teeth():
 
 @pytest.fixture
 def assembled(monkeypatch, teeth):
-    monkeypatch.setattr(pairs, "tooth_influence", lambda view, slot: teeth[slot])
+    monkeypatch.setattr(of_case, "tooth_influence", lambda view, slot: teeth[slot])
     return lambda **changes: rigid_stage(BASE.with_(**changes))
 
 
@@ -41,12 +41,12 @@ def test_the_nominal_tangent_is_that_of_lines_that_touch_evenly(assembled):
     """Two rows of half the stiffness each, not coupled: by the law itself, at the rated load of a
     line in the middle of the path, pressed in parallel and not by an even load."""
     model = assembled()
-    pairs, count = model.system.pairs, 15
+    of_case, count = model.system.pairs, 15
     for m in (0, 5):  # ring and sun of planet 1
-        table = pairs.slice_table[pairs.table[m]]
-        middle = int(np.argmax(pairs.k_table[pairs.table[m]]))
+        table = of_case.slice_table[of_case.table[m]]
+        middle = int(np.argmax(of_case.k_table[of_case.table[m]]))
         radius, own = table[middle, 0], table[middle, OF_LINE:].copy()
-        centre, nominal = pairs.z_table[pairs.table[m], middle], table[middle, 1]
+        centre, nominal = of_case.z_table[of_case.table[m], middle], table[middle, 1]
         own[:count] = 0.5 * (1.0 + (own[:count] - centre) / radius)
         parameters = np.concatenate([[count, 0.0], own])
         approach = 0.5 * model.rated[0] / nominal

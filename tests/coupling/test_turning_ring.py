@@ -17,7 +17,7 @@ from flexgear.coupling.modal import modal_system
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.power_flow import power_flow
 from flexgear.gears.stiffness import compliance, pair_law
-from flexgear.structures.kinematics import rotation, turn
+from flexgear.structures.bodies import rotation, turn
 
 TEETH_RING, TEETH_SUN = 93, 27
 PARTS = ("sun", "ring", "carrier")

@@ -14,8 +14,7 @@ from flexgear.coupling.build import build_system
 from flexgear.coupling.loads import weight_rows
 from flexgear.coupling.modal import modal_system
 from flexgear.model.names import BodyName
-from flexgear.structures.bodies import rigid_variant
-from flexgear.structures.kinematics import rotation
+from flexgear.structures.bodies import rigid_variant, rotation
 
 
 @pytest.mark.parametrize("part", ["ring", "carrier"])

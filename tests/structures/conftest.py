@@ -2,7 +2,7 @@
 
 import pytest
 
-from flexgear.structures.linalg.threads import single_threaded_blas
+from flexgear.structures.linalg.dense import single_threaded_blas
 
 
 @pytest.fixture(scope="module")

@@ -17,9 +17,9 @@ from flexgear.model.load import load_case
 from flexgear.results.stage_part import of_kind, stage_part
 from flexgear.solve.model import assemble
 from flexgear.solve.static import static
+from flexgear.structures.bodies import rotation
 from flexgear.structures.fe_mesh.fe_mesh import FeMesh
 from flexgear.structures.fe_mesh.files import write_fe_mesh
-from flexgear.structures.kinematics import rotation
 from flexgear.structures.sources.gears import RingSource
 from flexgear.structures.sources.of_case import carrier_source, ring_source
 

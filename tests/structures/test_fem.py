@@ -13,8 +13,7 @@ from scipy.spatial import cKDTree
 from skfem import Basis
 from skfem.models.poisson import mass
 
-from flexgear.structures.fem.assembly import FeModel
-from flexgear.structures.fem.sampling import point_sample
+from flexgear.structures.fem.assembly import FeModel, point_sample
 
 STEEL = (210e9, 0.3, 7850.0)
 

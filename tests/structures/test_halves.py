@@ -5,7 +5,7 @@ import pytest
 from cheap_bodies import cheap_ring
 
 from flexgear.model.names import NodeName
-from flexgear.structures.kinematics import rigid_motion, rigid_rows
+from flexgear.structures.bodies import rigid_motion, rigid_rows
 from flexgear.structures.reduced import MIRROR, PLACE, ReducedBody, both_halves
 
 OFFSET, MODES = 0.2, 3

@@ -10,8 +10,7 @@ from flexgear.model.load import load_case
 from flexgear.model.stage_view import StageView
 from flexgear.structures.fe_mesh.fe_mesh import FeMesh
 from flexgear.structures.fe_mesh.placement import Placement, check_place
-from flexgear.structures.fem.assembly import FeModel
-from flexgear.structures.fem.sampling import facet_sample
+from flexgear.structures.fem.assembly import FeModel, facet_sample
 from flexgear.structures.fem.ties import Interface
 from flexgear.structures.reduction import condense
 from flexgear.structures.sources.of_case import carrier_source, ring_source

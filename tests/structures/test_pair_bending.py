@@ -13,9 +13,9 @@ from flexgear.gears.slices import Nominal, bent
 from flexgear.gears.stiffness import compliance
 from flexgear.model.load import load_case
 from flexgear.structures.fe_mesh.tooth_segment import SegmentDivisions
-from flexgear.structures.tooth_influence import of_case, pairs
+from flexgear.structures.tooth_influence import of_case
 from flexgear.structures.tooth_influence.influence import influence_of
-from flexgear.structures.tooth_influence.pairs import pair_bending
+from flexgear.structures.tooth_influence.of_case import pair_bending
 
 COARSE = SegmentDivisions(flank=4, fillet=2, tooth=2, rim=2, layers=4)
 SMALL = {
@@ -30,7 +30,7 @@ SPUR = {**SMALL, "stage.helix_angle_deg": "0"}
 @pytest.fixture(autouse=True)
 def _coarse(monkeypatch):
     """Influences of coarse segments, not kept."""
-    monkeypatch.setattr(pairs, "tooth_influence", _coarse_influence)
+    monkeypatch.setattr(of_case, "tooth_influence", _coarse_influence)
 
 
 def _coarse_influence(case, slot):

@@ -5,9 +5,9 @@ import pytest
 
 from flexgear.model.load import load_case
 from flexgear.solve import bodies as solve_bodies
+from flexgear.structures.bodies import rigid_rows
 from flexgear.structures.fe_mesh.files import write_fe_mesh
 from flexgear.structures.fe_mesh.solids import cylinder, mesh_solid, prism
-from flexgear.structures.kinematics import rigid_rows
 from flexgear.structures.sources.fe_body import FeBody
 from flexgear.structures.sources.of_case import carrier_source, ring_source
 

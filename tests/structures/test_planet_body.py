@@ -15,11 +15,10 @@ from skfem.models.elasticity import lame_parameters, linear_elasticity
 from flexgear.model.bodies import Material, Planet
 from flexgear.model.member import PlanetBearing
 from flexgear.model.names import BodyName
-from flexgear.structures.bodies import rigid_variant
+from flexgear.structures.bodies import rigid_rows, rigid_variant, turn
 from flexgear.structures.fe_mesh.fe_mesh import FeMesh
 from flexgear.structures.fe_mesh.gears import PlanetMeshParameters
 from flexgear.structures.fe_mesh.solids import mesh_solid
-from flexgear.structures.kinematics import rigid_rows, turn
 from flexgear.structures.reduced import ReducedBody, elastic_modes, floating
 from flexgear.structures.sources.fe_body import Accuracy
 from flexgear.structures.sources.gears import PlanetSource

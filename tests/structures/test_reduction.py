@@ -13,10 +13,9 @@ from plain_meshes import box, rigid_modes
 from scipy.sparse.linalg import eigsh, spsolve
 
 from flexgear.model.errors import FlexgearError
-from flexgear.structures import condensation
+from flexgear.structures import reduction
 from flexgear.structures.estimate import ProbeLoad, compare_frequencies, probed, static_errors
-from flexgear.structures.fem.assembly import FeModel
-from flexgear.structures.fem.sampling import facet_sample
+from flexgear.structures.fem.assembly import FeModel, facet_sample
 from flexgear.structures.fem.ties import averaging_tie, interface_of, rigid_tie
 from flexgear.structures.reduction import reduce
 
@@ -234,7 +233,7 @@ def test_a_mesh_in_two_pieces_is_refused():
 def test_mass_on_constraint_modes_by_halves_or_held_for_a_while_is_the_same(ring, monkeypatch):
     model, interface, made = ring
     modes, b = made.fixed_modes, interface.size
-    monkeypatch.setattr(condensation, "_HELD_BYTES", 0.0)
+    monkeypatch.setattr(reduction, "_HELD_BYTES", 0.0)
     recovery = np.empty((model.vertex_dofs, b), dtype=np.float32)
     own, coupling = made.condensation.projected(modes, recovery)
     scale = np.sqrt(np.diag(own))

@@ -12,20 +12,19 @@ from flexgear.gears.power_flow import power_flow
 from flexgear.model.load import load_case
 from flexgear.results.report.tables import rim_rows
 from flexgear.structures import estimate
+from flexgear.structures.bodies import rigid_motion, rotation, turn
 from flexgear.structures.fe_mesh.tooth_segment import SegmentDivisions
-from flexgear.structures.fem.sampling import facet_sample, point_sample
+from flexgear.structures.fem.assembly import facet_sample, point_sample
 from flexgear.structures.fem.ties import averaging_tie
-from flexgear.structures.kinematics import rigid_motion, rotation, turn
-from flexgear.structures.reduced import ReducedBody
+from flexgear.structures.reduced import ReducedBody, carried
 from flexgear.structures.sources.of_case import ring_source
-from flexgear.structures.tooth_influence import of_case, pairs, rim
+from flexgear.structures.tooth_influence import of_case, rim
 from flexgear.structures.tooth_influence.influence import influence_of
 from flexgear.structures.tooth_influence.rim import (
     cut_flexibility,
     rim_flexibility,
     shape_tie,
 )
-from flexgear.structures.tooth_shapes import carried
 
 OPTIONS = {
     "solver.fidelity": "quick", "stage.gear_mesh.model": "face_load",
@@ -98,8 +97,8 @@ def bending():
     forces = power_flow(CASE.case).stages[0].gear_mesh_forces
     path, force = stage_paths(CASE, forces)["ring", ""], forces["ring"]
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(pairs, "tooth_influence", coarse)
-        return path, pairs.pair_bending(CASE, path, path.slices, force)
+        patch.setattr(of_case, "tooth_influence", coarse)
+        return path, of_case.pair_bending(CASE, path, path.slices, force)
 
 
 def coarse(case, slot):

@@ -8,8 +8,8 @@ from plain_meshes import annulus, tetrahedra
 
 from flexgear.gears.geometry import stage_geometry
 from flexgear.model.load import load_case
+from flexgear.structures.bodies import rigid_motion
 from flexgear.structures.fe_mesh.tooth_segment import SegmentDivisions, SegmentParameters
-from flexgear.structures.kinematics import rigid_motion
 from flexgear.structures.reduced import ReducedBody
 from flexgear.structures.surface_strain import FieldAt
 from flexgear.structures.tooth_influence.roots import (

@@ -10,8 +10,7 @@ from plain_meshes import box, tetrahedra
 from flexgear.gears.geometry import stage_geometry
 from flexgear.model.load import load_case
 from flexgear.structures.fe_mesh.tooth_segment import SegmentDivisions, SegmentParameters
-from flexgear.structures.fem.assembly import FeModel
-from flexgear.structures.fem.sampling import element_gradient
+from flexgear.structures.fem.assembly import FeModel, element_gradient
 from flexgear.structures.tooth_influence.roots import (
     DEPTH,
     FINE,

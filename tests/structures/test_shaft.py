@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 from scipy import linalg
 
-from flexgear.structures.bodies import rigid_variant
-from flexgear.structures.kinematics import rigid_rows
+from flexgear.structures.bodies import rigid_rows, rigid_variant
 from flexgear.structures.shaft import BeamSection, beam_element, shaft_body
 
 STEEL = {"young": 210e9, "poisson": 0.3, "density": 7850.0}

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 from plain_meshes import annulus, tetrahedra
 
-from flexgear.structures.fem.assembly import FeModel, scalar_basis
-from flexgear.structures.fem.sampling import facet_sample
-from flexgear.structures.kinematics import rigid_motion
+from flexgear.structures.bodies import rigid_motion
+from flexgear.structures.fem.assembly import FeModel, facet_sample, scalar_basis
 from flexgear.structures.linalg.sparse import Factor
 from flexgear.structures.reduced import ReducedBody
 from flexgear.structures.strain import (

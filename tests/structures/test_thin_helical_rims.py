@@ -10,8 +10,7 @@ import scipy.linalg as sla
 
 from flexgear.structures.fe_mesh.gears import RingMeshParameters, ring_fe_mesh
 from flexgear.structures.fe_mesh.solids import mesh_solid, ring_solid
-from flexgear.structures.fem.assembly import FeModel
-from flexgear.structures.fem.sampling import facet_sample
+from flexgear.structures.fem.assembly import FeModel, facet_sample
 from flexgear.structures.fem.ties import averaging_tie, interface_of
 from flexgear.structures.reduction import reduce
 

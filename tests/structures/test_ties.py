@@ -5,8 +5,7 @@ import pytest
 from plain_meshes import annulus, box, rigid_modes, tetrahedra
 
 from flexgear.model.errors import FlexgearError
-from flexgear.structures.fem.assembly import FeModel
-from flexgear.structures.fem.sampling import disc_points, facet_sample, point_sample
+from flexgear.structures.fem.assembly import FeModel, disc_points, facet_sample, point_sample
 from flexgear.structures.fem.ties import averaging_tie, interface_of, rigid_tie, seat_tie
 
 STEEL = (210e9, 0.3, 7850.0)

@@ -10,7 +10,7 @@ from benchmarks.record import Comparison, Curve, Report
 from benchmarks.rings import dofs_text, ring_mesh
 from benchmarks.timing import interleaved
 from flexgear.structures.fem.assembly import FeModel
-from flexgear.structures.linalg.threads import single_threaded_blas
+from flexgear.structures.linalg.dense import single_threaded_blas
 
 REPEATS = {"quick": {"37k": 1}, "full": {"37k": 2, "57k": 1, "314k": 1}}
 LIMIT = 1e-12

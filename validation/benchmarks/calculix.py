@@ -17,8 +17,8 @@ from benchmarks.timing import interleaved
 from flexgear.structures.fe_mesh.fe_mesh import EDGES_VTK, FeMesh
 from flexgear.structures.fe_mesh.inp import write_inp
 from flexgear.structures.fem.assembly import FeModel
+from flexgear.structures.linalg.dense import THREADS, single_threaded_blas
 from flexgear.structures.linalg.sparse import Factor
-from flexgear.structures.linalg.threads import THREADS, single_threaded_blas
 
 MODES = {"quick": 8, "full": 24}
 REPEATS = {"quick": 1, "full": 2}

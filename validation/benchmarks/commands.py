@@ -18,7 +18,7 @@ from pathlib import Path
 
 from benchmarks.record import Comparison, Report
 from benchmarks.timing import interleaved
-from flexgear.structures.linalg.threads import THREADS
+from flexgear.structures.linalg.dense import THREADS
 
 ROOT = Path(__file__).resolve().parents[2]
 CALL = "import sys; sys.argv[0] = 'flexgear'; from flexgear.cli import main; main()"

@@ -13,7 +13,7 @@ from benchmarks.timing import interleaved
 from flexgear.model.stage_view import StageView
 from flexgear.structures.fe_mesh.fe_mesh import FeMesh
 from flexgear.structures.fem.assembly import FeModel
-from flexgear.structures.linalg.threads import THREADS
+from flexgear.structures.linalg.dense import THREADS
 from flexgear.structures.reduction import reduce
 from flexgear.structures.sources.of_case import ring_source
 from flexgear.structures.sources.reducing import tied

@@ -11,10 +11,9 @@ import numpy as np
 from benchmarks.record import Comparison, Report
 from benchmarks.rings import dofs_text, small_ring
 from benchmarks.timing import interleaved
-from flexgear.structures.fem.assembly import FeModel
-from flexgear.structures.fem.sampling import facet_sample
+from flexgear.structures.fem.assembly import FeModel, facet_sample
 from flexgear.structures.fem.ties import interface_of, rigid_tie
-from flexgear.structures.linalg.threads import THREADS
+from flexgear.structures.linalg.dense import THREADS
 from flexgear.structures.reduction import reduce
 
 STEP = {"quick": 8, "full": 3}  # every so many teeth have a patch

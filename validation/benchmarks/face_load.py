@@ -17,7 +17,7 @@ from flexgear.coupling.laws.slices import COUNT, FIRST
 from flexgear.model.load import load_case
 from flexgear.solve.model import Model, assemble
 from flexgear.solve.static import static
-from flexgear.structures.linalg.threads import single_threaded_blas
+from flexgear.structures.linalg.dense import single_threaded_blas
 
 STEP = 1e-4
 STEPS = {"quick": 400, "full": 4000}

@@ -13,7 +13,7 @@ from benchmarks.stages import Run, cheap_system, planet_system, steady_run
 from benchmarks.timing import interleaved
 from flexgear.analysis.modes import rows_at
 from flexgear.coupling.modal import ModalSystem, modal_system
-from flexgear.structures.linalg.threads import single_threaded_blas
+from flexgear.structures.linalg.dense import single_threaded_blas
 
 STEP = 1e-4
 LIMITS_HZ = (300.0, 1500.0, 3000.0, 5000.0, 8000.0, None)  # None: every coordinate

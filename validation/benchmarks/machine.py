@@ -8,7 +8,7 @@ import platform
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-from flexgear.structures.linalg.threads import THREADS
+from flexgear.structures.linalg.dense import THREADS
 
 PACKAGES = ("numpy", "scipy", "scikit-fem", "numba", "gmsh", "cvxopt", "exudyn")
 

@@ -21,7 +21,7 @@ from benchmarks.rings import dofs_text, ring_model
 from benchmarks.timing import interleaved
 from flexgear.structures.fem.assembly import FeModel
 from flexgear.structures.fem.ties import Interface
-from flexgear.structures.linalg.threads import THREADS
+from flexgear.structures.linalg.dense import THREADS
 from flexgear.structures.reduction import reduce
 
 MODES = {"quick": 10, "full": 30}

@@ -17,7 +17,7 @@ from flexgear.analysis.recovery import Recovery
 from flexgear.coupling.modal import ModalSystem, modal_system
 from flexgear.coupling.system import System
 from flexgear.results.load_sharing import load_sharing
-from flexgear.structures.linalg.threads import single_threaded_blas
+from flexgear.structures.linalg.dense import single_threaded_blas
 
 POSITIONS = 1000
 DENSE = {"quick": 5, "full": 20}

@@ -18,7 +18,7 @@ from flexgear.analysis.step_plan import Adaptive
 from flexgear.coupling.modal import ModalSystem, chosen_modal, modal_system
 from flexgear.coupling.pace import case_pace
 from flexgear.coupling.system import System
-from flexgear.structures.linalg.threads import single_threaded_blas
+from flexgear.structures.linalg.dense import single_threaded_blas
 
 STEP, FINE = 1e-4, 2e-5  # s, steady running and near torque steps
 LIMIT_HZ = 3000.0

@@ -15,7 +15,7 @@ from plane_teeth import load_at
 from flexgear.gears.geometry import stage_geometry
 from flexgear.model.faults import Fault
 from flexgear.model.load import load_case
-from flexgear.structures.tooth_influence.crack import added_compliance, crack_parameters
+from flexgear.structures.tooth_influence.of_case import added_compliance, crack_parameters
 from flexgear.views.style import save_figure
 
 HERE = Path(__file__).parent

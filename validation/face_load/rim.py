@@ -27,11 +27,11 @@ from flexgear.model.load import load_case
 from flexgear.model.names import BodyName
 from flexgear.model.stage_view import StageView
 from flexgear.solve.bodies import stage_bodies
-from flexgear.structures.kinematics import turn
+from flexgear.structures.bodies import turn
+from flexgear.structures.reduced import RimFlexibility
 from flexgear.structures.sources.of_case import ring_source
-from flexgear.structures.tooth_influence.pairs import PairBending, mating_flanks, pair_bending
+from flexgear.structures.tooth_influence.of_case import PairBending, mating_flanks, pair_bending
 from flexgear.structures.tooth_influence.rim import flank_motion, rim_bending
-from flexgear.structures.tooth_shapes import RimFlexibility
 
 CASES = {
     "ev-reducer": "stage",

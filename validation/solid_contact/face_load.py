@@ -19,7 +19,7 @@ from flexgear.coupling.laws.coupled_slices import forces_of
 from flexgear.gears.paths import stage_paths
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.load import load_case
-from flexgear.structures.tooth_influence.pairs import pair_bending
+from flexgear.structures.tooth_influence.of_case import pair_bending
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,7 @@ from matplotlib.ticker import MultipleLocator
 
 from flexgear.arrays import Array
 from flexgear.results.stage_part import displacement_of
-from flexgear.structures.kinematics import turn
+from flexgear.structures.bodies import turn
 from flexgear.views.select import leading_dim, variable
 from flexgear.views.star import StageOutline, angle_text, ring_points
 from flexgear.views.style import (

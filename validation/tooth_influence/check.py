@@ -15,16 +15,15 @@ from flexgear.gears.slices import Nominal, bent
 from flexgear.gears.stiffness import iso_mean_stiffness, iso_peak
 from flexgear.model.load import load_case
 from flexgear.structures.fe_mesh.tooth_segment import tooth_segment
-from flexgear.structures.fem.assembly import FeModel
-from flexgear.structures.fem.sampling import facet_nodes
-from flexgear.structures.tooth_influence import of_case, pairs
+from flexgear.structures.fem.assembly import FeModel, facet_nodes
+from flexgear.structures.tooth_influence import of_case
 from flexgear.structures.tooth_influence.influence import (
     carried_by_tie,
     held_flexibility,
     influence_of,
     root_tie,
 )
-from flexgear.structures.tooth_influence.pairs import pair_bending
+from flexgear.structures.tooth_influence.of_case import pair_bending
 from flexgear.views.style import save_figure
 
 HERE = Path(__file__).parent
@@ -178,12 +177,12 @@ def test_gear_mesh_stiffness_against_iso(case, monkeypatch):
     forces = power_flow(case.case).stages[0].gear_mesh_forces
     g = stage_geometry(case)
     ring_on_rim = of_case.influence_parameters(case, "ring")
-    known = pairs.tooth_influence
+    known = of_case.tooth_influence
 
     def with_foundation(view, slot):
         return influence_of(ring_on_rim, *STEEL) if slot == "ring" else known(view, slot)
 
-    monkeypatch.setattr(pairs, "tooth_influence", with_foundation)
+    monkeypatch.setattr(of_case, "tooth_influence", with_foundation)
     print()
     for (kind, _), path in stage_paths(case, forces).items():
         if kind.endswith("coast"):

@@ -23,7 +23,6 @@ from numpy.typing import NDArray
 
 from flexgear.arrays import Array
 from flexgear.model.errors import FlexgearError
-from flexgear.structures.cyclic.borders import rigid_fields
 from flexgear.structures.cyclic.projection import (
     SectorMotion,
     condensed_stiffness,
@@ -36,6 +35,7 @@ from flexgear.structures.cyclic.sectors import (
     Sectors,
     find_sectors,
     from_sectors,
+    rigid_fields,
     sector_matrices,
     to_sectors,
 )
@@ -43,9 +43,8 @@ from flexgear.structures.cyclic.solver import CyclicSolver
 from flexgear.structures.cyclic.ties import SectorTies, sector_ties
 from flexgear.structures.fem.assembly import FeModel
 from flexgear.structures.fem.ties import Interface, free_stiffness
-from flexgear.structures.linalg.dense import dot
+from flexgear.structures.linalg.dense import blocks, dot, shared
 from flexgear.structures.linalg.sparse import Elimination, minimum_degree_order
-from flexgear.structures.linalg.threads import blocks, shared
 
 _BLOCK_BYTES = 32e6  # of a block of vectors that is worked on at once
 

@@ -26,7 +26,7 @@ from flexgear.compiled import njit
 from flexgear.structures.cyclic.sectors import Circulant
 from flexgear.structures.cyclic.solver import CyclicSolver
 from flexgear.structures.cyclic.ties import SectorTies
-from flexgear.structures.linalg.threads import THREADS, shared
+from flexgear.structures.linalg.dense import THREADS, shared
 
 Singles = NDArray[np.float32]
 

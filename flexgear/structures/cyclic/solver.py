@@ -31,11 +31,10 @@ import numpy as np
 import scipy.sparse as sp
 
 from flexgear.arrays import Array, Ints
-from flexgear.structures.cyclic.borders import Harmonics, with_rigid, without_rigid
+from flexgear.structures.cyclic.sectors import Harmonics, with_rigid, without_rigid
 from flexgear.structures.cyclic.ties import SectorTies
-from flexgear.structures.linalg.dense import scaled_inverse, times
+from flexgear.structures.linalg.dense import CHUNK, THREADS, scaled_inverse, shared, times
 from flexgear.structures.linalg.sparse import Elimination
-from flexgear.structures.linalg.threads import CHUNK, THREADS, shared
 
 
 @dataclass(eq=False)

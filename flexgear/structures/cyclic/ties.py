@@ -17,9 +17,9 @@ import scipy.sparse as sp
 from scipy.spatial import cKDTree
 
 from flexgear.arrays import Array, Ints
+from flexgear.structures.bodies import rotation, six
 from flexgear.structures.cyclic.sectors import Sectors
 from flexgear.structures.fem.ties import Interface
-from flexgear.structures.kinematics import rotation, six
 
 _TOLERANCE = 1e-9  # of the largest radius, or of a tie's largest row entry
 

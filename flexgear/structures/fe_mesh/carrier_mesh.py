@@ -22,10 +22,10 @@ from scipy.spatial import cKDTree
 
 from flexgear.arrays import Array, Ints
 from flexgear.model.errors import FlexgearError, InputError
+from flexgear.structures.bodies import rotation
 from flexgear.structures.fe_mesh.carrier import CarrierMeshParameters
 from flexgear.structures.fe_mesh.fe_mesh import FeMesh, corner_jacobians
 from flexgear.structures.fe_mesh.session import gmsh_session, meshing_unit
-from flexgear.structures.kinematics import rotation
 
 _SIZE = {"quick": 1.6, "standard": 0.85, "fine": 0.5}  # cell size over mean plate thickness
 _ROUND = {"quick": 8, "standard": 16, "fine": 24}  # least number of straight sides of a circle

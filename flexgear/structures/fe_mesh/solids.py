@@ -20,10 +20,10 @@ import numpy as np
 
 from flexgear.arrays import Array
 from flexgear.gears.tooth import ToothGeometry
+from flexgear.structures.bodies import rotation
 from flexgear.structures.fe_mesh.carrier import CarrierMeshParameters, Web
 from flexgear.structures.fe_mesh.fe_mesh import FeMesh
 from flexgear.structures.fe_mesh.gears import PlanetMeshParameters, RingMeshParameters
-from flexgear.structures.kinematics import rotation
 
 
 @dataclass(frozen=True, eq=False)

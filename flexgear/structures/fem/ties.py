@@ -28,9 +28,8 @@ import scipy.sparse as sp
 
 from flexgear.arrays import Array, Ints
 from flexgear.model.errors import FlexgearError
-from flexgear.structures.fem.assembly import FeModel
-from flexgear.structures.fem.sampling import Sample
-from flexgear.structures.kinematics import rigid_motion, rigid_rows
+from flexgear.structures.bodies import rigid_motion, rigid_rows
+from flexgear.structures.fem.assembly import FeModel, Sample
 
 
 @dataclass(frozen=True, eq=False)
@@ -228,7 +227,7 @@ def _expansion(
 
 
 def free_stiffness(stiffness: Array, interface: Interface) -> tuple[Array, float]:
-    """K_bb (b, b) with rounding at rigid motions projected away, and how large that rounding was."""
+    """K_bb with rounding at rigid motions projected away, and how large that rounding was."""
     length = np.linalg.norm(interface.positions, axis=1).max()
     scale = np.tile([1.0, 1.0, 1.0] + 3 * [1 / length], len(interface.node_names))
     scaled = scale[:, None] * stiffness * scale

@@ -21,7 +21,7 @@ from flexgear.model.bodies import FeMeshSource, Material
 from flexgear.model.errors import InputError
 from flexgear.model.input_file import MOST_FE_MESH, require_regular
 from flexgear.model.names import BodyName, NodeName
-from flexgear.structures.bodies import Body, rigid_variant
+from flexgear.structures.bodies import Body, rigid_rows, rigid_variant
 from flexgear.structures.cache import content_key
 from flexgear.structures.fe_mesh.carrier import CarrierMeshParameters
 from flexgear.structures.fe_mesh.fe_mesh import FeMesh
@@ -29,7 +29,6 @@ from flexgear.structures.fe_mesh.gears import PlanetMeshParameters, RingMeshPara
 from flexgear.structures.fe_mesh.groups import Groups
 from flexgear.structures.fe_mesh.placement import mesh_of_file
 from flexgear.structures.fe_mesh.solids import Solid, mesh_solid
-from flexgear.structures.kinematics import rigid_rows
 from flexgear.structures.reduced import Progress, ReducedBody, silent
 from flexgear.structures.sources.matrices import given_body
 from flexgear.structures.store import cached, is_cached

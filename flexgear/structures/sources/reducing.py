@@ -13,8 +13,7 @@ from flexgear.structures import estimate
 from flexgear.structures.cache import content_key
 from flexgear.structures.cyclic.condensation import sector_counts
 from flexgear.structures.fe_mesh.fe_mesh import FeMesh
-from flexgear.structures.fem.assembly import FeModel
-from flexgear.structures.fem.sampling import disc_points, facet_sample, point_sample
+from flexgear.structures.fem.assembly import FeModel, disc_points, facet_sample, point_sample
 from flexgear.structures.fem.ties import (
     Interface,
     Tie,
@@ -23,7 +22,7 @@ from flexgear.structures.fem.ties import (
     rigid_tie,
     seat_tie,
 )
-from flexgear.structures.linalg.threads import single_threaded_blas
+from flexgear.structures.linalg.dense import single_threaded_blas
 from flexgear.structures.reduced import Progress, ReducedBody
 from flexgear.structures.reduction import AnyCondensation, condense, reduce
 

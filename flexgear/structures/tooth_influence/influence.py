@@ -61,13 +61,18 @@ from numpy.typing import NDArray
 from flexgear.arrays import Array, Ints
 from flexgear.gears.hertz import ContactBody
 from flexgear.gears.tooth import ToothGeometry
+from flexgear.structures.bodies import rigid_motion
 from flexgear.structures.fe_mesh.tooth_segment import SegmentParameters, ToothSegment, tooth_segment
-from flexgear.structures.fem.assembly import FeModel
-from flexgear.structures.fem.sampling import edge_nodes, facet_nodes, facet_sample, nodes_between
+from flexgear.structures.fem.assembly import (
+    FeModel,
+    edge_nodes,
+    facet_nodes,
+    facet_sample,
+    nodes_between,
+)
 from flexgear.structures.fem.ties import averaging_tie
-from flexgear.structures.kinematics import rigid_motion
+from flexgear.structures.linalg.dense import blocks
 from flexgear.structures.linalg.sparse import flexibility
-from flexgear.structures.linalg.threads import blocks
 
 _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(4)  # of a slice's piece within a layer
 _TOGETHER = 200  # contact lines at a time

@@ -1,18 +1,62 @@
-"""Influence of the teeth of a stage's gears: where their bodies are held, and the cache of it."""
+"""Influence of the teeth of a stage's gears: where bodies are held, how slices bend each other.
+
+All of it comes from the cache, or is made. What a crack at the root adds to the compliance of a
+flank is
+
+    ΔC_ij = b_i^T (F_cracked − F_whole) b_j ,   F = R^T K^{-1} R  (``influence``)
+
+of one segment with and without the crack (``fe_mesh.tooth_segment``): positive semidefinite, as
+a crack takes connections away, smooth (the dip under the load is in both), and independent of how
+deep the rim is held once that is some modules. It is added to what the tooth has, whatever model
+that comes from. The crack is open under all loads of the flank on its side, stays as it is, and its
+faces carry nothing; teeth beside it are not moved by it.
+"""
 
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple, Protocol, Self, TypeVar
 
+import numpy as np
+from scipy.interpolate import interp1d
+
+from flexgear.arrays import Array, Ints
+from flexgear.gears.contact import GearMeshPath
 from flexgear.gears.geometry import stage_geometry
+from flexgear.gears.hertz import ContactBody, line_contact, relative_radius
 from flexgear.gears.radii import gears_by_role
+from flexgear.gears.slices import Slices
+from flexgear.gears.stiffness import line_load
 from flexgear.gears.tooth import ToothGeometry
+from flexgear.gears.weber_banaschek import middle_depth
 from flexgear.model.bodies import Material
+from flexgear.model.faults import Fault
 from flexgear.model.stage_view import StageView
 from flexgear.structures.cache import cached_arrays
-from flexgear.structures.fe_mesh.tooth_segment import SegmentDivisions, SegmentParameters
-from flexgear.structures.tooth_influence.influence import ToothInfluence, influence_of
+from flexgear.structures.fe_mesh.tooth_segment import (
+    CrackedSegmentParameters,
+    SegmentDivisions,
+    SegmentParameters,
+    cracked_segment,
+)
+from flexgear.structures.fem.assembly import FeModel, SolidMesh, facet_nodes
+from flexgear.structures.tooth_influence.influence import (
+    FlankCompliance,
+    ToothInfluence,
+    flank_nodes,
+    held_flexibility,
+    influence_of,
+    unit_loads,
+)
+from flexgear.structures.tooth_influence.tip_edge import (
+    LEAST_SLOPE,
+    AtTip,
+    at_tip,
+    roll_along,
+    tip_ends,
+)
 
 FLANK_LAYER = 0.2  # modules: dip cut off; at a tenth elements must be half as long for the same
 DEEPEST = 4.0  # modules below the root circle where a body is held at the latest
@@ -111,3 +155,260 @@ def held_radius(view: StageView, role: str, tooth: ToothGeometry, modules: float
         rim = view.ring.rim_thickness if fe else gear.rim_thickness
         return deepest if rim is None else min(deepest, tooth.root_radius + rim)
     return max(deepest, gear.bore_diameter / 2)
+
+
+Lines = tuple[Array, Array, Array]
+
+PAIR_PLACES = 251  # contact lines for which the flexibility is computed; linear between
+_LEAST_WIDTH = 1e-6  # of the face, where a line has left it
+
+
+@dataclass(frozen=True)
+class PairBending:
+    """Over the path coordinate (S,), for contact lines of K slices each.
+
+    flexibility (S, K, K) m/N of both teeth between the slices of a line; beside (S, 2, K, K) m/N:
+    displacement of its slices per force on those of the next line, a base pitch further on, and of
+    the one after that, through the bodies below them; scale m/N and limit N (S, K) of the approach
+    a f ln(d/f) of line contact.
+    """
+
+    flexibility: Array
+    beside: Array
+    scale: Array
+    limit: Array
+
+    def with_rim(self, flexibility: Array, beside: Array) -> PairBending:
+        """And what the rim of an FE ring adds: ``rim``."""
+        more = self.flexibility + flexibility, self.beside + beside
+        return replace(self, flexibility=more[0], beside=more[1])
+
+
+def pair_bending(view: StageView, path: GearMeshPath, slices: Slices, force: float) -> PairBending:
+    """How slices of contact lines bend each other, for ``gears.slices.bent``.
+
+    force: of the gear mesh, N, for whose mean line load contacts at tip edges are solved
+    (``tip_edge``; where both teeth have influences). Displacement and force of slices are along the
+    normal N. Teeth of an FE body move their neighbours by its own model and its rim (``rim``);
+    nothing of it is in ``beside``.
+    """
+    width, some = widths(path, slices), some_places(slices, PAIR_PLACES)
+    count = slices.count
+    flexibility, bodies = np.zeros((len(some), count, count)), []
+    beside = np.zeros((len(some), 2, count, count))
+    flanks = mating_flanks(path, slices)
+    influences = [tooth_influence(view, mating.name) for mating in flanks]
+    load = line_load(view, stage_geometry(view), path.kind.gear, force)
+    at_tips = _at_tips(path, slices, influences, load)
+    for member, (mating, influence) in enumerate(zip(flanks, influences, strict=True)):
+        if influence is None:
+            bodies.append(_to_middle(view, mating.tooth, mating.roll))
+            continue
+        flank, roll = mating.of(influence), mating.roll
+        if (profile := slices.profile) is not None:
+            centre = profile.at(profile.centre, _touches(path, slices), slices.z)
+            roll = roll_along(mating.tooth, roll, centre if member else -centre)
+        for tip in at_tips:
+            inward = tip.inward if tip.member == member else -tip.inward
+            roll = roll_along(mating.tooth, roll, inward)
+        flexibility += flank.matrix(roll[some], slices.z[some], width[some])
+        bodies.append(flank.contact_body(mating.roll))
+        if flank.neighbour is not None:
+            lines = (roll, slices.z, width)
+            for apart in (1, 2):
+                places = (slices.s, some, apart * path.base_pitch)
+                beside[:, apart - 1] += _further_line(flank, apart * mating.step, lines, places)
+    cos, internal = path.cos_base_helix, path.off_path.gear.internal
+    radius = relative_radius(flanks[0].roll, flanks[1].roll, internal=internal) / cos
+    contact = line_contact(bodies[0], bodies[1], radius)
+    for tip in at_tips:
+        contact = contact.softer(tip.alpha, tip.beta)
+    if profile is not None:
+        on, z = _touches(path, slices), slices.z
+        more = profile.at(profile.alpha, on, z), profile.at(profile.beta, on, z)
+        contact = contact.softer(more[0], np.maximum(more[1], -LEAST_SLOPE * contact.beta))
+    scale, limit = contact.of_slice(width / cos)
+    return PairBending(
+        flexibility=rows_at(slices.s[some], flexibility, slices.s),
+        beside=rows_at(slices.s[some], beside, slices.s),
+        scale=scale,
+        limit=limit,
+    )
+
+
+def _at_tips(
+    path: GearMeshPath,
+    slices: Slices,
+    influences: Sequence[ToothInfluence | None],
+    line_load: float,
+) -> list[AtTip]:
+    """At the slices, of every tip edge that touches; none where a tooth has no influence."""
+    planet, gear = influences
+    if planet is None or gear is None:
+        return []
+    on, members = _touches(path, slices), (planet, gear)
+    return [
+        at_tip(end, members, path.cos_base_helix, line_load, slices.profile).at(on)
+        for end in tip_ends(path, slices)
+    ]
+
+
+class _Flank(Protocol):
+    def mirrored(self) -> Self: ...
+    def turned(self) -> Self: ...
+
+
+Flank = TypeVar("Flank", bound=_Flank)
+
+
+class MatingFlank(NamedTuple):
+    """Flanks of one gear over the contact lines of a gear mesh.
+
+    name: "planet", "sun" or "ring"; sense: 1 where the force pushes the gear's teeth on in +θ, on
+    their −θ flank, else −1; step: teeth in +θ from one pair to the next; other_hand: whether the
+    helix has the other hand than the gear's, as right halves have; roll (S, K) m of slices, held on
+    the flank.
+    """
+
+    name: str
+    tooth: ToothGeometry
+    sense: int
+    step: int
+    other_hand: bool
+    roll: Array
+
+    def of(self, flank: Flank) -> Flank:
+        """What was made of the −θ flank of the gear's own hand, as this flank has it."""
+        flank = flank.mirrored() if self.other_hand else flank
+        return flank if self.sense > 0 else flank.turned()
+
+
+def mating_flanks(path: GearMeshPath, slices: Slices) -> list[MatingFlank]:
+    """Of the planet, then of its mate."""
+    on = _touches(path, slices)
+    members = (
+        ("planet", path.off_path.planet, -path.planet_step, path.planet_step),
+        (path.kind.gear, path.off_path.gear, path.gear_step, path.gear_step),
+    )
+    flanks = []
+    for (name, tooth, sense, step), roll in zip(members, path.off_path.rolls(on), strict=True):
+        low, high = sorted(map(tooth.roll_length, (tooth.form_radius, tooth.tip_radius)))
+        held = np.clip(np.nan_to_num(roll, nan=high), max(low, 1e-3 * tooth.base_pitch), high)
+        flanks.append(MatingFlank(name, tooth, sense, step, path.side == "right", held))
+    return flanks
+
+
+def _touches(path: GearMeshPath, slices: Slices) -> Array:
+    """Path coordinates (S, K) of slices, m."""
+    return np.clip(slices.s[:, None] + path.slope * slices.z, *slices.span)
+
+
+def widths(path: GearMeshPath, slices: Slices) -> Array:
+    """Axial widths (S, K) m of slices, not quite zero where a line has left the face."""
+    return np.maximum(slices.width, _LEAST_WIDTH * 2 * path.half_face)
+
+
+def some_places(slices: Slices, most: int) -> Ints:
+    """Numbers of at most so many of the contact lines, evenly spread."""
+    return np.unique(np.linspace(0, len(slices.s) - 1, most).astype(np.int64))
+
+
+def _further_line(
+    flank: ToothInfluence, step: int, lines: Lines, places: tuple[Array, Ints, float]
+) -> Array:
+    """C (S', K, K) m/N of one gear: displacement of slices of some lines (roll, z, width) per force
+    on those further on, whose tooth is ``step`` teeth on in +θ.
+
+    places: path coordinates of the lines, numbers of those wanted, m to those further on.
+    """
+    (roll, z, width), (s, some, way) = lines, places
+    further = np.clip(s[some] + way, None, s[-1])
+    here = roll[some], z[some], width[some]
+    there = rows_at(s, roll, further), rows_at(s, z, further), rows_at(s, width, further)
+    if step > 0:
+        return flank.coupling(here, there, step)
+    return np.swapaxes(flank.coupling(there, here, -step), 1, 2)
+
+
+def rows_at(s: Array, table: Array, places: Array) -> Array:
+    """Rows of a table over s at other places."""
+    return np.asarray(interp1d(s, table, axis=0, copy=False, assume_sorted=True)(places))
+
+
+def _to_middle(view: StageView, tooth: ToothGeometry, roll: Array) -> ContactBody:
+    """The flank of a tooth that an FE body has whole: line contact down to its middle line."""
+    depth = middle_depth(tooth, np.hypot(tooth.base_radius, roll))
+    return ContactBody(view.material.young_modulus, view.material.poisson_ratio, depth)
+
+
+WITHIN_LAYER = 9  # places over which the depth of a layer is averaged
+CRACK_PLACES = 151  # contact lines that are computed; linear between
+CRACK_DIVISIONS = SegmentDivisions(flank=6, fillet=7, rim=5)  # ``tooth`` follows from the crack
+
+
+def crack_flexibility(view: StageView, path: GearMeshPath, lines: Slices, fault: Fault) -> Array:
+    """ΔC (S, K, K) m/N between slices of contact lines, by a crack of one of both teeth, from the
+    cache or made (half a minute)."""
+    role = "planet" if fault.gear == view.part("planet") else path.kind.gear
+    mating = next(m for m in mating_flanks(path, lines) if m.name == role)
+    # z of the flank as it is made: turned and mirrored ones, and left halves, count the other way
+    flipped = (mating.sense < 0) ^ mating.other_hand ^ (path.side == "left")
+    p, material = crack_parameters(view, role, fault, -1.0 if flipped else 1.0), view.material
+    if max(p.depths) == 0.0:
+        return np.zeros((*lines.z.shape, lines.count))
+    young, poisson = material.young_modulus, material.poisson_ratio
+    content = {"cracked": p, "young": young, "poisson": poisson}
+    added = cached_arrays(FlankCompliance, 1, content, lambda: added_compliance(p, young, poisson))
+    some, width = some_places(lines, CRACK_PLACES), widths(path, lines)
+    flank = mating.of(added)
+    flexibility = flank.matrix(mating.roll[some], lines.z[some], width[some])
+    return rows_at(lines.s[some], flexibility, lines.s)
+
+
+def crack_parameters(
+    view: StageView, role: str, fault: Fault, sense: float
+) -> CrackedSegmentParameters:
+    """Segment of a gear with a crack; sense: +1 where z of the segment counts as in the case."""
+    tooth = stage_geometry(view).gears[role]
+    require_teeth(view, role, tooth, "take the crack out")
+    one = one_tooth(view, role, tooth)
+    divisions = replace(CRACK_DIVISIONS, layers=one.divisions.layers)
+    borders = one.layer_positions
+    share = (np.arange(WITHIN_LAYER) + 0.5) / WITHIN_LAYER
+    depths = fault.depth_at(sense * (borders[:-1, None] + np.diff(borders)[:, None] * share))
+    return CrackedSegmentParameters(
+        tooth=tooth,
+        face_width=one.face_width,
+        helix_rate=one.helix_rate,
+        held_radius=held_radius(view, role, tooth, DEEPEST),
+        flank_layer=one.flank_layer,
+        teeth=1,  # those beside it change what a crack adds by less than 1 %
+        divisions=divisions,
+        margin=MARGIN,
+        angle=fault.angle,
+        depths=tuple(depths.mean(axis=1).tolist()),
+    )
+
+
+def added_compliance(
+    p: CrackedSegmentParameters, young: float, poisson: float, *, plane_strain: bool = False
+) -> FlankCompliance:
+    """F_cracked − F_whole of the −θ flank of the middle tooth, zero without depth; E in Pa;
+    plane_strain: as in ``influence_of``."""
+    segment = cracked_segment(p)
+    whole, held = segment.whole, {"held": segment.whole.fe_mesh.facets["held"]}
+    flexibility = []
+    for fe_mesh in (whole.fe_mesh, SolidMesh(segment.points, segment.cells, "hex", held)):
+        model = FeModel(fe_mesh, young, poisson, density=1.0)
+        free = np.ones((len(model.nodes), 3), dtype=bool)
+        free[facet_nodes(model, fe_mesh.facets["held"])] = False
+        free[:, 2] &= not plane_strain
+        loads = unit_loads(whole, model, flank_nodes(whole, model, p.middle))
+        flexibility.append(held_flexibility(model, free, loads))
+    added = flexibility[1] - flexibility[0]
+    return FlankCompliance(
+        roll=whole.roll,
+        z=whole.z,
+        slope=p.roll_slope,
+        compliance=0.5 * (added + added.T),
+    )

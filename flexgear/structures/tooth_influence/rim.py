@@ -1,7 +1,7 @@
 """What the rim of an FE ring yields along the face within a tooth, and whether that counts.
 
 The influence of a tooth is that of a segment whose rim is held; in the ring the node of a tooth
-carries rigid motion only. With shapes p beside the node's motion q (``tooth_shapes``) and
+carries rigid motion only. With shapes p beside the node's motion q (``reduced``) and
 loads on both, the FE ring on its supports has the flexibility
 
     T = [B; B_s] K⁻¹ [B; B_s]ᵀ,    the same of the segment: T_c,
@@ -34,30 +34,33 @@ from flexgear.gears.contact import GearMeshPath
 from flexgear.gears.slices import Slices
 from flexgear.gears.tooth import ToothGeometry
 from flexgear.model.bodies import Material
+from flexgear.structures.bodies import rigid_motion, turn
 from flexgear.structures.cache import cached_arrays
 from flexgear.structures.cyclic.condensation import CyclicCondensation
 from flexgear.structures.estimate import END_SHARE, PROMISED, judged, shape_errors
 from flexgear.structures.fe_mesh.section import base_section_angle
 from flexgear.structures.fe_mesh.tooth_segment import SegmentParameters
-from flexgear.structures.fem.assembly import FeModel
-from flexgear.structures.fem.sampling import Sample, facet_sample
+from flexgear.structures.fem.assembly import FeModel, Sample, facet_sample
 from flexgear.structures.fem.ties import averaging_tie
-from flexgear.structures.kinematics import rigid_motion, turn
+from flexgear.structures.linalg.dense import single_threaded_blas
 from flexgear.structures.linalg.sparse import flexibility
-from flexgear.structures.linalg.threads import single_threaded_blas
-from flexgear.structures.reduced import ReducedBody
-from flexgear.structures.reduction import AnyCondensation
-from flexgear.structures.tooth_influence.influence import ToothInfluence, involute_normals
-from flexgear.structures.tooth_influence.of_case import segment_influence
-from flexgear.structures.tooth_influence.pairs import mating_flanks, rows_at, some_places
-from flexgear.structures.tooth_shapes import (
+from flexgear.structures.reduced import (
     BEYOND,
     BOTH,
     COUNT,
     ORDERS,
+    ReducedBody,
     RimFlexibility,
     ToothLine,
     carried,
+)
+from flexgear.structures.reduction import AnyCondensation
+from flexgear.structures.tooth_influence.influence import ToothInfluence, involute_normals
+from flexgear.structures.tooth_influence.of_case import (
+    mating_flanks,
+    rows_at,
+    segment_influence,
+    some_places,
 )
 
 TEETH = 5  # whose answers are taken

@@ -41,6 +41,7 @@ from flexgear.gears.contact import GearMeshPath
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.slices import Slices
 from flexgear.model.stage_view import StageView
+from flexgear.structures.bodies import rotation
 from flexgear.structures.cache import cached_arrays
 from flexgear.structures.fe_mesh.tooth_segment import (
     SegmentDivisions,
@@ -48,11 +49,9 @@ from flexgear.structures.fe_mesh.tooth_segment import (
     ToothSegment,
     tooth_segment,
 )
-from flexgear.structures.fem.assembly import FeModel
-from flexgear.structures.fem.sampling import element_gradient, facet_nodes
-from flexgear.structures.kinematics import rotation
+from flexgear.structures.fem.assembly import FeModel, element_gradient, facet_nodes
+from flexgear.structures.linalg.dense import blocks
 from flexgear.structures.linalg.sparse import Factor
-from flexgear.structures.linalg.threads import blocks
 from flexgear.structures.reduced import ReducedBody
 from flexgear.structures.strain import strain_of_gradient, stress_of_strain
 from flexgear.structures.surface_strain import FieldAt
@@ -60,10 +59,12 @@ from flexgear.structures.tooth_influence.influence import FlankPlaces, flank_nod
 from flexgear.structures.tooth_influence.of_case import (
     held_radius,
     influence_parameters,
+    mating_flanks,
     one_tooth,
     require_teeth,
+    some_places,
+    widths,
 )
-from flexgear.structures.tooth_influence.pairs import mating_flanks, some_places, widths
 
 DEPTH = 4.5  # modules below the root circle where the body is cut
 FIRST = 0.15  # modules, height of the rim's first row: stress at the fillet's foot hangs on it

@@ -17,6 +17,7 @@ from cyclic_samples import (
 from plain_meshes import annulus
 
 from flexgear.model.errors import FlexgearError
+from flexgear.structures.bodies import turn
 from flexgear.structures.estimate import (
     ProbeLoad,
     compare_frequencies,
@@ -24,10 +25,8 @@ from flexgear.structures.estimate import (
     static_errors,
     tooth_lines,
 )
-from flexgear.structures.fem.assembly import FeModel
-from flexgear.structures.fem.sampling import facet_sample
+from flexgear.structures.fem.assembly import FeModel, facet_sample
 from flexgear.structures.fem.ties import averaging_tie, interface_of, rigid_tie
-from flexgear.structures.kinematics import turn
 from flexgear.structures.reduction import reduce
 
 MODES = 20

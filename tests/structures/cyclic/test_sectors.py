@@ -8,6 +8,7 @@ import scipy.sparse as sp
 from cyclic_samples import STEEL, TEETH, bent, plain_ring, renumbered, toothed_ring_mesh
 from plain_meshes import annulus, box, tetrahedra
 
+from flexgear.structures.bodies import rotation
 from flexgear.structures.cyclic.condensation import condense_by_sectors, cyclic_parts, sector_counts
 from flexgear.structures.cyclic.sectors import (
     Circulant,
@@ -16,10 +17,8 @@ from flexgear.structures.cyclic.sectors import (
     to_sectors,
 )
 from flexgear.structures.cyclic.ties import sector_ties
-from flexgear.structures.fem.assembly import FeModel
-from flexgear.structures.fem.sampling import facet_sample
+from flexgear.structures.fem.assembly import FeModel, facet_sample
 from flexgear.structures.fem.ties import averaging_tie, interface_of
-from flexgear.structures.kinematics import rotation
 
 
 def model_of(fe_mesh):

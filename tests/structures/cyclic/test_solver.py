@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from flexgear.model.errors import FlexgearError
-from flexgear.structures.cyclic.borders import Harmonics, rigid_fields, with_rigid, without_rigid
 from flexgear.structures.cyclic.condensation import condense_by_sectors
+from flexgear.structures.cyclic.sectors import Harmonics, rigid_fields, with_rigid, without_rigid
 from flexgear.structures.linalg.dense import hermitian_inverse
 from flexgear.structures.linalg.lanczos import NotConverged, lowest_modes
 
