@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import xarray as xr
 
 from flexgear.gears.power_flow import power_flow
-from flexgear.model.case import case_of_dict
+from flexgear.model.case import Case
 from flexgear.model.errors import FlexgearError, InputError
 from flexgear.results.run_folder import Folder, tuples_of
 
@@ -126,7 +126,7 @@ class Plots:
         from flexgear.views.chart import planned
         from flexgear.views.run_charts import RUN_CHARTS
 
-        case = case_of_dict(tuples_of(json.loads(self._data.attrs["parameters"])))
+        case = Case.model_validate(tuples_of(json.loads(self._data.attrs["parameters"])))
         summary = {"variant": self._data.attrs["variant"]}
         run = Folder(case, power_flow(case), _by_file(self._data), {}, summary)
         plan: dict[str, Planned] = {}

@@ -7,7 +7,7 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from flexgear.model.section import Missing, Refusal, Section
 from flexgear.model.units import (
@@ -86,10 +86,9 @@ class Springs(Section):
         """Stiffness (6, 6), SI."""
         return np.diag(self.stiffness) if self.full is None else np.array(self.full)
 
-    @model_validator(mode="after")
-    def _valid_matrix(self) -> Springs:
+    def _check(self) -> None:
         if self.full is None:
-            return self
+            return
         if len(self.full) != 6 or any(len(row) != 6 for row in self.full):
             raise Refusal("full", "is not 6 x 6", "give six rows of six numbers")
         k = np.array(self.full)
@@ -99,7 +98,6 @@ class Springs(Section):
         unit = k / np.where(scale > 0, scale, 1.0) / np.where(scale > 0, scale, 1.0)[:, None]
         if np.linalg.eigvalsh(unit).min() < -1e-9:
             raise Refusal("full", "is not positive semidefinite", "correct its signs")
-        return self
 
 
 def at_height(z: float) -> NDArray[np.float64]:
@@ -148,20 +146,15 @@ class Bearing(Springs):
         to_z = at_height(self.z)
         return to_z.T @ super().matrix @ to_z
 
-    @model_validator(mode="after")
-    def _rollers_of_something(self) -> Bearing:
+    def _check(self) -> None:
         if self.rollers is not None and (min(self.stiffness[:2]) <= 0 or self.full is not None):
             raise Refusal(
                 "radial",
                 "is needed beside rollers: the stiffness of modes and of whatever is linear",
                 "give radial, and no full matrix",
             )
-        return self
-
-    @model_validator(mode="after")
-    def _clearance_of_something(self) -> Bearing:
         if self.clearance == 0:
-            return self
+            return
         if min(self.stiffness[:2]) <= 0:
             problem = "is the gap of a support without radial stiffness"
             raise Refusal("clearance", problem, "give radial")
@@ -170,7 +163,6 @@ class Bearing(Springs):
         if self.full is not None and np.array(self.full)[:2, 2:].any():
             problem = "is a radial gap, but full couples radial motion with other directions"
             raise Refusal("clearance", problem, "take one of the two out")
-        return self
 
 
 class RollingElements(Section):
@@ -209,8 +201,7 @@ class RollingElements(Section):
     inner_groove: float = Field(default=0.52, gt=0.5, le=1.0)
     outer_groove: float = Field(default=0.53, gt=0.5, le=1.0)
 
-    @model_validator(mode="after")
-    def _fits(self) -> RollingElements:
+    def _check(self) -> None:
         if self.diameter >= self.pitch_diameter:
             raise Refusal("diameter", "is not below pitch_diameter", "correct one of them")
         if self.count is not None:
@@ -223,7 +214,6 @@ class RollingElements(Section):
             raise Refusal("drops", "belongs to a profile by a table", remedy)
         if len(self.drops) == 1 or any(drop < 0 for drop in self.drops):
             raise Refusal("drops", "is no profile", "give two values or more, none negative")
-        return self
 
 
 class Rolling(Section):
@@ -243,8 +233,7 @@ class Rolling(Section):
     required_life: Life | None = Field(default=None, gt=0.0, le=1e10)
     elements: RollingElements | None = None
 
-    @model_validator(mode="after")
-    def _rating_of_a_kind(self) -> Rolling:
+    def _check(self) -> None:
         for key in ("dynamic_rating", "elements"):
             if getattr(self, key) is not None and self.rolling is None:
                 remedy = 'add rolling = "roller" or "ball"'
@@ -252,7 +241,6 @@ class Rolling(Section):
         if self.required_life is not None and self.dynamic_rating is None:
             remedy = "add dynamic_rating and rolling"
             raise Missing("dynamic_rating", "is missing beside required_life", remedy)
-        return self
 
 
 def check_elements(bearing: Bearing, rolling: Rolling) -> None:
@@ -299,15 +287,9 @@ class Lubricant(Section):
     cleanliness: Literal["-/13/10", "-/15/12", "-/17/14", "-/19/16"] | None = None
     contamination: float | None = Field(default=None, gt=0.0, le=1.0)
 
-    @model_validator(mode="after")
-    def _consistent(self) -> Lubricant:
+    def _check(self) -> None:
         if self.viscosity_100 is not None and self.viscosity_100 >= self.viscosity_40:
             problem = "is not below viscosity_40, but oil thins as it warms"
             raise Refusal("viscosity_100", problem, "correct one of them")
-        if self.temperature is not None and self.operating_viscosity is not None:
-            problem = "is given beside temperature, of which it follows"
-            raise Refusal("operating_viscosity", problem, "keep one of them")
-        if self.cleanliness is not None and self.contamination is not None:
-            problem = "is given beside cleanliness, of which it follows"
-            raise Refusal("contamination", problem, "keep one of them")
-        return self
+        self._keep_one("operating_viscosity", "temperature", ", of which it follows")
+        self._keep_one("contamination", "cleanliness", ", of which it follows")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
+from pydantic import BeforeValidator, Field, WithJsonSchema
 
 from flexgear.model.bearings import Bearing, Springs
 from flexgear.model.section import Missing, Refusal, Section
@@ -62,8 +62,7 @@ class FeMeshSource(Section):
         0.0, 0.0, 0.0,
     )  # fmt: skip
 
-    @model_validator(mode="after")
-    def _complete(self) -> FeMeshSource:
+    def _check(self) -> None:
         if self.fe_mesh != "generate" and not self.fe_mesh_file:
             raise Missing(
                 "fe_mesh_file", "is missing", "name the mesh file, or fe_mesh = 'generate'"
@@ -75,7 +74,6 @@ class FeMeshSource(Section):
                 raise Refusal(
                     key, f"has {length} numbers", "give three, for x, y and z, or one, for z"
                 )
-        return self
 
     def _check_reduced(self) -> None:
         """A table of nodes belongs to reduced matrices, which stand where they are."""
@@ -149,11 +147,9 @@ class Carrier(FeMeshSource):
     seat_far: Seat
     fixed_interface_modes: int = Field(default=120, ge=0, le=2000)
 
-    @model_validator(mode="after")
-    def _consistent(self) -> Carrier:
+    def _check(self) -> None:
         if self.pin_bore >= self.pin_diameter:
             raise Refusal("pin_bore", "is as large as the pin", "lower it")
-        return self
 
 
 class Hub(Section):
@@ -171,8 +167,7 @@ class Hub(Section):
     z: Length = Field(default=0.0, ge=-5.0, le=5.0)
     bearing: Bearing | None = None
 
-    @model_validator(mode="after")
-    def _one_kind(self) -> Hub:
+    def _check(self) -> None:
         for key in ("mass", "tilt_inertia", "bearing"):
             present = getattr(self, key) is not None
             if self.kinematics == "spatial" and not present:
@@ -181,7 +176,6 @@ class Hub(Section):
             if self.kinematics == "torsional" and present:
                 problem = 'is that of a hub that moves, but kinematics is "torsional"'
                 raise Refusal(key, problem, "take one of the two out")
-        return self
 
 
 class ShaftSection(Section):
@@ -194,11 +188,9 @@ class ShaftSection(Section):
     outer_diameter: Length = Field(ge=1e-3, le=3.0)
     inner_diameter: Length = Field(default=0.0, ge=0.0, le=3.0)
 
-    @model_validator(mode="after")
-    def _hollow(self) -> ShaftSection:
+    def _check(self) -> None:
         if self.inner_diameter >= self.outer_diameter:
             raise Refusal("inner_diameter", "is not below outer_diameter", "lower it")
-        return self
 
 
 class Shaft(Section):
@@ -215,13 +207,11 @@ class Shaft(Section):
     sections: tuple[ShaftSection, ...] = Field(min_length=1)
     spline: Springs
 
-    @model_validator(mode="after")
-    def _drives(self) -> Shaft:
+    def _check(self) -> None:
         if self.spline.stiffness[5] <= 0:
             raise Refusal(
                 "spline.torsion", "is zero, so no torque reaches the output", "give a stiffness"
             )
-        return self
 
 
 FE_MESH_FILES = ("fe_mesh_file", "fe_mesh_mass_file", "fe_mesh_nodes")
@@ -252,8 +242,7 @@ class Housing(Section):
         """Diagonal of the mount's stiffness, (6,)."""
         return self.mount.stiffness
 
-    @model_validator(mode="after")
-    def _complete(self) -> Housing:
+    def _check(self) -> None:
         if self.kind == "lumped":
             if self.mass <= 0 or min(self.inertia) <= 0:
                 raise Refusal("mass", "a lumped housing needs mass and inertia", "give both")
@@ -261,15 +250,11 @@ class Housing(Section):
                 raise Refusal(
                     "mount", "a lumped housing needs stiffness in all six directions", "give them"
                 )
-        return self
-
-    @model_validator(mode="after")
-    def _files_of_a_reduced_one(self) -> Housing:
         for key in FE_MESH_FILES if self.kind != "reduced" else ():
             if getattr(self, key) is not None:
                 raise Refusal(key, "is of reduced matrices", 'set kind = "reduced"')
         if self.kind != "reduced":
-            return self
+            return
         if not self.fe_mesh_file:
             raise Missing("fe_mesh_file", "is missing", "name the file of its stiffness and mass")
         if not self.fe_mesh_nodes:
@@ -281,4 +266,3 @@ class Housing(Section):
             raise Refusal(
                 "mount", "a housing needs stiffness along all three axes", "give radial and axial"
             )
-        return self

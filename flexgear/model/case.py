@@ -358,7 +358,7 @@ class Case(Section):
             raise of_only_stage(fault) from None
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain data in SI, as it is written beside results; ``case_of_dict`` reads it."""
+        """Plain data in SI, as it is written beside results; lists stand for tuples."""
         return self.model_dump(mode="json")
 
     @classmethod
@@ -387,17 +387,10 @@ class Case(Section):
         ]  # fmt: skip
         return {**data, "stages": tuple(stages)}
 
-    @model_validator(mode="after")
-    def _consistent(self) -> Case:
+    def _check(self) -> None:
         check_case_name(self.name)
         check_case(self)
         check_tolerance(self)
-        return self
-
-
-def case_of_dict(data: Mapping[str, Any]) -> Case:
-    """The case of what ``Case.to_dict`` gave, lists as tuples; ValidationError where it is none."""
-    return Case.model_validate(data)
 
 
 def validated_case(data: dict[str, Any], where: str, written: Written) -> Case:

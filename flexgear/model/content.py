@@ -14,7 +14,9 @@ from flexgear.model.bodies import FE_MESH_FILES
 from flexgear.model.errors import InputError
 from flexgear.model.input_file import MOST_FE_MESH, require_regular
 from flexgear.model.machine import Followed, read_load_series, read_time_series
-from flexgear.model.modifications import flank_tables, read_flank_table
+from flexgear.model.modifications import read_flank_table
+
+_FILES = {"file", "files", *FE_MESH_FILES}  # keys of all sections that name some
 
 
 def content_hash(data: Any) -> str:
@@ -46,66 +48,43 @@ def _canonical(value: Any) -> Any:
     return value
 
 
-def _history_sections(data: dict[str, Any]) -> Iterator[dict[str, Any]]:
-    """Sections with a history in the SI data of a case: drive, and machines of the ports."""
-    ports = [*(data.get("inputs") or ()), data.get("output")]
-    machines = [port.get("machine") for port in ports if isinstance(port, dict)]
-    yield from (section for section in (data.get("drive"), *machines) if isinstance(section, dict))
-
-
-def _load_sections(data: dict[str, Any]) -> Iterator[dict[str, Any]]:
-    """Loads on members in the SI data of a case."""
-    yield from (section for section in data.get("loads") or () if isinstance(section, dict))
-
-
-def _read_histories(data: dict[str, Any]) -> None:
-    """Points of all series of kind csv."""
-    for section in _load_sections(data):
-        if isinstance(section.get("file"), str):
-            section["times"], section["forces"], section["moments"] = read_load_series(
-                Path(section["file"])
-            )
-    for section in _history_sections(data):
-        if isinstance(section.get("file"), str) and section.get("kind") == "csv":
-            what: Followed = "speed" if section.get("law") in ("speed", "controller") else "torque"
-            section["times"], section[f"{what}s"] = read_time_series(Path(section["file"]), what)
+def _sections(data: Any, key: str = "") -> Iterator[tuple[str, dict[str, Any]]]:
+    """All sections in the data of a case, each with the key at which it or its list stands."""
+    if isinstance(data, dict):
+        yield key, data
+        for name, value in data.items():
+            yield from _sections(value, name)
+    elif isinstance(data, (list, tuple)):
+        for value in data:
+            if isinstance(value, (dict, list, tuple)):
+                yield from _sections(value, key)
 
 
 def resolve_files(data: dict[str, Any], folder: Path) -> None:
     """Paths in SI data of a case become absolute, from ``folder``; tables and histories are
     read."""
-    for inside, key in _files(data):
-        if isinstance(inside[key], str):
-            inside[key] = os.path.abspath(folder / os.path.expanduser(inside[key]))
-    for table in flank_tables(data):
-        if isinstance(table.get("file"), str):
-            table |= read_flank_table(Path(table["file"]))
-    _read_histories(data)
+    for name, section in list(_sections(data)):
+        for key in _FILES:
+            if isinstance(section.get(key), str):
+                section[key] = os.path.abspath(folder / os.path.expanduser(section[key]))
+        if not isinstance(section.get("file"), str):
+            continue
+        path = Path(section["file"])
+        if name == "table":
+            section |= read_flank_table(path)
+        elif name == "loads":
+            section["times"], section["forces"], section["moments"] = read_load_series(path)
+        elif section.get("kind") == "csv":  # of a drive or a machine
+            what: Followed = "speed" if section.get("law") in ("speed", "controller") else "torque"
+            section["times"], section[f"{what}s"] = read_time_series(path, what)
 
 
 def digest_files(data: dict[str, Any]) -> None:
     """Files in dumped data are replaced by what is in them."""
-    for inside, key in _files(data):
-        if key == "files":  # a pattern
-            inside[key] = [file_digest(name) for name in sorted(glob(inside[key], recursive=True))]
-        else:
-            inside[key] = file_digest(inside[key])
-
-
-def _files(data: dict[str, Any]) -> Iterator[tuple[dict[str, Any], str]]:
-    """Sections that name a file, and the key."""
-    named = (*_history_sections(data), *_load_sections(data), *flank_tables(data))
-    sections: list[tuple[Any, str]] = [(section, "file") for section in named]
-    sections.append((data.get("spectrum"), "file"))
-    series = data.get("load_series")
-    if isinstance(series, dict):
-        sections += [(load_case, "files") for load_case in series.get("design_load_cases") or ()]
-    sections += [(data.get("housing"), key) for key in FE_MESH_FILES]
-    for stage in data.get("stages", ()):
-        for name in ("ring", "carrier"):
-            member = stage.get(name)
-            body = member.get("fe") if isinstance(member, dict) else None
-            sections += [(body, key) for key in FE_MESH_FILES]
-    yield from (
-        (inside, key) for inside, key in sections if isinstance(inside, dict) and key in inside
-    )
+    for _, section in _sections(data):
+        for key in section.keys() & _FILES:
+            if key == "files":  # a pattern
+                names = sorted(glob(section[key], recursive=True))
+                section[key] = [file_digest(name) for name in names]
+            else:
+                section[key] = file_digest(section[key])

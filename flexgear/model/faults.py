@@ -11,11 +11,11 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from flexgear.model.errors import InputError, echo
 from flexgear.model.read import nearest
-from flexgear.model.section import Missing, Refusal, Section
+from flexgear.model.section import Missing, Refusal, Section, below
 from flexgear.model.units import Angle, Length
 
 if TYPE_CHECKING:
@@ -109,8 +109,7 @@ class Fault(Section):
             names.append("planet")
         return [Missing(name) for name in names if data.get(name) is None]
 
-    @model_validator(mode="after")
-    def _of_its_kind(self) -> Fault:
+    def _check(self) -> None:
         other = {"root_crack": _PATCH, "spall": _CRACK, "wear": _CRACK}.get(
             self.kind, (*_PATCH, *_CRACK, "flank", "depth")
         )
@@ -132,7 +131,6 @@ class Fault(Section):
             first, last = getattr(self, low), getattr(self, high)
             if first is not None and last is not None and not first < last:
                 raise Refusal(high, f"is not above {low}", "put them in order")
-        return self
 
     def _check_course(self) -> None:
         if self.depths and self.depth is not None:
@@ -176,7 +174,7 @@ def check_faults(case: Case) -> None:
     """Refusal of faults of teeth that the case does not have or its gear meshes do not see."""
     cracked: dict[tuple[Any, ...], int] = {}
     for k, fault in enumerate(case.faults):
-        try:
+        with below(f"faults.{k}"):
             stage = stage_of_fault(case, fault)
             _check_tooth(stage, fault)
             _check_gear_mesh(stage)
@@ -186,10 +184,6 @@ def check_faults(case: Case) -> None:
                     problem = f"is cracked by faults.{cracked[place]} already"
                     raise Refusal("tooth", problem, "keep one crack a flank")
                 cracked[place] = k
-        except Missing as missing:
-            raise Missing(f"faults.{k}.{missing.key}", missing.problem, missing.remedy) from None
-        except Refusal as refusal:
-            raise Refusal(f"faults.{k}.{refusal.key}", refusal.problem, refusal.remedy) from None
 
 
 def _check_tooth(stage: Stage, fault: Fault) -> None:

@@ -6,7 +6,7 @@ import itertools
 from collections.abc import Mapping
 from typing import Any, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from flexgear.model.section import Missing, Refusal, Section
 from flexgear.model.units import Angle, Length, Rate, Stiffness, StiffnessPerWidth, Time
@@ -22,8 +22,7 @@ class StiffnessTable(Section):
     position: tuple[float, ...] = Field(min_length=2)
     stiffness: tuple[StiffnessPerWidth, ...] = Field(min_length=2)
 
-    @model_validator(mode="after")
-    def _rising(self) -> StiffnessTable:
+    def _check(self) -> None:
         p = self.position
         if len(p) != len(self.stiffness):
             raise Refusal(
@@ -33,7 +32,6 @@ class StiffnessTable(Section):
             raise Refusal("position", "does not rise from 0 to 1", "put it in order")
         if min(self.stiffness) <= 0 or max(self.stiffness) > 1e12:
             raise Refusal("stiffness", "is not plausible", "about 10 to 25 N/(mm µm)")
-        return self
 
 
 class GearMeshTables(Section):
@@ -104,8 +102,7 @@ class GearMesh(Section):
     ring_harmonic_phases: tuple[Angle, ...] = ()
     sun_harmonic_phases: tuple[Angle, ...] = ()
 
-    @model_validator(mode="after")
-    def _complete(self) -> GearMesh:
+    def _check(self) -> None:
         if self.pair_stiffness == "table" and self.table is None:
             raise Missing(
                 "table", "is missing", "give [gear_mesh.table.ring] and [gear_mesh.table.sun]"
@@ -124,7 +121,6 @@ class GearMesh(Section):
             )
         for role in ("ring", "sun"):
             self._check_wave(role)
-        return self
 
     def _check_wave(self, role: str) -> None:
         """Refusal of steps and terms of a wave that the model or other keys leave no place."""
@@ -171,13 +167,11 @@ class Damping(Section):
     alpha: Rate = Field(default=0.0, ge=0.0, le=1e4)
     beta: Time = Field(default=0.0, ge=0.0, le=1.0)
 
-    @model_validator(mode="after")
-    def _ratios_of_modes(self) -> Damping:
+    def _check(self) -> None:
         if self.ratios and self.kind != "modal":
             raise Refusal("ratios", "are given for Rayleigh damping", 'use kind = "modal"')
         if not all(0.0 <= ratio <= 1.0 for ratio in self.ratios):
             raise Refusal("ratios", "are shares of critical damping", "give numbers from 0 to 1")
-        return self
 
 
 _LARGEST = 2e-3  # m
@@ -293,8 +287,7 @@ class GearErrors(Section):
             return (0.0,) * planets
         return values * planets if len(values) == 1 else values
 
-    @model_validator(mode="after")
-    def _plausible(self) -> GearErrors:
+    def _check(self) -> None:
         for name in PLANET_LISTS:
             if name == "planet_eccentricity_phase":
                 continue
@@ -307,7 +300,6 @@ class GearErrors(Section):
                     f"{1e3 * wrong[0]:g} mm is outside {1e3 * low:g} … {1e3 * _LARGEST:g} mm",
                     "check value and unit",
                 )
-        return self
 
 
 NOT_PARALLEL = tuple(  # errors of parts that a parallel stage does not have

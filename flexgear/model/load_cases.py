@@ -8,7 +8,7 @@ from glob import glob
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from flexgear.model.errors import InputError, echo
 from flexgear.model.input_file import number_in, read_cells, require_titles
@@ -51,13 +51,11 @@ class DesignLoadCase(Section):
     hours_per_year: float | None = Field(default=None, ge=0.0, le=8784.0)
     extreme: bool = False
 
-    @model_validator(mode="after")
-    def _duration(self) -> DesignLoadCase:
+    def _check(self) -> None:
         if not self.extreme and self.hours_per_year is None:
             raise Missing("hours_per_year", remedy="add hours_per_year, or extreme = true")
         if self.extreme and self.hours_per_year is not None:
             raise Refusal("hours_per_year", "is given beside extreme", "keep one of them")
-        return self
 
     def paths(self, where: str) -> list[Path]:
         """The files, in the order of their names; InputError where there is none."""
@@ -105,8 +103,7 @@ class LoadSeries(Section):
     value: Literal["damage", "edge"] = "damage"
     exponent: float = Field(default=6.6, ge=1.0, le=20.0)
 
-    @model_validator(mode="after")
-    def _channels(self) -> LoadSeries:
+    def _check(self) -> None:
         single = {key: getattr(self, key) for key in ("time", "torque", "speed", "azimuth")}
         listed = {f"force.{k}": text for k, text in enumerate(self.force)}
         listed |= {f"moment.{k}": text for k, text in enumerate(self.moment)}
@@ -122,7 +119,6 @@ class LoadSeries(Section):
             if name in names[:k]:
                 problem = f"{echo(name)} is there twice"
                 raise Refusal(f"design_load_cases.{k}.name", problem, "give each its own name")
-        return self
 
     @property
     def channels(self) -> dict[str, tuple[Channel, str]]:
@@ -167,11 +163,8 @@ class MemberState(Section):
     moment: tuple[Torque, Torque, Torque] | None = None
     frame: Literal["fixed", "carrier"] = "fixed"
 
-    @model_validator(mode="after")
-    def _one_torque(self) -> MemberState:
-        if self.power is not None and self.torque is not None:
-            raise Refusal("power", "is given beside torque", "keep one of them")
-        return self
+    def _check(self) -> None:
+        self._keep_one("power", "torque")
 
 
 class OtherMember(MemberState):
@@ -202,18 +195,15 @@ class LoadCase(MemberState):
     source: str = ""
     line: int = 0
 
-    @model_validator(mode="after")
-    def _duration(self) -> LoadCase:
+    def _check(self) -> None:
         durations = [key for key in ("hours", "cycles") if getattr(self, key) is not None]
         if self.extreme and durations:
             raise Refusal(
                 durations[0], "is given for an extreme load, which is static", "keep one of them"
             )
-        if len(durations) == 2:
-            raise Refusal("cycles", "are given beside hours", "keep one of them")
+        self._keep_one("cycles", "hours")
         if not self.extreme and not durations:
             raise Missing("hours", remedy="add hours or cycles, or extreme = true")
-        return self
 
     def states(self, first: str) -> Iterator[tuple[str, str, MemberState]]:
         """Key before those of a state, its member and the state; ``first``: the first input's."""
@@ -304,7 +294,7 @@ def read_load_cases(path: Path, before: int, written: Written) -> Iterator[dict[
         row: dict[str, Any] = {"source": where, "line": number}
         at = f"load_cases.{before}"
         for name in LoadCase.model_fields:
-            written.fields[f"{at}.{name}"] = (where, f"line {number}, {name}", "", None)
+            written[f"{at}.{name}"] = (where, f"line {number}, {name}", "", None)
         for title, (member, name, axis, suffix), cell in zip(header, columns, cells, strict=False):
             text, key = cell.strip(), (where, f"line {number}, {title}")
             if name == "frame" and text:
@@ -317,7 +307,7 @@ def read_load_cases(path: Path, before: int, written: Written) -> Iterator[dict[
                 row[name] = FLAGS[text.lower()]
             elif text:
                 state, place = _state(row, member, at)
-                written.fields[f"{place}.member"] = (*key, "", member)
+                written[f"{place}.member"] = (*key, "", member)
                 value = number_in(text, separator, *key)
                 quantity = quantity_of(LoadCase, name)
                 value = quantity.to_si(value, suffix) if quantity else value
@@ -327,7 +317,7 @@ def read_load_cases(path: Path, before: int, written: Written) -> Iterator[dict[
                     state[name] = tuple(vector)
                 else:
                     state[name] = value
-                written.fields[f"{place}.{name}"] = (*key, suffix, value)
+                written[f"{place}.{name}"] = (*key, suffix, value)
         row["members"] = tuple(row.get("members", {}).values())
         before += 1
         yield row

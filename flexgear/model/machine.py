@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 import scipy  # which loads its parts as they are named
 from numpy.typing import ArrayLike
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from flexgear.arrays import Array, Ints
 from flexgear.model.errors import InputError
@@ -105,15 +105,14 @@ class TimeHistory(Section):
         """What it is a history of."""
         return "torque"
 
-    @model_validator(mode="after")
-    def _complete(self) -> TimeHistory:
+    def _check(self) -> None:
         what = self.followed
         other = "speed" if what == "torque" else "torque"
         for key in (other, f"{other}s"):
             if getattr(self, key) not in (None, ()):
                 raise Refusal(key, f"is given where a {what} is followed", f"give {what} instead")
         if self.kind == "constant":
-            return self
+            return
         if self.kind == "csv" and self.file is None and not self.times:
             columns = "time_s and torque_nm" if what == "torque" else "time_s and speed_rpm"
             raise Missing("file", "is missing", f"name a CSV file with {columns}")
@@ -128,7 +127,6 @@ class TimeHistory(Section):
         most, limit = _MOST[what]
         if max(abs(x) for x in self.values) > most:
             raise Refusal(f"{what}s", f"are beyond {limit}", "check the unit")
-        return self
 
     @property
     def is_series(self) -> bool:
@@ -250,8 +248,7 @@ class Machine(TimeHistory):
         lacks = data.get("law") == "controller" and data.get("kp") is None
         return [Missing("kp", "is missing for a controller")] if lacks else []
 
-    @model_validator(mode="after")
-    def _one_law(self) -> Machine:
+    def _check(self) -> None:
         for law, keys in _OWN.items():
             for key in keys:
                 if (
@@ -268,7 +265,6 @@ class Machine(TimeHistory):
         if least is not None and most is not None and not least < most:
             raise Refusal("least_torque", "is not below most_torque", "lower it")
         refuse_infinite_slope(self.brake_exponent)
-        return self
 
 
 def refuse_infinite_slope(brake_exponent: float) -> None:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from typing import Any, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from flexgear.model.bearings import Bearing, Rolling, check_elements
 from flexgear.model.bodies import Carrier, Hub, Planet, Shaft
@@ -46,8 +46,7 @@ class Tool(Section):
     protuberance_angle: Angle = Field(default=math.radians(8.0), ge=0.0, le=math.radians(30.0))
     grinding_allowance: Length = Field(default=0.0, ge=0.0, le=0.02)
 
-    @model_validator(mode="after")
-    def _no_step(self) -> Tool:
+    def _check(self) -> None:
         if self.grinding_allowance > self.protuberance:
             raise Refusal(
                 "grinding_allowance",
@@ -55,7 +54,6 @@ class Tool(Section):
                 f"frees by {1e3 * self.protuberance:g} mm, which leaves a step above the root",
                 "raise protuberance_mm, or leave both out where the root is ground with the flank",
             )
-        return self
 
 
 class Gear(Section):
@@ -128,14 +126,12 @@ class Journal(Section):
     viscosity: DynamicViscosity | None = Field(default=None, gt=0.0, le=100.0)
     least_film: Length = Field(default=1e-6, gt=0.0, le=1e-3)
 
-    @model_validator(mode="after")
-    def _a_film(self) -> Journal:
+    def _check(self) -> None:
         if self.length > self.diameter:
             remedy = "a film longer than the diameter is not one of a short bearing"
             raise Refusal("length", "is more than the diameter", remedy)
         if self.least_film >= 0.5 * self.clearance:
             raise Refusal("least_film", "is not below half of the clearance", "lower it")
-        return self
 
 
 class PlanetBearing(Support, Rolling):
@@ -147,27 +143,23 @@ class PlanetBearing(Support, Rolling):
 
     journal: Journal | None = None
 
-    @model_validator(mode="after")
-    def _elements_fit(self) -> PlanetBearing:
+    def _check(self) -> None:
         check_elements(self, self)
         if self.journal is None:
-            return self
+            return
         if self.rollers is not None or self.clearance > 0:
             remedy = "take one of both out; the film has a clearance of its own"
             raise Refusal("journal", "stands beside rollers or clearance", remedy)
         if min(self.stiffness[:2]) <= 0 or self.full is not None:
             remedy = "give radial, and no full matrix"
             raise Refusal("radial", "is needed beside a journal: of surfaces that touch", remedy)
-        return self
 
 
 class SeatBearing(Bearing, Rolling):
     """Bearing between a seat of a carrier and the housing."""
 
-    @model_validator(mode="after")
-    def _elements_fit(self) -> SeatBearing:
+    def _check(self) -> None:
         check_elements(self, self)
-        return self
 
 
 class LumpedInertia(Section):
@@ -187,15 +179,8 @@ class LumpedInertia(Section):
     kinematics: Kinematics | None = None
     support: Support = Support()
 
-    @model_validator(mode="after")
-    def _inertia_once(self) -> LumpedInertia:
-        if self.inertia is not None and self.equivalent_mass is not None:
-            raise Refusal(
-                "equivalent_mass",
-                "is given beside inertia, which says the same",
-                "keep one of them (equivalent_mass = inertia / r²)",
-            )
-        return self
+    def _check(self) -> None:
+        self._keep_one("equivalent_mass", "inertia", ", which says the same (times r²)")
 
 
 class GearMember(LumpedInertia, Gear):
@@ -224,12 +209,10 @@ class PlanetGear(GearMember):
     fe: Planet | None = None
     modifications: PlanetModifications = PlanetModifications()
 
-    @model_validator(mode="after")
-    def _one_body(self) -> PlanetGear:
+    def _check(self) -> None:
         _refuse_lumped(self, "planet_bearing")
         if self.fe is not None and self.bore_diameter == 0.0:
             raise Missing("bore_diameter", "is missing beside fe", "give the seat of its bearing")
-        return self
 
 
 class MatedGear(GearMember):
@@ -255,13 +238,11 @@ class RingGear(MatedGear):
     fe: Ring | None = None
     hub: Hub | None = None
 
-    @model_validator(mode="after")
-    def _one_body(self) -> RingGear:
+    def _check(self) -> None:
         if self.hub is not None and self.fe is None:
             problem = "is that of an FE ring, but the ring is lumped"
             raise Refusal("hub", problem, "take it out, or give the ring fe")
         _refuse_lumped(self, "its bolts, fits and splines")
-        return self
 
 
 class CarrierMember(LumpedInertia):
@@ -276,8 +257,7 @@ class CarrierMember(LumpedInertia):
     bearing_drive: SeatBearing | None = None
     bearing_far: SeatBearing | None = None
 
-    @model_validator(mode="after")
-    def _one_body(self) -> CarrierMember:
+    def _check(self) -> None:
         _refuse_lumped(self, "bearing_drive and bearing_far")
         for name in ("bearing_drive", "bearing_far"):
             present = getattr(self, name) is not None
@@ -285,7 +265,6 @@ class CarrierMember(LumpedInertia):
                 raise Missing(name, "is missing beside fe", f"add {name}")
             if self.fe is None and present:
                 raise Refusal(name, "is on a seat of an FE carrier", "use support, or give fe")
-        return self
 
 
 def _refuse_lumped(member: PlanetGear | RingGear | CarrierMember, instead: str) -> None:

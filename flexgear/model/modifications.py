@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, Literal, Self
+from typing import Any, Literal
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from flexgear.model.errors import InputError
 from flexgear.model.input_file import read_table
@@ -15,7 +14,6 @@ from flexgear.model.section import Missing, Refusal, Section
 from flexgear.model.units import Angle, Length
 
 LARGEST = 2e-3  # m
-GEARS = ("sun", "planet", "ring", "pinion", "gear")
 FLANKS = ("drive", "coast", "sun", "ring")
 
 
@@ -44,8 +42,7 @@ class FlankTable(Section):
             return "roll_angles", self.roll_angles
         return "diameters", self.diameters
 
-    @model_validator(mode="after")
-    def _whole(self) -> Self:
+    def _check(self) -> None:
         name, places = self.profile
         if not places:
             raise Missing("file", "is missing", "name a CSV file, or give roll_angles, z and gaps")
@@ -64,20 +61,6 @@ class FlankTable(Section):
         largest = np.abs(self.gaps).max()
         if largest > LARGEST:
             raise Refusal("gaps", f"reach {1e3 * largest:g} mm, beyond 2 mm", "check the unit")
-        return self
-
-
-def flank_tables(data: dict[str, Any]) -> Iterator[dict[str, Any]]:
-    """Tables of flanks in the SI data of a case."""
-    for stage in data.get("stages", ()):
-        for gear in GEARS:
-            member = stage.get(gear)
-            of_member = member.get("modifications") if isinstance(member, dict) else None
-            if not isinstance(of_member, dict):
-                continue
-            sections = (of_member, *(of_member.get(flank) for flank in FLANKS))
-            tables = (section.get("table") for section in sections if isinstance(section, dict))
-            yield from (section for section in tables if isinstance(section, dict))
 
 
 def read_flank_table(path: Path) -> dict[str, Any]:
@@ -124,13 +107,10 @@ class Relief(Section):
     start_diameter: Length | None = Field(default=None, gt=0.0, le=20.0)
     form: Form = "linear"
 
-    @model_validator(mode="after")
-    def _begins_once(self) -> Self:
+    def _check(self) -> None:
         if self.length is None and self.start_diameter is None:
             raise Missing("length", "is missing", "add length_mm, or start_diameter_mm")
-        if self.length is not None and self.start_diameter is not None:
-            raise Refusal("start_diameter", "is given beside length", "keep one of them")
-        return self
+        self._keep_one("start_diameter", "length")
 
 
 class EndRelief(Section):

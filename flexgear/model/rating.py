@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from flexgear.model.errors import echo
 from flexgear.model.read import nearest
@@ -69,14 +69,11 @@ class GearRating(Section):
         """R_z of the root, m."""
         return _roughness(self.root_rz, self.root_ra)
 
-    @model_validator(mode="after")
-    def _once(self) -> GearRating:
-        for place in ("flank", "root"):
-            if None not in (getattr(self, f"{place}_rz"), getattr(self, f"{place}_ra")):
-                raise Refusal(f"{place}_ra", f"is given beside {place}_rz", "keep one of them")
+    def _check(self) -> None:
+        self._keep_one("flank_ra", "flank_rz")
+        self._keep_one("root_ra", "root_rz")
         if self.grade is not None and self.steel is None:
             raise Missing("steel", "is missing beside grade", "add steel, or take grade out")
-        return self
 
 
 def _roughness(rz: float | None, ra: float | None) -> float | None:

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
 from difflib import get_close_matches
 from typing import Any
 
@@ -31,11 +30,8 @@ MOST_WHOLE = 2**63
 UNSET = object()  # in place of a value: the key goes
 
 
-@dataclass
-class Written:
-    """How the user wrote the fields: SI path "stage.face_width" -> (where, key, unit, value)."""
-
-    fields: dict[str, tuple[str, str, str, Any]] = field(default_factory=dict)
+# how the user wrote the fields: SI path "stage.face_width" -> (where, key, unit, value)
+Written = dict[str, tuple[str, str, str, Any]]
 
 
 def parse_toml(text: str, where: str, key: str = "TOML") -> dict[str, Any]:
@@ -136,9 +132,9 @@ def to_si(
         full = f"{path}{key}"
         name, suffix = match_key(section, str(key), where, full, bare_si)
         if name in out:
-            earlier = written.fields[at + name][1]
+            earlier = written[at + name][1]
             raise InputError(where, full, f"is given twice, also as {earlier}", "keep one of them")
-        written.fields[at + name] = (where, full, suffix, value)
+        written[at + name] = (where, full, suffix, value)
         inner, quantity = section_of(section, name), quantity_of(section, name)
         single = isinstance(value, Mapping) and takes_one(section, name)
         if inner is not None and is_list(section, name) and not single:

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from flexgear.model.bodies import FeMeshSource
 from flexgear.model.names import NodeName
@@ -68,12 +68,10 @@ class Fit(Section):
 class Spline(Fit):
     """An outer spline or lugs: a fit that takes the ring's torque."""
 
-    @model_validator(mode="after")
-    def _takes_torque(self) -> Spline:
+    def _check(self) -> None:
         if self.stiffness_torsion == 0.0:
             problem = "is zero, so the spline takes no torque"
             raise Refusal("stiffness_torsion", problem, "give it a stiffness, or make it a fit")
-        return self
 
 
 class Ring(FeMeshSource):
@@ -113,8 +111,7 @@ class Ring(FeMeshSource):
         """The face in which a circle's bolts act."""
         return circle.end or self.end or "+z"
 
-    @model_validator(mode="after")
-    def _consistent(self) -> Ring:
+    def _check(self) -> None:
         circles = self.bolt_circles
         if self.end is None and any(c.end is None for c in circles):
             raise Missing("end")
@@ -125,7 +122,7 @@ class Ring(FeMeshSource):
         torsion = [c.number * c.stiffness_tangential for c in circles]
         torsion += [band.stiffness_torsion for band in (*self.fits, *self.splines)]
         if any(torsion):
-            return self
+            return
         if isinstance(self.bolts, Bolts):
             raise Refusal(
                 "bolts.stiffness_tangential",

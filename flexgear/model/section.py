@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from typing import Annotated, Any, Self, TypeVar, get_args
 
 from pydantic import (
@@ -31,13 +32,26 @@ class Section(BaseModel):
         """Keys that ``data`` (raw, SI) lacks although what else it says makes them necessary."""
         return []
 
+    def _check(self) -> None:
+        """Refusal of keys that do not fit one another; those of inherited sections come first."""
+
+    def _keep_one(self, key: str, other: str, because: str = "") -> None:
+        """Refusal of a key where another one is set, too."""
+        if getattr(self, key) is not None and getattr(self, other) is not None:
+            raise Refusal(key, f"is given beside {other}{because}", "keep one of them")
+
     @model_validator(mode="wrap")
     @classmethod
-    def _all_that_is_missing(cls, data: Any, handler: ModelWrapValidatorHandler[Self]) -> Self:
-        """``required`` beside pydantic's own complaints, so that all can be named at once."""
+    def _checked(cls, data: Any, handler: ModelWrapValidatorHandler[Self]) -> Self:
+        """``required`` beside pydantic's own complaints, so that all can be named at once; every
+        class's ``_check`` of what has none."""
         lacks = cls.required(data) if isinstance(data, Mapping) else []
         if not lacks:
-            return handler(data)
+            section = handler(data)
+            for base in reversed(cls.__mro__):
+                if "_check" in vars(base):
+                    vars(base)["_check"](section)
+            return section
         lines: list[InitErrorDetails] = [
             {"type": "value_error", "loc": (), "input": data, "ctx": {"error": key}}
             for key in lacks
@@ -68,6 +82,15 @@ class Refusal(ValueError):
     def __init__(self, key: str, problem: str, remedy: str) -> None:
         self.key, self.problem, self.remedy = key, problem, remedy
         super().__init__(f"{key}: {problem} -- {remedy}")
+
+
+@contextmanager
+def below(key: str) -> Iterator[None]:
+    """Within it, the key of a Refusal stands below another one."""
+    try:
+        yield
+    except Refusal as refusal:
+        raise type(refusal)(f"{key}.{refusal.key}", refusal.problem, refusal.remedy) from None
 
 
 class Missing(Refusal):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from flexgear.model.errors import echo
 from flexgear.model.names import MemberName
@@ -62,8 +62,7 @@ class Sensor(Section):
         """Of the time derivative of what is recovered."""
         return MOTIONS.index(self.measures) if self.measures in MOTIONS else 0
 
-    @model_validator(mode="after")
-    def _one_place(self) -> Sensor:
+    def _check(self) -> None:
         places = [k for k in ("angle", "place", "node", "tooth") if getattr(self, k) is not None]
         if len(places) > 1:
             raise Refusal(places[1], f"stands beside {places[0]}", "keep one of both")
@@ -75,10 +74,6 @@ class Sensor(Section):
             raise Refusal(places[0], f"is no part of a {self.measures}", "take it out")
         if self.tooth is not None and self.measures != "strain":
             raise Refusal("tooth", "is the place of a strain gauge", "give angle, place or node")
-        return self
-
-    @model_validator(mode="after")
-    def _one_direction(self) -> Sensor:
         moves = self.measures in MOTIONS
         for key in ("direction", "vector"):
             if getattr(self, key) is not None and not moves:
@@ -95,7 +90,6 @@ class Sensor(Section):
             raise Refusal("direction", problem, 'take "x", "y" or "z", or give a place off it')
         if self.frame == "fixed" and not moves:
             raise Refusal("frame", f"is no part of a {self.measures}", "take it out")
-        return self
 
 
 class Recorder(Section):
@@ -108,11 +102,9 @@ class Recorder(Section):
     band: Frequency | None = Field(default=None, gt=0.0, le=1e8)
     sampling_rate: Frequency | None = Field(default=None, gt=0.0, le=1e9)
 
-    @model_validator(mode="after")
-    def _without_alias(self) -> Recorder:
+    def _check(self) -> None:
         if self.band is not None and self.sampling_rate is not None:
             check_rate(self.band, self.sampling_rate)
-        return self
 
 
 def check_rate(band: float, rate: float) -> None:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from flexgear.model.section import Refusal, Section
 from flexgear.model.units import Frequency, Time
@@ -56,15 +56,13 @@ class Solver(Section):
     positions_per_gear_mesh: int = Field(default=16, ge=2, le=10000)
     line_loads_in_time: bool = False
 
-    @model_validator(mode="after")
-    def _in_order(self) -> Solver:
+    def _check(self) -> None:
         shortest, longest = self.shortest_time_step, self.longest_time_step
         if self.step_tolerance == 0.0 or shortest is None or longest is None:
-            return self
+            return
         if not shortest <= longest <= shortest * 2**MOST_REFINED:
             raise Refusal(
                 "shortest_time_step",
                 f"{shortest:g} s cannot be refined from steps of {longest:g} s",
                 f"at most longest_time_step_s, and at least 1/{2**MOST_REFINED} of it",
             )
-        return self

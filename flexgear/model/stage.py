@@ -205,8 +205,7 @@ class Stage(Section):
             return data
         return {**data, "errors": GearErrors.for_each(errors, planets)}
 
-    @model_validator(mode="after")
-    def _complete(self) -> Stage:
+    def _check(self) -> None:
         if self.kind == "parallel":
             self._check_parallel()
         else:
@@ -215,7 +214,6 @@ class Stage(Section):
             raise Refusal("helix_angle", "is zero in a double-helical stage", "give it")
         self._check_errors()
         self._check_clearances()
-        return self
 
     def _check_parallel(self) -> None:
         self._check_parts(PARALLEL, ("sun", "planet", "ring", "carrier"))

@@ -130,7 +130,7 @@ class StageView:
         """SHA-256 of what its FE bodies depend on, and of some keys beside, 64 hex digits."""
         data: dict[str, Any] = {"stage": self.stage.dump_geometry()}
         data |= {body.part: {"fe": fe.model_dump()} for body, fe in self.fe_bodies.items()}
-        digest_files({"stages": (data,)})
+        digest_files(data)
         data |= {"material": self.material.model_dump(), "solver": self.solver.model_dump()}
         return content_hash(data)
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
-from pydantic import Field, create_model, model_validator
+from pydantic import Field, create_model
 
 from flexgear.model.errors import echo
 from flexgear.model.gear_mesh import NOT_PARALLEL, GearErrors
@@ -67,8 +67,7 @@ class SizeDistribution(Section):
         tail = abs(self.mean or 0.0) + TAIL * (self.standard_deviation or 0.0)
         return min(tail, self.high) if self.distribution == "rayleigh" and self.high else tail
 
-    @model_validator(mode="after")
-    def _complete(self) -> SizeDistribution:
+    def _check(self) -> None:
         needed, foreign = _KEYS[self.distribution]
         for key in needed:
             if getattr(self, key) is None:
@@ -81,7 +80,6 @@ class SizeDistribution(Section):
             raise Refusal("high", "is not above the low end", "put them in order")
         if self.distribution == "normal":
             self._refuse_far_limits()
-        return self
 
     def _refuse_far_limits(self) -> None:
         """Limits in a tail, where hardly anything is left between them."""
@@ -114,11 +112,9 @@ class PhaseDistribution(Section):
     low: Angle = 0.0
     high: Angle = 2 * math.pi
 
-    @model_validator(mode="after")
-    def _rising(self) -> PhaseDistribution:
+    def _check(self) -> None:
         if not self.low < self.high:
             raise Refusal("high", "is not above the low end", "put them in order")
-        return self
 
 
 def _present(section: Section) -> dict[str, Any]:
@@ -156,15 +152,13 @@ class ErrorDistributions(_ERRORS):
         """Errors that have a distribution, in the order of the fields."""
         return _present(self)
 
-    @model_validator(mode="after")
-    def _possible(self) -> ErrorDistributions:
+    def _check(self) -> None:
         for name, distribution in self.given.items():
             if not isinstance(distribution, SizeDistribution):
                 continue
             if name not in OF_EITHER_SIGN:
                 _refuse_negative(name, distribution)
             _refuse_large(name, distribution)
-        return self
 
 
 def _refuse_large(name: str, distribution: SizeDistribution) -> None:
@@ -196,13 +190,11 @@ class FlankDistributions(_GROUND):
 
     same_as: ClassVar = (FlankModifications,)
 
-    @model_validator(mode="after")
-    def _possible(self) -> FlankDistributions:
+    def _check(self) -> None:
         for name, distribution in _present(self).items():
             if name == "tip_relief":
                 _refuse_negative(name, distribution)
             _refuse_large(name, distribution)
-        return self
 
 
 FLANKS = {  # gear and its flank by field of ``ModificationDistributions``

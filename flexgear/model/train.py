@@ -7,7 +7,7 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from flexgear.arrays import Array
 from flexgear.model.bearings import Bearing, Springs
@@ -50,8 +50,7 @@ class Joint(Springs):
         """Whether it is a beam."""
         return self.length is not None
 
-    @model_validator(mode="after")
-    def _turns_together(self) -> Joint:
+    def _check(self) -> None:
         if self.first == self.second:
             raise Refusal("second", f"joins {self.first} with itself", "name another member")
         springs = self.tangential > 0 or any(self.stiffness)
@@ -68,7 +67,6 @@ class Joint(Springs):
                 "is zero, so the joint passes no torque",
                 "give torsion, tangential, or a shaft's length and outer_diameter",
             )
-        return self
 
 
 class Port(Section):
@@ -108,16 +106,13 @@ class Input(Port):
             return self.power / self.speed
         return self.torque
 
-    @model_validator(mode="after")
-    def _power_has_a_speed(self) -> Input:
+    def _check(self) -> None:
         if self.power is None:
-            return self
-        if self.torque is not None:
-            raise Refusal("power", "is given beside torque", "keep one of them")
+            return
+        self._keep_one("power", "torque")
         if not self.speed:
             problem = "has no speed to go with it" if self.speed is None else "has speed zero"
             raise Refusal("power", problem, "give speed, or torque in place of power")
-        return self
 
 
 class Output(Port):
@@ -135,10 +130,8 @@ class Output(Port):
         """Torque on the member, N m; None if it follows from the others."""
         return self.torque
 
-    @model_validator(mode="after")
-    def _finite_slope(self) -> Output:
+    def _check(self) -> None:
         refuse_infinite_slope(self.brake_exponent)
-        return self
 
 
 _NONE = (0.0, 0.0, 0.0)
@@ -190,10 +183,9 @@ class MemberLoad(Section):
             return np.broadcast_to(points[0], (*t.shape, 6))
         return np.stack([np.interp(t, self.times, column) for column in points.T], axis=-1)
 
-    @model_validator(mode="after")
-    def _one_kind(self) -> MemberLoad:
+    def _check(self) -> None:
         if not (self.times or self.forces or self.moments or self.file):
-            return self
+            return
         for key in ("force", "moment"):
             if getattr(self, key) != _NONE:
                 raise Refusal(key, "is given beside a history", "keep one of them")
@@ -208,7 +200,6 @@ class MemberLoad(Section):
                 )
         if np.any(np.diff(self.times) <= 0):
             raise Refusal("times", "do not rise", "put them in order, each once")
-        return self
 
 
 def varying(loads: Sequence[MemberLoad]) -> tuple[tuple[int, int, float], ...]:

@@ -77,56 +77,23 @@ class Quantity:
 DIMENSIONS = frozenset(_SUFFIXES)
 ALL_SUFFIXES = frozenset(s for units in _SUFFIXES.values() for s in units)
 
-_PRINTED = {
-    "um": "µm",
-    "us": "µs",
-    "hz": "Hz",
-    "khz": "kHz",
-    "gpa": "GPa",
-    "mpa": "MPa",
-    "pa": "Pa",
-    "nm": "N m",
-    "knm": "kN m",
-    "n": "N",
-    "kn": "kN",
-    "w": "W",
-    "kw": "kW",
-    "mw": "MW",
-    "m_per_s2": "m/s²",
-    "per_s": "1/s",
-    "rad_per_s": "rad/s",
-    "si": "",
-    "nm_per_rad": "N m/rad",
-    "knm_per_rad": "kN m/rad",
-    "n_s_per_m": "N s/m",
-    "kn_s_per_m": "kN s/m",
-    "n_s_per_mm": "N s/mm",
-    "nm_s_per_rad": "N m s/rad",
+_PRINTED = {  # parts of suffixes, "_per_" and "_" between them
+    "um": "µm", "us": "µs", "hz": "Hz", "khz": "kHz", "gpa": "GPa", "mpa": "MPa", "pa": "Pa",
+    "n": "N", "kn": "kN", "gn": "GN", "nm": "N m", "knm": "kN m", "w": "W", "kw": "kW", "mw": "MW",
+    "m2": "m²", "s2": "s²", "mm2": "mm²", "m3": "m³", "cm3": "cm³", "c": "°C", "si": "",
+}  # fmt: skip
+_IRREGULAR = {
+    "per_s": "1/s", "n_per_mm_um": "N/(mm µm)", "mpa_s": "mPa s", "nm_s_per_rad": "N m s/rad",
     "knm_s_per_rad": "kN m s/rad",
-    "kg_m2": "kg m²",
-    "t_m2": "t m²",
-    "n_per_m": "N/m",
-    "n_per_mm": "N/mm",
-    "n_per_um": "N/µm",
-    "kn_per_m": "kN/m",
-    "kn_per_mm": "kN/mm",
-    "gn_per_m": "GN/m",
-    "n_per_mm_um": "N/(mm µm)",
-    "n_per_m2": "N/m²",
-    "kg_per_m3": "kg/m³",
-    "g_per_cm3": "g/cm³",
-    "t_per_m3": "t/m³",
-    "mm2_per_s": "mm²/s",
-    "m2_per_s": "m²/s",
-    "mpa_s": "mPa s",
-    "pa_s": "Pa s",
-    "c": "°C",
-}
+}  # fmt: skip
 
 
 def unit_name(suffix: str) -> str:
     """How a suffix is printed after a number: n_per_m -> N/m."""
-    return _PRINTED.get(suffix, suffix)
+    if suffix in _IRREGULAR:
+        return _IRREGULAR[suffix]
+    sides = (side.split("_") for side in suffix.split("_per_"))
+    return "/".join(" ".join(_PRINTED.get(part, part) for part in side) for side in sides)
 
 
 _WORDS = {"sec": "s", "r/min": "rpm", "1/min": "rpm", "degrees": "deg"}  # as other programs write

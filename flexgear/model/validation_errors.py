@@ -45,13 +45,13 @@ def input_error(
     loc: list[Any] = list(location(first))
     owner, quantity = _owner(root, loc)
     path = ".".join(str(p) for p in loc)
-    where, key, suffix, _ = written.fields.get(path, (where, _spelled(root, loc), "", None))
+    where, key, suffix, _ = written.get(path, (where, _spelled(root, loc), "", None))
     kind, context = first["type"], first.get("ctx", {})
     cause = context.get("error")
     if isinstance(cause, Refusal):
         parts = _below(loc, cause.key)
         path = ".".join(str(p) for p in parts)
-        where, key, _, _ = written.fields.get(path, (where, _spelled(root, parts), "", None))
+        where, key, _, _ = written.get(path, (where, _spelled(root, parts), "", None))
         return InputError(where, key, cause.problem, cause.remedy)
     if kind == "missing":
         return InputError(where, key, "is missing", f"add {_addition(root, key)}")

@@ -24,7 +24,7 @@ from scipy import fft, interpolate, signal
 from flexgear.arrays import Array
 from flexgear.gears.expected_lines import ExpectedLine, expected_lines
 from flexgear.gears.power_flow import power_flow, speed_ratios
-from flexgear.model.case import Case, case_of_dict
+from flexgear.model.case import Case
 from flexgear.model.errors import FlexgearError, InputError
 from flexgear.results.labelled_dataset import groups_in
 from flexgear.results.run_folder import tuples_of
@@ -48,7 +48,7 @@ def case_of(data: xr.Dataset) -> Case:
     """The case whose result a dataset is. FlexgearError where it is no result of flexgear."""
     if "parameters" not in data.attrs:
         raise FlexgearError("orders: the dataset is none of flexgear, or lost its attrs")
-    return case_of_dict(tuples_of(json.loads(data.attrs["parameters"])))
+    return Case.model_validate(tuples_of(json.loads(data.attrs["parameters"])))
 
 
 def member_turns(data: xr.Dataset, member: str, against: str = "") -> xr.DataArray:

@@ -14,7 +14,7 @@ import xarray as xr
 from pydantic import ValidationError
 
 from flexgear.gears.power_flow import PowerFlow, power_flow
-from flexgear.model.case import Case, case_of_dict
+from flexgear.model.case import Case
 from flexgear.model.errors import FlexgearError, InputError
 from flexgear.model.input_file import MEGABYTE, read_text
 from flexgear.model.names import BodyName
@@ -102,7 +102,7 @@ def read_folder(folder: Path) -> Folder:
         raise _damaged(folder, "summary.json", f"{lost[0]} is missing")
     try:
         data = {f.stem: reopened(f) for f in sorted(folder.glob("*.nc"))}
-        whole = case_of_dict(tuples_of(case))
+        whole = Case.model_validate(tuples_of(case))
         flow = power_flow(whole)
     except ValidationError as error:
         raise _damaged(folder, "case.json", str(error).splitlines()[0]) from None

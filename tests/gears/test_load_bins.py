@@ -107,7 +107,7 @@ def test_where_a_table_lies_and_how_it_is_written_is_no_part_of_the_content(case
     ("text", "words"),
     [
         (in_case(torque_nm=300), r"load_cases\[0\].hours: is missing -- add hours or cycles"),
-        (in_case(hours=1, cycles=3), r"load_cases\[0\].cycles: are given beside hours"),
+        (in_case(hours=1, cycles=3), r"load_cases\[0\].cycles: is given beside hours"),
         (in_case(hours=1, extreme="true"), r"load_cases\[0\].hours: is given for an extreme"),
         (in_case(hours=1, torque_knm=955), "1000 times the rated 954.9.*N m for kN m"),
         (in_case(hours=1, torque_nm=0.9549), "load_cases: have at most 0.9549 N m.*kN m for N m"),

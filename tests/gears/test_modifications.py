@@ -11,7 +11,7 @@ from flexgear.gears.flanks import gear_flanks
 from flexgear.gears.modifications import MODIFICATIONS, Flank, gaps_of
 from flexgear.gears.paths import stage_paths
 from flexgear.gears.slices import Line, cut
-from flexgear.model.case import case_of_dict
+from flexgear.model.case import Case
 from flexgear.model.errors import InputError
 from flexgear.model.modifications import EndRelief, FlankModifications, FlankTable, Relief
 from flexgear.results.run_folder import tuples_of
@@ -296,7 +296,7 @@ def test_a_table_from_a_csv_file(tmp_path):
     a, b = paths(read), paths(written)
     assert a["sun"].gap_grid.max() > 1e-6 and not a["sun_coast"].gap_grid.any()
     np.testing.assert_array_equal(a["sun"].gap_grid, b["sun"].gap_grid)
-    assert case_of_dict(tuples_of(read.to_dict())).content_hash() == read.content_hash()
+    assert Case.model_validate(tuples_of(read.to_dict())).content_hash() == read.content_hash()
     first = read.content_hash()
     (tmp_path / "again.csv").write_text(GRID.format("30; 110; 4; x\n-30; 110; 3; x\n"))
     assert modified(tmp_path, {key: '{ file = "again.csv" }'}).content_hash() == first
