@@ -152,8 +152,7 @@ class GearMeshPath:
         """Mean over a base pitch, N/m: of the wave, or of all pairs together."""
         if self.wave is not None:
             return float(self.wave.mean())
-        k = self.k_grid
-        return float(np.sum(0.5 * (k[1:] + k[:-1]) * np.diff(self.s_grid))) / self.base_pitch
+        return float(np.trapezoid(self.k_grid, self.s_grid)) / self.base_pitch
 
     def position(self, planet: int, index: int, carrier_angle: float) -> float:
         """Path coordinate of pair ``index`` of planet ``planet`` (0-based) at z = 0, m."""

@@ -141,18 +141,13 @@ def sample_train_angles(
     count = int(train_cycle(turns) / step)
     if count > HORIZON:
         count = max(HORIZON // sampled.cycle.gear_meshes, 1) * sampled.cycle.gear_meshes
-    return _sampled(count, step, per_gear_mesh, most)
-
-
-def _sampled(count: int, step: Fraction, per: int, most: int | None) -> AngleSamples:
-    """Gear-mesh cycles out of ``count``, each ``step`` turns long."""
-    if per < 1 or (most is not None and most < 1):
+    if per_gear_mesh < 1 or most < 1:
         raise FlexgearError("sampling needs at least one position and one gear-mesh cycle")
-    complete = most is None or count <= most
-    chosen = np.arange(count) if complete else spread(count, most or 1)
-    within = np.arange(per) / per
+    complete = count <= most
+    chosen = np.arange(count) if complete else spread(count, most)
+    within = np.arange(per_gear_mesh) / per_gear_mesh
     angles = 2 * math.pi * float(step) * (chosen[:, None] + within).ravel()
-    return AngleSamples(angles, chosen.astype(np.int64), per, complete)
+    return AngleSamples(angles, chosen.astype(np.int64), per_gear_mesh, complete)
 
 
 def spread(count: int, most: int) -> NDArray[np.int64]:

@@ -44,6 +44,7 @@ from flexgear.gears.hertz import ContactBody, line_contact, relative_radius
 from flexgear.gears.radii import gears_by_role
 from flexgear.gears.tool import CriticalSection, CutterTool, PlainTool, plain_tool
 from flexgear.gears.tooth import (
+    PlainRack,
     Rack,
     ToothGeometry,
     base_helix_angle,
@@ -101,15 +102,6 @@ def virtual_teeth(teeth: int, rack: Rack) -> float:
 
 
 @dataclass(frozen=True)
-class _NormalSection:
-    """Rack of spur gears."""
-
-    normal_module: float
-    pressure_angle: float
-    helix_angle: float = 0.0
-
-
-@dataclass(frozen=True)
 class _VirtualBlank:
     """What ``tooth_geometry`` takes of a gear with a number of teeth that is not whole."""
 
@@ -139,7 +131,7 @@ def virtual_tooth(tooth: ToothGeometry, gear: GearMember, rack: Rack) -> ToothGe
         root_fillet=gear.root_fillet,
         tool=tool,
     )
-    normal = _NormalSection(rack.normal_module, rack.pressure_angle)
+    normal = PlainRack(rack.normal_module, rack.pressure_angle)
     return tooth_geometry(blank, normal, internal=tooth.internal)
 
 

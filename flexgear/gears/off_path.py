@@ -90,17 +90,6 @@ class TipEdge:
         gap -= mate.root.proud(radius)
         return np.where(mate.outward * (radius - mate.tip_radius) > 0, np.inf, gap)
 
-    def tilt(self, distance: Array) -> Array:
-        """ε, from the line of action to the normal at the touch, rad."""
-        radius, angle = self._seen_from_mate(distance)
-        return np.asarray(angle - self.mate.pressure_angle(radius))
-
-    def lever_ratio(self, distance: Array) -> Array:
-        """Lever of the force about the gear of the tip over r_t, 1 − gap'(d)."""
-        x, y = _turned_by(self.tooth, self.tip_roll, distance)
-        tilt, arm = self.tilt(distance), self.tooth.base_radius
-        return np.asarray(((y + arm) * np.cos(tilt) + x * np.sin(tilt)) / arm)
-
     def roll_on_mate(self, distance: Array) -> Array:
         """Roll length of the place on the mate's flank that the tip meets, m."""
         radius, _ = self._seen_from_mate(distance)
@@ -215,14 +204,6 @@ class OffPath:
             return self.cos_base_helix * edge.gap(distance)
 
         return self._with_ends(s, np.zeros_like, along_normal, along_normal)
-
-    def lever_ratio(self, s: Array | float) -> Array:
-        """True lever about the gear whose tip touches over its base radius: 1 on the path."""
-
-        def ratio(edge: TipEdge | None, distance: Array) -> Array:
-            return np.ones_like(distance) if edge is None else edge.lever_ratio(distance)
-
-        return self._with_ends(s, np.ones_like, ratio, ratio)
 
     def rolls(self, s: Array | float) -> tuple[Array, Array]:
         """Roll lengths, m, of the nearest points of the planet's and the gear's flank, where

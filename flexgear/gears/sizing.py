@@ -21,7 +21,13 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from flexgear.gears.implausible import NOTHING, proud_of_tip
-from flexgear.gears.tooth import ToothGeometry, involute, tooth_geometry, transverse_angle
+from flexgear.gears.tooth import (
+    PlainRack,
+    ToothGeometry,
+    involute,
+    tooth_geometry,
+    transverse_angle,
+)
 from flexgear.model.errors import InputError
 from flexgear.model.member import Gear
 
@@ -34,15 +40,6 @@ LEAST_RATIO = 1.1  # transverse contact ratio
 LEAST_TIP = 0.25  # modules
 LEAST_ADDENDUM = 0.8  # modules, of a ring that clears the roots of its planets
 ROOTS = ((1.25, 0.38), (1.4, 0.39))  # dedendum and tool's tip of a ring: ISO 53 profiles A and D
-
-
-@dataclass(frozen=True)
-class Rack:
-    """ISO 53 profile A of one module."""
-
-    helix_angle: float
-    normal_module: float = 1.0
-    pressure_angle: float = PRESSURE_ANGLE
 
 
 @dataclass(frozen=True)
@@ -100,7 +97,7 @@ def _cost(wrong: float, sun: int, planet: int, ring: int) -> float:
 
 def _meshing(sun: int, planet: int, ring: int, helix: float) -> ToothNumbers | None:
     """With shifts and addendum; None where teeth interfere, are too thin or hardly overlap."""
-    rack = Rack(helix)
+    rack = PlainRack(1.0, PRESSURE_ANGLE, helix)  # ISO 53 profile A of one module
     alpha, cosine = transverse_angle(rack), math.cos(helix)
     distance, reference = (ring - planet) / (2 * cosine), (sun + planet) / (2 * cosine)
     working = math.acos(reference * math.cos(alpha) / distance)
@@ -155,7 +152,7 @@ def _ratio(planet: ToothGeometry, gear: ToothGeometry, angle: float) -> float:
     return (high - low) / planet.base_pitch
 
 
-def _ring_addendum(planet: int, ring: int, x_planet: float, rack: Rack) -> float:
+def _ring_addendum(planet: int, ring: int, x_planet: float, rack: PlainRack) -> float:
     """1, or so much less that the ring's tip meets the planets' flank above what the rack's tip
     rounding leaves: its roll length is at least that there, r_p sin α_t − (h_F − x_p)/sin α_t,
     and the tangent distance (r_r − r_p) sin α_t."""

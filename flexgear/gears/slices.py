@@ -117,20 +117,24 @@ class Slices:
         per_width = np.divide(stiffness, self.width, out=np.zeros_like(self.z), where=wide)
         more = per_width * profile.at(profile.secant, place, self.z)
         stiffness /= np.maximum(1.0 + more * math.cos(math.atan(line.slope)), STIFFEST)
+        narrowing = profile.at(profile.narrowing, place, self.z)
+        softened = self.with_stiffness(stiffness)
+        return replace(softened, gap=gap, profile=profile, narrowing=narrowing)
+
+    def with_stiffness(self, stiffness: Array) -> Slices:
+        """The same lines with other stiffnesses (S, K) of slices, N/m."""
         before, k = self.stiffness.sum(axis=1), stiffness.sum(axis=1)
         held = k > 0.0
         centre = np.divide((stiffness * self.z).sum(axis=1), k, out=self.centre.copy(), where=held)
         spread = (stiffness * (self.z - centre[:, None]) ** 2).sum(axis=1)
         radius = np.sqrt(np.divide(spread, k, out=np.zeros_like(k), where=held))
+        share = np.divide(k, before, out=np.zeros_like(k), where=before > 0.0)
         return replace(
             self,
             stiffness=stiffness,
-            gap=gap,
             centre=centre,
             radius=np.where(self.radius > 0.0, radius, 0.0),
-            on_path=self.on_path * np.divide(k, before, out=np.ones_like(k), where=held),
-            profile=profile,
-            narrowing=profile.at(profile.narrowing, place, self.z),
+            on_path=self.on_path * share,
         )
 
 

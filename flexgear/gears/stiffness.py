@@ -74,48 +74,15 @@ def iso_theoretical_stiffness(
     return 1e9 / q  # N/(mm µm) -> N/m²
 
 
-def iso_transverse_stiffness(
-    theoretical: float,
-    *,
-    dedendum: float,
-    pressure_angle: float,
-    helix_angle: float,
-    young_modulus: float,
-) -> float:
-    """c' = c'_th C_M C_R C_B cosβ E/E_steel, of force and deflection along the transverse line of
-    action, N/m²; C_M = 0.8, C_R = 1, C_B = [1 + 0.5 (1.2 − h_fP/m)] [1 − 0.02 (20° − α_n)].
-    ISO 6336-1:2006, 9.3. Angles rad, young_modulus Pa."""
-    basic = (1 + 0.5 * (1.2 - dedendum)) * (1 - 0.02 * (20 - math.degrees(pressure_angle)))
-    return 0.8 * theoretical * basic * math.cos(helix_angle) * young_modulus / STEEL_YOUNG
-
-
-def iso_single_stiffness(
-    *,
-    teeth: tuple[int, int],
-    internal: bool,
-    shifts: tuple[float, float],
-    dedendum: float,
-    pressure_angle: float,
-    helix_angle: float,
-    young_modulus: float,
-) -> float:
-    """Peak c' of one pair per unit face width along the 3D line of action, N/m².
-
-    ISO's c' (``iso_transverse_stiffness``) refers force and deflection to the transverse line of
-    action; along the 3D one it is larger by 1/cos²β_b. z_n = z/cos³β, ∞ of a ring (internal).
-    teeth, shifts: planet (or pinion) first. Angles rad, young_modulus Pa.
-    """
-    cube = math.cos(helix_angle) ** 3
-    virtual = teeth[0] / cube, math.inf if internal else teeth[1] / cube
-    transverse = iso_transverse_stiffness(
-        iso_theoretical_stiffness(virtual, shifts),
-        dedendum=dedendum,
-        pressure_angle=pressure_angle,
-        helix_angle=helix_angle,
-        young_modulus=young_modulus,
-    )
-    sin_bb = math.sin(helix_angle) * math.cos(pressure_angle)
-    return transverse / (1 - sin_bb**2)
+def iso_transverse_stiffness(view: StageView, role: str, theoretical: float) -> float:
+    """c' = c'_th C_M C_R C_B cosβ E/E_steel with "sun" or "ring", of force and deflection along the
+    transverse line of action, N/m²; C_M = 0.8, C_R = 1, C_B = [1 + 0.5 (1.2 − h_fP/m)] [1 − 0.02
+    (20° − α_n)] with the mean h_fP of both gears. ISO 6336-1:2006, 9.3."""
+    stage, gears = view.stage, gears_by_role(view.stage)
+    dedendum = 0.5 * (gears["planet"].dedendum + gears[role].dedendum)
+    basic = (1 + 0.5 * (1.2 - dedendum)) * (1 - 0.02 * (20 - math.degrees(stage.pressure_angle)))
+    young = view.material.young_modulus
+    return 0.8 * theoretical * basic * math.cos(stage.helix_angle) * young / STEEL_YOUNG
 
 
 def parabola(peak: float, end_ratio: float) -> Law:
@@ -245,25 +212,18 @@ def iso_numbers(view: StageView, role: str) -> tuple[tuple[int, int], tuple[floa
     return (first.teeth, second.teeth), (first.profile_shift, shift)
 
 
-def iso_dedendum(view: StageView, role: str) -> float:
-    """h_fP/m_n of C_B, the mean of both gears."""
-    gears = gears_by_role(view.stage)
-    return 0.5 * (gears["planet"].dedendum + gears[role].dedendum)
-
-
 def iso_peak(view: StageView, role: str) -> float:
-    """c' of ISO 6336-1 with "sun" or "ring", N/m² along the 3D normal."""
-    stage = view.stage
-    teeth, shifts = iso_numbers(view, role)
-    return iso_single_stiffness(
-        teeth=teeth,
-        internal=role == "ring",
-        shifts=shifts,
-        dedendum=iso_dedendum(view, role),
-        pressure_angle=stage.pressure_angle,
-        helix_angle=stage.helix_angle,
-        young_modulus=view.material.young_modulus,
-    )
+    """Peak c' of one pair with "sun" or "ring" per face width along the 3D normal, N/m².
+
+    ISO's c' refers force and deflection to the transverse line of action; along the 3D one it is
+    larger by 1/cos²β_b. z_n = z/cos³β, ∞ of a ring.
+    """
+    stage, cube = view.stage, math.cos(view.stage.helix_angle) ** 3
+    (first, second), shifts = iso_numbers(view, role)
+    virtual = first / cube, math.inf if role == "ring" else second / cube
+    transverse = iso_transverse_stiffness(view, role, iso_theoretical_stiffness(virtual, shifts))
+    sin_bb = math.sin(stage.helix_angle) * math.cos(stage.pressure_angle)
+    return transverse / (1 - sin_bb**2)
 
 
 def line_load(view: StageView, g: StageGeometry, role: str, force: float) -> float:
@@ -317,8 +277,7 @@ def mean_stiffness(view: StageView, g: StageGeometry, role: str, force: float) -
 def law_mean(law: Law, view: StageView, g: StageGeometry, role: str) -> float:
     """Mean over a base pitch of all pairs together, ε_α b ∫ k'(ξ) dξ, N/m."""
     xi = np.linspace(0.0, 1.0, 2001)
-    values = law(xi)
-    mean = float(np.sum(0.5 * (values[1:] + values[:-1]))) / (len(xi) - 1)
+    mean = float(np.trapezoid(law(xi))) / (len(xi) - 1)
     return g.gear_meshes[role].transverse_contact_ratio * view.stage.face_width * mean
 
 
@@ -327,11 +286,7 @@ def _whole_law(view: StageView, g: StageGeometry, role: str, force: float) -> La
     stiffness = given_stiffness(view, role)
     if view.gear_mesh.model not in PER_PAIR_MODELS:
         ratio, width = g.gear_meshes[role].transverse_contact_ratio, view.stage.face_width
-        mean = (
-            iso_mean_stiffness(iso_peak(view, role), ratio, width)
-            if stiffness is None
-            else stiffness
-        )
+        mean = stiffness or iso_mean_stiffness(iso_peak(view, role), ratio, width)
         return lambda xi: np.full_like(xi, mean / (ratio * width))
     law = _shape(view, g, role, force)
     if stiffness is None:

@@ -47,6 +47,15 @@ class Rack(Protocol):
     def helix_angle(self) -> float: ...
 
 
+@dataclass(frozen=True)
+class PlainRack:
+    """A rack without a case; m, or any unit of length, and rad."""
+
+    normal_module: float
+    pressure_angle: float
+    helix_angle: float = 0.0
+
+
 class Blank(Protocol):
     """What one gear states of its teeth; all but the number (of a virtual gear not whole) are
     multiples of the normal module."""

@@ -147,8 +147,8 @@ def with_faults(
     depth = sum((_depth(view, path, lines, fault) for _, fault in faults), np.zeros_like(lines.z))
     if springs:
         return _as_spring(path, lines, stiffness, depth, abs(force) / path.mean_stiffness)
-    changed = _with_stiffness(lines, stiffness)
-    return replace(path, slices=replace(changed, gap=lines.gap + depth))
+    changed = replace(lines.with_stiffness(stiffness), gap=lines.gap + depth)
+    return replace(path, slices=changed)
 
 
 def _even_load(flexibility: Array, lines: Slices) -> Array:
@@ -156,23 +156,6 @@ def _even_load(flexibility: Array, lines: Slices) -> Array:
     wide = lines.width > 0.0
     motion = np.einsum("sij,sj->si", flexibility, lines.width)
     return np.divide(motion, lines.width, out=np.zeros_like(motion), where=wide)
-
-
-def _with_stiffness(lines: Slices, stiffness: Array) -> Slices:
-    """The same lines with other stiffnesses (S, K) of slices, N/m."""
-    before, k = lines.stiffness.sum(axis=1), stiffness.sum(axis=1)
-    held = k > 0.0
-    centre = np.divide((stiffness * lines.z).sum(axis=1), k, out=lines.centre.copy(), where=held)
-    spread = (stiffness * (lines.z - centre[:, None]) ** 2).sum(axis=1)
-    radius = np.sqrt(np.divide(spread, k, out=np.zeros_like(k), where=held))
-    share = np.divide(k, before, out=np.zeros_like(k), where=before > 0.0)
-    return replace(
-        lines,
-        stiffness=stiffness,
-        centre=centre,
-        radius=np.where(lines.radius > 0.0, radius, 0.0),
-        on_path=lines.on_path * share,
-    )
 
 
 def _as_spring(

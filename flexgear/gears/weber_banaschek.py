@@ -88,10 +88,9 @@ def tooth_compliance(
     bending = np.empty_like(radius)
     for n, (cross, a) in enumerate(zip(x_cross, angle, strict=True)):
         x, y = _below(outline, float(cross))
-        dx = np.abs(np.diff(x))
         lever, half = x - cross, y
-        bend = _trapezoid(lever**2 / (2 * half) ** 3, dx)
-        inverse = _trapezoid(1 / (2 * half), dx)
+        bend = abs(float(np.trapezoid(lever**2 / (2 * half) ** 3, x)))
+        inverse = abs(float(np.trapezoid(1 / (2 * half), x)))
         bending[n] = math.cos(a) ** 2 * (12 * plane * bend + 1.2 * shear * inverse)
         bending[n] += math.sin(a) ** 2 * plane * inverse
     ratio = tooth.outward * (x_cross - outline.x[-1]) / outline.root_thickness
@@ -143,10 +142,6 @@ def _below(outline: ToothOutline, at: float) -> tuple[Array, Array]:
     keep = order * outline.x > order * at
     y = float(np.interp(order * at, order * outline.x, outline.y))
     return np.concatenate([[at], outline.x[keep]]), np.concatenate([[y], outline.y[keep]])
-
-
-def _trapezoid(values: Array, dx: Array) -> float:
-    return float(np.sum(0.5 * (values[1:] + values[:-1]) * dx))
 
 
 def middle_depth(tooth: ToothGeometry, radius: Array) -> Array:

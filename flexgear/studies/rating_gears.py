@@ -188,7 +188,7 @@ def load_factors(
 ) -> tuple[list[Factor], LoadFactors] | str:
     """K_A … K_Fα of a gear mesh, each with where it is from; why there are none as a text."""
     rules = case.rating
-    of_planet = f"computed, planet {computed.planet}" if pair.planets > 1 else "computed"
+    of_planet = f"computed, planet {computed.planet}" if pair.stage.planets > 1 else "computed"
     of_planet += f", deviations {computed.deviated}" if computed.deviated else ""
     chosen = _Chosen(rules.forced(group.stage, group.kind))
     chosen.take("K_A", "application factor", ("key application_factor", rules.application_factor))

@@ -37,17 +37,12 @@ def test_rating_load_gives_a_million_revolutions():
 def test_exponents():
     assert rating_life(2.0, 1.0, BALL) == pytest.approx(8e6)
     assert rating_life(2.0, 1.0, ROLLER) == pytest.approx(1e6 * 2 ** (10 / 3))
-    with pytest.raises(ValueError, match="exponent"):
-        rating_life(2.0, 1.0, 3.2)
 
 
 def test_no_load_or_no_motion_never_wears_out():
     assert rating_life(1.0, 0.0) == math.inf
     assert rating_life_hours(1.0, 1.0, 0.0) == math.inf
-    with pytest.raises(ValueError, match="dynamic load rating"):
-        rating_life(0.0, 1.0)
-    with pytest.raises(ValueError, match="no life to compare"):
-        life_ratio(0.0, 1.0, 1.0, 1.0)
+    assert planet_bearing_life_ratios(held_ring(1.0, 0.0), held_ring(1.0, 1e5)) == {}
 
 
 @given(load=positive, speed=positive, other=positive, turning=positive, exponent=exponents)

@@ -145,21 +145,6 @@ def test_same_on_coast_flanks(stages, kind):
     assert (drive.gap(places) == coast.gap(places)).all()
 
 
-@EVERY
-@BOTH
-def test_lever_is_that_of_virtual_work(stages, name, kind):
-    """1 − gap'(d) about the gear of the tip; the line of action's error is 2 gap/d at first."""
-    _, paths = stages[name]
-    path = paths[kind]
-    for edge in (path.off_path.before, path.off_path.after):
-        d, h = np.array([0.01, 0.1, 0.2]) * path.base_pitch, 1e-5 * path.base_pitch
-        slope = (edge.gap(d + h) - edge.gap(d - h)) / (2 * h)
-        assert edge.lever_ratio(d) == pytest.approx(1 - slope, abs=1e-7)
-        near = 1e-3 * path.base_pitch
-        first = near * edge.tip_roll / (edge.tooth.base_radius * edge.mate_roll)
-        assert abs(edge.tilt(np.array(near))) == pytest.approx(first, rel=0.01)
-
-
 def test_nearly_conforming_flanks_open_slowly(stages):
     _, paths = stages["standard"]
     distance = np.array([0.05, 0.1]) * paths["sun"].base_pitch

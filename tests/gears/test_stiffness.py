@@ -24,7 +24,6 @@ from flexgear.gears.stiffness import (
     compliance,
     iso_mean_stiffness,
     iso_peak,
-    iso_single_stiffness,
     law_mean,
     mean_stiffness,
     pair_law,
@@ -82,10 +81,8 @@ def test_spur_is_the_limit_of_a_small_helix():
 def test_iso_single_stiffness_of_a_spur_pair_by_hand():
     """q' = 0.04723 + 0.15551/30 + 0.25791/60, c' = 0.8/q' (x = 0, h_fP = 1.2, α = 20°)."""
     q = 0.04723 + 0.15551 / 30 + 0.25791 / 60
-    value = iso_single_stiffness(
-        teeth=(30, 60), internal=False, shifts=(0, 0), dedendum=1.2,
-        pressure_angle=math.radians(20), helix_angle=0.0, young_modulus=206e9,
-    )  # fmt: skip
+    gears = {"pinion": {"teeth": 30, "dedendum": 1.2}, "gear": {"teeth": 60, "dedendum": 1.2}}
+    value = iso_peak(seen(parallel(helix_angle=0.0, **gears)), "sun")
     assert value == pytest.approx(0.8 / q * 1e9)
     assert 13e9 < value < 15e9  # ISO: about 14 N/(mm µm)
 

@@ -8,10 +8,10 @@ import numpy as np
 from matplotlib.figure import Figure
 from rows import Picture
 
-from flexgear.gears.bearings.rows import LINE, POINT, load_zone_integral
+from flexgear.gears.bearings.rows import LINE, POINT
 from flexgear.views.style import PLANET_COLOURS, panels, save_figure, styled
 from iso_16281.example import LOADS, bearing, rated
-from iso_16281.statements import published
+from iso_16281.statements import load_zone_integral, published
 
 
 def draw(folder: Path) -> list[Picture]:

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+import scipy
 from rows import Published, Row, compared, gathered, reference
 
-from flexgear.gears.bearings.rows import LINE, POINT, load_zone_integral
+from flexgear.gears.bearings.rows import LINE, POINT
 from iso_16281.example import D_PW, figure, rated
 
 PAPER = "iso_16281"
@@ -24,6 +27,18 @@ def published(where: str) -> list[Published]:
     """Lines of reference.csv."""
     lines = reference(Path(__file__).with_name("reference.csv")).values()
     return [line for line in lines if line.where == where]
+
+
+def load_zone_integral(extent: float, exponent: float) -> float:
+    """J_r(ε) = 1/(2π) ∫ [1 − (1 − cos ψ)/(2ε)]ⁿ cos ψ dψ over the zone of a radial bearing with
+    rigid rings and many elements, Q_max = F_r/(Z J_r); ε = 1/2 without clearance.
+    Source: Sjoevall 1933; Harris, Kotzalas 2006, ch. 7."""
+    half = math.acos(1 - 2 * extent) if extent < 1 else math.pi
+
+    def share(psi: float) -> float:
+        return float(max(1 - (1 - np.cos(psi)) / (2 * extent), 0.0) ** exponent * np.cos(psi))
+
+    return float(scipy.integrate.quad(share, 0.0, half, epsabs=1e-12)[0] / math.pi)
 
 
 def load_zones() -> Iterable[Row]:

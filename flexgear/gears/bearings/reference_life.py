@@ -102,18 +102,15 @@ def viscosity_100(viscosity_40: float) -> float:
     return float(1e-6 * np.exp(np.interp(place, thick, thin) + beyond))
 
 
-def viscosity_at(lubricant: Lubricant, temperature: float | None = None) -> float | None:
-    """ν, m²/s, at a temperature, K, else at that of the section; None where neither is stated."""
-    if temperature is None and lubricant.operating_viscosity is not None:
+def viscosity_at(lubricant: Lubricant) -> float | None:
+    """ν, m²/s, at the temperature of the section; None where neither is stated."""
+    if lubricant.operating_viscosity is not None or lubricant.temperature is None:
         return lubricant.operating_viscosity
-    at = lubricant.temperature if temperature is None else temperature
-    if at is None:
-        return None
     thin = lubricant.viscosity_100 or viscosity_100(lubricant.viscosity_40)
     points = np.log10(np.log10(1e6 * np.array([lubricant.viscosity_40, thin]) + 0.7))
     kelvin = np.log10([313.15, 373.15])
     slope = (points[1] - points[0]) / (kelvin[1] - kelvin[0])
-    exponent = points[0] + slope * (math.log10(at) - kelvin[0])
+    exponent = points[0] + slope * (math.log10(lubricant.temperature) - kelvin[0])
     return float(1e-6 * (10 ** (10**exponent) - 0.7))
 
 
@@ -181,14 +178,13 @@ class Lubrication:
 @dataclass(frozen=True)
 class RowRating:
     """position: m; load: radial and axial resultant (2,), N; tilt: of the rings against one another
-    in the plane of the largest tilt, rad; element_load: largest, N; pressure: largest, Pa;
+    in the plane of the largest tilt, rad; pressure: largest, Pa;
     basic_life L_10r and modified_life L_nmr: revolutions, inf without load, the latter None without
     lubrication or C_u; static_safety: inf without load, None without C_0."""
 
     position: float
     load: tuple[float, float]
     tilt: float
-    element_load: float
     pressure: float
     basic_life: float
     modified_life: float | None
@@ -295,7 +291,6 @@ def row_rating(
         position=row.position,
         load=(float(np.hypot(*state.force[:2])), float(state.force[2])),
         tilt=float(np.hypot(*motion[3:])),
-        element_load=largest,
         pressure=float(row.pressure(state.loads).max()),
         basic_life=basic,
         modified_life=modified,

@@ -112,18 +112,6 @@ def _integrals(ratio: float) -> tuple[float, float, float]:
 POINT, LINE = 1.5, 10.0 / 9.0  # exponents of load over approach
 
 
-def load_zone_integral(extent: float, exponent: float) -> float:
-    """J_r(ε) for n = ``exponent``."""
-    if extent <= 0:
-        raise ValueError("the extent of a load zone is positive")
-    half = math.acos(1 - 2 * extent) if extent < 1 else math.pi
-
-    def share(psi: float) -> float:
-        return float(max(1 - (1 - np.cos(psi)) / (2 * extent), 0.0) ** exponent * np.cos(psi))
-
-    return float(scipy.integrate.quad(share, 0.0, half, epsabs=1e-12)[0] / math.pi)
-
-
 YOUNG, POISSON = 210e9, 0.3  # of bearing steel
 
 

@@ -71,7 +71,7 @@ def contact_ratio_factor(pair: GearPair) -> float:
 
 def helix_angle_factor(pair: GearPair) -> float:
     """Z_β."""
-    root = math.sqrt(math.cos(pair.helix_angle))
+    root = math.sqrt(math.cos(pair.stage.helix_angle))
     return root if pair.rules.edition == 2006 else 1.0 / root
 
 
@@ -105,7 +105,7 @@ def nominal_pressure(pair: GearPair, load: PairLoad) -> float:
     u = pair.wheel.teeth / pair.pinion.teeth
     factors = zone_factor(pair) * elasticity_factor(pair)
     factors *= contact_ratio_factor(pair) * helix_angle_factor(pair)
-    line = load.tangential_force / (pair.pinion.reference_diameter * pair.face_width)
+    line = load.tangential_force / (pair.pinion.reference_diameter * pair.stage.face_width)
     return factors * math.sqrt(line * (u + (-1.0 if pair.internal else 1.0)) / u)
 
 
@@ -192,14 +192,14 @@ def form_factor(pair: GearPair, gear: RatedGear) -> float:
 
 def root_helix_factor(pair: GearPair) -> float:
     """Y_β of the edition."""
-    return helix_factor(pair.geometry.overlap_ratio, pair.helix_angle, pair.rules.edition)
+    return helix_factor(pair.geometry.overlap_ratio, pair.stage.helix_angle, pair.rules.edition)
 
 
 def nominal_root_stress(pair: GearPair, gear: RatedGear, load: PairLoad) -> float:
     """σ_F0, Pa; Y_B counts as 1 where the rim is not known."""
     factors = form_factor(pair, gear) * gear.root.notch_factor * root_helix_factor(pair)
     factors *= (gear.rim_factor or 1.0) * deep_tooth_factor(pair)
-    return load.tangential_force / (pair.face_width * pair.normal_module) * factors
+    return load.tangential_force / (pair.stage.face_width * pair.stage.normal_module) * factors
 
 
 def notch(gear: RatedGear) -> float:
@@ -224,12 +224,12 @@ def static_notch_factor(gear: RatedGear, endurance: float) -> float:
     return 0.20 * y_s + 0.60 if gear.data.steel in NITRIDED else 0.44 * y_s + 0.12
 
 
-def mean_stress_factor(gear: RatedGear, reversal: float) -> float | str:
-    """Y_M, or the key that is missing; reversal: lower over higher load of the two flanks."""
-    if reversal == 0.0:
+def mean_stress_factor(gear: RatedGear) -> float | str:
+    """Y_M, or the key that is missing: equal loads in both senses on planets, one sense else."""
+    if not gear.reversed:
         return 1.0
     influence = mean_stress_influence(gear)
-    return influence if isinstance(influence, str) else 1.0 / (1.0 + SENSE * reversal * influence)
+    return influence if isinstance(influence, str) else 1.0 / (1.0 + SENSE * influence)
 
 
 def mean_stress_influence(gear: RatedGear) -> float | str:

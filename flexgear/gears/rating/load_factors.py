@@ -84,7 +84,7 @@ def tolerances(pair: GearPair, gear: RatedGear) -> tuple[float, float] | None:
     1995    (0.3 (m + 0.4 √d) + 4) 2^{(A−5)/2},  (2.5 √m + 0.17 √d + 0.5) 2^{(A−5)/2}
     2013    (0.001 d + 0.4 m + 5) 2^{(A−5)/2},   (0.55 m + 5) 2^{(A−5)/2}
     """
-    data, m, d = gear.data, 1e3 * pair.normal_module, 1e3 * gear.reference_diameter
+    data, m, d = gear.data, 1e3 * pair.stage.normal_module, 1e3 * gear.reference_diameter
     pitch, profile = data.pitch_deviation, data.profile_deviation
     if data.accuracy_grade is not None:
         step = 1e-6 * 2.0 ** ((data.accuracy_grade - 5) / 2)
@@ -108,7 +108,7 @@ def helix_deviation(pair: GearPair, gear: RatedGear) -> float | None:
     """
     if gear.data.helix_deviation is not None or gear.data.accuracy_grade is None:
         return gear.data.helix_deviation
-    d, b = math.sqrt(1e3 * gear.reference_diameter), math.sqrt(1e3 * pair.face_width)
+    d, b = math.sqrt(1e3 * gear.reference_diameter), math.sqrt(1e3 * pair.stage.face_width)
     of_grade = 0.05 * d + 0.35 * b + 4.0
     if pair.rules.edition == 2006:
         of_grade = 0.07 * d + 0.45 * b + 3.0
@@ -150,7 +150,7 @@ def reduced_mass(pair: GearPair) -> float:
     """m_red per face width, kg/m."""
     inverse = 0.0
     for part, gear in pair.gears.items():
-        mates = 1 if part == "planet" else pair.planets
+        mates = 1 if part == "planet" else pair.stage.planets
         if gear.turns or part == "planet":
             inverse += mates * gear.tooth.base_radius**2 / gear.inertia
     return 1.0 / inverse
@@ -189,14 +189,14 @@ def _coefficients(ratio: float) -> tuple[float, ...]:
 
 def dynamic_factor(pair: GearPair, load: PairLoad, ratio: float) -> DynamicFactor | None:
     """K_v; ratio: K_A K_γ. None where accuracy, steel or strength are not known; 1 without load."""
-    line_load = ratio * load.tangential_force / pair.face_width
+    line_load = ratio * load.tangential_force / pair.stage.face_width
     deviation, relief = deviations(pair, load.velocity), _tip_relief(pair)
     grades = [gear.data.accuracy_grade for gear in pair.gears.values()]
     if any(grade is not None and grade >= COARSE for grade in grades):
         relief = 0.0  # B_k = 1
     if deviation is None or relief is None:
         return None
-    pitch = math.pi * pair.normal_module / math.cos(pair.helix_angle)
+    pitch = math.pi * pair.stage.normal_module / math.cos(pair.stage.helix_angle)
     soft = _softened(line_load) if line_load else 1.0
     natural = math.sqrt(pair.mesh_stiffness * soft / reduced_mass(pair))
     resonance = 2.0 * math.pi * load.velocity / pitch / natural
@@ -223,7 +223,7 @@ def dynamic_factor(pair: GearPair, load: PairLoad, ratio: float) -> DynamicFacto
 
 def root_face_factor(pair: GearPair, face_flank: float) -> float:
     """K_Fβ of K_Hβ."""
-    slim = max(gear.tooth_height for gear in pair.gears.values()) / pair.face_width
+    slim = max(gear.tooth_height for gear in pair.gears.values()) / pair.stage.face_width
     slim = min(slim, 1.0 / 3.0)
     return float(face_flank ** (1.0 / (1.0 + slim + slim**2)))
 
@@ -236,7 +236,7 @@ def transverse_factors(pair: GearPair, load: PairLoad, ratio: float) -> tuple[fl
     alpha, total = pair.geometry.transverse_contact_ratio, pair.geometry.total_contact_ratio
     flank_limit = total / (alpha * flank_load_share(pair.geometry))
     root_limit = total / (0.25 * alpha + 0.75)
-    line_load = ratio * load.tangential_force / pair.face_width
+    line_load = ratio * load.tangential_force / pair.stage.face_width
     if line_load == 0.0:
         return flank_limit, root_limit
     stiffness = _softened(line_load) * pair.mesh_stiffness

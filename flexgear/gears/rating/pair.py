@@ -15,7 +15,7 @@ cycles. In a parallel stage pinion and gear are loaded once a turn.
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -24,7 +24,6 @@ from flexgear.gears.nominal_stress import RootStress, root_stress, virtual_teeth
 from flexgear.gears.radii import gears_by_role
 from flexgear.gears.rating.steels import allowable_stress
 from flexgear.gears.stiffness import (
-    iso_dedendum,
     iso_numbers,
     iso_theoretical_stiffness,
     iso_transverse_stiffness,
@@ -37,6 +36,7 @@ if TYPE_CHECKING:
     from flexgear.gears.power_flow import StageFlow
     from flexgear.model.bodies import Material
     from flexgear.model.member import GearMember
+    from flexgear.model.stage import Stage
     from flexgear.model.stage_view import StageView
 
 
@@ -88,19 +88,14 @@ class GearPair:
     """A gear mesh "sun" or "ring" of a stage. gears: by part, "planet" and the role; the smaller
     one first, which ISO calls pinion. theoretical_stiffness, single_stiffness: c'_th, c' of high
     loads, N/m² along the transverse line of action, with z_n = z/(cos² β_b cos β) as ISO/TR
-    6336-30 has it; viscosity: ν_40, m²/s; planets: their
-    number; rules: of the case."""
+    6336-30 has it; viscosity: ν_40, m²/s; rules: of the case."""
 
     role: str
     gears: Mapping[str, RatedGear]
     geometry: GearMeshGeometry
-    normal_module: float
-    pressure_angle: float
-    helix_angle: float
+    stage: Stage
     base_helix_angle: float
     transverse_angle: float
-    face_width: float
-    planets: int
     material: Material
     theoretical_stiffness: float
     single_stiffness: float
@@ -150,12 +145,10 @@ class GearPair:
         return small * large / (large - small if self.internal else large + small)
 
 
-def gear_pair(
-    view: StageView, g: StageGeometry, role: str, fe_rims: Collection[str] | None = None
-) -> GearPair:
-    """The gear mesh "sun" or "ring" of a stage. fe_rims: parts whose rim bends in an FE body, so
-    that Y_B is 1; those that are FE bodies in the case if left out. InputError where base diameters
-    or working angles are stated: the teeth then are not those of the gears."""
+def gear_pair(view: StageView, g: StageGeometry, role: str) -> GearPair:
+    """The gear mesh "sun" or "ring" of a stage; Y_B is 1 of rims that bend in an FE body.
+    InputError where base diameters or working angles are stated: the teeth then are not those of
+    the gears."""
     stage = view.stage
     if g.overridden:
         raise view.refuse(
@@ -163,8 +156,6 @@ def gear_pair(
             "cannot be rated beside base diameters or working angles that the case states",
             "take these out, so that teeth are those of module, tooth numbers and profile shifts",
         )
-    if fe_rims is None:
-        fe_rims = {part for part in ("planet", "ring") if stage.form(part) == "fe"}
     (first, second), shifts = iso_numbers(view, role)
     large = math.inf if role == "ring" else virtual_teeth(second, stage)
     theoretical = iso_theoretical_stiffness((virtual_teeth(first, stage), large), shifts)
@@ -172,30 +163,20 @@ def gear_pair(
     lubricant = view.case.lubricant
     return GearPair(
         role=role,
-        gears={part: _gear(view, g, role, part, part in fe_rims) for part in parts},
+        gears={part: _gear(view, g, role, part) for part in parts},
         geometry=g.gear_meshes[role],
-        normal_module=stage.normal_module,
-        pressure_angle=stage.pressure_angle,
-        helix_angle=stage.helix_angle,
+        stage=stage,
         base_helix_angle=base_helix_angle(stage),
         transverse_angle=transverse_angle(stage),
-        face_width=stage.face_width,
-        planets=stage.planets,
         material=view.material,
         theoretical_stiffness=theoretical,
-        single_stiffness=iso_transverse_stiffness(
-            theoretical,
-            dedendum=iso_dedendum(view, role),
-            pressure_angle=stage.pressure_angle,
-            helix_angle=stage.helix_angle,
-            young_modulus=view.material.young_modulus,
-        ),
+        single_stiffness=iso_transverse_stiffness(view, role, theoretical),
         viscosity=None if lubricant is None else lubricant.viscosity_40,
         rules=view.case.rating,
     )
 
 
-def _gear(view: StageView, g: StageGeometry, role: str, part: str, fe_rim: bool) -> RatedGear:
+def _gear(view: StageView, g: StageGeometry, role: str, part: str) -> RatedGear:
     stage, tooth, gear_mesh = view.stage, g.gears[part], g.gear_meshes[role]
     member, name = gears_by_role(stage)[part], view.part(part)
     unit = 1.0 / (math.cos(base_helix_angle(stage)) * math.cos(transverse_angle(stage)))
@@ -217,7 +198,9 @@ def _gear(view: StageView, g: StageGeometry, role: str, part: str, fe_rim: bool)
         root=root_stress(tooth, member, stage, gear_mesh, unit),
         flank_strength=strengths[0],
         root_strength=strengths[1],
-        rim_factor=1.0 if fe_rim else _rim_factor(member, tooth, rim, stage.normal_module),
+        rim_factor=_rim_factor(member, tooth, rim, stage.normal_module)
+        if stage.form(name) != "fe"
+        else 1.0,
         inertia=_inertia(view, tooth, member, rim),
         turns=f"{stage.name}.{name}" not in view.case.held_members(),
         reversed=is_planet,
@@ -269,7 +252,7 @@ def _inertia(view: StageView, tooth: ToothGeometry, member: GearMember, rim: flo
 def pair_load(pair: GearPair, flow: StageFlow) -> PairLoad:
     """F_t = F_n cos β_b cos α_t and v = f p_t of the stage's power flow, equal over all planets."""
     tangential = abs(flow.gear_mesh_forces[pair.role]) * math.cos(pair.base_helix_angle)
-    pitch = math.pi * pair.normal_module / math.cos(pair.helix_angle)
+    pitch = math.pi * pair.stage.normal_module / math.cos(pair.stage.helix_angle)
     return PairLoad(
         tangential_force=tangential * math.cos(pair.transverse_angle),
         velocity=flow.gear_mesh_frequency * pitch,

@@ -92,18 +92,12 @@ class GearState:
     root: LimitState
 
 
-def rate(
-    pair: GearPair, load: PairLoad, factors: LoadFactors, reversal: float | None = None
-) -> dict[str, GearState]:
-    """Both gears by part. reversal: lower over higher load of the two flanks of a tooth; left out,
-    1 of planets in a planetary stage, 0 of all other gears."""
-    states = {}
-    for part, gear in pair.gears.items():
-        opposite = (1.0 if gear.reversed else 0.0) if reversal is None else reversal
-        states[part] = GearState(
-            part, _flank(pair, gear, load, factors), _root(pair, gear, load, factors, opposite)
-        )
-    return states
+def rate(pair: GearPair, load: PairLoad, factors: LoadFactors) -> dict[str, GearState]:
+    """Both gears by part."""
+    return {
+        part: GearState(part, _flank(pair, gear, load, factors), _root(pair, gear, load, factors))
+        for part, gear in pair.gears.items()
+    }
 
 
 def _nominal(pair: GearPair, load: PairLoad, factors: LoadFactors) -> list[Factor]:
@@ -131,7 +125,7 @@ def _flank(pair: GearPair, gear: RatedGear, load: PairLoad, factors: LoadFactors
         Factor("Z_ε", iso.contact_ratio_factor(pair), "", "contact ratio factor", source),
         Factor("Z_β", iso.helix_angle_factor(pair), "", "helix angle factor", source),
     ]
-    if rules.edition != 2006 and pair.helix_angle:
+    if rules.edition != 2006 and pair.stage.helix_angle:
         where = "assumed" if rules.profile_modification_factor is None else "[rating]"
         value = iso.profile_modification_factor(pair)
         lines.append(Factor("f_ZCa", value, "", "profile modification factor", where))
@@ -175,9 +169,7 @@ def _flank_strength(pair: GearPair, gear: RatedGear, load: PairLoad) -> list[Fac
     ]
 
 
-def _root(
-    pair: GearPair, gear: RatedGear, load: PairLoad, factors: LoadFactors, reversal: float
-) -> LimitState:
+def _root(pair: GearPair, gear: RatedGear, load: PairLoad, factors: LoadFactors) -> LimitState:
     rules, source = pair.rules, "ISO 6336-3"
     nominal = iso.nominal_root_stress(pair, gear, load)
     stress = nominal * factors.root
@@ -196,7 +188,7 @@ def _root(
         Factor("σ_F0", nominal / 1e6, "MPa", "nominal root stress", source),
         Factor("σ_F", stress / 1e6, "MPa", "root stress", source),
     ]
-    strength = _root_strength(pair, gear, reversal)
+    strength = _root_strength(pair, gear)
     if isinstance(strength, str):
         return LimitState("F", nominal, stress, rules.least("root_safety"), tuple(lines), strength)
     limit, correction, sensitivity, _, _, mean = (line.value for line in strength)
@@ -205,7 +197,7 @@ def _root(
     return _limit("F", nominal, stress, rules, (lines, strength), knees, static)
 
 
-def _root_strength(pair: GearPair, gear: RatedGear, reversal: float) -> list[Factor] | str:
+def _root_strength(pair: GearPair, gear: RatedGear) -> list[Factor] | str:
     """σ_Flim and its factors in this order, or the key that is missing."""
     source, steel = "ISO 6336-3", gear.data.steel
     if steel is None:
@@ -217,12 +209,12 @@ def _root_strength(pair: GearPair, gear: RatedGear, reversal: float) -> list[Fac
     if gear.data.root_roughness is None:
         return "root_rz"
     sensitivity = iso.notch_sensitivity_factor(gear)
-    mean = iso.mean_stress_factor(gear, reversal)
+    mean = iso.mean_stress_factor(gear)
     for value in (sensitivity, mean):
         if isinstance(value, str):
             return value
     rough = root_roughness_factor(steel, gear.data.root_roughness)
-    size = root_size_factor(steel, pair.normal_module)
+    size = root_size_factor(steel, pair.stage.normal_module)
     return [
         Factor("σ_Flim", gear.root_strength / 1e6, "MPa", "allowable stress number", "ISO 6336-5"),
         Factor("Y_ST", iso.STRESS_CORRECTION, "", "stress correction of test gears", source),
