@@ -7,6 +7,7 @@ load case.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 
 from flexgear.files.rexs import tables as table
 from flexgear.files.rexs.outgoing import (
@@ -25,10 +26,9 @@ from flexgear.gears.power_flow import power_flow
 from flexgear.gears.radii import StageRadii, stage_radii
 from flexgear.model.bearings import Springs
 from flexgear.model.case import Case
-from flexgear.model.member import MatedGear, PlanetGear, Support
+from flexgear.model.member import LumpedInertia, MatedGear, PlanetBearing, PlanetGear, Support
 from flexgear.model.modifications import FLANKS, FlankModifications
 from flexgear.model.names import MemberName
-from flexgear.model.rating import GearRating
 from flexgear.model.section import Section
 from flexgear.model.stage import Stage
 from flexgear.model.train import Input, Joint, MemberLoad, Output
@@ -37,6 +37,8 @@ _WRITTEN = {
     "name", "title", "source", "gravity", "material", "stages", "joints", "held", "inputs",
     "output", "loads", "load_cases", "spectrum",
 }  # fmt: skip
+_UNWRITTEN = sorted(FlankModifications.model_fields.keys() - table.KEYS)  # modifications
+_OF_SPRINGS = ("damping", "journal", "rollers")  # that REXS has not
 _OF_PORTS = {"member", "speed", "torque", "power", "inertia"}
 
 
@@ -50,44 +52,43 @@ def not_written(case: Case) -> list[str]:
     states = [state for c in case.load_cases for _, _, state in c.states("")]
     if any(s.frame != "fixed" and (s.force or s.moment) for s in states):
         lost.append("loads of load_cases in turning frames")
+    for k, joint in enumerate(case.joints):
+        lost += _lost(joint, f"joints[{k}].", "damping")
     for stage in case.stages:
-        keys = ("errors", "gear_mesh")
-        defaults = {k: type(stage).model_fields[k].default for k in keys}
-        lost += [f"stages.{stage.name}.{k}" for k in keys if getattr(stage, k) != defaults[k]]
+        before = f"stages.{stage.name}."
+        lost += _lost(stage, before, "errors", "gear_mesh")
+        lost += _lost(stage.planet_bearing, f"{before}planet_bearing.", *_OF_SPRINGS)
         for name in (*stage.members, "planet"):
-            member = getattr(stage, name, None)
+            member, where = getattr(stage, name, None), f"{before}{name}"
             if getattr(member, "inertia", None) or getattr(member, "equivalent_mass", None):
-                lost.append(f"stages.{stage.name}.{name}: its moment of inertia")
+                lost.append(f"{where}: its moment of inertia")
+            if isinstance(member, LumpedInertia):
+                lost += _lost(member.support, f"{where}.support.", *_OF_SPRINGS)
             if isinstance(member, MatedGear | PlanetGear):
-                where = f"stages.{stage.name}.{name}"
-                lost += [f"{where}.modifications.{k}" for k in _unwritten(member.modifications)]
-                lost += [f"{where}.rating"] if member.rating != GearRating() else []
+                ground = member.modifications
+                lost += _lost(member, f"{where}.", "rating")
+                lost += _lost(ground, f"{where}.modifications.", *_UNWRITTEN)
+                for flank in FLANKS:
+                    of_flank = getattr(ground, flank, None)
+                    lost += _lost(of_flank, f"{where}.modifications.{flank}.", *_UNWRITTEN)
         if stage.is_flexible:
-            lost.append(
-                f"stages.{stage.name}: FE bodies of ring and carrier, their bearings, shaft"
-            )
+            lost.append(f"{before[:-1]}: FE bodies of ring and carrier, their bearings, shaft")
     return lost
 
 
-def _unwritten(modifications: FlankModifications) -> list[str]:
-    """Modifications of a gear, of both flanks or of one, that REXS has no component for."""
-    owners = {
-        "": modifications,
-        **{f"{name}.": getattr(modifications, name, None) for name in FLANKS},
-    }
-    kinds = FlankModifications.model_fields.keys() - table.KEYS
-    return [
-        f"{name}{k}" for name, owner in owners.items() for k in kinds if getattr(owner, k, None)
-    ]
-
-
-def _set(section: Section, before: str, written: set[str]) -> list[str]:
+def _set(section: Section, before: str, written: Iterable[str]) -> list[str]:
     """Keys of a section that are set, but for those that are written."""
+    return _lost(section, before, *(k for k in type(section).model_fields if k not in written))
+
+
+def _lost(section: Section | None, before: str, *keys: str) -> list[str]:
+    """Those of the keys that a section has and that are set."""
+    fields = {} if section is None else type(section).model_fields
     return [
-        f"{before}{name}"
-        for name, field in type(section).model_fields.items()
-        if name not in written
-        and getattr(section, name) != field.get_default(call_default_factory=True)
+        f"{before}{key}"
+        for key in keys
+        if key in fields
+        and getattr(section, key) != fields[key].get_default(call_default_factory=True)
     ]
 
 
@@ -164,7 +165,7 @@ class _Export:
     def _joint(self, joint: Joint) -> None:
         stage = self.case.stage(joint.first)
         radii = stage_radii(self.case.view(stage.name))
-        torsion = _torsion(joint, radii, joint.first)
+        torsion = _torsion(joint, radii, MemberName.parse(joint.first).part)
         radial = axial = tilt = 0.0
         if joint.is_shaft:
             assert joint.length is not None and joint.outer_diameter is not None
@@ -351,21 +352,13 @@ class _StageOut:
         member = f"{self.stage.name}.{part}"
         support = self.stage.member(part).support
         shaft, place = self.whole.shafts[member], self.at[member]
-        if member in self.whole.case.held_members():
-            self._coupling(member, shaft, support, place)
-        elif support.matrix.any():
-            copies = self._copies(member)
-            self._bearing(shaft, self.whole.casing, f"{member} bearing", support, place, copies)
-
-    def _copies(self, member: str) -> int:
-        """Halves of a double-helical stage that stand on a member's support."""
-        return 2 if member.endswith(".ring") and self.stage.double_helical else 1
-
-    def _coupling(
-        self, member: str, shaft: int, support: Support, place: tuple[float, float, float]
-    ) -> None:
-        torsion = _torsion(support, self.geometry.radii, member)
-        copies = self._copies(member)
+        copies = 2 if part == "ring" and self.stage.double_helical else 1  # halves with one each
+        if member not in self.whole.case.held_members():
+            if support.matrix.any():
+                casing = self.whole.casing
+                self._bearing(shaft, casing, f"{member} bearing", support, place, copies)
+            return
+        torsion = _torsion(support, self.geometry.radii, part)
         springs = _springs(support, copies)
         if torsion > 0:  # else it is held rigidly, which is a coupling without stiffness
             springs["rotational_stiffness"] = torsion * copies
@@ -384,37 +377,27 @@ class _StageOut:
         place: tuple[float, float, float],
         share: float,
     ) -> None:
-        rating = getattr(springs, "dynamic_rating", None)
-        more: dict[str, Written | None] = {}
-        kind = "concept_bearing"
-        if rating is not None:
-            kind = "rolling_bearing_with_catalog_geometry"
-            ball = getattr(springs, "rolling", None) == "ball"
-            more["radial_dynamic_load_rating"] = rating
-            more["radial_static_load_rating"] = getattr(springs, "static_rating", None)
-            more["fatigue_limit_load"] = getattr(springs, "fatigue_load_limit", None)
-            more["bearing_type"] = (
-                "radial_grooved_ball_bearing" if ball else "radial_roller_bearing"
-            )
-        clearance = "radial_clearance" if rating is None else "radial_bearing_clearance"
-        if springs.clearance > 0:
-            more[clearance] = 2 * springs.clearance  # of the diameter
+        kind, clearance = "concept_bearing", "radial_clearance"
+        rating: dict[str, Written | None] = {}
+        if isinstance(springs, PlanetBearing) and springs.dynamic_rating is not None:
+            kind, clearance = "rolling_bearing_with_catalog_geometry", "radial_bearing_clearance"
+            ball = springs.rolling == "ball"
+            rating = {
+                "radial_dynamic_load_rating": springs.dynamic_rating,
+                "radial_static_load_rating": springs.static_rating,
+                "fatigue_limit_load": springs.fatigue_load_limit,
+                "bearing_type": "radial_grooved_ball_bearing" if ball else "radial_roller_bearing",
+            }
+        of_diameter = {clearance: 2 * springs.clearance or None}
         centre = (place[0] + springs.z, *place[1:])
         self.model.side(
-            kind,
-            inner,
-            outer,
-            name,
-            support_vector=centre,
-            **axes(),
-            **_springs(springs, share),
-            **more,
-        )
+            kind, inner, outer, name, support_vector=centre, **axes(), **_springs(springs, share),
+            **rating, **of_diameter,
+        )  # fmt: skip
 
 
-def _torsion(springs: Joint | Support, radii: StageRadii, member: str) -> float:
-    """Stiffness about the axis, N m/rad, with what acts along a member's base circle."""
-    part = MemberName.parse(member).part
+def _torsion(springs: Joint | Support, radii: StageRadii, part: str) -> float:
+    """Stiffness about the axis, N m/rad, with what acts along the base circle of a member."""
     role = {"pinion": "sun", "gear": "planet", "carrier": "center_distance"}.get(part, part)
     radius: float = getattr(radii, role)
     return springs.stiffness[5] + springs.tangential * radius**2
