@@ -128,8 +128,8 @@ class Link:
 
     first: int
     second: int
-    at_first: float | None
-    at_second: float | None
+    at_first: float | None = None
+    at_second: float | None = None
     compliance: float = 0.0
     coupling: int | None = None
 
@@ -250,7 +250,7 @@ class Assembly:
             if whole is None or part is None or whole.kind not in _WHOLES:
                 continue
             place = number([part], "u_coordinate_on_shaft", "mm")
-            self._join(whole.id, part.id, None if place is None else place.value, None)
+            self._join(Link(whole.id, part.id, None if place is None else place.value))
             relation.used = True
 
     def _of_carriers(self) -> None:
@@ -258,7 +258,7 @@ class Assembly:
         for stage in self.document.kind("planetary_stage"):
             mine = carrier_parts(self.document, stage)
             for part in mine[1:]:
-                self._join(mine[0].id, part.id, None, None)
+                self._join(Link(mine[0].id, part.id))
 
     def _of_couplings(self) -> None:
         for relation, joint, (inner, outer) in self.document.joints(*COUPLINGS):
@@ -272,7 +272,7 @@ class Assembly:
                 for place in [number([joint], f"u_coordinate_on_shaft_{side}_side", "mm")]
             ]
             compliance = 0.0 if stiffness is None else 1.0 / stiffness.value
-            self._join(inner.id, outer.id, at[0], at[1], compliance, joint.id)
+            self._join(Link(inner.id, outer.id, at[0], at[1], compliance, joint.id))
             relation.used, joint.role = True, "a joint"
 
     def _engaged(self, joint: Component) -> bool:
@@ -287,21 +287,13 @@ class Assembly:
         state = states[index] if 0 <= index < len(states) else next(iter(states), "true")
         return state.strip().lower() not in ("false", "0")
 
-    def _join(
-        self,
-        first: int,
-        second: int,
-        at_first: float | None,
-        at_second: float | None,
-        compliance: float = 0.0,
-        coupling: int | None = None,
-    ) -> None:
-        self.links.append(Link(first, second, at_first, at_second, compliance, coupling))
-        for number_of in (first, second):
-            part = self.document.components[number_of]
+    def _join(self, link: Link) -> None:
+        self.links.append(link)
+        parts = [self.document.components[k] for k in (link.first, link.second)]
+        for part in parts:
             part.role = part.role or ("a part of a body" if part.kind == "shaft" else "")
-        roots = [self.body(self.document.components[k]) for k in (first, second)]
-        self._parent[roots[1]] = roots[0]
+        root, other = map(self.body, parts)
+        self._parent[other] = root
 
 
 def carrier_parts(document: Document, stage: Component) -> list[Component]:

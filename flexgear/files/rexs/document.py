@@ -6,12 +6,12 @@ listed: nothing of a file is dropped unseen.
 
 from __future__ import annotations
 
-import heapq
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cached_property
+from operator import itemgetter
 from typing import TypeVar
 
 from flexgear.files.rexs.tables import SCHEMA_UNITS, factor
@@ -230,8 +230,8 @@ def _in_order(
     by_kind: Mapping[str, list[tuple[int, Numbered]]], kinds: Sequence[str]
 ) -> list[Numbered]:
     """All of these types, by their places in the file."""
-    in_order = [by_kind.get(kind, []) for kind in dict.fromkeys(kinds)]
-    return [item for _, item in heapq.merge(*in_order, key=lambda pair: pair[0])]
+    of_kinds = (pair for kind in dict.fromkeys(kinds) for pair in by_kind.get(kind, ()))
+    return [item for _, item in sorted(of_kinds, key=itemgetter(0))]
 
 
 @dataclass(frozen=True)

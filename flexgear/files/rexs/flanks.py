@@ -202,6 +202,11 @@ def _form(component: Component) -> Row:
 Flanks = dict[Word, dict[str, Entry]]  # by the kind of each modification
 
 
+def _alike(first: dict[str, Entry], other: dict[str, Entry]) -> bool:
+    """Whether two flanks have the same modifications."""
+    return first.keys() == other.keys() and all(first[k].says(other[k]) for k in first)
+
+
 @dataclass(frozen=True)
 class GearFlanks:
     """Flanks of the gears of one role. section: the gear's; datum: side of the first gear's datum
@@ -219,8 +224,7 @@ class GearFlanks:
     @property
     def differ(self) -> bool:
         """Whether left and right flank are not the same."""
-        left, right = (self.entries[word] for word in table.WORDS)
-        return left.keys() != right.keys() or not all(left[k].says(right[k]) for k in left)
+        return not _alike(self.entries["left"], self.entries["right"])
 
     def word(self, name: str, forward: bool) -> Word:
         """The flank of the file that is this one of the case."""
@@ -305,8 +309,7 @@ class FlankReader:
         for word in table.WORDS:
             side = tooth_side(word, is_internal(other.gear), other.datum)
             mine = first.entries[word_of(side, is_internal(first.gear), first.datum)]
-            its = other.entries[word]
-            if mine.keys() != its.keys() or not all(mine[k].says(its[k]) for k in mine):
+            if not _alike(mine, other.entries[word]):
                 self.case.warn(
                     f"{other.gear.label}: its modified flanks are not those of {first.gear.label},"
                     " which all have here"

@@ -9,6 +9,9 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 
+import numpy as np
+
+from flexgear.arrays import Array
 from flexgear.files.rexs import tables as table
 from flexgear.files.rexs.outgoing import (
     GearsOut,
@@ -19,9 +22,8 @@ from flexgear.files.rexs.outgoing import (
     middle,
     places,
 )
-from flexgear.files.rexs.spectra import LoadIds, add_load_cases, force_attributes, is_written
 from flexgear.gears.geometry import stage_geometry
-from flexgear.gears.load_bins import bins_of_load_cases
+from flexgear.gears.load_bins import HOUR, LoadBin, bins_of_load_cases
 from flexgear.gears.power_flow import power_flow
 from flexgear.gears.radii import StageRadii, stage_radii
 from flexgear.model.bearings import Springs
@@ -48,7 +50,7 @@ def not_written(case: Case) -> list[str]:
     for k, port in enumerate(case.ports):
         where = "output" if port is case.output else f"inputs[{k}]"
         lost += _set(port, f"{where}.", _OF_PORTS)
-    lost += [f"loads on {load.member}" for load in case.loads if not is_written(load)]
+    lost += [f"loads on {load.member}" for load in case.loads if not _is_written(load)]
     states = [state for c in case.load_cases for _, _, state in c.states("")]
     if any(s.frame != "fixed" and (s.force or s.moment) for s in states):
         lost.append("loads of load_cases in turning frames")
@@ -120,14 +122,13 @@ class _Export:
         ports = {port.member: self._port(port) for port in case.ports}
         self.forces: dict[str, list[int]] = {}
         bins = bins_of_load_cases(case)
-        for load in filter(is_written, case.loads):
+        for load in filter(_is_written, case.loads):
             self._load(load)
-        for load in (load for load_bin in bins for load in filter(is_written, load_bin.loads)):
+        for load in (load for load_bin in bins for load in filter(_is_written, load_bin.loads)):
             if load.member not in self.forces:
                 self._load(MemberLoad(member=load.member))
-        add_load_cases(
-            bins, case.loads, self.model, LoadIds(self.unit, self.shafts, ports, self.forces)
-        )
+        for load_bin in bins:
+            self._load_case(load_bin, ports)
 
     def _gear_unit(self) -> int:
         size = math.sqrt(sum(g * g for g in self.case.gravity))
@@ -200,9 +201,27 @@ class _Export:
             f"force on {load.member}",
             u_coordinate_on_shaft=0.0,
             transmits_torque=False,
-            **force_attributes(load.first),
+            **_force_attributes(load.first),
         )
         self.forces.setdefault(load.member, []).append(number)
+
+    def _load_case(self, load_bin: LoadBin, ports: dict[str, int]) -> None:
+        """Results of a load bin; loads that the case has already are not written again."""
+        model = self.model
+        model.begin_load_case()
+        model.result(self.unit, operating_time=HOUR * load_bin.hours)
+        for member, speed in load_bin.speed.items():
+            model.result(self.shafts[member], rotational_speed=speed)
+        for member, number in ports.items():
+            torque = load_bin.torque[member]
+            power = torque * load_bin.speed[member]
+            model.result(number, torque_around_u_axis=torque, power=power)
+        for member, numbers in self.forces.items():
+            loads = [load for load in load_bin.loads if load.member == member]
+            if loads != [load for load in self.case.loads if load.member == member]:
+                total = sum((load.first for load in filter(_is_written, loads)), np.zeros(6))
+                for k, number in enumerate(numbers):
+                    model.result(number, **_force_attributes(np.zeros(6) if k else total))
 
     def _port(self, port: Input | Output) -> int:
         """The external load at a port; its id."""
@@ -304,39 +323,27 @@ class _StageOut:
             shaft = self._shaft(f"{name}.{role}", place)
             model.relate("central_shaft", planetary_stage=number, shaft=shaft)
             central[role] = self._gears(role, shaft, f"{name}.{role}", place)
+        (u, v, w), arm, bearing = place, self.geometry.center_distance, self.stage.planet_bearing
         for k, angle in enumerate(self.stage.planet_angles):
-            self._planet(number, frame, central, k, angle, place)
-
-    def _planet(
-        self,
-        number: int,
-        frame: int,
-        central: dict[str, list[int]],
-        k: int,
-        angle: float,
-        place: tuple[float, float, float],
-    ) -> None:
-        name, arm = f"{self.stage.name}.planet_{k + 1}", self.geometry.center_distance
-        u, v, w = place
-        centre = (u, v + arm * math.cos(angle), w + arm * math.sin(angle))
-        shaft = self._shaft(name, centre)
-        pin = self.model.part(
-            frame,
-            "shaft",
-            f"{name} pin",
-            support_vector=(centre[0] - self.reach, *centre[1:]),
-            **axes(),
-        )
-        self.model.relate("planet_shaft", planetary_stage=number, shaft=shaft)
-        self.model.relate("planet_pin", planetary_stage=number, shaft=pin)
-        planet = self._gears("planet", shaft, name, centre)
-        bearing = self.stage.planet_bearing
-        for _ in range(bearing.count):
-            self._bearing(pin, shaft, f"{name} bearing", bearing, centre, 1.0 / bearing.count)
-        for role, gears in central.items():
-            for mate, gear in zip(gears, planet, strict=True):
-                label = f"{self.stage.name}.{role} – {name}"
-                self.gears.mesh(number, role, (mate, gear), label, loaded=self.loaded)
+            planet = f"{name}.planet_{k + 1}"
+            centre = (u, v + arm * math.cos(angle), w + arm * math.sin(angle))
+            shaft = self._shaft(planet, centre)
+            pin = model.part(
+                frame,
+                "shaft",
+                f"{planet} pin",
+                support_vector=(u - self.reach, *centre[1:]),
+                **axes(),
+            )
+            model.relate("planet_shaft", planetary_stage=number, shaft=shaft)
+            model.relate("planet_pin", planetary_stage=number, shaft=pin)
+            halves_of_planet = self._gears("planet", shaft, planet, centre)
+            for _ in range(bearing.count):
+                self._bearing(pin, shaft, f"{planet} bearing", bearing, centre, 1.0 / bearing.count)
+            for role, mates in central.items():
+                for pair in zip(mates, halves_of_planet, strict=True):
+                    label = f"{name}.{role} – {planet}"
+                    self.gears.mesh(number, role, pair, label, loaded=self.loaded)
 
     def _parallel(self) -> None:
         name, gears = self.stage.name, []
@@ -394,6 +401,20 @@ class _StageOut:
             kind, inner, outer, name, support_vector=centre, **axes(), **_springs(springs, share),
             **rating, **of_diameter,
         )  # fmt: skip
+
+
+def _is_written(load: MemberLoad) -> bool:
+    """Whether REXS has an attribute for a load: constant, in fixed axes, no torque."""
+    return not load.is_history and load.frame == "fixed" and load.moment[2] == 0
+
+
+def _force_attributes(load: Array) -> dict[str, float]:
+    """Attributes of a load, force N and moment N m (6,) along x, y, z = v, w, u."""
+    x, y, z, mx, my, _ = (float(part) for part in load)
+    return {
+        "force_u_direction": z, "force_v_direction": x, "force_w_direction": y,
+        "torque_around_v_axis": mx, "torque_around_w_axis": my,
+    }  # fmt: skip
 
 
 def _torsion(springs: Joint | Support, radii: StageRadii, part: str) -> float:

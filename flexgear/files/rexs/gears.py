@@ -109,16 +109,18 @@ class GearReader:
         tools = self.tools(gears)
         out = -1.0 if internal else 1.0
         reference = rack.reference(teeth)
-        tip = number(gears, "tip_diameter", "mm")
-        root = number(gears, "root_diameter", "mm")
-        heights = {
-            "addendum": _coefficient(tip, lambda d: out * (d - reference) / 2, rack, -shift),
-            "dedendum": _coefficient(root, lambda d: out * (reference - d) / 2, rack, shift),
-        }
-        heights["dedendum"] = self._or_tool(heights["dedendum"], "dedendum", tools, rack)
-        heights["root_fillet"] = self._or_tool(None, "root_fillet", tools, rack)
-        for key, datum in heights.items():
-            self._coefficient(section, key, datum)
+        tip, root = (number(gears, f"{end}_diameter", "mm") for end in ("tip", "root"))
+        heights = [
+            circle
+            and Datum(
+                sign * ((circle.value - reference) / 2 / rack.module - out * shift),
+                f"from {circle.source}",
+            )
+            for circle, sign in ((tip, out), (root, -out))
+        ]
+        self._coefficient(section, "addendum", heights[0])
+        self._coefficient(section, "dedendum", self._or_tool(heights[1], "dedendum", tools, rack))
+        self._coefficient(section, "root_fillet", self._or_tool(None, "root_fillet", tools, rack))
         self._tool(section, tools, gears, root is not None)
         self._mass(section, gears, internal)
         dedendum = float(next(value for key, value, _ in section.lines if key == "dedendum"))  # type: ignore[arg-type]
@@ -237,13 +239,6 @@ def _over_module(components: Sequence[Component], names: Sequence[str], rack: Ra
         if datum is not None:
             return datum
     return None
-
-
-def _coefficient(datum: Datum | None, height: object, rack: Rack, add: float) -> Datum | None:
-    """A height of the tooth over the module, with the profile shift taken off."""
-    if datum is None:
-        return None
-    return Datum(height(datum.value) / rack.module + add, f"from {datum.source}")  # type: ignore[operator]
 
 
 def _within(key: str, value: float) -> bool:

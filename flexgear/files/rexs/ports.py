@@ -3,24 +3,27 @@
 A port is a body with an external load that transmits torque about its axis. Power with sign says
 which way it goes: torque and speed of one sign drive. Of all speeds and torques as many are taken
 as the train leaves free, those that the file defines first; the others must follow.
+
+A load case lasts for ``operating_time`` of the gear unit (``load_duration`` up to REXS 1.2), or for
+a share of the whole time, ``operating_time_fraction`` (``load_duration_fraction``). No time at all
+marks an extreme load.
 """
 
 from __future__ import annotations
 
 import itertools
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from flexgear.files.case_text import CaseText
+from flexgear.files.case_text import CaseText, Section
 from flexgear.files.rexs.assembly import Assembly
-from flexgear.files.rexs.document import Component, Datum, flag, number
+from flexgear.files.rexs.document import Component, Datum, Document, LoadCase, flag, number
 from flexgear.files.rexs.stages import Member
 from flexgear.gears.power_flow import PowerFlow, power_flow
-from flexgear.model.case import Case
 from flexgear.model.errors import InputError
 from flexgear.model.load import case_of_toml
 from flexgear.model.units import RPM
@@ -28,6 +31,9 @@ from flexgear.model.units import RPM
 SAME = 1e-3  # of the largest, between what a file says and what follows from the rest of it
 _ALIGNED = 1e-6
 _TORQUE, _POWER = "torque_around_u_axis", "power"
+_TIME = ("operating_time", "load_duration")
+_SHARE = ("operating_time_fraction", "load_duration_fraction")
+_WHOLE = 20_000.0  # h, where a file gives shares alone
 
 
 @dataclass(eq=False)
@@ -92,29 +98,6 @@ def speed_of(assembly: Assembly, body: int | None) -> Datum | None:
                 number([component, twin], "rotational_speed", "1 / min")
             return _signed(datum, assembly.frames.sense(component))
     return None
-
-
-def defined_speed(assembly: Assembly, body: int) -> bool:
-    """Whether a shaft of the body defines the speed."""
-    return any(
-        flag([c], "defines_speed") is True
-        for c in assembly.document.kind("shaft")
-        if assembly.body(c) == body
-    )
-
-
-def choices(ports: list[Port], mobility: int) -> Iterator[tuple[list[Port], list[Port]]]:
-    """Which ports' speeds and torques to take, the preferred choice first.
-
-    Each has ``mobility`` speeds, and the torques of all ports but ``mobility`` of them.
-    """
-    speeds = [p for p in ports if p.speed is not None]
-    torques = [p for p in ports if p.torque is not None or p.power is not None]
-    torques.sort(key=lambda p: (not p.defines_torque, p.drives is False))
-    torque_count = len(ports) - mobility
-    for chosen in itertools.combinations(speeds, min(mobility, len(speeds))):
-        for loaded in itertools.combinations(torques, min(torque_count, len(torques))):
-            yield list(chosen), list(loaded)
 
 
 def _member_of(assembly: Assembly, load: Component, members: list[Member]) -> Member | None:
@@ -232,7 +215,9 @@ class PortWriter:
         return speeds
 
     def _defined(self, member: Member) -> bool:
-        return member.body is not None and defined_speed(self.assembly, member.body)
+        """Whether a shaft of the member's body defines the speed."""
+        shafts = (c for c in self.assembly.members(member.body) if c.kind == "shaft")
+        return any(flag([c], "defines_speed") is True for c in shafts)
 
     def _compare(self, speeds: dict[str, float]) -> None:
         """Warn where the file states another speed than follows from the speeds that were taken."""
@@ -246,13 +231,22 @@ class PortWriter:
                 )
 
     def _chosen(self, where: str, mobility: int) -> tuple[list[Port], list[Port]]:
+        """Ports whose speeds, and whose torques, are taken: the first choice that a train can have,
+        of ``mobility`` speeds and the torques of all ports but ``mobility`` of them."""
         ports = sorted(
             self.ports,
             key=lambda p: p.speed is not None and p.speed.source.startswith("derived"),
         )
         ports.sort(key=lambda p: not self._defined(p.member))
+        speeds = [p for p in ports if p.speed is not None]
+        torques = [p for p in ports if p.torque is not None or p.power is not None]
+        torques.sort(key=lambda p: (not p.defines_torque, p.drives is False))
+        count = len(ports) - mobility  # of torques
         best: tuple[list[Port], list[Port]] = ([], [])
-        for chosen, loaded in choices(ports, mobility):
+        for chosen, loaded in itertools.product(
+            map(list, itertools.combinations(speeds, min(mobility, len(speeds)))),
+            map(list, itertools.combinations(torques, min(count, len(torques)))),
+        ):
             best = best if best[0] else (chosen, loaded)
             driven = {p.member.name: p.speed for p in chosen if p.speed is not None}
             try:
@@ -330,11 +324,97 @@ def _flow(text: str, where: str, speeds: dict[str, Datum], *, partial: bool = Fa
     raw["inputs"] = [
         {"member": member, "speed_rpm": datum.value} for member, datum in speeds.items()
     ]
-    case = _case(raw, where)
-    if partial and len(speeds) < power_flow(_case({**raw, "inputs": []}, where)).mobility:
-        return power_flow(_case({**raw, "inputs": []}, where))
+    case = case_of_toml(raw, where, "imported")
+    if partial:
+        free = power_flow(case_of_toml({**raw, "inputs": []}, where, "imported"))
+        if len(speeds) < free.mobility:
+            return free
     return power_flow(case)
 
 
-def _case(raw: dict[str, Any], where: str) -> Case:
-    return case_of_toml(raw, where, "imported")
+def write_load_cases(
+    document: Document, assembly: Assembly, text: CaseText, members: list[Member]
+) -> set[int]:
+    """Write load cases that have a duration behind the ports of a case; ids of those written."""
+    written: dict[str, Any] = tomllib.loads(text.text())
+    ports = [*written.get("inputs", ()), *([written["output"]] if "output" in written else [])]
+    if "output" not in written:
+        return set()
+    ids: set[int] = set()
+    with document.values_of(LoadCase(0, 0, [])):  # of the model, not of the load case that is rated
+        whole = number(document.kind("gear_unit"), _TIME, "h")
+    for load_case in document.load_cases:
+        with document.values_of(load_case):
+            hours = _hours(document, load_case, whole, text)
+            if hours is None:
+                continue
+            ids.add(load_case.id)
+            section = text.section("[[load_cases]]")
+            section.put("name", f"load case {load_case.id}", "")
+            if hours.value > 0.0:
+                section.put("hours", hours.value, hours.source)
+            else:
+                section.put("extreme", True, f"{hours.source}: no duration")
+            sections = {written["inputs"][0]["member"]: section}
+            states = {port.member.name: port for port in ports_of(assembly, members)}
+            for keys in ports:
+                port = states.get(keys["member"])
+                if port is not None and keys.keys() & {"speed_rpm", "torque_nm", "power_kw"}:
+                    section = _section(text, sections, keys["member"], port.loads[0].label)
+                    _take(section, keys, port)
+            for member, load, source in _forces(assembly, members):
+                section = _section(text, sections, member, source)
+                section.put("force_n", load[:3], f"{source}: v, w, u directions")
+                section.put("moment_nm", [*load[3:], 0.0], f"{source}: about v and w")
+    return ids
+
+
+def _forces(assembly: Assembly, members: list[Member]) -> Iterator[tuple[str, list[float], str]]:
+    """Members, sums of the forces and moments on them, and where these come from."""
+    sums: dict[str, tuple[list[float], list[str]]] = {}
+    for load, member, values in forces_of(assembly, members):
+        before, labels = sums.get(member.name, ([0.0] * len(values), []))
+        sums[member.name] = (
+            [a + b for a, b in zip(before, values, strict=True)],
+            [*labels, load.label],
+        )
+    for name, (total, labels) in sums.items():
+        yield name, total, " + ".join(labels)
+
+
+def _section(text: CaseText, sections: dict[str, Section], member: str, why: str) -> Section:
+    """The section of a member in the load case that is being written."""
+    if member not in sections:
+        sections[member] = text.section("[[load_cases.members]]")
+        sections[member].put("member", member, why)
+    return sections[member]
+
+
+def _take(section: Section, keys: Mapping[str, Any], port: Port) -> None:
+    """Speed and torque of a port in a load case, where the case gives them."""
+    if "speed_rpm" in keys:
+        section.take("speed_rpm", port.speed)
+    if "torque_nm" in keys or "power_kw" in keys:
+        if port.torque is not None:
+            section.take("torque_nm", port.torque)
+        else:
+            section.take("power_kw", port.power)
+
+
+def _hours(
+    document: Document, load_case: LoadCase, whole: Datum | None, text: CaseText
+) -> Datum | None:
+    """How long a load case lasts, h; None where the file does not say."""
+    stated = {attribute.id for _, attribute in load_case.attributes}
+    units = document.kind("gear_unit")
+    if stated & {*_TIME}:
+        return number(units, _TIME, "h")
+    share = number(units, _SHARE, "none") if stated & {*_SHARE} else None
+    if share is None:
+        return None
+    if whole is None:
+        line = f"load cases have shares of time alone: of {_WHOLE:g} h in all, assumed"
+        if line not in text.assumed:
+            text.warn(line)
+    total = _WHOLE if whole is None else whole.value
+    return Datum(share.value * total, f"{share.source}, of {total:g} h")

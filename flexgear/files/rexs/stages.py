@@ -128,12 +128,10 @@ def _mark(stage: RexsStage) -> None:
 
 
 def _planetary(assembly: Assembly, planetary: Component, meshes: list[Mesh]) -> RexsStage:
-    rings = _unique(g for mesh in meshes for g in mesh.gears if is_internal(g))
-    planets = _unique(mesh.mate(g) for mesh in meshes for g in mesh.gears if g in rings)
-    suns = _unique(
-        mesh.mate(g) for mesh in meshes for g in mesh.gears
-        if g in planets and mesh.mate(g) not in rings
-    )  # fmt: skip
+    rings = list(dict.fromkeys(g for mesh in meshes for g in mesh.gears if is_internal(g)))
+    pairs = [(g, mesh.mate(g)) for mesh in meshes for g in mesh.gears]
+    planets = list(dict.fromkeys(mate for g, mate in pairs if g in rings))
+    suns = list(dict.fromkeys(mate for g, mate in pairs if g in planets and mate not in rings))
     if not rings or not planets or not suns:
         lacks = "ring" if not rings else "sun"
         raise Unfit(f"it has no gear mesh of planets with a {lacks}")
@@ -221,14 +219,6 @@ def _along(gears: list[Component], assembly: Assembly) -> list[Component]:
         gears,
         key=lambda g: assembly.frames.sense(g) * (_value(g, "u_coordinate_on_shaft", "mm") or 0.0),
     )
-
-
-def _unique(gears: object) -> list[Component]:
-    components: list[Component] = []
-    for gear in gears:  # type: ignore[attr-defined]
-        if gear not in components:
-            components.append(gear)
-    return components
 
 
 ROLES = {"planetary": ("sun", "ring", "carrier"), "parallel": ("pinion", "gear")}

@@ -16,11 +16,12 @@ from flexgear.files.rexs.assembly import Assembly, section_of
 from flexgear.files.rexs.document import Component, Datum, flag, number, text
 from flexgear.files.rexs.stages import Member, axial_place
 
-_UNITS = {"radial": "N / m", "axial": "N / m", "tilt": "N m / rad", "torsion": "N m / rad"}
-_NAMES = {"radial": "radial_stiffness", "axial": "axial_stiffness", "tilt": "bending_stiffness",
-          "torsion": "rotational_stiffness"}  # fmt: skip
-_KEYS = {"radial": "radial_n_per_m", "axial": "axial_n_per_m", "tilt": "tilt_nm_per_rad",
-         "torsion": "torsion_nm_per_rad"}  # fmt: skip
+_DIRECTIONS = {  # attribute, its unit here, key of a case
+    "radial": ("radial_stiffness", "N / m", "radial_n_per_m"),
+    "axial": ("axial_stiffness", "N / m", "axial_n_per_m"),
+    "tilt": ("bending_stiffness", "N m / rad", "tilt_nm_per_rad"),
+    "torsion": ("rotational_stiffness", "N m / rad", "torsion_nm_per_rad"),
+}
 _POINT = "operating_point_stiffness_"
 _OPERATING = {  # names of REXS 1.3 on, and before
     "radial": (
@@ -69,7 +70,8 @@ class SupportWriter:
         directions = ("radial", "axial", "tilt") + (("torsion",) if torsion else ())
         self._springs(section, joints, scale, directions, needs, member.z)
         if member.role == "ring" and len(member.stage.halves["ring"]) == 2:
-            section.share(0.5, _KEYS.values(), "half of it for each ring half")
+            keys = [key for *_, key in _DIRECTIONS.values()]
+            section.share(0.5, keys, "half of it for each ring half")
 
     def planet(
         self, bearings: list[list[Component]], scale: Scale, z: float | None, needs: tuple[str, ...]
@@ -81,9 +83,8 @@ class SupportWriter:
             self.case.warn("[stages.planet_bearing]: no bearing of a planet in the file")
         for others in bearings[1:]:
             for twin, bearing in zip(others, first, strict=False):
-                for name in _NAMES.values():
-                    number([bearing, twin], name, "N / m")  # alike ones are used, others get listed
-                    number([bearing, twin], name, "N m / rad")
+                for name, unit, _ in _DIRECTIONS.values():  # alike ones are used, others listed
+                    number([bearing, twin], name, unit)
         self._springs(section, first, scale, ("radial", "axial", "tilt"), needs, z)
         clearance = number(first, CLEARANCES, "mm")
         if clearance is not None and clearance.value > 0:
@@ -117,7 +118,7 @@ class SupportWriter:
             if direction == "tilt":
                 total, place_text = self._spread(section, radial, total)
                 sources += place_text
-            key = _KEYS[direction]
+            *_, key = _DIRECTIONS[direction]
             if guesses:
                 why = "; ".join(g.removeprefix("assumed: ") for g in [*guesses, *sources])
                 self.case.assume(section, key, total, why)
@@ -142,7 +143,8 @@ class SupportWriter:
 
     def _stiffness(self, joint: Component, direction: str, scale: Scale) -> Datum | None:
         """Of one bearing or coupling; None where it does not act."""
-        datum, limit = number([joint], _NAMES[direction], _UNITS[direction]), scale.limit(direction)
+        name, unit, _ = _DIRECTIONS[direction]
+        datum, limit = number([joint], name, unit), scale.limit(direction)
         only_stated = direction == "tilt" or (direction == "torsion" and not _turns(joint))
         absorbs = None if only_stated else self._absorbs(joint, direction)
         if datum is not None and datum.value > limit:
@@ -157,13 +159,13 @@ class SupportWriter:
         point = self._operating_point(joint, direction)
         if point is not None or (absorbs is None and joint.kind == "concept_bearing"):
             return point
-        why = f"{joint.label} has no {_NAMES[direction]}; about the stiffness of a gear mesh"
+        why = f"{joint.label} has no {name}; about the stiffness of a gear mesh"
         return Datum(scale.guess(direction), f"assumed: {why}")
 
     def _operating_point(self, joint: Component, direction: str) -> Datum | None:
         """Stiffness at the operating point, where a file has results of bearings."""
         pairs = _OPERATING.get(direction, ())
-        data = [number([joint], names, _UNITS[direction]) for names in pairs]
+        data = [number([joint], names, "N / m") for names in pairs]
         loaded = [datum for datum in data if datum is not None and datum.value > 0]
         if not loaded:
             return None

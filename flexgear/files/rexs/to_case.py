@@ -18,8 +18,7 @@ from flexgear.files.case_text import CaseText, Section, commented
 from flexgear.files.rexs.assembly import Assembly
 from flexgear.files.rexs.document import Component, Document, LoadCase, flag, number
 from flexgear.files.rexs.gears import GearReader, Rack
-from flexgear.files.rexs.ports import PortWriter
-from flexgear.files.rexs.spectra import write_load_cases
+from flexgear.files.rexs.ports import PortWriter, write_load_cases
 from flexgear.files.rexs.stage_keys import StageWriter
 from flexgear.files.rexs.stages import (
     Member,
