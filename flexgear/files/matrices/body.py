@@ -15,6 +15,7 @@ import io
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -23,7 +24,13 @@ from numpy.typing import NDArray
 
 from flexgear.arrays import Array
 from flexgear.model.errors import InputError, echo
-from flexgear.model.input_file import MEGABYTE, MOST_MATRICES
+from flexgear.model.input_file import (
+    MEGABYTE,
+    MOST_MATRICES,
+    number_in,
+    read_cells,
+    require_titles,
+)
 
 SYMMETRIC = 1e-6  # of the largest entry of the two rows, scaled by their diagonals
 RIGID = 1e-6  # of the energy that the coordinates alone would take; single precision leaves 1e-7
@@ -223,46 +230,38 @@ def table_text(names: tuple[str, ...], positions: Array, modes: int) -> str:
     return out.getvalue()
 
 
-def read_table(text: str, where: str) -> NodeTable:
-    """A table from CSV. InputError for what cannot be read."""
-    try:
-        rows = [row for row in csv.reader(io.StringIO(text)) if any(c.strip() for c in row)]
-    except csv.Error as error:
-        raise InputError(where, "table", f"cannot be read: {error}", "save it as CSV") from None
-    heads = [head.strip().lower() for head in rows[0]] if rows else []
+def read_table(path: Path) -> NodeTable:
+    """A table from a CSV file. InputError for what cannot be read."""
+    where = str(path)
+    header, rows, separator = read_cells(path, "table of nodes")
+    heads = [head.lower() for head in header]
     unit = next((u for u in LENGTHS if {f"{axis}_{u}" for axis in "xyz"} <= {*heads}), None)
     if unit is None:
         raise InputError(
             where, "columns", f"{echo(', '.join(heads))} lack positions",
             "give id, name, x_m, y_m, z_m (or x_mm …)",
         )  # fmt: skip
-    entries = [_by_head(heads, row, where, number) for number, row in enumerate(rows[1:], 2)]
+    axes = [f"{axis}_{unit}" for axis in "xyz"]
+    entries: list[dict[str, str]] = []
+    for number, row in rows:
+        require_titles(row, header, where, number)
+        cells = [cell.strip() for cell in row] + [""] * (len(heads) - len(row))
+        entries.append({**dict(zip(heads, cells, strict=False)), "line": f"line {number}"})
     if "row" in heads:
         entries.sort(key=lambda row: _whole(row["row"], where, "row"))
-    axes = [f"{axis}_{unit}" for axis in "xyz"]
-    nodes = [row for row in entries if row.get(axes[0])]
-    modes = [row for row in entries if not row.get(axes[0])]
+    nodes = [row for row in entries if row[axes[0]]]
+    modes = [row for row in entries if not row[axes[0]]]
     ids = [_whole(row.get("id", str(k)), where, "id") for k, row in enumerate(nodes, 1)]
     if not nodes or len({*ids}) < len(ids):
         problem = "are there twice" if nodes else "are none"
         raise InputError(where, "nodes", problem, "give each node one row with an id of its own")
-    places = [[_number(row[axis], where, axis) for axis in axes] for row in nodes]
+    places = [
+        [number_in(row[axis], separator, where, f"{row['line']}, {axis}") for axis in axes]
+        for row in nodes
+    ]
     names = [row.get("name") or f"node_{k}" for k, row in zip(ids, nodes, strict=True)]
     mode_ids = tuple(_whole(row["id"], where, "id") for row in modes if row.get("id"))
     return NodeTable(tuple(ids), tuple(names), LENGTHS[unit] * np.array(places), mode_ids)
-
-
-def _by_head(heads: list[str], row: list[str], where: str, number: int) -> dict[str, str]:
-    """Cells by column; modal coordinates may leave out the empty ones at the end."""
-    cells = [cell.strip() for cell in row]
-    full = cells + [""] * (len(heads) - len(cells))
-    cells_by_head = dict(zip(heads, full, strict=False))
-    if len(cells) != len(heads) and any(cells_by_head.get(f"x_{unit}") for unit in LENGTHS):
-        raise InputError(
-            where, f"row {number}", f"has {len(cells)} columns, the first {len(heads)}",
-            "give every node all of them",
-        )  # fmt: skip
-    return cells_by_head
 
 
 def _whole(text: str, where: str, key: str) -> int:
@@ -270,16 +269,6 @@ def _whole(text: str, where: str, key: str) -> int:
         return int(text)
     except ValueError:
         raise InputError(where, key, f"{echo(text)} is not whole", "write whole numbers") from None
-
-
-def _number(text: str, where: str, key: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
-        raise InputError(where, key, f"{echo(text)} is no number", "write numbers")
-    return value
 
 
 MOST_MODES = 5000  # modal coordinates of a body; hundreds are usual

@@ -48,7 +48,7 @@ def read_reduced(
     """
     if units not in LENGTHS:
         raise InputError("units", units, "is unknown", f"choose {', '.join(LENGTHS)}")
-    table = read_table(_bytes(nodes).decode("utf-8-sig", errors="replace"), str(nodes))
+    table = read_table(Path(nodes))
     matrices: dict[str, Array] = {}
     for file in files:
         for key, matrix in matrices_of(_bytes(file), file, table).items():

@@ -243,10 +243,6 @@ class Entries:
     symmetric: bool
     values: dict[tuple[Place, Place], float] = field(default_factory=dict)
 
-    def add(self, row: Place, column: Place, value: float) -> None:
-        """One entry."""
-        self.values[row, column] = value
-
     def matrix(self, table: NodeTable, where: str) -> NDArray[np.float64]:
         """The matrix (d, d) with rows in the table's order, modal coordinates behind the nodes."""
         rows = {(node, c): 6 * k + c - 1 for k, node in enumerate(table.ids) for c in range(1, 7)}
@@ -291,7 +287,7 @@ def read_dmig(text: str, where: str) -> dict[str, Entries]:
             for k in range(5, len(card) - 2, 4):
                 if card[k].strip():
                     row = int(card[k]), int(card[k + 1] or 0)
-                    matrices[name].add(row, column, _number(card[k + 2]))
+                    matrices[name].values[row, column] = _number(card[k + 2])
     except (IndexError, KeyError, ValueError) as error:
         raise InputError(
             where, "DMIG", f"cannot be read: {error}", "write real DMIG cards with their header"
@@ -359,7 +355,8 @@ def _listed(text: str) -> Entries:
         raise ValueError("lines have other than five numbers")
     entries = Entries(symmetric=False)
     for a, i, b, j, value in rows:
-        entries.add((int(a), int(i)), (int(b), int(j)), float(value.replace("D", "E")))
+        place = (int(a), int(i)), (int(b), int(j))
+        entries.values[place] = float(value.replace("D", "E"))
     entries.symmetric = not any(
         row != column and (column, row) in entries.values for row, column in entries.values
     )
@@ -418,5 +415,5 @@ def _triangle(values: list[float], dofs: list[Place]) -> Entries:
         raise ValueError(f"{len(values)} numbers are no triangle of {size} rows")
     entries = Entries(symmetric=True)
     for value, row, column in zip(values, *np.tril_indices(size), strict=True):
-        entries.add(dofs[row], dofs[column], value)
+        entries.values[dofs[row], dofs[column]] = value
     return entries

@@ -252,12 +252,13 @@ def test_files_that_are_not_whole(tmp_path, name, data):
 @pytest.mark.parametrize(
     "text", ["", "id,x\n1,2", "id,x_m,y_m,z_m\n1,0,0,zero", "id,x_m,y_m,z_m\n1,0,0,0\n1,0,0,1"]
 )
-def test_bad_tables(text):
+def test_bad_tables(tmp_path, text):
+    (tmp_path / "nodes.csv").write_text(text)
     with pytest.raises(InputError):
-        read_table(text, "nodes.csv")
+        read_table(tmp_path / "nodes.csv")
 
 
-def test_table_in_millimetres_is_the_same():
+def test_table_in_millimetres_is_the_same(tmp_path):
     body = beam()
     text = table_text(body.node_names, body.positions, body.modes)
     rows = [line.split(",") for line in text.splitlines()]
@@ -265,6 +266,7 @@ def test_table_in_millimetres_is_the_same():
     in_mm += [
         ",".join([*r[:3], *(repr(MM * float(v)) if v else "" for v in r[3:])]) for r in rows[1:]
     ]
-    found = read_table("\n".join(in_mm), "nodes.csv")
+    (tmp_path / "nodes.csv").write_text("\n".join(in_mm))
+    found = read_table(tmp_path / "nodes.csv")
     assert found.positions == pytest.approx(body.positions, rel=1e-12)
     assert found.names == body.node_names and len(found.mode_ids) == body.modes
