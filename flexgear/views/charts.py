@@ -11,7 +11,6 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from flexgear.arrays import Array
-from flexgear.model.errors import FlexgearError
 from flexgear.results import quantities as declared
 from flexgear.results.report.parts import row
 from flexgear.results.report.wording import number, scale, words
@@ -75,8 +74,6 @@ def energy_balance(dataset: xr.Dataset) -> Figure:
     they are drawn negative.
     """
     terms = [t for t in ENERGY_LABELS if f"energy_{t}" in dataset]
-    if not terms:
-        raise FlexgearError("cannot draw: the dataset has no energy terms ('energy_*')")
     time = np.asarray(variable(dataset, "time"), dtype=float)
     energies = {t: np.asarray(dataset[f"energy_{t}"], dtype=float) for t in terms}
     changes = {t: (-1 if t in LEAVING else 1) * (v - v[0]) for t, v in energies.items()}

@@ -15,7 +15,6 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from flexgear.arrays import Array
-from flexgear.model.errors import FlexgearError
 from flexgear.model.units import RPM
 from flexgear.results.report.wording import scale
 from flexgear.results.stage_part import displacement_of, of_kind, ring_force_spread, ring_sharing
@@ -44,6 +43,7 @@ from flexgear.views.style import (
 )
 
 AXES = ("x", "y", "z")
+MAP_SAMPLES = 1500  # of a map over the carrier angle
 ROUNDING = 1e-6  # of the largest displacement: a direction with less does not move
 Drawn = tuple[str, Callable[[xr.Dataset], xr.DataArray], float]  # label, of one run, factor
 SPEED: Drawn = ("carrier speed\n(r/min)", itemgetter("stage_speed"), RPM)
@@ -180,17 +180,14 @@ def three_directions(
     return finish(figure, axes, runs, x)
 
 
-def tooth_node_displacement(runs: Runs, tooth: int = 1, x: str = "stage_angle") -> Figure:
-    """X, Y, Z displacement of ring tooth node ``tooth`` (1-based), global (Figures 16, 22)."""
+def tooth_node_displacement(runs: Runs, x: str = "stage_angle") -> Figure:
+    """X, Y, Z displacement of ring tooth node 1, global (Figures 16, 22)."""
 
     def pick(dataset: xr.Dataset) -> Array:
-        field = variable(dataset, "tooth_displacement")
-        if not 1 <= tooth <= field.sizes["tooth"]:
-            raise FlexgearError(f"cannot draw tooth {tooth}: there are {field.sizes['tooth']}")
-        of_tooth = field.isel(tooth=tooth - 1).transpose(leading_dim(dataset), "axis")
-        return np.asarray(of_tooth, dtype=float)
+        field = variable(dataset, "tooth_displacement").isel(tooth=0)
+        return np.asarray(field.transpose(leading_dim(dataset), "axis"), dtype=float)
 
-    title = f"Displacement of ring tooth node {tooth}"
+    title = "Displacement of ring tooth node 1"
     return three_directions(runs, pick, title, ("X", "Y", "Z"), x)
 
 
@@ -205,24 +202,22 @@ def sun_displacement(runs: Runs, x: str = "stage_angle") -> Figure:
     return three_directions(runs, pick, title, AXES, x)
 
 
-def planet_displacement(runs: Runs, planet: int = 1, x: str = "stage_angle") -> Figure:
-    """Radial, tangential and axial displacement of a planet (Figures 15, 21)."""
+def planet_displacement(runs: Runs, x: str = "stage_angle") -> Figure:
+    """Radial, tangential and axial displacement of planet 1 (Figures 15, 21)."""
 
     def pick(dataset: xr.Dataset) -> Array:
-        dim, field = leading_dim(dataset), displacement_of(dataset, "planet")
-        if not 1 <= planet <= field.sizes["body"]:
-            raise FlexgearError(f"cannot draw planet {planet}: there are {field.sizes['body']}")
-        return np.array(field.isel(body=planet - 1).transpose(dim, "dof"), dtype=float)[:, :3]
+        field = displacement_of(dataset, "planet").isel(body=0)
+        return np.asarray(field.transpose(leading_dim(dataset), "dof"), dtype=float)[:, :3]
 
-    title = f"Displacement of planet {planet}, its own axes"
+    title = "Displacement of planet 1, its own axes"
     names = ("x, radial", "y, tangential", "z, axial")
     return three_directions(runs, pick, title, names, x)
 
 
 @styled
-def tooth_displacement_map(dataset: xr.Dataset, axis: str = "x", samples: int = 1500) -> Figure:
+def tooth_displacement_map(dataset: xr.Dataset, axis: str = "x") -> Figure:
     """Displacement of all tooth nodes along ``axis`` as a map over carrier angle (Figure 13)."""
-    dataset = thinned(dataset, samples)
+    dataset = thinned(dataset, MAP_SAMPLES)
     field = variable(dataset, "tooth_displacement").isel(axis=AXES.index(axis))
     image = np.asarray(field.transpose("tooth", leading_dim(dataset)), dtype=float) * MICRO
     at, teeth = abscissa(dataset, "stage_angle"), len(image)

@@ -16,7 +16,6 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
 from flexgear.arrays import Array
-from flexgear.model.errors import FlexgearError
 from flexgear.results.stage_part import carrying_flank, carrying_pairs, stiffness_split
 from flexgear.views.select import (
     Runs,
@@ -77,10 +76,6 @@ def engagements(x: Array, tooth: Array) -> Array:
 def pair_arrays(dataset: xr.Dataset, gear_mesh: str, planet: int) -> tuple[Array, Array, Array]:
     """Load (N), tooth number and stiffness (N/m), each (n, slots), of one planet's gear mesh, on
     whichever flank carries."""
-    if gear_mesh not in LABELS:
-        raise FlexgearError(f"cannot draw gear mesh '{gear_mesh}': choose ring or sun")
-    if not 1 <= planet <= planet_count(dataset):
-        raise FlexgearError(f"cannot draw planet {planet}: there are {planet_count(dataset)}")
     dim = leading_dim(dataset)
     pairs = carrying_pairs(dataset, gear_mesh, planet).isel(planet=0)
     load, tooth, stiffness = (
@@ -90,9 +85,10 @@ def pair_arrays(dataset: xr.Dataset, gear_mesh: str, planet: int) -> tuple[Array
     return load, tooth, stiffness
 
 
-def flank_label(datasets: Iterable[xr.Dataset], gear_mesh: str, planet: int) -> str:
-    """Which flank a picture shows, for its title: nothing where it is the drive flank."""
-    flanks = {carrying_flank(d, gear_mesh, planet) for d in datasets} - {"none"}
+def flank_label(datasets: Iterable[xr.Dataset], gear_mesh: str) -> str:
+    """Which flank of planet 1 a picture shows, for its title: nothing where it is the drive
+    flank."""
+    flanks = {carrying_flank(d, gear_mesh, 1) for d in datasets} - {"none"}
     if flanks <= {"drive"}:
         return ""
     return ", coast flank" if flanks == {"coast"} else ", flank that carries"
@@ -117,11 +113,10 @@ def finish_x(axes: Axes, x: str, planets: int, low: float, high: float) -> None:
 def pair_loads(
     runs: Runs,
     gear_mesh: str = "ring",
-    planet: int = 1,
     x: str = "stage_angle",
     split: str = "flexible",
 ) -> Figure:
-    """Load of every tooth pair of one planet, one line style a variant (Figures 17, 18, 23, 24).
+    """Load of every tooth pair of planet 1, one line style a variant (Figures 17, 18, 23, 24).
 
     ``split`` names the run whose total is also split by stiffness (eq. 23, dashed).
     A whole revolution is not legible: give part of the runs (``within_window``).
@@ -131,7 +126,7 @@ def pair_loads(
     ax, handles, ends = axes[0, 0], legend_lines(colours), list[float]()
     for i, (name, dataset) in enumerate(runs.items()):
         at = abscissa(dataset, x)
-        load, tooth, stiffness = pair_arrays(dataset, gear_mesh, planet)
+        load, tooth, stiffness = pair_arrays(dataset, gear_mesh, 1)
         width = 1.3 if i == 0 else 2.1
         draw_pairs(ax, at, tooth, load, colours[name], lw=width, zorder=3 - 0.1 * i)
         if name == split:
@@ -142,8 +137,8 @@ def pair_loads(
         ends += [at[0], at[-1]]
     ax.axhline(0, color=NEUTRAL, lw=0.7)
     ax.set_ylabel("load of a tooth pair (kN)")
-    flank = flank_label(runs.values(), gear_mesh, planet)
-    ax.set_title(f"Tooth-pair loads, {LABELS[gear_mesh]} {planet}{flank}")
+    flank = flank_label(runs.values(), gear_mesh)
+    ax.set_title(f"Tooth-pair loads, {LABELS[gear_mesh]} 1{flank}")
     finish_x(ax, x, planet_count(next(iter(runs.values()))), min(ends), max(ends))
     legend_below(figure, handles)
     return figure

@@ -165,8 +165,6 @@ def load_renderer() -> None:
 
 def eye_axes(view: str) -> tuple[Array, Array, Array]:
     """Unit vectors to the eye, right and up of a named view."""
-    if view not in VIEWS:
-        raise FlexgearError(f"cannot render view '{view}': choose {', '.join(VIEWS)}")
     towards, up = (v / np.linalg.norm(v) for v in VIEWS[view])
     right = np.cross(up, towards)
     right /= np.linalg.norm(right)
@@ -205,8 +203,6 @@ def _grid(points: Array, cells: NDArray[np.integer]) -> Any:
     from flexgear.structures.fe_mesh.fe_mesh import HEX_TO_VTK
 
     corners = cells.shape[1]
-    if corners not in VTK_CELLS:
-        raise FlexgearError(f"cannot render cells of {corners} corners: hex (8) or tet (4) only")
     if corners == 8:
         cells = cells[:, HEX_TO_VTK]
     head = np.full((len(cells), 1), corners, dtype=np.int64)
@@ -223,7 +219,6 @@ def snapshot(
     limits: tuple[float, float],
     view: str,
     window_size: tuple[int, int],
-    outline: bool,
 ) -> Snapshot:
     """Render the deformed body with its undeformed outline; no text."""
     require_rendering()
@@ -255,12 +250,11 @@ def snapshot(
             diffuse=0.45,
             specular=0.0,
         )
-        if outline:
-            edges = rest.extract_feature_edges(
-                feature_angle=35.0, boundary_edges=True, manifold_edges=False
-            )
-            if edges.n_points:
-                plotter.add_mesh(edges, color="#30343B", line_width=1.5, opacity=0.8)
+        edges = rest.extract_feature_edges(
+            feature_angle=35.0, boundary_edges=True, manifold_edges=False
+        )
+        if edges.n_points:
+            plotter.add_mesh(edges, color="#30343B", line_width=1.5, opacity=0.8)
         light = pyvista.Light(position=(0.35, 0.45, 1.0), light_type="camera light")
         plotter.add_light(light)
         plotter.enable_parallel_projection()
@@ -285,38 +279,29 @@ def render_deformed(
     title: str = "",
     exaggeration: float | None = None,
     view: str = "iso",
-    limits_um: tuple[float, float] | None = None,
-    scale_bar: float | None = None,
-    outline: bool = True,
     window_size: tuple[int, int] = (1500, 1100),
     relative: bool = False,
 ) -> Figure:
     """Deformed body: ``points`` (n, 3) m, ``cells`` (m, 8) or (m, 4), ``displacement`` (n, 3) m.
 
-    Cells are numbered as in `FeMesh` (scikit-fem's order, not VTK's).
-    ``view``: iso, axial, side or back. ``limits_um``: colour range (default 0 … largest).
-    ``scale_bar``: length in m (default a round share of the picture). The dark lines are the
-    undeformed outline. relative: the displacement has no size of its own, as that of a mode;
-    colours are then per cent of the largest.
+    Cells are numbered as in `FeMesh` (scikit-fem's order, not VTK's). ``view``: iso, axial, side or
+    back. The dark lines are the undeformed outline. relative: the displacement has no size of its
+    own, as that of a mode; colours are then per cent of the largest.
     """
     points = np.asarray(points, dtype=float)
     displacement = np.asarray(displacement, dtype=float)
-    if displacement.shape != points.shape:
-        raise FlexgearError(
-            f"cannot render: displacement {displacement.shape} does not fit points {points.shape}"
-        )
     if relative:
         displacement = displacement * (PER_CENT / np.linalg.norm(displacement, axis=1).max())
     factor = exaggeration or deformation_exaggeration(points, displacement)
     largest = float(np.max(np.linalg.norm(displacement, axis=1), initial=0.0)) * MICRO
-    limits = limits_um or (0.0, largest or 1.0)
-    shot = snapshot(points, cells, displacement, factor, limits, view, window_size, outline)
+    limits = (0.0, largest or 1.0)
+    shot = snapshot(points, cells, displacement, factor, limits, view, window_size)
     size = f"displacement {factor_text(factor)}, largest {largest:.1f} µm"
     bar_title, label = size, "displacement magnitude (µm)"
     if relative:
         bar_title, label = "drawn as large as can be seen", "displacement (% of the largest)"
     head = "; ".join([bar_title, "dark lines: undeformed"])
-    return framed(shot, f"{title}\n{head}" if title else head, label, limits, scale_bar)
+    return framed(shot, f"{title}\n{head}" if title else head, label, limits)
 
 
 def framed(
@@ -324,7 +309,6 @@ def framed(
     title: str,
     label: str,
     limits: tuple[float, float],
-    scale_bar: float | None,
 ) -> Figure:
     """Put title, colour bar, scale bar and axes round the pixels."""
     rows, columns = shot.pixels.shape[:2]
@@ -335,15 +319,15 @@ def framed(
     ax.set_title(title, fontsize=9)
     colours = ScalarMappable(Normalize(*limits), SEQUENTIAL_MAP)
     figure.colorbar(colours, ax=ax, label=label, shrink=0.75, pad=0.01, aspect=26)
-    draw_scale_bar(ax, shot, scale_bar)
+    draw_scale_bar(ax, shot)
     draw_triad(ax, shot)
     return figure
 
 
-def draw_scale_bar(axes: Any, shot: Snapshot, length: float | None) -> None:
+def draw_scale_bar(axes: Any, shot: Snapshot) -> None:
     rows, columns = shot.pixels.shape[:2]
     metre = rows / shot.height
-    bar = length or nice_number(0.28 * columns / metre)
+    bar = nice_number(0.28 * columns / metre)
     right, y = 0.97 * columns, 0.965 * rows
     left = right - bar * metre
     axes.plot([left, right], [y, y], color="black", lw=2.2, solid_capstyle="butt")

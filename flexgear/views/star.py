@@ -11,7 +11,6 @@ counted from the X axis, the carrier turns counter-clockwise (docs/conventions.m
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
 from dataclasses import dataclass
 from math import pi
 from pathlib import Path
@@ -28,7 +27,6 @@ from PIL import Image
 
 from flexgear.arrays import Array
 from flexgear.files.atomic import atomic_file
-from flexgear.model.errors import FlexgearError
 from flexgear.views.style import (
     DEFORMED_COLOUR,
     MICRO,
@@ -72,22 +70,6 @@ def radial(displacement: Array) -> Array:
     """Radial part u_x cos φ + u_y sin φ of (…, z, 2 or 3) tooth displacements."""
     angles = 2 * pi * np.arange(displacement.shape[-2]) / displacement.shape[-2]
     return displacement[..., 0] * np.cos(angles) + displacement[..., 1] * np.sin(angles)
-
-
-def as_positions(
-    displacement: xr.DataArray | Array, carrier_angles: Sequence[float] | Array
-) -> tuple[Array, Array]:
-    """(p, z, 3) displacements and (p,) angles, from one position or several."""
-    field = np.asarray(displacement, dtype=float)
-    angles = np.atleast_1d(np.asarray(carrier_angles, dtype=float))
-    if field.ndim == 2:
-        field = field[None]
-    if field.ndim != 3 or field.shape[0] != angles.size or field.shape[2] not in (2, 3):
-        raise FlexgearError(
-            f"cannot draw the ring: {angles.size} carrier angles need displacements of shape "
-            f"({angles.size}, teeth, 3), got {field.shape}"
-        )
-    return field, angles
 
 
 def _largest(displacement: Array) -> float:
@@ -165,15 +147,15 @@ def square(axes: Axes, reach: float) -> None:
 @styled
 def ring_star(
     displacement: xr.DataArray | Array,
-    carrier_angles: Sequence[float] | Array,
+    angles: Array,
     outline: StageOutline,
 ) -> Figure:
     """The deformed ring at one or more carrier angles, side by side.
 
-    ``displacement`` (p, z, 3) or (z, 3): tooth nodes, global, m. The exaggeration is the same in
-    all panels, round, and stated.
+    ``displacement`` (p, z, 3): tooth nodes, global, m, at ``angles`` (p,) rad. The exaggeration is
+    the same in all panels, round, and stated.
     """
-    field, angles = as_positions(displacement, carrier_angles)
+    field = np.asarray(displacement, dtype=float)
     factor = star_exaggeration(field, outline.ring_radius)
     columns = min(angles.size, 3)
     rows = -(-angles.size // columns)
@@ -225,11 +207,11 @@ def draw_star(
 @styled
 def radial_profile(
     displacement: xr.DataArray | Array,
-    carrier_angles: Sequence[float] | Array,
+    angles: Array,
     outline: StageOutline,
 ) -> Figure:
     """Radial displacement (µm) of the tooth nodes over the ring angle, planets marked."""
-    field, angles = as_positions(displacement, carrier_angles)
+    field = np.asarray(displacement, dtype=float)
     profile = radial(field) * MICRO
     planets = len(outline.planet_angles)
     figure, axes = panels(angles.size, 1, height_mm=18 + 42 * angles.size, sharex=True, sharey=True)
@@ -264,7 +246,7 @@ def radial_profile(
 @styled
 def animate_star(
     displacement: xr.DataArray | Array,
-    carrier_angles: Sequence[float] | Array,
+    angles: Array,
     outline: StageOutline,
     path: str | os.PathLike[str],
     frames_per_second: float = 20.0,
@@ -273,10 +255,10 @@ def animate_star(
     """Write the turning star atomically as .gif, with one palette for all frames (no flicker), and
     return the path.
 
-    ``displacement`` (p, z, 3) m at ``carrier_angles`` (p,) rad, one frame each; the clip loops,
+    ``displacement`` (p, z, 3) m at ``angles`` (p,) rad, one frame each; the clip loops,
     so leave out the last position where it equals the first.
     """
-    field, angles = as_positions(displacement, carrier_angles)
+    field = np.asarray(displacement, dtype=float)
     factor = star_exaggeration(field, outline.ring_radius)
     figure, axes = panels(1, 1, height_mm=121, width_mm=105)
     ax, canvas = axes[0, 0], FigureCanvasAgg(figure)

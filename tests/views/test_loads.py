@@ -28,7 +28,7 @@ def test_engagement_spans():
 
 @pytest.mark.parametrize(("x", "label"), [("stage_angle", "(rad)"), ("time", "(s)")])
 def test_pair_loads_overlays_variants_and_split(steady, x, label):
-    figure = loads.pair_loads(within_window(steady, x, (1.0, 1.5)), "ring", 1, x=x)
+    figure = loads.pair_loads(within_window(steady, x, (1.0, 1.5)), "ring", x=x)
     ax = figure.axes[0]
     drawn = {line.get_color() for line in ax.get_lines()}
     assert {SPLIT_COLOUR, *VARIANT_COLOURS.values()} <= drawn
@@ -47,12 +47,8 @@ def test_engagement_map_shows_all_planets_and_stiffness_in_n_per_um(steady):
 
 
 def test_wrong_choices_are_one_clear_line(steady):
-    with pytest.raises(FlexgearError, match="choose ring or sun"):
-        loads.pair_loads(steady, "planet")
     with pytest.raises(FlexgearError, match="no tooth pairs of the sun"):
         loads.pair_loads(steady, "sun")
-    with pytest.raises(FlexgearError, match="there are 5"):
-        loads.pair_loads(steady, "ring", 6)
     with pytest.raises(FlexgearError, match="nothing to draw between"):
         within_window(steady, "stage_angle", (80.0, 90.0))
 

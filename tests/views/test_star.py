@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from flexgear.model.errors import FlexgearError
 from flexgear.views import star
 
 TENTH, FIFTH = 2 * np.pi / 10, 2 * np.pi / 5
@@ -26,7 +25,7 @@ def test_five_points_stand_at_the_planets(outline, angle):
     phi = 2 * np.pi * np.arange(93) / 93
     ripple = 30e-6 * np.cos(5 * (phi - angle))
     field = np.column_stack([ripple * np.cos(phi), ripple * np.sin(phi), 0 * phi])
-    figure = star.ring_star(field, [angle], outline)
+    figure = star.ring_star(field[None], np.array([angle]), outline)
     points = deformed(figure.axes[0])[:-1]
     radius = np.hypot(*points.T)
     assert radius.max() == pytest.approx(outline.ring_radius + 0.06, abs=1e-3)
@@ -46,17 +45,12 @@ def test_star_states_its_exaggeration_and_units(outline, field):
 
 
 def test_undeformed_ring_is_drawn_without_dividing_by_zero(outline):
-    figure = star.ring_star(np.zeros((93, 3)), [0.0], outline)
+    figure = star.ring_star(np.zeros((1, 93, 3)), np.zeros(1), outline)
     np.testing.assert_allclose(np.hypot(*deformed(figure.axes[0]).T), outline.ring_radius)
 
 
-def test_mismatched_angles_are_refused(outline, field):
-    with pytest.raises(FlexgearError, match="2 carrier angles"):
-        star.ring_star(field(np.zeros(3)), [0.0, 1.0], outline)
-
-
 def test_radial_profile_is_in_micrometres(outline, field):
-    figure = star.radial_profile(field(np.array([0.0])), [0.0], outline)
+    figure = star.radial_profile(field(np.zeros(1)), np.zeros(1), outline)
     values = figure.axes[0].get_lines()[0].get_ydata()
     assert np.max(values) == pytest.approx(30.0)
     assert "µm" in figure.axes[0].get_ylabel()

@@ -59,7 +59,7 @@ def numbered_pair_loads(dataset: xr.Dataset, gear_mesh: str = "ring", planet: in
     top.axhline(0, color=NEUTRAL, lw=0.7)
     top.set_ylabel("load of a tooth pair (kN)")
     teeth = "ring" if gear_mesh == "ring" else "sun"
-    flank = flank_label([dataset], gear_mesh, planet)
+    flank = flank_label([dataset], gear_mesh)
     top.set_title(f"Tooth-pair loads, {LABELS[gear_mesh]} {planet}{flank} (numbers: {teeth} teeth)")
     bottom.step(at, (tooth > 0).sum(axis=1), where="mid", color=planet_colour(planet))
     bottom.yaxis.set_major_locator(MaxNLocator(integer=True))

@@ -171,22 +171,22 @@ def figure_14(runs: Runs) -> Figure:
     f"(positive with the rotation), z axial. {CUT}",
 )
 def figure_15(runs: Runs) -> Figure:
-    return histories.planet_displacement(_to_drive_flange(runs, _steady(runs)), 1)
+    return histories.planet_displacement(_to_drive_flange(runs, _steady(runs)))
 
 
 @picture(16, "Ring tooth node 1, steady")
 def figure_16(runs: Runs) -> Figure:
-    return histories.tooth_node_displacement(runs.steady, 1)
+    return histories.tooth_node_displacement(runs.steady)
 
 
 @picture(17, "Tooth loads of sun and planet 1, steady")
 def figure_17(runs: Runs) -> Figure:
-    return loads.pair_loads(_steady(runs, 0.3), "sun", 1)
+    return loads.pair_loads(_steady(runs, 0.3), "sun")
 
 
 @picture(18, "Tooth loads of ring and planet 1, steady")
 def figure_18(runs: Runs) -> Figure:
-    return loads.pair_loads(_steady(runs, 0.3), "ring", 1)
+    return loads.pair_loads(_steady(runs, 0.3), "ring")
 
 
 @picture(19, "Load sharing, steady", CUT)
@@ -202,24 +202,24 @@ def figure_20(runs: Runs) -> Figure:
 @picture(21, "Planet 1 displacement in a torque drop to 4e5 N·m", "Against the carrier's drive "
          "flange, as in Figure 15.")  # fmt: skip
 def figure_21(runs: Runs) -> Figure:
-    return histories.planet_displacement(_to_drive_flange(runs, _drop(runs)), 1, x="time")
+    return histories.planet_displacement(_to_drive_flange(runs, _drop(runs)), x="time")
 
 
 @picture(22, "Ring tooth node 1 in a torque drop to 4e5 N·m")
 def figure_22(runs: Runs) -> Figure:
-    return histories.tooth_node_displacement(_drop(runs), 1, x="time")
+    return histories.tooth_node_displacement(_drop(runs), x="time")
 
 
 @picture(23, "Tooth loads of sun and planet 1 in the torque drop", "Linear contact, as in the "
          "paper: pairs on the path of contact may pull.")  # fmt: skip
 def figure_23(runs: Runs) -> Figure:
-    return loads.pair_loads(_drop(runs, CLOSE), "sun", 1, x="time")
+    return loads.pair_loads(_drop(runs, CLOSE), "sun", x="time")
 
 
 @picture(24, "Tooth loads of ring and planet 1 in the torque drop", "Linear contact, as in the "
          "paper: pairs on the path of contact may pull.")  # fmt: skip
 def figure_24(runs: Runs) -> Figure:
-    return loads.pair_loads(_drop(runs, CLOSE), "ring", 1, x="time")
+    return loads.pair_loads(_drop(runs, CLOSE), "ring", x="time")
 
 
 @picture(25, "Load sharing in the torque drop")
