@@ -1,17 +1,23 @@
 r"""Curves of steady states over speed or torque, by pseudo-arclength continuation.
 
-A curve is followed with the parameter λ as one unknown more. From a state with the tangent t, whose
-part along the curve is measured as
+A curve is followed with the parameter λ as one unknown more. From a state with forces f and the
+tangent t, whose part along the curve is measured as
 
-    ds² = (dλ/span)² + ‖df/f_0‖²/w²,
+    ds² = (dλ/L)² + ‖df/f_s‖²/w²,   f_s = max(‖f_0‖, ‖f‖),
 
-f_0 being the mean forces at its first state, a step predicts x + t ds and corrects on the plane
-across it, so that turning points are states like all others (Keller 1977). Steps get shorter where
-Newton takes many tries or the tangent turns fast, as where teeth begin to part.
+f_0 being the forces at its first state and L the range, or half of its upper end if that is more
+(sharp turns would turn by half a circle where λ counted more), a step predicts
+x + t ds + ½ ds² dt/ds, dt/ds from the state before, and corrects on the plane across t, so that
+turning points are states like all others (Keller 1977). Steps get shorter where Newton takes many
+tries or the tangent turns fast, as where teeth begin to part.
+
+Curves that reach into a range from beyond it, such as the one of parted teeth over a range within
+the hysteresis, are entered by following those at its ends round the resonance and back.
 """
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from typing import Literal
@@ -23,17 +29,22 @@ from flexgear.analysis.orbit_receptance import CondensedTrain, Point
 from flexgear.arrays import Array
 
 Over = Literal["speed", "load"]
-FORCE_SPAN = 4.0  # w: times the mean forces that are as long as the whole range of λ
-FIRST, LONGEST, SHORTEST = 0.004, 0.02, 1e-7  # steps, of the range
+FORCE_SPAN = 4.0  # w: times the forces that are as long as L
+FIRST, LONGEST, SHORTEST = 0.004, 0.02, 1e-7  # steps, of L; the longest also of the range
 CORRECTIONS = 8  # Newton steps before a shorter step is tried
 EXACT_SLOPES = 2  # of them after which ∂/∂λ is kept
 QUICK = 4  # so many or fewer make the next step longer
 STRAIGHT = 0.92  # cosine between tangents of neighbouring states
 KINK = 1e-3  # step over which the curve may turn at once, as where a sample loses contact
 MOST_STATES = 4000  # of a curve
+RISE = (
+    10.0  # times the largest force at its first state, beyond the backlash: a curve is left there
+)
 DIFFERENCE = 1e-7  # of λ, for ∂/∂λ
-SAME = 0.02  # of the mean forces: states of one curve interpolate each other so well
+SAME = 0.02  # of the forces: states of one curve interpolate each other so well
 SEEDS = (0.0, 1.0, 0.5, 0.25, 0.75)  # of the range: where states are looked for without a curve
+# of the gear meshes' own frequency: gear-mesh frequencies between which order 1 or 2 parts teeth
+RESONANT = ((0.4, 1.4), (0.2, 0.7))
 
 
 @dataclass(frozen=True)
@@ -57,34 +68,56 @@ class Range:
 
 
 @dataclass(frozen=True)
+class Cut:
+    """Why a curve is left within the range, and at which λ: forces beyond all bounds, no state a
+    shortest step further on, too many states, or a user who stopped it."""
+
+    value: float
+    reason: Literal["forces", "steps", "states", "stopped"]
+
+
+@dataclass(frozen=True)
 class Curve:
-    """States in the order in which they follow each other; complete: it was followed up to both
-    ends of the range, or from one to the same one."""
+    """States in the order in which they follow each other, and where it was cut, if anywhere."""
 
     states: list[Orbit]
-    complete: bool
+    cuts: tuple[Cut, ...]
+
+    @property
+    def complete(self) -> bool:
+        """Whether it was followed to both ends of the range, or from one to the same one."""
+        return not self.cuts
 
 
 def curves(
-    train: CondensedTrain, span: Range, seen: Callable[[Orbit], Orbit] = lambda orbit: orbit
+    train: CondensedTrain,
+    span: Range,
+    seen: Callable[[Orbit], Orbit] = lambda orbit: orbit,
+    resonance: float = 0.0,
 ) -> Iterator[Curve]:
     """All curves that states without a curve near them, at ``SEEDS``, lead to.
 
-    seen: is called with every state as it is found, and gives what is kept of it.
+    seen: is called with every state as it is found, and gives what is kept of it. resonance: speed
+    over rated at which the gear-mesh frequency is that on which gears vibrate on their gear mesh;
+    0 where no curve is to be followed beyond the range. Ends with a curve that a user stopped.
     """
-    followed: list[Curve] = []
-    for share in SEEDS:
-        value = span.low + share * (span.high - span.low)
-        start = _state(train, span, value)
+    followed, returning = list[Curve](), deque[tuple[Orbit, int]]()
+    ahead = deque(span.low + share * (span.high - span.low) for share in SEEDS)
+    while returning or ahead:
+        start, origin = (
+            returning.popleft() if returning else (_state(train, span, ahead.popleft()), 0)
+        )
         if start is None or any(_on_curve(curve, span, start) for curve in followed):
             continue
-        walk = _Walk(train, span, start, seen)
-        first = seen(start)
-        back, back_done = walk.along(-1.0) if value > span.low else ([], True)
-        ahead, ahead_done = walk.along(1.0) if value < span.high else ([], True)
-        curve = Curve([*back[::-1], first, *ahead], back_done and ahead_done)
+        curve = _follow(train, span, start, seen)
         followed.append(curve)
         yield curve
+        if any(cut.reason == "stopped" for cut in curve.cuts):
+            return
+        for end, sense in _outward(curve, span):
+            if resonance and not (end.unknown is start.unknown and sense == origin):
+                back = _returned(train, end, sense, resonance)
+                returning += [] if back is None else [(back, sense)]
 
 
 def _state(train: CondensedTrain, span: Range, value: float) -> Orbit | None:
@@ -107,88 +140,161 @@ def _on_curve(curve: Curve, span: Range, orbit: Orbit) -> bool:
     return False
 
 
+def _follow(
+    train: CondensedTrain, span: Range, start: Orbit, seen: Callable[[Orbit], Orbit]
+) -> Curve:
+    """The curve through a state, both ways."""
+    walk, value = _Walk(train, span, start), span.value(start.point)
+    first, cuts = seen(start), list[Cut | None]()
+    back, ahead = list[Orbit](), list[Orbit]()
+    try:
+        if value > span.low:
+            cuts.append(walk.along(-1.0, back, seen))
+        if value < span.high:
+            cuts.append(walk.along(1.0, ahead, seen))
+    except KeyboardInterrupt:
+        last = (ahead or back or [first])[-1]
+        cuts.append(Cut(span.value(last.point), "stopped"))
+    return Curve([*back[::-1], first, *ahead], tuple(cut for cut in cuts if cut))
+
+
+def _outward(curve: Curve, span: Range) -> Iterator[tuple[Orbit, int]]:
+    """Ends of a curve from which it goes on beyond the range with rising (1) or falling speed."""
+    for end in (curve.states[0], curve.states[-1]):
+        value = span.value(end.point)
+        if value == span.high and span.over == "speed":
+            yield end, 1
+        elif value == span.low:
+            yield end, -1
+            if span.over == "load":
+                yield end, 1
+
+
+def _returned(train: CondensedTrain, end: Orbit, sense: int, resonance: float) -> Orbit | None:
+    """The other state at the same point to which the curve through ``end`` comes back over speed
+    within the resonance around it; None where it does not, or where none is near."""
+    speed = end.point.speed
+    for low, high in RESONANT:
+        edge = (high if sense > 0 else low) * resonance
+        if low * resonance < speed < high * resonance:
+            span = Range("speed", min(speed, edge), max(speed, edge), end.point.load)
+            states = list[Orbit]()
+            cut = _Walk(train, span, end).along(sense, states, lambda orbit: orbit)
+            return states[-1] if cut is None and states[-1].point.speed == speed else None
+    return None
+
+
+@dataclass(frozen=True)
+class _Place:
+    """A state, its equations, and how the curve is measured there: weights of the unknowns and λ,
+    and its direction (m + 1,), of length one."""
+
+    orbit: Orbit
+    balance: Balance
+    weight: Array
+    tangent: Array
+
+
 class _Walk:
     """Follows one curve from a state of it."""
 
-    def __init__(
-        self, train: CondensedTrain, span: Range, start: Orbit, seen: Callable[[Orbit], Orbit]
-    ) -> None:
-        self.train, self.span, self.start, self.seen = train, span, start, seen
-        balance = self._balance(span.value(start.point))
-        forces, q = balance.forces, balance.q
-        scale = FORCE_SPAN * float(np.linalg.norm(start.unknown[:q])) or 1.0
-        # rigid motions follow the forces, and have no length of their own
-        self.weight = np.zeros(balance.size + 1)
-        self.weight[:forces], self.weight[-1] = 1.0 / scale, 1.0 / (span.high - span.low)
+    def __init__(self, train: CondensedTrain, span: Range, start: Orbit) -> None:
+        self.train, self.span, self.width = train, span, span.high - span.low
+        self.balance = self._balance(span.value(start.point))
+        state = self.balance.residual(start.unknown)[1]
+        self.start = replace(state, point=start.point)
+        self.size = self._forces(start.unknown)
+        self.most = RISE * float(np.abs(state.force).max()) + _closing_force(train)
 
     def _balance(self, value: float) -> Balance:
         return Balance(self.train.elements, self.train.at(self.span.point(value)))
 
-    def along(self, sense: float) -> tuple[list[Orbit], bool]:
-        """States from the start on, first with λ rising (1) or falling (−1), and whether the curve
-        leaves the range."""
-        orbit, states, step = self.start, list[Orbit](), FIRST
-        tangent = self._tangent(orbit, None)
-        tangent = tangent * np.sign(tangent[-1]) * sense
-        while len(states) < MOST_STATES:
-            ahead = self._ahead(orbit, tangent, step)
-            turned = None if ahead is None else self._tangent(ahead[0], tangent)
-            if ahead is None or turned is None:
+    def _forces(self, unknown: Array) -> float:
+        return float(np.linalg.norm(unknown[: self.balance.forces])) or 1.0
+
+    def along(
+        self, sense: float, states: list[Orbit], seen: Callable[[Orbit], Orbit]
+    ) -> Cut | None:
+        """Append states from the start on, first with λ rising (1) or falling (−1), up to the end
+        of the range; where the curve is cut before."""
+        here = self._place(self.start, self.balance, None)
+        here = replace(here, tangent=here.tangent * np.sign(here.tangent[-1]) * sense)
+        step, bend = FIRST, np.zeros_like(here.tangent)
+        for _ in range(MOST_STATES):
+            while (following := self._next(here, bend, step)) is None:
                 step *= 0.5
                 if step < SHORTEST:
-                    return states, False
-                continue
-            if step > KINK and self._angle(turned, tangent) < STRAIGHT:
-                step *= 0.5
-                continue
-            (orbit, tries), tangent, before = ahead, turned, orbit
-            value = self.span.value(orbit.point)
+                    return Cut(self.span.value(here.orbit.point), "steps")
+            ahead, tries = following
+            value = self.span.value(ahead.orbit.point)
             if not self.span.low < value < self.span.high:
-                end = self._end(before, orbit)
-                return [*states, *([] if end is None else [self.seen(end)])], end is not None
-            states.append(self.seen(orbit))
-            step = min(step * (1.4 if tries <= QUICK else 0.8), LONGEST)
-        return states, False
+                end = self._end(here.orbit, ahead.orbit)
+                states += [] if end is None else [seen(end)]
+                return None if end else Cut(self.span.value(here.orbit.point), "steps")
+            states.append(seen(ahead.orbit))
+            if np.abs(ahead.orbit.force).max() > self.most:
+                return Cut(value, "forces")
+            bend, here = (ahead.tangent - here.tangent) / step, ahead
+            longest = LONGEST * min(1.0, self.width / (abs(here.tangent[-1]) or self.width))
+            step = min(step * (1.4 if tries <= QUICK else 0.8), longest)
+        return Cut(self.span.value(here.orbit.point), "states")
 
-    def _angle(self, a: Array, b: Array) -> float:
-        return float((self.weight * a) @ (self.weight * b))
+    def _next(self, here: _Place, bend: Array, step: float) -> tuple[_Place, int] | None:
+        """The place a step further on, and Newton's tries; None where there is none, or where the
+        curve turns too fast on the way."""
+        corrected = self._corrected(here, bend, step)
+        if corrected is None:
+            return None
+        orbit, balance, tries = corrected
+        ahead = self._place(orbit, balance, here.tangent)
+        turned = float((ahead.weight * ahead.tangent) @ (ahead.weight * here.tangent))
+        turned /= float(np.linalg.norm(ahead.weight * here.tangent))
+        return None if step > KINK and turned < STRAIGHT else (ahead, tries)
 
-    def _tangent(self, orbit: Orbit, before: Array | None) -> Array:
-        """Direction (m + 1,) of the curve at a state, of length one, on from ``before``."""
-        value, size = self.span.value(orbit.point), len(orbit.unknown)
-        balance = self._balance(value)
-        at, matrix = balance.linearised(orbit)
-        slope = self._slope(orbit.unknown, value, balance.residual(orbit.unknown)[0])
-        out = np.zeros(size + 1)
-        border = np.zeros(len(at) + 1)
-        border[-1] = 1.0
-        if before is not None:
-            border = (self.weight**2 * before)[np.r_[at, size]]
-        right = np.zeros(len(at) + 1)
-        right[-1] = 1.0
-        solved = solve_scaled(_bordered(matrix, slope[at], border), right)
-        out[np.r_[at, size]] = solved
-        return out / np.linalg.norm(self.weight * out)
-
-    def _slope(self, unknown: Array, value: float, left: Array) -> Array:
-        """∂ residual / ∂ λ (m,) where ``left`` (m,) is left over."""
-        ahead = self._balance(value * (1 + DIFFERENCE)).residual(unknown)[0]
-        return np.asarray((ahead - left) / (DIFFERENCE * value))
-
-    def _ahead(self, orbit: Orbit, tangent: Array, step: float) -> tuple[Orbit, int] | None:
-        """The state a step further on, and Newton's tries; None where there is none."""
+    def _place(self, orbit: Orbit, balance: Balance, before: Array | None) -> _Place:
+        """With the direction on from ``before``."""
         size = len(orbit.unknown)
-        predicted = np.r_[orbit.unknown, self.span.value(orbit.point)] + step * tangent
-        x, across, slope = predicted.copy(), self.weight**2 * tangent, np.zeros(size)
+        # rigid motions follow the forces, and have no length of their own
+        weight = np.zeros(size + 1)
+        forces = max(self.size, self._forces(orbit.unknown))
+        weight[: balance.forces] = 1.0 / (FORCE_SPAN * forces)
+        weight[-1] = 1.0 / max(self.width, 0.5 * self.span.high)
+        at, matrix = balance.linearised(orbit)
+        every = np.r_[at, size]
+        border = np.zeros(len(every)) if before is None else (weight**2 * before)[every]
+        if before is None:
+            border[-1] = 1.0
+        right = np.zeros(len(every))
+        right[-1] = 1.0
+        slope = self._slope(balance, orbit, self.span.value(orbit.point))
+        tangent = np.zeros(size + 1)
+        tangent[every] = solve_scaled(_bordered(matrix, slope[at], border), right)
+        return _Place(orbit, balance, weight, tangent / np.linalg.norm(weight * tangent))
+
+    def _slope(self, balance: Balance, orbit: Orbit, value: float) -> Array:
+        """∂ residual / ∂ λ (m,) at a state of the equations ``balance``."""
+        ahead = self._balance(value * (1 + DIFFERENCE))
+        return np.asarray(balance.change(ahead, orbit) / (DIFFERENCE * value))
+
+    def _corrected(
+        self, here: _Place, bend: Array, step: float
+    ) -> tuple[Orbit, Balance, int] | None:
+        """The state a step further on, its equations and Newton's tries; None where there is
+        none."""
+        size = len(here.orbit.unknown)
+        predicted = np.r_[here.orbit.unknown, self.span.value(here.orbit.point)]
+        predicted += step * here.tangent + 0.5 * step**2 * bend
+        x, across, slope = predicted.copy(), here.weight**2 * here.tangent, np.zeros(size)
         for tries in range(1, CORRECTIONS + 1):
-            if x[-1] <= 0.0:
+            value = float(x[-1])
+            if value <= 0.0:
                 return None
-            balance = self._balance(float(x[-1]))
+            balance = self._balance(value)
             left, state = balance.residual(x[:size])
             if state.residual <= AGREES and tries > 1:
-                return replace(state, point=self.span.point(float(x[-1]))), tries
+                return replace(state, point=self.span.point(value)), balance, tries
             if tries <= EXACT_SLOPES:
-                slope = self._slope(x[:size], float(x[-1]), left)
+                slope = self._slope(balance, state, value)
             at, matrix = balance.linearised(state)
             every = np.r_[at, size]
             right = np.r_[left[at], across @ (x - predicted)]
@@ -210,6 +316,14 @@ class _Walk:
         point = self.span.point(value)
         balance = Balance(self.train.elements, self.train.at(point))
         return converge(balance, point, (1 - w) * before.unknown + w * after.unknown)
+
+
+def _closing_force(train: CondensedTrain) -> float:
+    """Force, N, under which teeth yield by half of their largest gap or backlash."""
+    e = train.elements
+    teeth = e.owner >= 0
+    stiffness = np.where(teeth, e.nominal[0], 0.0).sum(axis=1).max(initial=0.0)
+    return float(0.5 * stiffness * np.abs(np.where(teeth, e.offset, 0.0)).max(initial=0.0))
 
 
 def _bordered(matrix: Array, column: Array, row: Array) -> Array:

@@ -103,6 +103,15 @@ class Balance:
         balance = r.rigid.T @ f[0].real - r.yielding @ a + r.balance
         return np.concatenate([rest[0].real, both.ravel(), balance])
 
+    def change(self, other: Balance, orbit: Orbit) -> Array:
+        """How much more (m,) the equations of another point leave over of a state of these ones, to
+        first order of the motion that its forces cause."""
+        ahead = other.waves(orbit.unknown)
+        motion, rate = ahead.motion - orbit.waves.motion, ahead.rate - orbit.waves.rate
+        (k, c), none = orbit.tangents, np.zeros_like(motion)
+        forces = np.einsum("jqp,jp->jq", k, motion) + np.einsum("jqp,jp->jq", c, rate)
+        return other._left(orbit.unknown, forces) - self._left(orbit.unknown, none)
+
     def linearised(self, orbit: Orbit) -> tuple[Ints, Array]:
         """Places (k,) of the unknowns of channels that carry and of rigid motions, and the Jacobian
         (k, k) between them; the others, and what is left over of them, are zero."""

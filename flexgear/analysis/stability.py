@@ -23,6 +23,8 @@ from flexgear.analysis.orbit_receptance import CondensedTrain, Point
 from flexgear.arrays import Array, Complex
 from flexgear.coupling.machines import GivenSpeed
 
+SMALL = 8  # coordinates up to which all steps of a period are matrices of their own
+
 
 @dataclass(frozen=True)
 class Vibrating:
@@ -89,28 +91,46 @@ def monodromy(part: Vibrating, period: float, tangents: Array) -> Array:
     part = replace(
         part, channels=part.channels[loaded], residual=part.residual[np.ix_(loaded, loaded)]
     )
-    x, count = len(part.stiffness), tangents.shape[1]
-    h = period / count
+    x, h = len(part.stiffness), period / tangents.shape[1]
     stiffness, damping = _of_channels(part, tangents)
-    # average acceleration: v⁺ = v + h/2 (a + a⁺), ξ⁺ = ξ + h/2 (v + v⁺), so that with y = ξ⁺
-    # (1 + h/2 D⁺ + h²/4 K⁺) y is known; low rank beside the constant part
-    constant = np.linalg.inv(np.eye(x) + 0.5 * h * part.damping + 0.25 * h * h * part.stiffness)
-    onto = constant @ part.channels.T
-    between = part.channels @ onto
+    if x <= SMALL:
+        return _product(part, h, stiffness, damping)
+    # average acceleration: v⁺ = v + h/2 (a + a⁺), ξ⁺ = ξ + h/2 (v + v⁺); with what ξ⁺ and v⁺ are
+    # but for a⁺, the forces g of the channels follow from their motion, of low rank beside the rest
+    p, answer = part.channels, np.eye(x) + 0.5 * h * part.damping + 0.25 * h * h * part.stiffness
+    constant = np.linalg.inv(answer)
+    onto = constant @ p.T
     added = 0.5 * h * damping + 0.25 * h * h * stiffness
-    inner = np.linalg.solve(np.eye(len(between)) + added @ between, added)
-    state = np.eye(2 * x)
-    motion, rate = state[:x].copy(), state[x:].copy()
-    acceleration = -_force(part, stiffness[0], damping[0], motion, rate)
-    for j in np.r_[1:count, 0]:
+    whole = np.concatenate([added, stiffness, damping], axis=2)
+    onto_channels = np.linalg.solve(np.eye(len(p)) + added @ (p @ onto), whole)
+    motion, rate = np.eye(x, 2 * x), np.eye(x, 2 * x, x)
+    acceleration = -part.stiffness @ motion - part.damping @ rate
+    acceleration -= p.T @ (stiffness[0] @ (p @ motion) + damping[0] @ (p @ rate))
+    for j in np.r_[1 : len(stiffness), 0]:
         ahead = motion + h * rate + 0.25 * h * h * acceleration
         faster = rate + 0.5 * h * acceleration
-        right = -_force(part, stiffness[j], damping[j], ahead, faster)
-        part_answer = constant @ right
-        acceleration = part_answer - onto @ (inner[j] @ (part.channels @ part_answer))
+        free = -constant @ (part.stiffness @ ahead + part.damping @ faster)
+        seen = (p @ np.hstack([free, ahead, faster])).reshape(len(p), 3, -1)
+        g = onto_channels[j] @ seen.transpose(1, 0, 2).reshape(3 * len(p), -1)
+        acceleration = free - onto @ g
         motion = ahead + 0.25 * h * h * acceleration
         rate = faster + 0.5 * h * acceleration
     return np.vstack([motion, rate])
+
+
+def _product(part: Vibrating, h: float, stiffness: Array, damping: Array) -> Array:
+    """The same by the matrices of all steps, (1 − h/2 A⁺)⁻¹ (1 + h/2 A) for ẏ = A y."""
+    x, p = len(part.stiffness), part.channels
+    rates = np.zeros((len(stiffness), 2 * x, 2 * x))
+    rates[:, :x, x:] = np.eye(x)
+    rates[:, x:, :x] = -part.stiffness - p.T @ stiffness @ p
+    rates[:, x:, x:] = -part.damping - p.T @ damping @ p
+    eye = np.eye(2 * x)
+    steps = np.linalg.solve(eye - 0.5 * h * np.roll(rates, -1, axis=0), eye + 0.5 * h * rates)
+    while len(steps) > 1:
+        last = steps[2 * (len(steps) // 2) :]
+        steps = np.concatenate([steps[1::2] @ steps[: len(steps) - len(last) : 2], last])
+    return np.asarray(steps[0])
 
 
 def fewer_steps(tangents: Array, least: int) -> Array:
@@ -130,11 +150,6 @@ def _of_channels(part: Vibrating, tangents: Array) -> tuple[Array, Array]:
     both = np.linalg.solve(eye + stiffness @ part.residual, np.concatenate(tangents, axis=2))
     q = len(eye)
     return both[:, :, :q], both[:, :, q:]
-
-
-def _force(part: Vibrating, k: Array, c: Array, motion: Array, rate: Array) -> Array:
-    inner = k @ (part.channels @ motion) + c @ (part.channels @ rate)
-    return part.stiffness @ motion + part.damping @ rate + part.channels.T @ inner
 
 
 def multipliers(matrix: Array) -> Complex:

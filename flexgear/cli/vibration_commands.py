@@ -35,6 +35,11 @@ from flexgear.views.vibration_charts import (
 
 LISTED = 12  # resonances, jumps and ranges that the screen lists
 LEAST_SHARE = 0.01  # of a peak: a mode with less is not named
+LINES = {
+    "several_stable": "several stable states, the start decides",
+    "lost_contact": "teeth lose contact",
+    "back_contact": "backs touch",
+}  # ranges of a response
 PROMINENT = 0.02  # of the largest force: what a peak rises above its sides
 COLUMNS = ("stage", "speeds over rated", "fastest at", "growth", "what meets")
 SpeedRange = Annotated[
@@ -176,7 +181,9 @@ def response_figures(data: xr.Dataset) -> dict[str, Any]:
         "harmonics": int(data.attrs["harmonics"]),
         "doubling_change": number(data.attrs["doubling_change"]),
         "complete": bool(data.attrs["complete"]),
+        "cuts": data.attrs["cut"].splitlines(),
         "states": len(parameter),
+        "curves": int(branch.max()),
         "peaks": [
             {f"{over}_share": float(parameter[k]), "force_n": float(force[k])}
             for k in _peaks(force, branch, stable)
@@ -197,6 +204,7 @@ def response_figures(data: xr.Dataset) -> dict[str, Any]:
             }
             for p in _rows(data, "stability_change")
         ],
+        "several_stable": _several(parameter, branch, stable),
         "lost_contact": _ranges(parameter, branch, lost & stable),
         "back_contact": _ranges(parameter, branch, back & stable),
     }
@@ -216,6 +224,17 @@ def _peaks(force: np.ndarray, branch: np.ndarray, stable: np.ndarray) -> list[in
         beside = np.convolve(stable[at], np.ones(2 * BESIDE + 1), "same") > 0
         out += [int(at[k]) for k in tops if beside[k]]
     return sorted(out, key=lambda k: -force[k])[:LISTED]
+
+
+def _several(parameter: np.ndarray, branch: np.ndarray, stable: np.ndarray) -> list[list[float]]:
+    """Lowest and highest λ of ranges in which more than one steady state is stable."""
+    along = (branch[1:] == branch[:-1]) & stable[1:] & stable[:-1]
+    pairs = np.sort(np.stack([parameter[1:], parameter[:-1]], axis=1)[along], axis=1)
+    at = np.r_[pairs[:, 0], pairs[:, 1]]
+    change = np.r_[np.ones(len(pairs), dtype=int), -np.ones(len(pairs), dtype=int)]
+    order = np.lexsort((change, at))  # at the same λ one piece ends before the next begins
+    count, at = np.cumsum(change[order]) > 1, at[order]
+    return _ranges(at, np.zeros(len(at)), count | np.r_[False, count[:-1]])
 
 
 def _ranges(parameter: np.ndarray, branch: np.ndarray, where: np.ndarray) -> list[list[float]]:
@@ -238,7 +257,8 @@ def show_response(model: Model, data: xr.Dataset, figures: dict[str, Any]) -> No
     low, high = (float(f(data[f"response_{over}_share"])) for f in (np.min, np.max))
     change = figures["doubling_change"]
     rows = {
-        f"{over} over rated": f"{low:g} to {high:g}, {figures['states']} steady states",
+        f"{over} over rated": f"{low:g} to {high:g}, {figures['states']} steady states on "
+        f"{figures['curves']} {'curve' if figures['curves'] == 1 else 'curves'}",
         "reference member": f"{data['response_speed'].min().item() * RPM:.5g} to "
         f"{data['response_speed'].max().item() * RPM:.5g} rpm",
         "gear mesh": f"{data['gear_mesh_frequency'].min().item():.5g} to "
@@ -254,11 +274,8 @@ def show_response(model: Model, data: xr.Dataset, figures: dict[str, Any]) -> No
     typer.echo("\n".join(_lines(figures)))
     if data.attrs["left_out"]:
         typer.echo(f"left out, as it does not repeat with the gear mesh: {data.attrs['left_out']}")
-    if not figures["complete"]:
-        typer.echo(
-            "a curve could not be followed to its end: try more --harmonics, a shorter range, or "
-            "more damping of the gear meshes"
-        )
+    for cut in figures["cuts"]:
+        typer.echo(f"a curve is cut {cut}")
 
 
 def _lines(figures: dict[str, Any]) -> Iterator[str]:
@@ -270,7 +287,7 @@ def _lines(figures: dict[str, Any]) -> Iterator[str]:
         yield f"  peak at {row[share]:.4g}: gear-mesh force up to {force}"
     for row in figures["jumps"]:
         to = row["to_force_n"]
-        target = "" if to is None else f" to {with_unit(to, 'N')}"
+        target = f" to {with_unit(to, 'N')}" if to else ", to none or to one of several states here"
         moving = "rising" if row["sense"] == "up" else "falling"
         yield (
             f"  jump of a sweep of {moving} {over} at {row[share]:.4g}: from "
@@ -279,9 +296,10 @@ def _lines(figures: dict[str, Any]) -> Iterator[str]:
     for row in figures["stability_changes"][:LISTED]:
         if row["kind"] != KINDS[0]:
             yield f"  stability changes at {row[share]:.4g}: {row['kind']}"
-    for name, what in (("lost_contact", "teeth lose contact"), ("back_contact", "backs touch")):
+    for name, what in LINES.items():
         spans = [f"{a:.4g} to {b:.4g}" for a, b in figures[name]]
-        yield f"  {what}: {', '.join(spans) if spans else 'nowhere on stable branches'}"
+        if spans or name != "several_stable":
+            yield f"  {what}: {', '.join(spans) if spans else 'nowhere on stable branches'}"
 
 
 def _bands(data: xr.Dataset) -> list[dict[str, Any]]:

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from flexgear.analysis.continuation import Over, Range, curves
+from flexgear.analysis.continuation import Cut, Over, Range, curves
 from flexgear.analysis.harmonic_balance import SAMPLES, Balance, Orbit, converge
 from flexgear.analysis.orbit import OrbitElements, orbit_elements
 from flexgear.analysis.orbit_motion import recovery_of
@@ -36,14 +36,23 @@ FEWEST, MOST = 20, 40  # harmonics where none are asked for
 FLANK_SAMPLES, FINE_SAMPLES = 512, 64  # a harmonic: of all flanks together, and at most
 HIGHER = 2.0  # times the gear mesh's own frequency that harmonics reach at the lowest speed
 BESIDE = 0.03  # of the range: what is beside a turning point
+DOUBLING = "response, a state with twice as many harmonics"
 STABLE = 1e-5  # by which a multiplier of a stable state may exceed one: undamped modes have one
 
 
-@dataclass(frozen=True)
-class State:
-    """What is kept of a steady state: a row of the dataset by names of its variables."""
+CUTS = {
+    "forces": "teeth hammer with forces that rise without bound; more damping limits them",
+    "steps": "no steady state was found further on; try more harmonics or more damping",
+    "states": "it has too many steady states; take a shorter range",
+    "stopped": "stopped by the user; it goes on, and further curves were not looked for",
+}  # what ends a curve within the range
 
-    orbit: Orbit
+
+@dataclass(frozen=True)
+class State(Orbit):
+    """A steady state without its arrays over time, with its row of the dataset by names of
+    variables."""
+
     values: dict[str, Any]
 
 
@@ -70,20 +79,26 @@ def response(
     elements = _elements(model, number, count)
     train = condensed_train(elements, count)
     figures = _Figures(model, train)
-    branches, states = list[int](), list[State]()
-    complete = True
-    for k, curve in enumerate(curves(train, span, _Watch(figures, span, progress)), 1):
-        of_curve = [figures.states[id(orbit.unknown)] for orbit in curve.states]
-        states += of_curve
-        branches += [k] * len(of_curve)
-        complete = complete and curve.complete
-    progress("response", 1.0)
+    watch = _Watch(figures, span, progress)
+    branches, states, cuts = list[int](), list[State](), list[Cut]()
+    resonance = model.pace.resonance / elements.frequency
+    try:
+        for k, curve in enumerate(curves(train, span, watch, resonance), 1):
+            of_curve = [state for state in curve.states if isinstance(state, State)]
+            states += of_curve
+            branches += [k] * len(of_curve)
+            cuts += curve.cuts
+            watch.next_curve()
+    except KeyboardInterrupt:  # between two curves
+        if not states:
+            raise
+        cuts.append(Cut(span.value(states[-1].point), "stopped"))
     if not states:
         raise FlexgearError(
             "no steady state was found in this range: try another one, more --harmonics, or give "
             "the gear meshes damping"
         )
-    return _dataset(model, figures, span, states, np.array(branches), complete)
+    return _dataset(model, figures, span, states, np.array(branches), cuts, progress)
 
 
 def _range(
@@ -156,16 +171,30 @@ def _elements(model: Model, stage: int, harmonics: int) -> OrbitElements:
 
 
 class _Watch:
-    """Takes figures of every state as it is found, and lets what is large of it go."""
+    """Takes figures of every state as it is found, and reports how much of the range each curve
+    has passed; how many curves there are is not known before they are found."""
 
     def __init__(self, figures: _Figures, span: Range, progress: Progress) -> None:
         self.figures, self.span, self.progress = figures, span, progress
+        self.number, self.passed = 0, (math.inf, -math.inf)
+        self.next_curve()
+
+    def next_curve(self) -> None:
+        """Report the end of a curve and the search for the next one."""
+        if self.number:
+            self.progress(self._stage, 1.0)
+        self.number, self.passed = self.number + 1, (math.inf, -math.inf)
+
+    @property
+    def _stage(self) -> str:
+        return f"response, curve {self.number}"
 
     def __call__(self, orbit: Orbit) -> Orbit:
         """The state without its arrays over time."""
-        value = self.span.value(orbit.point)
-        share = (value - self.span.low) / (self.span.high - self.span.low)
-        self.progress("response", min(max(share, 0.0), 0.999))
+        value, (low, high) = self.span.value(orbit.point), self.passed
+        self.passed = min(low, value), max(high, value)
+        share = (self.passed[1] - self.passed[0]) / (self.span.high - self.span.low)
+        self.progress(self._stage, min(share, 0.999))
         return self.figures.take(orbit)
 
 
@@ -173,7 +202,7 @@ class _Figures:
     """Figures of states of one train."""
 
     def __init__(self, model: Model, train: CondensedTrain) -> None:
-        self.model, self.train, self.states = model, train, dict[int, State]()
+        self.model, self.train = model, train
         elements = train.elements
         stage = model.case.stages[elements.stage].name
         self.meshes = model.gear_meshes.of_stage(stage)
@@ -184,13 +213,12 @@ class _Figures:
         self.coast = (elements.owner[:, :, None] == opposite) & (opposite >= 0)
         self.supports = support_names(model)
 
-    def take(self, orbit: Orbit) -> Orbit:
-        """Note the figures of a state; the state without its arrays over time."""
+    def take(self, orbit: Orbit) -> State:
+        """A state with its figures."""
         values = {**self._stability(orbit), **self._of_meshes(orbit), **self._of_bearings(orbit)}
         nothing = np.zeros((2, 0, 0, 0))
         small = replace(orbit, force=nothing[0], displacement=nothing[0], tangents=nothing)
-        self.states[id(small.unknown)] = State(small, values)
-        return small
+        return State(**vars(small), values=values)
 
     def _stability(self, orbit: Orbit) -> dict[str, Any]:
         period = 1.0 / (self.train.elements.frequency * orbit.point.speed)
@@ -240,11 +268,12 @@ def _dataset(
     span: Range,
     states: list[State],
     branches: Array,
-    complete: bool,
+    cuts: list[Cut],
+    progress: Progress,
 ) -> xr.Dataset:
     elements = figures.train.elements
-    speed = np.array([s.orbit.point.speed for s in states])
-    load = np.array([s.orbit.point.load for s in states])
+    speed = np.array([s.point.speed for s in states])
+    load = np.array([s.point.load for s in states])
     arrays = {name: np.array([s.values[name] for s in states]) for name in states[0].values}
     arrays |= {
         "response_speed_share": speed,
@@ -255,14 +284,19 @@ def _dataset(
     }
     parameter = speed if span.over == "speed" else load
     arrays |= turning_points(parameter, branches, arrays)
+    stopped = any(cut.reason == "stopped" for cut in cuts)
+    progress(DOUBLING, 0.0)
+    change = math.nan if stopped else _doubling(figures.train, _typical(states, parameter, arrays))
+    progress(DOUBLING, 1.0)
     attrs = {
         "stage": model.case.stages[elements.stage].name,
         "over": "speed" if span.over == "speed" else "torque",
         "harmonics": figures.train.harmonics,
         "samples": elements.samples,
-        "complete": int(complete),
+        "complete": int(not cuts),
+        "cut": "\n".join(f"at {cut.value:.4g}: {CUTS[cut.reason]}" for cut in cuts),
         "left_out": "; ".join(elements.left_out),
-        "doubling_change": _doubling(figures.train, _typical(states, parameter, arrays)),
+        "doubling_change": change,
     }
     names = tuple(model.gear_meshes.names[g] for g in figures.meshes)
     labels = {"support": figures.supports, "measure": list(MEASURES)}
@@ -297,24 +331,23 @@ def _doubling(train: CondensedTrain, state: State | None) -> float:
     motion are rounding, of a train that its gear meshes do not excite."""
     if state is None:
         return math.nan
-    worst = state
     old = train.elements
     flanks = bool((old.flanks > train.modal.system.pairs.carries).any())
     elements: OrbitElements = orbit_elements(old.modal, old.stage, 2 * old.samples, flanks)
     finer = condensed_train(elements, 2 * train.harmonics)
-    balance = Balance(elements, finer.at(worst.orbit.point))
-    unknown, coarse = np.zeros(balance.size), worst.orbit.unknown
+    balance = Balance(elements, finer.at(state.point))
+    unknown, coarse = np.zeros(balance.size), state.unknown
     mixed = _between_bases(elements, old)
-    f, a = Balance(old, train.at(worst.orbit.point)).parts(coarse)
+    f, a = Balance(old, train.at(state.point)).parts(coarse)
     of_new = f @ np.linalg.pinv(mixed)
     unknown[: balance.q] = of_new[0].real
     both = np.stack([of_new[1:].real, of_new[1:].imag], axis=1).ravel()
     unknown[balance.q : balance.q + len(both)] = both
     unknown[balance.forces :] = a
-    orbit = converge(balance, worst.orbit.point, unknown)
+    orbit = converge(balance, state.point, unknown)
     if orbit is None:
         return math.nan
-    motion = worst.orbit.waves.motion @ mixed.T
+    motion = state.waves.motion @ mixed.T
     away = np.abs(orbit.waves.motion[::2] - motion).max(axis=0)
     rounding = 1e-6 * np.abs(motion).max()
     return float(np.max(away / np.maximum(np.ptp(motion, axis=0), rounding)))

@@ -9,6 +9,7 @@ import pytest
 from dead_zone import GEAR_MESH_HZ, DeadZone, case_text
 
 import flexgear
+from flexgear.analysis import stability
 from flexgear.analysis.continuation import Range, curves
 from flexgear.analysis.harmonic_balance import Balance, converge
 from flexgear.analysis.orbit import orbit_elements
@@ -154,6 +155,15 @@ def test_growth_in_time_is_that_of_the_largest_multiplier(train, curve, radius):
     # next to the lower turning point the share of contact is known by whole samples only
     assert np.median(away) < 5e-3
     assert max(away) < 0.1
+
+
+def test_both_ways_through_a_period_give_the_same_monodromy(train, curve, monkeypatch):
+    """Matrices of all steps at once, and changes taken from step to step."""
+    orbit = curve[len(curve) // 2]
+    at = vibrating(train, orbit.point), 1e-3, fewer_steps(orbit.tangents, 320)
+    at_once = monodromy(*at)
+    monkeypatch.setattr(stability, "SMALL", 0)
+    np.testing.assert_allclose(monodromy(*at), at_once, rtol=1e-9, atol=1e-12)
 
 
 def test_losses_over_a_period_stay_as_harmonics_double(modal):

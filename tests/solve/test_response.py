@@ -101,3 +101,59 @@ def test_a_gear_mesh_that_excites_nothing_carries_its_mean_force(pair):
 def test_what_is_no_range_is_one_line(pair, asked, problem):
     with pytest.raises(InputError, match=problem):
         pair.response(**asked)
+
+
+@pytest.fixture(scope="module", params=[2e-6, 0.0])
+def parting(request, tmp_path_factory):
+    """A pair whose teeth part, with an error of the gear mesh or without, and its whole curve."""
+    path = tmp_path_factory.mktemp("parting") / "pair.toml"
+    path.write_text(case_text(damping=0.05, error=request.param))
+    model = flexgear.load_case(path).assemble()
+    return model, model.response((0.4, 1.2), harmonics=8)
+
+
+def forces_at(data, over, value):
+    """Largest gear-mesh forces of all states at a speed or torque, rising."""
+    x = data[f"response_{over}_share"].to_numpy()
+    force = data["response_gear_mesh_force"].sel(measure="maximum").to_numpy()[:, 0]
+    same = np.diff(data["response_branch"].to_numpy()) == 0
+    at = np.flatnonzero(((x[:-1] - value) * (x[1:] - value) <= 0.0) & same)
+    w = (value - x[at]) / (x[at + 1] - x[at])
+    return np.sort((1 - w) * force[at] + w * force[at + 1])
+
+
+def test_a_range_within_the_hysteresis_has_all_branches(parting):
+    """Curves that join only beyond the range are in it: over speed; over torque at one speed, where
+    states without errors and back contact are as large as the torque."""
+    model, whole = parting
+    up, down = (float(x) for x in whole["turning_point_parameter"])
+    middle, width = 0.5 * (up + down), 0.2 * (up - down)
+    expected = forces_at(whole, "speed", middle)
+    assert len(expected) == 3
+    if model.case.stages[0].errors.sun_gear_mesh:
+        data = model.response((middle - width, middle + width), harmonics=8)
+        forces = forces_at(data, "speed", middle)
+    else:
+        data = model.response(torques=(1.5, 2.5), speed=middle, harmonics=8)
+        forces = 0.5 * forces_at(data, "torque", 2.0)
+    assert not data.sizes["turning_point"]
+    np.testing.assert_allclose(forces, expected, rtol=5e-3)
+
+
+@pytest.mark.parametrize("parting", [0.0], indirect=True)
+def test_a_stopped_response_keeps_its_states_and_says_where_it_is_cut(parting):
+    model, whole = parting
+
+    stops = [KeyboardInterrupt]
+
+    def stop(stage, share):
+        if share > 0.5 and stops:
+            raise stops.pop()
+
+    data = model.response((0.4, 1.2), harmonics=8, progress=stop)
+    count = data.sizes["point"]
+    assert 3 < count < whole.sizes["point"]
+    speed = data["response_speed_share"].to_numpy()
+    np.testing.assert_allclose(speed, whole["response_speed_share"][:count], rtol=1e-9)
+    assert data.attrs["complete"] == 0
+    assert data.attrs["cut"].startswith(f"at {speed[-1]:.4g}: stopped by the user")
