@@ -72,10 +72,15 @@ def reference_transient(
     def rows_at(theta: Array) -> tuple[Array, Array, Array, Array]:
         n, _ = build_rows(pairs, rows, theta, carrying)
         vectors = row_vectors(system, rows, n)
-        return vectors, rows.stiffness[:n].copy(), rows.damping[:n].copy(), rows.offset[:n].copy()
+        return (
+            vectors,
+            rows.row["stiffness"][:n].copy(),
+            rows.row["damping"][:n].copy(),
+            rows.row["offset"][:n].copy(),
+        )
 
     def forces(k: Array, c: Array, delta: Array, rate: Array) -> tuple[Array, Array, Array]:
-        sided = rows.sided[: len(k)] == 1
+        sided = rows.row["sided"][: len(k)] == 1
         return tuple(
             np.where(sided, a, b)
             for a, b in zip(law(k, c, delta, rate), (k * delta + c * rate, k, c), strict=True)

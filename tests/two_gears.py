@@ -83,8 +83,8 @@ class Exact:
         every = np.ones(len(pairs.s0), dtype=np.int64)
         n, _ = build_rows(pairs, rows, np.zeros(len(modal.angles)), every)
         self.rows = row_vectors(modal.system, rows, n)
-        self.k, self.c = rows.stiffness[:n].copy(), rows.damping[:n].copy()
-        self.gap = -rows.offset[:n]
+        self.k, self.c = rows.row["stiffness"][:n].copy(), rows.row["damping"][:n].copy()
+        self.gap = -rows.row["offset"][:n]
 
     def approach(self, y):
         """δ and δ̇ of the rows."""

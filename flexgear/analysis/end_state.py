@@ -14,7 +14,7 @@ import numpy as np
 
 from flexgear.analysis.kernels.contact_newton import first_memory
 from flexgear.analysis.kernels.energy import ENERGIES
-from flexgear.analysis.kernels.machines import PORT
+from flexgear.analysis.kernels.outer_forces import PORT
 from flexgear.analysis.kernels.step_arrays import State
 from flexgear.arrays import Array
 from flexgear.coupling.modal import ModalSystem

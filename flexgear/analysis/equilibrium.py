@@ -19,9 +19,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from flexgear.analysis.kernels.pair_loads import PairLoads, empty_pair_loads
-from flexgear.analysis.kernels.positions import Positions, solve_positions
-from flexgear.analysis.kernels.static_position import Held, position_work
+from flexgear.analysis.kernels.samples import PairLoads, empty_pair_loads
+from flexgear.analysis.kernels.static_position import (
+    Held,
+    Positions,
+    position_work,
+    solve_positions,
+)
 from flexgear.arrays import Array
 from flexgear.coupling.kernels.elements import law_functions
 from flexgear.coupling.modal import ModalSystem

@@ -44,8 +44,7 @@ from flexgear.analysis.modes import (
     other_springs,
 )
 from flexgear.arrays import Array, Ints
-from flexgear.coupling.kernels.elements import Rows, packed, pair_rows
-from flexgear.coupling.kernels.neighbours import between_rows
+from flexgear.coupling.kernels.elements import Rows, between_rows, packed, pair_rows
 from flexgear.coupling.kernels.pairs import build_rows, fill_rows
 from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.pair_data import PairData, carrying_flanks
@@ -236,13 +235,13 @@ def _positions(
             matrix = tangents[np.ix_(at, at)]
             if matrix.any():
                 rows = ends[m].coefficients(work, at, angles, theta[0])
-                damping = np.where(matrix.any(axis=1), work.damping[at], 0.0)
+                damping = np.where(matrix.any(axis=1), work.row["damping"][at], 0.0)
                 yield _Position(m, p, matrix, rows, damping)
 
 
 def _of_flanks(rows: Rows, n: int) -> Iterator[tuple[int, Ints]]:
     """Every flank among the first n rows, and its rows."""
-    owner = np.where(rows.kind[:n] >= 0, rows.owner[:n], -1)
+    owner = np.where(rows.row["kind"][:n] >= 0, rows.row["owner"][:n], -1)
     for m in np.unique(owner[owner >= 0]):
         yield int(m), np.flatnonzero(owner == m).astype(np.int64)
 
@@ -268,14 +267,14 @@ def _tangents(
     tangent = np.zeros((n, n))
     for pair in rows.pair[:count]:
         i, m, slot = int(pair["row"]), int(pair["mesh"]), int(pair["slot"])
-        if unloaded[m] or result is None or (rows.sided[i] == 0 and pair["rows"] == 1):
+        if unloaded[m] or result is None or (rows.row["sided"][i] == 0 and pair["rows"] == 1):
             rows_of_pair = slice(i, i + int(pair["rows"]))
-            tangent[rows_of_pair, rows_of_pair] = np.diag(rows.stiffness[rows_of_pair])
+            tangent[rows_of_pair, rows_of_pair] = np.diag(rows.row["stiffness"][rows_of_pair])
         elif pair["rows"] == 2:
             assert lines is not None  # pairs with two rows have slices
             tangent[i : i + 2, i : i + 2] = np.nan_to_num(lines.tangent[p, m, slot])
         elif result.pair_load[p, m, slot] > 0.0:
-            tangent[i, i] = rows.stiffness[i]
+            tangent[i, i] = rows.row["stiffness"][i]
     if rows.row["following"][:n].any():
         return np.asarray(np.linalg.solve(np.eye(n) + tangent @ between_rows(rows, n), tangent))
     return tangent
@@ -358,7 +357,7 @@ class FlankEnds:
         """Rows ``at`` on ``columns`` (n, c), teeth turned back by their advance since ``start``."""
         out = np.zeros((len(at), len(self.columns)))
         for row, i in zip(out, at, strict=True):
-            for a in range(int(rows.width[i])):
+            for a in range(int(rows.row["width"][i])):
                 block, wrench = int(rows.blocks[i, a]), rows.coef[i, a]
                 if block in self._of_block:
                     row[self._of_block[block]] += wrench

@@ -17,10 +17,8 @@ from numpy.typing import NDArray
 from scipy import linalg
 
 from flexgear.arrays import Array
-from flexgear.coupling.kernels.elements import Rows, pair_rows
-from flexgear.coupling.kernels.neighbours import row_stiffness
+from flexgear.coupling.kernels.elements import Rows, pair_rows, row_motions, row_stiffness
 from flexgear.coupling.kernels.pairs import build_rows
-from flexgear.coupling.mode_choice import row_motions
 from flexgear.coupling.pair_data import BEARING, SUPPORT, carrying_flanks
 from flexgear.coupling.system import System
 
@@ -88,7 +86,7 @@ def springs_at(system: System, input_angles: Array | float = 0.0) -> ContactSpri
     with their nominal stiffness."""
     rows, n = rows_at(system, input_angles)
     vectors, stiffness = row_vectors(system, rows, n), row_stiffness(rows, n)
-    kinds, owner = rows.kind[:n], rows.owner[:n]
+    kinds, owner = rows.row["kind"][:n], rows.row["owner"][:n]
     rows_of_mesh = [
         np.flatnonzero((kinds >= 0) & (owner == m)) for m in range(len(system.pairs.s0))
     ]
@@ -102,10 +100,10 @@ def other_springs(system: System, rows: Rows, n: int) -> dict[int, Springs]:
     """Springs of the supports and bearings among the first n rows, with nominal stiffness."""
     springs = {}
     for kind in (SUPPORT, BEARING):
-        at = np.flatnonzero(rows.kind[:n] == kind)
+        at = np.flatnonzero(rows.row["kind"][:n] == kind)
         if len(at):
             vectors = row_vectors(system, rows, n)[at]
-            springs[kind] = Springs(vectors, np.diag(rows.stiffness[at]))
+            springs[kind] = Springs(vectors, np.diag(rows.row["stiffness"][at]))
     return springs
 
 

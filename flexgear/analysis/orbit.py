@@ -24,10 +24,9 @@ import numpy as np
 
 from flexgear.analysis.gear_mesh_cycle import FlankEnds, cycle_angles, mean_channel_springs
 from flexgear.analysis.kernels.contact_newton import first_memory
-from flexgear.analysis.kernels.orbit_laws import evaluate_laws
+from flexgear.analysis.kernels.samples import evaluate_laws
 from flexgear.arrays import Array, Ints
-from flexgear.coupling.kernels.elements import Rows, law_functions, packed, pair_rows
-from flexgear.coupling.kernels.neighbours import between_rows
+from flexgear.coupling.kernels.elements import Rows, between_rows, law_functions, packed, pair_rows
 from flexgear.coupling.kernels.pairs import fill_rows
 from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.pair_data import LOAD, SUPPORT, PairData
@@ -247,15 +246,19 @@ class _Filling:
         """Enter sample j, at the angles (A,), with those of sample 0."""
         work = self.work
         n, count, _ = fill_rows(self.data, angles, self.flanks, work)
-        kinds = work.kind[:n]
+        kinds = work.row["kind"][:n]
         taken = np.flatnonzero((kinds != SUPPORT) & (kinds != LOAD))
         place = {int(i): k for k, i in enumerate(taken)}
         of_sample = []
         for i in taken:
-            owner = int(work.owner[i])
+            owner = int(work.row["owner"][i])
             carries = 1.0 if kinds[i] < 0 else float(self.pairs.carries[owner])
             values = np.array(
-                [work.offset[i], carries * work.stiffness[i], carries * work.damping[i]]
+                [
+                    work.row["offset"][i],
+                    carries * work.row["stiffness"][i],
+                    carries * work.row["damping"][i],
+                ]
             )
             if kinds[i] >= 0:
                 rows = self.coefficients[owner]
@@ -275,12 +278,12 @@ class _Filling:
         if j == 0:
             supports = np.flatnonzero(kinds == SUPPORT)
             self.support_rows = [
-                (self._on_channels(work, int(i)), float(work.stiffness[i])) for i in supports
+                (self._on_channels(work, int(i)), float(work.row["stiffness"][i])) for i in supports
             ]
 
     def _on_channels(self, work: Rows, i: int) -> Array:
         row = np.zeros(len(self.modal.channels))
-        for a in range(int(work.width[i])):
+        for a in range(int(work.row["width"][i])):
             at = 6 * int(work.blocks[i, a])
             row[at : at + 6] += work.coef[i, a]
         return row

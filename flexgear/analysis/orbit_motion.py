@@ -6,7 +6,7 @@ import numpy as np
 
 from flexgear.analysis.equilibrium import Equilibrium, pair_arrays
 from flexgear.analysis.harmonic_balance import Balance, Orbit, in_time
-from flexgear.analysis.kernels.pair_loads import empty_pair_loads
+from flexgear.analysis.kernels.samples import empty_pair_loads
 from flexgear.analysis.orbit_receptance import CondensedTrain
 from flexgear.analysis.recovery import Output, Recovery
 from flexgear.arrays import Array, Complex

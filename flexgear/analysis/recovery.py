@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexgear.analysis.equilibrium import Equilibrium
-from flexgear.analysis.kernels.rows_at_angles import all_forces
+from flexgear.analysis.kernels.samples import all_forces
 from flexgear.analysis.transient import Transient
 from flexgear.arrays import Array
 from flexgear.coupling.kernels.elements import packed, pair_rows

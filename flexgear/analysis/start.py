@@ -16,7 +16,7 @@ import numpy as np
 from flexgear.analysis.equilibrium import Equilibrium, revolution
 from flexgear.analysis.kernels.contact_newton import first_memory
 from flexgear.analysis.kernels.energy import ENERGIES
-from flexgear.analysis.kernels.machines import PORT
+from flexgear.analysis.kernels.outer_forces import PORT
 from flexgear.analysis.kernels.step_arrays import State
 from flexgear.analysis.step_space import rated_row
 from flexgear.arrays import Array

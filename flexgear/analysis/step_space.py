@@ -17,10 +17,16 @@ from flexgear.analysis.constant_springs import eliminated_springs
 from flexgear.analysis.kernels.active_dofs import AT_ONCE, COUNTS, ActiveDofs, Channels, DofVectors
 from flexgear.analysis.kernels.contact_newton import contact_problem, law_space
 from flexgear.analysis.kernels.energy import BOOKED, ENERGIES, Ledger
-from flexgear.analysis.kernels.frame_forces import FrameData
-from flexgear.analysis.kernels.machines import BRAKE, CONTROLLER, MACHINE, SPEED, port_space
-from flexgear.analysis.kernels.pair_loads import empty_pair_loads
+from flexgear.analysis.kernels.outer_forces import (
+    BRAKE,
+    CONTROLLER,
+    MACHINE,
+    SPEED,
+    FrameData,
+    port_space,
+)
 from flexgear.analysis.kernels.refinement import control
+from flexgear.analysis.kernels.samples import empty_pair_loads
 from flexgear.analysis.kernels.step import BETA, GAMMA, advance
 from flexgear.analysis.kernels.step_arrays import (
     ModalData,

@@ -13,9 +13,8 @@ import numpy as np
 from scipy import linalg
 
 from flexgear.arrays import Array
-from flexgear.coupling.kernels.elements import pair_rows
+from flexgear.coupling.kernels.elements import pair_rows, row_motions
 from flexgear.coupling.kernels.pairs import build_rows
-from flexgear.coupling.mode_choice import row_motions
 from flexgear.coupling.pair_data import PairData, carrying_flanks
 from flexgear.coupling.system import orthonormal_rigid
 from flexgear.model.errors import InputError
@@ -81,7 +80,7 @@ def holding_rows(pairs: PairData, blocks: Array, angles: int, more: Sequence[Arr
     """Rows (n, d) of what holds the bodies beside constant springs, at θ = 0: gear meshes, more."""
     rows = pair_rows(pairs)
     n, _ = build_rows(pairs, rows, np.zeros(angles), carrying_flanks(pairs))
-    return np.array([*row_motions(rows, n, blocks)[rows.kind[:n] >= 0], *more])
+    return np.array([*row_motions(rows, n, blocks)[rows.row["kind"][:n] >= 0], *more])
 
 
 def free_motions(rigid: Array, contact: Array) -> Array:

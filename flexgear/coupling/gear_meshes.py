@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from flexgear.arrays import Array, Ints
 from flexgear.coupling.faulty_teeth import FaultyTeeth
-from flexgear.coupling.laws import law_number
+from flexgear.coupling.laws import LAW_NUMBERS
 from flexgear.coupling.pair_data import (
     FACE_LOAD,
     FEWEST_SLOTS,
@@ -154,7 +154,7 @@ def pair_data(
         support_vector=vector,
         support_stiffness=stiffness,
         support_angle=turning,
-        bearing_law=np.array([law_number(b.law) for b in bearings], np.int64),
+        bearing_law=np.array([LAW_NUMBERS[b.law] for b in bearings], np.int64),
         bearing_block=np.array(bearing_blocks, np.int64).reshape(-1, 2),
         bearing_angle=np.array([(b.angle, -1) for b in bearings], np.int64).reshape(-1, 2),
         bearing_parameters=_padded([b.parameters for b in bearings]),

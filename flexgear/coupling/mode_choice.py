@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 from scipy import linalg
 
 from flexgear.arrays import Array
-from flexgear.coupling.kernels.elements import Rows, pair_rows
+from flexgear.coupling.kernels.elements import Rows, pair_rows, row_motions
 from flexgear.coupling.kernels.pairs import build_rows
 from flexgear.coupling.pair_data import carrying_flanks
 from flexgear.coupling.system import System
@@ -115,7 +115,7 @@ def mode_estimates(system: System, omega: Array, phi: Array, band_hz: float) -> 
     loss = _loss(omega[first:], system.damping.rate(omega[first:]), w)
     blocks = system.blocks @ np.hstack([system.rigid, phi])
     for rows, n in _positions(system):
-        stiffness = rows.stiffness[:n]
+        stiffness = rows.row["stiffness"][:n]
         at = np.flatnonzero(stiffness != 0.0)
         motion = row_motions(rows, n, blocks)[at] * np.sqrt(np.abs(stiffness[at]))[:, None]
         scaled = _scaled(system, omega, phi, motion, np.sign(stiffness[at]), w)
@@ -123,15 +123,6 @@ def mode_estimates(system: System, omega: Array, phi: Array, band_hz: float) -> 
     # exact sums fall with every mode; rounding may not
     out[first:] = np.maximum.accumulate(out[first:][::-1])[::-1]
     return out
-
-
-def row_motions(rows: Rows, n: int, blocks: Array) -> Array:
-    """Motion (n, c) of the first n rows, from the motion (6 n_b, c) of the contact blocks."""
-    width = rows.coef.shape[1]
-    used = np.arange(width) < rows.width[:n, None]
-    at = 6 * np.where(used, rows.blocks[:n], 0)[:, :, None] + np.arange(6)
-    coef = np.where(used[:, :, None], rows.coef[:n], 0.0)
-    return np.asarray(np.einsum("nwo,nwoc->nc", coef, blocks[at]))
 
 
 def _loss(omega: Array, damping: Array, w: float) -> Array:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from flexgear.arrays import Array
-from flexgear.coupling.laws import LAWS, law_number
+from flexgear.coupling.laws import LAW_NUMBERS, LAWS
 from flexgear.coupling.laws.law import CENTERING
 from flexgear.model.bearings import Bearing, at_height
 from flexgear.structures.bodies import turn
@@ -104,18 +104,18 @@ class LawBearing:
     @property
     def components(self) -> list[int]:
         """Components of ``rows`` that the law acts on."""
-        return list(LAWS[law_number(self.law)].components)
+        return list(LAWS[LAW_NUMBERS[self.law]].components)
 
     @property
     def held(self) -> Array:
         """Rows (k, d) of the relative motion that the law holds, those of a nominal stiffness."""
-        stiff = LAWS[law_number(self.law)].nominal(self.parameters) > 0.0
+        stiff = LAWS[LAW_NUMBERS[self.law]].nominal(self.parameters) > 0.0
         return np.asarray(self.relative[self.components][stiff])
 
     @property
     def has_parts(self) -> bool:
         """Whether the law says what parts of the bearing carry."""
-        return LAWS[law_number(self.law)].part_loads is not None
+        return LAWS[LAW_NUMBERS[self.law]].part_loads is not None
 
     @property
     def part_rows(self) -> int:
@@ -124,7 +124,7 @@ class LawBearing:
 
     def part_loads(self, motion: Array) -> Array:
         """What the bearing's parts carry at motions (t, 6), as the law says it, N."""
-        of_parts = LAWS[law_number(self.law)].part_loads
+        of_parts = LAWS[LAW_NUMBERS[self.law]].part_loads
         if of_parts is None:
             raise KeyError(f"the law {self.law!r} of {self.name} knows no parts")
         return of_parts(self.parameters, motion[:, self.components])
@@ -140,7 +140,7 @@ def laws_of(bearing: Bearing, viscosity: float | None = ANY) -> list[tuple[str, 
 def linear_part(bearing: Bearing, matrix: Array) -> Array:
     """Stiffness (6, 6) that stays a spring: all of a linear bearing, else without what laws act on
     in its place but for its centering."""
-    laws = [LAWS[law_number(name)] for name, _ in laws_of(bearing)]
+    laws = [LAWS[LAW_NUMBERS[name]] for name, _ in laws_of(bearing)]
     replaced = [component for law in laws if law.replaces for component in law.components]
     if not replaced:
         return matrix

@@ -21,7 +21,7 @@ import numpy as np
 import xarray as xr
 
 from flexgear.analysis.harmonic import GearMeshRows, SteadyState, steady_state
-from flexgear.analysis.kernels.rows_at_angles import read_offsets
+from flexgear.analysis.kernels.samples import read_offsets
 from flexgear.analysis.modes import row_vectors, rows_at
 from flexgear.arrays import Array, Complex
 from flexgear.coupling.kernels.elements import packed, pair_rows
@@ -105,10 +105,10 @@ class LinearTrain:
 def linear_train(system: System) -> LinearTrain:
     """Matrices of a train for which ``why_not_linear`` has no reason."""
     rows, n = rows_at(system)
-    vectors, at = row_vectors(system, rows, n), np.flatnonzero(rows.kind[:n] >= 0)
-    owner = rows.owner[at]
+    vectors, at = row_vectors(system, rows, n), np.flatnonzero(rows.row["kind"][:n] >= 0)
+    owner = rows.row["owner"][at]
     order = np.argsort(owner)
-    k, c = rows.stiffness[at][order], rows.damping[at][order]
+    k, c = rows.row["stiffness"][at][order], rows.row["damping"][at][order]
     load = np.zeros(system.size)
     for port in system.ports:
         if not port.reaction:

@@ -56,9 +56,9 @@ def dense_rows(modal, rows, n):
     own = len(modal.channels) - ports
     out = np.zeros((n, own + ports + 3 * len(pairs.s0)))
     for i in range(n):
-        m = rows.line[i]
-        out[i, own + ports + 2 * m : own + ports + 2 * m + 2] = 1.0, rows.along[i]
-        for a in range(rows.beyond[i], rows.width[i]):
+        m = rows.row["line"][i]
+        out[i, own + ports + 2 * m : own + ports + 2 * m + 2] = 1.0, rows.row["along"][i]
+        for a in range(rows.row["beyond"][i], rows.row["width"][i]):
             at = 6 * rows.blocks[i, a]
             out[i, at : at + 6] += rows.coef[i, a]
     return out
@@ -110,7 +110,9 @@ def test_rows_of_the_last_step_stay_among_the_dofs(modal):
     n, _, _ = fill_rows(data.elements, np.full(len(modal.angles), 0.3), front, work.rows)
     assert gathered(work.active, data.channels, work.rows, n, last, old)
     blocks = {
-        int(last.blocks[i, a]) for i in range(old) for a in range(last.beyond[i], last.width[i])
+        int(last.blocks[i, a])
+        for i in range(old)
+        for a in range(last.row["beyond"][i], last.row["width"][i])
     }
     assert (work.active.place[list(blocks)] >= 0).all()
 

@@ -22,16 +22,16 @@ def test_rows_are_their_line_and_blocks_beyond(rigid, hand):
     lines = action_lines(system.pairs, blocks)
     for angle in (0.0, 0.3, 2.1):
         rows, n = rows_at(system, angle)
-        assert (rows.line[:n] >= 0).all()
+        assert (rows.row["line"][:n] >= 0).all()
         for i in range(n):
             whole, beyond = np.zeros(6 * blocks), np.zeros(6 * blocks)
-            for a in range(rows.width[i]):
+            for a in range(rows.row["width"][i]):
                 at = slice(6 * rows.blocks[i, a], 6 * rows.blocks[i, a] + 6)
                 whole[at] += rows.coef[i, a]
-                if a >= rows.beyond[i]:
+                if a >= rows.row["beyond"][i]:
                     beyond[at] += rows.coef[i, a]
-            m = rows.line[i]
-            line = lines[2 * m] + rows.along[i] * lines[2 * m + 1]
+            m = rows.row["line"][i]
+            line = lines[2 * m] + rows.row["along"][i] * lines[2 * m + 1]
             np.testing.assert_allclose(line + beyond, whole, atol=1e-12)
 
 
@@ -44,7 +44,7 @@ def test_approach_is_the_radial_part_of_rows():
     approach = action_lines(pairs, blocks)[2 * count :]
     rows, n = rows_at(system)
     for i in range(n):
-        m = rows.line[i]
+        m = rows.row["line"][i]
         at = 6 * rows.blocks[i, 0]
         assert approach[m, at] == pytest.approx(rows.coef[i, 0, 0])
         assert np.count_nonzero(approach[m, at : at + 6]) == 1

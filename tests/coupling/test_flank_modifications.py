@@ -33,9 +33,11 @@ def approach(modal, angles, torque):
     for angle, eta in zip(angles, found.eta, strict=True):
         moved = modal.channel_modes @ eta
         rows, _ = rows_at(modal.system, angle)
-        row = next(i for i in range(len(rows.coef)) if modal.system.pairs.carries[rows.owner[i]])
-        at = 6 * rows.blocks[row, : rows.width[row], None] + np.arange(6)
-        coef = rows.coef[row, : rows.width[row]].copy()
+        row = next(
+            i for i in range(len(rows.coef)) if modal.system.pairs.carries[rows.row["owner"][i]]
+        )
+        at = 6 * rows.blocks[row, : rows.row["width"][row], None] + np.arange(6)
+        coef = rows.coef[row, : rows.row["width"][row]].copy()
         coef[:, 3:5] = 0.0  # tilts, of a row at another z
         out.append((coef * moved[at]).sum())
     return np.array(out), found.pair_load

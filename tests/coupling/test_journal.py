@@ -16,7 +16,7 @@ from flexgear.analysis.start import start_state
 from flexgear.coupling.build import build_system
 from flexgear.coupling.kernels.elements import pair_rows
 from flexgear.coupling.kernels.pairs import build_rows
-from flexgear.coupling.laws import law_number, respond
+from flexgear.coupling.laws import LAW_NUMBERS, respond
 from flexgear.coupling.modal import modal_system
 from flexgear.coupling.pair_data import carrying_flanks
 from flexgear.model.errors import FlexgearError, InputError
@@ -82,7 +82,7 @@ def test_the_film_is_the_half_of_reynolds_pressure_that_presses(x, y, vx, vy, sp
 
     parameters = [OIL, DIAMETER / 2, LENGTH, CLEARANCE, 1e-6, 5e8]
     motion = np.array([[x, y, 7.0], [vx, vy, speed]])
-    energy, force, _ = respond(law_number("journal"), parameters, motion)
+    energy, force, _ = respond(LAW_NUMBERS["journal"], parameters, motion)
     on_bore = [DIAMETER / 2 * integral(f) for f in (np.cos, np.sin)]
     assert -force[0, :2] == pytest.approx(on_bore, rel=1e-6)
     shear = 2 * np.pi * OIL * (DIAMETER / 2) ** 3 * LENGTH
@@ -109,7 +109,7 @@ def test_stiffness_and_damping_are_those_of_the_short_bearing(eccentricity):
     e, scale = eccentricity, OIL * DIAMETER / 2 * LENGTH**3 / CLEARANCE**3
     parameters = [OIL, DIAMETER / 2, LENGTH, CLEARANCE, 1e-7, 5e8]
     motion = np.array([[e * CLEARANCE, 0, 0], [0, 0, 20.0]])
-    _, force, tangent = respond(law_number("journal"), parameters, motion)
+    _, force, tangent = respond(LAW_NUMBERS["journal"], parameters, motion)
     radial, across = e**2 / (1 - e**2) ** 2, np.pi * e / (4 * (1 - e**2) ** 1.5)
     assert force[0, :2] == pytest.approx(
         20 * scale * CLEARANCE * np.array([radial, -across]), rel=1e-9
@@ -211,9 +211,9 @@ def test_a_small_change_of_torque_rings_down_as_the_coefficients_say(tmp_path):
     n, _ = build_rows(
         system.pairs, rows, np.zeros(len(system.angles)), carrying_flanks(system.pairs)
     )
-    teeth = row_vectors(system, rows, n)[rows.kind[:n] >= 0]
-    stiffness += (teeth.T * rows.stiffness[: len(teeth)]) @ teeth
-    damping += (teeth.T * rows.damping[: len(teeth)]) @ teeth
+    teeth = row_vectors(system, rows, n)[rows.row["kind"][:n] >= 0]
+    stiffness += (teeth.T * rows.row["stiffness"][: len(teeth)]) @ teeth
+    damping += (teeth.T * rows.row["damping"][: len(teeth)]) @ teeth
     speed, scale = -100 * np.pi / 30 * PLANET, OIL * DIAMETER / 2 * LENGTH**3 / CLEARANCE**3
     for bearing in system.bearings:
         v = bearing.relative[[0, 1, 5]]

@@ -44,7 +44,7 @@ def estimates(system, solved):
 
 def contact(system, angle=OTHER):
     rows, n = rows_at(system, angle)
-    return row_vectors(system, rows, n), rows.stiffness[:n].copy()
+    return row_vectors(system, rows, n), rows.row["stiffness"][:n].copy()
 
 
 def closed(system, angle=OTHER):
@@ -67,12 +67,12 @@ def kept_flexibility(modal, w, angle=OTHER):
     rows, n = rows_at(modal.system, angle)
     c = np.zeros((n, len(modal.channels)))
     for i in range(n):
-        for a in range(rows.width[i]):
+        for a in range(rows.row["width"][i]):
             at = 6 * rows.blocks[i, a]
             c[i, at : at + 6] += rows.coef[i, a]
     p = c @ modal.channel_modes
     answer = 1 / (modal.omega**2 - w**2 + 1j * w * modal.damping)
-    return np.diag(1 / rows.stiffness[:n]) + (p * answer) @ p.T + c @ modal.residual @ c.T
+    return np.diag(1 / rows.row["stiffness"][:n]) + (p * answer) @ p.T + c @ modal.residual @ c.T
 
 
 def measure(system, solved, w, angle=OTHER):

@@ -9,7 +9,7 @@ from train_contexts import rigid_stage
 from flexgear.analysis.equilibrium import revolution
 from flexgear.analysis.line_loads import gear_mesh_stiffness, interpolated, line_loads
 from flexgear.analysis.modes import rows_at
-from flexgear.coupling.kernels.neighbours import row_stiffness
+from flexgear.coupling.kernels.elements import row_stiffness
 from flexgear.coupling.pair_data import OF_LINE
 from flexgear.gears.paths import stage_paths
 from flexgear.gears.power_flow import power_flow
@@ -154,7 +154,7 @@ def test_equilibria_close_and_slices_add_up(model, turned):
 def test_modes_have_the_flexibility_that_rows_have(model):
     """(1/k and B)⁻¹ of the rows on the path; what is off it has no nominal stiffness."""
     rows, n = rows_at(model[0].system)
-    stiffness, k = row_stiffness(rows, n), rows.stiffness[:n]
+    stiffness, k = row_stiffness(rows, n), rows.row["stiffness"][:n]
     np.testing.assert_allclose(stiffness, stiffness.T, rtol=1e-9, atol=1e-9 * k.max())
     on = np.flatnonzero(k > 1e-6 * k.max())
     flexibility = np.linalg.inv(stiffness[np.ix_(on, on)])

@@ -11,7 +11,7 @@ from flexgear.analysis.equilibrium import revolution
 from flexgear.analysis.recovery import Recovery
 from flexgear.analysis.transient import Drive
 from flexgear.coupling.build import build_system
-from flexgear.coupling.laws import law_number, respond
+from flexgear.coupling.laws import LAW_NUMBERS, respond
 from flexgear.coupling.laws.rollers import roller_loads, roller_parameters, roller_stiffness
 from flexgear.coupling.modal import modal_system
 from flexgear.model.bearings import Rollers
@@ -22,7 +22,7 @@ N = 10 / 9
 
 def force_of(rollers, motion):
     parameters, motion = np.array(roller_parameters(rollers, 1e9, 1e6)), [motion, np.zeros(4)]
-    return respond(law_number("rollers"), parameters, np.array(motion))[1][0]
+    return respond(LAW_NUMBERS["rollers"], parameters, np.array(motion))[1][0]
 
 
 def load_integral(share):

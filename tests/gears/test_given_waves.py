@@ -42,8 +42,8 @@ def stiffness(folder, wave, angles):
     for values, angle in zip(out, angles, strict=True):
         theta = system.theta(np.array([angle]))
         n, _ = build_rows(system.pairs, rows, theta, np.ones(2, np.int64))
-        of_flank = np.flatnonzero(rows.kind[:n] >= 0)
-        values[rows.owner[of_flank]] = rows.stiffness[of_flank]
+        of_flank = np.flatnonzero(rows.row["kind"][:n] >= 0)
+        values[rows.row["owner"][of_flank]] = rows.row["stiffness"][of_flank]
     return out
 
 

@@ -38,7 +38,7 @@ class BareData(NamedTuple):
 def bare_data(modal: ModalSystem, time_step: float) -> BareData:
     """Sizes and numbers of the stage at the starting position."""
     rows, n = rows_at(modal.system)
-    width = rows.width[:n].copy()
+    width = rows.row["width"][:n].copy()
     blocks = rows.blocks[:n]
     used = np.unique(np.concatenate([blocks[i, : width[i]] for i in range(n)]))
     local = {int(b): 6 * k for k, b in enumerate(used)}
@@ -55,8 +55,8 @@ def bare_data(modal: ModalSystem, time_step: float) -> BareData:
         place,
         width,
         rows.coef[:n].copy(),
-        rows.stiffness[:n].copy(),
-        rows.offset[:n].copy(),
+        rows.row["stiffness"][:n].copy(),
+        rows.row["offset"][:n].copy(),
     )
 
 

@@ -89,8 +89,13 @@ class DenseSteps:
         system = self.modal.system
         n, _ = build_rows(system.pairs, rows, theta, wanted)
         vectors = np.zeros((n, system.size))
-        expand(rows.coef, rows.blocks, rows.width, system.blocks, vectors)
-        return vectors, rows.stiffness[:n].copy(), rows.damping[:n].copy(), rows.offset[:n].copy()
+        expand(rows.coef, rows.blocks, rows.row["width"], system.blocks, vectors)
+        return (
+            vectors,
+            rows.row["stiffness"][:n].copy(),
+            rows.row["damping"][:n].copy(),
+            rows.row["offset"][:n].copy(),
+        )
 
     def _solver(self, vectors: Array, weight: Array, brake: float):
         """right, active -> accelerations; what does not depend on the set is done once."""

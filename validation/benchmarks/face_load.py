@@ -12,7 +12,7 @@ from benchmarks.stages import steady_run
 from benchmarks.timing import interleaved
 from flexgear.analysis.equilibrium import revolution
 from flexgear.analysis.modes import row_vectors, rows_at
-from flexgear.coupling.kernels.neighbours import between_rows
+from flexgear.coupling.kernels.elements import between_rows
 from flexgear.coupling.laws.slices import COUNT, FIRST
 from flexgear.model.load import load_case
 from flexgear.solve.model import Model, assemble
@@ -120,7 +120,7 @@ def dense_position(model: Model, angle: float) -> np.ndarray:
     rows, n = rows_at(system, angle)
     share, flexibility, (scale, limit), gap, owner = _slices(rows, n)
     flexibility = flexibility + share @ between_rows(rows, n) @ share.T
-    vectors, free = share @ row_vectors(system, rows, n), share @ rows.offset[:n] - gap
+    vectors, free = share @ row_vectors(system, rows, n), share @ rows.row["offset"][:n] - gap
     d, count = system.size, len(gap)
     left, right = np.zeros((d + 1 + count, d + 1 + count)), np.zeros(d + 1 + count)
     left[:d, :d], left[:d, d], left[d, :d] = (
@@ -175,7 +175,7 @@ def _slices(rows, n: int):
         scales.append(a)
         limits.append(limit)
         gaps.append(g)
-        owners.append(np.full(count, rows.owner[first]))
+        owners.append(np.full(count, rows.row["owner"][first]))
     contact = np.concatenate(scales), np.concatenate(limits)
     owner, gap = np.concatenate(owners), np.concatenate(gaps)
     return np.vstack(shares), sla.block_diag(*blocks), contact, gap, owner

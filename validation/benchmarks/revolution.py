@@ -80,7 +80,11 @@ def dense_position(system: System, angle: float) -> np.ndarray:
     """Motion (d,) without rolling: [K + V^T k V, o; input_angles, 0] [q; T] = [load; 0], pairs in
     tension dropped until none is left."""
     rows, n = rows_at(system, angle)
-    vectors, k, offset = row_vectors(system, rows, n), rows.stiffness[:n], rows.offset[:n]
+    vectors, k, offset = (
+        row_vectors(system, rows, n),
+        rows.row["stiffness"][:n],
+        rows.row["offset"][:n],
+    )
     d = system.size
     left, right = np.zeros((d + 1, d + 1)), np.zeros(d + 1)
     left[:d, d], left[d, :d] = system.ports[-1].row, system.input_rows[0]

@@ -16,6 +16,7 @@ import numpy as np
 
 from flexgear.analysis.kernels.active_dofs import channel_motion, dof_motion
 from flexgear.compiled import INNER, PART, njit
+from flexgear.coupling.kernels.pairs import of_blocks
 
 GAP = 0.3  # of the backlash: what else than the look may close until the next one
 PITCH = 4e-4  # of the base pitch: the same where there is hardly a backlash
@@ -84,10 +85,7 @@ def look_at_rest(gears, rows, pairs, theta, motion, m, active_flanks):
     r, count, delta = rows.pair[best].row, rows.pair[best].rows, 0.0
     radial = -mesh.cos_b * mesh.normal_x * motion[6 * rows.blocks[r, 0]]
     for i in range(r, r + count):
-        for a in range(rows.row[i].width):
-            base = 6 * rows.blocks[i, a]
-            for p in range(6):
-                delta += rows.coef[i, a, p] * motion[base + p] / count
+        delta += of_blocks(rows, i, motion) / count
     c = 6 * rows.blocks[r, 1]
     x, y, turned = motion[c], motion[c + 1], motion[c + 5]
     if mesh.per_tooth == 1:

@@ -25,21 +25,9 @@ from flexgear.analysis.kernels.row_receptances import place_rows, row_value
 from flexgear.analysis.kernels.vectors import put
 from flexgear.arrays import Array
 from flexgear.compiled import FAST, INNER, PART, ZERO, njit
-from flexgear.coupling.kernels.elements import Rows
-from flexgear.coupling.kernels.neighbours import neighbour_energy
+from flexgear.coupling.kernels.elements import Rows, neighbour_energy
 from flexgear.coupling.pair_data import LOAD
 
-ENERGIES = (
-    "kinetic",
-    "elastic",
-    "pair_elastic",
-    "input_work",
-    "brake_work",
-    "damping_work",
-    "pair_damping_work",
-    "parametric_work",
-    "load_work",
-)
 LEFT_OVER = {  # what is stored less what entered
     "kinetic": 1.0,
     "elastic": 1.0,
@@ -51,6 +39,7 @@ LEFT_OVER = {  # what is stored less what entered
     "parametric_work": -1.0,
     "load_work": -1.0,
 }
+ENERGIES = tuple(LEFT_OVER)
 KINETIC, ELASTIC, ELEMENTS, INPUT, BRAKE, DAMPING, LOST, PARAMETRIC, LOADED = range(9)
 BOOKED = np.dtype(
     [(name, np.int64) for name in ("tracked", "rows", "elements")]
@@ -62,9 +51,7 @@ LAST, FRESH, SPARE = range(3)
 class Ledger(NamedTuple):
     """Rows of the last step, and work space; row vectors are (R,)."""
 
-    booked: (
-        Any  # (1,) BOOKED: whether energy is tracked; rows, elements, potential of the last step
-    )
+    booked: Any  # (1,) BOOKED: whether energy is tracked; rows, elements, potential of the last one
     rows: Rows
     lost: Array  # (3, R) force without a potential of the last step and of this one, N; work
     now: Array  # (2, R) δ at the new motion, and a rate of zero

@@ -337,15 +337,3 @@ def row_products(rows, n, matrix, local, y, out):
                     total += rows.coef[i, a, p] * y[at + p]
             out[i, j] = total
             out[j, i] = total
-
-
-@njit(**INNER)
-def row_values(rows, n, vector, out):
-    """out[i] = V_iᵀ u for a channel vector u."""
-    for i in range(n):
-        total = 0.0
-        for a in range(rows.row[i].width):
-            base = 6 * rows.blocks[i, a]
-            for p in range(6):
-                total += rows.coef[i, a, p] * vector[base + p]
-        out[i] = total

@@ -1,4 +1,5 @@
-"""The contact problem of one position at rest: assembled, solved and checked by substitution.
+"""Contact problems of positions at rest: assembled, solved and checked by substitution, each until
+coast flanks and laws agree with its answer.
 
 Rows F = k (Vᵀ u + e), or the linearised law of their element (``contact_newton``), with u = P a + S
 f, the balance P_rᵀ f = 0 of the rigid motions and the given rotations make one symmetric
@@ -15,8 +16,19 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from flexgear.analysis.kernels.contact_newton import LawSpace, first_memory, law_space, start_guess
+from flexgear.analysis.kernels.coast_flanks import look_at_rest
+from flexgear.analysis.kernels.contact_newton import (
+    AGREES,
+    TOUCHING,
+    LawSpace,
+    disagree,
+    first_memory,
+    law_space,
+    start_guess,
+)
+from flexgear.analysis.kernels.samples import note_loads
 from flexgear.analysis.kernels.static_contact import (
     EXACT,
     LOOSE,
@@ -25,15 +37,21 @@ from flexgear.analysis.kernels.static_contact import (
     refine_set,
     release,
     row_products,
-    row_values,
     solve_set,
 )
 from flexgear.analysis.kernels.vectors import dot, fill, put
 from flexgear.arrays import Array, Ints
-from flexgear.compiled import INNER, PART, ZERO, njit
-from flexgear.coupling.kernels.elements import Elements, Rows, packed, pair_rows
-from flexgear.coupling.kernels.neighbours import add_neighbours, yield_to_neighbours
-from flexgear.coupling.kernels.pairs import fill_rows
+from flexgear.compiled import FAST, INNER, PART, UNCOUNTED, ZERO, njit
+from flexgear.coupling.kernels.elements import (
+    Elements,
+    Rows,
+    add_neighbours,
+    freeze_neighbours,
+    packed,
+    pair_rows,
+    yield_to_neighbours,
+)
+from flexgear.coupling.kernels.pairs import add_to_blocks, fill_rows, of_blocks
 from flexgear.coupling.pair_data import PairData
 
 CLOSURE = 1e-8
@@ -68,7 +86,8 @@ class PositionWork(NamedTuple):
 
 
 def position_work(pairs: PairData, train: Held, ports: int, rates: Array) -> PositionWork:
-    """Work space for a train with that many ports; rates (6 B,): of its blocks in rolling."""
+    """Work space of a train's positions; ports: their number; rates (6 B,): of its blocks in
+    rolling."""
     rows = pair_rows(pairs)
     channels, extra = train.moved.shape
     count, size = len(rows.row), len(rows.row) + extra + 1
@@ -108,9 +127,8 @@ def _row_motions(n, port_torques, train, work):
     release(work.local, m)
     for c in range(flex.shape[0]):
         channel_force[c] = dot(port_torques, flex[c, first:])
-    row_values(rows, n, channel_force, work.contact.free)
     for i in range(n):
-        work.contact.free[i] += rows.row[i].offset
+        work.contact.free[i] = of_blocks(rows, i, channel_force) + rows.row[i].offset
 
 
 @njit(**INNER)
@@ -190,10 +208,7 @@ def _closure(n, count, port_torques, train, work, x):
     first, r = nc - ports, balance.shape[1] - free
     fill(forces, 0.0)
     for i in range(n):
-        for a in range(rows.row[i].width):
-            base = 6 * rows.blocks[i, a]
-            for p in range(6):
-                forces[base + p] -= x[i] * rows.coef[i, a, p]
+        add_to_blocks(rows, i, -x[i], forces)
     for q in range(ports):
         forces[first + q] = port_torques[q]
     for f in range(free):
@@ -202,9 +217,8 @@ def _closure(n, count, port_torques, train, work, x):
         motion[c] = dot(flex[c], forces)
         for e in range(r):
             motion[c] += train.moved[c, e] * x[n + e]
-    row_values(rows, n, motion, delta)
     for i in range(n):
-        delta[i] += rows.row[i].offset
+        delta[i] = of_blocks(rows, i, motion) + rows.row[i].offset
     yield_to_neighbours(rows, n, x, delta)
     worst, largest = _law_imbalance(count, rows, space, delta, x)
     left, scale, sound = 0.0, 1e-300, 0.0 * worst
@@ -257,3 +271,112 @@ def solve_position(laws, theta, port_torques, forward, active_flanks, train, wor
         if closure <= CLOSURE:
             break
     return n, count, pairs, closure
+
+
+LOOKS = 60  # tries to agree on coast flanks and on linearised laws
+DEEP = 0.01  # base pitches: a start at which all slices of a flank touch
+CAUTIOUS = 20  # of them after which laws go half way only
+
+
+class Positions(NamedTuple):
+    """Positions: what is given and what is found, as ``Equilibrium`` has it."""
+
+    theta: Array
+    port_torques: Array
+    torques: Array
+    eta: Array
+    active_flanks: NDArray[np.int64]
+    closure: Array
+
+
+@njit(**INNER, fastmath=FAST)
+def modal_part(elastic, forces, omega2, first, eta):
+    """eta[first:] = Φᵀ f / ω² from the channels' elastic modes (n_c, n)."""
+    part = eta[first:]
+    fill(part, 0.0)
+    for c in range(forces.shape[0]):
+        f = forces[c]
+        if f != 0.0:
+            for j in range(part.shape[0]):
+                part[j] += f * elastic[c, j]
+    for j in range(part.shape[0]):
+        part[j] /= omega2[j]
+
+
+@njit(**INNER)
+def _coast_flanks_agree(gears, rows, pairs, theta, motion, active_flanks):
+    """Whether no coast flank has come near that is not looked at; looks at those from now on."""
+    agreed, meshes = True, gears.mesh
+    for m in range(meshes.shape[0]):
+        b = meshes[m].opposite
+        if b >= 0 and active_flanks[b] == 0:
+            look_at_rest(gears, rows, pairs, theta, motion, m, active_flanks)
+            agreed = agreed and active_flanks[b] == 0
+    return agreed
+
+
+@njit(**INNER)
+def _start_slices(meshes, forward, memory):
+    """Slices of flanks that do not carry start open; of those that do, where they were last, or
+    with all of them touching where they were open."""
+    for m in range(meshes.shape[0]):
+        if meshes[m].slices == 0:
+            continue
+        carries = (meshes[m].carries == 1) == forward
+        first = meshes[m].places * m
+        for place in range(first, first + meshes[m].places):
+            for a in range(2):
+                if not carries:
+                    memory[place, 0, a] = -TOUCHING
+                elif memory[place, 0, a] < 0.0:
+                    memory[place, 0, a] = DEEP * meshes[m].pitch
+
+
+@njit(**PART)
+def _solve_one(laws, theta, port_torques, forward, train, work, out, active_flanks):
+    """One position until coast flanks and laws agree; (rows, tooth pairs, closure)."""
+    gears, rows, motion = work.elements.gears, work.rows, work.channels[0]
+    meshes = gears.mesh
+    memory = work.memory
+    for m in range(meshes.shape[0]):
+        active_flanks[m] = meshes[m].carries if forward else 1
+    _start_slices(meshes, forward, memory)
+    n, pairs, closure = ZERO, ZERO, 0.0
+    for look in range(LOOKS):
+        n, count, pairs, closure = solve_position(
+            laws, theta, port_torques, forward, active_flanks, train, work, out
+        )
+        if not closure <= CLOSURE:
+            break
+        share = 0.5 if look > CAUTIOUS else 1.0
+        if disagree(laws, work, count, out, AGREES, share):
+            continue  # coast flanks are near or far only where all laws hold
+        if _coast_flanks_agree(gears, rows, pairs, theta, motion, active_flanks):
+            break
+    return n, pairs, closure
+
+
+@njit(**UNCOUNTED, nogil=True)
+def solve_positions(laws, span, forward, train, modes, work, out, solutions, loads):
+    """Solve the positions of a span; results go to ``solutions`` and ``loads``. Returns the number
+    of the position that failed, or the end of the span, and that position's closure."""
+    elastic, omega2 = modes
+    rows, delta, channel_forces = work.rows, work.delta[0], work.channels[1]
+    angles, port_torques, torques = solutions.theta, solutions.port_torques, solutions.torques
+    reactions = train.reactions
+    r = train.moved.shape[1] - reactions.shape[0]
+    for p in range(span[0], span[1]):
+        n, pairs, closure = _solve_one(
+            laws, angles[p], port_torques[p], forward[p], train, work, out,
+            solutions.active_flanks[p],
+        )  # fmt: skip
+        if not closure <= CLOSURE:
+            return p, closure
+        solutions.closure[p] = closure
+        for f in range(reactions.shape[0]):
+            torques[p, reactions[f]] = -out[n + r + f]
+        put(solutions.eta[p], out[n : n + r])
+        modal_part(elastic, channel_forces, omega2, r, solutions.eta[p])
+        freeze_neighbours(rows, n, out)
+        note_loads(rows, n, pairs, out, delta, p, loads)
+    return span[1], 0.0

@@ -38,16 +38,16 @@ from flexgear.analysis.kernels.eliminated_springs import (
     place_in_problem,
 )
 from flexgear.analysis.kernels.energy import motion_before, settle
-from flexgear.analysis.kernels.frame_forces import rotating_forces, set_loads
-from flexgear.analysis.kernels.machines import (
+from flexgear.analysis.kernels.outer_forces import (
     add_machines,
     carry_on,
     hold_at_instant,
     machine_torques,
     moved_energy,
     prescribe,
+    rotating_forces,
+    set_loads,
 )
-from flexgear.analysis.kernels.pair_loads import note_loads
 from flexgear.analysis.kernels.refinement import after_step, choose_level, step_error
 from flexgear.analysis.kernels.row_receptances import (
     add_row,
@@ -55,9 +55,10 @@ from flexgear.analysis.kernels.row_receptances import (
     row_receptances,
     row_value,
 )
+from flexgear.analysis.kernels.samples import note_loads
 from flexgear.analysis.kernels.vectors import add, dot, fill, put
 from flexgear.compiled import FAST, INNER, PART, UNCOUNTED, njit
-from flexgear.coupling.kernels.neighbours import add_neighbours, freeze_neighbours
+from flexgear.coupling.kernels.elements import add_neighbours, freeze_neighbours
 from flexgear.coupling.kernels.pairs import fill_rows
 from flexgear.coupling.laws import HELD_RATE_LAW
 from flexgear.coupling.pair_data import LOAD

@@ -11,9 +11,8 @@ from flexgear.analysis.kernels.active_dofs import ActiveDofs, Channels, DofVecto
 from flexgear.analysis.kernels.contact_newton import ContactProblem, LawSpace
 from flexgear.analysis.kernels.eliminated_springs import EliminatedSprings
 from flexgear.analysis.kernels.energy import Ledger
-from flexgear.analysis.kernels.frame_forces import FrameData
-from flexgear.analysis.kernels.machines import PortSpace
-from flexgear.analysis.kernels.pair_loads import PairLoads
+from flexgear.analysis.kernels.outer_forces import FrameData, PortSpace
+from flexgear.analysis.kernels.samples import PairLoads
 from flexgear.arrays import Array
 from flexgear.coupling.kernels.elements import Elements, Rows
 

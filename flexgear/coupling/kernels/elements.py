@@ -2,6 +2,12 @@
 
 The same data as ``PairData``, as records: one of a gear mesh, one of a runout, one of a row that is
 always there. A few contiguous arrays are cheap to hand over and to compile for; fifty are not.
+
+Neighbouring tooth pairs of a gear mesh yield to each other through the bodies below their teeth.
+Rows of pairs in slices whose influence is computed close by δ = Vᵀu + e − Σ B F', F' being the
+forces of the two pairs before and the two after: a flexibility between rows beside that of the
+train, linear and without mass, B from ``gears.slices``. What is known of it stands in the rows
+themselves.
 """
 
 from __future__ import annotations
@@ -12,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexgear.arrays import Array, Ints
+from flexgear.compiled import INNER, njit
 from flexgear.coupling.laws import (
     COUPLED_SLICES_ALWAYS_LAW,
     COUPLED_SLICES_LAW,
@@ -23,7 +30,6 @@ from flexgear.coupling.laws import (
     SLICES_ALWAYS_LAW,
     SLICES_LAW,
     functions,
-    most_rows,
 )
 from flexgear.coupling.laws.slices import FIRST
 from flexgear.coupling.pair_data import (
@@ -106,16 +112,16 @@ class Elements(NamedTuple):
 class Rows(NamedTuple):
     """Work space of one evaluation: rows, the tooth pairs in them, and the elements they form."""
 
-    row: (
-        Records  # (R,) ROW: kind of a gear mesh ≥ 0, SUPPORT, BEARING or LOAD; owner: gear mesh, or
-    )
-    # number among the other rows; sided: 1 where it can only push; width: blocks; line: gear mesh
-    # whose line of action holds the first blocks, −1 none, and beyond: the first it does not hold;
-    # along: ζ on this line, m; stiffness N/m; damping N s/m; offset: error − gap, m; after: first
-    # row of the next pair, following: how many rows from there on yield to this one; dof: first
-    # active dof of its line, of a machine's row that of its port, −1 none; since: first active dof
-    # behind lines and ports that the row or one after it acts on; parts: bits of the parts of the
-    # train that its blocks are on (``analysis.kernels.active_dofs``)
+    # (R,) ROW: kind of a gear mesh ≥ 0, SUPPORT, BEARING or LOAD; owner: gear mesh, or number among
+    # the other rows; sided: 1 where it can only push; width: blocks; line: gear mesh whose line of
+    # action holds the first blocks, −1 none, and beyond: the first it does not hold; along: ζ on
+    # this line, m; stiffness N/m, nominal of a bearing with a law of its own; damping N s/m;
+    # offset: error − gap, m; after: first row of the next pair, following: how many rows from there
+    # on yield to this one; dof: first active dof of its line, of a machine's row that of its port,
+    # −1 none; since: first active dof behind lines and ports that the row or one after it acts on;
+    # parts: bits of the parts of the train that its blocks are on
+    # (``analysis.kernels.active_dofs``)
+    row: Records
     yields: Array  # (R, FOLLOWING) m/N, by which a row yields to forces on those that follow it
     blocks: Ints  # (R, B)
     place: NDArray[np.uint64]  # (R, B) first active dof of a block beyond
@@ -123,56 +129,6 @@ class Rows(NamedTuple):
     pair: Records  # (P,) PAIR: its first row and how many; share of their load; s, z on its path, m
     element: Records  # (E,) ELEMENT: law, first row, rows, place in what a step carries on
     parameters: Array  # (E, p) of the laws
-
-    @property
-    def kind(self) -> Ints:
-        """Kind of every row (R,)."""
-        return self.row["kind"]  # type: ignore[no-any-return]
-
-    @property
-    def owner(self) -> Ints:
-        """Gear mesh of every row, or its number among the others (R,)."""
-        return self.row["owner"]  # type: ignore[no-any-return]
-
-    @property
-    def sided(self) -> Ints:
-        """1 where a row can only push (R,)."""
-        return self.row["sided"]  # type: ignore[no-any-return]
-
-    @property
-    def width(self) -> Ints:
-        """Blocks of every row (R,)."""
-        return self.row["width"]  # type: ignore[no-any-return]
-
-    @property
-    def line(self) -> Ints:
-        """Gear mesh whose line of action holds the first blocks of a row, −1 none (R,)."""
-        return self.row["line"]  # type: ignore[no-any-return]
-
-    @property
-    def along(self) -> Array:
-        """ζ of every row on its line of action (R,), m."""
-        return self.row["along"]  # type: ignore[no-any-return]
-
-    @property
-    def beyond(self) -> Ints:
-        """First block of every row that its line of action does not hold (R,)."""
-        return self.row["beyond"]  # type: ignore[no-any-return]
-
-    @property
-    def stiffness(self) -> Array:
-        """Stiffness of every row (R,), N/m; that of a bearing with a law of its own: nominal."""
-        return self.row["stiffness"]  # type: ignore[no-any-return]
-
-    @property
-    def damping(self) -> Array:
-        """Damping of every row (R,), N s/m."""
-        return self.row["damping"]  # type: ignore[no-any-return]
-
-    @property
-    def offset(self) -> Array:
-        """Error less gap of every row (R,), m."""
-        return self.row["offset"]  # type: ignore[no-any-return]
 
 
 def packed(data: PairData) -> Elements:
@@ -303,7 +259,7 @@ def places(data: PairData) -> int:
 
 def widest(data: PairData) -> int:
     """Most rows of an element."""
-    return max(rows_of_pair(data), most_rows([int(law) for law in data.bearing_law]))
+    return max([rows_of_pair(data), *(len(LAWS[law].components) for law in data.bearing_law)])
 
 
 PAIR_LAWS = (LINEAR_LAW, ONE_SIDED_LAW, ONE_SIDED_ALWAYS_LAW)
@@ -311,3 +267,69 @@ PAIR_LAWS = (LINEAR_LAW, ONE_SIDED_LAW, ONE_SIDED_ALWAYS_LAW)
 SLICE_LAWS = np.array(
     [[SLICES_LAW, SLICES_ALWAYS_LAW], [COUPLED_SLICES_LAW, COUPLED_SLICES_ALWAYS_LAW]]
 )
+
+
+@njit(**INNER)
+def add_neighbours(rows, n, matrix):
+    """matrix[i, j] += B_ij, m/N, of n rows."""
+    for i in range(n):
+        first = rows.row[i].after
+        for k in range(rows.row[i].following):
+            matrix[i, first + k] += rows.yields[i, k]
+            matrix[first + k, i] += rows.yields[i, k]
+
+
+@njit(**INNER)
+def yield_to_neighbours(rows, n, force, motion):
+    """motion[i] −= Σ B_ij F_j for forces (≥ n,) of n rows."""
+    for i in range(n):
+        first = rows.row[i].after
+        for k in range(rows.row[i].following):
+            motion[i] -= rows.yields[i, k] * force[first + k]
+            motion[first + k] -= rows.yields[i, k] * force[i]
+
+
+@njit(**INNER)
+def freeze_neighbours(rows, n, force):
+    """Make what n rows yield under their forces a part of their offsets."""
+    for i in range(n):
+        row = rows.row[i]
+        for k in range(row.following):
+            further = rows.row[row.after + k]
+            row.offset -= rows.yields[i, k] * force[row.after + k]
+            further.offset -= rows.yields[i, k] * force[i]
+
+
+@njit(**INNER)
+def neighbour_energy(rows, n, force):
+    """½ Fᵀ B F of n rows, J."""
+    energy = 0.0
+    for i in range(n):
+        first = rows.row[i].after
+        for k in range(rows.row[i].following):
+            energy += force[i] * rows.yields[i, k] * force[first + k]
+    return energy
+
+
+def between_rows(rows: Rows, n: int) -> Array:
+    """B (n, n) m/N between the first n rows."""
+    flexibility, row = np.zeros((n, n)), rows.row[:n]
+    for i in np.flatnonzero(row["following"]):
+        at = slice(row["after"][i], row["after"][i] + row["following"][i])
+        flexibility[i, at] = flexibility[at, i] = rows.yields[i, : row["following"][i]]
+    return flexibility
+
+
+def row_stiffness(rows: Rows, n: int) -> Array:
+    """Stiffness (n, n) N/m between the first n rows, (I + k B)⁻¹ k with their nominal k."""
+    k = rows.row["stiffness"][:n]
+    return np.asarray(np.linalg.solve(np.eye(n) + k[:, None] * between_rows(rows, n), np.diag(k)))
+
+
+def row_motions(rows: Rows, n: int, blocks: Array) -> Array:
+    """Motion (n, c) of the first n rows, from the motion (6 n_b, c) of the contact blocks."""
+    width = rows.coef.shape[1]
+    used = np.arange(width) < rows.row["width"][:n, None]
+    at = 6 * np.where(used, rows.blocks[:n], 0)[:, :, None] + np.arange(6)
+    coef = np.where(used[:, :, None], rows.coef[:n], 0.0)
+    return np.asarray(np.einsum("nwo,nwoc->nc", coef, blocks[at]))

@@ -12,6 +12,9 @@ large coordinates (tangential displacement and rotation about the axis) do not v
 arms about the axes are those of the base circles. A gear mesh may also be one row at the pitch
 point, with the summed stiffness of its pairs or a periodic stiffness wave.
 
+Behind the rows of gear meshes come those that are always there: bearings with a law, given forces,
+supports in turning frames.
+
 Compiled with numba: these loops run at every time step. ``Elements`` are constant, ``Rows`` is the
 work space of one evaluation (``elements``).
 """
@@ -25,9 +28,50 @@ import numpy as np
 from flexgear.arrays import Array, Ints
 from flexgear.compiled import INNER, PART, UNCOUNTED, ZERO, as_read, njit
 from flexgear.coupling.kernels.elements import PAIR_LAWS, SLICE_LAWS, Rows, packed
-from flexgear.coupling.kernels.fixed_rows import fixed_rows
 from flexgear.coupling.laws.slices import COUNT, FIRST, RELAXATION
 from flexgear.coupling.pair_data import FACE_LOAD, FOLLOWING, OF_LINE, PER_PAIR, WAVE, PairData
+
+
+@njit(**INNER)
+def _turned(vector, ca, sa, coef):
+    """Components of a 6-vector along axes turned about z by an angle of this cosine and sine."""
+    for o in range(0, 6, 3):
+        coef[o] = ca * vector[o] + sa * vector[o + 1]
+        coef[o + 1] = -sa * vector[o] + ca * vector[o + 1]
+        coef[o + 2] = vector[o + 2]
+
+
+@njit(**PART)
+def fixed_rows(fixed, places, theta, rows, counts):
+    """Rows and elements of bearings, given forces and supports after ``counts``, which carry on
+    something after the ``places`` of gear meshes; new counts."""
+    count, element_count = counts
+    turned_by, ca, sa = -1, 1.0, 0.0
+    for f in range(fixed.row.shape[0]):
+        fixed_part, row = fixed.row[f], rows.row[count + f]
+        row.kind, row.owner, row.stiffness = fixed_part.kind, fixed_part.owner, fixed_part.stiffness
+        row.sided, row.line, row.beyond, row.following = 0, -1, 0, 0
+        row.along, row.damping, row.offset = 0.0, 0.0, 0.0
+        width = 0
+        for e in range(2):
+            end = fixed.end[f, e]
+            if end.block >= 0:
+                rows.blocks[count + f, width] = end.block
+                if end.angle >= 0 and end.angle != turned_by:
+                    turned_by, angle = end.angle, theta[end.angle]
+                    ca, sa = math.cos(angle), math.sin(angle)
+                c, s = (ca, sa) if end.angle >= 0 else (1.0, 0.0)
+                _turned(fixed.vector[f, e], c, s, rows.coef[count + f, width])
+                width += 1
+        row.width = width
+    for e in range(fixed.element.shape[0]):
+        fixed_part, element = fixed.element[e], rows.element[element_count + e]
+        element.law, element.rows = fixed_part.law, fixed_part.rows
+        element.first, element.place = count + fixed_part.first, places + e
+        for p in range(fixed.parameters.shape[1]):
+            rows.parameters[element_count + e, p] = fixed.parameters[e, p]
+    return count + fixed.row.shape[0], element_count + fixed.element.shape[0]
+
 
 LINEAR_PAIR, ONE_SIDED_PAIR, ONE_SIDED_ALWAYS_PAIR = PAIR_LAWS
 BESIDE = 2  # column of a table of slices where B begins
@@ -249,7 +293,7 @@ def _between(table, mesh, s):
 @njit(**INNER)
 def _slices_of_pair(gears, m, turn, rows, n, e, q, share):
     """Rows n and n + 1 and element e of pair q, which has a share of the stiffness of all: see
-    ``laws.slices``; whether the next pairs, if they touch, yield to it: see ``neighbours``."""
+    ``laws.slices``; whether the next pairs, if they touch, yield to it: see ``elements``."""
     mesh, pair, element = gears.mesh[m], rows.pair[q], rows.element[e]
     table, count = gears.slices[pair.table], mesh.slices
     a, b, w = _between(table, mesh, pair.s)
@@ -375,18 +419,29 @@ def contact_forces(elements, rows, theta, active_flanks, loads, out):
         load = pair_load[pair.mesh, pair.slot]
         if pair.rows == 2:
             far = far_load[pair.mesh, pair.slot]
-            _add_row(rows, pair.row + 1, -far, out)
+            add_to_blocks(rows, pair.row + 1, -far, out)
             load -= far
-        _add_row(rows, pair.row, -load, out)
+        add_to_blocks(rows, pair.row, -load, out)
     for r in range(n):
         if rows.row[r].kind < 0:
-            _add_row(rows, r, -other_load[rows.row[r].owner], out)
+            add_to_blocks(rows, r, -other_load[rows.row[r].owner], out)
 
 
 @njit(**INNER)
-def _add_row(rows, r, load, out):
+def add_to_blocks(rows, r, load, out):
     """out += V_r load."""
     for a in range(rows.row[r].width):
         b = 6 * rows.blocks[r, a]
         for o in range(6):
             out[b + o] += load * rows.coef[r, a, o]
+
+
+@njit(**INNER)
+def of_blocks(rows, r, vector):
+    """V_rᵀ u for a vector u of the channels."""
+    total = 0.0
+    for a in range(rows.row[r].width):
+        b = 6 * rows.blocks[r, a]
+        for o in range(6):
+            total += rows.coef[r, a, o] * vector[b + o]
+    return total

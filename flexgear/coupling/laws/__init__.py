@@ -21,17 +21,12 @@ ring their rows act. To add one: write its file, and enter it in ``LAWS``.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection
 
 import numpy as np
 
 from flexgear.arrays import Array
 from flexgear.compiled import njit
-from flexgear.coupling.laws.always_damped import (
-    COUPLED_SLICES_ALWAYS,
-    ONE_SIDED_ALWAYS,
-    SLICES_ALWAYS,
-)
 from flexgear.coupling.laws.basic import (
     GIVEN_FORCE,
     HELD_RATE,
@@ -39,19 +34,20 @@ from flexgear.coupling.laws.basic import (
     LINEAR_RATE,
     NOT_COMPILED,
     ONE_SIDED,
+    ONE_SIDED_ALWAYS,
 )
 from flexgear.coupling.laws.clearance import CLEARANCE
-from flexgear.coupling.laws.coupled_slices import COUPLED_SLICES
+from flexgear.coupling.laws.coupled_slices import COUPLED_SLICES, COUPLED_SLICES_ALWAYS
 from flexgear.coupling.laws.dampers import DAMPERS
 from flexgear.coupling.laws.journal import JOURNAL
 from flexgear.coupling.laws.law import Law
 from flexgear.coupling.laws.rollers import ROLLERS
-from flexgear.coupling.laws.slices import SLICES
-from flexgear.model.errors import FlexgearError
+from flexgear.coupling.laws.slices import SLICES, SLICES_ALWAYS
 
 BASIC = (LINEAR, ONE_SIDED, GIVEN_FORCE, LINEAR_RATE, HELD_RATE, ONE_SIDED_ALWAYS)
 OF_SLICES = (SLICES, COUPLED_SLICES, SLICES_ALWAYS, COUPLED_SLICES_ALWAYS)
 LAWS: tuple[Law, ...] = (*BASIC, *OF_SLICES, CLEARANCE, ROLLERS, JOURNAL, DAMPERS)
+LAW_NUMBERS = {law.name: number for number, law in enumerate(LAWS)}
 ROOM = 16  # the number of laws is part of what the solvers are compiled for
 
 (
@@ -71,14 +67,6 @@ def functions(used: Collection[int]) -> tuple[object, ...]:
     return tuple(law.function() for law in laws + [NOT_COMPILED] * (ROOM - len(LAWS)))
 
 
-def law_number(name: str) -> int:
-    """Number of a law by its name; FlexgearError where there is none."""
-    names = [law.name for law in LAWS]
-    if name not in names:
-        raise FlexgearError(f"there is no bearing law {name!r}: one of {', '.join(names)}")
-    return names.index(name)
-
-
 @njit()
 def _respond(laws, number, parameters, motion, force, tangent):
     return laws[number](parameters, motion, force, tangent)
@@ -92,8 +80,3 @@ def respond(number: int, parameters: Array, motion: Array) -> tuple[float, Array
         functions([number]), number, np.asarray(parameters, float), motion, force, tangent
     )
     return float(energy), force, tangent
-
-
-def most_rows(laws: Sequence[int]) -> int:
-    """Most rows that an element of the given laws has."""
-    return max((max(1, len(LAWS[n].components)) for n in laws), default=1)

@@ -8,6 +8,10 @@ Damping acts in contact only, never pulls and never exceeds the elastic load: a 
 switched on at δ = 0 would jump at an impact, where steps were then of first order only. F is
 continuous, and what it needs follows from k and c. At rest it is k ⟨δ⟩, the law of equilibria.
 Under the linear law F = k δ + c δ̇ always. Parameters of both: k, c.
+
+Laws "…_always" have a damper that acts always, F = elastic force + c δ̇, in contact or not: so
+oscillators with clearance are damped in most publications. A pair that parts is then slowed and,
+where flanks leave each other fast, pulled. Parameters: as of the law of the same elastic force.
 """
 
 from __future__ import annotations
@@ -53,6 +57,25 @@ def _one_sided(parameters, motion, force, tangent):
     return one_sided(parameters, motion, force, tangent)
 
 
+@njit(**INNER)
+def add_damper(damper, motion, force, tangent):
+    """c δ̇ of every row beside forces at rest."""
+    for i in range(motion.shape[1]):
+        force[0, i] += damper * motion[1, i]
+        tangent[1, i, i] += damper
+
+
+@compiled_law
+def _one_sided_always(parameters, motion, force, tangent):
+    """k ⟨δ⟩ + c δ̇."""
+    k, delta = parameters[0], motion[0, 0]
+    touches = 1.0 if delta > 0.0 else 0.0
+    force[0, 0] = force[1, 0] = touches * k * delta
+    tangent[0, 0, 0], tangent[1, 0, 0] = touches * k, 0.0
+    add_damper(parameters[1], motion, force, tangent)
+    return 0.5 * touches * k * delta * delta
+
+
 @compiled_law
 def _given_force(parameters, motion, force, tangent):
     """F = F₀, whatever moves; its work is booked like that of a damper."""
@@ -84,6 +107,7 @@ def _not_compiled(parameters, motion, force, tangent):
 
 LINEAR = Law("linear", _linear)
 ONE_SIDED = Law("one_sided", _one_sided)
+ONE_SIDED_ALWAYS = Law("one_sided_always", _one_sided_always)
 GIVEN_FORCE = Law("given_force", _given_force)
 LINEAR_RATE = Law("linear_rate", _linear_rate)
 HELD_RATE = Law("held_rate", _linear_rate)  # of a row that is held: what the law gives is zero

@@ -23,8 +23,9 @@ import numpy as np
 
 from flexgear.arrays import Array
 from flexgear.compiled import INNER, njit
+from flexgear.coupling.laws.basic import add_damper
 from flexgear.coupling.laws.law import Law, compiled_law
-from flexgear.coupling.laws.slices import COUNT, FIRST, LOOSE, RELAXATION
+from flexgear.coupling.laws.slices import COUNT, FIRST, LOOSE, RELAXATION, damper_of_line
 
 TRIES = 60
 ONE = np.uint64(1)
@@ -218,6 +219,14 @@ def _coupled_slices(parameters, motion, force, tangent):
     return coupled_slices(parameters, parameters[RELAXATION], motion, force, tangent)
 
 
+@compiled_law
+def _coupled_slices_always(parameters, motion, force, tangent):
+    """Slices that bend each other without damping of their own."""
+    energy = coupled_slices(parameters, 0.0, motion, force, tangent)
+    add_damper(damper_of_line(parameters), motion, force, tangent)
+    return energy
+
+
 @njit()
 def forces_of(overlap: Array, share: Array, bending: Array) -> tuple[Array, Array]:
     """Elastic forces (n, K) N of slices that overlap by (n, K) m, and the tangents (n, 2, 2) N/m of
@@ -237,3 +246,4 @@ def forces_of(overlap: Array, share: Array, bending: Array) -> tuple[Array, Arra
 
 
 COUPLED_SLICES = Law("coupled_slices", _coupled_slices)
+COUPLED_SLICES_ALWAYS = Law("coupled_slices_always", _coupled_slices_always)

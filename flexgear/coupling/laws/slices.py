@@ -12,12 +12,15 @@ are two springs of half its stiffness each, not coupled: so z_c and ρ are chose
 
 Slices are springs f = k ⟨x⟩ beside each other. Damping takes the rate of the elastic force, τ ḟ,
 and neither pulls nor exceeds it; with one slice that is the law of pairs that are one spring.
-Parameters: number of slices, τ s, then t, k N/m and g m of all.
+Parameters: number of slices, τ s, then t, k N/m and g m of all. A damper that acts always (see
+``basic``) is τ K on the whole contact line, K being its nominal stiffness: ½ τ K on each of the two
+rows.
 """
 
 from __future__ import annotations
 
 from flexgear.compiled import INNER, njit
+from flexgear.coupling.laws.basic import add_damper
 from flexgear.coupling.laws.law import Law, compiled_law
 
 COUNT, RELAXATION, FIRST = range(3)
@@ -72,4 +75,22 @@ def _slices(parameters, motion, force, tangent):
     return slices(parameters, parameters[RELAXATION], motion, force, tangent)
 
 
+@njit(**INNER)
+def damper_of_line(parameters):
+    """½ τ K of a contact line; its slices' stiffnesses stand behind their places."""
+    count, stiffness = int(parameters[COUNT]), 0.0
+    for j in range(count):
+        stiffness += parameters[FIRST + count + j]
+    return 0.5 * parameters[RELAXATION] * stiffness
+
+
+@compiled_law
+def _slices_always(parameters, motion, force, tangent):
+    """Slices beside each other without damping of their own."""
+    energy = slices(parameters, 0.0, motion, force, tangent)
+    add_damper(damper_of_line(parameters), motion, force, tangent)
+    return energy
+
+
 SLICES = Law("slices", _slices)
+SLICES_ALWAYS = Law("slices_always", _slices_always)

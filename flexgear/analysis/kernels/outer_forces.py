@@ -1,4 +1,6 @@
-"""The machines at the ports as rows of a step's contact problem.
+"""What acts on a train in a step beside contact: machines at its ports, frames that turn, loads.
+
+The machines at the ports as rows of a step's contact problem.
 
 A given torque is part of the prediction. Every other machine is a row V with force F = −T on its
 port, linear in the rate δ̇ = ω of the new time:
@@ -10,6 +12,17 @@ port, linear in the rate δ̇ = ω of the new time:
 The integral I of a controller follows by the trapezoidal rule, which is how average acceleration
 integrates speeds: I⁺ = I + h/2 k_i (e₀ + e⁺) with the errors e = ω_s − ω before and after the step.
 It stands while the torque is at a limit that the error pushes against.
+
+Forces of frames that turn, in a step: they follow the speed that the train has.
+
+Coriolis forces go with the speed, centrifugal ones with its square; both are known at rated speed.
+The share of it is that of the rolling, elastic motion left out,
+
+    s = v_rᵀ v / v_rᵀ v_r,   v_r the modal velocities at rated speed,
+
+so s is the ratio of speeds where the train has one independent rotation, and a mean of the ratios,
+weighted by inertia, where it has several. Euler forces, m ω̇ E u, are left out: against the Coriolis
+forces of a motion of frequency f they are as ω̇ to 4πf ω.
 """
 
 from __future__ import annotations
@@ -23,7 +36,7 @@ from flexgear.analysis.kernels.eliminated_springs import place_in_problem
 from flexgear.analysis.kernels.row_receptances import row_value
 from flexgear.analysis.kernels.vectors import dot
 from flexgear.arrays import Array
-from flexgear.compiled import INNER, njit
+from flexgear.compiled import FAST, INNER, njit
 from flexgear.coupling.laws import HELD_RATE_LAW, LINEAR_RATE_LAW
 
 STICK = 1e-3  # share of rated speed below which a constant brake torque fades
@@ -172,3 +185,42 @@ def carry_on(h, machines, ports, velocity, modes, carried):
             if not above and not (port.torque <= machine.least and error < 0.0):
                 port.integral += 0.5 * h * machine.integral * (port.error + error)
             port.error = error
+
+
+class FrameData(NamedTuple):
+    """n modes; all empty where frames make no forces."""
+
+    gyroscopic: Array  # (n, n) G at rated speed
+    centripetal: Array  # (n, n) C at rated speed
+    rated: Array  # (n,) v_r / v_rᵀ v_r
+
+
+@njit(**INNER, fastmath=FAST)
+def rotating_forces(h, frames, state, out):
+    """G v − C q at the extrapolated motion into ``out`` (n,); the share of rated speed, 1 without
+    such forces."""
+    n = frames.rated.shape[0]
+    velocity, acceleration = state.velocity, state.acceleration
+    if n == 0:
+        return 1.0
+    share = dot(frames.rated, velocity) + h * dot(frames.rated, acceleration)
+    for i in range(n):
+        coriolis = centrifugal = 0.0
+        for j in range(n):
+            coriolis += frames.gyroscopic[i, j] * (velocity[j] + h * acceleration[j])
+            centrifugal += frames.centripetal[i, j] * (state.eta[j] + h * velocity[j])
+        out[i] = share * (coriolis - share * centrifugal)
+    return share
+
+
+@njit(**INNER)
+def set_loads(share, histories, fixed, rows, count):
+    """Forces that go with the square of speed, and those of load histories (L,) at the new time;
+    the fixed elements are the last of ``count``."""
+    first = count - fixed.element.shape[0]
+    for e in range(fixed.element.shape[0]):
+        element = fixed.element[e]
+        if element.grows == 1:
+            rows.parameters[first + e, 0] = share * share * fixed.parameters[e, 0]
+        elif element.history >= 0:
+            rows.parameters[first + e, 0] = histories[element.history]
