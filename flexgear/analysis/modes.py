@@ -4,16 +4,37 @@
 
 ``springs_at`` takes every tooth pair on the loaded flanks at one position of the train. What of the
 pairs carries under a load, and the mean over a gear-mesh cycle: ``gear_mesh_cycle``.
+
+Types of natural modes by kinetic energy, groups of repeated frequencies, strain energy.
+
+With ΦᵀMΦ = I the energy of a mode is split over bodies and, in each body, over its motion as
+rigid: translation in the plane x, y, along the axis z, tilting rx, ry, rotation rz, and what is
+left, its deformation. The parts are M-orthogonal (tilting and rotation are taken about the centre
+of mass), so shares are never negative and sum to one. The central members (sun, ring, carrier)
+decide the type:
+
+    rotational, axial, translational, tilting   they move in that way only
+    rotational-axial, translational-tilting     the pairs that helical gears couple
+    elastic                                     most of their energy is deformation
+    planet                                      they are at rest
+    mixed                                       anything else
+
+A flexible member deforms a little in every mode; below half of the central energy that does not
+decide the type.
+
+Source: Lin & Parker 1999, J. Vib. Acoust. 121:316 (planar); Eritenel & Parker 2009, J. Sound Vib.
+325:397 (three-dimensional, helical).
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from scipy import linalg
 
 from flexgear.arrays import Array
@@ -21,6 +42,9 @@ from flexgear.coupling.kernels.elements import Rows, pair_rows, row_motions, row
 from flexgear.coupling.kernels.pairs import build_rows
 from flexgear.coupling.pair_data import BEARING, SUPPORT, carrying_flanks
 from flexgear.coupling.system import System
+from flexgear.model.errors import FlexgearError
+from flexgear.model.names import BodyName
+from flexgear.structures.bodies import Body
 
 
 @dataclass(frozen=True)
@@ -167,3 +191,221 @@ def _lowest(
     if len(values) <= free < len(mass):
         values, shapes = linalg.eigh(stiffness, mass, subset_by_index=(0, free))
     return values, shapes
+
+
+MOTIONS = ("translational", "axial", "rotational", "tilting")
+_DOFS = {"translational": (0, 1), "axial": (2,), "rotational": (5,), "tilting": (3, 4)}
+PARTS = (*MOTIONS, "elastic", "planet")
+PAIRS = (("rotational", "axial"), ("translational", "tilting"))
+AT_REST = 1e-6  # share of energy of the central members below which they are at rest
+PURE = 1e-3  # share of the central members' rigid energy that another motion may hold
+EQUAL = 1e-6  # relative distance of repeated frequencies
+RIGID = 1e-6  # of the highest frequency: below it a mode is rigid
+
+
+@dataclass(frozen=True)
+class ModeTypes:
+    """kinds (m,); shares: part -> (m,), sum 1 ("planet": all planets, the others: central
+    members); bodies: name -> (m,), sum 1; groups: indices of modes of one frequency; shapes:
+    (d, m) with repeated frequencies turned to pure types where the given ones mixed them."""
+
+    kinds: tuple[str, ...]
+    shares: dict[str, Array]
+    bodies: dict[BodyName, Array]
+    groups: tuple[tuple[int, ...], ...]
+    shapes: Array
+
+    @property
+    def multiplicity(self) -> NDArray[np.int64]:
+        """How many modes share the frequency of each mode *and* its type, (m,)."""
+        count = np.ones(len(self.kinds), dtype=np.int64)
+        for group in self.groups:
+            for i in group:
+                count[i] = sum(self.kinds[j] == self.kinds[i] for j in group)
+        return count
+
+
+def _placed_bodies(bodies: Sequence[Body]) -> Iterator[tuple[Body, slice]]:
+    """Bodies that have coordinates, and where these are."""
+    start = 0
+    for body in bodies:
+        if body.size:
+            yield body, slice(start, start + body.size)
+        start += body.size
+
+
+def classify(
+    frequencies: ArrayLike,
+    shapes: Array,
+    mass: Array,
+    bodies: Sequence[Body],
+    *,
+    rigid: int | None = None,
+) -> ModeTypes:
+    """Types of modes with frequencies (m,) rising and M-orthonormal shapes (d, m).
+
+    rigid: number of rigid motions among them, which come first (None: those below 1e-6 of the
+    highest frequency); bodies: in the order of their coordinates.
+    Eigenvalue solvers return any basis of a repeated frequency, so where different types share
+    one, the basis is turned until each mode is of one type.
+    FlexgearError where the mass couples bodies, so that energy has no owner.
+    """
+    f = np.asarray(frequencies, dtype=float)
+    parts = _projections(mass, bodies)
+    n_rigid = _rigid_count(f, rigid)
+    groups = repeated(f, n_rigid)
+    shapes = shapes.copy()
+    for group in groups[1:] if n_rigid else groups:
+        if len(group) == 1:
+            continue
+        at = list(group)
+        apart = _separated(parts, shapes[:, at])
+        # a planet mode mixed into a rotational one looks like two rotational modes
+        if _counted(parts, apart) != _counted(parts, shapes[:, at]):
+            shapes[:, at] = apart
+    shares = _shares(parts, shapes)
+    kinds = [_kind(s) for s in _each(shares, len(f))]
+    kinds[:n_rigid] = ["rigid"] * n_rigid
+    energies = {
+        body.name: np.einsum("im,ij,jm->m", shapes[at], mass[at, at], shapes[at])
+        for body, at in _placed_bodies(bodies)
+    }
+    lost = np.abs(sum(energies.values()) - 1.0).max(initial=0.0)
+    if lost > 1e-6:
+        raise FlexgearError(
+            f"modes cannot be classified: {lost:.2g} of their kinetic energy belongs to no single "
+            "body (a mass couples bodies, or the shapes are not M-orthonormal)"
+        )
+    return ModeTypes(tuple(kinds), shares, energies, groups, shapes)
+
+
+def repeated(frequencies: ArrayLike, rigid: int | None = None) -> tuple[tuple[int, ...], ...]:
+    """Groups of neighbouring modes within 1e-6 of each other; rigid motions are one group."""
+    f = np.asarray(frequencies, dtype=float)
+    first = _rigid_count(f, rigid)
+    groups = [list(range(first))] if first else []
+    for i in range(first, len(f)):
+        if i > first and f[i] - f[i - 1] <= EQUAL * f[i]:
+            groups[-1].append(i)
+        else:
+            groups.append([i])
+    return tuple(tuple(g) for g in groups)
+
+
+def strain_shares(
+    contributions: Mapping[str, tuple[Array, Array]], shapes: Array
+) -> dict[str, Array]:
+    """Share of strain energy ½ φᵀ Rᵀ K R φ of every spring in every mode: name -> (m,).
+
+    contributions: name -> (rows R (k, d), matrix K (k, k)): links, supports, gear meshes, the
+    stiffness of bodies. Shares sum to one if nothing was left out of the list; in a mode that
+    strains nothing (rigid) all are zero.
+    """
+    energy = {
+        name: np.sum((motion := rows @ shapes) * (matrix @ motion), axis=0)
+        for name, (rows, matrix) in contributions.items()
+    }
+    total = np.sum(list(energy.values()), axis=0) if energy else np.zeros(shapes.shape[1])
+    strained = total > 1e-12 * total.max(initial=0.0)
+    return {
+        name: np.divide(value, total, out=np.zeros_like(total), where=strained)
+        for name, value in energy.items()
+    }
+
+
+def planar_rows(mass: Array, bodies: Sequence[Body]) -> tuple[Array, Array]:
+    """Mean in-plane motion of the central members that translate: rows (n, 2, d), masses (n,)."""
+    rows, masses = [], []
+    for body, at in _placed_bodies(bodies):
+        plane, body_mass = body.rigid_motions[:, :2], mass[at, at]
+        if body.name.part == "planet" or not np.all(np.abs(plane).max(axis=0) > 0):
+            continue
+        inertia = plane.T @ body_mass @ plane
+        row = np.zeros((2, len(mass)))
+        row[:, at] = np.linalg.solve(inertia, plane.T @ body_mass)
+        rows.append(row)
+        masses.append(0.5 * np.trace(inertia))
+    return np.array(rows).reshape(-1, 2, len(mass)), np.array(masses)
+
+
+def _rigid_count(f: Array, rigid: int | None) -> int:
+    return int(np.sum(f <= RIGID * f.max(initial=0.0))) if rigid is None else rigid
+
+
+def _projections(mass: Array, bodies: Sequence[Body]) -> dict[str, Array]:
+    """Rows Q (k, d) of every part with |Q φ|² its kinetic energy in a mode (times two)."""
+    rows: dict[str, list[Array]] = {p: [] for p in PARTS}
+    for body, at in _placed_bodies(bodies):
+        lower = linalg.cholesky(mass[at, at], lower=True)
+        rest = np.eye(lower.shape[0])  # projector in y = Lᵀ q, in which energy is |y|²
+        if body.name.part == "planet":
+            rows["planet"].append(_placed(lower.T, at, len(mass)))
+            continue
+        for motion in MOTIONS:  # translation first: what follows turns about the centre of mass
+            basis = _basis(rest, lower.T @ body.rigid_motions[:, _DOFS[motion]])
+            rows[motion].append(_placed(basis.T @ lower.T, at, len(mass)))
+            rest = rest - basis @ basis.T
+        rows["elastic"].append(_placed(rest @ lower.T, at, len(mass)))
+    return {p: np.vstack(r) if r else np.zeros((0, len(mass))) for p, r in rows.items()}
+
+
+def _basis(rest: Array, motion: Array) -> Array:
+    """Orthonormal basis of what is new in ``motion`` (d_b, k) after projection by ``rest``."""
+    u, size, _ = np.linalg.svd(rest @ motion, full_matrices=False)
+    return u[:, size > 1e-9 * max(float(np.linalg.norm(motion)), np.finfo(float).tiny)]
+
+
+def _placed(rows: Array, at: slice, size: int) -> Array:
+    out = np.zeros((len(rows), size))
+    out[:, at] = rows
+    return out
+
+
+def _shares(parts: Mapping[str, Array], shapes: Array) -> dict[str, Array]:
+    return {p: np.sum((rows @ shapes) ** 2, axis=0) for p, rows in parts.items()}
+
+
+def _each(shares: Mapping[str, Array], count: int) -> list[dict[str, float]]:
+    return [{p: float(s[i]) for p, s in shares.items()} for i in range(count)]
+
+
+def _kind(shares: Mapping[str, float]) -> str:
+    rigid = sum(shares[p] for p in MOTIONS)
+    if rigid + shares["elastic"] < AT_REST:
+        return "planet"
+    if shares["elastic"] > rigid:
+        return "elastic"
+    moving = {p for p in MOTIONS if shares[p] > PURE * rigid}
+    if len(moving) == 1:
+        return moving.pop()
+    for pair in PAIRS:
+        if moving == set(pair):
+            return "-".join(pair)
+    return "mixed"
+
+
+def _counted(parts: Mapping[str, Array], shapes: Array) -> Counter[str]:
+    return Counter(_kind(s) for s in _each(_shares(parts, shapes), shapes.shape[1]))
+
+
+def _separated(parts: Mapping[str, Array], shapes: Array) -> Array:
+    """The same space in a basis whose modes are of one type, as far as there is one, (d, g).
+
+    In the space of one frequency the energy of each part is a quadratic form. Planet modes are
+    the null space of the central energy; of what remains, the pair rotational-axial against the
+    rest, and then its single motions, are diagonalised one after the other.
+    """
+    cuts = [PARTS[:-1], ("elastic",), *PAIRS, *((p,) for p in MOTIONS)]
+    spaces = [shapes]
+    for cut in cuts:
+        spaces = [part for s in spaces for part in _cut(s, np.vstack([parts[p] for p in cut]))]
+    return np.hstack(spaces)
+
+
+def _cut(shapes: Array, rows: Array) -> list[Array]:
+    """Splits a subspace of modes by the share of their motion that ``rows`` see: modes of equal
+    shares, from none of it to all."""
+    motion = rows @ shapes
+    values, turn = np.linalg.eigh(motion.T @ motion)
+    edges = np.flatnonzero(np.diff(values) > 1e-6) + 1
+    return np.split(shapes @ turn, edges, axis=1)

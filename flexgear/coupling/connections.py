@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Literal
 
 import numpy as np
 
 from flexgear.arrays import Array
-from flexgear.coupling.faulty_teeth import Bent, faulty_teeth
-from flexgear.coupling.gear_meshes import MODELS, GearMeshSet
+from flexgear.coupling.gear_meshes import MODELS, FaultyTeeth, GearMeshSet
 from flexgear.coupling.members import body_names, can_turn, mass_properties, rotation_radius
 from flexgear.coupling.pair_data import WAVE
 from flexgear.coupling.springs import linear_part
@@ -20,10 +20,12 @@ from flexgear.gears.errors import stage_errors
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.paths import stage_paths
 from flexgear.gears.power_flow import StageFlow
-from flexgear.gears.slices import Nominal, bent
+from flexgear.gears.slices import Nominal, Slices, bent
 from flexgear.gears.stiffness import line_load
+from flexgear.gears.tooth_faults import fault_groups, with_faults
 from flexgear.model.bearings import Bearing
 from flexgear.model.case import Case
+from flexgear.model.faults import Fault
 from flexgear.model.member import GearMember
 from flexgear.model.names import BodyName, MemberName, SupportName
 from flexgear.model.stage_view import StageView
@@ -31,6 +33,7 @@ from flexgear.structures.reduced import RimFlexibility
 from flexgear.structures.sources.of_case import ring_source
 
 End = tuple[BodyName, str]  # a body and one of its ports
+Bent = Callable[[GearMeshPath, Array | None], GearMeshPath]  # slices bend each other, and ΔC
 
 
 @dataclass(frozen=True)
@@ -308,6 +311,43 @@ def _bending(view: StageView, path: GearMeshPath, force: float, rim: RimFlexibil
         return replace(of_teeth, slices=lines)
 
     return bend
+
+
+def _softness(
+    view: StageView, cracked: Sequence[Fault], path: GearMeshPath, lines: Slices
+) -> Array:
+    """ΔC (S, K, K) m/N of cracked teeth together."""
+    # half of the package, for cases that have cracks
+    from flexgear.structures.tooth_influence.of_case import crack_flexibility
+
+    return np.sum([crack_flexibility(view, path, lines, fault) for fault in cracked], axis=0)
+
+
+def faulty_teeth(
+    view: StageView, path: GearMeshPath, force: float, bend: Bent | None, cracks: bool
+) -> FaultyTeeth | None:
+    """Those of a stage's gear meshes of one kind; None where all teeth are sound.
+
+    path: of sound teeth, as slices are before they bend each other; force: of the gear mesh, N;
+    bend: makes them so with ΔC (S, K, K) m/N of cracks besides, None where they are springs beside
+    each other; cracks: whether what they yield is computed (half a minute each, kept).
+    """
+    groups = fault_groups(view, path)
+    if not groups.gear and not groups.planets:
+        return None
+    paths = []
+    for of_planet in ((), *groups.planets):
+        for of_gear in ((), *groups.gear):
+            faults = (*of_gear, *of_planet)
+            cracked = [f for _, f in faults if f.kind == "root_crack" and cracks]
+            softness = partial(_softness, view, cracked) if cracked else None
+            if bend is None:
+                paths.append(with_faults(view, path, force, faults, softness))
+                continue
+            assert path.slices is not None
+            more = softness(path, path.slices) if softness else None
+            paths.append(bend(with_faults(view, path, force, faults, None), more))
+    return FaultyTeeth(tuple(paths), tuple(groups.gear.values()), tuple(groups.planets.values()))
 
 
 def bend_each_other(view: StageView) -> bool:

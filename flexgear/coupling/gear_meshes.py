@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexgear.arrays import Array, Ints
-from flexgear.coupling.faulty_teeth import FaultyTeeth
 from flexgear.coupling.laws import LAW_NUMBERS
 from flexgear.coupling.pair_data import (
     FACE_LOAD,
@@ -30,6 +29,41 @@ from flexgear.model.errors import FlexgearError
 
 SupportRow = tuple[float, Sequence[tuple[int, Array]]]
 MODELS = {"per_pair": PER_PAIR, "lumped": SUMMED, "face_load": FACE_LOAD}  # all others: WAVE
+
+
+@dataclass(frozen=True)
+class FaultyTeeth:
+    """Teeth of one kind of gear mesh whose pairs have tables of their own, and their numbers.
+
+    With A groups of faulty teeth of the gear and B of planets' teeth, each group one fault or one
+    set of them, the tables of the kind lie side by side from its first one on: of sound teeth, of
+    the gear's groups 1 … A, and the same again for every group of planets' teeth. A pair takes the
+    table
+
+        first + a + (1 + A) b ,   a, b: groups of its teeth, 0 of sound ones.
+
+    gear: (A,) groups of tooth numbers of the gear; planets: (B,) groups of (planet, tooth number);
+    all from 0. paths: (1 + B) (1 + A), in the order of the tables; the first is that of sound
+    teeth.
+    """
+
+    paths: tuple[GearMeshPath, ...]
+    gear: tuple[tuple[int, ...], ...] = ()
+    planets: tuple[tuple[tuple[int, int], ...], ...] = ()
+
+    def gear_table(self, teeth: int) -> Ints:
+        """What each tooth of the gear adds to the number of the table (teeth,)."""
+        out = np.zeros(teeth, dtype=np.int64)
+        for a, group in enumerate(self.gear, 1):
+            out[list(group)] = a
+        return out
+
+    def planet_table(self, planet: int, teeth: int) -> Ints:
+        """What each tooth of a planet adds to it (teeth,)."""
+        out = np.zeros(teeth, dtype=np.int64)
+        for b, group in enumerate(self.planets, 1):
+            out[[tooth for of, tooth in group if of == planet]] = b * (1 + len(self.gear))
+        return out
 
 
 @dataclass(frozen=True)

@@ -11,9 +11,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from flexgear.analysis.gyroscopic import Campbell, crossings, whirl_sense
-from flexgear.analysis.gyroscopic import campbell as whirl_over_speed
-from flexgear.analysis.mode_excitation import (
+from flexgear.analysis.excitation import (
     ABSENT,
     MIXED,
     UNEVEN,
@@ -23,8 +21,9 @@ from flexgear.analysis.mode_excitation import (
     folded,
     resonant_force,
 )
-from flexgear.analysis.mode_types import planar_rows
-from flexgear.analysis.modes import Modes
+from flexgear.analysis.linear_dynamics import Campbell, crossings, whirl_sense
+from flexgear.analysis.linear_dynamics import campbell as whirl_over_speed
+from flexgear.analysis.modes import Modes, planar_rows
 from flexgear.arrays import Array, Ints
 from flexgear.model.machine import machines_of
 from flexgear.model.names import GEAR_MESH, PLANET_PASS, SHAFT, ExcitationName

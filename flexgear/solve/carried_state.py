@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from flexgear.analysis.end_state import CarriedState, state_size, unpacked_state
+from flexgear.analysis.start import CarriedState, state_size, unpacked_state
 from flexgear.analysis.transient import Drive, prescribed_values
 from flexgear.coupling.machines import GivenSpeed
 from flexgear.coupling.modal import ModalSystem

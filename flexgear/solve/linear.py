@@ -20,8 +20,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from flexgear.analysis.harmonic import GearMeshRows, SteadyState, steady_state
 from flexgear.analysis.kernels.samples import read_offsets
+from flexgear.analysis.linear_dynamics import GearMeshRows, SteadyState, steady_state
 from flexgear.analysis.modes import row_vectors, rows_at
 from flexgear.arrays import Array, Complex
 from flexgear.coupling.kernels.elements import packed, pair_rows

@@ -23,7 +23,7 @@ import numpy as np
 import xarray as xr
 from scipy.signal import find_peaks
 
-from flexgear.analysis.parametric_instability import PeriodicTrain
+from flexgear.analysis.excitation import PeriodicTrain
 from flexgear.arrays import Array, Complex
 from flexgear.results.labelled_dataset import labelled_dataset
 from flexgear.solve.bodies import Progress, silent

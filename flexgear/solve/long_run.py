@@ -14,9 +14,8 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from flexgear.analysis.end_state import packed_state, state_size
 from flexgear.analysis.kernels.step_arrays import State
-from flexgear.analysis.start import start_state
+from flexgear.analysis.start import packed_state, start_state, state_size
 from flexgear.analysis.step_plan import Stepping
 from flexgear.analysis.step_space import empty_samples
 from flexgear.analysis.transient import (

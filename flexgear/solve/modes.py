@@ -9,9 +9,8 @@ import xarray as xr
 from numpy.typing import NDArray
 from scipy import linalg
 
-from flexgear.analysis.mode_excitation import ABSENT, MIXED, UNEVEN, nodal_indices
-from flexgear.analysis.mode_types import PARTS, classify, strain_shares
-from flexgear.analysis.modes import ContactSprings
+from flexgear.analysis.excitation import ABSENT, MIXED, UNEVEN, nodal_indices
+from flexgear.analysis.modes import PARTS, ContactSprings, classify, strain_shares
 from flexgear.arrays import Array
 from flexgear.coupling.pair_data import BEARING, SUPPORT
 from flexgear.model.errors import InputError

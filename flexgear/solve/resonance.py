@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from flexgear.analysis.mode_excitation import folded
+from flexgear.analysis.excitation import folded
 from flexgear.model.case import Case
 from flexgear.model.names import GEAR_MESH
 from flexgear.results.report.parts import Level

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import xarray as xr
 
-from flexgear.analysis.parametric_instability import PeriodicTrain, acting_modes
+from flexgear.analysis.excitation import PeriodicTrain, acting_modes
 from flexgear.arrays import Array, Ints
 from flexgear.model.errors import InputError
 from flexgear.results.labelled_dataset import labelled_dataset

@@ -11,7 +11,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
-from flexgear.analysis.mode_types import classify
+from flexgear.analysis.modes import classify
 from flexgear.gears.bearings.basic_life import EXPONENTS, planet_bearing_life_ratios
 from flexgear.gears.error_cycle import TrainTurn, error_cycle
 from flexgear.gears.power_flow import PowerFlow, power_flow

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from lumped_stage import lin_parker
 
-from flexgear.analysis.gyroscopic import (
+from flexgear.analysis.linear_dynamics import (
     campbell,
     crossings,
     direction,

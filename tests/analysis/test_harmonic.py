@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from lumped_stage import lin_parker
 from scipy.integrate import solve_ivp
 
-from flexgear.analysis.harmonic import (
+from flexgear.analysis.linear_dynamics import (
     GearMeshRows,
     SteadyState,
     harmonic_response,

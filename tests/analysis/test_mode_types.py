@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from lumped_stage import SPATIAL, lin_parker
 from scipy import linalg
 
-from flexgear.analysis.mode_types import (
+from flexgear.analysis.modes import (
     PARTS,
     classify,
     planar_rows,

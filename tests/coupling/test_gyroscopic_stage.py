@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from turning_ring import cheap, held_case, lumped
 
-from flexgear.analysis.gyroscopic import whirl_modes
+from flexgear.analysis.linear_dynamics import whirl_modes
 from flexgear.analysis.modes import springs_at
 from flexgear.coupling.build import build_system
 from flexgear.model.case import validated_case

@@ -15,8 +15,14 @@ from flexgear.analysis.modes import row_vectors, rows_at
 from flexgear.analysis.recovery import Recovery
 from flexgear.analysis.transient import Drive
 from flexgear.coupling.build import build_system
-from flexgear.coupling.modal import chosen_modal, elastic_modes, modal_system
-from flexgear.coupling.mode_choice import choose_modes, cuts, mode_estimates
+from flexgear.coupling.modal import (
+    choose_modes,
+    chosen_modal,
+    cuts,
+    elastic_modes,
+    modal_system,
+    mode_estimates,
+)
 from flexgear.coupling.pace import case_pace
 from flexgear.coupling.system import Damping
 from flexgear.model.errors import FlexgearError, InputError
@@ -165,7 +171,6 @@ def test_more_accuracy_keeps_more_modes_and_none_of_it_all(system, solved, estim
     assert np.all(np.diff(estimates[np.isfinite(estimates)]) <= 0)
     every = choose_modes(omega, estimates, BAND, accuracy=1e-14)
     assert every.count == len(omega) and every.estimate == 0.0
-    assert every.limit_hz == pytest.approx(omega[-1] / (2 * np.pi))
 
 
 def test_a_wider_band_needs_more_modes_and_one_above_all_frequencies_all_of_them(system, solved):
@@ -199,24 +204,24 @@ def test_no_cut_splits_equal_frequencies(solved, estimates):
 
 def test_a_limit_is_an_upper_bound_of_an_accuracy(system, solved, estimates):
     free = choose_modes(solved[0], estimates, BAND, accuracy=0.01)
+    highest = solved[0][free.count - 1] / (2 * np.pi)
     same = choose_modes(solved[0], estimates, BAND, accuracy=0.01, limit_hz=3000.0)
-    assert same.count == free.count and same.limit_hz < 3000.0
-    limit = 0.9 * free.limit_hz
-    with pytest.raises(FlexgearError, match=f"needs modes to {free.limit_hz:.0f} Hz, but") as said:
-        choose_modes(solved[0], estimates, BAND, accuracy=0.01, limit_hz=limit)
+    assert same.count == free.count and highest < 3000.0
+    with pytest.raises(FlexgearError, match=f"needs modes to {highest:.0f} Hz, but") as said:
+        choose_modes(solved[0], estimates, BAND, accuracy=0.01, limit_hz=0.9 * highest)
     assert "raise modes_to_hz" in str(said.value)
     with pytest.raises(FlexgearError, match="needs band_hz"):
         modal_system(system, accuracy=0.01)
 
 
-def test_a_given_limit_is_judged_too(system, estimates):
+def test_a_given_limit_is_judged_too(system, solved, estimates):
     judged, plain = modal_system(system, 1500.0, band_hz=BAND), modal_system(system, 1500.0)
     assert plain.choice is None and plain.dropped == judged.dropped
-    assert judged.choice.accuracy is None
     assert judged.choice.estimate == estimates[judged.choice.count]
     assert judged.figures["modes_estimate"] == judged.choice.estimate
     assert judged.figures["kept_modes"] == judged.rigid_count + judged.choice.count
-    assert judged.figures["modes_limit_hz"] == pytest.approx(judged.choice.limit_hz)
+    highest = solved[0][judged.choice.count - 1] / (2 * np.pi)
+    assert judged.figures["modes_limit_hz"] == pytest.approx(highest)
     assert "modes_estimate" not in plain.figures
     assert modal_system(system, 0.5 * BAND, band_hz=BAND).choice.estimate == np.inf
 
@@ -296,7 +301,7 @@ def test_the_solver_section_decides(system):
 
     loose, tight = reduced(modes_accuracy="0.05"), reduced(modes_accuracy="0.001")
     wide = reduced(modes_accuracy="0.05", modes_band_hz="1000")
-    assert loose.choice.accuracy == 0.05 and loose.choice.band_hz == 500.0
+    assert loose.choice.estimate <= 0.05 and loose.choice.band_hz == 500.0
     assert len(loose.omega) < min(len(tight.omega), len(wide.omega))
     with pytest.raises(FlexgearError, match="modes_to is 900 Hz"):
         reduced(modes_accuracy="0.001", modes_to_hz="900")

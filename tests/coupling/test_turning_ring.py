@@ -9,8 +9,7 @@ from stepped import Jumping, energy_error, stepped
 from turning_ring import HUB, STANDS, SUPPORT, cheap, held_case, lumped
 
 from flexgear.analysis.equilibrium import revolution
-from flexgear.analysis.mode_types import classify
-from flexgear.analysis.modes import modes, springs_at
+from flexgear.analysis.modes import classify, modes, springs_at
 from flexgear.analysis.recovery import Recovery
 from flexgear.coupling.build import build_system, require_workable
 from flexgear.coupling.modal import modal_system

@@ -9,7 +9,7 @@ from hypothesis.extra.numpy import arrays
 from load_sharing_theory import FIXED, equal_paths, fixed_sun, sharing
 from lumped_stage import ALPHA, BEARING, GEAR_MESH, RADIUS, lin_parker
 
-from flexgear.analysis.harmonic import GearMeshRows, steady_state
+from flexgear.analysis.linear_dynamics import GearMeshRows, steady_state
 from flexgear.model.errors import FlexgearError
 from flexgear.results.load_sharing import (
     DEFINITIONS,

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from train_contexts import bundled, mixed, one_stage, put_together
 
-from flexgear.analysis.mode_types import strain_shares
+from flexgear.analysis.modes import strain_shares
 from flexgear.model.load import load_case
 from flexgear.solve.campbell import campbell, crossing_rows
 from flexgear.solve.modes import (

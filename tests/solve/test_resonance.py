@@ -11,7 +11,7 @@ from train_contexts import bundled, one_stage, put_together
 from trains import STAGE, write
 from two_gears import GEARS
 
-from flexgear.analysis.mode_excitation import ABSENT, UNEVEN, excited_index, folded
+from flexgear.analysis.excitation import ABSENT, UNEVEN, excited_index, folded
 from flexgear.model.load import load_case
 from flexgear.solve.campbell import ERRORS, IDEAL, campbell, excitations, operating_factors
 from flexgear.solve.model import assemble

@@ -8,8 +8,7 @@ from functools import cache
 
 import numpy as np
 
-from flexgear.analysis.mode_types import classify
-from flexgear.analysis.modes import modes, springs_at
+from flexgear.analysis.modes import classify, modes, springs_at
 from flexgear.arrays import Array
 from flexgear.coupling.build import build_system
 from flexgear.model.load import load_case
