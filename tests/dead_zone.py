@@ -10,50 +10,29 @@ import math
 
 import numpy as np
 from scipy.integrate import solve_ivp
+from trains import spur_pair
 
 MASS, STIFFNESS, SHARE, ERROR, PHASE = 1.0, 4e8, 0.25, 2e-6, 0.7
 TEETH, MODULE, SPEED = 30, 4e-3, 6000.0
-CASE = """
-[material]
-young_modulus_gpa = 210
-poisson_ratio = 0.3
-density_kg_per_m3 = 7850
-[[stages]]
-kind = "parallel"
-normal_module_mm = 4
-pressure_angle_deg = 20
-face_width_mm = 40
-backlash_sun_um = {backlash}
-pinion = {{ teeth = 30, equivalent_mass_kg = 2, kinematics = "torsional" }}
-gear = {{ teeth = 30, equivalent_mass_kg = 2, kinematics = "torsional" }}
-[stages.gear_mesh]
-model = "fourier"
-contact_law = "one-sided"
-damping_ratio = {damping}
-sun_stiffness_n_per_m = 4e8
-sun_harmonic_shares = [{share}]
-[stages.errors]
-sun_gear_mesh_um = {error}
-sun_gear_mesh_phase_deg = {phase}
-[damping]
-ratio = 0.0
-[[inputs]]
-member = "stage_1.gear"
-speed_rpm = 6000
-torque_nm = {torque}
-[output]
-member = "stage_1.pinion"
-machine = {{ law = "torque" }}
-"""
 GEAR_MESH_HZ = SPEED / 60 * TEETH
 RADIUS = 0.5 * TEETH * MODULE * math.cos(math.radians(20))
 
 
 def case_text(damping=0.1, torque=100.0, backlash=200.0, share=SHARE, error=ERROR):
     """TOML text; µm, N·m."""
-    return CASE.format(
-        damping=damping, torque=torque, backlash=backlash, share=share, error=1e6 * error,
-        phase=math.degrees(PHASE),
+    gear = 'teeth = 30, equivalent_mass_kg = 2, kinematics = "torsional"'
+    return spur_pair(
+        gear, gear, f"""model = "fourier"
+contact_law = "one-sided"
+damping_ratio = {damping}
+sun_stiffness_n_per_m = 4e8
+sun_harmonic_shares = [{share}]""",
+        backlash=backlash, speed=SPEED, torque=torque, output='machine = { law = "torque" }',
+        sections=f"""[stages.errors]
+sun_gear_mesh_um = {1e6 * error}
+sun_gear_mesh_phase_deg = {math.degrees(PHASE)}
+[damping]
+ratio = 0.0""",
     )  # fmt: skip
 
 

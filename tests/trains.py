@@ -64,6 +64,38 @@ inertia_kg_m2 = 0.2
 )
 
 
+BEARING = "support = { radial_n_per_m = 1e9 }"
+
+
+def spur_pair(
+    pinion=f"teeth = 30, {BEARING}", gear=f"teeth = 60, {BEARING}", gear_mesh="", *,
+    backlash=None, speed=10, torque=500, sections="", output="",
+):  # fmt: skip
+    """TOML text of two spur gears of module 4 mm, the gear as input: what their tables hold, lines
+    of the gear mesh, sections behind it, lines of the output; backlash, µm."""
+    gap = "" if backlash is None else f"backlash_sun_um = {backlash}"
+    return f"""{STEEL}
+[[stages]]
+kind = "parallel"
+normal_module_mm = 4
+pressure_angle_deg = 20
+face_width_mm = 40
+{gap}
+pinion = {{ {pinion} }}
+gear = {{ {gear} }}
+[stages.gear_mesh]
+{gear_mesh}
+{sections}
+[[inputs]]
+member = "stage_1.gear"
+speed_rpm = {speed}
+torque_nm = {torque}
+[output]
+member = "stage_1.pinion"
+{output}
+"""
+
+
 def write(folder, text, head="", name="train.toml"):
     """A train as a file."""
     path = folder / name

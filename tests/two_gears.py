@@ -10,6 +10,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.integrate import solve_ivp
 from stepped import Jumping
+from trains import spur_pair, write
 
 from flexgear.analysis.modes import row_vectors
 from flexgear.analysis.start import start_state
@@ -20,42 +21,20 @@ from flexgear.coupling.modal import modal_system
 from flexgear.model.load import load_case
 
 TORQUE = 500.0
-GEARS = """
-[material]
-young_modulus_gpa = 210
-poisson_ratio = 0.3
-density_kg_per_m3 = 7850
-[[stages]]
-kind = "parallel"
-normal_module_mm = 4
-pressure_angle_deg = 20
-face_width_mm = 40
-backlash_sun_um = {backlash}
-pinion = {{ teeth = 30, support = {{ radial_n_per_m = 1e9 }} }}
-gear = {{ teeth = 60, support = {{ radial_n_per_m = 1e9 }} }}
-[stages.gear_mesh]
-model = "{model}"
-contact_law = "{law}"
-damping_ratio = {damping}
-[damping]
-ratio = 0.0
-[[inputs]]
-member = "stage_1.gear"
-speed_rpm = {speed}
-torque_nm = 500
-[output]
-member = "stage_1.pinion"
-"""
 
 
-def two_gears(folder, *, model="constant", law="one-sided", damping=0.1, speed=10, backlash=20):
-    """Coupled system and all its modes."""
-    path = folder / "two-gears.toml"
-    path.write_text(
-        GEARS.format(model=model, law=law, damping=damping, speed=speed, backlash=backlash),
-        encoding="utf-8",
+def gears_text(model="constant", law="one-sided", damping=0.1, speed=10, backlash=20):
+    """TOML text of the two gears."""
+    gear_mesh = f'model = "{model}"\ncontact_law = "{law}"\ndamping_ratio = {damping}'
+    undamped = "[damping]\nratio = 0.0"
+    return spur_pair(
+        gear_mesh=gear_mesh, backlash=backlash, speed=speed, torque=TORQUE, sections=undamped
     )
-    return modal_system(build_system(load_case(path)))
+
+
+def two_gears(folder, **options):
+    """Coupled system and all its modes; options: of ``gears_text``."""
+    return modal_system(build_system(load_case(write(folder, gears_text(**options)))))
 
 
 def evenly_stiff(modal):

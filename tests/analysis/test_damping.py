@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from stepped import Jumping, energy_error, stepped
-from two_gears import GEARS, TORQUE, Exact, reversal
+from trains import write
+from two_gears import TORQUE, Exact, gears_text, reversal
 
 from flexgear import load_case
 from flexgear.analysis.recovery import Recovery
@@ -14,13 +15,10 @@ from flexgear.coupling.modal import modal_system
 from flexgear.model.errors import InputError
 
 RATIO, SPEED = 60 / 30, 10 * np.pi / 30
-UNDAMPED = {"model": "constant", "law": "one-sided", "damping": 0, "speed": 10, "backlash": 20}
 
 
 def gears(folder, more=None, **keys):
-    path = folder / "gears.toml"
-    path.write_text(GEARS.format(**UNDAMPED | keys), encoding="utf-8")
-    return load_case(path, overrides=more or {})
+    return load_case(write(folder, gears_text(**{"damping": 0, **keys})), overrides=more or {})
 
 
 def always(folder, damping=0.1, law="always", **keys):
@@ -132,7 +130,7 @@ def test_dampers_of_supports_and_ports_are_c_times_rate(tmp_path):
 
 def test_a_joint_that_winds_up_and_down_is_damped(tmp_path):
     """Nothing else takes energy: that of its damper is what the account books, and it closes."""
-    text = GEARS.format(**UNDAMPED | {"law": "linear"})
+    text = gears_text(law="linear", damping=0)
     first = text[text.index("[[stages]]") : text.index("[damping]")]
     joint = """[[joints]]
 first = "stage_1.pinion"
@@ -142,9 +140,8 @@ damping_nm_s_per_rad = 20
 """
     text = text.replace("[damping]", f"{first}{joint}[damping]")
     head, _, end = text.rpartition('"stage_1.pinion"')
-    path = tmp_path / "train.toml"
-    path.write_text(f'{head}"stage_2.pinion"{end}', encoding="utf-8")
-    modal = modal_system(build_system(load_case(path)))
+    train = load_case(write(tmp_path, f'{head}"stage_2.pinion"{end}'))
+    modal = modal_system(build_system(train))
     torque = modal.system.rated_torque
     drive = Jumping(lambda t: np.where(t > 0, 0.5 * torque, torque), jumps=(0.0,))
     run = stepped(modal, drive, 5e-3, 2e-6, 1e-5, track_energy=True)

@@ -5,7 +5,8 @@ import math
 
 import numpy as np
 import pytest
-from two_gears import GEARS
+from trains import write
+from two_gears import gears_text
 
 from flexgear.cli.case_commands import derived
 from flexgear.coupling.build import build_system
@@ -31,8 +32,7 @@ def test_check_prints_what_follows_from_the_case(flexgear):
 def test_rayleigh_damping_says_what_it_leaves_to_the_teeth(tmp_path):
     """Pinion and gear turn, and roll on each other in one of these two motions. No rotation of
     them, rolling or not, meets a damping force; their bearings do."""
-    path = tmp_path / "gears.toml"
-    path.write_text(GEARS.format(model="constant", law="linear", damping=0.1, speed=10, backlash=0))
+    path = write(tmp_path, gears_text(law="linear", backlash=0))
     assert "rayleigh_damping" not in derived(load_case(path))
     case = load_case(path, {"damping.kind": '"rayleigh"', "damping.beta_s": "1e-4"})
     rows = derived(case)["rayleigh_damping"]

@@ -7,6 +7,7 @@ import pytest
 from cut_teeth.of_case import gear_of
 from plane_crack import crack_compliance
 from plane_teeth import load_at
+from trains import STEEL, spur_pair, write
 
 from flexgear import load_case
 from flexgear.analysis.orbit import orbit_elements
@@ -16,12 +17,6 @@ from flexgear.solve.angles import stage_motions
 from flexgear.structures.fe_mesh.tooth_segment import SegmentDivisions
 from flexgear.structures.tooth_influence import of_case
 
-STEEL = """
-[material]
-young_modulus_gpa = 210
-poisson_ratio = 0.3
-density_kg_per_m3 = 7850
-"""
 PLANETARY = (
     STEEL
     + """
@@ -51,28 +46,8 @@ torque_nm = 3000
 member = "stage.sun"
 """
 )
-PAIR = (
-    STEEL
-    + """
-[stage]
-kind = "parallel"
-normal_module_mm = 4
-pressure_angle_deg = 20
-face_width_mm = 40
-pinion = { teeth = 30, support = { radial_n_per_m = 1e9 } }
-gear = { teeth = 60, support = { radial_n_per_m = 1e9 } }
-[stage.gear_mesh]
-model = "MODEL"
-contact_law = "one-sided"
-path_only = true
-slices = 10
-[[inputs]]
-member = "stage.gear"
-speed_rpm = 10
-torque_nm = 500
-[output]
-member = "stage.pinion"
-"""
+PAIR = spur_pair(
+    gear_mesh='model = "MODEL"\ncontact_law = "one-sided"\npath_only = true\nslices = 10'
 )
 RING_PITCH = 360 / 94
 ANGLES = RING_PITCH * np.linspace(0.0, 4.0, 41)
@@ -83,10 +58,8 @@ def stage(tmp_path):
     """A train with faults, as a user writes them: ``stage(text, "per_pair", *faults)``."""
 
     def made(text, model, *faults):
-        path = tmp_path / "train.toml"
         sections = "".join(f"[[faults]]\n{fault}\n" for fault in faults)
-        path.write_text(text.replace("MODEL", model) + sections, encoding="utf-8")
-        return load_case(path)
+        return load_case(write(tmp_path, text.replace("MODEL", model) + sections))
 
     return made
 

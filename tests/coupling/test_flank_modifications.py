@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 import pytest
-from trains import stage_train
-from two_gears import GEARS
+from trains import stage_train, write
+from two_gears import gears_text
 
 from flexgear.analysis.equilibrium import revolution
 from flexgear.analysis.line_loads import line_loads
@@ -19,8 +19,7 @@ GAP = 12e-6
 
 def gears(folder, model="per_pair", **overrides):
     """Pinion and gear with all modes kept; what is there overrides by TOML key of the stage."""
-    path = folder / "gears.toml"
-    path.write_text(GEARS.format(model=model, law="one-sided", damping=0.1, speed=10, backlash=60))
+    path = write(folder, gears_text(model, backlash=60))
     given = {f"stages.stage_1.{key}": str(value) for key, value in overrides.items()}
     helical = {"stages.stage_1.helix_angle_deg": "15", "stages.stage_1.planet_hand": '"right"'}
     return modal_system(build_system(load_case(path, {**helical, **given})))

@@ -2,41 +2,19 @@
 
 import numpy as np
 import pytest
+from trains import spur_pair, write
 
 import flexgear as fg
 from flexgear.coupling.kernels.elements import pair_rows
 from flexgear.coupling.kernels.pairs import build_rows
 
 MEAN = 4e8
-PAIR = """
-[material]
-young_modulus_gpa = 210
-poisson_ratio = 0.3
-density_kg_per_m3 = 7850
-[[stages]]
-kind = "parallel"
-normal_module_mm = 4
-pressure_angle_deg = 20
-face_width_mm = 40
-pinion = { teeth = 30, support = { radial_n_per_m = 1e9 } }
-gear = { teeth = 60, support = { radial_n_per_m = 1e9 } }
-[stages.gear_mesh]
-contact_law = "one-sided"
-sun_stiffness_n_per_m = 4e8
-WAVE
-[[inputs]]
-member = "stage_1.gear"
-speed_rpm = 10
-torque_nm = 500
-[output]
-member = "stage_1.pinion"
-"""
 
 
 def stiffness(folder, wave, angles):
     """Stiffness (angles, flanks), N/m, drive flank first, over rotations of the gear, rad."""
-    path = folder / "pair.toml"
-    path.write_text(PAIR.replace("WAVE", wave), encoding="utf-8")
+    gear_mesh = f'contact_law = "one-sided"\nsun_stiffness_n_per_m = {MEAN}\n{wave}'
+    path = write(folder, spur_pair(gear_mesh=gear_mesh))
     system = fg.load_case(path).assemble().system
     rows, out = pair_rows(system.pairs), np.zeros((len(angles), 2))
     for values, angle in zip(out, angles, strict=True):

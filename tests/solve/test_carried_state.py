@@ -5,8 +5,8 @@ import itertools
 import numpy as np
 import pytest
 import xarray as xr
-from trains import stage_train
-from two_gears import GEARS
+from trains import stage_train, write
+from two_gears import gears_text
 
 from flexgear import load_case
 from flexgear.cli.entry import run as command
@@ -153,11 +153,7 @@ def test_what_cannot_start_there_is_one_line(tmp_path, keys, message):
 def test_a_sweep_finds_both_branches_of_a_spur_pair(tmp_path):
     """Up to its resonance a pair stays in contact; from above, at the same speed, its teeth part at
     every gear mesh: which of both a transient finds is what it started from."""
-    text = GEARS.format(
-        model="rectangular", law="one-sided", damping=0.03, speed=3000, backlash=100
-    )
-    path = tmp_path / "pair.toml"
-    path.write_text(text, encoding="utf-8")
+    path = write(tmp_path, gears_text("rectangular", damping=0.03, speed=3000, backlash=100))
     case = load_case(path, overrides={"stages.0.gear_mesh.damping_law": '"always"'})
     run, largest, least = None, [], []
     speeds = np.array([3500, 3500, 3750, 4000, 3750, 3500])

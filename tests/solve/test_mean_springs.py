@@ -9,7 +9,7 @@ import pytest
 from train_contexts import bundled, put_together
 from trains import STAGE, write
 from turning_ring import cheap, held_case
-from two_gears import GEARS
+from two_gears import gears_text
 
 from flexgear.analysis.equilibrium import revolution
 from flexgear.coupling.modal import modal_system, static_system
@@ -30,12 +30,8 @@ TEETH = 60  # of the gear: as many gear-mesh cycles a second as it makes turns a
 def pair(folder, speed=1000.0, *, damping=0.05, law="one-sided", **more):
     """A spur pair on stiff supports, its gear meshes of single pairs; it has one mode below them
     all, of its inertias on the teeth."""
-    text = GEARS.replace("1e9", "1e11").format(
-        model="per_pair", law=law, damping=damping, speed=speed, backlash=100
-    )
-    path = folder / "pair.toml"
-    path.write_text(text, encoding="utf-8")
-    return load_case(path, more)
+    text = gears_text("per_pair", law, damping, speed, backlash=100).replace("1e9", "1e11")
+    return load_case(write(folder, text), more)
 
 
 def on_the_teeth(folder, **options):

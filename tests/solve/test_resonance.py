@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from train_contexts import bundled, one_stage, put_together
 from trains import STAGE, write
-from two_gears import GEARS
+from two_gears import gears_text
 
 from flexgear.analysis.excitation import ABSENT, UNEVEN, excited_index, folded
 from flexgear.model.load import load_case
@@ -121,15 +121,11 @@ def test_what_takes_errors_takes_errors_in_time(tmp_path):
 def test_force_of_a_met_order_is_that_in_time(tmp_path):
     """Order 2 of a pair whose stiffness varies by 4 %: the swing of the tooth force in time, as
     large as all speeds make it, within 5 %."""
-    text = GEARS.replace("1e9", "1e11").format(
-        model="fourier", law="linear", damping=0.03, speed="SPEED", backlash=100
-    )
     keys = {"stages.0.gear_mesh.harmonics": "2", "stages.0.gear_mesh.sun_contact_ratio": "1.96"}
 
     def model(speed):
-        path = tmp_path / "pair.toml"
-        path.write_text(text.replace("SPEED", str(speed)), encoding="utf-8")
-        return assemble(load_case(path, keys))
+        text = gears_text("fourier", "linear", damping=0.03, speed=speed, backlash=100)
+        return assemble(load_case(write(tmp_path, text.replace("1e9", "1e11")), keys))
 
     natural = float(modes(model(1000.0))["frequency"][1])  # teeth a second: turns a minute
     data = campbell(model(natural / 2.0))

@@ -5,49 +5,31 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.linalg import eigh
 from scipy.optimize import brentq
+from trains import spur_pair, write
 
 import flexgear as fg
 
 MEAN, RATIO = 4e8, 1.6  # N/m, contact ratio
 MASS = 0.8  # kg on the line of action, of pinion and gear with 1.2 and 2.4 kg
-PAIR = """
-[material]
-young_modulus_gpa = 210
-poisson_ratio = 0.3
-density_kg_per_m3 = 7850
-[[stages]]
-kind = "parallel"
-normal_module_mm = 4
-pressure_angle_deg = 20
-face_width_mm = 40
-pinion = { teeth = 30, kinematics = "torsional", mass_kg = 3, equivalent_mass_kg = 1.2 }
-gear = { teeth = 60, kinematics = "torsional", mass_kg = 9, equivalent_mass_kg = 2.4 }
-[stages.gear_mesh]
-model = "rectangular"
-contact_law = "linear"
-sun_stiffness_n_per_m = 4e8
-sun_contact_ratio = 1.6
-damping_ratio = DAMPING
-STEP
-[damping]
-ratio = 0.0
-[[inputs]]
-member = "stage_1.gear"
-speed_rpm = 3000
-torque_nm = 500
-[output]
-member = "stage_1.pinion"
-brake_exponent = 0
-"""
 RATED = 2 * np.pi * 60 * 50.0  # gear-mesh frequency, rad/s
 
 
-def pair(folder, damping=0.0, step=""):
+def pair_text(damping=0.0, step="", gears='kinematics = "torsional"'):
     """Two gears that turn only: one elastic mode, with a stiffness of two levels."""
-    path = folder / "pair.toml"
-    text = PAIR.replace("DAMPING", f"{damping}").replace("STEP", step)
-    path.write_text(text, encoding="utf-8")
-    return fg.load_case(path).assemble()
+    turning = gears + ", teeth = {}, mass_kg = {}, equivalent_mass_kg = {}"
+    return spur_pair(
+        turning.format(30, 3, 1.2), turning.format(60, 9, 2.4), f"""model = "rectangular"
+contact_law = "linear"
+sun_stiffness_n_per_m = {MEAN}
+sun_contact_ratio = {RATIO}
+damping_ratio = {damping}
+{step}""",
+        speed=3000, sections="[damping]\nratio = 0.0", output="brake_exponent = 0",
+    )  # fmt: skip
+
+
+def pair(folder, *options):
+    return fg.load_case(write(folder, pair_text(*options))).assemble()
 
 
 def exact_growth(factor, levels, dampers):
@@ -107,15 +89,8 @@ def test_bands_of_two_levels_begin_and_end_where_meissner_says(tmp_path, damping
 def test_two_modes_that_meet_an_order_together_grow(tmp_path):
     """Gears that also give way along the line of action, 4 coordinates x₁, u₁, x₂, u₂ (u = r φ):
     growth at the sum of two frequencies is that of a Runge–Kutta solution over one period."""
-    text = PAIR.replace("DAMPING", "0.0").replace("STEP", "").replace("torsional", "planar")
-    path = tmp_path / "soft.toml"
-    support = "support = { radial_n_per_m = 4e8 } }"
-    path.write_text(
-        text.replace(" }\ngear", f", {support}\ngear").replace(
-            "equivalent_mass_kg = 2.4 }", f"equivalent_mass_kg = 2.4, {support}"
-        ),
-        encoding="utf-8",
-    )
+    gears = 'kinematics = "planar", support = {{ radial_n_per_m = 4e8 }}'
+    path = write(tmp_path, pair_text(gears=gears))
     mass, row = np.diag([3, 1.2, 9, 2.4]), np.array([1.0, 1.0, -1.0, -1.0])
     bearings, mesh = np.diag([4e8, 0.0, 4e8, 0.0]), np.outer(row, row)
     omega = np.sqrt(np.abs(eigh(bearings + MEAN * mesh, mass, eigvals_only=True)))[1:]
