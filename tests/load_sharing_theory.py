@@ -58,6 +58,14 @@ def equal_paths(planets, *, sun_stiffness, ring_stiffness, planet_bearing=math.i
     )
 
 
+def stage_paths(planets):
+    """Those of ``trains.stage_train``."""
+    return equal_paths(
+        planets, sun_stiffness=6e8, ring_stiffness=8e8, planet_bearing=5e8,
+        sun_base_radius=0.004 * 26 / 2 * math.cos(ANGLE),
+    )  # fmt: skip
+
+
 def path_errors(paths, *, pin_tangential=0.0, pin_radial=0.0, sun_error=0.0, ring_error=0.0):
     """e_i (N,) in m along the normal: pins outward and in the sense of rotation, (N,) or scalar."""
     radial, tangential = paths.resultant

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 
 from stage_samples import cheap_stage
@@ -9,6 +10,8 @@ from trains import STEEL, stage_train, write
 
 from flexgear.model.load import load_case
 from flexgear.solve.model import assemble
+from flexgear.structures.tooth_influence.influence import influence_of
+from flexgear.structures.tooth_influence.of_case import influence_parameters
 
 BUNDLED = ("lin-parker", "double-rotor-5mw", "nrel-5mw", "herringbone", "pitch-drive")
 
@@ -31,6 +34,17 @@ def bundled(name):
 def one_stage(folder, **overrides):
     """The spur stage of the tests."""
     return put_together(stage_train(folder, **overrides))
+
+
+def coarse_teeth(view, divisions, **changes):
+    """FE influences of the teeth of a stage by gear, on coarse segments; not kept."""
+    steel = view.material.young_modulus, view.material.poisson_ratio
+    return {
+        gear: influence_of(
+            replace(influence_parameters(view, gear), divisions=divisions, **changes), *steel
+        )
+        for gear in ("planet", "sun", "ring")
+    }
 
 
 MIXED = (

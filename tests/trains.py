@@ -64,6 +64,30 @@ inertia_kg_m2 = 0.2
 )
 
 
+def planetary(planets, module, face, sun, planet, ring):
+    """TOML text of a stage whose ring is fixed, by sizes in mm and numbers of teeth."""
+    return f"""
+[[stages]]
+planets = {planets}
+normal_module_mm = {module}
+pressure_angle_deg = 20
+face_width_mm = {face}
+sun = {{ teeth = {sun} }}
+planet = {{ teeth = {planet} }}
+ring = {{ teeth = {ring}, kinematics = "fixed" }}
+carrier = {{ support = {{ radial_n_per_m = 1e9 }} }}
+planet_bearing = {{ radial_n_per_m = 1e9 }}
+"""
+
+
+RING_HELD = {
+    "stage.planet.teeth": "16",  # seven of them have room
+    "stage.ring.teeth": "58",
+    "stage.ring.addendum": "0.6",
+    "stage.ring.kinematics": "fixed",
+    "stage.ring.support.radial_n_per_m": "0",
+    "stage.ring.support.tangential_n_per_m": "0",
+}
 BEARING = "support = { radial_n_per_m = 1e9 }"
 
 
@@ -94,6 +118,21 @@ torque_nm = {torque}
 member = "stage_1.pinion"
 {output}
 """
+
+
+def mount(radial, axial, tilt, torsion):
+    """Keys of what a housing stands on, N/m and N m/rad."""
+    directions = {"radial_n": radial, "axial_n": axial, "tilt_nm": tilt, "torsion_nm": torsion}
+    return {
+        f"housing.mount.{name}_per_{'m' if name.endswith('_n') else 'rad'}": value
+        for name, value in directions.items()
+    }
+
+
+def lumped_housing(mass, inertia, *stiffness):
+    """Keys of a lumped housing, kg and kg m², on its ``mount``."""
+    keys = {"housing.kind": "lumped", "housing.mass_kg": mass, "housing.inertia_kg_m2": inertia}
+    return keys | mount(*stiffness)
 
 
 def write(folder, text, head="", name="train.toml"):

@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 from scipy.integrate import solve_ivp
-from stepped import Jumping
+from stepped import jump
 from trains import spur_pair, write
 
 from flexgear.analysis.modes import row_vectors
@@ -46,7 +46,7 @@ def evenly_stiff(modal):
 
 def reversal(torque, at):
     """Rated torque, then another."""
-    return Jumping(lambda t: np.where(t > at, torque, TORQUE), jumps=(at,))
+    return jump(TORQUE, torque, at)
 
 
 class Exact:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from coupled import TORQUE
 from error_samples import picked, random_sets, revolutions
-from trains import stage_train
+from trains import RING_HELD, stage_train
 
 from flexgear.analysis.error_sets import ErrorSets, error_study, gear_mesh_forces, no_errors
 from flexgear.coupling.build import build_system
@@ -19,13 +19,8 @@ from flexgear.model.errors import FlexgearError
 ANGLES = np.linspace(0.0, 2.0, 11)[:, None]
 
 HELD = {  # members of compatibility: ring fixed, carrier on its axis, sun sprung; five have room
+    **RING_HELD,
     "stage.sun.support.radial_n_per_m": "2e8",
-    "stage.planet.teeth": "16",
-    "stage.ring.teeth": "58",
-    "stage.ring.addendum": "0.6",
-    "stage.ring.kinematics": "fixed",
-    "stage.ring.support.radial_n_per_m": "0",
-    "stage.ring.support.tangential_n_per_m": "0",
     "stage.carrier.support.radial_n_per_m": "1e14",
     "stage.backlash_ring_mm": "4",
     "stage.backlash_sun_mm": "4",
@@ -76,11 +71,7 @@ def test_planets_that_carry_nothing(tmp_path, size):
         sets.offset[0, m] = -normal @ pins[:, label.planet]
     study = error_study(modal, np.zeros((1, 1)), modal.system.rated_torque)
     force = gear_mesh_forces(study, sets)[0, :, 0]
-    angle = np.radians(20)
-    paths = theory.equal_paths(
-        5, sun_stiffness=6e8, ring_stiffness=8e8, planet_bearing=5e8,
-        sun_angle=angle, ring_angle=angle, sun_base_radius=0.004 * 26 / 2 * np.cos(angle),
-    )  # fmt: skip
+    paths = theory.stage_paths(5)
     e = theory.path_errors(paths, pin_radial=pins[0], pin_tangential=pins[1])
     expected = theory.sharing(paths, e, 3000 * 26 / 84, sun=2e8, one_sided=True)
     assert (expected == 0).any()

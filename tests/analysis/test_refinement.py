@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from coupled import TORQUE
 from error_samples import random_sets
-from stepped import Jumping, energy_error, stepped
+from stepped import energy_error, jump, stepped
 
 from flexgear.analysis.equilibrium import revolution
 from flexgear.analysis.kernels.refinement import PATIENCE, after_step, choose_level, control
@@ -12,13 +12,12 @@ from flexgear.analysis.kernels.static_position import CLOSURE
 from flexgear.analysis.step_plan import Adaptive
 from flexgear.coupling.modal import modal_system
 
-JUMPS = (0.05, 0.15)
-
 
 def run(modal, low, step, adaptive=None, **options):
     """A torque drop to ``low`` for 0.1 s."""
-    drive = Jumping(lambda t: np.where((t > JUMPS[0]) & (t < JUMPS[1]), low, TORQUE), jumps=JUMPS)
-    return stepped(modal, drive, 0.3, step, 1e-3, adaptive=adaptive, **options)
+    return stepped(
+        modal, jump(TORQUE, low, 0.05, 0.15), 0.3, step, 1e-3, adaptive=adaptive, **options
+    )
 
 
 def apart(a, b):

@@ -32,7 +32,7 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from trains import stage_train
+from trains import RING_HELD, stage_train
 
 from flexgear.analysis.equilibrium import revolution
 from flexgear.coupling.build import build_system
@@ -45,16 +45,6 @@ phases = st.floats(0, 360).map(lambda x: round(x, 2))
 SETTINGS = settings(
     max_examples=12, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
 )
-
-
-RING_HELD = {
-    "stage.planet.teeth": "16",  # seven of them have room
-    "stage.ring.teeth": "58",
-    "stage.ring.addendum": "0.6",
-    "stage.ring.kinematics": "fixed",
-    "stage.ring.support.radial_n_per_m": "0",
-    "stage.ring.support.tangential_n_per_m": "0",
-}
 
 
 def forces(train, angles):
@@ -110,11 +100,7 @@ def test_sharing_follows_compatibility(tmp_path, planets, sun):
         held["stage.sun.kinematics"] = "torsional"
         held["stage.sun.support.radial_n_per_m"] = "0"
     train = stage_train(tmp_path, planets=planets, sun=str(0 if np.isinf(sun) else sun), **held)
-    angle = np.radians(20)
-    paths = theory.equal_paths(
-        planets, sun_stiffness=6e8, ring_stiffness=8e8, planet_bearing=5e8,
-        sun_angle=angle, ring_angle=angle, sun_base_radius=0.004 * 26 / 2 * np.cos(angle),
-    )  # fmt: skip
+    paths = theory.stage_paths(planets)
     e = theory.path_errors(paths, pin_tangential=1e-6 * pins[0], pin_radial=1e-6 * pins[1])
     torque = 3000 * 26 / 84
     expected = theory.sharing(paths, e, torque, sun=theory.FIXED if np.isinf(sun) else sun)

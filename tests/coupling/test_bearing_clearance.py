@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from coupled import TORQUE, make_bodies, make_case
 from heavy_stage import SMALL, G, mass_of, reactions, solved
-from stepped import Jumping, energy_error, stepped
-from trains import stage_train
+from stepped import energy_closes, jump
+from trains import lumped_housing, stage_train
 from turning_ring import STANDS, SUPPORT, cheap, held_case
 
 from flexgear.analysis.equilibrium import revolution
@@ -27,13 +27,7 @@ ANGLES = np.array([0.0, 0.7, 3.0])
 
 def housing(stiffness, mass="2e4"):
     """A lumped housing on a mount of one stiffness in all directions."""
-    mount = ("radial_n_per_m", "axial_n_per_m", "tilt_nm_per_rad", "torsion_nm_per_rad")
-    return {
-        "housing.kind": "lumped",
-        "housing.mass_kg": mass,
-        "housing.inertia_kg_m2": str([float(mass)] * 3),
-        **{f"housing.mount.{key}": stiffness for key in mount},
-    }
+    return lumped_housing(mass, str([float(mass)] * 3), *4 * [stiffness])
 
 
 HOUSING = housing("3e8")
@@ -107,13 +101,7 @@ def test_forces_balance_with_gaps_and_rollers(more):
 
 
 SEATS = ("stage.carrier.bearing_drive", "stage.carrier.bearing_far", "output.bearing")
-FORTY_ROLLERS = {
-    "count": "40",
-    "rows": "2",
-    "length_mm": "60",
-    "spacing_mm": "80",
-    "clearance_um": "20",
-}
+FORTY_ROLLERS = ROLLERS | {"count": "40", "length_mm": "60", "spacing_mm": "80"}
 MOVING = housing("1e9")
 
 
@@ -176,13 +164,7 @@ def test_rows_of_carrier_bearings_add_up_on_a_housing_that_moves():
 def test_energy_closes_with_laws_at_all_bearings(law, housing):
     system = loaded_system(**law, **housing)
     modal = modal_system(system, 2000.0)
-    drive = Jumping(lambda t: np.where(t > 0.002, 0.5 * TORQUE, TORQUE), jumps=(0.002,))
-    lost = []
-    for step in (4e-5, 2e-5):
-        run = stepped(modal, drive, 0.008, step, 2e-4, track_energy=True)
-        lost.append(energy_error(run))
-    assert lost[1] < 1e-3
-    assert lost[1] < 0.5 * lost[0]
+    energy_closes(modal, jump(TORQUE, 0.5 * TORQUE, 0.002), 0.008)
 
 
 def test_results_hold_the_rows_of_seats_beside_those_of_planets():
@@ -205,15 +187,7 @@ def test_results_hold_the_rows_of_seats_beside_those_of_planets():
     np.testing.assert_allclose(seat, recovered, rtol=1e-12)
 
 
-LUMPED_HOUSING = {
-    "housing.kind": '"lumped"',
-    "housing.mass_kg": "50",
-    "housing.inertia_kg_m2": "[2, 2, 3]",
-    "housing.mount.radial_n_per_m": "3e8",
-    "housing.mount.axial_n_per_m": "2e8",
-    "housing.mount.tilt_nm_per_rad": "4e6",
-    "housing.mount.torsion_nm_per_rad": "5e6",
-}
+LIGHT_HOUSING = lumped_housing("50", "[2, 2, 3]", "3e8", "2e8", "4e6", "5e6")
 SPATIAL = {
     "kinematics": '"spatial"',
     "stage.sun.support.axial_n_per_m": "1e8",
@@ -232,7 +206,7 @@ PLACES = ("carrier.support", "sun.support", "planet_bearing")
 def lumped(folder, **settings):
     weight = {"gravity_m_per_s2": "[0, -9.81, 0]"}
     case = stage_train(
-        folder, sun="1e8", helix=10, **SPATIAL, **LUMPED_HOUSING, **weight, **settings
+        folder, sun="1e8", helix=10, **SPATIAL, **LIGHT_HOUSING, **weight, **settings
     )
     system = build_system(case)
     return revolution(modal_system(system), LUMPED_ANGLES, system.rated_torque)

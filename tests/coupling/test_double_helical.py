@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from cheap_bodies import cheap_carrier, cheap_ring
 from coupled import TORQUE, make_case, named, stage_system
-from stepped import Jumping, energy_error, stepped
+from stepped import energy_error, jump, stepped
 
 from flexgear.analysis.equilibrium import revolution
 from flexgear.analysis.recovery import Recovery
@@ -67,8 +67,7 @@ def test_the_mirror_image_of_the_machine_swaps_the_halves():
 
 def test_energy_closes():
     modal = modal_system(system()[1], 2000.0)
-    drive = Jumping(lambda t: np.where(t > 0.01, 0.3 * TORQUE, TORQUE), jumps=(0.01,))
-    run = stepped(modal, drive, 0.03, 5e-5, 1e-3, track_energy=True)
+    run = stepped(modal, jump(TORQUE, 0.3 * TORQUE, 0.01), 0.03, 5e-5, 1e-3, track_energy=True)
     assert energy_error(run) < 1e-2
 
 

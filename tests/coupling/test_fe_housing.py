@@ -7,7 +7,7 @@ import pytest
 from cheap_bodies import Joints
 from coupled import make_bodies, make_case
 from heavy_stage import SMALL, G, mass_of
-from trains import STEEL, write
+from trains import STEEL, mount, write
 
 from flexgear.analysis.equilibrium import revolution
 from flexgear.analysis.recovery import Recovery
@@ -20,12 +20,7 @@ from flexgear.model.load import load_case
 from flexgear.structures.bodies import rigid_rows
 
 MASS = np.diag([60.0, 60, 60, 6, 6, 6])  # of each node
-MOUNT = {
-    "housing.mount.radial_n_per_m": "8e8",
-    "housing.mount.axial_n_per_m": "6e8",
-    "housing.mount.tilt_nm_per_rad": "5e8",
-    "housing.mount.torsion_nm_per_rad": "7e8",
-}
+MOUNT = mount("8e8", "6e8", "5e8", "7e8")
 ANGLES = np.array([0.3, 2.0])
 
 

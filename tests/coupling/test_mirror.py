@@ -15,6 +15,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from train_contexts import coarse_teeth
 from turning_ring import STANDS, SUPPORT, cheap, held_case, lumped
 
 from flexgear.analysis.equilibrium import revolution
@@ -24,8 +25,6 @@ from flexgear.coupling.build import build_system
 from flexgear.coupling.modal import modal_system
 from flexgear.structures.fe_mesh.tooth_segment import SegmentDivisions
 from flexgear.structures.tooth_influence import of_case as influence_pairs
-from flexgear.structures.tooth_influence.influence import influence_of
-from flexgear.structures.tooth_influence.of_case import influence_parameters
 
 PLANETS, TEETH = 5, {"ring": 93, "sun": 27, "planet": 33}
 TORQUE, BACKLASH = 9e5, 0.5e-3  # N·m; m, of the bundled stage at ring and sun
@@ -184,12 +183,8 @@ COARSE = SegmentDivisions(flank=4, fillet=2, tooth=2, rim=2, layers=4)
 def influences(tmp_path_factory):
     """FE influences of teeth of the right-handed stage, on coarse segments."""
     folder = tmp_path_factory.mktemp("influences")
-    view = lumped(held_case(folder, "ring", "sun", "carrier"), *LUMPED).view()
-    steel = view.material.young_modulus, view.material.poisson_ratio
-    return {
-        slot: influence_of(replace(influence_parameters(view, slot), divisions=COARSE), *steel)
-        for slot in ("planet", "sun", "ring")
-    }
+    stage = lumped(held_case(folder, "ring", "sun", "carrier"), *LUMPED)
+    return coarse_teeth(stage.view(), COARSE)
 
 
 @pytest.fixture(params=["width", "fe"])

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from reference_transient import damping_matrix
 from scipy import linalg
-from stepped import Jumping, stepped
+from stepped import jump, stepped
 
 from flexgear.analysis.modes import row_vectors, rows_at
 from flexgear.analysis.recovery import Recovery
@@ -270,7 +270,7 @@ def test_a_torque_drop_with_chosen_modes_agrees_with_all_modes():
     system = make_system(**{"stage.gear_mesh.contact_law": "one-sided"})
     chosen = modal_system(system, accuracy=0.01, band_hz=BAND)
     assert len(chosen.omega) < 0.2 * system.size
-    drop = Jumping(lambda t: np.where((t > 0.01) & (t < 0.03), 4e5, TORQUE), jumps=(0.01, 0.03))
+    drop = jump(TORQUE, 4e5, 0.01, 0.03)
 
     def loads(modal):
         return stepped(modal, drop, 0.05, 5e-5, 1e-4).pair_load

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from train_contexts import rigid_stage
+from train_contexts import coarse_teeth, rigid_stage
 
 from flexgear.analysis.equilibrium import revolution
 from flexgear.analysis.line_loads import gear_mesh_stiffness, interpolated, line_loads
@@ -18,8 +18,7 @@ from flexgear.results.time_figures import energy_residual
 from flexgear.solve.transient import simulate
 from flexgear.structures.fe_mesh.tooth_segment import SegmentDivisions
 from flexgear.structures.tooth_influence import of_case
-from flexgear.structures.tooth_influence.influence import influence_of
-from flexgear.structures.tooth_influence.of_case import influence_parameters, pair_bending
+from flexgear.structures.tooth_influence.of_case import pair_bending
 
 CASE = load_case(
     "wind-5mw",
@@ -37,13 +36,7 @@ COARSE = SegmentDivisions(flank=4, fillet=2, tooth=2, rim=2, layers=4)
 def model():
     """Rigid bodies, with influences of coarse segments of three teeth, a ring's too."""
     view = CASE.view()
-    steel = view.material.young_modulus, view.material.poisson_ratio
-
-    def made(slot):
-        own = influence_parameters(view, slot)
-        return influence_of(replace(own, divisions=COARSE), *steel)
-
-    teeth = {slot: made(slot) for slot in ("planet", "sun", "ring")}
+    teeth = coarse_teeth(view, COARSE)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(of_case, "tooth_influence", lambda view, slot: teeth[slot])
         forces = power_flow(CASE).stages[0].gear_mesh_forces

@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 import pytest
-from trains import STEEL, write
+from trains import STEEL, lumped_housing, planetary, write
 
 from flexgear.analysis.equilibrium import revolution
 from flexgear.coupling.build import build_system
@@ -20,17 +20,8 @@ from flexgear.structures.bodies import rotation
 
 TRAIN = (
     STEEL
+    + planetary(3, 5, 60, 18, 27, 72)
     + """
-[[stages]]
-planets = 3
-normal_module_mm = 5
-pressure_angle_deg = 20
-face_width_mm = 60
-sun = { teeth = 18 }
-planet = { teeth = 27 }
-ring = { teeth = 72, kinematics = "fixed" }
-carrier = { support = { radial_n_per_m = 1e9 } }
-planet_bearing = { radial_n_per_m = 1e9 }
 [[stages]]
 kind = "parallel"
 normal_module_mm = 4
@@ -51,15 +42,7 @@ torque_nm = 20000
 member = "stage_2.pinion"
 """
 )
-HOUSING = {
-    "housing.kind": "lumped",
-    "housing.mass_kg": "50",
-    "housing.inertia_kg_m2": "[2, 2, 3]",
-    "housing.mount.radial_n_per_m": "2e8",
-    "housing.mount.axial_n_per_m": "2e8",
-    "housing.mount.tilt_nm_per_rad": "4e6",
-    "housing.mount.torsion_nm_per_rad": "5e6",
-}
+HOUSING = lumped_housing("50", "[2, 2, 3]", "2e8", "2e8", "4e6", "5e6")
 GAP = {"stages.stage_2.gear.support.clearance_um": "80"}
 
 

@@ -5,6 +5,7 @@ import pytest
 from coupled import TORQUE, make_bodies, make_case, make_system, named, shaped, stage_system
 from small_train import SMALL_STAGE
 from stepped import energy_error, stepped
+from trains import lumped_housing
 
 from flexgear.analysis.equilibrium import revolution
 from flexgear.analysis.modes import springs_at
@@ -72,19 +73,10 @@ def test_a_run_on_an_anisotropic_bearing_stays_balanced(odd):
 
 
 def test_soft_mount_turns_by_the_ring_torque():
-    mount = 2e8
-    soft: dict = {
-        "housing.kind": '"lumped"',
-        "housing.mass_kg": "2e4",
-        "housing.inertia_kg_m2": "[2e4, 2e4, 2e4]",
-        "housing.mount.radial_n_per_m": "1e9",
-        "housing.mount.axial_n_per_m": "1e9",
-        "housing.mount.tilt_nm_per_rad": "1e9",
-        "housing.mount.torsion_nm_per_rad": str(mount),
-    }
+    soft = lumped_housing("2e4", "[2e4, 2e4, 2e4]", "1e9", "1e9", "1e9", "2e8")
     e = revolution(modal_system(make_system(**soft)), 0.8, TORQUE)
     turned = Recovery(e).node("housing", "housing")[0, 5]
-    assert turned == pytest.approx(TORQUE * 93 / 120 / mount, rel=1e-6)
+    assert turned == pytest.approx(TORQUE * 93 / 120 / 2e8, rel=1e-6)
     assert -e.torques[0, -1] == pytest.approx(TORQUE * 27 / 120, rel=1e-9)
 
 

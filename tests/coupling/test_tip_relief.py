@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from coupled import TORQUE, make_system
-from stepped import Jumping, energy_error, stepped
+from stepped import energy_error, jump, stepped
 from trains import stage_train
 
 from flexgear.analysis.equilibrium import revolution
@@ -114,7 +114,6 @@ def test_pairs_of_a_wide_stage_share_the_force_of_their_gear_mesh(tmp_path, make
 
 def test_energy_closes_while_many_pairs_come_and_go():
     modal = modal_system(wide_flexible(None), 3000.0)
-    drive = Jumping(lambda t: np.where(t > 0.01, 0.3 * TORQUE, TORQUE), jumps=(0.01,))
-    found = stepped(modal, drive, 0.04, 5e-5, 1e-3, track_energy=True)
+    found = stepped(modal, jump(TORQUE, 0.3 * TORQUE, 0.01), 0.04, 5e-5, 1e-3, track_energy=True)
     assert (found.pair_load > 0.0).sum(axis=-1).max() > 4
     assert energy_error(found) < 1e-2

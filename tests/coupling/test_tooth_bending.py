@@ -1,10 +1,8 @@
 """A stage whose slices bend each other by FE, on coarse segments of one tooth each."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
-from train_contexts import rigid_stage
+from train_contexts import coarse_teeth, rigid_stage
 
 from flexgear.coupling.laws import COUPLED_SLICES_LAW, respond
 from flexgear.coupling.pair_data import OF_LINE
@@ -12,8 +10,6 @@ from flexgear.model.load import load_case
 from flexgear.solve.static import static
 from flexgear.structures.fe_mesh.tooth_segment import SegmentDivisions
 from flexgear.structures.tooth_influence import of_case
-from flexgear.structures.tooth_influence.influence import influence_of
-from flexgear.structures.tooth_influence.of_case import influence_parameters
 
 FE = {"stage.gear_mesh.model": "face_load", "stage.gear_mesh.tooth_compliance": "fe"}
 BASE = load_case("wind-5mw").with_(**FE)
@@ -23,12 +19,7 @@ COARSE = SegmentDivisions(flank=5, fillet=2, tooth=2, layers=8)
 
 @pytest.fixture(scope="module")
 def teeth():
-    view, found = BASE.view(), {}
-    for slot in ("planet", "sun", "ring"):
-        own = replace(influence_parameters(view, slot), teeth=1, held_radius=None, margin=0.0)
-        own = replace(own, divisions=COARSE)
-        found[slot] = influence_of(own, view.material.young_modulus, view.material.poisson_ratio)
-    return found
+    return coarse_teeth(BASE.view(), COARSE, teeth=1, held_radius=None, margin=0.0)
 
 
 @pytest.fixture

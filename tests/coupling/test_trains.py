@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from coupled import make_bodies, stage_system
-from trains import STEEL, stage_train, write
+from trains import STEEL, planetary, stage_train, write
 
 from flexgear.analysis.equilibrium import revolution
 from flexgear.analysis.modes import modes, springs_at
@@ -226,27 +226,9 @@ def test_a_wave_is_handed_over_from_tooth_to_tooth_without_a_jump():
 
 TWO_STAGES = (
     STEEL
+    + planetary(3, 5, 60, 18, 27, 72)
+    + planetary(4, 3, 40, 20, 30, 80)
     + """
-[[stages]]
-planets = 3
-normal_module_mm = 5
-pressure_angle_deg = 20
-face_width_mm = 60
-sun = { teeth = 18 }
-planet = { teeth = 27 }
-ring = { teeth = 72, kinematics = "fixed" }
-carrier = { support = { radial_n_per_m = 1e9 } }
-planet_bearing = { radial_n_per_m = 1e9 }
-[[stages]]
-planets = 4
-normal_module_mm = 3
-pressure_angle_deg = 20
-face_width_mm = 40
-sun = { teeth = 20 }
-planet = { teeth = 30 }
-ring = { teeth = 80, kinematics = "fixed" }
-carrier = { support = { radial_n_per_m = 1e9 } }
-planet_bearing = { radial_n_per_m = 1e9 }
 [[joints]]
 first = "stage_1.sun"
 second = "stage_2.carrier"

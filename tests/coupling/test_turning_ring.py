@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from coupled import make_case, make_system
-from stepped import Jumping, energy_error, stepped
+from stepped import Jumping, energy_error, jump, stepped
 from turning_ring import HUB, STANDS, SUPPORT, cheap, held_case, lumped
 
 from flexgear.analysis.equilibrium import revolution
@@ -229,8 +229,7 @@ def test_no_energy_appears_where_the_ring_turns(tmp_path, held):
     more = {**SUPPORT, **UNEVEN, **(STANDS if held == "carrier" else {})}
     case = held_case(tmp_path, held, first, second, **more)
     modal = modal_system(build_system(case, cheap(case)), 600.0)
-    drive = Jumping(lambda t: np.where((t > 0.02) & (t < 0.05), 3e5, 9e5), jumps=(0.02, 0.05))
-    found = stepped(modal, drive, 0.08, 2e-5, 1e-3, track_energy=True)
+    found = stepped(modal, jump(9e5, 3e5, 0.02, 0.05), 0.08, 2e-5, 1e-3, track_energy=True)
     assert energy_error(found) < 1e-3
     turned = np.ptp(found.theta[:, modal.system.pairs.angle[0]])
     assert turned > 0.05 * abs(speed_of(case))

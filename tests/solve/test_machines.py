@@ -5,7 +5,7 @@ import pytest
 from small_train import SMALL
 from stage_samples import cheap_stage
 from train_contexts import put_together
-from trains import stage_train, write
+from trains import lumped_housing, stage_train, write
 
 from flexgear.analysis.kernels.energy import LEFT_OVER
 from flexgear.coupling.machines import require_free_speeds
@@ -164,15 +164,7 @@ def test_a_run_with_a_controlled_generator(tmp_path):
     assert found.summary["energy_residual"] < 1e-6
 
 
-HOUSING = {
-    "housing.kind": "lumped",
-    "housing.mass_kg": "4000",
-    "housing.inertia_kg_m2": "[900, 900, 1500]",
-    "housing.mount.radial_n_per_m": "2e8",
-    "housing.mount.axial_n_per_m": "2e8",
-    "housing.mount.tilt_nm_per_rad": "1e8",
-    "housing.mount.torsion_nm_per_rad": "1e8",
-}
+HOUSING = lumped_housing("4000", "[900, 900, 1500]", "2e8", "2e8", "1e8", "1e8")
 
 
 def test_a_housing_on_a_stiff_mount_is_ground(tmp_path):

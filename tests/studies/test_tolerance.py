@@ -85,11 +85,7 @@ class TestPhysics:
         train = stage_train(tmp_path, planets=planets, **HELD,
                             **{PIN: "4", "tolerance.samples": str(count)})  # fmt: skip
         data = tolerance(train, workers=1)
-        angle = np.radians(20)
-        paths = theory.equal_paths(
-            planets, sun_stiffness=6e8, ring_stiffness=8e8, planet_bearing=5e8,
-            sun_angle=angle, ring_angle=angle, sun_base_radius=0.004 * 26 / 2 * np.cos(angle),
-        )  # fmt: skip
+        paths = theory.stage_paths(planets)
         torque = 3000 * 26 / 84
         force = torque / (planets * paths.sun_base_radius)
         deviation = paths.stiffness[0] * abs(paths.resultant[1]) * sigma
