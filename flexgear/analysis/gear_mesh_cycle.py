@@ -37,12 +37,7 @@ from numpy.typing import NDArray
 
 from flexgear.analysis.equilibrium import Equilibrium, revolution
 from flexgear.analysis.line_loads import LineLoads, line_loads
-from flexgear.analysis.modes import (
-    ContactSprings,
-    FlankCycle,
-    Springs,
-    other_springs,
-)
+from flexgear.analysis.modes import ContactSprings, FlankCycle, Springs, other_springs
 from flexgear.arrays import Array, Ints
 from flexgear.coupling.kernels.elements import Rows, between_rows, packed, pair_rows
 from flexgear.coupling.kernels.pairs import build_rows, fill_rows
@@ -325,10 +320,8 @@ class _Teeth:
         c, s = share * np.cos(away), share * np.sin(away)
         x, y, z = wrench[0::3], wrench[1::3], wrench[2::3]
         out = np.empty((count, 6))
-        out[:, 0::3], out[:, 1::3] = (
-            np.outer(c, x) - np.outer(s, y),
-            np.outer(s, x) + np.outer(c, y),
-        )
+        out[:, 0::3] = np.outer(c, x) - np.outer(s, y)
+        out[:, 1::3] = np.outer(s, x) + np.outer(c, y)
         out[:, 2::3] = np.outer(share, z)
         return out.ravel()
 

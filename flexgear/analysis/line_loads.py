@@ -109,10 +109,8 @@ def _of_gear_mesh(
     centre = line_centres(pairs, m, s, tables)
     with np.errstate(divide="ignore", invalid="ignore"):
         lever = np.where(radius > 0, 0.5 / radius, 0.0)
-    tilt, turned = (
-        lever * (approaches[:, 1] - approaches[:, 0]),
-        lever * (approaches[:, 3] - approaches[:, 2]),
-    )
+    tilt = lever * (approaches[:, 1] - approaches[:, 0])
+    turned = lever * (approaches[:, 3] - approaches[:, 2])
     middle, approach = approaches[:, :2].mean(axis=1), approaches[:, 2:].mean(axis=1)
     x = middle[:, None] + tilt[:, None] * (z - centre[:, None]) - gap
     far = 0.5 + lever[:, None] * (z - centre[:, None])  # share of the second row in each slice

@@ -124,11 +124,8 @@ def _skew(spring: Array, turning: Array, size: int) -> tuple[Array, Complex]:
     """ω (size,) and shapes from the Hermitian problem −iB y = ω y."""
     elastic, d = spring.shape
     b = np.zeros((elastic + d, elastic + d))
-    b[:elastic, elastic:], b[elastic:, :elastic], b[elastic:, elastic:] = (
-        spring,
-        -spring.T,
-        -turning,
-    )
+    b[:elastic, elastic:], b[elastic:, :elastic] = spring, -spring.T
+    b[elastic:, elastic:] = -turning
     # eigenvalues stand in pairs ±ω round one zero for each rigid motion: the upper d are the modes
     omega, y = linalg.eigh(-1j * b, subset_by_index=[elastic, elastic + size - 1])
     omega = np.where(omega <= 1e-12 * np.abs(b).sum(axis=1).max(), 0.0, omega)

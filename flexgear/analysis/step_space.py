@@ -319,10 +319,8 @@ NEVER = 2  # ticks between samples, of which one is taken
 
 def at_rest(data: StepData, modal_system: ModalSystem) -> StepData:
     """The same system with a step of no duration as its only one."""
-    system, modal = (
-        modal_system.system,
-        data.modal._replace(h=np.zeros(1), inverse=np.ones((1, data.modal.omega2.size))),
-    )
+    system, inverse = modal_system.system, np.ones((1, data.modal.omega2.size))
+    modal = data.modal._replace(h=np.zeros(1), inverse=inverse)
     channels = data.channels._replace(displacement=data.channels.residual[None])
     springs = eliminated_springs(system.pairs, channels, len(system.ports))
     return data._replace(modal=modal, channels=channels, springs=springs)

@@ -18,7 +18,7 @@ from flexgear.coupling.system import StageFrame
 from flexgear.gears.contact import GearMeshPath
 from flexgear.gears.errors import stage_errors
 from flexgear.gears.geometry import stage_geometry
-from flexgear.gears.paths import stage_paths
+from flexgear.gears.paths import PathKey, stage_paths
 from flexgear.gears.power_flow import StageFlow
 from flexgear.gears.slices import Nominal, Slices, bent
 from flexgear.gears.stiffness import line_load
@@ -26,7 +26,6 @@ from flexgear.gears.tooth_faults import fault_groups, with_faults
 from flexgear.model.bearings import Bearing
 from flexgear.model.case import Case
 from flexgear.model.faults import Fault
-from flexgear.model.member import GearMember
 from flexgear.model.names import BodyName, MemberName, SupportName
 from flexgear.model.stage_view import StageView
 from flexgear.structures.reduced import RimFlexibility
@@ -222,6 +221,24 @@ class GearBlocks:
         return self.blocks.get((part, planet, side)) or self.blocks[part, planet, ""]
 
 
+def flanks(
+    view: StageView, paths: Mapping[PathKey, GearMeshPath]
+) -> Iterator[tuple[GearMeshPath, float]]:
+    """Paths of the flanks that may carry, with the linear law those of the rated torque alone, and
+    the equivalent mass on their line of action, kg: 1/m = r_bp²/J_p + r_b²/J, without the second
+    term where the gear is held."""
+    stage = view.stage
+    first, second = ("pinion", "gear") if stage.kind == "parallel" else ("sun", "planet")
+    for path in paths.values():
+        if not path.carries and stage.gear_mesh.contact_law == "linear":
+            continue
+        part = "ring" if path.kind.internal else first
+        inverse = path.base_radius_planet**2 / mass_properties(view, second)[1]
+        if can_turn(view.case, stage, part):
+            inverse += path.base_radius_gear**2 / mass_properties(view, part)[1]
+        yield path, 1.0 / inverse
+
+
 def stage_sets(
     case: Case,
     number: int,
@@ -236,10 +253,6 @@ def stage_sets(
     says so, by influences from the cache or made (half a minute each); rim: what the teeth of its
     ring yield besides; rigid: FE members whose teeth have all their compliance in the gear mesh,
     as those of lumped ones.
-
-    With the linear law only the flank that carries the rated torque is there. Pair damping takes
-    the equivalent mass on the line of action, 1/m = r_bp²/J_p + r_b²/J, without the second term
-    where the gear is held.
     """
     stage, out = case.stages[number], []
     options, view = stage.gear_mesh, case.view(stage.name)
@@ -247,20 +260,15 @@ def stage_sets(
     paths = stage_paths(view, flow.gear_mesh_forces)
     errors = stage_errors(view, paths)
     first, second = ("pinion", "gear") if stage.kind == "parallel" else ("sun", "planet")
-    for (kind, side), path in paths.items():
-        if not path.carries and options.contact_law == "linear":
-            continue
-        part = "ring" if kind.internal else first
-        inverse = path.base_radius_planet**2 / mass_properties(view, second)[1]
-        if can_turn(case, stage, part):
-            inverse += path.base_radius_gear**2 / mass_properties(view, part)[1]
+    for path, mass in flanks(view, paths):
+        kind, side = path.kind, path.side
         force, bend = flow.gear_mesh_forces[kind.gear], None
         if bending and bend_each_other(view):
             bend = _bending(view, path, force, rim if kind.internal else None)
         faulty = faulty_teeth(view, path, force, bend, bending)
         if bend is not None:
             path = bend(path, None)
-        gear = blocks.of(part, side)
+        gear = blocks.of("ring" if kind.internal else first, side)
         numbers = range(stage.planets) if second == "planet" else [-1]
         planets = [blocks.of(second, side, i) for i in numbers]
         floating = [p for p in planets if p.rigid is not None]
@@ -277,7 +285,7 @@ def stage_sets(
                 tooth_positions=gear.teeth,
                 turns=-1 if gear.teeth is None else frame.theta,
                 one_sided=options.contact_law != "linear",
-                equivalent_mass=1.0 / inverse,
+                equivalent_mass=mass,
                 damping_ratio=options.damping_ratio,
                 model=MODELS.get(options.model, WAVE),
                 always_damped=options.damping_law == "always",
@@ -354,15 +362,3 @@ def bend_each_other(view: StageView) -> bool:
     """Whether the slices of a stage's tooth pairs do, by FE influences."""
     options = view.gear_mesh
     return options.model == "face_load" and options.tooth_compliance == "fe"
-
-
-def blocks_anywhere(case: Case, number: int) -> GearBlocks:
-    """Blocks of a stage of which only the gear meshes' own properties are asked."""
-    stage, blocks = case.stages[number], dict[tuple[str, int, str], GearBlock]()
-    for part in (*stage.members, "planet"):
-        fe = part != "planet" and stage.form(part) == "fe"
-        member = stage.member(part) if fe else None
-        teeth = np.zeros((member.teeth, 3)) if isinstance(member, GearMember) else None
-        for name in body_names(stage, part):
-            blocks[part, name.planet, name.side] = GearBlock(0, teeth)
-    return GearBlocks(blocks)

@@ -174,12 +174,8 @@ def _places(bodies: Sequence[Body]) -> list[tuple[Body, str, Array]]:
             picked = np.zeros((len(rows), size))
             motion = body.rigid_motions.T if body.rigid else body.node_map
             picked[:, start : start + body.size] = motion[list(rows)]
-            order = (
-                direction == "rotation",
-                _LATER.get(body.name.part, 0),
-                len(DIRECTIONS) * k + n,
-            )
-            ordered[order] = (body, direction, picked)
+            later, number = _LATER.get(body.name.part, 0), len(DIRECTIONS) * k + n
+            ordered[direction == "rotation", later, number] = (body, direction, picked)
         start += body.size
     return [ordered[key] for key in sorted(ordered)]
 

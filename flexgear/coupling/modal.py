@@ -202,12 +202,11 @@ def _norms(scaled: Array, loss: Array) -> Array:
     out = np.zeros(m)
     total = np.zeros((r, r))
     for stop in range(m, 0, -CHUNK):
-        part = (
-            scaled[:, max(0, stop - CHUNK) : stop] * np.sqrt(loss[max(0, stop - CHUNK) : stop])
-        ).T
+        judged = slice(max(0, stop - CHUNK), stop)
+        part = (scaled[:, judged] * np.sqrt(loss[judged])).T
         sums = total + np.cumsum((part[:, :, None] * part[:, None, :])[::-1], axis=0)
         total = sums[-1]
-        out[max(0, stop - CHUNK) : stop] = np.linalg.eigvalsh(sums)[::-1, -1]
+        out[judged] = np.linalg.eigvalsh(sums)[::-1, -1]
     return out
 
 

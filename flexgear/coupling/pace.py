@@ -18,13 +18,11 @@ Nothing here has a unit of its own: a case of another size and speed gets the sa
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
-from flexgear.coupling.connections import blocks_anywhere, stage_sets
-from flexgear.coupling.gear_meshes import GearMeshSet
-from flexgear.coupling.system import StageFrame
+from flexgear.coupling.connections import flanks
+from flexgear.gears.paths import stage_paths
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.case import Case
 from flexgear.model.machine import TorqueDrops, machines_of, series_of
@@ -110,14 +108,13 @@ class Pace:
 
 def case_pace(case: Case) -> Pace:
     """Pace of a case at its rated speeds: of its fastest gear mesh."""
-    flow = power_flow(case)
-    sets: list[GearMeshSet] = []
-    for number, stage in enumerate(case.stages):
-        blocks = blocks_anywhere(case, number)
-        stage_flow, frame = flow.stage(stage.name), StageFrame(0, -1)
-        sets += stage_sets(case, number, stage_flow, frame, blocks, bending=False)
+    flow, resonances = power_flow(case), list[float]()
+    for stage in case.stages:
+        view, forces = case.view(stage.name), flow.stage(stage.name).gear_mesh_forces
+        for path, mass in flanks(view, stage_paths(view, forces)):
+            resonances.append(math.sqrt(path.mean_stiffness / mass) / (2 * math.pi))
     highest = max(stage.gear_mesh_frequency for stage in flow.stages)
-    return _pace(highest, sets, case.solver, series_of(case))
+    return _pace(highest, min(resonances), case.solver, series_of(case))
 
 
 def timed_drops(case: Case) -> TorqueDrops:
@@ -155,18 +152,9 @@ def speed_time_constant(case: Case) -> float:
     return twice_kinetic / taken
 
 
-def own_frequency(s: GearMeshSet) -> float:
-    """f_E of one gear mesh, Hz."""
-    return math.sqrt(s.path.mean_stiffness / s.equivalent_mass) / (2 * math.pi)
-
-
-def _pace(
-    gear_mesh: float,
-    sets: Iterable[GearMeshSet],
-    solver: Solver,
-    series: tuple[str, ...],
-) -> Pace:
-    resonance, orders = min(own_frequency(s) for s in sets), solver.gear_mesh_orders
+def _pace(gear_mesh: float, resonance: float, solver: Solver, series: tuple[str, ...]) -> Pace:
+    """Of the highest gear-mesh frequency and the lowest f_E, Hz."""
+    orders = solver.gear_mesh_orders
     highest, reasons = orders * gear_mesh, {}
 
     def chosen(name: str, derived: float, why: str, key: str = "") -> float:

@@ -155,10 +155,8 @@ def start_guess(laws, rows, first, stop, count, memory, space):
             continue
         element, at_element = rows.element[e], space.motion[e]
         for a in range(element.rows if element.place >= 0 else 0):
-            at_element[0, a], at_element[1, a] = (
-                memory[element.place, 0, a],
-                memory[element.place, 1, a],
-            )
+            at_element[0, a] = memory[element.place, 0, a]
+            at_element[1, a] = memory[element.place, 1, a]
         _evaluate(laws, rows, e, at_element, space.force[e], space.tangent[e])
 
 

@@ -154,13 +154,8 @@ def add_springs(springs, n, total, problem):
     """Forces and displacements of the springs from those of the other rows, and all in the order
     of the rows again. Rates of springs are not worked out: no force depends on them."""
     count = springs.stiffness.shape[0]
-    m, first_spring, pull, force, motion = (
-        total - count,
-        n - count,
-        problem.springs.pull,
-        problem.force,
-        problem.motion,
-    )
+    m, first_spring = total - count, n - count
+    pull, force, motion = problem.springs.pull, problem.force, problem.motion
     for b in range(count):
         pull[b] -= dot(problem.springs.force[b, : padded(m)], force)
     for i in range(total - 1, n - 1, -1):
@@ -168,10 +163,8 @@ def add_springs(springs, n, total, problem):
         motion[0, i], motion[1, i] = motion[0, i - count], motion[1, i - count]
     put(force[first_spring:n], pull[:count])
     for b in range(count):
-        motion[0, first_spring + b], motion[1, first_spring + b] = (
-            pull[b] / springs.stiffness[b],
-            0.0,
-        )
+        motion[0, first_spring + b] = pull[b] / springs.stiffness[b]
+        motion[1, first_spring + b] = 0.0
 
 
 def no_springs(levels: int, channels: int) -> EliminatedSprings:

@@ -97,10 +97,8 @@ def machine_parameters(machine, h, prescribed, guess, port, parameters):
         parameters[2] = guess
     elif machine.kind == CONTROLLER:
         half = 0.5 * h * machine.integral
-        parameters[0], parameters[1] = (
-            -(port.integral + half * port.error),
-            machine.proportional + half,
-        )
+        parameters[0] = -(port.integral + half * port.error)
+        parameters[1] = machine.proportional + half
 
 
 @njit(**INNER)

@@ -179,13 +179,8 @@ def _accelerate(inverse, active, force, port_forces, push):
 @njit(**PART)
 def _advance_motion(h, machines, n_rows, work, state):
     """The new motion in ``work.modes.free``; False where it holds energy from nowhere."""
-    rows, problem, modes, energy_in, n = (
-        work.rows,
-        work.problem,
-        work.modes,
-        state.energy_in,
-        state.eta.shape[0],
-    )
+    rows, problem, modes = work.rows, work.problem, work.modes
+    energy_in, n = state.energy_in, state.eta.shape[0]
     free, rate, acceleration, push = modes.free, modes.free_rate, modes.acceleration, modes.push
     ports, port_modes = modes.ports, work.active.modes
     for j in range(n):
@@ -250,8 +245,8 @@ def _finish(h, machines, state, work, count):
 @njit(**UNCOUNTED, nogil=True)
 def advance(data, laws, prescribed, first, state, space, samples, control):
     """Go len(prescribed) ticks of h₀ on; prescribed (ticks, P + L): what the ports' machines follow
-    at each new time, torques N·m or speeds rad/s (see ``machines``), nothing of a brake; then by
-    how much the vectors of loads that are histories are multiplied.
+    at each new time, torques N·m or speeds rad/s (see ``outer_forces``), nothing of a brake; then
+    by how much the vectors of loads that are histories are multiplied.
 
     A sample is saved at every ``control.every``-th tick, counted from ``first`` ticks before.
     Returns (status, samples saved): status 0, the 1-based tick of a step without a solution, or

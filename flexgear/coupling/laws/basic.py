@@ -22,6 +22,15 @@ from flexgear.compiled import INNER, njit
 from flexgear.coupling.laws.law import Law, compiled_law
 
 
+@njit(**INNER)
+def clear(force, tangent):
+    """No force and no tangent of any row."""
+    for i in range(force.shape[1]):
+        force[0, i] = force[1, i] = 0.0
+        for j in range(force.shape[1]):
+            tangent[0, i, j] = tangent[1, i, j] = 0.0
+
+
 @compiled_law
 def _linear(parameters, motion, force, tangent):
     """F = k δ + c δ̇."""

@@ -10,6 +10,7 @@ import math
 
 import numpy as np
 
+from flexgear.coupling.laws.basic import clear
 from flexgear.coupling.laws.law import CENTERING, Law, compiled_law
 from flexgear.model.bearings import Bearing
 
@@ -27,10 +28,9 @@ def _clearance(parameters, motion, force, tangent):
     x, y = motion[0, 0], motion[0, 1]
     size = math.sqrt(x * x + y * y)
     share = 1.0 - gap / size if size > gap else 0.0
+    clear(force, tangent)
     for i in range(2):
         force[0, i] = force[1, i] = k * share * motion[0, i]
-        for j in range(2):
-            tangent[0, i, j], tangent[1, i, j] = 0.0, 0.0
         tangent[0, i, i] = k * max(share, LOOSE)
     if share > 0.0:
         along = k * (1.0 - max(share, LOOSE)) / (size * size)

@@ -23,7 +23,7 @@ import numpy as np
 
 from flexgear.arrays import Array
 from flexgear.compiled import INNER, njit
-from flexgear.coupling.laws.basic import add_damper
+from flexgear.coupling.laws.basic import add_damper, clear
 from flexgear.coupling.laws.law import Law, compiled_law
 from flexgear.coupling.laws.slices import COUNT, FIRST, LOOSE, RELAXATION, damper_of_line
 
@@ -180,10 +180,7 @@ def coupled_slices(parameters, tau, motion, force, tangent):
         else:
             f[j] = _guess(most, nominal[j] * bending[j], bending[count + j])
         stiffness += nominal[j]
-    for i in range(2):
-        force[0, i], force[1, i] = 0.0, 0.0
-        for j in range(2):
-            tangent[0, i, j], tangent[1, i, j] = 0.0, 0.0
+    clear(force, tangent)
     n, energy = _newton(share, bending, x, f, space[2:], marks), 0.0
     for j in range(count if remembers else 0):
         before[j] = f[j]

@@ -7,6 +7,7 @@ speed, too. They are taken in the frame of the inner ring, so that of a body in 
 
 from __future__ import annotations
 
+from flexgear.coupling.laws.basic import clear
 from flexgear.coupling.laws.law import Law, compiled_law
 from flexgear.model.bearings import Bearing
 
@@ -14,11 +15,9 @@ from flexgear.model.bearings import Bearing
 @compiled_law
 def _dampers(parameters, motion, force, tangent):
     """No row is coupled with another, and none has a potential."""
+    clear(force, tangent)
     for i in range(6):
-        force[0, i], force[1, i] = parameters[i] * motion[1, i], 0.0
-        for j in range(6):
-            tangent[0, i, j] = tangent[1, i, j] = 0.0
-        tangent[1, i, i] = parameters[i]
+        force[0, i], tangent[1, i, i] = parameters[i] * motion[1, i], parameters[i]
     return 0.0
 
 

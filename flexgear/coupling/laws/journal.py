@@ -35,6 +35,7 @@ import numpy as np
 
 from flexgear.arrays import Array
 from flexgear.compiled import INNER, njit
+from flexgear.coupling.laws.basic import clear
 from flexgear.coupling.laws.law import CENTERING, Law, compiled_law
 from flexgear.model.bearings import Bearing
 from flexgear.model.member import PlanetBearing
@@ -70,7 +71,8 @@ def _integrals(p, q):
 
 @njit(**INNER)
 def _film(parameters, x, y, a, b, force, tangent):
-    """F of the film at (x, y) inside it under (a, b), and ∂F/∂(x, y) at these, ∂F/∂(a, b)."""
+    """F of the film at (x, y) inside it under (a, b); ∂F/∂(x, y) at these and ∂F/∂(a, b) are added
+    to ``tangent``."""
     c, size = parameters[CLEARANCE], math.sqrt(a * a + b * b)
     scale = parameters[VISCOSITY] * parameters[RADIUS] * parameters[LENGTH] ** 3 / c**3
     nx, ny = (a / size, b / size) if size > 0.0 else (1.0, 0.0)
@@ -81,7 +83,6 @@ def _film(parameters, x, y, a, b, force, tangent):
     for i in range(2):
         force[i] = scale * size * (axes[i][0] * pp + axes[i][1] * pq)
         for j in range(2):
-            tangent[0, i, j] = tangent[1, i, j] = 0.0
             for k in range(2):
                 for m in range(2):
                     turn = axes[i][k] * axes[j][m]
@@ -115,10 +116,7 @@ def _journal(parameters, motion, force, tangent):
     share = inside / size if size > inside else 1.0
     film_x, film_y = share * x, share * y
     a, b = motion[1, 0] + mean * film_y, motion[1, 1] - mean * film_x
-    for i in range(3):
-        force[0, i] = force[1, i] = 0.0
-        for j in range(3):
-            tangent[0, i, j] = tangent[1, i, j] = 0.0
+    clear(force, tangent)
     _film(parameters, film_x, film_y, a, b, force[0], tangent)
     # by film_x and film_y themselves, which (a, b) holds, too, and by the speed
     eccentric = (film_x, film_y)

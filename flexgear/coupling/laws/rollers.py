@@ -21,6 +21,7 @@ import math
 import numpy as np
 
 from flexgear.arrays import Array
+from flexgear.coupling.laws.basic import clear
 from flexgear.coupling.laws.law import Law, compiled_law
 from flexgear.model.bearings import Bearing, Rollers
 
@@ -56,10 +57,7 @@ def roller_loads(parameters: Array, motion: Array) -> Array:
 def _rollers(parameters, motion, force, tangent):
     """Sums over all rollers; the way of a roller is g · (x, y, r_x, r_y)."""
     k, gap, count = parameters[STIFFNESS], parameters[GAP], int(parameters[COUNT])
-    for a in range(4):
-        force[0, a] = force[1, a] = 0.0
-        for b in range(4):
-            tangent[0, a, b] = tangent[1, a, b] = 0.0
+    clear(force, tangent)
     energy = 0.0
     for row in range(int(parameters[ROWS])):
         z = parameters[PLACES + row]

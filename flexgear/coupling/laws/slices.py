@@ -20,7 +20,7 @@ rows.
 from __future__ import annotations
 
 from flexgear.compiled import INNER, njit
-from flexgear.coupling.laws.basic import add_damper
+from flexgear.coupling.laws.basic import add_damper, clear
 from flexgear.coupling.laws.law import Law, compiled_law
 
 COUNT, RELAXATION, FIRST = range(3)
@@ -31,10 +31,7 @@ LOOSE = 1e-9  # share of its stiffness in the tangent of a pair that does not to
 def slices(parameters, relaxation, motion, force, tangent):
     """Sums over the slices; a pair in the air keeps a small tangent, and no force."""
     count = int(parameters[COUNT])
-    for i in range(2):
-        force[0, i], force[1, i] = 0.0, 0.0
-        for j in range(2):
-            tangent[0, i, j], tangent[1, i, j] = 0.0, 0.0
+    clear(force, tangent)
     energy = stiffness = touching = 0.0
     for j in range(count):
         at = FIRST + j
