@@ -16,7 +16,7 @@ from flexgear.cli import options
 from flexgear.cli.analysis_commands import model_of
 from flexgear.cli.analysis_views import Output
 from flexgear.cli.display import columns, table
-from flexgear.coupling.laws import law_number
+from flexgear.coupling.laws import LAW_NUMBERS
 from flexgear.model.units import RPM
 from flexgear.results.quantities import number
 from flexgear.results.report.wording import with_unit, words
@@ -148,7 +148,7 @@ def _show_linear(model: Model, peaks: list[dict[str, Any]]) -> None:
 
 def _tell_dampers(model: Model) -> None:
     """Say that a linear analysis leaves out dampers, where the case has some."""
-    if law_number("dampers") in model.system.pairs.bearing_law:
+    if LAW_NUMBERS["dampers"] in model.system.pairs.bearing_law:
         typer.echo("left out: dampers of bearings, supports, joints and ports")
 
 
