@@ -111,7 +111,11 @@ def _printable(name: str) -> str:
 
 def _text(path: Path, names: Sequence[str]) -> Table:
     """Text file of OpenFAST: lines of description, names from Time on, units, a line a sample."""
-    lines = read_text(path, WHAT, MOST).splitlines()
+    text = read_text(path, WHAT, MOST)
+    lines = text.splitlines()
+    before, last = (len((line.split() or [""])[-1].lstrip("-")) for line in ["", "", *lines][-2:])
+    if not text.endswith("\n") and last < before:  # all numbers of a column are equally long
+        raise InputError(str(path), f"line {len(lines)}", "ends within a number", CUT_SHORT)
     head = next((k for k, line in enumerate(lines) if line.lower().split()[:1] == ["time"]), None)
     if head is None or head + 2 > len(lines):
         problem = "has no line of names that begins with Time, with units below"

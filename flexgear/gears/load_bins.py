@@ -240,7 +240,10 @@ class _Train:
         sense = value * speed / (rated * rated_speed) if speed and rated_speed else value / rated
         if sense < 0.0 and not load_case.back_driven:
             problem = f"makes {value:.6g} N m on {member}, against the rated sense of its power"
-            remedy = f"turn its sign (rated: {rated:.6g} N m), or set back_driven = true"
+            if value * rated > 0.0:
+                problem = f"has its rated sense, but {member} turns the other way, by its speed"
+            remedy = f"turn a sign (rated: {rated:.6g} N m, {rated_speed * RPM:.6g} r/min), or set"
+            remedy = f"{remedy} back_driven = true"
             self._refuse(k, key, problem, remedy)
 
     def require_unit(self, bins: tuple[LoadBin, ...]) -> None:

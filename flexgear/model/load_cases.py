@@ -289,8 +289,17 @@ def read_load_cases(path: Path, before: int, written: Written) -> Iterator[dict[
     columns = [_column(title, where) for title in header]
     if not header:
         raise InputError(where, "load spectrum", "is empty", f"head it {', '.join(_titles()[:6])}")
+    for k, (title, column) in enumerate(zip(header, columns, strict=True)):
+        same = [header[j] for j in range(k) if columns[j][:3] == column[:3] and column[1]]
+        if same:
+            raise InputError(where, f"column {title}", f"is beside {same[0]}", "keep one of them")
+    number = 0
     for number, cells in rows:
         require_titles(cells, header, where, number)
+        if len(cells) < len(header):
+            problem = f"has {len(cells)} cells under {len(header)} titles"
+            remedy = "is it cut short? Between separators a cell may be empty"
+            raise InputError(where, f"line {number}", problem, remedy)
         row: dict[str, Any] = {"source": where, "line": number}
         at = f"load_cases.{before}"
         for name in LoadCase.model_fields:
@@ -321,6 +330,8 @@ def read_load_cases(path: Path, before: int, written: Written) -> Iterator[dict[
         row["members"] = tuple(row.get("members", {}).values())
         before += 1
         yield row
+    if not number:
+        raise InputError(where, "load spectrum", "has titles, but no load case", "add rows")
 
 
 def _state(row: dict[str, Any], member: str, at: str) -> tuple[dict[str, Any], str]:

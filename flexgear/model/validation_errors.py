@@ -81,14 +81,17 @@ def _is_missing(line: Any) -> bool:
 def _all_missing(root: type[Section], lines: list[Any], where: str) -> InputError:
     """One line for all keys that are missing, each once."""
     keys: dict[str, None] = {}
+    remedies: dict[str, None] = {}
     for line in lines:
         loc: list[Any] = list(location(line))
         cause = line.get("ctx", {}).get("error")
         keys[_spelled(root, _below(loc, cause.key) if cause else loc)] = None
+        remedies[cause.remedy if cause else "add them"] = None
     if len(keys) == 1:
         key = next(iter(keys))
         return InputError(where, key, "is missing", f"add {_addition(root, key)}")
-    return InputError(where, ", ".join(keys), "are missing", "add them")
+    remedy = next(iter(remedies)) if len(remedies) == 1 else "add them"
+    return InputError(where, ", ".join(keys), "are missing", remedy)
 
 
 def _addition(root: type[Section], key: str) -> str:

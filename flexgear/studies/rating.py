@@ -46,7 +46,7 @@ from flexgear.solve.stresses import GroupStresses
 from flexgear.studies.dask_pool import reach
 from flexgear.studies.job_pool import StudyStore, stored_or_run, study_folder
 from flexgear.studies.rating_bearings import rate_bearings
-from flexgear.studies.rating_gears import rate_gears
+from flexgear.studies.rating_gears import pairs_of, rate_gears
 from flexgear.studies.tolerance_samples import (
     drawn_errors,
     pitch_seeds,
@@ -77,7 +77,7 @@ def rate(
     if scheduler is not None:
         reach(scheduler)
     bins = tuple(bins) or bins_of(case, progress)
-    rules, cases = case.rating, deviated_cases(case)
+    rules, cases, pairs = case.rating, deviated_cases(case), pairs_of(case)
     trains = [
         SpectrumTrain(each, bins, rules.gear_mesh_cycles, rules.positions_per_gear_mesh)
         for each in cases
@@ -90,7 +90,7 @@ def rate(
     loads = [worst_of(of_bin) for of_bin in zip(*of_trains, strict=True)]
     train = trains[0]
     flows = [power_flow(case_in_bin(case, b)) for b in bins]
-    gear_meshes, parts, missing = rate_gears(trains, flows, loads)
+    gear_meshes, parts, missing = rate_gears(pairs, trains, flows, loads)
     parts = (*parts, *rate_bearings(case, bins, flows, loads))
     open_parts = {p.name: p.missing for p in parts if p.missing}
     rating = Rating(

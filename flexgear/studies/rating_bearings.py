@@ -35,6 +35,7 @@ from flexgear.model.case import Case
 from flexgear.model.errors import FlexgearError
 from flexgear.model.member import PlanetBearing, SeatBearing
 from flexgear.model.names import MemberName
+from flexgear.model.stage_view import stage_key
 from flexgear.results.rating import RatedPart
 from flexgear.solve.bin_loads import BinLoads
 
@@ -179,7 +180,9 @@ def _missing(place: _Place, bearing: RollingBearing | str, loads: Sequence[BinLo
         return "the model has no such support"
     if isinstance(bearing, RollingBearing) or place.section.dynamic_rating is not None:
         return ""
-    return "dynamic_rating is missing"
+    place_of = "planet_bearing" if place.member == "planet" else place.name.rpartition(".")[2]
+    key = place_of.replace("carrier_", "carrier.bearing_")
+    return f"{stage_key(place.stage, key)}.dynamic_rating_kn is missing"
 
 
 def _unevenness(case: Case, place: _Place, loads: BinLoads) -> float:

@@ -80,32 +80,44 @@ class _InBin(NamedTuple):
 History = dict[int, LoadedState]  # by number of the bin
 
 
+Pairs = Mapping[tuple[str, str], GearPair]  # by stage and role
+
+
+def pairs_of(case: Case) -> Pairs:
+    """Gear meshes that can be rated; InputError for steels that the norm has no strength of."""
+    views = [case.view(stage.name) for stage in case.stages]
+    every = [(view, stage_geometry(view)) for view in views]
+    return {
+        (view.name, role): gear_pair(view, geometry, role)
+        for view, geometry in every
+        for role in (() if geometry.overridden else geometry.gear_meshes)
+    }
+
+
 def rate_gears(
-    trains: Sequence[SpectrumTrain], flows: Sequence[PowerFlow], loads: Sequence[BinLoads]
+    pairs: Pairs,
+    trains: Sequence[SpectrumTrain],
+    flows: Sequence[PowerFlow],
+    loads: Sequence[BinLoads],
 ) -> tuple[tuple[GearMeshRating, ...], tuple[RatedPart, ...], dict[str, str]]:
     """Load factors by group of gear meshes, flanks and roots, and why groups are not assessed;
     trains: the case's, and those of other deviations that loads are of."""
     case, bins = trains[0].case, trains[0].bins
-    pairs: dict[tuple[str, str], GearPair] = {}
     groups: list[GearMeshRating] = []
     histories: dict[_Place, History] = defaultdict(dict)
-    missing: dict[str, str] = {}
-    for stage in case.stages:
-        view = case.view(stage.name)
-        geometry = stage_geometry(view)
-        roles = () if geometry.overridden else tuple(geometry.gear_meshes)
-        missing |= {stage.name: NO_TEETH} if geometry.overridden else {}
-        for role in roles:
-            pair = pairs[stage.name, role] = gear_pair(view, geometry, role)
-            for group in (GroupName.of(stage.name, role, side) for side in stage.sides):
-                of_bins = [
-                    _in_bin(view, pair, flow, load.groups.get(group))
-                    for flow, load in zip(flows, loads, strict=True)
-                ]
-                _append(histories, view, group, bins, flows, loads, of_bins)
-                groups.append(_gear_mesh(group, of_bins, loads))
-                missing |= _first_missing(group, of_bins)
-                missing |= _uneven(group, bins, flows, loads)
+    rated = {stage for stage, _ in pairs}
+    missing = {stage.name: NO_TEETH for stage in case.stages if stage.name not in rated}
+    for (stage_name, role), pair in pairs.items():
+        view = case.view(stage_name)
+        for group in (GroupName.of(stage_name, role, side) for side in view.stage.sides):
+            of_bins = [
+                _in_bin(view, pair, flow, load.groups.get(group))
+                for flow, load in zip(flows, loads, strict=True)
+            ]
+            _append(histories, view, group, bins, flows, loads, of_bins)
+            groups.append(_gear_mesh(group, of_bins, loads))
+            missing |= _first_missing(group, of_bins)
+            missing |= _uneven(group, bins, flows, loads)
     parts = []
     for place, history in histories.items():
         kinds = {x.group.kind for x in history.values()}  # under reversed torque planets' two
@@ -299,5 +311,5 @@ def _missing(case: Case, place: _Place, key: str) -> str:
     if not key:
         return ""
     if key == "lubricant":
-        return "lubricant.viscosity_40 is missing"
+        return "lubricant.viscosity_40_mm2_per_s is missing"
     return f"{case.view(place.stage).key(place.gear)}.rating.{key} is missing"

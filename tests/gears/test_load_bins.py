@@ -112,6 +112,8 @@ def test_where_a_table_lies_and_how_it_is_written_is_no_part_of_the_content(case
         (in_case(hours=1, torque_knm=955), "1000 times the rated 954.9.*N m for kN m"),
         (in_case(hours=1, torque_nm=0.9549), "load_cases: have at most 0.9549 N m.*kN m for N m"),
         (in_case(hours=1, torque_nm=-300), "against the rated sense.*back_driven = true"),
+        (in_case(hours=1, torque_nm=300, speed_rpm=-10),
+         "torque: has its rated sense, but stage_1.carrier turns the other way, by its speed"),
         (in_case(hours=1, speed_rad_per_s=10), "95.493 r/min is 9.55 times the rated 10 r/min"),
         (in_case(hours=1, speed_rpm=5, members=[{}]).replace(
             "[{}]", "[{ member = 'stage_2.pinion', speed_rpm = -50 }]"),
@@ -146,6 +148,9 @@ def test_what_a_train_cannot_have_is_one_line(case_with, text, words):
         ("torque_nm", "torque", r"bins.csv: column 'torque': is not known -- did you mean torque_"),
         ("stage_2.gear", "stage_2.gears", "bins.csv: line 2.*'stage_2.gears' is not a member"),
         (",0\n", ",0,0,5\n", "bins.csv: line 2: has 9 cells under 7 titles"),
+        ("part,100,300,5,0.2,-40,0", "part,100", "line 2: has 2 cells under 7 titles -- is it cut"),
+        ("speed_rpm", "torque_knm", "bins.csv: column torque_knm: is beside torque_nm -- keep one"),
+        (TABLE[TABLE.index("part") :], "", "bins.csv: load spectrum: has titles, but no load case"),
         ("0\nfull", "perhaps\nfull", "line 2, extreme: 'perhaps' is neither 1 nor 0"),
     ],
 )

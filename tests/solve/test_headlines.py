@@ -396,3 +396,8 @@ def test_a_life_is_held_to_the_required_one(life, level):
 def test_a_required_life_needs_a_rating():
     with pytest.raises(InputError, match=r"dynamic_rating.*is missing beside required_life"):
         load_case("wind-5mw", {"stage.planet_bearing.required_life_h": "175000"})
+    keys = {f"stage.{b}.dynamic_rating_kn": "9" for b in ("planet_bearing", "carrier.bearing_far")}
+    with pytest.raises(
+        InputError, match=r'rolling, .*rolling: are missing -- add rolling = "roller"'
+    ):
+        load_case("wind-5mw", keys)

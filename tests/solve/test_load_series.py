@@ -218,6 +218,15 @@ def test_a_bad_binary_file_is_one_line(case_with, tmp_path, damage, words):
         load_bins(case_with())
 
 
+def test_a_text_file_that_ends_within_a_number_is_one_line(case_with, tmp_path):
+    """1.2E+0 of 1.2E+02 is a number, too."""
+    write_out(tmp_path / "a.out", series(), cut=-2)
+    with pytest.raises(
+        InputError, match=r"a.out: line \d+: ends within a number -- the file is cut"
+    ):
+        load_bins(case_with([("a.out", 10)]))
+
+
 @pytest.mark.parametrize(
     ("change", "words"),
     [

@@ -176,10 +176,29 @@ def test_what_is_missing_is_not_assessed_by_name():
     assert "K_Hβ is not known" in rating.not_assessed["stage sun"]
     for name in ("micropitting", "scuffing", "shafts", "lubrication", "wear", "damage and life"):
         assert name in rating.not_assessed
+    for name, key in (
+        ("planet_bearing_2", "planet_bearing"),
+        ("carrier_far", "carrier.bearing_far"),
+    ):
+        missing = rating.not_assessed[f"stage.{name}"]
+        assert missing == f"stage.{key}.dynamic_rating_kn is missing"
     forced = rate(case.with_(**{"rating.k_h_beta": 1.2, "rating.k_v": 1.1}), workers=1)
     assert forced.not_assessed["stage.sun flank"] == "stage.sun.rating.steel is missing"
     assert all(p.missing for p in forced.parts)
     assert all(p.load[0] > 0 for p in forced.parts if p.kind != "bearing")  # stresses are known
+
+
+def test_split_and_reordered_bins_damage_alike():
+    whole = (("a", 900.0, 1.1), ("b", 5000.0, 0.8), ("c", 40.0, 1.4))
+    split = (("c", 40.0, 1.4), ("b1", 1500.0, 0.8), ("a", 900.0, 1.1), ("b2", 3500.0, 0.8))
+    assert _damages(_frozen(*split)) == pytest.approx(_damages(_frozen(*whole)), rel=1e-12)
+
+
+def test_what_the_norm_does_not_know_is_refused_before_anything_is_solved(monkeypatch):
+    monkeypatch.setattr(study, "_solved", None)
+    case = _train().with_(**{"stages.stage_1.sun.rating.vickers_hardness": 500.0})
+    with pytest.raises(InputError, match="no flank strength of case_hardened MQ beyond"):
+        rate(case, workers=1)
 
 
 def test_a_load_at_rest_and_one_without_torque():
