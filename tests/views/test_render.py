@@ -98,9 +98,9 @@ def test_deformed_ring_is_rendered_with_bar_factor_and_scale(annulus):
 def test_length_scale_holds(annulus):
     """A ring 2.12 m wide, undeformed and seen along its axis, spans 2.12 m by its own scale."""
     points, cells, displacement = annulus
-    shot = render.snapshot(points, cells, 0 * displacement, 1.0, (0.0, 1.0), "axial", (400, 400))
+    shot = render.snapshot(points, cells, 0 * displacement, 1.0, (0.0, 1.0), "axial", (1600, 1600))
     columns = np.flatnonzero((shot.pixels < 250).any(axis=2).any(axis=0))
-    width = (columns[-1] - columns[0] + 1) / 400 * shot.height
+    width = (columns[-1] - columns[0] + 1) / 1600 * shot.height
     assert width == pytest.approx(2.12, rel=0.01)
 
 
