@@ -90,7 +90,7 @@ def rexs_place_without_number(folder):
 
 
 OTHERS = {
-    "short row of the node table": (short_row, "row 4: has 3 columns, the first 5"),
+    "short row of the node table": (short_row, "line 4, y_m: is empty"),
     "damaged LZMA": (compressed_rexs(zipfile.ZIP_LZMA, 20), "zip: is damaged"),
     "damaged bz2": (compressed_rexs(zipfile.ZIP_BZIP2, 10), "zip: is damaged"),
     "NaN in a position": (rexs_place_without_number, "'nan"),
