@@ -66,7 +66,7 @@ def drawn_side(
     side = Side(
         name=case.title or case.name,
         lead=_lead(case, flow, summary),
-        verdicts=verdicts(case, flow, summary),
+        verdicts=verdicts(case, summary),
         tables=[*tables(case, flow, summary), *case_tables(case)],
         pictures=with_files,
         version=str(summary["version"]),

@@ -79,7 +79,7 @@ def _show(title: str, case: Case, flow: PowerFlow, summary: dict[str, Any]) -> N
     stepping = f"{with_unit(core, 's')} of one core for 1 s of running"
     show_verdicts([
         Verdict("note", "Power", f"{power} in", ""),
-        *(v for v in verdicts(case, flow, summary) if v.subject != WARNING),
+        *(v for v in verdicts(case, summary) if v.subject != WARNING),
         Verdict("note", "Lowest natural modes", modes, ""),
         Verdict("note", "Time stepping", stepping, ""),
     ])  # fmt: skip

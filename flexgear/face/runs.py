@@ -29,7 +29,7 @@ class Run(run.Run):
         return f"<flexgear run of {self.case.name}: {', '.join(self.datasets)}>"
 
     def _repr_html_(self) -> str:
-        rows = verdicts(self.case, self.flow, self.summary)
+        rows = verdicts(self.case, self.summary)
         return html_table({row.subject: row.figure for row in rows})
 
 

@@ -40,7 +40,7 @@ from flexgear.gears.load_bins import LoadBin, case_in_bin
 from flexgear.gears.power_flow import PowerFlow, power_flow
 from flexgear.gears.slices import factor_along
 from flexgear.model.case import Case
-from flexgear.model.names import GroupName
+from flexgear.model.names import GroupName, MemberName
 from flexgear.model.train import MemberLoad, varying
 from flexgear.results.face_load import sharing_factor
 from flexgear.results.labelled_dataset import groups_of
@@ -212,7 +212,7 @@ def loads_in_bin(train: SpectrumTrain, load_bin: LoadBin) -> BinLoads:
         groups |= _groups(model, of_stage, stage, samples.per_gear_mesh)
         carrier[stage] = of_stage["carrier_angle"].sel(turning_stage=stage).to_numpy()
         for name in map(str, of_stage["support"].to_numpy() if "support" in data else ()):
-            if name.startswith(f"{stage}."):
+            if MemberName.parse(name).stage == stage:
                 supports[name] = of_stage["bearing_force"].sel(support=name).to_numpy()
     if train.case.rating.dynamic_factor == "train":
         factors = dynamic_factors(model.case, {n: g.largest_force for n, g in groups.items()})

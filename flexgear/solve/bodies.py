@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 
@@ -39,22 +39,16 @@ def stage_bodies(
     are not made.
     """
     sources = {name: s for name, s in fe_sources(view).items() if name not in rigid}
-    makers = {
-        name: lambda report, s=source: s.whole(s.reduced(report, limit_hz))
-        for name, source in sources.items()
-    }
     roomy = _BYTES[view.solver.fidelity] < psutil.virtual_memory().available
-    return _made(makers, progress, len(makers) if roomy else 1)
-
-
-def _made(
-    makers: Mapping[BodyName, Callable[[Progress], ReducedBody]], progress: Progress, at_once: int
-) -> dict[BodyName, ReducedBody]:
-    """Reduced bodies of all makers, ``at_once`` of them at a time, each in a thread: half of the
-    work runs in one."""
+    at_once = len(sources) if roomy else 1  # each in a thread: half of the work runs in one
     with single_threaded_blas(), stoppable_pool(max(at_once, 1), progress) as (pool, watched):
         waiting = {
-            name: pool.submit(make, named(name.part, watched)) for name, make in makers.items()
+            name: pool.submit(
+                lambda s, report: s.whole(s.reduced(report, limit_hz)),
+                source,
+                named(name.part, watched),
+            )
+            for name, source in sources.items()
         }
         return {name: future.result() for name, future in waiting.items()}
 

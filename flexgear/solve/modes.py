@@ -36,6 +36,9 @@ def modes(model: Model, *, angle: float | None = None, limit_hz: float | None = 
     springs = strain_shares(contributions(model, model.contact_springs(angle)), kinds.shapes)
     names, rows = body_rows(system)
     count = len(natural.frequencies)
+    state: dict[str, Any] = {"gear_mesh_stiffness": "mean over the gear-mesh cycle"}
+    if angle is not None:
+        state = {"gear_mesh_stiffness": "at one angle", "angle_rad": angle}
     return labelled_dataset(
         "mode",
         np.arange(1, count + 1),
@@ -49,7 +52,7 @@ def modes(model: Model, *, angle: float | None = None, limit_hz: float | None = 
             "nodal_index": nodal_index(model, kinds.shapes),
             "mode_shape": (rows @ kinds.shapes).T.reshape(count, len(names), 6),
         },
-        result_attrs(model, **_gear_mesh_state(angle)),
+        result_attrs(model, **state),
         {
             "body": names,
             "inertia": [result_name(body) for body in kinds.bodies],
@@ -78,13 +81,6 @@ def usual_limit(model: Model) -> float | None:
     """Highest frequency worth listing, Hz: the band's top where bodies bend, else all (None)."""
     rigid = all(body.rigid for body in model.system.bodies)
     return None if rigid else model.pace.band
-
-
-def _gear_mesh_state(angle: float | None) -> dict[str, Any]:
-    """What of the gear meshes the modes are those of."""
-    if angle is None:
-        return {"gear_mesh_stiffness": "mean over the gear-mesh cycle"}
-    return {"gear_mesh_stiffness": "at one angle", "angle_rad": angle}
 
 
 def contributions(model: Model, contact: ContactSprings) -> dict[str, tuple[Array, Array]]:

@@ -92,9 +92,8 @@ def largest_motions(histories: xr.Dataset) -> dict[str, float]:
 
 
 def motions_of_summary(summary: Mapping[str, Any]) -> dict[str, float]:
-    """The same of a run by its summary; of runs before 0.3 those of central members in time."""
-    motions_um = summary.get("motion_um_max", summary["transient"]["displacement_um_max"])
-    return {name: 1e-6 * size for name, size in motions_um.items()}
+    """The same of a run by its summary."""
+    return {name: 1e-6 * size for name, size in summary["motion_um_max"].items()}
 
 
 @dataclass(frozen=True)

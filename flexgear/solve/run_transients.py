@@ -22,7 +22,7 @@ from flexgear.coupling.pace import timed_drops
 from flexgear.model.case import Case
 from flexgear.results.quantities import values
 from flexgear.results.settling import settled, window_of
-from flexgear.results.sinks import DatasetSink, between, ranges_of
+from flexgear.results.sinks import between, ranges_of
 from flexgear.results.stage_figures import KINEMATICS, STAGE_FIGURES, StageRun
 from flexgear.results.summary import finite
 from flexgear.results.time_figures import (
@@ -217,7 +217,7 @@ def _done(
     return Ended(runs, drops, figures)
 
 
-Job = Callable[[DatasetSink | None], TimedRun]
+Job = Callable[..., TimedRun]
 
 
 def _begun(
@@ -239,21 +239,22 @@ def _has_drops(model: Model) -> bool:
 
 def _jobs(models: Mapping[str, Model], progress: Progress) -> dict[Any, tuple[str, Job]]:
     """Files and runs, the longest first, so that no thread is idle for long at the end: steady
-    running of every variant, then torque drops, those of the case as it is first."""
+    running of every variant with the drive at its rated torque, whatever its history, then torque
+    drops, those of the case as it is first."""
     jobs: dict[Any, tuple[str, Job]] = {}
     as_it_is = next(iter(models))
     for label, model in models.items():
         if label == as_it_is or not is_static(model):
             flexible = label == as_it_is and bool(model.case.flexible_stages)
             job = partial(
-                _steady, model, progress=progress, label=f"transient, {label}",
+                simulate, model, drive=RATED_DRIVE, progress=progress, label=f"transient, {label}",
                 energy=flexible and not _has_drops(model),
             )  # fmt: skip
             jobs[label] = (dataset_name("transient", model), job)
     for label, model in models.items():
         for torque in () if model.ideal else model.case.drive.steps.torques:
             job = partial(
-                _drop, model, torque, energy=label == as_it_is, progress=progress,
+                torque_drop, model, torque, energy=label == as_it_is, progress=progress,
                 label=f"torque drop to {depth_name(torque)}, {label}",
             )  # fmt: skip
             jobs[torque, label] = (drop_name(torque, model), job)
@@ -281,12 +282,3 @@ def dataset_name(what: str, model: Model) -> str:
 def drop_name(torque: float, model: Model) -> str:
     """File name of a torque drop."""
     return dataset_name(f"torque_step_{depth_name(torque)}", model)
-
-
-def _steady(model: Model, sink: DatasetSink | None, **options: Any) -> TimedRun:
-    """Steady running: the drive at its rated torque, whatever its history."""
-    return simulate(model, drive=RATED_DRIVE, sink=sink, **options)
-
-
-def _drop(model: Model, torque: float, sink: DatasetSink | None, **options: Any) -> TimedRun:
-    return torque_drop(model, torque, sink=sink, **options)

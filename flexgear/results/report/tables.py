@@ -126,7 +126,7 @@ def _coefficients(figures: Mapping[str, Any]) -> Iterator[Row]:
 
 
 def _bearings(case: Case, flow: PowerFlow, summary: Summary) -> Iterator[Table]:
-    over = summary.get("equilibrium_window", "the positions of equilibria")
+    over = summary["equilibrium_window"]
     for at in (stage for stage in flow.stages if stage.kind == "planetary"):
         figures = summary["stages"][at.name]
         nominal = figures.get("nominal_planet_bearing_life_h", "no dynamic rating given")
@@ -283,7 +283,7 @@ SHOWN = 3  # orders of the gear mesh
 
 def face_tables(summary: Mapping[str, Any]) -> Iterator[Table]:
     """By variant: every group of gear meshes over a turn, causes of misalignment, gear-mesh cycles;
-    of its planets the largest. Of runs of earlier versions what they hold of it."""
+    of its planets the largest."""
     for variant, flanks in summary.get("face_load", {}).items():
         groups: dict[str, list[Mapping[str, Any]]] = {}
         for flank, values in flanks.items():

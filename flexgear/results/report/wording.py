@@ -89,8 +89,6 @@ def digits_of(unit: str) -> int:
 
 def window_words(figures: Mapping[str, Any]) -> str:
     """The part of a run that figures are of, from those of a transient in a summary."""
-    if "window_s" not in figures:  # of an earlier version
-        return "in steady running"
     start, end = figures["window_s"]
     printed, by = scale([end], "s")
     if figures.get("settled") is False:

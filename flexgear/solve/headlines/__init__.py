@@ -59,13 +59,12 @@ def _rank(headline: Headline, answer: Answer) -> tuple[int, float]:
     return len(_WORST), 0.0
 
 
-def verdicts(case: Case, flow: PowerFlow, summary: Mapping[str, Any]) -> list[Verdict]:
+def verdicts(case: Case, summary: Mapping[str, Any]) -> list[Verdict]:
     """One answer a headline, that of the worst stage, with those of the other stages below it;
-    warnings that no headline says come last. Headlines of a run that has none are worked out."""
-    rows = summary.get("headlines") or headlines(case, flow, summary)
+    warnings that no headline says come last."""
     declared = {h.name: h for h in HEADLINES}
     by_name: dict[str, list[Mapping[str, Any]]] = {}
-    for row in rows:
+    for row in summary["headlines"]:
         # each check outside its limits is an answer of its own
         alone = row["name"] == SOLUTION.name and row["level"] != "good"
         by_name.setdefault(f"{row['name']} {row['figure']}" if alone else row["name"], []).append(

@@ -23,11 +23,6 @@ class Findings:
     flow: PowerFlow
     summary: Mapping[str, Any]
 
-    @property
-    def errors_given(self) -> bool:
-        """Whether any gear, pin or carrier has errors; runs before 0.3 do not tell."""
-        return bool(self.summary.get("errors_given", True))
-
 
 @dataclass(frozen=True)
 class Answer:

@@ -150,7 +150,7 @@ def _of_stage(findings: Findings, sharing: Sharing) -> Answer:
     in_time = f"; in time {sharing.window}" if sharing.in_time is not None else ""
     sentences = [f"{compared[0].upper()}{compared[1:]}{in_time}."]
     alike = max(both) - 1.0 < ALIKE
-    if alike or not findings.errors_given:
+    if alike or not findings.summary["errors_given"]:
         level = "note" if level == "good" else level
         sentences.append(
             "All planets carry alike: no error of the case tells them apart (pin positions, "
@@ -290,11 +290,10 @@ NEGLECTED = Headline(
 
 
 def _resonance(findings: Findings) -> Iterator[Answer]:
-    figures = findings.summary.get("resonance")  # runs before 0.3 have none
-    if figures is not None:
-        level, shown, sentence = resonance_verdict(figures)
-        nearest = min((abs(row["away"]) for row in figures["met"]), default=None)
-        yield Answer(level, "", nearest, shown, sentence, None)
+    figures = findings.summary["resonance"]
+    level, shown, sentence = resonance_verdict(figures)
+    nearest = min((abs(row["away"]) for row in figures["met"]), default=None)
+    yield Answer(level, "", nearest, shown, sentence)
 
 
 RESONANCE = Headline(

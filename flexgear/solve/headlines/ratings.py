@@ -178,7 +178,7 @@ LOADS = {"planet_bearing_force_n": "planet bearing", "carrier_bearing_force_n": 
 
 
 def _life(findings: Findings) -> Iterator[Answer]:
-    over = findings.summary.get("equilibrium_window", "the positions of equilibria")
+    over = findings.summary["equilibrium_window"]
     for stage, figures in findings.summary["stages"].items():
         lives: Mapping[str, float] = figures.get("bearing_life_h", {})
         missing = _unrated(figures, lives)

@@ -108,12 +108,12 @@ def _forces(summary: Summary) -> Iterator[Check]:
 
 
 def _speeds(summary: Summary) -> Iterator[Check]:
-    """Of the pins against the ring; runs before 0.3 have it of rings that are stationary only."""
+    """Of the pins against the ring."""
     nominal = summary.get("kinematics", {})
     for stage, stage_figures in summary.get("steady", {}).items():
         rated = nominal[stage]
         speed = stage_figures["carrier_speed_rpm_mean"]
-        expected = rated.get("pin_speed_rpm", rated["carrier_speed_rpm"])
+        expected = rated["pin_speed_rpm"]
         away = abs(speed - expected) / (abs(expected) or abs(rated["sun_speed_rpm"]))
         yield Check(
             _level(away, AGREES, DIFFERS),
