@@ -11,7 +11,6 @@ import typer
 from flexgear.cli import options
 from flexgear.cli.display import Report, as_json_text, progress, show_verdicts, warn
 from flexgear.files.atomic import staged_folder, write_json
-from flexgear.gears.power_flow import PowerFlow
 from flexgear.model.case import Case
 from flexgear.results.dataset_file import save
 from flexgear.results.origin import origin_of_case
@@ -65,10 +64,10 @@ def run(
     if as_json:
         typer.echo(as_json_text(summary))
         return
-    _show(f"{source.name}: results in {folder}", source, result.flow, summary)
+    _show(f"{source.name}: results in {folder}", source, summary)
 
 
-def _show(title: str, case: Case, flow: PowerFlow, summary: dict[str, Any]) -> None:
+def _show(title: str, case: Case, summary: dict[str, Any]) -> None:
     """What a run says at its end: the headlines of its report, a line for the figure and one for
     the sentence. Warnings stand apart."""
     typer.echo(title)

@@ -79,8 +79,15 @@ def turned(vectors: Array, angles: Array) -> Array:
     return np.stack([c * x - s * y, s * x + c * y, np.broadcast_to(z, c.shape)], axis=1)
 
 
+class _Single:
+    """A quantity whose position is one number."""
+
+    def part(self, derivative: Array, position: Array) -> Array:
+        return derivative[:, 0]
+
+
 @dataclass(frozen=True)
-class ScalarQuantity:
+class ScalarQuantity(_Single):
     """A sum of columns, or its rate: strain, torque, speed of rotation."""
 
     columns: tuple[int, ...]
@@ -88,9 +95,6 @@ class ScalarQuantity:
 
     def position(self, values: Array) -> Array:
         return np.asarray(values[:, self.columns].sum(axis=1, keepdims=True))
-
-    def part(self, derivative: Array, position: Array) -> Array:
-        return derivative[:, 0]
 
 
 @dataclass(frozen=True)
@@ -137,7 +141,7 @@ class PointQuantity:
 
 
 @dataclass(frozen=True)
-class FixedQuantity:
+class FixedQuantity(_Single):
     """Of a rigid body that turns, at a place (3,) and along a direction (3,) in space."""
 
     motion: int
@@ -152,12 +156,9 @@ class FixedQuantity:
         moved += np.cross(turned(values[:, at + 3 : at + 6], alpha), self.place)
         return np.asarray(moved @ self.direction)[:, None]
 
-    def part(self, derivative: Array, position: Array) -> Array:
-        return derivative[:, 0]
-
 
 @dataclass(frozen=True)
-class PassingQuantity:
+class PassingQuantity(_Single):
     """Displacement that a sensor fixed in space sees of a body turning past it, at an angle, rad.
 
     It is interpolated between ``count`` points spread evenly round the body, the first at angle
@@ -178,6 +179,3 @@ class PassingQuantity:
         field = values[:, self.first : self.first + self.count]
         near = np.take_along_axis(field, around % self.count, axis=1)
         return np.einsum("nk,nk->n", weights, near)[:, None]
-
-    def part(self, derivative: Array, position: Array) -> Array:
-        return derivative[:, 0]

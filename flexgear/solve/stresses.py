@@ -9,7 +9,6 @@ the face.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache
 from typing import Any, NamedTuple
@@ -221,24 +220,15 @@ def rim_stress_rows(case: Case, system: System, bodies: Bodies) -> Array:
     """(z, d) stress along the circumference on the outer surface over every tooth of every FE ring
     at mid-face, Pa, in the order of the tooth nodes; not a number where a ring has no FE mesh."""
     stress = [np.zeros((0, system.size))]
-    for view, ring in _rings(case, bodies):
-        if ring is None:
-            stress.append(np.zeros((_teeth(system, view), system.size)))
-            continue
-        stress.append(_placed(system, view, _rim(view.material, ring, view.ring_gear.teeth)))
-    return np.vstack(stress)
-
-
-def _rings(case: Case, bodies: Bodies) -> Iterator[tuple[StageView, ReducedBody | None]]:
-    """Stages with an FE ring, and its body; None where it is rigid."""
     for stage, view in case.fe_ring_stages.items():
-        yield view, bodies.get(BodyName.of(stage, "ring"))
-
-
-def _teeth(system: System, view: StageView) -> int:
-    """Tooth nodes of a stage's ring."""
-    nodes = system.body(f"{view.name}.ring").nodes
-    return sum(node.kind == "tooth" for node in nodes)
+        name = BodyName.of(stage, "ring")
+        body, ring = system.body(name), bodies.get(name)
+        teeth = sum(node.kind == "tooth" for node in body.nodes)
+        stress.append(np.zeros((teeth, system.size)))
+        if ring is not None and not body.rigid:
+            rim = _rim(view.material, ring, view.ring_gear.teeth)
+            stress[-1][:, system.slice_of(name)] = rim
+    return np.vstack(stress)
 
 
 def _rim(material: Material, ring: ReducedBody, teeth: int) -> Array:
@@ -251,14 +241,6 @@ def _rim(material: Material, ring: ReducedBody, teeth: int) -> Array:
     rays = [Ray(float(angle), float(z)) for angle, z in zip(angles, middle, strict=True)]
     strain = Surface(ring).strain(rays)
     return strain.hoop_stress(material.young_modulus, material.poisson_ratio)
-
-
-def _placed(system: System, view: StageView, rows: Array) -> Array:
-    """Rows on a ring's coordinates as rows on all; zero where it is rigid."""
-    out, body = np.zeros((len(rows), system.size)), f"{view.name}.ring"
-    if not system.body(body).rigid:
-        out[:, system.slice_of(body)] = rows
-    return out
 
 
 OF_FLANKS = ("contact_pressure", "slice_path", "slice_position")

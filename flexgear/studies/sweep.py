@@ -188,36 +188,32 @@ def collected(
     coords = {key.key: _coordinate(key) for key in keys}
     shape = tuple(len(key.ticks) for key in keys)
     dims = tuple(coords)
-    inner: dict[str, xr.DataArray] = {}
     patterns: dict[str, xr.DataArray] = {}
+    inner: dict[str, xr.DataArray] = {}
+    ticks: dict[str, dict[Any, None]] = {}  # of inner axes, in the order in which they first appear
     for outcome in outcomes:
         for name, array in (outcome.value or {}).items():
             patterns.setdefault(name, array)
             for dim in map(str, array.dims):
-                inner[dim] = _joined(inner[dim], array[dim]) if dim in inner else array[dim]
-    ticks = {dim: coordinate.to_numpy().tolist() for dim, coordinate in inner.items()}
-    places = {dim: {tick: k for k, tick in enumerate(labels)} for dim, labels in ticks.items()}
+                inner.setdefault(dim, array[dim])
+                ticks.setdefault(dim, {}).update(dict.fromkeys(array[dim].to_numpy().tolist()))
     variables: dict[str, Any] = {}
     for name, pattern in patterns.items():
-        dimensions = tuple(map(str, pattern.dims))
         words = pattern.dtype.kind in "UO"
-        values = np.full(shape + tuple(len(ticks[d]) for d in dimensions), "" if words else np.nan,
-                         dtype=object if words else float)  # fmt: skip
-        for point, outcome in zip(grid, outcomes, strict=True):
-            if outcome.value is None or name not in outcome.value:
-                continue
-            array = outcome.value[name]
-            labels = (array[d].to_numpy().tolist() for d in dimensions)
-            at = [[places[d][t] for t in of] for d, of in zip(dimensions, labels, strict=True)]
-            values[tuple(point) + np.ix_(*at)] = array.to_numpy()
+        gap = "" if words else np.nan
+        labels = {str(dim): list(ticks[str(dim)]) for dim in pattern.dims}
+        nothing = pattern[dict.fromkeys(labels, slice(0))] if labels else xr.DataArray(gap)
+        arrays = [(outcome.value or {}).get(name, nothing) for outcome in outcomes]
+        whole = [array.reindex(labels, fill_value=gap).to_numpy() for array in arrays]
+        values = np.reshape(np.array(whole), (*shape, *map(len, labels.values())))
         about = pattern.attrs if words else {**pattern.attrs, MISSING: GAPS}
-        variables[name] = (dims + dimensions, values.astype(str) if words else values, about)
-    messages = np.full(shape, "", dtype=object)
-    for point, outcome in zip(grid, outcomes, strict=True):
-        messages[point] = outcome.message
+        variables[name] = ((*dims, *labels), values if words else values.astype(float), about)
+    messages = np.reshape([outcome.message for outcome in outcomes], shape)
     about = {"units": "", "long_name": "why the point failed; empty where it did not"}
     variables["message"] = (dims, messages.astype(str), about)
-    return xr.Dataset(variables, {**coords, **{d: (d, ticks[d], inner[d].attrs) for d in inner}})
+    return xr.Dataset(
+        variables, {**coords, **{d: (d, list(ticks[d]), inner[d].attrs) for d in inner}}
+    )
 
 
 def failures(data: xr.Dataset, name: str = "message") -> list[tuple[str, str]]:
@@ -325,14 +321,3 @@ def _outcomes(
 def _coordinate(key: SweptKey) -> xr.Variable:
     about = {"units": key.units, "long_name": key.name, "logarithmic": int(key.values.logarithmic)}
     return xr.Variable((key.key,), list(key.ticks), about)
-
-
-def _joined(axis: xr.DataArray, new: xr.DataArray) -> xr.DataArray:
-    """Labels of both, in the order in which they first appear."""
-    old = axis.to_numpy().tolist()
-    present = set(old)
-    more = [t for t in new.to_numpy().tolist() if t not in present]
-    if not more:
-        return axis
-    dim = str(axis.dims[0])
-    return xr.DataArray([*old, *more], dims=dim, attrs=axis.attrs, name=dim)

@@ -11,7 +11,7 @@ from __future__ import annotations
 import io
 import json
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, fields, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import xarray as xr
@@ -41,7 +41,7 @@ from flexgear.model.tolerance import SizeDistribution
 from flexgear.results.dataset_file import provenance
 from flexgear.results.labelled_dataset import groups_of
 from flexgear.results.load_sharing import load_sharing, planet_load_factors
-from flexgear.results.tolerance_dataset import tolerance_dataset
+from flexgear.results.tolerance_dataset import SPREADS, tolerance_dataset
 from flexgear.solve.angles import lead_speed, one_turn, stage_motions
 from flexgear.solve.bodies import Progress, reduced_bodies, silent
 from flexgear.solve.face_load import along_face, largest_line_load, sections
@@ -61,6 +61,8 @@ from flexgear.studies.tolerance_samples import (
     sample_values,
     with_sample,
 )
+
+Batch = dict[str, Array]  # of samples, by variables of the study's dataset
 
 
 @dataclass(frozen=True)
@@ -98,23 +100,6 @@ class ToleranceSetup:
     def shared(self) -> tuple[GearMeshName, ...]:
         """Gear meshes that share their load, group by group."""
         return tuple(self.names[m] for g in self.groups for m in g.places)
-
-
-@dataclass(frozen=True)
-class Batch:
-    """What samples gave, first axis j. sizes (m) and phases (rad) of drawn errors; largest and
-    mean K of the groups over the positions, (J, groups); the same of planets' load factors, (J, G)
-    in the order of ``shared``. Where tooth pairs have slices the largest K_Hβ and line load (N/m)
-    of the groups' gear meshes, (J, groups), else (J, 0)."""
-
-    sizes: Array
-    phases: Array
-    load_sharing_max: Array
-    load_sharing_mean: Array
-    planet_max: Array
-    planet_mean: Array
-    k_h_beta: Array
-    line_load: Array
 
 
 def tolerance_setup(case: Case, progress: Progress = silent) -> ToleranceSetup:
@@ -178,6 +163,10 @@ def sets_of(setup: ToleranceSetup, values: Values, seeds: Sequence[Sequence[int]
 
 
 def _solved(setup: ToleranceSetup, values: Values, seeds: Sequence[Sequence[int]]) -> Batch:
+    """Of every sample j, first axis: sizes (m) and phases (rad) of drawn errors; largest and mean K
+    of the groups over the positions, (J, groups); the same of planets' load factors, (J, G) in the
+    order of ``shared``. Where tooth pairs have slices the largest K_Hβ and line load (N/m) of the
+    groups' gear meshes, (J, groups), else (J, 0)."""
     sets = sets_of(setup, values, seeds)
     along = np.full((2, len(sets), len(setup.groups)), np.nan)
 
@@ -196,16 +185,16 @@ def _solved(setup: ToleranceSetup, values: Values, seeds: Sequence[Sequence[int]
             np.ascontiguousarray(planet_load_factors(forces_of_planets, g.rated).swapaxes(1, 2))
         )
     # a sample without an equilibrium somewhere is no number, not the largest of the others
-    return Batch(
-        sizes=_columns(setup.drawn, values, len(sets), phases=False),
-        phases=_columns(setup.drawn, values, len(sets), phases=True),
-        load_sharing_max=np.column_stack([k.max(axis=1) for k in factor]),
-        load_sharing_mean=np.column_stack([k.mean(axis=1) for k in factor]),
-        planet_max=np.column_stack([k.max(axis=-1) for k in share]),
-        planet_mean=np.column_stack([k.mean(axis=-1) for k in share]),
-        k_h_beta=along[0],
-        line_load=along[1],
-    )
+    return {
+        "error_size": _columns(setup.drawn, values, len(sets), phases=False),
+        "error_phase": _columns(setup.drawn, values, len(sets), phases=True),
+        "load_sharing_max": np.column_stack([k.max(axis=1) for k in factor]),
+        "load_sharing_mean": np.column_stack([k.mean(axis=1) for k in factor]),
+        "planet_load_factor_max": np.column_stack([k.max(axis=-1) for k in share]),
+        "planet_load_factor_mean": np.column_stack([k.mean(axis=-1) for k in share]),
+        "k_h_beta": along[0],
+        "largest_line_load": along[1],
+    }
 
 
 def _ground(put: Model, drawn: Sequence[DrawnError]) -> Array:
@@ -302,18 +291,18 @@ def _positions(
 
 
 BATCH = 100  # samples solved together
-FORMAT = 3  # of the files, and of the numerics behind them; raise it when either changes
+FORMAT = 4  # of the files, and of the numerics behind them; raise it when either changes
 
 
 def _packed(batch: Batch) -> bytes:
     data = io.BytesIO()
-    np.savez(data, **asdict(batch))
+    np.savez(data, **batch)  # type: ignore[arg-type]
     return data.getvalue()
 
 
 def _unpacked(stored: bytes) -> Batch:
     with np.load(io.BytesIO(stored), allow_pickle=False) as data:
-        return Batch(**{f.name: data[f.name] for f in fields(Batch)})
+        return {name: data[name] for name in data.files}
 
 
 def batch_store(case: Case) -> StudyStore[Batch]:
@@ -368,10 +357,8 @@ def forget(case: Case) -> None:
 
 def finished(case: Case) -> int:
     """Samples of a study that an interrupted run has left on disk."""
-    store = batch_store(case)
-    return sum(
-        len(b) for b in batches_of(case.tolerance.samples) if store.get(_file(b)) is not None
-    )
+    store, batches = batch_store(case), batches_of(case.tolerance.samples)
+    return sum(len(batch) for batch in batches if store.get(_file(batch)) is not None)
 
 
 def _all(
@@ -397,23 +384,12 @@ def _all(
 
 
 def _dataset(setup: ToleranceSetup, stated: Batch, batches: Sequence[Batch]) -> xr.Dataset:
-    case, whole = setup.case, _joined(batches)
+    case = setup.case
+    whole = {name: np.concatenate([batch[name] for batch in batches]) for name in stated}
     labels = {p: [n for e in setup.drawn if e.is_phase == p for n in e.labels] for p in (0, 1)}
     positions = {g.name: g.positions.stop - g.positions.start for g in setup.groups}
     return tolerance_dataset(
-        {
-            "error_size": whole.sizes,
-            "error_phase": whole.phases,
-            "load_sharing_max": whole.load_sharing_max,
-            "load_sharing_mean": whole.load_sharing_mean,
-            "planet_load_factor_max": whole.planet_max,
-            "planet_load_factor_mean": whole.planet_mean,
-            "load_sharing_as_stated": stated.load_sharing_max[0],
-            "k_h_beta": whole.k_h_beta,
-            "largest_line_load": whole.line_load,
-            "k_h_beta_as_stated": stated.k_h_beta[0],
-            "largest_line_load_as_stated": stated.line_load[0],
-        },
+        whole | {f"{name}_as_stated": stated[of][0] for name, of in SPREADS.items()},
         sizes=labels[False],
         phases=labels[True],
         gear_meshes=setup.shared,
@@ -427,8 +403,3 @@ def _dataset(setup: ToleranceSetup, stated: Batch, batches: Sequence[Batch]) -> 
             positions=json.dumps(positions, ensure_ascii=False),
         ),
     )
-
-
-def _joined(batches: Sequence[Batch]) -> Batch:
-    names = [f.name for f in fields(Batch)]
-    return Batch(**{n: np.concatenate([getattr(b, n) for b in batches]) for n in names})
