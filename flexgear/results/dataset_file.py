@@ -41,20 +41,17 @@ def provenance(
     *, case: str, variant: str, content_hash: str, parameters: Mapping[str, Any], **more: Any
 ) -> dict[str, Any]:
     """Attributes every result carries: case, variant, version, content hash, all parameters."""
+    text = json.dumps(parameters, sort_keys=True, ensure_ascii=False)
     return {
         "title": f"flexgear {case}, {variant}",
         "case": case,
         "variant": variant,
         "version": version(),
         "content_hash": content_hash,
-        "parameters": _utf8(json.dumps(parameters, sort_keys=True, ensure_ascii=False)),
+        # names of files that are no UTF-8 as JSON escapes them
+        "parameters": text.encode(errors="backslashreplace").decode(),
         **more,
     }
-
-
-def _utf8(text: str) -> str:
-    """JSON with names of files that are no UTF-8 as it escapes them."""
-    return text.encode(errors="backslashreplace").decode()
 
 
 def save(data: xr.Dataset, path: PathLike) -> Path:

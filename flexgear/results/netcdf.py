@@ -188,7 +188,8 @@ def read(file: h5py.File, whole: bool) -> xr.Dataset:
     variables: dict[str, xr.Variable] = {}
     coordinates = set(_text(file.attrs.get(COORDINATES, "")).split())
     for name, stored in file.items():
-        if isinstance(stored, h5py.Dataset) and not _is_bare(stored):
+        name_of_scale = _text(stored.attrs.get("NAME", ""))
+        if isinstance(stored, h5py.Dataset) and not name_of_scale.startswith(BARE):
             coordinates.update(_text(stored.attrs.get(COORDINATES, "")).split())
             variables[name] = xr.Variable(
                 _dims(file, name, stored), _values(stored, whole), dict(_attributes(stored))
@@ -201,18 +202,11 @@ def read(file: h5py.File, whole: bool) -> xr.Dataset:
     return xr.Dataset(rest, xr.Coordinates(coords, indexes={}), dict(_attributes(file)))
 
 
-def _is_bare(stored: h5py.Dataset) -> bool:
-    return _text(stored.attrs.get("NAME", "")).startswith(BARE)
-
-
 def _dims(file: h5py.File, name: str, stored: h5py.Dataset) -> tuple[str, ...]:
     """Axes of a variable: those of the scales that it refers to; a scale is its own."""
-    scales = [refs[0] for refs in stored.attrs.get("DIMENSION_LIST", ())]
-    return tuple(_name(file, scale) for scale in scales) or (name,) * stored.ndim
-
-
-def _name(file: h5py.File, reference: Any) -> str:
-    return str(h5py.h5r.get_name(reference, file.id).decode().lstrip("/"))
+    references = (refs[0] for refs in stored.attrs.get("DIMENSION_LIST", ()))
+    names = (h5py.h5r.get_name(reference, file.id).decode() for reference in references)
+    return tuple(scale.lstrip("/") for scale in names) or (name,) * stored.ndim
 
 
 class _Stored(BackendArray):  # type: ignore[misc]

@@ -213,7 +213,7 @@ class SensorRanges(DatasetSink):
     """A sink: ranges of the signals of sensors, from any window of a run on."""
 
     def __init__(self, edges: Array) -> None:
-        self._ranges = WindowedRanges(_powers, edges)
+        self._ranges = WindowedRanges(lambda x: x.assign(square=x["sensor_signal"] ** 2), edges)
         self._units: dict[str, str] = {}
 
     def begin(self, coming: Coming) -> None:
@@ -247,7 +247,3 @@ class SensorRanges(DatasetSink):
             }
             for k, (name, unit) in enumerate(self._units.items())
         }
-
-
-def _powers(data: xr.Dataset) -> xr.Dataset:
-    return data.assign(square=data["sensor_signal"] ** 2)

@@ -48,7 +48,10 @@ def gear_pattern(data: xr.Dataset, stage: str, kind: str, side: str) -> ToothPat
 
 def planet_pattern(data: xr.Dataset, stage: str, kind: str, side: str) -> ToothPattern:
     """Of planet 1, or the gear of a parallel stage, on its flanks towards ring, sun or pinion."""
-    flanks = [_at_planet(flank) for flank in _flanks(data, stage, kind, side)[:1]]
+    flanks = [
+        _places(flank, _path(flank), float(flank["planet_base_diameter"]))
+        for flank in _flanks(data, stage, kind, side)[:1]
+    ]
     title = f"{stage} planet 1, flanks towards {kind} {side}"
     return _pattern(title, "pair_planet_tooth", flanks)
 
@@ -70,10 +73,6 @@ class _Places(NamedTuple):
     face: Array
     load: Array
     teeth: dict[str, NDArray[np.int64]]
-
-
-def _at_planet(flank: xr.Dataset) -> _Places:
-    return _places(flank, _path(flank), float(flank["planet_base_diameter"]))
 
 
 def _at_gear(flank: xr.Dataset) -> _Places:

@@ -27,7 +27,6 @@ from flexgear.analysis.modes import Modes, planar_rows
 from flexgear.arrays import Array, Ints
 from flexgear.model.machine import machines_of
 from flexgear.model.names import GEAR_MESH, PLANET_PASS, SHAFT, ExcitationName
-from flexgear.model.stage import Stage
 from flexgear.results.labelled_dataset import coordinate, labelled_dataset
 from flexgear.solve.dataset import result_attrs, result_labels
 from flexgear.solve.model import Model
@@ -76,22 +75,18 @@ def excitations(
         base = model.flow.stages[number].gear_mesh_frequency
         if base <= 0.0:
             continue
-        shares = _shares(model, number)
-        chosen = _excited_orders(shares) if orders is None else orders
+        shares, gear = _shares(model, number), stage.pinion or stage.sun
+        assert gear is not None  # a stage is parallel or has a sun
+        least = max(SHARE * shares[1:].max(initial=0.0), LEAST)
+        excited_orders = [float(o) for o in range(1, len(shares)) if shares[o] >= least]
+        chosen = (excited_orders or USUAL) if orders is None else orders
         usual = [o for o in chosen if o == 1 or o * base <= highest_hz]
         for order in usual:
             share = float(shares[int(order)]) if order in range(len(shares)) else math.nan
-            index = excited_index(order, _driver_teeth(stage), stage.planets)
+            index = excited_index(order, gear.teeth, stage.planets)
             name = ExcitationName.of(GEAR_MESH, stage.name, order)
             excited.append(Excitation(float(order), base, name, share, index))
     return (*excited, *_turning(model))
-
-
-def _excited_orders(shares: np.ndarray) -> tuple[float, ...]:
-    largest = shares[1:].max(initial=0.0)
-    least = max(SHARE * largest, LEAST)
-    out = [float(o) for o in range(1, len(shares)) if shares[o] >= least]
-    return tuple(out) or USUAL
 
 
 def _shares(model: Model, stage: int) -> np.ndarray:
@@ -105,12 +100,6 @@ def _shares(model: Model, stage: int) -> np.ndarray:
         return np.zeros(1)
     largest = np.max(shares, axis=0)
     return largest[: 1 + 2 * (len(largest) - 1) // RESOLVED]
-
-
-def _driver_teeth(stage: Stage) -> int:
-    gear = stage.pinion or stage.sun
-    assert gear is not None  # a stage is parallel or has a sun
-    return gear.teeth
 
 
 def _turning(model: Model) -> Iterator[Excitation]:

@@ -38,12 +38,13 @@ def face_arrays(model: Model, recovery: Recovery) -> dict[str, Any]:
     pairs = model.system.pairs
     width = 2.0 * pairs.half_face
     pressure = _pressure(model, loads)
+    by_cause = [_by_load(tilt, load) for tilt in np.moveaxis(tilt_by_cause(recovery), -1, 0)]
     arrays = {
         "largest_line_load": largest_line_load(pairs, loads),
         "largest_contact_pressure": np.nan_to_num(pressure).max(axis=(2, 3)),
         "transmission_error": _by_load(loads.approach, load),
         "gear_mesh_misalignment": _by_load(loads.tilt, load) * width,
-        "gear_mesh_misalignment_by_cause": _by_cause(recovery, load) * width[:, None],
+        "gear_mesh_misalignment_by_cause": np.stack(by_cause, axis=-1) * width[:, None],
     }
     by_slice = isinstance(result, Equilibrium) or model.case.solver.line_loads_in_time
     places = face_places(pairs) if by_slice else np.zeros(0)
@@ -160,12 +161,6 @@ def _flank_geometry(pairs: PairData) -> dict[str, Array]:
         "face_section": 0.5 * sections(pairs) / pairs.half_face,
         "gear_roll_offset": pairs.center_distance * np.abs(pairs.normal[:, 0]),
     }
-
-
-def _by_cause(recovery: Recovery, load: Array) -> Array:
-    """Tilts (t, M, causes) m/m of gear meshes; NaN without load."""
-    tilts = np.moveaxis(tilt_by_cause(recovery), -1, 0)
-    return np.stack([_by_load(tilt, load) for tilt in tilts], axis=-1)
 
 
 def worst_figures(result: Equilibrium) -> tuple[Array, Array]:

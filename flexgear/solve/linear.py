@@ -33,6 +33,7 @@ from flexgear.model.errors import FlexgearError
 from flexgear.results.labelled_dataset import groups_of, labelled_dataset, variable
 from flexgear.results.load_sharing import sharing_coefficients
 from flexgear.results.settling import settled
+from flexgear.results.summary import sharing_summary_of
 from flexgear.solve.angles import lead_speed, samples_of_stage, stage_motions
 from flexgear.solve.dataset import body_rows, result_attrs, result_labels
 from flexgear.solve.model import Model
@@ -327,8 +328,9 @@ def _coefficients(model: Model, state: SteadyState) -> dict[str, Array]:
 
 
 def harmonic_figures(data: xr.Dataset) -> dict[str, Any]:
-    """Largest difference between time stepping and harmonic steady state, for summaries."""
+    """Frequencies, largest difference to time stepping and load sharing, for summaries."""
     return {
         "frequencies_hz": [float(f) for f in data["harmonic"].to_numpy() if f > 0],
         "largest_difference": data.attrs.get("largest_difference"),
+        "load_sharing": sharing_summary_of(data),
     }

@@ -117,14 +117,11 @@ def bins_of_series(case: Case, report: Report | None = None) -> SeriesBins | Non
                 sorter.sort(samples)
     if sums.energy * torque * speed < 0.0:
         problem = f"takes power out at {first} over all files, where the rated torque puts it in"
-        remedy = f'name it with the other sign: torque = "{_negated(series.torque)}"'
+        negated = series.torque[1:] if series.torque.startswith("-") else f"-{series.torque}"
+        remedy = f'name it with the other sign: torque = "{negated}"'
         raise InputError(case.source, "load_series.torque", problem, remedy)
     sums.load_cases = sorter.load_cases(case.source)
     return sums
-
-
-def _negated(channel: str) -> str:
-    return channel[1:] if channel.startswith("-") else f"-{channel}"
 
 
 def _samples(case: Case, series: LoadSeries, design: DesignLoadCase) -> list[tuple[Path, Samples]]:

@@ -138,11 +138,8 @@ def top_shares(shares: dict[str, float]) -> list[tuple[str, float]]:
     summed: dict[str, float] = {}
     for name, share in shares.items():
         kind = name.rstrip("0123456789").rstrip("_ ")
-        together = kind if kind != name and _is_planet(kind) else name
+        of_planets = kind != name and kind.endswith(("planet", "planet_bearing", "gear mesh"))
+        together = kind if of_planets else name
         summed[together] = summed.get(together, 0.0) + share
     ranked = sorted(summed.items(), key=lambda item: -item[1])
     return [(n, s) for n, s in ranked[:3] if s >= 0.005]
-
-
-def _is_planet(kind: str) -> bool:
-    return kind.endswith(("planet", "planet_bearing", "gear mesh"))

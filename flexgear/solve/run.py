@@ -180,7 +180,8 @@ def run(
     harmonic: dict[str, Any] = {"reason": why_not_linear(first.system)}
     if harmonic["reason"] is None:
         with watch.stage("harmonic"):
-            datasets["harmonic"], harmonic = _harmonic(first, first_run.data)
+            data = harmonic_data(first, train_harmonic(first), first_run.data)
+            datasets["harmonic"], harmonic = data, harmonic_figures(data)
     watch.seconds |= {f"transient_{label}": timed.wall for label, timed in runs.items()}
     motions = _motions(datasets["equilibrium"], first_run.data)
     summary = build_summary(
@@ -198,7 +199,10 @@ def run(
         resonance=resonance_figures(case, datasets["campbell"], datasets["modes"]),
         load_sharing={
             "quasi_static": {n: _shared(sharing, n) for n in models},
-            "transient": {n: _in_time(timed.data) for n, timed in runs.items()},
+            "transient": {
+                n: {**sharing_summary_of(timed.data), **window_of(timed.data).figures}
+                for n, timed in runs.items()
+            },
         },
         transient=transient_summary(first_run),
         motion_um_max={name: 1e6 * size for name, size in motions.items()},
@@ -254,17 +258,6 @@ def _motions(equilibria: xr.Dataset, transient: xr.Dataset) -> dict[str, float]:
         motion_histories(transient.drop_vars("tooth_displacement", errors="ignore"))
     )
     return motions | {name: max(size, motions[name]) for name, size in in_time.items()}
-
-
-def _in_time(data: xr.Dataset) -> dict[str, Any]:
-    """Load sharing of a transient, with the window it is from."""
-    return {**sharing_summary_of(data), **window_of(data).figures}
-
-
-def _harmonic(model: Model, stepped: xr.Dataset) -> tuple[xr.Dataset, dict[str, Any]]:
-    """The harmonic solution beside a transient, and its figures."""
-    data = harmonic_data(model, train_harmonic(model), stepped)
-    return data, {**harmonic_figures(data), "load_sharing": sharing_summary_of(data)}
 
 
 def _equilibria(

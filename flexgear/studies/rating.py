@@ -103,7 +103,7 @@ def rate(
         not_assessed={
             **missing,
             **open_parts,
-            **_without_spectrum(bins),
+            **({} if any(b.hours for b in bins) else {"damage and life": NO_SPECTRUM}),
             **_unrated_supports(case),
             **({"faults": NOT_ASSESSED} if case.faults else {}),
             **NEVER,
@@ -153,10 +153,6 @@ def _unrated_supports(case: Case) -> dict[str, str]:
     ports = [port.member for port in case.ports if port.bearing is not None]
     names = [m for m in (*supported, *ports) if m not in case.held_members()]
     return {f"{name} bearings": "their support is springs, without bearing data" for name in names}
-
-
-def _without_spectrum(bins: Sequence[LoadBin]) -> dict[str, str]:
-    return {} if sum(b.hours for b in bins) else {"damage and life": NO_SPECTRUM}
 
 
 def _solved(

@@ -116,7 +116,7 @@ def rate_gears(
             ]
             _append(histories, view, group, bins, flows, loads, of_bins)
             groups.append(_gear_mesh(group, of_bins, loads))
-            missing |= _first_missing(group, of_bins)
+            missing |= {str(group): x.missing for x in reversed(of_bins) if x.missing}
             missing |= _uneven(group, bins, flows, loads)
     parts = []
     for place, history in histories.items():
@@ -128,11 +128,6 @@ def rate_gears(
             part = replace(part, direct=direct.lines(), of_teeth=direct.safety_of_teeth)
         parts.append(part)
     return tuple(groups), tuple(parts), missing
-
-
-def _first_missing(group: GroupName, of_bins: Sequence[_InBin]) -> dict[str, str]:
-    texts = [x.missing for x in of_bins if x.missing]
-    return {str(group): texts[0]} if texts else {}
 
 
 def _uneven(

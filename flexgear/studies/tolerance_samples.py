@@ -220,12 +220,6 @@ def paths_of(case: Case) -> StagePaths:
     return tuple(stage_paths(case.view(flow.name), flow.gear_mesh_forces) for flow in flows)
 
 
-def errors_of(case: Case, paths: StagePaths) -> list[Mapping[PathKey, PairErrors]]:
-    """Errors of every stage by kind and side."""
-    stages = zip(case.stages, paths, strict=True)
-    return [stage_errors(case.view(stage.name), paths_of_stage) for stage, paths_of_stage in stages]
-
-
 def error_sets(
     cases: Sequence[Case],
     paths: StagePaths,
@@ -246,7 +240,8 @@ def error_sets(
         places.append(m)
         planets.append(label.planet)
     for j, case in enumerate(cases):
-        errors = errors_of(case, paths)
+        stages = zip(case.stages, paths, strict=True)
+        errors = [stage_errors(case.view(s.name), paths_of_stage) for s, paths_of_stage in stages]
         for (stage, kind, side), (places, planets) in groups.items():
             _enter(sets, j, places, planets, errors[stage][kind, side])
     return sets

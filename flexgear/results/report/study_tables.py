@@ -12,7 +12,7 @@ from flexgear.gears.rating.rate import Factor
 from flexgear.model.names import GroupName
 from flexgear.model.units import RPM
 from flexgear.results.rating import LIMITS, RatedPart, Rating
-from flexgear.results.report.parts import Level, Row, Table, Value, Verdict
+from flexgear.results.report.parts import Level, Row, Table, Verdict
 from flexgear.results.report.wording import number, titled_by_stage, with_unit, words
 
 RATING, GEARS, SPECTRUM = "rating", "rating_gears", "spectrum"
@@ -177,21 +177,16 @@ def _parts(rating: Rating) -> Iterator[Table]:
 def _row(factor: Factor) -> Row:
     """ "K_γ, load sharing (computed, planet 3)"."""
     label = f"{factor.symbol}, {factor.meaning} ({factor.source})"
-    unit = {"MPa": "MPa", "1": ""}.get(factor.unit, factor.unit)
-    return Row(label, factor.value, unit)
+    return Row(label, factor.value, "" if factor.unit == "1" else factor.unit)
 
 
 def in_words(table: Table) -> Table:
     """The table with keys of cases as words, for pages."""
     rows = [
-        replace(row, label=spelled(row.label), value=_spelled_value(row.value))
-        for row in table.rows
+        Row(spelled(r.label), spelled(r.value) if isinstance(r.value, str) else r.value, r.unit)
+        for r in table.rows
     ]
     return replace(table, title=spelled(table.title), rows=rows)
-
-
-def _spelled_value(value: Value) -> Value:
-    return spelled(value) if isinstance(value, str) else value
 
 
 def spelled(text: str) -> str:

@@ -79,7 +79,8 @@ def verdicts(case: Case, summary: Mapping[str, Any]) -> list[Verdict]:
 
 
 def _verdict(headline: Headline, rows: list[Mapping[str, Any]], several_stages: bool) -> Verdict:
-    worst, *others = sorted(rows, key=_severity(headline, rows)) if _same_level(rows) else rows
+    same_level = len({row["level"] for row in rows}) == 1
+    worst, *others = sorted(rows, key=_severity(headline, rows)) if same_level else rows
     at = words(worst["stage"]) if several_stages and worst["stage"] else ""
     beside = "".join(f" {words(r['stage']).capitalize()}: {r['figure']}." for r in others)
     return Verdict(
@@ -89,10 +90,6 @@ def _verdict(headline: Headline, rows: list[Mapping[str, Any]], several_stages: 
         f"{worst['sentence']}{beside}",
         headline.section,
     )
-
-
-def _same_level(rows: list[Mapping[str, Any]]) -> bool:
-    return len({row["level"] for row in rows}) == 1
 
 
 def _severity(
