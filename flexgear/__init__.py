@@ -37,8 +37,8 @@ if TYPE_CHECKING:
     from flexgear.gears.power_flow import power_flow as power_flow
     from flexgear.model.errors import FlexgearError as FlexgearError
     from flexgear.model.errors import InputError as InputError
-    from flexgear.results.harmonics import radial_harmonics as radial_harmonics
     from flexgear.results.stage_part import stage_part as stage_part
+    from flexgear.results.time_figures import radial_harmonics as radial_harmonics
     from flexgear.studies.sweep import sweep as sweep
     from flexgear.studies.tolerance import tolerance as tolerance
     from flexgear.views.field_series import save_series as save_series
@@ -68,7 +68,7 @@ _HOME = {
     "save_series": "flexgear.views.field_series",
     "swing": "flexgear.views.field_series",
     "stage_part": "flexgear.results.stage_part",
-    "radial_harmonics": "flexgear.results.harmonics",
+    "radial_harmonics": "flexgear.results.time_figures",
     "sweep": "flexgear.studies.sweep",
     "tolerance": "flexgear.studies.tolerance",
 }

@@ -18,7 +18,6 @@ from flexgear.cli.display import as_json_text, key_table, table, value_text
 from flexgear.model.names import GEAR_MESH, PLANET_PASS, SHAFT, BodyName
 from flexgear.model.units import RPM
 from flexgear.results.dataset_file import save
-from flexgear.results.harmonics import radial_harmonics, star_angle
 from flexgear.results.origin import Origin
 from flexgear.results.quantities import number
 from flexgear.results.report.sharing import DEFINITION
@@ -31,7 +30,12 @@ from flexgear.results.stage_part import (
     ring_sharing,
     stage_part,
 )
-from flexgear.results.time_figures import displacement_summary, stage_histories
+from flexgear.results.time_figures import (
+    displacement_summary,
+    radial_harmonics,
+    stage_histories,
+    star_angle,
+)
 from flexgear.solve.campbell import IDEAL, LEAST, crossing_rows
 from flexgear.solve.headlines.solution import balance_sentence
 from flexgear.solve.model import Model

@@ -18,8 +18,10 @@ import xarray as xr
 from flexgear.arrays import Array
 from flexgear.gears.slices import factor_along
 from flexgear.model.names import FlankName
+from flexgear.results.labelled_dataset import coordinate, variable
 from flexgear.results.quantities import Figure, values
 
+TRANSMISSION, UNLOADED = "transmission_error", "unloaded_transmission_error"
 END = 2.0  # K at which a tilted tooth begins to leave its other end: see docs/face_load.md
 EDGES = {  # what carries, how much is much, and what helps
     "tip": (
@@ -96,6 +98,41 @@ def edge_warnings(figures: Mapping[str, Mapping[str, Any]]) -> list[str]:
     return texts
 
 
+def positions_for(orders: int) -> int:
+    """Least positions of a gear-mesh cycle for so many orders, a mean and a slope."""
+    return 2 * orders + 4
+
+
+def order_amplitudes(phase: Array, values: Array, orders: int) -> Array:
+    """Amplitudes (N,) of orders 1 … N; phase (p,) in cycles, values (p,) m."""
+    cycle = np.floor(phase + 1e-9).astype(int)
+    inside = 2.0 * np.pi * (phase - cycle)
+    cycle_columns = (cycle[:, None] == np.unique(cycle)).astype(float)
+    waves = np.arange(1, orders + 1) * inside[:, None]
+    terms = np.hstack(
+        [np.cos(waves), np.sin(waves), cycle_columns, cycle_columns * (inside - np.pi)[:, None]]
+    )
+    coefficients = np.linalg.lstsq(terms, values, rcond=None)[0]
+    return np.hypot(coefficients[:orders], coefficients[orders : 2 * orders])
+
+
+def with_orders(data: xr.Dataset, phase: Array, orders: int) -> xr.Dataset:
+    """The dataset of equilibria with the orders of loaded and unloaded transmission errors; missing
+    of flanks that do not carry throughout. phase (p,): of the gear mesh at its positions, in
+    cycles."""
+    variables = {}
+    for name in (TRANSMISSION, UNLOADED):
+        values = data[name].transpose("position", "flank").to_numpy()
+        amplitudes = np.full((values.shape[1], orders), np.nan)
+        for m in np.flatnonzero(np.isfinite(values).all(axis=0)):
+            amplitudes[m] = order_amplitudes(phase, values[:, m], orders)
+        variables[f"{name}_order"] = variable(f"{name}_order", amplitudes)
+    return data.assign(variables).assign_coords(
+        gear_mesh_order=coordinate("gear_mesh_order", "gear_mesh_order", np.arange(1, orders + 1)),
+        gear_mesh_phase=coordinate("gear_mesh_phase", "position", phase),
+    )
+
+
 def _along_face(of_flank: xr.Dataset) -> xr.DataArray:
     """Line load along the face in the mean of the positions, N/m."""
     return of_flank["face_line_load"].mean("position")
@@ -157,7 +194,6 @@ def _causes(of_flank: xr.Dataset) -> dict[str, float]:
     return {c: 1e6 * float(np.nanmean(v)) for c, v in every.items() if np.nan_to_num(v).any()}
 
 
-TRANSMISSION, UNLOADED = "transmission_error", "unloaded_transmission_error"
 FLANK_FIGURES = (
     Figure("k_h_beta", "1",
            "K_Hβ, largest over mean line load along the face, of all positions together",

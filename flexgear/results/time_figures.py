@@ -13,13 +13,13 @@ from typing import Any, cast
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from flexgear.analysis.kernels.energy import LEFT_OVER
+from flexgear.arrays import Array
 from flexgear.model.errors import FlexgearError
 from flexgear.model.names import BodyName
 from flexgear.model.units import RPM
-from flexgear.results.harmonics import radial_harmonics
 from flexgear.results.labelled_dataset import groups_in
 from flexgear.results.quantities import ALWAYS, WITH_SECTION, Figure, number, values
 from flexgear.results.sinks import TIME, Ranges, ranges_of
@@ -186,6 +186,34 @@ STAGE_DROP = (
     Figure("planet_force_spread_max", "1", "largest (max F − min F) / rated mean F at the ring",
            of=lambda drop: max(float(p.largest["planet_force_spread"]) for p in drop.parts)),
 )  # fmt: skip
+
+
+def harmonics(shape: ArrayLike) -> NDArray[np.complex128]:
+    """c_n (..., z//2 + 1) of values (..., z) at equally spaced angles from 0 on, orders 0, 1, 2, …
+
+    The highest order of an even number of angles counts once, as order 0 does.
+    """
+    v = np.asarray(shape, dtype=float)
+    z = v.shape[-1]
+    c = np.conj(np.fft.rfft(v, axis=-1)) * (2 / z)
+    c[..., 0] /= 2
+    if z % 2 == 0:
+        c[..., -1] /= 2
+    return np.asarray(c)
+
+
+def radial_harmonics(displacement: ArrayLike) -> NDArray[np.complex128]:
+    """``harmonics`` in m of the radial part of tooth-node displacements (..., z, 2 or 3) in global
+    axes, the first tooth at angle 0."""
+    u = np.asarray(displacement, dtype=float)
+    phi = 2 * np.pi * np.arange(u.shape[-2]) / u.shape[-2]
+    return harmonics(u[..., 0] * np.cos(phi) + u[..., 1] * np.sin(phi))
+
+
+def star_angle(coefficients: NDArray[np.complex128], order: int) -> Array:
+    """arg(c_order)/order (...,) in rad, in [0, 2π/order): where a crest of that order stands."""
+    period = 2 * np.pi / order
+    return np.asarray(np.mod(np.angle(coefficients[..., order]) / order, period))
 
 
 @dataclass(frozen=True)

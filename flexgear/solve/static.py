@@ -22,8 +22,7 @@ from flexgear.gears.bearings.basic_life import bearing_life_hours
 from flexgear.model.errors import FlexgearError
 from flexgear.model.member import PlanetBearing
 from flexgear.model.names import MemberName
-from flexgear.results.face_load import face_figures
-from flexgear.results.harmonics import positions_for, with_orders
+from flexgear.results.face_load import face_figures, positions_for, with_orders
 from flexgear.results.labelled_dataset import coordinate, groups_in, labelled_dataset
 from flexgear.results.load_sharing import (
     cycle_maxima,

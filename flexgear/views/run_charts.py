@@ -17,14 +17,13 @@ from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.power_flow import StageFlow
 from flexgear.model.errors import FlexgearError, InputError
 from flexgear.model.names import GEAR_MESH, SHAFT
-from flexgear.results.harmonics import radial_harmonics
 from flexgear.results.orders import HIGHEST, case_of, gear_mesh_orders
 from flexgear.results.report.wording import with_unit
 from flexgear.results.run_folder import RingFolder
 from flexgear.results.settling import settled
 from flexgear.results.sinks import between
 from flexgear.results.stage_figures import STAGE_FIGURES
-from flexgear.results.time_figures import ORDERS
+from flexgear.results.time_figures import ORDERS, radial_harmonics
 from flexgear.results.tooth_pattern import ToothPattern, gear_pattern, planet_pattern
 from flexgear.views import chart as each
 from flexgear.views import charts, face_load_charts, histories, loads, sharing_charts, star, style

@@ -11,8 +11,7 @@ from flexgear.analysis.equilibrium import revolution
 from flexgear.analysis.line_loads import gear_mesh_stiffness, line_loads
 from flexgear.gears.geometry import stage_geometry
 from flexgear.model.load import load_case
-from flexgear.results.face_load import cycle_figures
-from flexgear.results.harmonics import order_amplitudes, with_orders
+from flexgear.results.face_load import cycle_figures, order_amplitudes, with_orders
 from flexgear.solve.static import gear_mesh_cycles, position_figures, static
 from flexgear.views.face_load_charts import stiffness_chart, transmission_error_chart
 

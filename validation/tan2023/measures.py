@@ -10,8 +10,8 @@ import xarray as xr
 
 from flexgear.arrays import Array
 from flexgear.model.names import MemberName, NodeName
-from flexgear.results.harmonics import radial_harmonics, star_angle
 from flexgear.results.stage_part import displacement_of, pairs_of, stiffness_split
+from flexgear.results.time_figures import radial_harmonics, star_angle
 
 MICRO = 1e6
 RPM = 30 / math.pi

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from flexgear.arrays import Array
-from flexgear.results.harmonics import radial_harmonics
 from flexgear.results.stage_part import displacement_of
+from flexgear.results.time_figures import radial_harmonics
 from tan2023 import measures
 from tan2023.runs import FLEXIBLE, Runs
 from tan2023.statements import Finding, statement
