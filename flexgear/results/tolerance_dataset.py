@@ -152,7 +152,8 @@ def _spread(name: str, values: Array, confidence: float) -> dict[str, Array]:
 
 def tolerance_summary(data: xr.Dataset) -> dict[str, Any]:
     """Figures for programs; None where there is no number."""
-    count = data.sizes["sample"]
+    groups = {str(g): data.sel(group=g) for g in data["group"].to_numpy()}
+    face = ("k_h_beta", "k_h_beta", 1.0), ("largest_line_load_n_per_mm", "largest_line_load", 1e-3)
     return {
         "case": data.attrs["case"],
         "result": "tolerance",
@@ -160,25 +161,16 @@ def tolerance_summary(data: xr.Dataset) -> dict[str, Any]:
         "content_hash": data.attrs["content_hash"],
         "variant": data.attrs["variant"],
         "seed": int(data.attrs["seed"]),
-        "samples": count,
+        "samples": data.sizes["sample"],
         "failed": failed(data),
         "confidence": float(data.attrs["confidence"]),
         "positions": json.loads(data.attrs["positions"]),
         "drawn": [str(x) for d in ("size", "phase") if d in data.dims for x in data[d].to_numpy()],
-        "load_sharing": {str(g): _figures(data.sel(group=g)) for g in data["group"].to_numpy()},
-        **_face_summary(data),
-    }
-
-
-def _face_summary(data: xr.Dataset) -> dict[str, Any]:
-    """Figures of the load along the face by group, where tooth pairs have slices."""
-    if "k_h_beta" not in data:
-        return {}
-    groups = [(str(g), data.sel(group=g)) for g in data["group"].to_numpy()]
-    return {
-        "k_h_beta": {g: _spread_figures(of_group, "k_h_beta") for g, of_group in groups},
-        "largest_line_load_n_per_mm": {
-            g: _spread_figures(of_group, "largest_line_load", 1e-3) for g, of_group in groups
+        "load_sharing": {name: _figures(of_group) for name, of_group in groups.items()},
+        **{
+            key: {g: _spread_figures(of_group, name, by) for g, of_group in groups.items()}
+            for key, name, by in face
+            if name in data  # where tooth pairs have slices
         },
     }
 

@@ -47,7 +47,6 @@ from flexgear.results.labelled_dataset import groups_of
 from flexgear.results.load_sharing import carry_together, without_rounding
 from flexgear.results.settling import window_of
 from flexgear.solve.angles import samples_of_stage, stage_motions
-from flexgear.solve.bodies import Progress, silent
 from flexgear.solve.dataset import equilibrium_data
 from flexgear.solve.model import Model, assemble, rated_forces, rated_rotations
 from flexgear.solve.stresses import (
@@ -134,17 +133,13 @@ class SpectrumTrain:
     @cached_property
     def model(self) -> Model:
         """Assembled for these bins: every load on a member has a place that bins fill."""
-        return self.assembled()
+        loads = tuple(_rising(*place, size) for place, size in self.largest_loads.items())
+        key = "solver.positions_per_gear_mesh"
+        return assemble(self.case.with_(loads=loads, **{key: self.positions}))
 
     def release(self) -> None:
         """Let go of the model, which is put together anew when it is asked for."""
         vars(self).pop("model", None)
-
-    def assembled(self, progress: Progress = silent) -> Model:
-        """The model, with the progress of its bodies."""
-        loads = tuple(_rising(*place, size) for place, size in self.largest_loads.items())
-        key = "solver.positions_per_gear_mesh"
-        return assemble(self.case.with_(loads=loads, **{key: self.positions}), progress=progress)
 
     @cached_property
     def samples(self) -> dict[str, AngleSamples]:

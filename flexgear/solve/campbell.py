@@ -359,12 +359,7 @@ def _meeting_arrays(meetings: Sequence[Meeting]) -> dict[str, Any]:
 
 def crossing_rows(data: xr.Dataset) -> list[dict[str, Any]]:
     """Crossings of a Campbell diagram as plain rows."""
-    return [
-        {
-            "speed_factor": float(data["crossing_factor"][k]),
-            "frequency_hz": float(data["crossing_frequency"][k]),
-            "mode": int(data["crossing_mode"][k]),
-            "excitation": str(data["crossing_excitation"][k].item()),
-        }
-        for k in range(data.sizes.get("crossing", 0))
-    ]
+    keys = {"speed_factor": "factor", "frequency_hz": "frequency"}
+    keys |= {"mode": "mode", "excitation": "excitation"}
+    columns = (data[f"crossing_{name}"].to_numpy().tolist() for name in keys.values())
+    return [dict(zip(keys, row, strict=True)) for row in zip(*columns, strict=True)]

@@ -16,7 +16,7 @@ from flexgear.model.errors import InputError
 from flexgear.model.names import BodyName
 from flexgear.model.read import nearest
 from flexgear.results.labelled_dataset import field_dataset, variable
-from flexgear.results.quantities import AXES
+from flexgear.results.quantities import AXES, quantity
 from flexgear.solve.dataset import result_attrs
 from flexgear.solve.model import Model, rated_rotations
 from flexgear.structures.reduced import ReducedBody, elastic_modes
@@ -152,11 +152,6 @@ LEAST_SHARE = 0.1  # of a mode's kinetic energy in a body that it moves
 APART = 0.01  # of a frequency: modes nearer to each other are one shape, turned
 
 
-def lowest_modes(model: Model) -> Modes:
-    """Modes at rest with the mean stiffness of the gear meshes, up to the band's top."""
-    return model.natural_modes(model.pace.band)
-
-
 def moving_modes(modes: Modes, body: str) -> list[int]:
     """Indices of the lowest modes in which a body has a tenth of the kinetic energy or more; of
     modes that turn into each other, as those of round bodies do in pairs, the first."""
@@ -181,15 +176,11 @@ def mode_shapes(model: Model, body: str, modes: Modes) -> xr.Dataset:
     for shape, coordinates in zip(shapes, at_modes.T, strict=True):
         field = reduced.recover(coordinates)
         shape[:] = field / np.linalg.norm(field, axis=-1).max()
-    attributes = {"units": "1", "long_name": "displacement in a mode over the largest of the body"}
+    about = quantity("mode vertex axis", "1", "displacement in a mode over the largest of the body")
     return xr.Dataset(
         {
-            "mode_displacement": (("mode", "vertex", "axis"), shapes, attributes),
-            "frequency": (
-                "mode",
-                modes.frequencies[numbers],
-                {"units": "Hz", "long_name": "natural frequency"},
-            ),
+            "mode_displacement": (about.dims, shapes, about.attrs),
+            "frequency": variable("frequency", modes.frequencies[numbers], "mode"),
         },
         coords={"mode": [k + 1 for k in numbers], "axis": list(AXES)},
     )

@@ -37,7 +37,7 @@ from flexgear.results.version import version
 from flexgear.solve.angles import lead_speed, one_turn, stage_motions
 from flexgear.solve.bodies import Bodies, Progress, rigid_bodies, silent
 from flexgear.solve.campbell import campbell
-from flexgear.solve.deformed import bending_bodies, deformed, lowest_modes, mode_shapes
+from flexgear.solve.deformed import bending_bodies, deformed, mode_shapes
 from flexgear.solve.headlines import headlines
 from flexgear.solve.linear import harmonic_data, harmonic_figures, train_harmonic, why_not_linear
 from flexgear.solve.model import Model, assemble
@@ -129,7 +129,7 @@ def _fields(model: Model, ideal: Model) -> dict[BodyName, xr.Dataset]:
     """Of every body that bends, of planets the first: deformed without errors, and its shapes in
     the natural modes."""
     names = [name for name in bending_bodies(model) if name.planet <= 0]
-    modes = lowest_modes(model) if names else None
+    modes = model.natural_modes(model.pace.band) if names else None
     return {
         name: deformed(ideal, name).merge(mode_shapes(model, name, modes), combine_attrs="override")
         for name in names

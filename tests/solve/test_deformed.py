@@ -5,7 +5,7 @@ import pytest
 from stage_samples import stage_with_vertices
 
 from flexgear.model.errors import InputError
-from flexgear.solve.deformed import LEAST_SHARE, deformed, lowest_modes, mode_field, mode_shapes
+from flexgear.solve.deformed import LEAST_SHARE, deformed, mode_field, mode_shapes
 from flexgear.solve.transient import simulate
 from flexgear.views.render import field_grid
 
@@ -65,7 +65,7 @@ def test_what_was_not_kept_is_said(model, run):
 @pytest.mark.parametrize("body", BODIES)
 def test_shapes_of_a_run_are_the_modes_that_move_the_body(model, body):
     """Each is the field of its mode over its largest, rising, and far enough apart."""
-    found = lowest_modes(model)
+    found = model.natural_modes(model.pace.band)
     shapes = mode_shapes(model, body, found)
     assert shapes.sizes["mode"] > 1
     assert (np.diff(shapes["frequency"]) > 0).all()

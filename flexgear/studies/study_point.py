@@ -1,0 +1,100 @@
+"""A case at one point of a parameter study, and what several measures need of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+import xarray as xr
+
+from flexgear.gears.error_cycle import TrainTurn, error_cycle
+from flexgear.gears.power_flow import PowerFlow, power_flow
+from flexgear.model.case import Case
+from flexgear.model.errors import FlexgearError
+from flexgear.results.sinks import Ranges, SensorRecord, Several
+from flexgear.solve.angles import samples_of_stage, stage_motions
+from flexgear.solve.bodies import reduced_bodies
+from flexgear.solve.model import Model, assemble
+from flexgear.solve.result_warnings import large_motions, largest_motions, motion_histories
+from flexgear.solve.static import shared_stages, stages_sharing, static
+from flexgear.solve.transient import simulate, train_histories
+
+FLOAT_CYCLES = 120  # gear-mesh cycles of each stage in which displacements are looked at
+
+
+@dataclass(frozen=True)
+class Point:
+    """A case and the one it is compared with; what several measures need is worked out once."""
+
+    case: Case
+    reference: Case
+    modes: int
+
+    @cached_property
+    def flow(self) -> PowerFlow:
+        """Speeds, torques and powers."""
+        return power_flow(self.case)
+
+    @cached_property
+    def model(self) -> Model:
+        """The case put together."""
+        return assemble(self.case, bodies=reduced_bodies(self.case))
+
+    @cached_property
+    def sharing(self) -> list[xr.Dataset]:
+        """Quasi-static load sharing of every stage with planets, over its error cycle."""
+        stages = shared_stages(self.model)
+        if not stages:
+            raise FlexgearError("no stage that turns has planets that share a load")
+        return [stages_sharing(self.model, stage) for stage in stages]
+
+    @cached_property
+    def equilibria(self) -> xr.Dataset:
+        """Equilibria in gear-mesh cycles of every stage.
+
+        They are spread over the cycle of all errors there may be, so that the same positions are
+        looked at whichever errors a study sets to zero.
+        """
+        case = self.case
+        motions = tuple(
+            replace(m, turn=TrainTurn(error_cycle(stage), m.turn.rate))
+            for m, stage in zip(stage_motions(case, self.flow), case.stages, strict=True)
+        )
+        lead = [
+            samples_of_stage(case, motions, k, FLOAT_CYCLES, linear=False).angles
+            for k, motion in enumerate(motions)
+            if motion.theta != 0
+        ]
+        return static(self.model, np.concatenate(lead))
+
+    @cached_property
+    def transient(self) -> tuple[xr.Dataset, Ranges]:
+        """Transient at rated torque, without its samples, and their ranges after settling."""
+        rest = Ranges(train_histories)
+        return simulate(self.model, sink=Several([rest, self.recorded])).data, rest
+
+    @cached_property
+    def recorded(self) -> SensorRecord:
+        """What sensors record in the transient."""
+        return SensorRecord()
+
+    @property
+    def signals(self) -> xr.Dataset:
+        """The signals of sensors in the transient."""
+        attrs = self.transient[0].attrs
+        return self.recorded.data.assign_attrs(attrs)
+
+    @property
+    def warnings(self) -> list[str]:
+        """Motions that are not small, of what measures asked for, or of the equilibrium where the
+        lead is at zero; none where the train was not put together or carries nothing."""
+        solved = self.__dict__
+        if "model" not in solved or self.case.output is None:
+            return []
+        still = solved["equilibria"] if "equilibria" in solved else static(self.model)
+        motions = largest_motions(motion_histories(still))
+        if "transient" in solved:
+            in_time = largest_motions(solved["transient"][1].largest)
+            motions |= {name: max(size, motions[name]) for name, size in in_time.items()}
+        return large_motions(self.case, motions)
