@@ -25,17 +25,10 @@ AT_ONCE = "instantaneous"
 FORCES = arrays(float, (24, 4), elements=st.floats(1.0, 100.0))
 
 
-def test_equal_loads_share_evenly():
-    assert load_sharing([[3.0] * 5], 3.0) == 1.0
-
-
 def test_by_hand():
-    k = load_sharing([[1.0, 2.0, 3.0], [4.0, 4.0, 1.0]], 2.0)
-    np.testing.assert_allclose(k, [3 * 3 / 6, 3 * 4 / 9])
-
-
-def test_one_planet_takes_all_gives_number_of_planets():
-    assert load_sharing([[10.0, 0, 0, 0]], 2.0)[0] == 4.0
+    """Even loads, uneven ones, and one planet that takes all."""
+    k = load_sharing([[3.0, 3.0, 3.0], [1.0, 2.0, 3.0], [4.0, 4.0, 1.0], [9.0, 0.0, 0.0]], 2.0)
+    np.testing.assert_allclose(k, [1.0, 3 * 3 / 6, 3 * 4 / 9, 3.0], rtol=1e-15)
 
 
 def test_not_evaluated_below_three_percent_of_rated_sum():
@@ -62,12 +55,6 @@ def test_planet_factors_average_to_one_and_peak_at_k(force):
     np.testing.assert_allclose(k.mean(axis=-1), 1.0)
     np.testing.assert_allclose(k.max(axis=-1), load_sharing(force, 10.0))
     np.testing.assert_allclose(planet_load_factors(-force, 10.0), k)
-
-
-def test_planet_factors_are_not_evaluated_near_zero():
-    k = planet_load_factors([[1.0, -1.0, 0.0], [1.0, 2.0, 3.0]], 5.0)
-    assert np.isnan(k[0]).all()
-    np.testing.assert_allclose(k[1], [0.5, 1.0, 1.5])
 
 
 def test_maxima_of_cycles_by_hand():

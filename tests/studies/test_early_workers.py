@@ -40,14 +40,6 @@ def test_a_result():
     assert outcome_of(pow, 3, 4) == Outcome(81)
 
 
-def test_an_interrupt_is_passed_on():
-    def stop(shared, job):
-        raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        outcome_of(stop, None, 1)
-
-
 def test_one_thread():
     def threads(shared, job):
         np.ones((4, 4)) @ np.ones((4, 4))

@@ -19,7 +19,7 @@ from flexgear.coupling.build import build_system
 from flexgear.coupling.modal import modal_system
 from flexgear.coupling.pair_data import slice_gaps
 from flexgear.gears.slices import factor_along
-from flexgear.model.errors import FlexgearError, FlexgearWarning, InputError
+from flexgear.model.errors import FlexgearError, InputError
 from flexgear.model.load import load_case
 from flexgear.results.load_sharing import load_sharing
 from flexgear.solve import bodies as solve_bodies
@@ -233,12 +233,6 @@ class TestInterrupted:
             empty.writestr("sizes.npy", b"")
         assert finished(train) == 10
         xr.testing.assert_identical(tolerance(train, workers=1), whole)
-
-    def test_a_disk_that_keeps_nothing_costs_no_batch(self, tmp_path, place):
-        place.write_text("no folder")
-        with pytest.warns(FlexgearWarning, match="cannot keep what is done"):
-            data = tolerance(lumped(tmp_path), workers=1)
-        assert data.sizes["sample"] == 60
 
     def test_kept_until_forgotten(self, tmp_path):
         train = lumped(tmp_path)
