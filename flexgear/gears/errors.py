@@ -212,10 +212,8 @@ def _thickness(stage: Stage, e: GearErrors, path: GearMeshPath) -> Array:
 
 def _pins(stage: Stage, e: GearErrors, path: GearMeshPath) -> Array:
     """Pins displaced one by one, (N,) m."""
-    pins = np.zeros((2, stage.planets))
-    for row, offsets in zip(pins, (e.pin_radial, e.pin_tangential), strict=True):
-        row[: len(offsets)] = offsets
-    return -in_plane_normal(path) @ pins
+    pins = [e.of_planets(name, stage.planets) for name in ("pin_radial", "pin_tangential")]
+    return -in_plane_normal(path) @ np.array(pins)
 
 
 def _helix_slopes(stage: Stage, e: GearErrors, path: GearMeshPath, role: str) -> Array:

@@ -140,30 +140,24 @@ def _sidebands(
 ) -> Iterator[ExpectedLine]:
     """Of one harmonic: the gear mesh itself and what stands up to N planet passes beside it."""
     if abs(passing) * TURN < SAME * abs(gear_mesh):  # planets stay where they are: none cancels
-        yield _gear_mesh(stage, harmonic, harmonic * abs(gear_mesh), 1.0)
+        yield _order(stage, harmonic, harmonic * abs(gear_mesh))
         return
     assert stage.ring is not None
     for n in range(-stage.planets, stage.planets + 1):
         share = phasor_share(harmonic * stage.ring.teeth + n, stage.planet_angles)
         frequency = abs(harmonic * gear_mesh + n * passing)
         sense = n if gear_mesh * passing > 0 else -n  # + is above the gear mesh
-        if n:
-            row = f"{'+' if sense > 0 else '−'}{abs(n)} passes"
-            yield _sideband(stage, harmonic, row, frequency, share)
-        else:
-            yield _gear_mesh(stage, harmonic, frequency, share)
+        beside = f"{'+' if sense > 0 else '−'}{abs(n)} passes" if n else ""
+        yield _order(stage, harmonic, frequency, share, beside)
 
 
-def _gear_mesh(stage: Stage, harmonic: int, frequency: float, share: float) -> ExpectedLine:
-    label, row = f"gear mesh {harmonic}", f"order {harmonic}"
-    return ExpectedLine(stage.name, GEAR_MESH, label, frequency, share, harmonic, row)
-
-
-def _sideband(
-    stage: Stage, harmonic: int, row: str, frequency: float, share: float
+def _order(
+    stage: Stage, harmonic: int, frequency: float, share: float = 1.0, beside: str = ""
 ) -> ExpectedLine:
-    label = f"gear mesh {harmonic} {row}"
-    return ExpectedLine(stage.name, SIDEBAND, label, frequency, share, harmonic, row)
+    """Of a harmonic of the gear mesh, or of what stands beside it."""
+    kind, row = (SIDEBAND, beside) if beside else (GEAR_MESH, f"order {harmonic}")
+    label = f"gear mesh {harmonic} {beside}".rstrip()
+    return ExpectedLine(stage.name, kind, label, frequency, share, harmonic, row)
 
 
 def _orders_of_planets(stage: Stage) -> Iterator[tuple[int, float]]:
@@ -195,11 +189,11 @@ def _parallel(
     speeds = {"pinion": flow.sun_speed, "gear": flow.planet_speed}
     for harmonic in range(1, harmonics + 1):
         centre = harmonic * flow.gear_mesh_frequency
-        yield _gear_mesh(stage, harmonic, centre, 1.0)
+        yield _order(stage, harmonic, centre)
         for part, speed in speeds.items():
             for sign, text in ((-1, "−"), (1, "+")):
                 frequency = centre + sign * abs(speed) / TURN
-                yield _sideband(stage, harmonic, f"{text}{part}", frequency, 1.0)
+                yield _order(stage, harmonic, frequency, beside=f"{text}{part}")
     for part, speed in speeds.items():
         yield _shaft(stage, part, speed - sensor)
         fault = abs(speed) / TURN

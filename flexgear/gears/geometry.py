@@ -49,19 +49,17 @@ def least_backlash(center_distance: float, normal_module: float) -> float:
 
 def backlash_allowance(view: StageView, role: str, center_distance: float) -> float:
     """Normal backlash of the planets with "ring" or "sun" that thinner teeth make, m."""
-    stage = view.stage
-    stated = stage.backlash_ring if role == "ring" else stage.backlash_sun
+    stated: float | None = getattr(view.stage, f"backlash_{role}")
     if stated is not None:
         return stated
     if view.gear_mesh.contact_law == "linear":
         return 0.0
-    return least_backlash(center_distance, stage.normal_module)
+    return least_backlash(center_distance, view.stage.normal_module)
 
 
 def backlash_source(view: StageView, role: str) -> str:
     """What sets the backlash: the case, linear contact (none), or the rule; a phrase to print."""
-    stage = view.stage
-    if (stage.backlash_ring if role == "ring" else stage.backlash_sun) is not None:
+    if getattr(view.stage, f"backlash_{role}") is not None:
         return "as the case says"
     return RULE if view.gear_mesh.contact_law == "one-sided" else "linear contact needs none"
 
@@ -200,20 +198,6 @@ def _tooth(view: StageView, role: str, gear: MatedGear | PlanetGear) -> ToothGeo
     return tooth
 
 
-def given_contact_ratio(view: StageView, role: str) -> float | None:
-    """Transverse contact ratio that the case gives for "sun" or "ring"; only waves use it."""
-    options = view.gear_mesh
-    if options.model in PER_PAIR_MODELS:
-        return None
-    return options.sun_contact_ratio if role == "sun" else options.ring_contact_ratio
-
-
-def given_stiffness(view: StageView, role: str) -> float | None:
-    """Mean stiffness that the case gives for "sun" or "ring", N/m along N."""
-    options = view.gear_mesh
-    return options.sun_stiffness if role == "sun" else options.ring_stiffness
-
-
 def planet_clearance(positions: Sequence[float], distance: float, tip_radius: float) -> float:
     """Gap between tips of neighbouring planets at angles ``positions``, m; ∞ for one planet."""
     angles = sorted(angle % (2 * math.pi) for angle in positions)
@@ -230,7 +214,9 @@ def _gear_mesh(
     (the pitch point where tips do not reach each other)."""
     stage, planet = view.stage, gears["planet"]
     angle = radii.ring_angle if role == "ring" else radii.sun_angle
-    pitch, ratio = planet.base_pitch, given_contact_ratio(view, role)
+    pitch, options, ratio = planet.base_pitch, view.gear_mesh, None
+    if options.model not in PER_PAIR_MODELS:
+        ratio = options.of(role, "contact_ratio")
     allowance = backlash_allowance(view, role, radii.center_distance)
     low, high = planet.path_of_contact(gears[role], angle)
     if is_overridden(stage):
@@ -261,7 +247,7 @@ def _gear_mesh(
 
 def _least_ratio(view: StageView, role: str, ratio: float) -> float:
     """1 where nothing follows from the contact ratio, which is constant stiffness that is given."""
-    if view.gear_mesh.model == "constant" and given_stiffness(view, role) is not None:
+    if view.gear_mesh.model == "constant" and view.gear_mesh.of(role, "stiffness"):
         return 1.0
     raise view.refuse(
         f"gear_mesh.{role}_contact_ratio",

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from flexgear.gears.determinacy import members_of, port_matrix, rank, tie_matrix
 from flexgear.gears.power_flow import NOISE, PowerFlow, power_flow
 from flexgear.model.errors import InputError
 from flexgear.model.load_cases import LoadCase, MemberState
-from flexgear.model.train import MemberLoad
+from flexgear.model.train import Input, MemberLoad
 from flexgear.model.units import RPM
 
 if TYPE_CHECKING:
@@ -53,26 +53,20 @@ class LoadBin:
 def case_in_bin(case: Case, load_bin: LoadBin) -> Case:
     """The case with speeds and torques of the bin where it gives speeds and torques, and its
     loads; without other load cases, which every result of the bin would have to carry."""
-    changes: dict[str, object] = {
-        "loads": load_bin.loads, "load_cases": (), "load_series": None,
-    }  # fmt: skip
-    inputs = []
-    for port in case.inputs:
-        values: dict[str, float | None] = {"power": None}
+
+    def restated(port: Any) -> Any:
+        values: dict[str, float | None] = {"power": None} if isinstance(port, Input) else {}
         if port.speed is not None:
             values["speed"] = load_bin.speed[port.member]
         if port.given_torque is not None:
             values["torque"] = load_bin.torque[port.member]
-        inputs.append(port.model_copy(update=values))
-    output = case.output
-    if output is not None:
-        values = {}
-        if output.speed is not None:
-            values["speed"] = load_bin.speed[output.member]
-        if output.torque is not None:
-            values["torque"] = load_bin.torque[output.member]
-        changes["output"] = output.model_copy(update=values)
-    return case.model_copy(update={**changes, "inputs": tuple(inputs)})
+        return port.model_copy(update=values)
+
+    ports = {"inputs": tuple(map(restated, case.inputs))}
+    if case.output is not None:
+        ports["output"] = restated(case.output)
+    loads = {"loads": load_bin.loads, "load_cases": (), "load_series": None}
+    return case.model_copy(update={**loads, **ports})
 
 
 def bins_of_load_cases(case: Case, more: Sequence[LoadCase] = ()) -> tuple[LoadBin, ...]:

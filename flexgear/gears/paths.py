@@ -37,7 +37,6 @@ from flexgear.gears.flanks import flank_pairs
 from flexgear.gears.geometry import (
     PER_PAIR_MODELS,
     StageGeometry,
-    given_stiffness,
     stage_geometry,
 )
 from flexgear.gears.profile_contact import FlankPair, ProfileContact, profile_contact
@@ -192,16 +191,16 @@ def _wave(
     role = path.kind.gear
     options, gear_mesh = view.gear_mesh, g.gear_meshes[role]
     mean, ratio = mean_stiffness(view, g, role, force), gear_mesh.transverse_contact_ratio
-    if shares := options.harmonic_shares(role):
+    if shares := options.of(role, "harmonic_shares"):
         key = f"{role}_harmonic_shares"
         s = path.s_lo + np.arange(SAMPLES) / SAMPLES * path.base_pitch
         s = carrying.s0[0] + carrying.rate / path.rate * (s - path.s0[0])
-        phases = getattr(options, f"{role}_harmonic_phases") or (0.0,) * len(shares)
+        phases = options.of(role, "harmonic_phases") or (0.0,) * len(shares)
         turns = s / path.base_pitch
         wave = harmonic_wave(mean, np.array(shares), np.array(phases), turns)
     else:
-        key, step = f"{role}_stiffness_step", getattr(options, f"{role}_stiffness_step")
-        stiffness = given_stiffness(view, role)
+        key, step = f"{role}_stiffness_step", options.of(role, "stiffness_step")
+        stiffness = options.of(role, "stiffness")
         depth = 1.0 if step is None or stiffness is None else step * ratio / stiffness
         wave = stiffness_wave(
             options.model, mean, ratio, gear_mesh.overlap_ratio, options.harmonics, depth=depth

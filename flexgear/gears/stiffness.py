@@ -49,7 +49,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from flexgear.arrays import Array
-from flexgear.gears.geometry import PER_PAIR_MODELS, StageGeometry, given_stiffness
+from flexgear.gears.geometry import PER_PAIR_MODELS, StageGeometry
 from flexgear.gears.radii import gears_by_role
 from flexgear.gears.weber_banaschek import PairCompliance, Side, pair_compliance
 
@@ -283,7 +283,7 @@ def law_mean(law: Law, view: StageView, g: StageGeometry, role: str) -> float:
 
 def _whole_law(view: StageView, g: StageGeometry, role: str, force: float) -> Law:
     """k'(ξ) with all that both teeth and their foundations give."""
-    stiffness = given_stiffness(view, role)
+    stiffness: float | None = view.gear_mesh.of(role, "stiffness")
     if view.gear_mesh.model not in PER_PAIR_MODELS:
         ratio, width = g.gear_meshes[role].transverse_contact_ratio, view.stage.face_width
         mean = stiffness or iso_mean_stiffness(iso_peak(view, role), ratio, width)

@@ -124,15 +124,15 @@ class GearMesh(Section):
 
     def _check_wave(self, role: str) -> None:
         """Refusal of steps and terms of a wave that the model or other keys leave no place."""
-        step, shares = getattr(self, f"{role}_stiffness_step"), self.harmonic_shares(role)
-        phases = getattr(self, f"{role}_harmonic_phases")
+        step, shares = self.of(role, "stiffness_step"), self.of(role, "harmonic_shares")
+        phases = self.of(role, "harmonic_phases")
         if step is not None and self.model not in ("rectangular", "fourier"):
             raise Refusal(
                 f"{role}_stiffness_step",
                 f"has no place in model = '{self.model}'",
                 'use model = "rectangular", or take it out',
             )
-        if step is not None and getattr(self, f"{role}_stiffness") is None:
+        if step is not None and self.of(role, "stiffness") is None:
             raise Missing(f"{role}_stiffness", f"is missing beside {role}_stiffness_step")
         if shares and (self.model != "fourier" or step is not None):
             beside = "a stiffness step" if step is not None else f"model = '{self.model}'"
@@ -148,9 +148,10 @@ class GearMesh(Section):
                 f"give one for each of {role}_harmonic_shares",
             )
 
-    def harmonic_shares(self, role: str) -> tuple[float, ...]:
-        """Amplitudes over the mean of the terms that are given for "sun" or "ring"."""
-        return self.sun_harmonic_shares if role == "sun" else self.ring_harmonic_shares
+    def of(self, role: str, name: str) -> Any:
+        """An option of "sun" or "ring": stiffness, contact_ratio, stiffness_step, harmonic_shares,
+        harmonic_phases."""
+        return getattr(self, f"{role}_{name}")
 
 
 class Damping(Section):

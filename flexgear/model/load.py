@@ -127,8 +127,9 @@ def load_case(source: str | Path, overrides: Mapping[str, object] | None = None)
     "stage.".
     Raises InputError with one line for anything that is wrong.
     """
-    raw, where, folder, name = _read(source)
-    return case_of_toml(raw, where, name, folder, overrides)
+    text, where, folder, name = _find(source)
+    where = where.encode(errors="backslashreplace").decode()  # a file name may be no UTF-8
+    return case_of_toml(parse_toml(text, where), where, name, folder, overrides)
 
 
 def case_of_toml(
@@ -147,13 +148,6 @@ def case_of_toml(
         return _case(_with_list(raw, where), overrides or {}, where, folder, name)
     except InputError as fault:
         raise of_only_stage(fault) from None
-
-
-def _read(source: str | Path) -> tuple[dict[str, Any], str, Path, str]:
-    """Data of a file, how to name it in messages, folder for relative paths, name of the case."""
-    text, where, folder, name = _find(source)
-    where = where.encode(errors="backslashreplace").decode()  # a file name may be no UTF-8
-    return parse_toml(text, where), where, folder, name
 
 
 def _case(

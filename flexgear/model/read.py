@@ -307,13 +307,8 @@ def numbered(key: str, data: Mapping[str, Any], where: str) -> list[str]:
     return parts
 
 
-def aliased(text: str) -> str:
-    """The only stage of a case as [stage] names it."""
-    return text.replace("stages[0]", "stage").replace("stages.0", "stage")
-
-
 def of_only_stage(fault: InputError) -> InputError:
     """A fault of a file with [stage], whose keys it names as that file does."""
-    return InputError(
-        fault.where, aliased(fault.key), aliased(fault.problem), aliased(fault.remedy)
-    )
+    texts = (fault.key, fault.problem, fault.remedy)
+    named = (t.replace("stages[0]", "stage").replace("stages.0", "stage") for t in texts)
+    return InputError(fault.where, *named)

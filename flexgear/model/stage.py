@@ -31,6 +31,7 @@ from flexgear.model.units import Angle, Length
 Form = Literal["lumped", "fe", "beam"]
 PLANETARY = ("sun", "ring", "carrier")
 PARALLEL = ("pinion", "gear")
+_PARTS = {"planetary": ("sun", "planet", "ring", "carrier"), "parallel": PARALLEL}
 _GEOMETRY = dict.fromkeys(
     (
         "planets", "normal_module", "pressure_angle", "helix_angle", "face_width", "planet_hand",
@@ -168,13 +169,9 @@ class Stage(Section):
     def required(cls, data: Mapping[str, Any]) -> list[Missing]:
         """Parts and number of planets by the kind of the stage, the hand of helical gears."""
         kind = data.get("kind", "planetary")
-        if kind == "parallel":
-            parts: tuple[str, ...] = PARALLEL
-        else:
-            parts = ("sun", "planet", "ring", "carrier")
         lacks = [
             Missing(name, f"is missing in a {kind} stage", f"add a section for the {name}")
-            for name in parts
+            for name in _PARTS["parallel" if kind == "parallel" else "planetary"]
             if data.get(name) is None
         ]
         if kind == "planetary" and "planets" not in data:
@@ -206,26 +203,25 @@ class Stage(Section):
         return {**data, "errors": GearErrors.for_each(errors, planets)}
 
     def _check(self) -> None:
+        self._check_parts()
         if self.kind == "parallel":
             self._check_parallel()
         else:
             self._check_planetary()
+        for name in ("pinion", "gear", "planet", "sun"):
+            if (gear := getattr(self, name)) is not None:
+                check_bore(name, gear, self.normal_module)
         if self.double_helical and self.helix_angle == 0:
             raise Refusal("helix_angle", "is zero in a double-helical stage", "give it")
         self._check_errors()
         self._check_clearances()
 
     def _check_parallel(self) -> None:
-        self._check_parts(PARALLEL, ("sun", "planet", "ring", "carrier"))
         if self.planets != 1 or self.planet_positions is not None:
             key = "planets" if self.planets != 1 else "planet_positions"
             raise Refusal(key, "a parallel stage has no planets", "take it out, or use position")
-        for name, gear in (("pinion", self.pinion), ("gear", self.gear)):
-            assert gear is not None
-            check_bore(name, gear, self.normal_module)
 
     def _check_planetary(self) -> None:
-        self._check_parts(("sun", "planet", "ring", "carrier"), PARALLEL)
         self._check_gears()
         assert self.planet is not None and self.carrier is not None
         turning = self.planet.kinematics
@@ -262,8 +258,6 @@ class Stage(Section):
                 f"a ring of {self.ring.teeth} teeth cannot hold planets of {self.planet.teeth}",
                 "about z_sun + 2 z_planet",
             )
-        check_bore("planet", self.planet, self.normal_module)
-        check_bore("sun", self.sun, self.normal_module)
         if self.face_width > 20 * self.normal_module * self.planet.teeth:
             raise Refusal(
                 "face_width",
@@ -277,8 +271,9 @@ class Stage(Section):
         if self.double_helical and self.planet.fe is not None:
             problem = "is not there for planets with two halves of teeth"
             raise Refusal("planet.fe", problem, "take it out, or make the stage single-helical")
-        if self.double_helical and self.ring.fe is not None:
-            self._check_halves()
+        if self.double_helical and self.ring.fe is not None and self.gear_mesh.root_stress == "fe":
+            problem = "is not there for an FE ring in two halves"
+            raise Refusal("gear_mesh.root_stress", problem, 'take "none", or a lumped ring')
         if self.planet.fe is not None and self.planet_bearing.journal is not None:
             problem = "has its film in the bore of a planet that bends, which is not modelled"
             raise Refusal("planet_bearing.journal", problem, "take out planet.fe, or the journal")
@@ -306,12 +301,6 @@ class Stage(Section):
         if self.ring.fe is not None:
             self._check_bands(self.ring.fe)
 
-    def _check_halves(self) -> None:
-        """What an FE ring in two halves does not have."""
-        if self.gear_mesh.root_stress == "fe":
-            problem = "is not there for an FE ring in two halves"
-            raise Refusal("gear_mesh.root_stress", problem, 'take "none", or a lumped ring')
-
     def _check_bands(self, ring: Ring) -> None:
         """Fits and splines lie on the ring's outside."""
         half = self.face_width / 2 * (1 + 1e-9)
@@ -326,13 +315,14 @@ class Stage(Section):
                     "move it or make it narrower",
                 )
 
-    def _check_parts(self, needed: tuple[str, ...], foreign: tuple[str, ...]) -> None:
-        for name in foreign:
-            if getattr(self, name) is not None:
+    def _check_parts(self) -> None:
+        parts = _PARTS[self.kind]
+        for name in (*_PARTS["planetary"], *PARALLEL):
+            if name not in parts and getattr(self, name) is not None:
                 raise Refusal(
                     name,
                     f"is no part of a {self.kind} stage",
-                    f"take it out; its parts are {', '.join(needed)}",
+                    f"take it out; its parts are {', '.join(parts)}",
                 )
 
     def _check_errors(self) -> None:

@@ -43,15 +43,15 @@ def input_error(
         return _all_missing(root, missing, where)
     first = (missing or fault.errors())[0]
     loc: list[Any] = list(location(first))
-    owner, quantity = _owner(root, loc)
+    spelled, owner, quantity = _place(root, loc)
     path = ".".join(str(p) for p in loc)
-    where, key, suffix, _ = written.get(path, (where, _spelled(root, loc), "", None))
+    where, key, suffix, _ = written.get(path, (where, spelled, "", None))
     kind, context = first["type"], first.get("ctx", {})
     cause = context.get("error")
     if isinstance(cause, Refusal):
         parts = _below(loc, cause.key)
         path = ".".join(str(p) for p in parts)
-        where, key, _, _ = written.get(path, (where, _spelled(root, parts), "", None))
+        where, key, _, _ = written.get(path, (where, _place(root, parts)[0], "", None))
         return InputError(where, key, cause.problem, cause.remedy)
     if kind == "missing":
         return InputError(where, key, "is missing", f"add {_addition(root, key)}")
@@ -85,7 +85,7 @@ def _all_missing(root: type[Section], lines: list[Any], where: str) -> InputErro
     for line in lines:
         loc: list[Any] = list(location(line))
         cause = line.get("ctx", {}).get("error")
-        keys[_spelled(root, _below(loc, cause.key) if cause else loc)] = None
+        keys[_place(root, _below(loc, cause.key) if cause else loc)[0]] = None
         remedies[cause.remedy if cause else "add them"] = None
     if len(keys) == 1:
         key = next(iter(keys))
@@ -108,30 +108,19 @@ def _addition(root: type[Section], key: str) -> str:
     return f"[[{parts[-1]}]]" if several else f"[{key}]"
 
 
-def _owner(root: type[Section], loc: list[Any]) -> tuple[type[Section], Quantity | None]:
-    """Section that owns the last field of a location, and that field's quantity."""
-    owner, quantity = root, None
-    for part in loc:
-        if not isinstance(part, str) or part not in owner.model_fields:
-            continue
-        quantity = quantity_of(owner, part)
-        inner = section_of(owner, part)
-        if inner is not None and part is not loc[-1]:
-            owner = inner
-    return owner, quantity
-
-
-def _spelled(root: type[Section], loc: list[Any]) -> str:
-    """A location as the user would write it, the last key with its usual unit."""
-    owner, text = root, ""
+def _place(root: type[Section], loc: list[Any]) -> tuple[str, type[Section], Quantity | None]:
+    """A location as the user would write it, the last key with its usual unit; the section of its
+    last field, and that field's quantity."""
+    text, owner, inner, quantity = "", root, root, None
     for part in loc:
         if isinstance(part, int):
             text += f"[{part}]"
             continue
-        has_field = part in owner.model_fields
+        owner, has_field = inner, part in inner.model_fields
         text += ("." if text else "") + (usual_key(owner, part) if has_field else part)
-        owner = (section_of(owner, part) if has_field else None) or owner
-    return text
+        if has_field:
+            quantity, inner = quantity_of(owner, part), section_of(owner, part) or owner
+    return text, owner, quantity
 
 
 def _below(loc: list[Any], key: str) -> list[Any]:
