@@ -1,7 +1,10 @@
-"""ISO 281 basic rating life and its ratio between trains."""
+"""Basic and reference life of bearings, lubrication, estimates: scaling, limits, printed tables."""
 
 import math
+from dataclasses import replace
+from itertools import pairwise
 
+import numpy as np
 import pytest
 from flow_samples import planetary, train
 from hypothesis import given
@@ -18,8 +21,28 @@ from flexgear.gears.bearings.basic_life import (
     rating_life_hours,
     varying_load,
 )
+from flexgear.gears.bearings.bearing import (
+    RollingBearing,
+    dynamic_rating_of_rollers,
+    rate_load,
+    rate_motion,
+    rolling_bearing,
+    static_rating,
+)
+from flexgear.gears.bearings.reference_life import (
+    Lubrication,
+    Ratings,
+    contamination_factor,
+    life_modification,
+    reference_viscosity,
+    row_lives,
+    viscosity_100,
+    viscosity_at,
+)
+from flexgear.gears.bearings.rows import BallRow, RollerRow, standard_drops
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.power_flow import power_flow
+from flexgear.model.bearings import Lubricant
 from flexgear.model.errors import InputError
 from flexgear.model.load import load_case
 
@@ -128,3 +151,272 @@ def test_a_life_is_that_of_the_constant_load_of_the_same_damage():
     assert bearing_life_hours(bearings["far"], [4e5, 0.0], -1.2) == pytest.approx(2 * expected)
     assert bearing_life_hours(bearings["far"], [0.0], -1.2) == math.inf
     assert bearing_life_hours(bearings["drive"], [1e5], -1.2) is None
+
+
+MM = 1e-3
+RATINGS = Ratings(1e5, 1.2e5, 1.5e4)
+OIL = Lubrication(0.7, 0.1)
+
+
+def rollers(laminae=30, **more):
+    drops = standard_drops(15 * MM, 16 * MM, 0.0, laminae)
+    row = RollerRow(14, 15 * MM, 72.5 * MM, length=16 * MM, gap=10e-6, drops=drops)
+    return replace(row, **more)
+
+
+def balls(**more):
+    row = BallRow(9, 12 * MM, 60 * MM, inner_groove=6.24 * MM, outer_groove=6.36 * MM)
+    return replace(row, **more)
+
+
+def life(row, load, stationary="outer", ratings=RATINGS, lubrication=None):
+    bearing = RollingBearing((row,), ratings)
+    rating = rate_load(bearing, np.array(load, dtype=float), stationary, lubrication)
+    return rating.basic_life if lubrication is None else rating.modified_life
+
+
+@pytest.mark.parametrize(("row", "power"), [(rollers(), 4.0), (balls(), 3.0)])
+@pytest.mark.parametrize("stationary", ["inner", "outer"])
+def test_scaling_of_loads_and_ratings(row, power, stationary):
+    """Lives go with the fourth power of the loads of laminae, with the third of those of balls."""
+    loads = row.state(np.array([4e-5, 0, 0, 0, 3e-4])).loads
+    basic, _ = row_lives(row, RATINGS, loads, stationary)
+    half, _ = row_lives(row, RATINGS, loads / 2, stationary)
+    assert half == pytest.approx(2**power * basic, rel=1e-12)
+    better, _ = row_lives(row, Ratings(2e5), loads, stationary)
+    assert better == pytest.approx(half, rel=1e-12)
+
+
+@pytest.mark.parametrize("row", [rollers(), balls(gap=5e-6)])
+def test_the_ring_that_stands_still_under_the_load_decides(row):
+    """By hand for rollers from the loads of one lamina: the inner raceway is the weaker one."""
+    bearing = RollingBearing((row,), RATINGS)
+    standing, turning = (rate_load(bearing, [1e4, 0, 0, 0, 0], r) for r in ("inner", "outer"))
+    assert standing.basic_life < turning.basic_life
+    if isinstance(row, RollerRow):
+        q = row.state(standing.motion).loads[:, 15]
+        four, more = (np.mean(q**w) ** (4.5 / w) for w in (4.0, 4.5))
+        t = 1.038 * ((1 - row.gamma) / (1 + row.gamma)) ** (143 / 108)
+        outer = (t * 0.364 / 0.378) ** 4.5  # (q_ci/q_ce)^4.5
+        ratio = ((more + outer * four) / (four + outer * more)) ** (-8 / 9)
+        assert standing.basic_life / turning.basic_life == pytest.approx(ratio, rel=5e-3)
+
+
+def test_life_falls_with_tilt_and_does_not_see_its_sign():
+    bearing = RollingBearing((rollers(),), RATINGS)
+    tilts = [0, 5e-4, 1e-3, 2e-3, 4e-3]
+    lives = [
+        rate_load(bearing, [1e4, 0, 0, 0, 0], "inner", held={"rx": 0.0, "ry": tilt}).basic_life
+        for tilt in tilts
+    ]
+    assert all(a > b for a, b in pairwise(lives)) and lives[-1] < lives[0] / 2
+    back = rate_load(bearing, [1e4, 0, 0, 0, 0], "inner", held={"rx": 0.0, "ry": -2e-3})
+    assert back.basic_life == pytest.approx(lives[3], rel=1e-6)
+
+
+@pytest.mark.parametrize("edge_stress", [False, True])
+def test_finer_laminae_converge(edge_stress):
+    lives = [
+        life(rollers(n, edge_stress=edge_stress), [3e4, 0, 0, 0, 60]) for n in (25, 50, 100, 400)
+    ]
+    errors = np.abs(np.array(lives[:3]) / lives[3] - 1)
+    assert errors[1] < errors[0] and errors[2] < errors[1] / 1.5 and errors[2] < 0.02
+
+
+def test_uniform_load_has_the_catalogue_life():
+    """Without profile, edges and λν the load C itself gives 10⁶ revolutions, by the standard's
+    factors of the load zone of half a turn (0.378 and 0.364 have three digits)."""
+    row = rollers(gap=0.0, count=200, drops=(0.0,) * 30, edge_stress=False, diameter=1 * MM)
+    basic = life(row, [1e5 / 0.83, 0, 0, 0, 0])
+    assert basic == pytest.approx(1e6, rel=0.03)
+    ball = balls(
+        gap=0.0, count=120, diameter=1 * MM, inner_groove=0.52 * MM, outer_groove=0.53 * MM
+    )
+    assert life(ball, [10, 0, 0, 0, 0], ratings=Ratings(10)) == pytest.approx(1e6, rel=0.03)
+
+
+@pytest.mark.parametrize("make", [rollers, balls])
+def test_rows_of_equal_load_and_limits_of_lubrication(make):
+    row = make()
+    alone = rate_load(RollingBearing((row,), RATINGS), [1e4, 0, 0, 0, 0], "inner", OIL)
+    pair = RollingBearing((replace(row, position=-0.05), replace(row, position=0.05)), RATINGS)
+    both = rate_load(pair, [2e4, 0, 0, 0, 0], "inner", OIL)
+    e = 9 / 8 if isinstance(row, RollerRow) else 10 / 9
+    assert both.basic_life == pytest.approx(2 ** (-1 / e) * alone.basic_life, rel=1e-5)
+    assert both.modified_life == pytest.approx(2 ** (-1 / e) * alone.modified_life, rel=1e-5)
+    best = rate_motion(
+        RollingBearing((row,), RATINGS), alone.motion, "inner", Lubrication(4.0, 1.0)
+    )
+    assert best.modified_life <= 50 * best.basic_life * (1 + 1e-12)
+    assert best.modified_life > alone.modified_life
+    dirty = rate_motion(
+        RollingBearing((row,), RATINGS), alone.motion, "inner", Lubrication(1, 1e-12)
+    )
+    assert dirty.modified_life == pytest.approx(0.1 * alone.basic_life, rel=1e-2)
+    starved = rate_motion(
+        RollingBearing((row,), RATINGS), alone.motion, "inner", Lubrication(0.02, 0.5)
+    )
+    assert starved.modified_life == pytest.approx(0.1 * alone.basic_life, rel=0.01)
+    assert "below 0.1" in starved.estimates[0] and not alone.estimates
+
+
+def test_estimates_count_where_figures_rest_on_them():
+    bearing = rolling_bearing(planet_bearing(static_rating_kn="5000"))
+    assert len(bearing.estimates) == 1
+    load = [5e5, 0, 0, 0, 0]
+    assert rate_load(bearing, load, "inner").estimates == ()
+    assert rate_load(bearing, load, "inner", OIL).estimates == bearing.estimates
+
+
+def test_without_load_nothing_fails():
+    still = rate_motion(RollingBearing((rollers(),), RATINGS), np.zeros(5), "inner", OIL)
+    assert still.basic_life == still.modified_life == still.static_safety == math.inf
+    assert still.pressure == 0
+
+
+@pytest.mark.parametrize("rolling", ["ball", "roller"])
+@pytest.mark.parametrize("kappa", [0.4, 1.0])
+def test_branches_of_the_life_factor_meet(rolling, kappa):
+    ratios = np.array([0.01, 0.1, 0.3])
+    below, above = (life_modification(rolling, kappa + d, ratios) for d in (-1e-9, 1e-9))
+    assert below == pytest.approx(above, rel=2e-3)
+
+
+@given(
+    kappa=st.floats(0.1, 6), ratio=st.floats(1e-4, 5), rolling=st.sampled_from(["ball", "roller"])
+)
+def test_life_factor_grows_with_film_and_cleanliness(kappa, ratio, rolling):
+    a = life_modification(rolling, kappa, ratio)
+    assert 0.09 < a <= 50
+    assert life_modification(rolling, kappa * 1.1, ratio) >= a * 0.998
+    assert life_modification(rolling, kappa, ratio * 1.1) >= a * (1 - 1e-12) or kappa < 0.11
+    assert life_modification(rolling, 9.0, ratio) == life_modification(rolling, 4.0, ratio)
+
+
+def test_viscosity():
+    """Points of D341 lie on its line; VI 95 of ISO VG oils as oil makers print them."""
+    oil = Lubricant(viscosity_40=320e-6, viscosity_100=24e-6, temperature=338.15)
+    for temperature, viscosity in ((313.15, 320e-6), (373.15, 24e-6)):
+        there = oil.model_copy(update={"temperature": temperature})
+        assert viscosity_at(there) == pytest.approx(viscosity, rel=1e-9)
+    middle = math.log10(math.log10(1e6 * viscosity_at(oil) + 0.7))
+    ends = [math.log10(math.log10(v + 0.7)) for v in (320, 24)]
+    share = math.log(338.15 / 313.15) / math.log(373.15 / 313.15)
+    assert middle == pytest.approx(ends[0] + share * (ends[1] - ends[0]), rel=1e-12)
+    table = {5.0: (40.23, 28.49), 10.0: (147.7, 82.87), 20.0: (493.2, 229.5), 30.0: (1023, 422.0)}
+    for thin, (low, high) in table.items():  # L and H of ASTM D2270, VI = 100 (L − ν_40)/(L − H)
+        thick = low - 0.95 * (low - high)
+        assert 1e6 * viscosity_100(1e-6 * thick) == pytest.approx(thin, rel=3e-3)
+    assert viscosity_at(Lubricant(viscosity_40=320e-6)) is None
+    assert viscosity_at(Lubricant(viscosity_40=320e-6, operating_viscosity=9e-5)) == 9e-5
+
+
+def test_reference_viscosity_and_contamination():
+    """By hand, at 500 and 2000 r/min; branches of ν_1 meet at 1000 within a per cent."""
+    per_rpm = math.pi / 30
+    assert reference_viscosity(0.2, 500 * per_rpm) == pytest.approx(
+        45000e-6 / 500**0.83 / math.sqrt(200), rel=1e-9
+    )
+    assert reference_viscosity(0.2, -2000 * per_rpm) == pytest.approx(
+        4500e-6 / math.sqrt(2000 * 200), rel=1e-9
+    )
+    low, high = (reference_viscosity(0.2, n * per_rpm) for n in (999.99, 1000.01))
+    assert low == pytest.approx(high, rel=0.03)
+    clean, dirty = (
+        contamination_factor(Lubricant(viscosity_40=1e-4, cleanliness=code), 0.1, 1.0)
+        for code in ("-/13/10", "-/19/16")
+    )
+    assert clean == pytest.approx(1 - 0.5663 / 100 ** (1 / 3)) and dirty == pytest.approx(
+        0.135, rel=0.01
+    )
+    assert contamination_factor(Lubricant(viscosity_40=1e-4, contamination=0.3), 0.1, 1) == 0.3
+    assert contamination_factor(Lubricant(viscosity_40=1e-4), 0.1, 1.0) is None
+
+
+@pytest.mark.parametrize(
+    ("gamma", "factor"),
+    [(0.01, 52.1), (0.05, 74.1), (0.1, 84.2), (0.16, 88.5), (0.2, 88.7), (0.3, 83.8)],
+)
+def test_rating_of_rollers_meets_the_table_of_f_c(gamma, factor):
+    """ISO 281:2007, table 7."""
+    row = RollerRow(10, 1 * MM, 1 * MM / gamma, length=1 * MM)
+    assert dynamic_rating_of_rollers(row, 1) / 1.1 / 10**0.75 == pytest.approx(factor, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("gamma", "factor"), [(1e-6, 14.7), (0.1, 16.4), (0.12, 15.9), (0.2, 14.0)]
+)
+def test_static_rating_of_balls_meets_the_table_of_f_0(gamma, factor):
+    """ISO 76:2006, table 1."""
+    row = BallRow(5, 1 * MM, 1 * MM / gamma, inner_groove=0.52 * MM, outer_groove=0.53 * MM)
+    assert static_rating(row, 1) / 5 == pytest.approx(factor, rel=5e-3)
+
+
+ELEMENTS = {
+    "dynamic_rating_kn": "2500", "rolling": "roller", "elements.count": "24",
+    "elements.rows": "2", "elements.diameter_mm": "60", "elements.pitch_diameter_mm": "500",
+    "elements.length_mm": "100", "elements.spacing_mm": "120", "elements.clearance_um": "40",
+}  # fmt: skip
+
+
+def planet_bearing(**changes):
+    settings = {k: v for k, v in (ELEMENTS | changes).items() if v is not None}
+    settings = {f"stage.planet_bearing.{key}": value for key, value in settings.items()}
+    return load_case("wind-5mw", settings).stages[0].planet_bearing
+
+
+def test_a_bearing_of_a_case():
+    bearing = rolling_bearing(planet_bearing())
+    assert [row.position for row in bearing.rows] == [-0.06, 0.06]
+    assert bearing.ratings.rows == 2 and bearing.ratings.dynamic_rating == 2.5e6
+    assert len(bearing.estimates) == 2 and "static_rating" in bearing.estimates[0]
+    stated = {"static_rating_kn": "5000", "fatigue_load_limit_kn": "600"}
+    assert rolling_bearing(planet_bearing(**stated)).estimates == ()
+    guessed = rolling_bearing(planet_bearing(dynamic_rating_kn=None))
+    assert guessed.estimates[0].startswith("dynamic_rating")
+    pair = rolling_bearing(planet_bearing(count="2"))
+    assert len(pair.rows) == 4 and pair.ratings.rows == 2
+
+
+def test_rollers_that_spring_say_their_size_once():
+    rollers = {
+        "rollers.count": "24", "rollers.rows": "2", "rollers.length_mm": "100",
+        "rollers.spacing_mm": "120", "rollers.clearance_um": "40",
+    }  # fmt: skip
+    kept = ("elements.diameter_mm", "elements.pitch_diameter_mm")
+    drop = {k: None for k in ELEMENTS if k.startswith("elements") and k not in kept}
+    assert rolling_bearing(planet_bearing(**rollers, **drop)) == rolling_bearing(planet_bearing())
+    with pytest.raises(InputError, match=r"elements.count.*stands in rollers"):
+        planet_bearing(**rollers)
+
+
+def test_faced_rows_of_tapered_rollers():
+    angles = {"elements.contact_angle_deg": "15"}
+    outside = rolling_bearing(planet_bearing(**angles))
+    inside = rolling_bearing(planet_bearing(**angles, **{"elements.arrangement": "X"}))
+    assert [row.contact_angle > 0 for row in outside.rows] == [True, False]
+    assert [row.contact_angle > 0 for row in inside.rows] == [False, True]
+    load = [5e5, 0, 0, 0, 3e4]
+    tilts = [rate_load(b, load, "inner").rows[0].tilt for b in (outside, inside)]
+    assert tilts[0] < tilts[1]  # contact lines that meet outside resist tilt
+
+
+@pytest.mark.parametrize(
+    ("changes", "line"),
+    [
+        ({"elements.length_mm": None}, r"elements.length.*missing.*add elements.length_mm"),
+        ({"elements.spacing_mm": None}, r"elements.spacing.*missing"),
+        ({"rolling": None}, r"rolling.*missing"),
+        ({"elements.diameter_mm": "70"}, r"diameter.*only 65"),
+        ({"elements.profile": "table"}, r"drops.*profile by a table"),
+    ],
+)
+def test_bad_elements_are_one_line(changes, line):
+    with pytest.raises(InputError, match=line):
+        planet_bearing(**changes)
+
+
+def test_what_is_missing_is_named():
+    assert "elements" in rolling_bearing(load_case("wind-5mw").stages[0].planet_bearing)
+    drop = {"rolling": "ball", "dynamic_rating_kn": None}
+    assert rolling_bearing(planet_bearing(**drop)) == "dynamic_rating is missing"

@@ -8,7 +8,6 @@ import pytest
 from pydantic import ValidationError
 
 from flexgear.model.bearings import Bearing
-from flexgear.model.case import Case
 from flexgear.model.errors import InputError
 from flexgear.model.load import bundled_cases, bundled_text, case_of_toml, load_case
 
@@ -137,12 +136,6 @@ def test_unequal_rows_are_a_bearing_with_its_springs_at_z():
     bearing = Bearing(radial=k.sum(), tilt=k @ (at - z) ** 2, z=z)
     assert np.allclose(bearing.matrix, rows, rtol=1e-12, atol=1e-3)
     assert np.allclose(Bearing(full=tuple(map(tuple, rows)), z=0.0).matrix, rows)
-
-
-def test_case_round_trips_through_plain_data(case):
-    case = case.case
-    assert Case.model_validate_json(case.model_dump_json(), strict=False) == case
-    assert case.to_dict()["stages"][0]["face_width"] == 0.43
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,6 @@ import math
 import pytest
 from small_train import SMALL
 
-from flexgear.model.case import Case
 from flexgear.model.errors import InputError
 from flexgear.model.load import bundled_text, load_case
 
@@ -29,11 +28,6 @@ def test_a_tolerance_changes_no_run():
     other = {"tolerance.seed": "7", f"{PIN}.standard_deviation_um": "20"}
     for name in ("wind-5mw", "pitch-drive"):
         assert load_case(name, other).content_hash() == load_case(name).content_hash()
-
-
-def test_plain_data_and_back():
-    case = load_case("wind-5mw", {f"{PIN}.standard_deviation_um": "20"})
-    assert Case.model_validate(case.model_dump()) == case
 
 
 @pytest.mark.parametrize(

@@ -85,17 +85,6 @@ def test_stages_are_named_by_number_or_name(write):
         load_case(path, {"stages.stage_3.planets": "4"})
 
 
-def test_hash_follows_the_content(write):
-    train = load_case(write(SMALL))
-    assert len(train.content_hash()) == 64
-    assert train.with_(name="other", title="x").content_hash() == train.content_hash()
-    wider = train.with_(**{"stages.stage_1.face_width": 0.03})
-    assert wider.content_hash() != train.content_hash()
-    assert wider.content_hash("joints", "output") == train.content_hash("joints", "output")
-    in_metres = load_case(write(SMALL.replace("face_width_mm = 20", "face_width_m = 0.02")))
-    assert in_metres.content_hash() == train.content_hash()
-
-
 @pytest.mark.parametrize("text", [SMALL, ALONE, FLEXIBLE], ids=["small", "alone", "flexible"])
 def test_trains_round_trip_through_plain_data(write, text):
     train = load_case(write(text))
