@@ -152,7 +152,7 @@ class Modes:
 
     frequencies: Array
     shapes: Array
-    energy: dict[str, Array]
+    energy: dict[BodyName, Array]
 
 
 def modes(system: System, contact: Array, limit_hz: float | None = None) -> Modes:
@@ -170,14 +170,7 @@ def modes(system: System, contact: Array, limit_hz: float | None = None) -> Mode
     frequencies = omega / (2 * np.pi)
     keep = len(frequencies) if limit_hz is None else int(np.sum(frequencies <= limit_hz))
     shapes = shapes[:, :keep]
-    momentum = system.mass @ shapes
-    energy: dict[str, Array] = {
-        b.name: np.einsum(
-            "dm,dm->m", shapes[system.slice_of(b.name)], momentum[system.slice_of(b.name)]
-        )
-        for b in system.bodies
-    }
-    return Modes(frequencies[:keep], shapes, energy)
+    return Modes(frequencies[:keep], shapes, body_energies(system.mass, system.bodies, shapes))
 
 
 def _lowest(
@@ -234,6 +227,14 @@ def _placed_bodies(bodies: Sequence[Body]) -> Iterator[tuple[Body, slice]]:
         start += body.size
 
 
+def body_energies(mass: Array, bodies: Sequence[Body], shapes: Array) -> dict[BodyName, Array]:
+    """Shares (m,) of kinetic energy that each body with coordinates has in M-orthonormal modes."""
+    return {
+        body.name: np.einsum("im,im->m", shapes[at], mass[at, at] @ shapes[at])
+        for body, at in _placed_bodies(bodies)
+    }
+
+
 def classify(
     frequencies: ArrayLike,
     shapes: Array,
@@ -266,10 +267,7 @@ def classify(
     shares = _shares(parts, shapes)
     kinds = [_kind(s) for s in _each(shares, len(f))]
     kinds[:n_rigid] = ["rigid"] * n_rigid
-    energies = {
-        body.name: np.einsum("im,ij,jm->m", shapes[at], mass[at, at], shapes[at])
-        for body, at in _placed_bodies(bodies)
-    }
+    energies = body_energies(mass, bodies, shapes)
     lost = np.abs(sum(energies.values()) - 1.0).max(initial=0.0)
     if lost > 1e-6:
         raise FlexgearError(

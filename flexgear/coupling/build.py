@@ -155,14 +155,14 @@ def _pin_rotation(a: Assembly, number: int) -> Array:
 
 
 def _mesh(a: Assembly, number: int, bending: bool, rim: RimFlexibility | None) -> None:
-    """Gear meshes of a stage; rim: of its FE ring that bends."""
-    stage, blocks = a.case.stages[number], _gear_blocks(a, number)
+    """Gear meshes of a stage; rim: of its FE ring that bends. Teeth of FE members that do not bend
+    have all their compliance in the gear mesh, as those of lumped ones."""
+    view, blocks = a.case.view(a.case.stages[number].name), _gear_blocks(a, number)
     flexible = {m.part for m in a.members[number] if m.contacts and not m.body.rigid}
-    view = a.case.view(stage.name)
     gears = {m.part for m in a.members[number] if m.part in ("ring", "planet")}
-    rigid = [part for part in gears - flexible if view.fe_tie(part)]
-    flow, frame = a.flow.stage(stage.name), a.frames[number]
-    a.sets += stage_sets(a.case, number, flow, frame, blocks, bending, rim, rigid)
+    view = view.with_rigid([part for part in gears - flexible if view.fe_tie(part)])
+    flow, frame = a.flow.stage(view.name), a.frames[number]
+    a.sets += stage_sets(view, number, flow, frame, blocks, bending, rim)
 
 
 def _gear_blocks(a: Assembly, number: int) -> GearBlocks:
@@ -185,7 +185,7 @@ def _gear_blocks(a: Assembly, number: int) -> GearBlocks:
         for k, side in enumerate(sides := a.case.stages[number].sides):
             half = slice(k * len(nodes) // len(sides), (k + 1) * len(nodes) // len(sides))
             blocks[m.part, m.planet, side] = GearBlock(first + half.start, places[half], rigid)
-    return GearBlocks(blocks)
+    return blocks
 
 
 def _join(a: Assembly, joint: Joint) -> None:

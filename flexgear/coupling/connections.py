@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Literal
@@ -24,7 +24,6 @@ from flexgear.gears.slices import Nominal, Slices, bent
 from flexgear.gears.stiffness import line_load
 from flexgear.gears.tooth_faults import fault_groups, with_faults
 from flexgear.model.bearings import Bearing
-from flexgear.model.case import Case
 from flexgear.model.faults import Fault
 from flexgear.model.names import BodyName, MemberName, SupportName
 from flexgear.model.stage_view import StageView
@@ -210,15 +209,8 @@ class GearBlock:
     rigid: int | None = None
 
 
-@dataclass(frozen=True)
-class GearBlocks:
-    """Contact blocks of a stage's gears by part, planet (−1: none) and side, "" for both sides."""
-
-    blocks: Mapping[tuple[str, int, str], GearBlock]
-
-    def of(self, part: str, side: str, planet: int = -1) -> GearBlock:
-        """That of a gear, of one of the planets, on a side."""
-        return self.blocks.get((part, planet, side)) or self.blocks[part, planet, ""]
+GearBlocks = Mapping[tuple[str, int, str], GearBlock]
+"""Contact blocks of a stage's gears by part, planet (−1: none) and side, "" for both sides."""
 
 
 def flanks(
@@ -240,23 +232,18 @@ def flanks(
 
 
 def stage_sets(
-    case: Case,
+    view: StageView,
     number: int,
     flow: StageFlow,
     frame: StageFrame,
     blocks: GearBlocks,
     bending: bool = True,
     rim: RimFlexibility | None = None,
-    rigid: Collection[str] = (),
 ) -> list[GearMeshSet]:
     """Gear meshes of stage ``number`` of a train; bending: slices bend each other where the case
     says so, by influences from the cache or made (half a minute each); rim: what the teeth of its
-    ring yield besides; rigid: FE members whose teeth have all their compliance in the gear mesh,
-    as those of lumped ones.
-    """
-    stage, out = case.stages[number], []
-    options, view = stage.gear_mesh, case.view(stage.name)
-    view = view.with_rigid(rigid)
+    ring yield besides."""
+    stage, options, out = view.stage, view.gear_mesh, []
     paths = stage_paths(view, flow.gear_mesh_forces)
     errors = stage_errors(view, paths)
     first, second = ("pinion", "gear") if stage.kind == "parallel" else ("sun", "planet")
@@ -268,9 +255,13 @@ def stage_sets(
         faulty = faulty_teeth(view, path, force, bend, bending)
         if bend is not None:
             path = bend(path, None)
-        gear = blocks.of("ring" if kind.internal else first, side)
+
+        def block(part: str, planet: int, side: str = side) -> GearBlock:
+            return blocks.get((part, planet, side)) or blocks[part, planet, ""]
+
+        gear = block("ring" if kind.internal else first, -1)
         numbers = range(stage.planets) if second == "planet" else [-1]
-        planets = [blocks.of(second, side, i) for i in numbers]
+        planets = [block(second, i) for i in numbers]
         floating = [p for p in planets if p.rigid is not None]
         out.append(
             GearMeshSet(

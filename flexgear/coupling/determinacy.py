@@ -19,6 +19,7 @@ from flexgear.coupling.pair_data import PairData, carrying_flanks
 from flexgear.coupling.system import orthonormal_rigid
 from flexgear.model.errors import InputError
 from flexgear.model.names import BodyName
+from flexgear.model.stage_view import stage_key
 from flexgear.structures.bodies import Body
 
 ROUND_OFF = 1e-6  # of the largest compression, below which a row is not compressed
@@ -70,10 +71,11 @@ def _mass_key(name: BodyName, direction: str) -> str:
     """Key of a body's mass or inertia in a direction."""
     stage, part = name.stage, name.part
     key = {"rotation": "inertia_kg_m2", "tilt": "tilt_inertia_kg_m2"}.get(direction, "mass_kg")
-    before = f"{'stage' if stage == 'stage' else f'stages.{stage}'}." if stage else ""
     if part == "output":  # behind a sun's shaft
         return f"{key} of the port at {stage}.sun"
-    return f"{before}{'ring.hub' if part == 'hub' else part}.{key}"
+    if part == "housing":
+        return f"housing.{key}"
+    return stage_key(stage, f"{'ring.hub' if part == 'hub' else part}.{key}")
 
 
 def holding_rows(pairs: PairData, blocks: Array, angles: int, more: Sequence[Array] = ()) -> Array:
@@ -196,7 +198,6 @@ def _body_text(name: BodyName) -> str:
 def _holder(bodies: Sequence[Body], name: BodyName, direction: str) -> str:
     """Key of the spring that would hold a body."""
     stage, part, key = name.stage, name.part, DIRECTIONS[direction][2]
-    before = f"{'stage' if stage == 'stage' else f'stages.{stage}'}." if stage else ""
     if part == "housing":
         return f"housing.mount.{key}"
     names = [body.name for body in bodies]
@@ -205,14 +206,14 @@ def _holder(bodies: Sequence[Body], name: BodyName, direction: str) -> str:
     if part == "output":
         return f"output.bearing.{key}"
     if part == "hub":
-        return f"{before}ring.hub.bearing.{key}"
+        return stage_key(stage, f"ring.hub.bearing.{key}")
     body = next(b for b in bodies if b.name == name)
     if part == "ring" and len(body.node_names) > 1:
-        return before + _ring_key(body, key)
+        return stage_key(stage, _ring_key(body, key))
     if part == "carrier" and len(body.node_names) > 1:
-        return f"{before}carrier.bearing_drive.{key}"
+        return stage_key(stage, f"carrier.bearing_drive.{key}")
     holder = {"planet": "planet_bearing", "shaft": "sun.shaft.spline"}.get(part, f"{part}.support")
-    return f"{before}{holder}.{key}"
+    return stage_key(stage, f"{holder}.{key}")
 
 
 def _ring_key(ring: Body, key: str) -> str:
