@@ -152,7 +152,7 @@ class Modes:
 
     frequencies: Array
     shapes: Array
-    energy: dict[BodyName, Array]
+    energy: dict[str, Array]
 
 
 def modes(system: System, contact: Array, limit_hz: float | None = None) -> Modes:
@@ -170,7 +170,8 @@ def modes(system: System, contact: Array, limit_hz: float | None = None) -> Mode
     frequencies = omega / (2 * np.pi)
     keep = len(frequencies) if limit_hz is None else int(np.sum(frequencies <= limit_hz))
     shapes = shapes[:, :keep]
-    return Modes(frequencies[:keep], shapes, body_energies(system.mass, system.bodies, shapes))
+    energies = body_energies(system.mass, system.bodies, shapes)
+    return Modes(frequencies[:keep], shapes, dict(energies.items()))
 
 
 def _lowest(
