@@ -22,8 +22,7 @@ what lies above it in the elimination tree,
     F = W^T W,   Psi = L^{-T} W F^{-1},   Psi^T f = F^{-1} W^T L^{-1} f,
     K_s^{-1} g + Psi q = L^{-T} (L^{-1} g + W F^{-1} q):
 
-constraint modes Psi (dofs times interface dofs) are held only while the mass is projected on them,
-and only where they take little room.
+constraint modes Psi (dofs times interface dofs) are never held whole.
 Source: Craig, Bampton 1968, AIAA J. 6:1313; constraint form: Farhat, Geradin 1994.
 """
 
@@ -41,7 +40,7 @@ from flexgear.model.errors import FlexgearError
 from flexgear.structures.cyclic.condensation import CyclicCondensation, condense_by_sectors
 from flexgear.structures.fem.assembly import FeModel
 from flexgear.structures.fem.ties import Interface, free_stiffness
-from flexgear.structures.linalg.dense import blocks, dot, scaled_inverse, single_threaded_blas
+from flexgear.structures.linalg.dense import blocks, scaled_inverse, single_threaded_blas
 from flexgear.structures.linalg.lanczos import (
     Eigenpairs,
     NotConverged,
@@ -53,7 +52,6 @@ from flexgear.structures.linalg.sparse import Factor
 from flexgear.structures.reduced import Progress, ReducedBody, silent
 
 SOLVE_BLOCK = 96  # right-hand sides a solve
-_HELD_BYTES = 2e9  # of constraint modes in memory, while the mass is projected on them
 
 
 class Condensation:
@@ -132,18 +130,11 @@ class Condensation:
     def projected(self, modes: Array, recovery: NDArray[np.float32]) -> tuple[Array, Array]:
         """Psi^T M Psi (b, b) and modes^T M Psi (n, b); Psi at the mesh's first dofs (r, b)."""
         b, coupling = self.interface.size, self._load(self.mass_product(modes)).T
-        psi = self.constraint_motion(np.eye(b)) if 8 * self.dofs * b <= _HELD_BYTES else None
         result = np.zeros((b, b))
         for block in blocks(b, SOLVE_BLOCK):
-            if psi is None:
-                some = self.constraint_motion(np.eye(b)[:, block])
-                result[:, block] = self._load(self.mass_product(some))
-            else:  # a product is less than half a solve, and half of it is enough
-                some = np.ascontiguousarray(psi[:, block])
-                upper = dot(psi[:, : block.stop], self.mass_product(some))
-                result[: block.stop, block] = upper
-                result[block, : block.stop] = upper.T
-            recovery[:, block] = self.dofs_of(some, len(recovery))
+            psi = self.constraint_motion(np.eye(b)[:, block])
+            result[:, block] = self._load(self.mass_product(psi))
+            recovery[:, block] = self.dofs_of(psi, len(recovery))
         return 0.5 * (result + result.T), coupling
 
     def fixed_solve(self, right: Array) -> Array:

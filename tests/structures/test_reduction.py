@@ -13,7 +13,6 @@ from plain_meshes import box, rigid_modes
 from scipy.sparse.linalg import eigsh, spsolve
 
 from flexgear.model.errors import FlexgearError
-from flexgear.structures import reduction
 from flexgear.structures.estimate import ProbeLoad, compare_frequencies, probed, static_errors
 from flexgear.structures.fem.assembly import FeModel, facet_sample
 from flexgear.structures.fem.ties import averaging_tie, interface_of, rigid_tie
@@ -53,6 +52,9 @@ def test_identity_on_the_interface_and_orthonormal_fixed_modes(ring):
     assert np.abs(b @ psi - np.eye(interface.size)).max() < 1e-10
     assert np.abs(b @ phi).max() < 1e-10 * np.abs(phi).max()
     assert np.abs(phi.T @ (model.mass @ phi) - np.eye(MODES)).max() < 1e-10
+    basis, scale = np.hstack([psi, phi]), np.sqrt(np.diag(made.body.mass))
+    error = made.body.mass - basis.T @ (model.mass @ basis)
+    assert np.abs(error / scale / scale[:, None]).max() < 1e-8
 
 
 def test_stiffness_is_the_schur_complement_of_the_ties(ring):
@@ -228,15 +230,3 @@ def test_a_mesh_in_two_pieces_is_refused():
     ]
     with pytest.raises(FlexgearError, match="piece"):
         reduce(model, interface_of(model, ties), 2)
-
-
-def test_mass_on_constraint_modes_by_halves_or_held_for_a_while_is_the_same(ring, monkeypatch):
-    model, interface, made = ring
-    modes, b = made.fixed_modes, interface.size
-    monkeypatch.setattr(reduction, "_HELD_BYTES", 0.0)
-    recovery = np.empty((model.vertex_dofs, b), dtype=np.float32)
-    own, coupling = made.condensation.projected(modes, recovery)
-    scale = np.sqrt(np.diag(own))
-    assert np.abs((made.body.mass[:b, :b] - own) / scale / scale[:, None]).max() < 1e-10
-    assert np.abs((made.body.mass[b:, :b] - coupling) / scale).max() < 1e-8
-    assert np.array_equal(made.body.recovery[:, :b], recovery)

@@ -22,7 +22,7 @@ from flexgear.structures.fe_mesh.carrier_mesh import carrier_fe_mesh
 from flexgear.structures.fe_mesh.fe_mesh import FeMesh
 from flexgear.structures.fe_mesh.groups import Groups, carrier_groups
 from flexgear.structures.fe_mesh.solids import carrier_solid
-from flexgear.structures.sources.fe_body import FeBody, TiedNode
+from flexgear.structures.sources.fe_body import FeBody, TiedNode, without_spin
 
 if TYPE_CHECKING:
     from flexgear.structures.estimate import ProbeLoad
@@ -85,10 +85,8 @@ class CarrierSource(FeBody):
             Spring(NodeName.parse(f"bearing_{side}"), np.asarray(bearing.matrix))
             for side, bearing in self.bearings.items()
         ]
-        supports = stiffness_at(springs, node_names)
-        held = 6 * node_names.index("drive") + 5
-        supports[held, held] += 1e3 * stiffness[held, held]
-        return supports
+        drive = node_names.index("drive")
+        return without_spin(stiffness_at(springs, node_names), drive, stiffness)
 
     def probe_loads(self, model: FeModel) -> Sequence[ProbeLoad]:
         """Pressure on the seats of all pins."""

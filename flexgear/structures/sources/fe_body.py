@@ -55,6 +55,13 @@ class TiedNode:
     angle: float = 0.0
 
 
+def without_spin(supports: Array, node: int, stiffness: Array) -> Array:
+    """Supports (b, b) and a stiff spring against rotation of a node about its axis."""
+    spin = 6 * node + 5
+    supports[spin, spin] += 1e3 * stiffness[spin, spin]
+    return supports
+
+
 @dataclass(frozen=True)
 class Accuracy:
     """How a body is reduced.

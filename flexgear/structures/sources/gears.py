@@ -31,7 +31,7 @@ from flexgear.structures.fe_mesh.groups import Groups, planet_groups, ring_group
 from flexgear.structures.fe_mesh.solids import Solid, planet_solid, ring_solid
 from flexgear.structures.fe_mesh.tooth_segment import SegmentParameters
 from flexgear.structures.reduced import PLACE, Progress, ReducedBody, both_halves, mirrored, silent
-from flexgear.structures.sources.fe_body import FeBody, TiedNode
+from flexgear.structures.sources.fe_body import FeBody, TiedNode, without_spin
 
 if TYPE_CHECKING:
     from flexgear.structures.estimate import ProbeLoad
@@ -72,6 +72,12 @@ class ToothedSource(FeBody):
             for j, place in enumerate(places, 1)
         ]
 
+    def _content(self) -> Mapping[str, Any]:
+        return {
+            "ties": [self.section.tie, self.section.tie_kind],
+            "teeth": [self.mesh.teeth, self.reference_radius],
+        }
+
     def probe_loads(self, model: FeModel) -> Sequence[ProbeLoad]:
         """Lines on flanks of some teeth, where all flanks are groups of the FE mesh."""
         from flexgear.structures.estimate import tooth_lines
@@ -109,16 +115,7 @@ class PlanetSource(ToothedSource):
     def supports(self, node_names: tuple[str, ...], stiffness: Array) -> Array:
         """Its bearing on a pin that stands still, and its bore held against rotation."""
         spring = Spring(NodeName.parse(BORE), np.asarray(self.bearing.matrix))
-        supports = stiffness_at([spring], node_names)
-        held = 6 * node_names.index(BORE) + 5
-        supports[held, held] += 1e3 * stiffness[held, held]
-        return supports
-
-    def _content(self) -> Mapping[str, Any]:
-        return {
-            "ties": [self.section.tie, self.section.tie_kind],
-            "teeth": [self.mesh.teeth, self.reference_radius],
-        }
+        return without_spin(stiffness_at([spring], node_names), node_names.index(BORE), stiffness)
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,11 +139,15 @@ class RingSource(ToothedSource):
         return ring_supports(self.section, self.mesh.face_width)
 
     @property
+    def _springs(self) -> list[Spring]:
+        """To ground, of what is meshed."""
+        return [Spring(s.node, np.diag(s.stiffness), s.angle) for s in self.held_by]
+
+    @property
     def springs(self) -> list[Spring]:
         """All that holds the whole ring; supports of the right half are the mirror image of those
         of the left."""
-        springs = [Spring(s.node, np.diag(s.stiffness), s.angle) for s in self.held_by]
-        return springs if self.half_offset is None else mirrored(springs)
+        return self._springs if self.half_offset is None else mirrored(self._springs)
 
     @property
     def groups(self) -> Groups:
@@ -166,8 +167,7 @@ class RingSource(ToothedSource):
 
     def supports(self, node_names: tuple[str, ...], stiffness: Array) -> Array:
         """Its springs to ground, of a double-helical ring those of its left half."""
-        springs = [Spring(s.node, np.diag(s.stiffness), s.angle) for s in self.held_by]
-        return stiffness_at(springs, node_names)
+        return stiffness_at(self._springs, node_names)
 
     def reduced(self, progress: Progress = silent, limit_hz: float | None = None) -> ReducedBody:
         """As of every body, and how its rim bends along the face where that counts."""
@@ -199,11 +199,8 @@ class RingSource(ToothedSource):
         return solid.shifted(-lift) + solid.mirrored().shifted(lift), left | right
 
     def _content(self) -> Mapping[str, Any]:
-        return {
-            "ties": [self.section.tie, self.section.tie_kind],
-            "supports": [[s.node, s.group, s.place, s.end, s.diameter] for s in self.held_by],
-            "teeth": [self.mesh.teeth, self.reference_radius],
-        }
+        supports = [[s.node, s.group, s.place, s.end, s.diameter] for s in self.held_by]
+        return {"supports": supports, **super()._content()}
 
 
 def _bolted_face(fe_mesh: FeMesh, end: End) -> float:
