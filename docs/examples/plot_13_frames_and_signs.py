@@ -16,9 +16,8 @@ from matplotlib.patches import FancyArrowPatch
 
 import flexgear as fg
 from flexgear.gears.contact import planet_tooth_angle, sun_tooth_angle
-from flexgear.gears.flanks import tooth_sides
 from flexgear.gears.geometry import stage_geometry
-from flexgear.gears.paths import stage_paths
+from flexgear.gears.paths import stage_paths, tooth_sides
 from flexgear.gears.power_flow import power_flow
 from flexgear.views.stage_drawing import gear_outline, section_drawing
 from flexgear.views.style import save_figure

@@ -46,7 +46,7 @@ from flexgear.coupling.system import (
     variant_label,
     without_rigid_forces,
 )
-from flexgear.gears.error_cycle import longest_time_step
+from flexgear.gears.errors import longest_time_step
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.paths import require_assembly, stage_paths
 from flexgear.gears.power_flow import power_flow

@@ -300,7 +300,8 @@ def power_flow(case: Case) -> PowerFlow:
     if members.ports:
         mobility = require_free_ties(members)
         require_speeds(members, mobility)
-        speeds = _speeds(members, ties)
+        stated = [p.speed for p in members.ports if p.speed is not None]
+        speeds = _speeds(members, ties, np.array(stated))
     else:
         mobility, speeds = len(members.names) - rank(ties), np.zeros(len(members.names))
     if case.output is None:
@@ -341,11 +342,11 @@ def power_flow(case: Case) -> PowerFlow:
     )
 
 
-def _speeds(members: Members, ties: Array) -> Array:
+def _speeds(members: Members, ties: Array, stated: Array) -> Array:
+    """Speeds (members, …) from those (F, …) of the ports of given speed."""
     driven = [p for p in members.ports if p.speed is not None]
     matrix = np.vstack([ties, port_matrix(members, driven)])
-    right = np.zeros(len(matrix))
-    right[len(ties) :] = [p.speed for p in driven]
+    right = np.concatenate([np.zeros((len(ties), *stated.shape[1:])), stated])
     speeds = np.linalg.solve(matrix, right)
     return np.where(abs(speeds) > NOISE * abs(speeds).max(), speeds, 0.0)
 
@@ -359,11 +360,8 @@ def speed_ratios(case: Case) -> dict[str, Array]:
     members = members_of(case)
     require_speeds(members, require_free_ties(members))
     ties = tie_matrix(members, members.ties)
-    driven = [p for p in members.ports if p.speed is not None]
-    matrix = np.vstack([ties, port_matrix(members, driven)])
-    right = np.vstack([np.zeros((len(ties), len(driven))), np.eye(len(driven))])
-    ratios = np.linalg.solve(matrix, right)
-    ratios = np.where(abs(ratios) > NOISE * abs(ratios).max(), ratios, 0.0)
+    count = sum(p.speed is not None for p in members.ports)
+    ratios = _speeds(members, ties, np.eye(count))
     of = dict(zip(map(str, members.names), ratios, strict=True))
     for stage in case.stages:
         if stage.ring is not None and stage.planet is not None:

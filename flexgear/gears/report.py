@@ -43,10 +43,9 @@ import numpy as np
 from flexgear.arrays import Array
 from flexgear.gears.contact import ASSEMBLY_TOLERANCE, GearMeshKind, GearMeshPath
 from flexgear.gears.errors import PairErrors, errors_closing, stage_errors
-from flexgear.gears.flanks import modified_flanks
 from flexgear.gears.geometry import PER_PAIR_MODELS, StageGeometry, backlash_source, stage_geometry
 from flexgear.gears.nominal_stress import RootStress, pitch_point_pressure, stage_root_stress
-from flexgear.gears.paths import assembly_misfit, stage_paths
+from flexgear.gears.paths import assembly_misfit, modified_flanks, stage_paths
 from flexgear.gears.power_flow import power_flow
 from flexgear.gears.stiffness import iso_peak
 from flexgear.gears.tool import CutterTool
@@ -279,7 +278,11 @@ def _gear_mesh(
     errors: Sequence[PairErrors],
 ) -> dict[str, Any]:
     """errors: of the drive and the coast flank, where backlash is between them."""
-    gear_mesh = g.gear_meshes[role]
+    gear_mesh, closed = g.gear_meshes[role], {}
+    if errors:
+        drive, coast = errors
+        most = errors_closing(drive, coast, path.half_face).max()
+        closed["errors_close_up_to_um"] = 1e6 * float(most)
     start = (path.s0 - path.s_lo) / path.base_pitch
     rows: dict[str, Any] = {
         "working_pressure_angle_deg": math.degrees(gear_mesh.working_angle),
@@ -290,7 +293,7 @@ def _gear_mesh(
         "path_of_contact_mm": [1e3 * path.s_lo, 1e3 * path.s_hi],
         "backlash_um": 1e6 * path.backlash,
         "backlash_by": backlash_source(view, role),
-        **_closed(errors, path.half_face),
+        **closed,
         "place_of_first_pair_in_pitches": _share(start[0]),
     }
     if view.stage.kind == "planetary":
@@ -304,14 +307,6 @@ def _gear_mesh(
     if not g.overridden:
         rows["iso_single_stiffness_n_per_mm_um"] = iso_peak(view, role) / 1e9
     return rows
-
-
-def _closed(errors: Sequence[PairErrors], half_face: float) -> dict[str, float]:
-    if not errors:
-        return {}
-    drive, coast = errors
-    most = errors_closing(drive, coast, half_face).max()
-    return {"errors_close_up_to_um": 1e6 * float(most)}
 
 
 def _root(gear: str, stress: RootStress) -> dict[str, Any]:

@@ -29,9 +29,8 @@ import numpy as np
 
 from flexgear.arrays import Array
 from flexgear.gears.contact import GearMeshPath
-from flexgear.gears.flanks import flank_name
 from flexgear.gears.geometry import stage_geometry
-from flexgear.gears.paths import PLACES
+from flexgear.gears.paths import PLACES, flank_name
 from flexgear.gears.slices import Line, Slices, cut
 from flexgear.gears.stiffness import pair_law
 from flexgear.gears.tooth import ToothGeometry

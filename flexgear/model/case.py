@@ -8,7 +8,7 @@ from typing import Any, Literal
 from pydantic import Field, ValidationError, model_validator
 
 from flexgear.model.bearings import Lubricant
-from flexgear.model.bodies import Carrier, Housing, Material, Planet, Shaft
+from flexgear.model.bodies import Carrier, Housing, Material, Planet, Ring, Shaft
 from flexgear.model.content import content_hash, digest_files
 from flexgear.model.errors import InputError, echo
 from flexgear.model.faults import Fault, check_faults
@@ -19,7 +19,6 @@ from flexgear.model.member import CarrierMember, GearMember, Kinematics
 from flexgear.model.names import BodyName, Member, MemberName
 from flexgear.model.rating import Rating, check_rating
 from flexgear.model.read import Written, is_place, nearest, numbered, of_only_stage, put
-from flexgear.model.ring import Ring
 from flexgear.model.section import Missing, Refusal, Section
 from flexgear.model.sensor import Recorder, Sensor, check_sensors
 from flexgear.model.solver import Solver

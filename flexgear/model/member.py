@@ -9,10 +9,9 @@ from typing import Any, Literal
 from pydantic import Field
 
 from flexgear.model.bearings import Bearing, Rolling, check_elements
-from flexgear.model.bodies import Carrier, Hub, Planet, Shaft
+from flexgear.model.bodies import Carrier, Hub, Planet, Ring, Shaft
 from flexgear.model.modifications import GearModifications, PlanetModifications
 from flexgear.model.rating import GearRating
-from flexgear.model.ring import Ring
 from flexgear.model.section import Missing, Refusal, Section
 from flexgear.model.units import (
     Angle,

@@ -10,7 +10,7 @@ from typing import Any, Literal
 from pydantic import Field, model_validator
 
 from flexgear.model.bearings import Bearing
-from flexgear.model.bodies import Material
+from flexgear.model.bodies import Material, Ring
 from flexgear.model.gear_mesh import NOT_PARALLEL, GearErrors, GearMesh
 from flexgear.model.member import (
     CarrierMember,
@@ -24,7 +24,6 @@ from flexgear.model.member import (
     check_bore,
     required_hand,
 )
-from flexgear.model.ring import Ring
 from flexgear.model.section import Missing, Refusal, Section
 from flexgear.model.units import Angle, Length
 

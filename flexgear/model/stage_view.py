@@ -8,12 +8,11 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
-from flexgear.model.bodies import Carrier, Material, Planet, Shaft
+from flexgear.model.bodies import Carrier, Material, Planet, Ring, Shaft
 from flexgear.model.content import content_hash, digest_files
 from flexgear.model.errors import InputError
 from flexgear.model.member import SeatBearing
 from flexgear.model.names import BodyName
-from flexgear.model.ring import Ring
 from flexgear.model.solver import Solver
 
 if TYPE_CHECKING:

@@ -15,7 +15,7 @@ import numpy as np
 
 from flexgear.arrays import Array
 from flexgear.coupling.springs import invariant_part
-from flexgear.gears.error_cycle import (
+from flexgear.gears.errors import (
     AngleSamples,
     ErrorCycle,
     TrainTurn,

@@ -8,8 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from flexgear.gears.flanks import modified_flanks
-from flexgear.gears.paths import stage_paths
+from flexgear.gears.paths import modified_flanks, stage_paths
 from flexgear.model.errors import FlexgearError
 from flexgear.results.quantities import Figure
 from flexgear.results.report.wording import of_stage, window_words, with_unit

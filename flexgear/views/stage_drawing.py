@@ -18,8 +18,8 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from flexgear.arrays import Array
-from flexgear.gears.flanks import GearFlank
 from flexgear.gears.geometry import StageGeometry, stage_geometry
+from flexgear.gears.paths import GearFlank
 from flexgear.gears.tooth import ToothGeometry
 from flexgear.model.bodies import Carrier, Shaft
 from flexgear.model.stage_view import StageView

@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from flexgear.gears.error_cycle import (
+from flexgear.gears.errors import (
     HORIZON,
     ErrorCycle,
     TrainTurn,

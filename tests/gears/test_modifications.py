@@ -7,9 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from trains import stage_train
 
-from flexgear.gears.flanks import gear_flanks
 from flexgear.gears.modifications import MODIFICATIONS, Flank, gaps_of
-from flexgear.gears.paths import stage_paths
+from flexgear.gears.paths import gear_flanks, stage_paths
 from flexgear.gears.slices import Line, cut
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError

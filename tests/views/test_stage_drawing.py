@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from matplotlib.path import Path
 
-from flexgear.gears.flanks import GearFlank
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.modifications import Flank, gaps_of
+from flexgear.gears.paths import GearFlank
 from flexgear.model.load import load_case
 from flexgear.model.modifications import FlankModifications, Relief
 from flexgear.views import stage_drawing

@@ -18,7 +18,7 @@ from flexgear.files.rexs.assembly import Assembly
 from flexgear.files.rexs.document import SAME, Component, Datum, Document, number, text
 from flexgear.files.rexs.stages import RexsStage, is_internal
 from flexgear.files.rexs.tables import Word, outward, tooth_side, word_of
-from flexgear.gears.flanks import tooth_sides
+from flexgear.gears.paths import tooth_sides
 
 
 @dataclass(frozen=True)

@@ -13,8 +13,8 @@ from dataclasses import dataclass, field
 
 from flexgear.files.rexs import tables as table
 from flexgear.files.rexs.tables import SCHEMA_UNITS, Word, outward, si_factor, word_of
-from flexgear.gears.flanks import tooth_sides
 from flexgear.gears.geometry import StageGeometry
+from flexgear.gears.paths import tooth_sides
 from flexgear.gears.radii import gears_by_role, stage_radii
 from flexgear.gears.tool import CutterTool
 from flexgear.model.case import Case

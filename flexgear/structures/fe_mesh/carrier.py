@@ -23,8 +23,8 @@ from typing import Any, Literal, NoReturn
 import numpy as np
 
 from flexgear.arrays import Array, Ints
+from flexgear.model.bodies import Fidelity
 from flexgear.model.errors import InputError
-from flexgear.model.ring import Fidelity
 
 SAME_ANGLE = 1e-9  # rad; gaps that differ by less are meshed alike
 # gmsh fails on pins, or never ends, about a third thinner

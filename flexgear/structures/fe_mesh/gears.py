@@ -38,9 +38,9 @@ import numpy as np
 from flexgear.arrays import Array
 from flexgear.gears.tool import PLAIN_TOOL, PlainTool
 from flexgear.gears.tooth import ToothGeometry, tooth_geometry
+from flexgear.model.bodies import Fidelity
 from flexgear.model.errors import InputError
 from flexgear.model.names import NodeName
-from flexgear.model.ring import Fidelity
 from flexgear.model.section import Refusal
 from flexgear.structures.fe_mesh.fe_mesh import FeMesh
 from flexgear.structures.fe_mesh.section import (

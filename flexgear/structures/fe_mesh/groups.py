@@ -15,7 +15,7 @@ from typing import Literal
 import numpy as np
 
 from flexgear.arrays import Array
-from flexgear.model.ring import RingSupport
+from flexgear.model.bodies import RingSupport
 from flexgear.structures.fe_mesh.carrier import CarrierMeshParameters
 from flexgear.structures.fe_mesh.gears import (
     PlanetMeshParameters,

@@ -14,10 +14,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from flexgear.arrays import Array
-from flexgear.model.bodies import Planet
+from flexgear.model.bodies import End, Planet, Ring, RingSupport, ring_supports
 from flexgear.model.member import PlanetBearing
 from flexgear.model.names import NodeName
-from flexgear.model.ring import End, Ring, RingSupport, ring_supports
 from flexgear.structures.bodies import Spring, stiffness_at
 from flexgear.structures.cache import content_key
 from flexgear.structures.fe_mesh.fe_mesh import FeMesh
@@ -155,7 +154,7 @@ class RingSource(ToothedSource):
         return ring_groups(self.mesh, self.section.tie, self.held_by)
 
     def nodes(self, fe_mesh: FeMesh | None = None) -> list[TiedNode]:
-        """Teeth, then fits, splines and bolts, see `model/ring.py`."""
+        """Teeth, then fits, splines and bolts, see `model/bodies.py`."""
         tie, nodes = self.section.tie_kind, self.tooth_nodes
         for s in self.held_by:
             place = np.array(s.place)

@@ -10,10 +10,9 @@ import numpy as np
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.tool import plain_tool
 from flexgear.gears.tooth import reference_radius
-from flexgear.model.bodies import Carrier, Planet
+from flexgear.model.bodies import Carrier, Planet, Ring
 from flexgear.model.member import Gear
 from flexgear.model.names import BodyName
-from flexgear.model.ring import Ring
 from flexgear.model.stage_view import StageView
 from flexgear.structures.fe_mesh.carrier import SAME_ANGLE, CarrierMeshParameters
 from flexgear.structures.fe_mesh.gears import BLOCK, PlanetMeshParameters, RingMeshParameters

@@ -6,8 +6,7 @@ from rexs_samples import MM, NM, again, planetary
 
 from flexgear.files.rexs.from_case import model_of_case, not_written
 from flexgear.files.rexs.tables import FACES, tooth_side
-from flexgear.gears.flanks import flank_name, modified_flanks, tooth_sides
-from flexgear.gears.paths import stage_paths
+from flexgear.gears.paths import flank_name, modified_flanks, stage_paths, tooth_sides
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.load import load_case
 
