@@ -12,7 +12,7 @@ import typer
 
 from flexgear.cli import options
 from flexgear.files.atomic import write_bytes
-from flexgear.files.new_case import Rated
+from flexgear.files.case_text import Rated
 from flexgear.gears.sizing import ARRANGEMENTS, Proposal, StageRequest
 from flexgear.model.errors import InputError
 from flexgear.model.read import nearest

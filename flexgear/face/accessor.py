@@ -49,9 +49,12 @@ class Accessor:
         which it turns, else space; highest: order, all that the sampling allows if left out;
         window: of scipy.signal.windows; band_hz: of the envelope of what is in a band.
         """
-        from flexgear.results.orders import order_spectrum
+        from flexgear.results.orders import history_over_turns, order_spectrum
 
-        return order_spectrum(self._over_turns(name, member, against, highest, band_hz), window)
+        history = history_over_turns(
+            self._data, name, member, against, highest=highest, band_hz=band_hz
+        )
+        return order_spectrum(history, window)
 
     def order_map(
         self,
@@ -66,18 +69,22 @@ class Accessor:
     ) -> xr.DataArray:
         """Amplitudes (block, order, …) of blocks of turns, with their ``speed`` and ``time``: a
         run-up map. block_turns: turns of a block; others as of ``orders``."""
-        from flexgear.results.orders import order_map
+        from flexgear.results.orders import history_over_turns, order_map
 
-        history = self._over_turns(name, member, against, highest, band_hz)
+        history = history_over_turns(
+            self._data, name, member, against, highest=highest, band_hz=band_hz
+        )
         return order_map(history, block_turns, window)
 
     def synchronous_average(
         self, name: str, member: str = "", *, against: str = "", highest: float | None = None
     ) -> xr.DataArray:
         """Mean (phase, …) of a variable over the whole turns of a member."""
+        from flexgear.results.orders import history_over_turns
         from flexgear.results.synchronous_average import synchronous_average
 
-        return synchronous_average(self._over_turns(name, member, against, highest, None))
+        history = history_over_turns(self._data, name, member, against, highest=highest)
+        return synchronous_average(history)
 
     def planet_averages(
         self,
@@ -95,20 +102,6 @@ class Accessor:
         at = math.radians(sensor_angle_deg)
         return planet_averages(
             self._data, name, stage, sensor_angle=at, width=width, on_ring=on_ring
-        )
-
-    def _over_turns(
-        self,
-        name: str,
-        member: str,
-        against: str,
-        highest: float | None,
-        band_hz: tuple[float, float] | None,
-    ) -> xr.DataArray:
-        from flexgear.results.orders import history_over_turns
-
-        return history_over_turns(
-            self._data, name, member, against, highest=highest, band_hz=band_hz
         )
 
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 from itertools import islice
 
 from flexgear.coupling.build import require_workable
-from flexgear.files.new_case import Rated, new_case_text
+from flexgear.files.case_text import Rated, new_case_text
 from flexgear.gears.implausible import implausible
 from flexgear.gears.power_flow import power_flow
 from flexgear.gears.sizing import Proposal, StageRequest, proposals

@@ -10,7 +10,6 @@ all.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -18,6 +17,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from scipy.interpolate import griddata
+from scipy.stats import binned_statistic_2d
 
 from flexgear.arrays import Array
 from flexgear.gears.slices import factor_along, mean_along
@@ -25,6 +25,7 @@ from flexgear.model.names import FlankName
 from flexgear.results.stage_figures import gears_of
 from flexgear.results.tooth_pattern import ToothPattern
 from flexgear.views.style import (
+    MEGA,
     MICRO,
     N_PER_M_TO_N_PER_UM,
     NEUTRAL,
@@ -51,7 +52,7 @@ def _rows(
     data: xr.Dataset, height_mm: float, columns: int = 1, **options: Any
 ) -> tuple[Figure, Array, list[Row]]:
     """A row of axes for each stage, kind and side whose flanks carry, of so much height."""
-    groups = dict(carrying(data))
+    groups = _carrying(data)
     height = 14 + height_mm * len(groups)
     figure, axes = panels(len(groups), columns, height_mm=height, **options)
     rows = axes[:, 0] if columns == 1 else axes
@@ -148,24 +149,19 @@ def misalignment_chart(data: xr.Dataset) -> Figure:
     return figure
 
 
-def carrying(data: xr.Dataset) -> Iterator[tuple[str, list[str]]]:
+def _carrying(data: xr.Dataset) -> dict[str, list[str]]:
     """Flanks that carry, by stage, kind and side, in their order."""
     groups: dict[str, list[str]] = {}
     for name in map(FlankName.parse, data["flank"].to_numpy().tolist()):
         if float(data["face_line_load"].sel(flank=name).max()) > 0:
             groups.setdefault(name.group.replace("_", " "), []).append(name)
-    yield from groups.items()
+    return groups
 
 
 def _binned(x: Array, z: Array, w: Array) -> tuple[Array, ...]:
     """Edges of cells along x and z, and the largest w in each; in cells between that had no sample
     from their neighbours, NaN outside."""
-    across = np.linspace(x.min(), x.max(), CELLS + 1)
-    along = np.linspace(z.min(), z.max(), CELLS // 2 + 1)
-    column = np.clip(np.searchsorted(across, x, side="right") - 1, 0, CELLS - 1)
-    row = np.clip(np.searchsorted(along, z, side="right") - 1, 0, CELLS // 2 - 1)
-    largest = np.full((CELLS // 2, CELLS), np.nan)
-    np.fmax.at(largest, (row, column), w)
+    largest, along, across, _ = binned_statistic_2d(z, x, w, "max", (CELLS // 2, CELLS))
     there = np.argwhere(np.isfinite(largest))
     every = np.indices(largest.shape).reshape(2, -1).T
     filled = griddata(there, largest[tuple(there.T)], every).reshape(largest.shape)
@@ -211,7 +207,6 @@ def tooth_rows_chart(pattern: ToothPattern) -> Figure:
     return figure
 
 
-MEGA = 1e-6  # Pa -> MPa
 TOOTH = "#333333"
 SIDES = {"-theta": "−θ", "+theta": "+θ"}
 

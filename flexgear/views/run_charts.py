@@ -26,7 +26,7 @@ from flexgear.results.stage_figures import STAGE_FIGURES
 from flexgear.results.time_figures import ORDERS, radial_harmonics
 from flexgear.results.tooth_pattern import ToothPattern, gear_pattern, planet_pattern
 from flexgear.views import chart as each
-from flexgear.views import charts, face_load_charts, histories, loads, sharing_charts, star, style
+from flexgear.views import charts, face_load_charts, histories, sharing_charts, star, style
 from flexgear.views.chart import Chart, Drawing, NotDrawn, Subjects
 from flexgear.views.charts import figure_bars
 from flexgear.views.face_load_charts import root_stress_chart, tooth_rows_chart
@@ -138,7 +138,7 @@ def _pair_loads(ring: RingFolder, gear: str) -> Any:
     angle = float(first["stage_angle"][first.sizes["time"] // 2])
     close = (angle, angle + TEETH_SHOWN * 2 * np.pi / ring.stage.ring_gear.teeth)
     close_runs = within_window(ring.steady, "stage_angle", close)
-    return loads.pair_loads(close_runs, gear, split=name)
+    return histories.pair_loads(close_runs, gear, split=name)
 
 
 def _drop(ring: RingFolder, depth: str) -> dict[str, xr.Dataset]:
@@ -248,7 +248,7 @@ RUN_CHARTS: Sequence[tuple[Subjects, Sequence[Chart]]] = (
         Chart("{prefix}engagement_map", "meshes",
             "{ring}Engaged ring teeth and their pair stiffness, {window}",
             "Which teeth of the ring are in contact as the carrier turns.",
-            lambda ring: loads.engagement_map(_first(ring))),
+            lambda ring: histories.engagement_map(_first(ring))),
         Chart("{prefix}sun_displacement", "deflections",
             "{ring}Displacement of the sun, axes of the carrier, {window}", MOVE,
             lambda ring: histories.sun_displacement(ring.steady)),

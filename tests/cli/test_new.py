@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 import flexgear as fg
 from flexgear.cli.case_commands import derived
-from flexgear.files.new_case import Rated
+from flexgear.files.case_text import Rated
 from flexgear.gears.implausible import implausible
 from flexgear.gears.power_flow import power_flow
 from flexgear.gears.sizing import ARRANGEMENTS, StageRequest, tooth_numbers

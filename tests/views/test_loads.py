@@ -5,7 +5,7 @@ import pytest
 import xarray as xr
 
 from flexgear.model.errors import FlexgearError
-from flexgear.views import loads
+from flexgear.views import histories
 from flexgear.views.select import within_window
 from flexgear.views.style import SPLIT_COLOUR, VARIANT_COLOURS
 
@@ -14,7 +14,7 @@ def test_pair_curve_follows_a_tooth_through_its_slots_and_breaks_between_engagem
     x = np.arange(6.0)
     tooth = np.array([[1, 0], [0, 1], [2, 0], [2, 0], [1, 2], [0, 1]])
     value = np.array([[10, 99], [99, 11], [20, 99], [21, 99], [12, 22], [99, 13]], dtype=float)
-    curves = loads.pair_curves(x, tooth, value)
+    curves = histories.pair_curves(x, tooth, value)
     np.testing.assert_array_equal(curves[1][1], [10, 11, np.nan, 12, 13])
     np.testing.assert_array_equal(curves[2][0], [2, 3, 4])
     np.testing.assert_array_equal(curves[2][1], [20, 21, 22])
@@ -22,13 +22,13 @@ def test_pair_curve_follows_a_tooth_through_its_slots_and_breaks_between_engagem
 
 def test_engagement_spans():
     tooth = np.array([[1, 0], [1, 2], [0, 2], [1, 0]])
-    spans = loads.engagements(np.array([0.0, 1.0, 2.0, 3.0]), tooth)
+    spans = histories.engagements(np.array([0.0, 1.0, 2.0, 3.0]), tooth)
     np.testing.assert_array_equal(spans, [[1, 0, 1], [1, 3, 3], [2, 1, 2]])
 
 
 @pytest.mark.parametrize(("x", "label"), [("stage_angle", "(rad)"), ("time", "(s)")])
 def test_pair_loads_overlays_variants_and_split(steady, x, label):
-    figure = loads.pair_loads(within_window(steady, x, (1.0, 1.5)), "ring", x=x)
+    figure = histories.pair_loads(within_window(steady, x, (1.0, 1.5)), "ring", x=x)
     ax = figure.axes[0]
     drawn = {line.get_color() for line in ax.get_lines()}
     assert {SPLIT_COLOUR, *VARIANT_COLOURS.values()} <= drawn
@@ -39,7 +39,7 @@ def test_pair_loads_overlays_variants_and_split(steady, x, label):
 
 
 def test_engagement_map_shows_all_planets_and_stiffness_in_n_per_um(steady):
-    figure = loads.engagement_map(steady["flexible"])
+    figure = histories.engagement_map(steady["flexible"])
     assert len(figure.axes[0].collections) == 5
     mesh = figure.axes[2].collections[0]
     assert np.nanmax(mesh.get_array()) == pytest.approx(4000, rel=1e-3)
@@ -48,7 +48,7 @@ def test_engagement_map_shows_all_planets_and_stiffness_in_n_per_um(steady):
 
 def test_wrong_choices_are_one_clear_line(steady):
     with pytest.raises(FlexgearError, match="no tooth pairs of the sun"):
-        loads.pair_loads(steady, "sun")
+        histories.pair_loads(steady, "sun")
     with pytest.raises(FlexgearError, match="nothing to draw between"):
         within_window(steady, "stage_angle", (80.0, 90.0))
 
@@ -61,11 +61,11 @@ def test_reversed_torque_draws_the_coast_flanks(steady):
     coast = ahead.assign_coords(flank=labels, flank_sense=("flank", ["coast"] * len(labels)))
     back = xr.concat([unloaded, coast], "flank", data_vars="minimal")
     one, other = (
-        loads.pair_loads(within_window({"flexible": d}, "stage_angle", (1.0, 1.5))).axes[0]
+        histories.pair_loads(within_window({"flexible": d}, "stage_angle", (1.0, 1.5))).axes[0]
         for d in (ahead, back)
     )
     for a, b in zip(one.get_lines(), other.get_lines(), strict=True):
         np.testing.assert_array_equal(a.get_ydata(), b.get_ydata())
     assert "coast flank" in other.get_title(loc="left")
     assert "flank" not in one.get_title(loc="left")
-    assert len(loads.engagement_map(back).axes[0].collections) == 5
+    assert len(histories.engagement_map(back).axes[0].collections) == 5

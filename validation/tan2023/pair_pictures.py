@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from flexgear.arrays import Array
-from flexgear.views.loads import LABELS, finish_x, flank_label, pair_arrays, pair_curves
+from flexgear.views.histories import LABELS, finish_x, flank_label, pair_arrays, pair_curves
 from flexgear.views.select import abscissa, planet_count
 from flexgear.views.style import (
     KILO,

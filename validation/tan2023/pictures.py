@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 from flexgear.model.errors import FlexgearError
 from flexgear.model.names import BodyName, MemberName
-from flexgear.views import histories, loads
+from flexgear.views import histories
 from flexgear.views.render import require_rendering
 from flexgear.views.select import Window, within_window
 from flexgear.views.style import DEFORMED_COLOUR, ORIGINAL_COLOUR, panels, styled
@@ -146,7 +146,7 @@ def figure_10(runs: Runs) -> Figure:
 
 @picture(11, "Ring teeth in contact and their pair stiffness, five planets")
 def figure_11(runs: Runs) -> Figure:
-    return loads.engagement_map(runs.steady["flexible"])
+    return histories.engagement_map(runs.steady["flexible"])
 
 
 @picture(12, "Tooth loads of ring and planet 1")
@@ -181,12 +181,12 @@ def figure_16(runs: Runs) -> Figure:
 
 @picture(17, "Tooth loads of sun and planet 1, steady")
 def figure_17(runs: Runs) -> Figure:
-    return loads.pair_loads(_steady(runs, 0.3), "sun")
+    return histories.pair_loads(_steady(runs, 0.3), "sun")
 
 
 @picture(18, "Tooth loads of ring and planet 1, steady")
 def figure_18(runs: Runs) -> Figure:
-    return loads.pair_loads(_steady(runs, 0.3), "ring")
+    return histories.pair_loads(_steady(runs, 0.3), "ring")
 
 
 @picture(19, "Load sharing, steady", CUT)
@@ -213,13 +213,13 @@ def figure_22(runs: Runs) -> Figure:
 @picture(23, "Tooth loads of sun and planet 1 in the torque drop", "Linear contact, as in the "
          "paper: pairs on the path of contact may pull.")  # fmt: skip
 def figure_23(runs: Runs) -> Figure:
-    return loads.pair_loads(_drop(runs, CLOSE), "sun", x="time")
+    return histories.pair_loads(_drop(runs, CLOSE), "sun", x="time")
 
 
 @picture(24, "Tooth loads of ring and planet 1 in the torque drop", "Linear contact, as in the "
          "paper: pairs on the path of contact may pull.")  # fmt: skip
 def figure_24(runs: Runs) -> Figure:
-    return loads.pair_loads(_drop(runs, CLOSE), "ring", x="time")
+    return histories.pair_loads(_drop(runs, CLOSE), "ring", x="time")
 
 
 @picture(25, "Load sharing in the torque drop")
