@@ -10,7 +10,7 @@ import typer
 
 from flexgear.cli import options
 from flexgear.cli.analysis_commands import put_together
-from flexgear.cli.display import present, progress
+from flexgear.cli.display import as_json_text, progress
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
 from flexgear.results.origin import origin_of_case
@@ -75,13 +75,17 @@ def modify(
         )
     if picture is not None:
         options.save_or_rescue(partial(save_figure, before_and_after(*proposal.data)), picture)
-    keys = keys_to_copy(source, name, proposal)
     if as_json:
-        present("modify", _figures(proposal), as_json=True)
-        return
-    for share in shares:
+        typer.echo(as_json_text(_figures(proposal)))
+    else:
+        _show(proposal, keys_to_copy(source, name, proposal))
+
+
+def _show(proposal: Proposal, keys: str) -> None:
+    """What every flank gains, and the keys."""
+    for share, flanks in proposal.before.items():
         typer.echo(f"\nat {share:g} of the rated torque   before -> after")
-        for flank, old in proposal.before[share].items():
+        for flank, old in flanks.items():
             new = proposal.after[share][flank]
             typer.echo(
                 f"{flank:28s} K_Hbeta {old['k_h_beta']:.3f} -> {new['k_h_beta']:.3f}, largest "
