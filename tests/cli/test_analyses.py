@@ -1,14 +1,17 @@
-"""Single analyses through the command line, on cheap bodies."""
+"""Single analyses through the command line, on cheap bodies; transients of any length."""
 
 import json
+import math
 
 import numpy as np
 import pytest
-from stage_samples import doubtful_stage, made_of
+from stage_samples import cheap_stage, doubtful_stage, made_of
 from trains import free_stage
 
-from flexgear.cli import exchange_commands
+from flexgear.cli import display, exchange_commands
 from flexgear.results.dataset_file import load
+from flexgear.results.stage_part import pairs_of, stage_part
+from flexgear.solve import long_run
 
 
 def test_static_closes_and_balances(flexgear, tmp_path):
@@ -115,3 +118,126 @@ def test_every_command_but_modes_says_why_not(flexgear, tmp_path, ports):
     )  # fmt: skip
     code, _, err = flexgear("modes", path, "--angle-deg", "5", "--quiet")
     assert (code == 0) == bool(ports), err
+
+
+SHORT = ("--duration-s", 0.01)
+PAIR = """
+material = { young_modulus_gpa = 206, poisson_ratio = 0.3, density_kg_per_m3 = 7850 }
+inputs = [{ member = "stage.pinion", speed_rpm = 1500, torque_nm = 30 }]
+output = { member = "stage.gear" }
+[stage]
+kind = "parallel"
+normal_module_mm = 2
+pressure_angle_deg = 20
+face_width_mm = 20
+pinion = { teeth = 20, kinematics = "torsional" }
+gear = { teeth = 41, kinematics = "torsional" }
+"""
+BASE_RADIUS = 0.02 * math.cos(math.radians(20))
+ABSURD = ("--duration-s", 1e7, "--set", "solver.time_step_s=1e-8")
+
+
+@pytest.fixture
+def no_work(monkeypatch):
+    """Work that nobody should have begun."""
+
+    def work(*_):
+        raise AssertionError("it was refused too late")
+
+    monkeypatch.setattr("flexgear.solve.bodies.stage_bodies", work)
+    monkeypatch.setattr(long_run, "transient", work)
+
+
+def test_size_is_said_before(flexgear, tmp_path):
+    out = tmp_path / "run.nc"
+    code, _, err = flexgear("simulate", "lin-parker", "--duration-s", 0.1, "--out", out)
+    assert code == 0
+    said, *progress = err.splitlines()
+    assert said.startswith("transient: 1000 samples, ")
+    assert said.endswith(f" kB in {out} before compression")
+    assert progress[0] == "transient"
+    assert load(out).sizes["time"] == 1000
+    code, _, err = flexgear("simulate", "lin-parker", *SHORT)
+    assert (code, err.splitlines()[0]) == (0, "transient: 100 samples")
+    assert flexgear("simulate", "lin-parker", *SHORT, "-q")[::2] == (0, "")
+
+
+def test_progress_says_how_long_it_takes(capsys, monkeypatch):
+    now = [0.0]
+    monkeypatch.setattr(display.time, "monotonic", lambda: now[0])
+    report = display.PlainProgress()
+    for now[0], share in ((0.0, 0.0), (1.0, 0.02), (6.0, 0.05), (60.0, 1.0)):
+        report("transient", share)
+    said = ["transient", "transient: 5 %, about 114 s left", "transient: done in 60.0 s"]
+    assert capsys.readouterr().err.splitlines() == said
+
+
+def test_chosen_variables(flexgear, tmp_path):
+    command = ("simulate", "lin-parker", *SHORT, "-q", "--json")
+    whole, part = tmp_path / "whole.nc", tmp_path / "part.nc"
+    figures = flexgear.out(*command, "--out", whole)
+    names = ("--save", "gear_mesh_force", "--save", "input_speed,load_sharing")
+    same = flexgear.out(*command, "--out", part, *names)
+    figures, same = (json.loads(text)["transient"] for text in (figures, same))
+    assert figures["steps"] == same["steps"] == 500
+    assert figures["gear_mesh_force"] == same["gear_mesh_force"]
+    data = load(part)
+    assert {n for n in data if "time" in data[n].dims} == {
+        "gear_mesh_force", "input_speed", "load_sharing",
+    }  # fmt: skip
+    assert data.identical(load(whole)[list(data)])
+
+
+@pytest.mark.parametrize("case", ["lin-parker", "wind-5mw"])
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (("--save", "nonsense", "--out", "run.nc"), "--save: nonsense: is not a variable"),
+        (("--save", "load_sharing"), "--save: load_sharing: has no file to go to"),
+        (ABSURD, "1e+15 steps, more than a month on any machine"),
+        ((*ABSURD, "--out", "run.nc"), "1e+15 steps, more than a month on any machine"),
+    ],
+)
+def test_refused_before_the_work(flexgear, tmp_path, monkeypatch, no_work, case, options, said):
+    monkeypatch.chdir(tmp_path)
+    err = flexgear.refused("simulate", case, *options)
+    assert said in err and err.count("\n") == 1
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_variables_that_this_run_does_not_have(flexgear, tmp_path):
+    """Known ones, but of another kind of case, or without ``--energy``."""
+    for name in ("bolt_force", "energy_kinetic"):
+        err = flexgear.refused(
+            "simulate", "lin-parker", *SHORT, "-q", "--out", tmp_path / "run.nc", "--save", name
+        )
+        assert f"{name}: is not saved by this run" in err and "gear_mesh_force" in err
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_stage_in_a_file(flexgear, tmp_path, monkeypatch):
+    """Streams of a flexible stage by the command line; figures come from all of its samples."""
+    monkeypatch.setattr("flexgear.solve.bodies.stage_bodies", lambda stage, *_: cheap_stage(stage))
+    out = tmp_path / "run.nc"
+    code, text, err = flexgear(
+        "simulate", "wind-5mw", "--rigid", "all", *SHORT, "--out", out, "--json",
+        "--save", "pair_load,pair_tooth",
+    )  # fmt: skip
+    assert code == 0
+    assert err.startswith("transient: ")
+    figures, data = json.loads(text)["transient"]["stage"], load(out)
+    assert {n for n in data if "time" in data[n].dims} == {"pair_load", "pair_tooth"}
+    pairs = pairs_of(stage_part(data, "stage"), "ring", "drive")
+    loads = pairs["load"].where(pairs["tooth"] > 0)
+    assert figures["ring_tooth_load_n"]["max"] == pytest.approx(float(loads.max()), rel=1e-6)
+    assert figures["ring_tooth_load_n"]["min"] == pytest.approx(float(loads.min()), rel=1e-6)
+
+
+def test_a_train_without_planets_is_written(flexgear, tmp_path):
+    """No group of gear meshes shares a load there, so that variables of groups are empty."""
+    case, out = tmp_path / "pair.toml", tmp_path / "pair.nc"
+    case.write_text(PAIR)
+    flexgear.out("simulate", case, *SHORT, "-q", "--out", out)
+    data = load(out)
+    assert data["load_sharing"].sizes["group"] == 0
+    assert float(data["gear_mesh_force"][-1, 0]) == pytest.approx(30 / BASE_RADIUS, rel=1e-6)

@@ -1,11 +1,13 @@
-"""Histories, displacements and charts: units, gaps, what is taken out."""
+"""Histories and tooth loads: units, gaps, envelopes, curves that break between engagements."""
 
 import numpy as np
 import pytest
+import xarray as xr
 
+from flexgear.model.errors import FlexgearError
 from flexgear.views import charts, histories
-from flexgear.views.select import within_window
-from flexgear.views.style import DEFORMED_COLOUR, VARIANT_COLOURS
+from flexgear.views.select import close_up, draw, is_dense, orbit, oscillations, within_window
+from flexgear.views.style import DEFORMED_COLOUR, SPLIT_COLOUR, VARIANT_COLOURS, panels
 
 
 def line_of(ax, colour):
@@ -90,3 +92,120 @@ def test_energy_balance_residual_is_what_was_put_in(dropped):
     time = np.asarray(dataset["time"])
     expected = -0.8 * np.sin(40 * time) / 1400 * 100
     np.testing.assert_allclose(residual, expected, atol=1e-3)
+
+
+def test_pair_curve_follows_a_tooth_through_its_slots_and_breaks_between_engagements():
+    x = np.arange(6.0)
+    tooth = np.array([[1, 0], [0, 1], [2, 0], [2, 0], [1, 2], [0, 1]])
+    value = np.array([[10, 99], [99, 11], [20, 99], [21, 99], [12, 22], [99, 13]], dtype=float)
+    curves = histories.pair_curves(x, tooth, value)
+    np.testing.assert_array_equal(curves[1][1], [10, 11, np.nan, 12, 13])
+    np.testing.assert_array_equal(curves[2][0], [2, 3, 4])
+    np.testing.assert_array_equal(curves[2][1], [20, 21, 22])
+
+
+def test_engagement_spans():
+    tooth = np.array([[1, 0], [1, 2], [0, 2], [1, 0]])
+    spans = histories.engagements(np.array([0.0, 1.0, 2.0, 3.0]), tooth)
+    np.testing.assert_array_equal(spans, [[1, 0, 1], [1, 3, 3], [2, 1, 2]])
+
+
+@pytest.mark.parametrize(("x", "label"), [("stage_angle", "(rad)"), ("time", "(s)")])
+def test_pair_loads_overlays_variants_and_split(steady, x, label):
+    figure = histories.pair_loads(within_window(steady, x, (1.0, 1.5)), "ring", x=x)
+    ax = figure.axes[0]
+    drawn = {line.get_color() for line in ax.get_lines()}
+    assert {SPLIT_COLOUR, *VARIANT_COLOURS.values()} <= drawn
+    assert ax.get_ylabel().endswith("(kN)")
+    assert ax.get_xlabel().endswith(label)
+    highest = max(np.nanmax(line.get_ydata()) for line in ax.get_lines())
+    assert 300 < highest < 800  # kN, not N
+
+
+def test_engagement_map_shows_all_planets_and_stiffness_in_n_per_um(steady):
+    figure = histories.engagement_map(steady["flexible"])
+    assert len(figure.axes[0].collections) == 5
+    mesh = figure.axes[2].collections[0]
+    assert np.nanmax(mesh.get_array()) == pytest.approx(4000, rel=1e-3)
+    assert any("N/µm" in ax.get_ylabel() for ax in figure.axes)
+
+
+def test_wrong_choices_are_one_clear_line(steady):
+    with pytest.raises(FlexgearError, match="no tooth pairs of the sun"):
+        histories.pair_loads(steady, "sun")
+    with pytest.raises(FlexgearError, match="nothing to draw between"):
+        within_window(steady, "stage_angle", (80.0, 90.0))
+
+
+def test_reversed_torque_draws_the_coast_flanks(steady):
+    """The same loads and teeth on the other flank make the same curves, and the title says so."""
+    ahead = steady["flexible"]
+    unloaded = ahead.assign({n: 0 * ahead[n] for n in ahead if str(n).startswith("pair_")})
+    labels = [str(n).replace("drive", "coast") for n in ahead["flank"].values]
+    coast = ahead.assign_coords(flank=labels, flank_sense=("flank", ["coast"] * len(labels)))
+    back = xr.concat([unloaded, coast], "flank", data_vars="minimal")
+    one, other = (
+        histories.pair_loads(within_window({"flexible": d}, "stage_angle", (1.0, 1.5))).axes[0]
+        for d in (ahead, back)
+    )
+    for a, b in zip(one.get_lines(), other.get_lines(), strict=True):
+        np.testing.assert_array_equal(a.get_ydata(), b.get_ydata())
+    assert "coast flank" in other.get_title(loc="left")
+    assert "flank" not in one.get_title(loc="left")
+    assert len(histories.engagement_map(back).axes[0].collections) == 5
+
+
+TIME = np.linspace(0.0, 5.32, 5321)
+CYCLES = 93
+
+
+def drawn(values):
+    _, axes = panels(1, 1, height_mm=60)
+    return draw(axes[0, 0], TIME, values, "black"), axes[0, 0]
+
+
+def test_many_cycles_are_a_band_between_least_and_largest():
+    """2 + (1 + 0.2 sin t) sin ωt lies between 2 ± (1 + 0.2 sin t); a place of the band has the
+    extremes of nine cycles, six from it at most, in which the size changes by 0.2 2π 6/93."""
+    size = 1 + 0.2 * np.sin(2 * np.pi * TIME / 5.32)
+    dense, axes = drawn(2 + size * np.sin(2 * np.pi * CYCLES * TIME / 5.32))
+    low, high = axes.get_lines()
+    assert dense and len(axes.collections) == 1
+    for line, sign in ((low, -1), (high, 1)):
+        exact = 2 + sign * np.interp(line.get_xdata(), TIME, size)
+        outside = sign * (line.get_ydata() - exact)
+        of_cycle = 0.2 * 2 * np.pi / CYCLES  # most that the size changes in one
+        assert outside.min() > -of_cycle and outside.max() < 6 * of_cycle
+    assert len(low.get_xdata()) == CYCLES // 3
+
+
+def test_ripple_on_a_few_waves_is_a_line():
+    """As a tooth of the ring has as planets pass: what counts is the wave."""
+    values = 40 * np.sin(2 * np.pi * 5 * TIME / 5.32) + 4 * np.sin(2 * np.pi * CYCLES * TIME / 5.32)
+    dense, axes = drawn(values)
+    assert not dense
+    (line,) = axes.get_lines()
+    np.testing.assert_array_equal(line.get_ydata(), values)
+
+
+@pytest.mark.parametrize("values", [np.ones(100), np.full(100, np.nan), np.zeros(2)])
+def test_what_is_constant_or_missing_does_not_oscillate(values):
+    assert oscillations(values) == 0
+
+
+def test_a_close_up_holds_some_cycles_about_the_largest_value():
+    values = np.sin(2 * np.pi * CYCLES * TIME / 5.32) * (1 + np.exp(-((TIME - 2.0) ** 2)))
+    near = close_up(np.column_stack([values, -0.5 * values]))
+    shown = TIME[near]
+    assert is_dense(values)
+    assert shown[0] < TIME[np.argmax(values)] < shown[-1]
+    assert shown[-1] - shown[0] == pytest.approx(4 * 5.32 / CYCLES, rel=0.05)
+
+
+def test_an_orbit_is_round_where_samples_are_few():
+    """Eight samples a turn: their polygon comes to 0.924 of the radius, the orbit to 1 % of it."""
+    angle = 2 * np.pi * np.arange(60 * 8) / 8
+    way = np.column_stack([np.cos(angle), np.sin(angle)])
+    found = orbit(way)
+    np.testing.assert_allclose(np.hypot(*found.T), 1.0, atol=1e-2)
+    assert len(found) == pytest.approx(4 * 60, rel=0.2)  # of the last four turns
