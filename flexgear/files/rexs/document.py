@@ -60,11 +60,10 @@ class Component:
 
 @dataclass(eq=False)
 class Relation:
-    """A relation: type, order among its like, (role, component's id) of each reference."""
+    """A relation: type, (role, component's id) of each reference."""
 
     id: int
     kind: str
-    order: int
     refs: tuple[tuple[str, int], ...]
     used: bool = False
 

@@ -119,11 +119,11 @@ class GearReader:
             for circle, sign in ((tip, out), (root, -out))
         ]
         self._coefficient(section, "addendum", heights[0])
-        self._coefficient(section, "dedendum", self._or_tool(heights[1], "dedendum", tools, rack))
+        of_tool = self._or_tool(heights[1], "dedendum", tools, rack)
+        dedendum = self._coefficient(section, "dedendum", of_tool)
         self._coefficient(section, "root_fillet", self._or_tool(None, "root_fillet", tools, rack))
         self._tool(section, tools, gears, root is not None)
         self._mass(section, gears, internal)
-        dedendum = float(next(value for key, value, _ in section.lines if key == "dedendum"))  # type: ignore[arg-type]
         root_circle = reference - out * 2 * rack.module * (dedendum - shift)
         self._blank(section, gears, internal, root_circle)
         self.modified.read(section, stage, role, rack.base(teeth), tip)
@@ -170,10 +170,12 @@ class GearReader:
         of_tool = _over_module(tools, names, rack)
         return datum if of_tool is None else Datum(of_tool.value, f"{of_tool.source} of the tool")
 
-    def _coefficient(self, section: Section, key: str, datum: Datum | None) -> None:
+    def _coefficient(self, section: Section, key: str, datum: Datum | None) -> float:
+        """Write a coefficient of the tooth, assumed where the file has none that can be; its
+        value."""
         if datum is not None and _within(key, datum.value):
             section.put(key, datum.value, datum.source)
-            return
+            return datum.value
         why = "ISO 53 profile A"
         if datum is not None:
             low, high = limits_of(Gear, key)
@@ -181,7 +183,9 @@ class GearReader:
                 f"; {datum.source} would make it {datum.value:.4g}, which is not between {low:g}"
                 f" and {high:g}"
             )
-        self.case.assume(section, key, Gear.model_fields[key].default, why)
+        usual = float(Gear.model_fields[key].default)
+        self.case.assume(section, key, usual, why)
+        return usual
 
     def _mass(self, section: Section, gears: list[Component], internal: bool) -> None:
         """Mass of the gear: of both halves together, but of one half of a ring."""

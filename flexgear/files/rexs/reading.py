@@ -92,7 +92,6 @@ class _Reader:
         return Relation(
             self._whole(part.get("id"), "relation id"),
             str(part.get("type", "")),
-            self._whole(part.get("order", 0), "relation order"),
             tuple(
                 (str(ref.get("role", "")), self._whole(ref.get("id"), "ref id"))
                 for ref in self._list(part, "refs")

@@ -196,6 +196,15 @@ def test_what_the_format_does_not_hold_is_said():
     said = not_written(load_case("pitch-drive"))
     assert {"damping", "solver", "stages.stage_1.errors", "stages.stage_1.gear_mesh"} <= {*said}
     assert any("FE bodies" in line for line in not_written(load_case("wind-5mw")))
+    keys = {
+        "faults": '[{kind = "missing_tooth", gear = "sun", tooth = 1, side = "left"}]',
+        "stage.gear_mesh.model": "per_pair",
+        "stage.sun.support.damping.radial_n_s_per_m": "5",
+        "stage.planet_bearing.damping.axial_n_s_per_m": "5",
+    }
+    said = not_written(load_case("herringbone", keys))
+    dampers = {f"stages.stage.{x}.damping" for x in ("sun.support", "planet_bearing")}
+    assert dampers | {"faults", "stages.stage.gear_mesh"} <= {*said}
 
 
 def test_forces_come_back(tmp_path):
