@@ -199,6 +199,7 @@ def test_what_the_format_does_not_hold_is_said():
     keys = {
         "faults": '[{kind = "missing_tooth", gear = "sun", tooth = 1, side = "left"}]',
         "stage.gear_mesh.model": "per_pair",
+        "stage.gear_mesh.contact_law": "one-sided",
         "stage.sun.support.damping.radial_n_s_per_m": "5",
         "stage.planet_bearing.damping.axial_n_s_per_m": "5",
     }
