@@ -198,13 +198,14 @@ def orbit_elements(
 
 
 def periodic(pairs: PairData) -> PairData:
-    """The same without errors and faults of teeth that repeat once a turn."""
+    """The same without errors and faults that repeat once a turn, of rollers that stand."""
     return pairs._replace(
         gear_table=np.zeros_like(pairs.gear_table),
         planet_table=np.zeros_like(pairs.planet_table),
         error_gear=np.zeros_like(pairs.error_gear),
         error_planet=np.zeros_like(pairs.error_planet),
         runout_amplitude=np.zeros_like(pairs.runout_amplitude),
+        bearing_turned=np.full_like(pairs.bearing_turned, -1),
     )
 
 
@@ -215,6 +216,8 @@ def _left_out(modal: ModalSystem, stage: int) -> tuple[str, ...]:
         words.append("pitch deviations of single teeth")
     if pairs.gear_table.any() or pairs.planet_table.any():
         words.append("faults of single teeth")
+    if (pairs.bearing_turned >= 0).any():
+        words.append("rollers that pass defects of their bearings")
     if pairs.runout_amplitude.any():
         words.append("runout of gears and carriers")
     if np.any((pairs.load_angle >= 0) & (pairs.load_size != 0)):

@@ -206,7 +206,8 @@ class Recovery:
         for bearing in self.modal.system.bearings:
             if bearing.name == name:
                 inner = self._turned(bearing.angle, self.motion(bearing.rows), 1)
-                return bearing.part_loads(inner - self.motion(bearing.outer_rows))
+                motion = inner - self.motion(bearing.outer_rows)
+                return bearing.part_loads(motion, self.result.theta)
         raise KeyError(name)
 
     def _turned(self, angle: int, vectors: Array, sense: int) -> Array:

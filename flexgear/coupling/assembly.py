@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
@@ -13,6 +15,7 @@ from flexgear.coupling.connections import Connection
 from flexgear.coupling.gear_meshes import GearMeshSet
 from flexgear.coupling.laws.dampers import DAMPERS
 from flexgear.coupling.laws.law import CENTERING
+from flexgear.coupling.laws.rollers import ROLLERS, RaceRates, with_defects
 from flexgear.coupling.members import Member
 from flexgear.coupling.springs import (
     LawBearing,
@@ -140,12 +143,12 @@ class Assembly(BodyCoordinates):
             if self.member_of[c.second[0]].port(c.second[1]).floats:
                 apart = first - self.rows(c.second[0], "gear")
                 self._turning_link(c, apart, second, frame.planets)
-                self._law_bearing(c, second, apart, frame.planets)
+                self._law_bearing(stage, c, second, apart, frame.planets)
                 return
             if c.reaches:
                 second = rigid_rows(self.place(*c.first), self.place(*c.second)) @ second
             self.link(c.name, turn(c.axes).T @ (first - second), c.matrix, c.kind)
-            self._law_bearing(c, second, first)
+            self._law_bearing(stage, c, second, first)
             return
         has_law = c.bearing is not None and bool(laws_of(c.bearing))
         if not (np.any(c.matrix) or has_law):
@@ -155,7 +158,7 @@ class Assembly(BodyCoordinates):
             self._rotating_frame_support(c, first, housing, angle)
         else:
             self.link(c.name, turn(c.axes).T @ (first - housing), c.matrix, c.kind)
-        self._law_bearing(c, first, housing, angle)
+        self._law_bearing(stage, c, first, housing, angle)
 
     def _housing_rows(self, support: SupportName, position: Array) -> Array:
         """Motion (6, d) of the housing where a support at ``position`` (3,) of its stage stands.
@@ -204,7 +207,9 @@ class Assembly(BodyCoordinates):
         self.node_angles.append(angle)
         return len(self.contact_nodes) - 1
 
-    def _law_bearing(self, c: Connection, inner: Array, outer: Array, angle: int = -1) -> None:
+    def _law_bearing(
+        self, stage: int, c: Connection, inner: Array, outer: Array, angle: int = -1
+    ) -> None:
         """What of a bearing has a law of its own: motion (6, d) of the nodes that its inner and
         outer ring stand on, all zero for ground. Nothing where it is linear.
 
@@ -226,7 +231,26 @@ class Assembly(BodyCoordinates):
         end = self.contact_node(rows, angle)
         other_end = self.contact_node(other, -1) if moves else -1
         ends = (rows, other, end, other_end)
-        self.bearings += [LawBearing(c.name, *ends, *law, c.bearing.z, angle) for law in laws]
+        for name, parameters in laws:
+            bearing = LawBearing(c.name, *ends, name, parameters, c.bearing.z, angle)
+            elements = getattr(c.bearing, "elements", None)
+            if name == ROLLERS.name and c.defects and elements is not None:
+                turned, rates = self._race_rates(stage, c, moves)
+                passing = with_defects(parameters, elements, rates, c.defects)
+                bearing = replace(bearing, parameters=passing, turned=turned)
+            self.bearings.append(bearing)
+
+    def _race_rates(self, stage: int, c: Connection, housing_moves: bool) -> tuple[int, RaceRates]:
+        """By which of the system's angles the races of a bearing turn against the axes of its law,
+        and how: a planet's outer one in the carrier's; of a carrier, whose inner one turns, the
+        outer one in the carrier's axes, the inner one in those of a housing that moves.
+
+        The law's motion is that of the planet less the pin, towards which the pin's rollers lie.
+        """
+        frame = self.frames[stage]
+        if c.kind == "planet_bearing":
+            return frame.planets, RaceRates(0.0, 1.0, load_zone=math.pi)
+        return frame.carrier, RaceRates(1.0, 0.0) if housing_moves else RaceRates(0.0, -1.0)
 
     def damper(self, name: str, row: Array, other: Array, damping: float) -> None:
         """A damper, N m s/rad, between two rotations (d,); other: zero for ground."""

@@ -53,6 +53,7 @@ from flexgear.gears.power_flow import power_flow
 from flexgear.gears.radii import stage_radii
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
+from flexgear.model.faults import bearing_defects
 from flexgear.model.names import MOUNT, BodyName, MemberName, NodeName
 from flexgear.model.stage_view import StageView, inside
 from flexgear.model.train import Joint
@@ -140,7 +141,8 @@ def _frame(a: Assembly, number: int) -> StageFrame:
     theta = a.angle(turns - ring_turns)
     of_carrier, of_ring = (a.angle(row) if row.any() else -1 for row in (turns, ring_turns))
     planets = -1
-    if any(m.floats for m in a.members[number]):
+    passing = bearing_defects(a.case, stage.name, "planet_bearing")
+    if passing or any(m.floats for m in a.members[number]):
         radii = stage_radii(a.case.view(stage.name))
         planets = a.angle(-radii.ring / radii.planet * (turns - ring_turns))
     return StageFrame(theta, of_carrier, of_ring, planets)

@@ -24,7 +24,7 @@ from flexgear.gears.slices import Nominal, Slices, bent
 from flexgear.gears.stiffness import line_load
 from flexgear.gears.tooth_faults import fault_groups, with_faults
 from flexgear.model.bearings import Bearing
-from flexgear.model.faults import Fault
+from flexgear.model.faults import Fault, bearing_defects
 from flexgear.model.names import BodyName, MemberName, SupportName
 from flexgear.model.stage_view import StageView
 from flexgear.structures.reduced import RimFlexibility
@@ -43,7 +43,7 @@ class Connection:
     frame: of the first port, turning against the housing, "" where it stands; bearing: that acts
     beside the spring by a law of its own, if it has one, of the first body on the housing or of the
     second on the first; reaches: the second body reaches rigidly to where the first port is; key:
-    of the spring in the case, where that can be wrong.
+    of the spring in the case, where that can be wrong; defects: of the bearing.
     """
 
     name: SupportName
@@ -56,6 +56,7 @@ class Connection:
     bearing: Bearing | None = None
     reaches: bool = False
     key: str = ""
+    defects: tuple[Fault, ...] = ()
 
 
 def connections(view: StageView) -> Iterator[Connection]:
@@ -131,8 +132,9 @@ def _of_seats(view: StageView, part: str) -> Iterator[Connection]:
         )
     for side, bearing in bearings.items():
         place = SupportName.of(f"{carrier}_{side}")
-        seat, key = (carrier, f"bearing_{side}"), view.key(f"carrier.bearing_{side}")
-        yield _bearing(place, seat, bearing, "carrier", key)
+        key = f"carrier.bearing_{side}"
+        seat = _bearing(place, (carrier, f"bearing_{side}"), bearing, "carrier", view.key(key))
+        yield replace(seat, defects=bearing_defects(view.case, view.name, key))
 
 
 def _of_planets(view: StageView) -> Iterator[Connection]:
@@ -145,6 +147,7 @@ def _of_planets(view: StageView) -> Iterator[Connection]:
             "set the stiffness about z (torsion, row 6) to zero",
         )
     matrix = linear_part(bearing, bearing.matrix)
+    defects = bearing_defects(view.case, view.name, "planet_bearing")
     for number, planet in enumerate(body_names(view.stage, "planet"), 1):
         yield Connection(
             SupportName.of(f"{view.name}.planet_bearing_{number}"),
@@ -154,6 +157,7 @@ def _of_planets(view: StageView) -> Iterator[Connection]:
             kind="planet_bearing",
             bearing=bearing,
             key=view.key("planet_bearing"),
+            defects=tuple(defect for defect in defects if defect.planet == number),
         )
 
 

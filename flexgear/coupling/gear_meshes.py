@@ -192,6 +192,7 @@ def pair_data(
         bearing_block=np.array(bearing_blocks, np.int64).reshape(-1, 2),
         bearing_angle=np.array([(b.angle, -1) for b in bearings], np.int64).reshape(-1, 2),
         bearing_parameters=_padded([b.parameters for b in bearings]),
+        bearing_turned=np.array([b.turned for b in bearings], np.int64),
         load_block=np.array([x.block for x in loads], np.int64),
         load_vector=np.array([x.vector for x in loads], float).reshape(-1, 6),
         load_angle=np.array([x.angle for x in loads], np.int64),

@@ -83,7 +83,8 @@ class LawBearing:
     rows, outer_rows: (6, d) motion of inner and outer ring at the bearing's middle z (m, along the
     axis from its node), each in its own frame. The law acts in the outer ring's; angle: of the
     system's by which the inner ring's has turned against it, −1 where they are the same. inner,
-    outer: contact nodes, −1 for the housing; law: name; parameters: of the law.
+    outer: contact nodes, −1 for the housing; law: name; parameters: of the law; turned: of the
+    system's angles that is one of these, −1 none.
     """
 
     name: str
@@ -95,6 +96,7 @@ class LawBearing:
     parameters: Array
     z: float = 0.0
     angle: int = -1
+    turned: int = -1
 
     @property
     def relative(self) -> Array:
@@ -120,14 +122,16 @@ class LawBearing:
     @property
     def part_rows(self) -> int:
         """Rows of its parts."""
-        return int(self.part_loads(np.zeros((1, 6))).shape[1])
+        return int(self.part_loads(np.zeros((1, 6)), np.zeros((1, self.turned + 1))).shape[1])
 
-    def part_loads(self, motion: Array) -> Array:
-        """What the bearing's parts carry at motions (t, 6), as the law says it, N."""
+    def part_loads(self, motion: Array, theta: Array) -> Array:
+        """What the bearing's parts carry at motions (t, 6) and the system's angles (t, θ), as the
+        law says it, N."""
         of_parts = LAWS[LAW_NUMBERS[self.law]].part_loads
         if of_parts is None:
             raise KeyError(f"the law {self.law!r} of {self.name} knows no parts")
-        return of_parts(self.parameters, motion[:, self.components])
+        turned = theta[:, self.turned] if self.turned >= 0 else np.zeros(len(motion))
+        return of_parts(self.parameters, motion[:, self.components], turned)
 
 
 def laws_of(bearing: Bearing, viscosity: float | None = ANY) -> list[tuple[str, Array]]:

@@ -45,8 +45,8 @@ class StageFrame:
 
     theta: the stage's angle θ = φ_carrier − φ_ring, the gear's of a parallel stage; carrier: of
     the carrier, in whose frame all lumped members and the sun are; ring: of the ring, whose own
-    frame holds it and its hub if it is an FE body; planets: in their axes, of the frames of FE
-    planets.
+    frame holds it and its hub if it is an FE body; planets: in their axes, of FE
+    planets' frames and of outer races with defects.
     """
 
     theta: int

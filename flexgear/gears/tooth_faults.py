@@ -44,8 +44,8 @@ WITHIN_SLICE = 8  # places over which depth is averaged
 MOST_CUT = 0.8  # of the root section, that a crack may cut
 SAME_DEPTH = 1e-9
 NOT_ASSESSED = (
-    "ratings, nominal stresses and root stresses are those of sound teeth; that faults grow is not "
-    "modelled"
+    "ratings, nominal and root stresses are those of sound teeth, lives those of sound races; that "
+    "faults grow is not modelled"
 )
 
 Numbered = tuple[int, Fault]  # place among the case's faults
@@ -67,7 +67,7 @@ def faults_of_stage(view: StageView) -> list[Numbered]:
     faults = [
         (k, fault)
         for k, fault in enumerate(view.case.faults)
-        if stage_of_fault(view.case, fault).name == view.name
+        if stage_of_fault(view.case, fault).name == view.name and not fault.of_bearing
     ]
     return [(k, fault) for k, fault in faults if not fault.is_sound]
 

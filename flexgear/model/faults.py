@@ -1,4 +1,5 @@
-"""Faults of single teeth (the sections ``faults``): cracked roots, missing teeth, pits and wear.
+"""Faults (the sections ``faults``) of single teeth: cracked roots, missing teeth, pits and wear; of
+rolling bearings: defects of races and rollers.
 
 What is wrong in an input file is ``validation_errors``; deviations that every gear is made with are
 ``gear_mesh.GearErrors``.
@@ -23,19 +24,22 @@ if TYPE_CHECKING:
     from flexgear.model.stage import Stage
 
 FOLLOWS_PAIRS = ("per_pair", "face_load", "lumped")
-_CRACK, _PATCH = ("angle", "face", "depths"), (
-    "start_diameter", "end_diameter", "face_start", "face_end"
-)  # fmt: skip
+_CRACK = ("angle", "face", "depths")
+_PATCH = ("start_diameter", "end_diameter", "face_start", "face_end")
+_OF_TEETH = ("gear", "side", "tooth", "flank", *_CRACK, *_PATCH)
+_OF_BEARINGS = ("bearing", "row", "width", "position")
+BEARING_FAULTS = ("outer_race", "inner_race", "roller")
 
 
 class Fault(Section):
-    """A fault of one tooth. Teeth count from 1 as in results: tooth 1 of the ring stands on the x
-    axis at the carrier's angle zero, numbers rise towards +θ.
+    """A fault of one tooth, or of a bearing with ``rollers``. Teeth count from 1 as in results:
+    tooth 1 of the ring stands on the x axis at the carrier's angle zero, numbers rise towards +θ.
 
     kind: root_crack, from the root into the tooth, which lets it bend more under the flank that
     opens the crack, and not under the other one; missing_tooth, which carries nothing; spall, a pit
     of even depth; wear, as deep in the middle of its profile and parabolically less to nothing at
-    both of its ends. stage: its name; may be left out in a case of one stage. gear: whose tooth.
+    both of its ends; outer_race, inner_race, roller, a defect of a bearing as long as its rollers,
+    which pass it then. stage: its name; may be left out in a case of one stage. gear: whose tooth.
     planet: which one, from 1. side: of a double-helical stage. tooth: its number; all teeth if left
     out, which wear alone may. flank: of the gear, as ``modifications`` name it; of a root crack the
     one whose load opens it, on whose side it starts.
@@ -48,11 +52,19 @@ class Fault(Section):
     left out. face_start, face_end: places along the face between which it lies, its ends if left
     out. Places along the face count from its middle towards +z; in the halves of a double-helical
     stage outward, towards -z in the left one.
+
+    bearing: which has the defect, planet_bearing with the number of its planet. row: of its
+    rollers, from 1 towards +z. width: of the defect along the race or around the roller; depth: at
+    most so much is a roller let down, and 0 is a sound bearing whose rollers pass. position: of the
+    defect on its race from the x axis of the bearing, which points outward from the carrier's axis
+    at a planet; of a roller against the outer race; at the angle zero.
     """
 
-    kind: Literal["root_crack", "missing_tooth", "spall", "wear"]
+    kind: Literal[
+        "root_crack", "missing_tooth", "spall", "wear", "outer_race", "inner_race", "roller"
+    ]
     stage: str = ""
-    gear: Literal["sun", "planet", "ring", "pinion", "gear"]
+    gear: Literal["", "sun", "planet", "ring", "pinion", "gear"] = ""
     planet: int | None = Field(default=None, ge=1, le=20)
     side: Literal["left", "right"] | None = None
     tooth: int | None = Field(default=None, ge=1, le=2000)
@@ -65,6 +77,15 @@ class Fault(Section):
     end_diameter: Length | None = Field(default=None, gt=0.0, le=20.0)
     face_start: Length | None = Field(default=None, ge=-2.0, le=2.0)
     face_end: Length | None = Field(default=None, ge=-2.0, le=2.0)
+    bearing: Literal["", "planet_bearing", "carrier.bearing_drive", "carrier.bearing_far"] = ""
+    row: int = Field(default=1, ge=1, le=4)
+    width: Length | None = Field(default=None, gt=0.0, le=0.5)
+    position: Angle = Field(default=0.0, ge=-2 * math.pi, le=2 * math.pi)
+
+    @property
+    def of_bearing(self) -> bool:
+        """Whether it is one of a bearing, not of a tooth."""
+        return self.kind in BEARING_FAULTS
 
     @property
     def deepest(self) -> float:
@@ -79,6 +100,11 @@ class Fault(Section):
     @property
     def words(self) -> str:
         """For people: "root crack of planet 2, tooth 5, flank sun, 1.5 mm deep"."""
+        if self.of_bearing:
+            which = f"{self.bearing.replace('_', ' ')} {self.planet or ''}".strip()
+            depth, width = 1e6 * (self.depth or 0.0), 1e3 * (self.width or 0.0)
+            parts = [f"defect of {self.kind.replace('_', ' ')}", which, f"row {self.row}"]
+            return ", ".join([*parts, f"{width:g} mm wide", f"{depth:g} µm deep"])
         tooth = "all teeth" if self.tooth is None else f"tooth {self.tooth}"
         owner = " ".join(filter(None, [self.side, self.gear, str(self.planet or "")]))
         parts = [f"{self.kind.replace('_', ' ')} of {owner}", tooth]
@@ -100,26 +126,32 @@ class Fault(Section):
     def required(cls, data: Mapping[str, Any]) -> list[Missing]:
         """What each kind needs."""
         kind = data.get("kind")
-        names = [] if kind == "wear" else ["tooth"]
+        if kind in BEARING_FAULTS:
+            names = ["bearing", "width", "depth"]
+            names += ["planet"] if data.get("bearing") == "planet_bearing" else []
+            return [Missing(name) for name in names if data.get(name) in (None, "")]
+        names = ["gear"] if kind == "wear" else ["gear", "tooth"]
         if kind in ("root_crack", "spall", "wear"):
             names.append("flank")
             if not (kind == "root_crack" and data.get("depths")):
                 names.append("depth")
         if data.get("gear") == "planet":
             names.append("planet")
-        return [Missing(name) for name in names if data.get(name) is None]
+        return [Missing(name) for name in names if data.get(name) in (None, "")]
 
     def _check(self) -> None:
-        other = {"root_crack": _PATCH, "spall": _CRACK, "wear": _CRACK}.get(
-            self.kind, (*_PATCH, *_CRACK, "flank", "depth")
-        )
+        other: tuple[str, ...] = (*_PATCH, *_CRACK, "flank", "depth")
+        other = {"root_crack": _PATCH, "spall": _CRACK, "wear": _CRACK}.get(self.kind, other)
+        other = _OF_TEETH if self.of_bearing else (*other, *_OF_BEARINGS)
         for name in other:
             if getattr(self, name) != type(self).model_fields[name].default:
-                raise Refusal(name, f"has no place in a {self.kind}", "take it out")
+                raise Refusal(name, f"has no place in the kind {self.kind}", "take it out")
         if self.kind == "root_crack":
             self._check_course()
-        if self.planet is not None and self.gear != "planet":
-            raise Refusal("planet", f"is given for the {self.gear}", "take it out")
+        if self.planet is not None and "planet" not in (self.gear, self.bearing.partition("_")[0]):
+            raise Refusal("planet", f"is given for the {self.gear or self.bearing}", "take it out")
+        if self.of_bearing:
+            return
         flanks = ("sun", "ring") if self.gear == "planet" else ("drive", "coast")
         if self.flank is not None and self.flank not in flanks:
             raise Refusal(
@@ -159,6 +191,15 @@ def stage_of_fault(case: Case, fault: Fault) -> Stage:
     return case.stage(fault.stage)
 
 
+def bearing_defects(case: Case, stage: str, bearing: str) -> tuple[Fault, ...]:
+    """Defects of a bearing of a stage, of all planets' bearings together."""
+    return tuple(
+        fault
+        for fault in case.faults
+        if fault.bearing == bearing and stage_of_fault(case, fault).name == stage
+    )
+
+
 def require_sound(case: Case, study: str) -> None:
     """InputError for a case with faults in a study whose gears are sound."""
     if case.faults:
@@ -171,11 +212,16 @@ def require_sound(case: Case, study: str) -> None:
 
 
 def check_faults(case: Case) -> None:
-    """Refusal of faults of teeth that the case does not have or its gear meshes do not see."""
+    """Refusal of faults of teeth and bearings that the case does not have or its gear meshes do not
+    see."""
     cracked: dict[tuple[Any, ...], int] = {}
     for k, fault in enumerate(case.faults):
         with below(f"faults.{k}"):
             stage = stage_of_fault(case, fault)
+            _check_planet(stage, fault)
+            if fault.of_bearing:
+                _check_bearing(stage, fault)
+                continue
             _check_tooth(stage, fault)
             _check_gear_mesh(stage)
             if fault.kind == "root_crack":
@@ -186,16 +232,36 @@ def check_faults(case: Case) -> None:
                 cracked[place] = k
 
 
-def _check_tooth(stage: Stage, fault: Fault) -> None:
-    gears = ("pinion", "gear") if stage.kind == "parallel" else ("sun", "planet", "ring")
-    if fault.gear not in gears:
-        raise Refusal("gear", f"a {stage.kind} stage has no {fault.gear}", nearest("", gears))
+def _check_planet(stage: Stage, fault: Fault) -> None:
     if fault.planet is not None and fault.planet > stage.planets:
         raise Refusal(
             "planet",
             f"{fault.planet} is beyond the {stage.planets} planets",
             "planets count from 1",
         )
+
+
+def _check_bearing(stage: Stage, fault: Fault) -> None:
+    bearings = stage.bearings
+    bearing, where = bearings.get(fault.bearing), f"{fault.bearing} of {stage.name}"
+    if bearing is None:
+        raise Refusal("bearing", f"there is no {where}", nearest("", [*bearings]))
+    if bearing.rollers is None or bearing.elements is None:
+        lacks = "rollers" if bearing.rollers is None else "elements"
+        remedy = f"add {fault.bearing}.{lacks}: defects need count, clearance, diameters of rollers"
+        raise Refusal("bearing", f"{where} has no {lacks}", remedy)
+    if fault.row > bearing.rollers.rows:
+        raise Refusal("row", f"{fault.row} is beyond its {bearing.rollers.rows} rows", "from 1")
+    pitch = math.pi * bearing.elements.pitch_diameter / bearing.rollers.count
+    if fault.width is not None and fault.width >= pitch:
+        problem = f"{1e3 * fault.width:g} mm are no single defect: rollers are {1e3 * pitch:.4g} mm"
+        raise Refusal("width", f"{problem} apart", "take a smaller one")
+
+
+def _check_tooth(stage: Stage, fault: Fault) -> None:
+    gears = ("pinion", "gear") if stage.kind == "parallel" else ("sun", "planet", "ring")
+    if fault.gear not in gears:
+        raise Refusal("gear", f"a {stage.kind} stage has no {fault.gear}", nearest("", gears))
     teeth = getattr(stage, fault.gear).teeth
     if fault.tooth is not None and fault.tooth > teeth:
         raise Refusal(

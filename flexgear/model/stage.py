@@ -9,7 +9,6 @@ from typing import Any, Literal
 
 from pydantic import Field, model_validator
 
-from flexgear.model.bearings import Bearing
 from flexgear.model.bodies import Material, Ring
 from flexgear.model.gear_mesh import NOT_PARALLEL, GearErrors, GearMesh
 from flexgear.model.member import (
@@ -20,6 +19,7 @@ from flexgear.model.member import (
     PlanetBearing,
     PlanetGear,
     RingGear,
+    SeatBearing,
     SunGear,
     check_bore,
     required_hand,
@@ -150,6 +150,18 @@ class Stage(Section):
     def members(self) -> tuple[str, ...]:
         """Members that turn about fixed axes, without the stage's name."""
         return PLANETARY if self.kind == "planetary" else PARALLEL
+
+    @property
+    def bearings(self) -> dict[str, PlanetBearing | SeatBearing]:
+        """Bearings of planets and of the seats of an FE carrier, by their keys."""
+        if self.kind != "planetary":
+            return {}
+        bearings: dict[str, PlanetBearing | SeatBearing] = {"planet_bearing": self.planet_bearing}
+        for key in ("bearing_drive", "bearing_far"):
+            bearing = getattr(self.carrier, key, None)
+            if bearing is not None:
+                bearings[f"carrier.{key}"] = bearing
+        return bearings
 
     def member(self, name: str) -> GearMember | CarrierMember:
         """One of ``members`` or "planet"."""
@@ -337,14 +349,9 @@ class Stage(Section):
 
     def _check_clearances(self) -> None:
         """Bearings let no gear move by more than one module: beyond it gears lose contact."""
-        supports: dict[str, Bearing | None] = {"planet_bearing": self.planet_bearing}
-        for name in self.members:
-            supports[f"{name}.support"] = self.member(name).support
-        if self.carrier is not None:
-            supports["carrier.bearing_drive"] = self.carrier.bearing_drive
-            supports["carrier.bearing_far"] = self.carrier.bearing_far
-        for key, support in supports.items():
-            if support is not None and support.clearance >= self.normal_module:
+        members = {f"{name}.support": self.member(name).support for name in self.members}
+        for key, support in {**members, **self.bearings}.items():
+            if support.clearance >= self.normal_module:
                 raise Refusal(
                     f"{key}.clearance",
                     f"{1e3 * support.clearance:g} mm is as much as the module of "

@@ -59,7 +59,7 @@ def test_tilted_bearing_loads_its_rows_apart():
     assert force[0] == pytest.approx(low + high, rel=1e-12)
     assert force[3] == pytest.approx(0.03 * (high - low), rel=1e-12)
     motion = np.array([x, 0.0, 0.0, tilt])
-    loads = roller_loads(np.array(roller_parameters(two, 1e9, 1e6)), motion)
+    loads = roller_loads(np.array(roller_parameters(two, 1e9, 1e6)), motion[None], np.zeros(1))[0]
     assert loads.shape == (2, 24)
     along = (loads * np.cos(2 * np.pi * np.arange(24) / 24)).sum(axis=1)
     assert along == pytest.approx([low, high], rel=1e-12)

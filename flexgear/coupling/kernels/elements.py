@@ -66,7 +66,7 @@ GEAR_MESH = _record(
 RUNOUT = _record("angle", "amplitude rate phase")
 FIXED_ROW = _record("kind owner", "stiffness")
 FIXED_END = _record("block angle", "")
-FIXED_ELEMENT = _record("law first rows grows history", "")
+FIXED_ELEMENT = _record("law first rows grows history angle turned", "")
 
 ROW = _record(
     "kind owner sided width line beyond after following dof since parts",
@@ -97,7 +97,8 @@ class FixedRows(NamedTuple):
     end: Records  # (F, 2) FIXED_END: block, −1 none; angle by which its frame has turned, −1 none
     vector: Array  # (F, 2, 6) of an end, along the axes that its frame turns against
     # (E,) FIXED_ELEMENT; grows: 1 where it goes with the square of speed; history: place of its
-    # force among the load histories, −1 where it is constant
+    # force among the load histories, −1 where it is constant; angle: that its parameter ``turned``
+    # is, −1 none
     element: Records
     parameters: Array  # (E, p) of their laws
 
@@ -192,8 +193,9 @@ def _fixed_rows(data: PairData) -> FixedRows:
     element = np.zeros(len(laws), dtype=FIXED_ELEMENT)
     parameters = np.zeros((len(laws), max([RATE_PARAMETERS, *(len(x[3]) for x in laws)])))
     for i, (law, first, rows, values) in enumerate(laws):
-        element[i] = law, first, rows, 0, -1
+        element[i] = law, first, rows, 0, -1, -1, LAWS[law].turned
         parameters[i, : len(values)] = values
+    element["angle"][: len(data.bearing_turned)] = data.bearing_turned
     last = slice(len(laws) - supports - forces, len(laws) - supports)
     element["grows"][last], element["history"][last] = data.load_grows, data.load_history
     return FixedRows(row, end, vector, element, parameters)

@@ -70,6 +70,8 @@ def fixed_rows(fixed, places, theta, rows, counts):
         element.first, element.place = count + fixed_part.first, places + e
         for p in range(fixed.parameters.shape[1]):
             rows.parameters[element_count + e, p] = fixed.parameters[e, p]
+        if fixed_part.angle >= 0:
+            rows.parameters[element_count + e, fixed_part.turned] = theta[fixed_part.angle]
     return count + fixed.row.shape[0], element_count + fixed.element.shape[0]
 
 

@@ -26,7 +26,8 @@ class Law:
     bearing and the dynamic viscosity of the case's lubricant, Pa·s, None where it has none;
     replaces: whether the law stands in the place of the bearing's springs or beside them;
     part_loads: loads (t, rows, parts) N of the parts of its rows, evenly spaced from the bearing's
-    x axis on, from parameters and motions (t, r), where it has parts.
+    x axis on, from parameters, motions (t, r) and the angle (t,) that turns it, where it has parts;
+    turned: which of its parameters is one of the system's angles, −1 none.
     """
 
     name: str
@@ -35,7 +36,8 @@ class Law:
     nominal: Callable[[Array], Array] = np.zeros_like
     stated_by: Callable[[Bearing, float | None], Sequence[float] | None] = lambda bearing, oil: None
     replaces: bool = True
-    part_loads: Callable[[Array, Array], Array] | None = None
+    part_loads: Callable[[Array, Array, Array], Array] | None = None
+    turned: int = -1
 
 
 def compiled_law(function: Callable[..., float]) -> Callable[[], Any]:

@@ -241,7 +241,7 @@ def _faults(findings: Findings) -> Iterator[Answer]:
 
 
 FAULTS = Headline(
-    "faults", "Faults of teeth", "1", "number of faults of teeth in the case, which headlines and "
+    "faults", "Faults", "1", "number of faults of teeth and bearings, which headlines and "
     "ratings do not assess", "geometry", _faults,
 )  # fmt: skip
 BEARING_LIFE = Headline(
