@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 from coupled import make_bodies, stage_system
-from flexgear.structures.kinematics import rotation
 from scipy.signal import find_peaks
 from stepped import energy_error, stepped
 from trains import stage_train
@@ -16,6 +15,7 @@ from flexgear.coupling.modal import modal_system
 from flexgear.gears.expected_lines import expected_lines
 from flexgear.model.errors import InputError
 from flexgear.model.load import load_case
+from flexgear.structures.bodies import rotation
 
 COUNT, ROLLER, PITCH, GAP, LENGTH = 16, 5e-3, 30e-3, 1e-5, 0.02
 INNER, OUTER = PITCH - ROLLER, PITCH + ROLLER
