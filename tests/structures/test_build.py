@@ -18,8 +18,6 @@ from flexgear.results.stage_part import of_kind, stage_part
 from flexgear.solve.model import assemble
 from flexgear.solve.static import static
 from flexgear.structures.bodies import rotation
-from flexgear.structures.fe_mesh.fe_mesh import FeMesh
-from flexgear.structures.fe_mesh.files import write_fe_mesh
 from flexgear.structures.sources.gears import RingSource
 from flexgear.structures.sources.of_case import carrier_source, ring_source
 
@@ -231,29 +229,3 @@ def test_a_stage_with_unequal_planets_is_in_equilibrium(case, ring):
     assert forces.mean(axis=1) == pytest.approx(expected, rel=1e-6)
     assert forces[1] == pytest.approx(forces[0][[2, 3, 0, 1]], rel=1e-8)
     assert np.ptp(forces[0]) > 1e-4 * expected  # their gear meshes are not in phase
-
-
-@pytest.mark.parametrize("name", ["carrier"])
-def test_a_file_that_is_put_back_gives_the_same_body(case, name, request, tmp_path):
-    """Written elsewhere than the case has it; the keys undo that."""
-    generated = request.getfixturevalue(name)
-    fe_mesh = SOURCES[name](case).fe_mesh()
-    shift, axes = (0.1, -0.2, 0.115), rotation(0.7)
-    back = FeMesh((fe_mesh.points - shift) @ axes, fe_mesh.cells, fe_mesh.kind, fe_mesh.facets)
-    write_fe_mesh(back, tmp_path / "own.msh")
-    keys = {
-        "fe_mesh": "file",
-        "fe_mesh_file": str(tmp_path / "own.msh"),
-        "fe_mesh_unit": "m",
-        "fe_mesh_shift": shift,
-        "fe_mesh_turn": 0.7,
-        "fixed_interface_modes": 0,
-    }
-    own = case.with_(**{f"stage.{name}.fe.{key}": value for key, value in keys.items()})
-    body = SOURCES[name](own).reduced()
-    b = body.interface_dofs
-    for made in ("stiffness", "mass"):
-        expected = getattr(generated, made)[:b, :b]
-        scale = np.sqrt(np.diag(expected))
-        difference = (getattr(body, made)[:b, :b] - expected) / scale / scale[:, None]
-        assert np.abs(difference).max() < 1e-9

@@ -4,14 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import scipy.sparse as sp
 from cyclic_samples import STEEL, TEETH, bent, plain_ring, renumbered, toothed_ring_mesh
 from plain_meshes import annulus, box, tetrahedra
 
 from flexgear.structures.bodies import rotation
 from flexgear.structures.cyclic.condensation import condense_by_sectors, cyclic_parts, sector_counts
 from flexgear.structures.cyclic.sectors import (
-    Circulant,
     find_sectors,
     from_sectors,
     to_sectors,
@@ -179,10 +177,3 @@ def test_ties_alike_in_place_but_not_in_shape_are_no_ones_images():
         for j in range(6)
     ]
     assert sector_ties(interface_of(model, ties), find_sectors(model, (6,))) is None
-
-
-def test_extended_matrix_sums_to_the_whole():
-    here = sp.csr_matrix(np.diag([2.0, 3.0]))
-    ahead = sp.csr_matrix([[0.0], [1.0]])
-    extended = Circulant(here, ahead).extended().toarray()
-    assert np.array_equal(extended, [[2, 0, 0], [0, 3, 1], [0, 1, 0]])
