@@ -212,7 +212,7 @@ def with_bolt_holes(
     bolt_circle_radius: float,
     hole_radius: float,
     rows: tuple[int, int, int],
-    where: str = "case",
+    where: str,
 ) -> ToothedSection:
     """Continue a toothed section outward through the bolt holes to the outer radius.
 
@@ -226,59 +226,71 @@ def with_bolt_holes(
     high = min(2.0 * bolt_circle_radius - low, outer_radius)
     if high > outer_radius - 0.3 * hole_radius:
         high, outer_rows = outer_radius, 0
-    radii = np.concatenate(
-        [
-            np.linspace(low, high, block_rows + 1)[1:],
-            np.linspace(high, outer_radius, outer_rows + 1)[1:],
-        ]
-    )
-    n = len(inner.radius)
-    angles = inner.angle[start]
-    radius = np.concatenate([inner.radius, np.repeat(radii, columns)])
-    angle = np.concatenate([inner.angle, np.tile(angles, len(radii))])
-    node = np.vstack([start, n + np.arange(len(radii) * columns).reshape(-1, columns)])
+    blocks = np.linspace(low, high, block_rows + 1)[1:]
+    radii = np.concatenate([blocks, np.linspace(high, outer_radius, outer_rows + 1)[1:]])
+    new = len(inner.radius) + np.arange(len(radii) * columns).reshape(-1, columns)
+    node = np.vstack([start, new])
     ahead = np.roll(node, -1, axis=1)
     grid = np.stack([node[:-1], node[1:], ahead[1:], ahead[:-1]], axis=2)  # (row, column, 4)
+    radius = np.concatenate([inner.radius, np.repeat(radii, columns)])
+    angle = np.concatenate([inner.angle, np.tile(inner.angle[start], len(radii))])
 
     column = 2.0 * pi / columns * bolt_circle_radius
     # wide enough for a hole that is half a column off the block's middle
     across = max(round((high - low) / column), ceil(1.0 + 2.6 * hole_radius / column))
-    first = _first_columns(bolt_angles - angles[0], columns, across, where)
+    first = _first_columns(bolt_angles - inner.angle[start[0]], columns, across, where)
     solid = np.ones((len(radii), columns), dtype=bool)
-    new_xy, new_quads, holes, total = [], [], [], len(radius)
-    xy = np.column_stack([radius * np.cos(angle), radius * np.sin(angle)])
-    for k, at in enumerate(first):
-        inside = (at + np.arange(across)) % columns
-        solid[:block_rows, inside] = False
-        cols = (at + np.arange(across + 1)) % columns
-        block = node[: block_rows + 1, cols]
-        border = np.concatenate(  # counter-clockwise from the inner far corner
-            [block[0, ::-1][:-1], block[:-1, 0], block[-1, :-1], block[::-1, -1][:-1]]
+    points, quads, holes = (
+        [np.column_stack([radius * np.cos(angle), radius * np.sin(angle)])],
+        [],
+        [],
+    )
+    for at, bolt_angle in zip(first, bolt_angles, strict=True):
+        taken = (at + np.arange(across + 1)) % columns
+        solid[:block_rows, taken[:-1]] = False
+        border = _counter_clockwise_border(node[: block_rows + 1, taken])
+        centre = bolt_circle_radius * np.array([np.cos(bolt_angle), np.sin(bolt_angle)])
+        new_points, layers = _o_grid(
+            points[0][border], border, centre, hole_radius, rings, sum(map(len, points))
         )
-        centre = bolt_circle_radius * np.array([np.cos(bolt_angles[k]), np.sin(bolt_angles[k])])
-        grid_xy, layers = _o_grid(xy[border], border, centre, hole_radius, rings, total)
-        new_xy.append(grid_xy)
-        total += len(grid_xy)
-        new_quads += [
+        points.append(new_points)
+        quads += [
             np.column_stack([outside, np.roll(outside, -1), np.roll(within, -1), within])
             for outside, within in pairwise(layers)
         ]
         # the wall's outward normal points to the bolt's axis: clockwise round the hole
         holes.append(np.column_stack([np.roll(layers[-1], -1), layers[-1]]))
-    added = np.concatenate(new_xy)
-    radius = np.concatenate([radius, np.hypot(added[:, 0], added[:, 1])])
-    angle = np.concatenate([angle, np.arctan2(added[:, 1], added[:, 0])])
-    quads = np.concatenate([inner.quads, grid[solid], *new_quads])
-    used, quads = np.unique(quads, return_inverse=True)
-    number = np.full(len(radius), -1, dtype=np.int64)
+    x, y = np.concatenate(points[1:]).T
+    return _without_unused_nodes(
+        ToothedSection(
+            np.concatenate([radius, np.hypot(x, y)]),
+            np.concatenate([angle, np.arctan2(y, x)]),
+            np.concatenate([inner.quads, grid[solid], *quads]),
+            inner.tooth_lines,
+            np.column_stack([node[-1], ahead[-1]]),
+            np.stack(holes),
+        )
+    )
+
+
+def _counter_clockwise_border(block: Ints) -> Ints:
+    """Nodes round a block (rows, columns), from the inner far corner."""
+    sides = [block[0, ::-1][:-1], block[:-1, 0], block[-1, :-1], block[::-1, -1][:-1]]
+    return np.concatenate(sides)
+
+
+def _without_unused_nodes(section: ToothedSection) -> ToothedSection:
+    """The section with those nodes alone that are in its quadrilaterals."""
+    used, quads = np.unique(section.quads, return_inverse=True)
+    number = np.full(len(section.radius), -1, dtype=np.int64)
     number[used] = np.arange(len(used))
     return ToothedSection(
-        radius[used],
-        angle[used],
+        section.radius[used],
+        section.angle[used],
         quads.reshape(-1, 4),
-        {name: number[ids] for name, ids in inner.tooth_lines.items()},
-        number[np.column_stack([node[-1], ahead[-1]])],
-        number[np.stack(holes)],
+        {name: number[ids] for name, ids in section.tooth_lines.items()},
+        number[section.rim],
+        number[section.holes],
     )
 
 
