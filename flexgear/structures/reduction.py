@@ -62,6 +62,8 @@ class Condensation:
     (d, d) after rigid ties, (d/3, d/3) for x, y and z alike where none is.
     """
 
+    name = "cholmod"  # the solver that factors the body
+
     def __init__(self, model: FeModel, interface: Interface, progress: Progress, path: str) -> None:
         """One factor of the whole body, then constraint modes in blocks of right-hand sides."""
         self.interface, self.rows, self.path = interface, interface.rows, path
@@ -87,11 +89,6 @@ class Condensation:
             self.inverse - np.diag(springs), interface
         )
         progress("constraint modes", 1.0)
-
-    @property
-    def name(self) -> str:
-        """Name of the solver that factored the body."""
-        return self.factor.name
 
     @property
     def dofs(self) -> int:

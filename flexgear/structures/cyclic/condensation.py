@@ -15,6 +15,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import ClassVar
 
 import numpy as np
 import scipy.linalg as sla
@@ -56,6 +57,7 @@ class CyclicCondensation:
     recovered: first dofs of the mesh that are recovered.
     """
 
+    name: ClassVar[str] = "cyclic"  # of the solver
     interface: Interface
     ties: SectorTies = field(repr=False)
     fe_stiffness: Circulant = field(repr=False)
@@ -65,11 +67,6 @@ class CyclicCondensation:
     recovered: int
     path: str
     rigid_residual: float
-
-    @property
-    def name(self) -> str:
-        """Of the solver."""
-        return "cyclic"
 
     @property
     def sectors(self) -> Sectors:

@@ -48,8 +48,6 @@ class Factor:
     Raises numpy.linalg.LinAlgError where the matrix is not positive definite.
     """
 
-    name = "cholmod"
-
     def __init__(self, matrix: sp.csr_matrix, order: Ints | None = None) -> None:
         """order: of elimination (n,), rows of the matrix; found by CHOLMOD if left out."""
         lower = to_cvxopt(sp.tril(matrix))
@@ -166,11 +164,6 @@ class Elimination:
         self.rest[:outer, outer:] = transposed[size:]
         self.rest[outer:, :outer] = transposed[size:].T
         self.rest[outer:, outer:] = -self._constraints.T @ self._constraints
-
-    @property
-    def entries(self) -> int:
-        """Numbers stored in the factor."""
-        return len(self._sweeps[2]) + self._constraints.size
 
     def forward(self, x: Array) -> None:
         """x = [g_i; g_bc] (i + b + c, k) becomes [L^{-1} g_i; g_bc - W^T L^{-1} g_i]."""
