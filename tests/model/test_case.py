@@ -65,12 +65,14 @@ def test_hash_follows_the_content(case):
     assert len(case.content_hash()) == 64
 
 
-def test_hash_follows_what_is_in_a_named_file(case, tmp_path):
-    fe_mesh = tmp_path / "ring.inp"
+@pytest.mark.parametrize("body", ["ring", "carrier", "planet"])
+def test_files_of_bodies_lie_beside_the_case_and_count_by_what_is_in_them(body, tmp_path):
+    path, fe_mesh = tmp_path / "mine.toml", tmp_path / "body.inp"
+    path.write_text(bundled_text("wind-5mw"), encoding="utf-8")
     fe_mesh.write_text("a")
-    one = case.case.with_(
-        stage__ring__fe__fe_mesh="file", stage__ring__fe__fe_mesh_file=str(fe_mesh)
-    )
+    keys = {"fe_mesh": "file", "fe_mesh_file": fe_mesh.name}
+    one = load_case(path, {f"stage.{body}.fe.{key}": word for key, word in keys.items()})
+    assert getattr(one.stages[0], body).fe.fe_mesh_file == str(fe_mesh)
     first = one.content_hash()
     fe_mesh.write_text("b")
     assert one.content_hash() != first

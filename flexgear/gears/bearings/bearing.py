@@ -105,16 +105,15 @@ def equilibrium(
     bearing: RollingBearing,
     load: Array,
     held: Mapping[str, float] | None = None,
-    start: Array | None = None,
 ) -> Array:
     """Motion (5,) under a load (5,), N and N m, the first element under it.
 
     held: components whose motion is prescribed, m or rad, in place of their load. Cylindrical
-    rollers cannot take a thrust: there z is held at 0 unless said. start: motion (5,) to begin at,
-    such as that of a similar load. FlexgearError without equilibrium.
+    rollers cannot take a thrust: there z is held at 0 unless said. FlexgearError without
+    equilibrium.
     """
     load = np.asarray(load, dtype=float)
-    motion = np.zeros(5) if start is None else np.array(start, dtype=float)
+    motion = np.zeros(5)
     prescribed = dict(held or {})
     if bearing.of_rollers and not any(row.contact_angle for row in bearing.rows):
         if "z" not in prescribed and load[2] != 0:
@@ -202,10 +201,9 @@ def rate_load(
     stationary: Ring,
     lubrication: Lubrication | None = None,
     held: Mapping[str, float] | None = None,
-    start: Array | None = None,
 ) -> BearingRating:
     """``rate_motion`` in ``equilibrium`` with a load (5,), the first element under it."""
-    motion = equilibrium(bearing, load, held, start)
+    motion = equilibrium(bearing, load, held)
     return rate_motion(bearing, motion, stationary, lubrication, direction(np.asarray(load)))
 
 

@@ -123,12 +123,10 @@ def roller_stiffness(length: float) -> float:
 @dataclass(frozen=True)
 class RowState:
     """loads (Z, n): of every lamina of every element, N, n = 1 for balls; angles (Z,): ψ, rad.
-    contact_angles (Z,): α, rad. force (5,): N, N m, against the motion; tangent (5, 5): its
-    derivative; energy: J."""
+    force (5,): N, N m, against the motion; tangent (5, 5): its derivative; energy: J."""
 
     loads: Array
     angles: Array
-    contact_angles: Array
     force: Array
     tangent: Array
     energy: float
@@ -219,7 +217,7 @@ class RollerRow(Row):
         tangent = middle.T * slopes.sum(axis=1) @ middle + bent + bent.T
         tangent += tilt.T * (slopes @ x**2) @ tilt
         energy = float((loads * closing).sum() / (1 + LINE))
-        return RowState(loads, psi, np.full(self.count, alpha), force, tangent, energy)
+        return RowState(loads, psi, force, tangent, energy)
 
     def pressure(self, loads: Array) -> Array:
         """Of the lamina with the largest load, as of a line contact of that load per length."""
@@ -289,7 +287,7 @@ class BallRow(Row):
         for part, share in ((radial, across), (axial, across * (a != 0))):
             tangent += part.T * share @ part
         energy = float((loads * closing).sum() / (1 + POINT))
-        return RowState(loads[:, None], psi, np.arctan2(a, r), loads @ gradient, tangent, energy)
+        return RowState(loads[:, None], psi, loads @ gradient, tangent, energy)
 
     def pressure(self, loads: Array) -> Array:
         return np.array([float(contact.pressure(loads.max())) for contact in self.contacts])
