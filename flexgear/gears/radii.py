@@ -36,7 +36,7 @@ SAME_DISTANCE = 5e-4  # modules that two centre distances may differ by
 
 @dataclass(frozen=True)
 class StageRadii:
-    """Base radii, the sun's reference radius, centre distance (m), transverse angles (rad).
+    """Base and reference radii (m), centre distance (m), transverse angles (rad) of a stage.
 
     sun_angle, ring_angle: working, of each gear mesh; transverse_angle: α_t at the reference
     circles. A parallel stage has no ring: its radii and angle are 0.
@@ -51,6 +51,8 @@ class StageRadii:
     transverse_angle: float
     base_helix_angle: float
     sun_reference: float
+    planet_reference: float
+    ring_reference: float
 
     def distance_of_circles(self, role: str) -> float:
         """Centre distance at which the base circles of a gear mesh ("sun" or "ring") have its
@@ -81,11 +83,11 @@ def is_overridden(stage: Stage) -> bool:
 def stage_radii(view: StageView) -> StageRadii:
     """Radii and angles of a stage. InputError for gears that cannot mesh at their distance."""
     stage = view.stage
-    gears, cos = gears_by_role(stage), math.cos(transverse_angle(stage))
-    base = dict.fromkeys(ROLES, 0.0)
-    for role, gear in gears.items():
-        stated = gear.base_diameter
-        base[role] = reference_radius(gear.teeth, stage) * cos if stated is None else stated / 2
+    reference, base = dict.fromkeys(ROLES, 0.0), dict.fromkeys(ROLES, 0.0)
+    cos = math.cos(transverse_angle(stage))
+    for role, gear in gears_by_role(stage).items():
+        reference[role], base_diameter = reference_radius(gear.teeth, stage), gear.base_diameter
+        base[role] = reference[role] * cos if base_diameter is None else base_diameter / 2
     arms = {"sun": base["sun"] + base["planet"]}
     if stage.kind == "planetary":
         arms["ring"] = base["ring"] - base["planet"]
@@ -102,7 +104,9 @@ def stage_radii(view: StageView) -> StageRadii:
         ring_angle=angles.get("ring", 0.0),
         transverse_angle=transverse_angle(stage),
         base_helix_angle=base_helix_angle(stage),
-        sun_reference=reference_radius(gears["sun"].teeth, stage),
+        sun_reference=reference["sun"],
+        planet_reference=reference["planet"],
+        ring_reference=reference["ring"],
     )
 
 

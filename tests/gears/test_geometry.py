@@ -177,8 +177,7 @@ def test_radii_of_a_plain_stage_are_those_of_its_geometry():
     assert (r.sun_angle, r.ring_angle) == (g.sun_mesh.working_angle, g.ring_mesh.working_angle)
     assert r.base_helix_angle == g.base_helix_angle
     assert r.transverse_angle == g.transverse_angle
-    reference = g.ring.reference_radius - g.planet.reference_radius
-    assert reference == pytest.approx(r.center_distance)
+    assert r.ring_reference - r.planet_reference == pytest.approx(r.center_distance)
 
 
 def test_printed_working_angles_give_the_printed_centre_distance():
@@ -229,7 +228,7 @@ def test_a_parallel_stage_has_its_pinion_in_the_suns_place():
     shift = 2 * math.tan(20 * DEG) * (0.48 + 0.669) / (24 + 95)
     assert involute(r.sun_angle) == pytest.approx(involute(at) + shift)
     assert r.center_distance == pytest.approx(0.861, abs=2e-4)  # printed for this gear pair
-    assert (r.ring, r.ring_angle) == (0.0, 0.0)
+    assert (r.ring, r.ring_angle, r.ring_reference) == (0.0, 0.0, 0.0)
     given = stage_radii(seen(parallel(center_distance=0.861)))
     assert math.cos(given.sun_angle) == pytest.approx((r.sun + r.planet) / 0.861)
 

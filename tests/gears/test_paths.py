@@ -86,10 +86,7 @@ class ParallelBench:
         hand = 1.0 if stage.planet_hand == "right" else -1.0
         twist = hand * math.tan(stage.helix_angle)
         r = self.g.radii
-        self.twist = {
-            "sun": -twist / r.sun_reference,
-            "planet": twist / self.g.planet.reference_radius,
-        }
+        self.twist = {"sun": -twist / r.sun_reference, "planet": twist / r.planet_reference}
 
     def teeth(self, slot, first):
         centre = (-self.g.radii.center_distance, 0.0) if slot == "sun" else (0.0, 0.0)
