@@ -42,6 +42,7 @@ PAPERS = (
     Paper("ren2021"),
     Paper("hu2023"),
     Paper("iso_16281"),
+    Paper("clearance_oscillator"),
     Paper("grc"),
     Paper("face_load", by_fidelity=True),
     Paper("solid_contact", by_fidelity=True),

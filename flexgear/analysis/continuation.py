@@ -24,7 +24,7 @@ from typing import Literal
 
 import numpy as np
 
-from flexgear.analysis.harmonic_balance import AGREES, Balance, Orbit, converge, solve_scaled
+from flexgear.analysis.harmonic_balance import AGREES, Balance, Orbit, Solver, converge
 from flexgear.analysis.orbit_receptance import CondensedTrain, Point
 from flexgear.arrays import Array
 
@@ -200,6 +200,7 @@ class _Walk:
 
     def __init__(self, train: CondensedTrain, span: Range, start: Orbit) -> None:
         self.train, self.span, self.width = train, span, span.high - span.low
+        self.solver = Solver()
         self.balance = self._balance(span.value(start.point))
         state = self.balance.residual(start.unknown)[1]
         self.start = replace(state, point=start.point)
@@ -259,16 +260,11 @@ class _Walk:
         forces = max(self.size, self._forces(orbit.unknown))
         weight[: balance.forces] = 1.0 / (FORCE_SPAN * forces)
         weight[-1] = 1.0 / max(self.width, 0.5 * self.span.high)
-        at, matrix = balance.linearised(orbit)
-        every = np.r_[at, size]
-        border = np.zeros(len(every)) if before is None else (weight**2 * before)[every]
-        if before is None:
-            border[-1] = 1.0
-        right = np.zeros(len(every))
+        right = np.zeros(size + 1)
         right[-1] = 1.0
+        border = right if before is None else weight**2 * before
         slope = self._slope(balance, orbit, self.span.value(orbit.point))
-        tangent = np.zeros(size + 1)
-        tangent[every] = solve_scaled(_bordered(matrix, slope[at], border), right)
+        tangent = self.solver.solve(balance, orbit, right, slope, border)
         return _Place(orbit, balance, weight, tangent / np.linalg.norm(weight * tangent))
 
     def _slope(self, balance: Balance, orbit: Orbit, value: float) -> Array:
@@ -295,14 +291,8 @@ class _Walk:
                 return replace(state, point=self.span.point(value)), balance, tries
             if tries <= EXACT_SLOPES:
                 slope = self._slope(balance, state, value)
-            at, matrix = balance.linearised(state)
-            every = np.r_[at, size]
-            right = np.r_[left[at], across @ (x - predicted)]
-            change = np.r_[left, 0.0]  # of channels that carry nothing
-            try:
-                change[every] = solve_scaled(_bordered(matrix, slope[at], across[every]), right)
-            except np.linalg.LinAlgError:
-                return None
+            right = np.r_[left, across @ (x - predicted)]
+            change = self.solver.solve(balance, state, right, slope, across)
             if not np.isfinite(change).all():
                 return None
             x = x - change
@@ -324,10 +314,3 @@ def _closing_force(train: CondensedTrain) -> float:
     teeth = e.owner >= 0
     stiffness = np.where(teeth, e.nominal[0], 0.0).sum(axis=1).max(initial=0.0)
     return float(0.5 * stiffness * np.abs(np.where(teeth, e.offset, 0.0)).max(initial=0.0))
-
-
-def _bordered(matrix: Array, column: Array, row: Array) -> Array:
-    n = len(matrix)
-    out = np.empty((n + 1, n + 1))
-    out[:n, :n], out[:n, n], out[n] = matrix, column, row
-    return out

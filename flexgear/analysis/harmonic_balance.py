@@ -22,6 +22,8 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
+from scipy import linalg
+from scipy.sparse.linalg import LinearOperator, gmres
 
 from flexgear.analysis.orbit import OrbitElements
 from flexgear.analysis.orbit_receptance import Point, Receptance
@@ -30,6 +32,8 @@ from flexgear.arrays import Array, Complex, Ints
 SAMPLES = 16  # of a period, for every harmonic: forces of one-sided contact decay slowly
 AGREES = 1e-9  # of the largest force of a channel: what may be left over of its balance
 TRIES = 40  # Newton steps
+DIRECT = 600  # unknowns up to which every Jacobian is factored
+PRODUCTS, EXACT = 30, 1e-8  # of GMRES before factors are renewed, and what it leaves over
 HALVINGS = 4  # of a step that does not lessen what is left over
 
 
@@ -112,20 +116,19 @@ class Balance:
         forces = np.einsum("jqp,jp->jq", k, motion) + np.einsum("jqp,jp->jq", c, rate)
         return other._left(orbit.unknown, forces) - self._left(orbit.unknown, none)
 
-    def linearised(self, orbit: Orbit) -> tuple[Ints, Array]:
-        """Places (k,) of the unknowns of channels that carry and of rigid motions, and the Jacobian
-        (k, k) between them; the others, and what is left over of them, are zero."""
-        loaded = self.parts(orbit.unknown)[0].any(axis=0)
-        at = np.flatnonzero(loaded | orbit.tangents.any(axis=(0, 1, 2)))
-        return self._between(at, orbit.tangents)
-
-    def _between(self, at: Ints, tangents: Array) -> tuple[Ints, Array]:
-        """``linearised`` for the channels ``at``."""
+    def between(self, at: Ints) -> tuple[Ints, Balance]:
+        """Places (k,) of the unknowns of some channels and of rigid motions, and what is linear of
+        the equations between them."""
         places = self.q * np.arange(2 * self.harmonics + 1)[:, None] + at
         free = np.arange(self.forces, self.size)
         part = Balance(self.elements, self.receptance.between(at))
-        jacobian = part.jacobian(tangents[:, :, at[:, None], at])
-        return np.r_[places.ravel(), free].astype(np.int64), jacobian
+        return np.r_[places.ravel(), free].astype(np.int64), part
+
+    def product(self, tangents: Array, unknown: Array) -> Array:
+        """Jacobian times ``unknown`` (m,), of linear equations."""
+        motion, rate = self.waves(unknown)
+        (k, c), u, v = tangents, motion[:, :, None], rate[:, :, None]
+        return self._left(unknown, (k @ u + c @ v)[:, :, 0])
 
     def jacobian(self, tangents: Array) -> Array:
         """∂ residual / ∂ unknown (m, m) from tangents (2, N, q, q)."""
@@ -164,8 +167,10 @@ class Balance:
         out = np.zeros(self.size)
         motion = self.waves(out).motion
         left = self._left(out, pull + np.einsum("jqp,jp->jq", tangents[0], motion))
-        at, matrix = self._between(np.flatnonzero(tangents.any(axis=(0, 1, 2))), tangents)
-        out[at] = -solve_scaled(matrix, left[at])
+        at = np.flatnonzero(tangents.any(axis=(0, 1, 2)))
+        places, part = self.between(at)
+        matrix = part.jacobian(tangents[:, :, at[:, None], at])
+        out[places] = -Factors(matrix).solve(left[places])
         return out
 
 
@@ -183,28 +188,77 @@ def _coefficients(values: Array, most: int) -> Complex:
     return np.concatenate([spectrum[:0:-1].conj(), spectrum])
 
 
-def solve_scaled(matrix: Array, right: Array) -> Array:
-    """Solution with rows and columns scaled by their largest entries."""
-    columns = np.abs(matrix).max(axis=0)
-    columns = np.where(columns > 0, columns, 1.0)
-    scaled = matrix / columns
-    rows = np.abs(scaled).max(axis=1)
-    rows = np.where(rows > 0, rows, 1.0)
-    x = np.linalg.solve(scaled / rows[:, None], (right.T / rows).T)
-    return np.asarray((x.T / columns).T)
+class Factors:
+    """LU of a matrix with rows and columns scaled by their largest entries."""
+
+    def __init__(self, matrix: Array) -> None:
+        self.columns, scaled = _scaled(matrix, 0)
+        self.rows, scaled = _scaled(scaled, 1)
+        self._lu = linalg.lu_factor(scaled, overwrite_a=True, check_finite=False)
+
+    def solve(self, right: Array, scaled: bool = False) -> Array:
+        """Solution x, or x times ``columns``."""
+        x = linalg.lu_solve(self._lu, right / self.rows, check_finite=False)
+        return np.asarray(x if scaled else x / self.columns)
+
+
+def _scaled(matrix: Array, axis: int) -> tuple[Array, Array]:
+    """Largest entries along an axis, one where all are zero, and the matrix over them."""
+    largest = np.abs(matrix).max(axis=axis)
+    largest = np.where(largest > 0, largest, 1.0)
+    return largest, matrix / np.expand_dims(largest, axis)
+
+
+class Solver:
+    """Solves with bordered Jacobians of neighbouring states. With few unknowns each is factored;
+    with many the factors of an earlier one precondition GMRES, and are renewed where that takes
+    many products."""
+
+    def __init__(self) -> None:
+        self._places: Ints = np.zeros(0, dtype=np.int64)
+        self._factors = Factors(np.eye(1))
+
+    def solve(
+        self, balance: Balance, orbit: Orbit, right: Array, column: Array, row: Array
+    ) -> Array:
+        """x and λ (m + 1,) with J x + column λ = right, row · (x, λ) = right_m at a state; of
+        channels that carry nothing J is one."""
+        loaded = balance.parts(orbit.unknown)[0].any(axis=0)
+        at = np.flatnonzero(loaded | orbit.tangents.any(axis=(0, 1, 2)))
+        inner, part = balance.between(at)
+        places, tangents = np.r_[inner, balance.size], orbit.tangents[:, :, at[:, None], at]
+        out, column, row = right.copy(), column[inner], row[places]
+        if len(places) > DIRECT and np.array_equal(places, self._places):
+
+            def product(y: Array) -> Array:
+                x = y / self._factors.columns
+                moved = part.product(tangents, x[:-1]) + column * x[-1]
+                return self._factors.solve(np.r_[moved, row @ x], scaled=True)
+
+            y, trouble = gmres(
+                LinearOperator((len(places), len(places)), product),
+                self._factors.solve(right[places], scaled=True),
+                rtol=EXACT, restart=PRODUCTS, maxiter=1,
+            )  # fmt: skip
+            if not trouble:
+                out[places] = y / self._factors.columns
+                return out
+        matrix = np.block([[part.jacobian(tangents), column[:, None]], [row[None]]])
+        self._places, self._factors = places, Factors(matrix)
+        out[places] = self._factors.solve(right[places])
+        return out
 
 
 def converge(balance: Balance, point: Point, unknown: Array) -> Orbit | None:
     """The steady state that Newton's method leads to from some unknowns; None where to none."""
     left, orbit = balance.residual(unknown)
+    solver, apart = Solver(), np.zeros(balance.size + 1)
+    apart[-1] = 1.0
     for _ in range(TRIES):
         if orbit.residual <= AGREES:
             return replace(orbit, point=point)
-        at, matrix = balance.linearised(orbit)
-        step = left.copy()  # of channels that carry nothing
-        try:
-            step[at] = solve_scaled(matrix, left[at])
-        except np.linalg.LinAlgError:
+        step = solver.solve(balance, orbit, np.r_[left, 0.0], apart[:-1], apart)[:-1]
+        if not np.isfinite(step).all():
             return None
         share = 1.0
         for _ in range(HALVINGS + 1):

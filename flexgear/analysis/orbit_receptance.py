@@ -60,7 +60,7 @@ class Receptance:
     static: Array
 
     def between(self, at: Ints) -> Receptance:
-        """The same between some of the channels."""
+        """The same between some of the channels, without the constant parts."""
         both = np.ix_(at, at)
         return replace(
             self,
@@ -68,7 +68,8 @@ class Receptance:
             rate=self.rate[:, at[:, None], at],
             still=self.still[both],
             rigid=self.rigid[at],
-            static=self.static[at],
+            balance=0.0 * self.balance,
+            static=0.0 * self.static[at],
         )
 
 

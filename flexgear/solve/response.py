@@ -35,6 +35,9 @@ RANGE = (0.2, 1.5)  # of rated speed, where nothing is asked for
 FEWEST, MOST = 20, 40  # harmonics where none are asked for
 FLANK_SAMPLES, FINE_SAMPLES = 512, 64  # a harmonic: of all flanks together, and at most
 HIGHER = 2.0  # times the gear mesh's own frequency that harmonics reach at the lowest speed
+LEAST_STEPS = (
+    256  # of a period in which small disturbances are followed, if there are so many samples
+)
 BESIDE = 0.03  # of the range: what is beside a turning point
 DOUBLING = "response, a state with twice as many harmonics"
 STABLE = 1e-5  # by which a multiplier of a stable state may exceed one: undamped modes have one
@@ -222,7 +225,7 @@ class _Figures:
 
     def _stability(self, orbit: Orbit) -> dict[str, Any]:
         period = 1.0 / (self.train.elements.frequency * orbit.point.speed)
-        steps = fewer_steps(orbit.tangents, SAMPLES * self.train.harmonics)
+        steps = fewer_steps(orbit.tangents, max(SAMPLES * self.train.harmonics, LEAST_STEPS))
         largest = multipliers(monodromy(vibrating(self.train, orbit.point), period, steps))
         first = largest[0] if len(largest) else 0.0
         return {

@@ -9,7 +9,7 @@ import pytest
 from dead_zone import GEAR_MESH_HZ, DeadZone, case_text
 
 import flexgear
-from flexgear.analysis import stability
+from flexgear.analysis import harmonic_balance, stability
 from flexgear.analysis.continuation import Range, curves
 from flexgear.analysis.harmonic_balance import Balance, converge
 from flexgear.analysis.orbit import orbit_elements
@@ -164,6 +164,25 @@ def test_both_ways_through_a_period_give_the_same_monodromy(train, curve, monkey
     at_once = monodromy(*at)
     monkeypatch.setattr(stability, "SMALL", 0)
     np.testing.assert_allclose(monodromy(*at), at_once, rtol=1e-9, atol=1e-12)
+
+
+def test_factors_of_earlier_states_give_the_same_curve(train, monkeypatch):
+    """GMRES with them, and each Jacobian factored."""
+    span = Range("speed", 0.95, 1.0)
+    (factored,) = curves(train, span)
+    monkeypatch.setattr(harmonic_balance, "DIRECT", 0)
+    (again,) = curves(train, span)
+    for a, b in zip(factored.states, again.states, strict=True):
+        size = np.abs(a.unknown).max()
+        np.testing.assert_allclose(b.unknown, a.unknown, rtol=0, atol=1e-6 * size)
+
+
+def test_tangents_between_rows_act_on_the_channels_of_their_rows(train, curve):
+    elements = train.elements
+    _, tangent, _ = elements.row_forces(*curve[-1].waves)
+    dense = np.einsum("jna,jnm,jmb->jab", elements.rows, tangent[0], elements.rows)
+    np.testing.assert_allclose(elements.on_channels(tangent[0]), dense, rtol=1e-12)
+    assert dense.any()
 
 
 def test_losses_over_a_period_stay_as_harmonics_double(modal):

@@ -1,0 +1,1 @@
+"""Oscillator with clearance: free motion, describing functions (Comparin and Singh 1989)."""
