@@ -52,7 +52,7 @@ def test_long_tables_are_thinned_and_what_does_not_change_is_one_line(flexgear, 
     ticks = [float(row[0]) for row in rows if row[0][0].isdigit()]
     assert code == 0 and 10 < len(ticks) < 60
     assert (ticks[0], ticks[-1]) == (1e7, 1e9) and ticks == sorted(ticks)
-    assert f"{len(ticks)} of 60 points; the dataset has all" in text
+    assert f"{len(ticks)} of 60 points and 8 of 10 columns; the dataset has all" in text
     assert load(tmp_path / "f" / "sweep.nc").sizes[KEY] == 60
 
 
