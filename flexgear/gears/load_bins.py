@@ -119,6 +119,7 @@ class _Train:
         """The bin of load case number k."""
         states = list(load_case.states(self.first))
         speed = self._speeds(k, states)
+        self._check_loads(k, states)
         loads = self._loads(states)
         moments = dict.fromkeys((load.member for load in loads), 0.0)
         for load in loads:
@@ -143,6 +144,25 @@ class _Train:
             place = f"line {load_case.line}" if load_case.line else load_case.name
             raise InputError(load_case.source, f"{place}, {key}", problem, remedy)
         raise InputError(self.case.source, f"load_cases[{k}].{key}", problem, remedy)
+
+    def _check_loads(self, k: int, states: list[tuple[str, str, MemberState]]) -> None:
+        """Refusal of forces and moments that are above all rated ones by a factor of a unit."""
+        stages = (s.gear_mesh_forces.values() for s in self.flow.stages)
+        rated = {
+            "force": (
+                "N",
+                "force of a gear mesh",
+                max((abs(f) for s in stages for f in s), default=0.0),
+            ),
+            "moment": ("N m", "torque", max(map(abs, self.rated_torque.values()))),
+        }
+        for at, member, state in states:
+            for key, (unit, of, most) in rated.items():
+                largest = max(map(abs, getattr(state, key) or (0.0,)))
+                if most and largest > MOST_TORQUE * most:
+                    problem = f"is {largest:.4g} {unit} on {member}, {largest / most:.4g} times"
+                    problem = f"{problem} the largest rated {of}, {most:.6g}"
+                    self._refuse(k, f"{at}{key}", problem, f"check the unit: {unit} for k{unit}?")
 
     def _loads(self, states: list[tuple[str, str, MemberState]]) -> tuple[MemberLoad, ...]:
         """Loads of a load case in place of the case's on the same members."""

@@ -204,7 +204,8 @@ def loads_in_bin(train: SpectrumTrain, load_bin: LoadBin) -> BinLoads:
     for stage, samples in train.samples.items():
         of_stage = data.isel(position=slice(first, first + len(samples.angles)))
         first += len(samples.angles)
-        groups |= _groups(model, of_stage, stage, samples.per_gear_mesh)
+        rated = float(max(model.rated.max(), train.model.rated.max()))  # a bin may have none
+        groups |= _groups(model, of_stage, stage, samples.per_gear_mesh, rated)
         carrier[stage] = of_stage["carrier_angle"].sel(turning_stage=stage).to_numpy()
         for name in map(str, of_stage["support"].to_numpy() if "support" in data else ()):
             if MemberName.parse(name).stage == stage:
@@ -243,11 +244,12 @@ def _speed_share(rated: PowerFlow, flow: PowerFlow) -> float:
 
 
 def _groups(
-    model: Model, data: xr.Dataset, stage: str, per_cycle: int
+    model: Model, data: xr.Dataset, stage: str, per_cycle: int, rated: float
 ) -> dict[GroupName, GroupLoads]:
-    """Loads of the groups of a stage from positions of whole gear-mesh cycles."""
+    """Loads of the groups of a stage from positions of whole gear-mesh cycles; rated: largest force
+    of a gear mesh, N."""
     names, loads, view = model.gear_meshes.names, {}, model.case.view(stage)
-    force = without_rounding(data["gear_mesh_force"].to_numpy(), float(model.rated.max()))
+    force = without_rounding(data["gear_mesh_force"].to_numpy(), rated)
     gear_mesh = model.case.stage(stage).gear_mesh
     for group, at in groups_of(names, 1).items():
         means = force[:, at].reshape(-1, per_cycle, len(at)).mean(axis=1)

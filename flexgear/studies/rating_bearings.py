@@ -29,7 +29,7 @@ from flexgear.gears.bearings.reference_life import (
     viscosity_at,
 )
 from flexgear.gears.load_bins import LoadBin
-from flexgear.gears.power_flow import PowerFlow
+from flexgear.gears.power_flow import PowerFlow, power_flow
 from flexgear.gears.rating.rate import Factor
 from flexgear.model.case import Case
 from flexgear.model.errors import FlexgearError
@@ -90,7 +90,7 @@ def bearing_load(force: Array, turned: Array, exponent: float, z: float = 0.0) -
 
 STEEL, HOUR = "ISO/TS 16281", 3600.0
 NO_LOAD = BearingLoad(0.0, 0.0, (0.0, 0.0), 0.0, "inner")
-NOTHING = 1e-6  # of the largest load of all bearings: less is rounding
+NOTHING = 1e-6  # of the largest load: less is rounding
 
 
 class _Place(NamedTuple):
@@ -123,7 +123,10 @@ def rate_bearings(
     case: Case, bins: Sequence[LoadBin], flows: Sequence[PowerFlow], loads: Sequence[BinLoads]
 ) -> tuple[RatedPart, ...]:
     """Bearings of planets and of the seats of FE carriers."""
-    return tuple(_part(case, place, bins, flows, loads) for place in _places(case))
+    forces = [np.abs(f[:, :3]).max() for x in loads for f in x.supports.values()]
+    forces += [abs(f) for s in power_flow(case).stages for f in s.gear_mesh_forces.values()]
+    least = NOTHING * float(max(forces, default=0.0))
+    return tuple(_part(case, place, bins, flows, loads, least) for place in _places(case))
 
 
 def _places(case: Case) -> Iterator[_Place]:
@@ -140,13 +143,13 @@ def _places(case: Case) -> Iterator[_Place]:
 
 def _part(
     case: Case, place: _Place, bins: Sequence[LoadBin], flows: Sequence[PowerFlow],
-    loads: Sequence[BinLoads],
+    loads: Sequence[BinLoads], least: float,
 ) -> RatedPart:  # fmt: skip
     section, hours = place.section, sum(b.hours for b in bins)
     bearing, kind = rolling_bearing(section), section.rolling or "roller"
     exponent = EXPONENTS[kind]
     missing = _missing(place, bearing, loads)
-    states = [_unrated(case, place, x, exponent) for x in loads]
+    states = [_unrated(case, place, x, exponent, least) for x in loads]
     if not missing:
         states = [
             _rated(case, place, bearing, flow, state)
@@ -195,16 +198,15 @@ def _unevenness(case: Case, place: _Place, loads: BinLoads) -> float:
     return max(stated) / max(shares) if max(stated) and shares else 1.0
 
 
-def _unrated(case: Case, place: _Place, loads: BinLoads, exponent: float) -> _InBin:
-    """The load alone, zero where it is rounding beside that of other bearings."""
-    largest = max((float(np.abs(f[:, :3]).max()) for f in loads.supports.values()), default=0.0)
+def _unrated(case: Case, place: _Place, loads: BinLoads, exponent: float, least: float) -> _InBin:
+    """The load alone, zero where it is below ``least``, N, which is rounding."""
     uneven = _unevenness(case, place, loads)
     force = uneven * loads.supports.get(place.name, np.zeros((1, 6)))
     turned = loads.carrier_angle.get(place.stage, np.zeros(1))
     # springs act at z, which is not the middle of two rows unless rollers make them
     z = place.section.z if place.section.rollers else 0.0
     at = bearing_load(force, turned, exponent, z)
-    at = at if at.largest > NOTHING * largest else NO_LOAD
+    at = at if at.largest > least else NO_LOAD
     return _InBin(at, math.inf, math.nan, (), _loads(at, uneven))
 
 

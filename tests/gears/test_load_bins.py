@@ -114,6 +114,8 @@ def test_where_a_table_lies_and_how_it_is_written_is_no_part_of_the_content(case
         (in_case(hours=1, torque_nm=-300), "against the rated sense.*back_driven = true"),
         (in_case(hours=1, torque_nm=300, speed_rpm=-10),
          "torque: has its rated sense, but stage_1.carrier turns the other way, by its speed"),
+        (in_case(hours=1, moment_knm=[300, 0, 0]), "moment: is 3e.05 N m .* N m for kN m"),
+        (in_case(hours=1, force_kn=[0, -5000, 0]), "force: is 5e.06 N .* of a gear mesh.* for kN"),
         (in_case(hours=1, speed_rad_per_s=10), "95.493 r/min is 9.55 times the rated 10 r/min"),
         (in_case(hours=1, speed_rpm=5, members=[{}]).replace(
             "[{}]", "[{ member = 'stage_2.pinion', speed_rpm = -50 }]"),

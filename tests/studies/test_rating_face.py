@@ -17,7 +17,7 @@ import math
 from functools import cache
 
 import pytest
-from gears.rated_gears import PAIR, case_of
+from gears.rated_gears import PAIR, PLANETARY, case_of
 
 from flexgear.model.load_cases import LoadCase
 from flexgear.studies.rating import rate
@@ -100,3 +100,27 @@ def test_bins_do_not_know_each_other(tmp_path_factory):
 
 def test_a_straight_face_is_loaded_evenly(tmp_path_factory):
     assert list(_factors(tmp_path_factory.getbasetemp(), 0).values()) == pytest.approx([1.0] * 4)
+
+
+def test_a_face_without_torque_has_no_factors_and_is_no_remark(tmp_path):
+    """Planets that what is left of rounding presses on one end share nothing."""
+    support = "support = { radial_n_per_m = 1e9 }\n"
+    held = PLANETARY.replace("[stage.carrier]\n", f"[stage.carrier]\n{support}")
+    held = held.replace("profile_shift = 0.2\nbore", f"{support}profile_shift = 0.2\nbore")
+    held = held.replace(
+        "[stage.planet_bearing]\n",
+        '[stage.gear_mesh]\nmodel = "face_load"\nslices = 5\n'
+        "[stage.errors]\nring_tooth_um = 5\n[stage.planet_bearing]\n",
+    )
+    case = case_of(
+        tmp_path,
+        held,
+        load_cases=(
+            LoadCase(name="on", hours=1.0, torque=9e3, moment=(300.0, 0.0, 0.0)),
+            LoadCase(name="idle", hours=1.0, torque=0.0),
+        ),
+        **{"rating.gear_mesh_cycles": 1, "rating.positions_per_gear_mesh": 2},
+    )
+    rating = rate(case, workers=1)
+    assert all(g.factors[0] and not g.factors[1] for g in rating.gear_meshes)
+    assert not {"stage sun", "stage ring"} & set(rating.not_assessed)
