@@ -146,25 +146,21 @@ class OrbitElements:
         if self.between.size:
             return np.asarray(self.rows.transpose(0, 2, 1) @ (tangent @ self.rows))
         (count, _, q), (source, target, product) = self.rows.shape, self._products
-        values = product * tangent.ravel()[source][:, None, None]
-        size = count * q * q
-        return np.asarray(
-            np.bincount(target.ravel(), values.ravel(), size).reshape(count, q, q), float
-        )
+        values = (product * tangent.ravel()[source][:, None, None]).ravel()
+        return np.bincount(target.ravel(), values, count * q * q).astype(float).reshape(count, q, q)
 
     @cached_property
     def _products(self) -> tuple[Ints, Ints, Array]:
         """For each pair of rows of one element: where its tangent stands in (N, n, n), where in
         (N, q, q) products of the entries of both rows of W go, and these (k, k)."""
-        _, n, q = self.rows.shape
-        zero = self.rows == 0.0
+        (_, n, q), zero = self.rows.shape, self.rows == 0.0
         most = int((~zero).sum(axis=2).max(initial=1))
         columns = np.argsort(zero, axis=2, kind="stable")[:, :, :most]
         entries = np.take_along_axis(self.rows, columns, axis=2)
         pairs = []
-        for rows in np.unique(self.elements[:, 3]):
-            _, j, first, _ = self.elements[self.elements[:, 3] == rows].T[:, :, None]
-            a, b = np.divmod(np.arange(rows * rows), rows)
+        for r in np.unique(self.elements[:, 3]):
+            _, j, first, _ = self.elements[self.elements[:, 3] == r].T[:, :, None]
+            a, b = np.divmod(np.arange(r * r), r)
             pairs.append(np.stack(np.broadcast_arrays(j, first + a, first + b)).reshape(3, -1))
         j, a, b = np.hstack([np.zeros((3, 0), dtype=np.int64), *pairs])
         target = (j[:, None, None] * q + columns[j, a][:, :, None]) * q + columns[j, b][:, None]

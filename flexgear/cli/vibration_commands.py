@@ -25,7 +25,7 @@ from flexgear.solve.model import Model
 from flexgear.solve.response import response as steady_states
 from flexgear.solve.stability import SPEEDS
 from flexgear.solve.stability import stability as over_speed
-from flexgear.solve.turning_points import BESIDE, KINDS
+from flexgear.solve.turning_points import BESIDE, KINDS, NARROW
 from flexgear.views.vibration_charts import (
     bands_of,
     linear_response_chart,
@@ -238,13 +238,14 @@ def _several(parameter: np.ndarray, branch: np.ndarray, stable: np.ndarray) -> l
 
 
 def _ranges(parameter: np.ndarray, branch: np.ndarray, where: np.ndarray) -> list[list[float]]:
-    """Lowest and highest λ of pieces of curves in which something holds, joined."""
+    """Lowest and highest λ of pieces of curves in which something holds, joined where the curve has
+    but a kink between them."""
     cuts = np.flatnonzero((np.diff(where.astype(int)) != 0) | (np.diff(branch) != 0)) + 1
     split = (np.split(values, cuts) for values in (parameter, where))
     pieces = [piece for piece, holds in zip(*split, strict=True) if holds[0]]
     joined = list[list[float]]()
     for low, high in sorted((float(p.min()), float(p.max())) for p in pieces):
-        if joined and low <= joined[-1][1]:
+        if joined and low <= joined[-1][1] * (1.0 + NARROW):
             joined[-1][1] = max(joined[-1][1], high)
         else:
             joined.append([low, high])
@@ -297,7 +298,8 @@ def _lines(figures: dict[str, Any]) -> Iterator[str]:
         if row["kind"] != KINDS[0]:
             yield f"  stability changes at {row[share]:.4g}: {row['kind']}"
     for name, what in LINES.items():
-        spans = [f"{a:.4g} to {b:.4g}" for a, b in figures[name]]
+        ends = ([f"{x:.4g}" for x in span] for span in figures[name])
+        spans = [" to ".join(dict.fromkeys(span)) for span in ends]
         if spans or name != "several_stable":
             yield f"  {what}: {', '.join(spans) if spans else 'nowhere on stable branches'}"
 
