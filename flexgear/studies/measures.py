@@ -191,8 +191,7 @@ def transient_sharing(point: Point) -> MeasuredValues:
 @measure("largest gear-mesh forces of a transient")
 def transient_forces(point: Point) -> MeasuredValues:
     """Of a planet."""
-    _, rest = point.transient
-    forces = _by_group(rest.largest, "gear_mesh_force")
+    forces = _by_group(point.settled.largest, "gear_mesh_force")
     about = "largest gear-mesh force of a planet after settling"
     return {"transient_force_max": largest(forces, "N", about, "group")}
 
@@ -200,8 +199,7 @@ def transient_forces(point: Point) -> MeasuredValues:
 @measure("floats of suns, rings, carriers in a transient")
 def transient_displacements(point: Point) -> MeasuredValues:
     """Mean and largest."""
-    _, rest = point.transient
-    mean, most = (d["axis_distance"] for d in (rest.mean, rest.largest))
+    mean, most = (d["axis_distance"] for d in (point.settled.mean, point.settled.largest))
     return {"transient_displacement": _distances(mean, most, "after settling")}
 
 

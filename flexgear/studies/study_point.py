@@ -12,13 +12,14 @@ from flexgear.gears.errors import TrainTurn, error_cycle
 from flexgear.gears.power_flow import PowerFlow, power_flow
 from flexgear.model.case import Case
 from flexgear.model.errors import FlexgearError
+from flexgear.results.settling import WindowedRanges, window_edges
 from flexgear.results.sinks import Ranges, SensorRecord, Several
 from flexgear.solve.angles import samples_of_stage, stage_motions
 from flexgear.solve.bodies import reduced_bodies
 from flexgear.solve.model import Model, assemble
 from flexgear.solve.result_warnings import large_motions, largest_motions, motion_histories
 from flexgear.solve.static import shared_stages, stages_sharing, static
-from flexgear.solve.transient import simulate, train_histories
+from flexgear.solve.transient import simulate, stepping_of, train_histories
 
 FLOAT_CYCLES = 120  # gear-mesh cycles of each stage in which displacements are looked at
 
@@ -69,10 +70,17 @@ class Point:
         return static(self.model, np.concatenate(lead))
 
     @cached_property
-    def transient(self) -> tuple[xr.Dataset, Ranges]:
-        """Transient at rated torque, without its samples, and their ranges after settling."""
-        rest = Ranges(train_histories)
-        return simulate(self.model, sink=Several([rest, self.recorded])).data, rest
+    def transient(self) -> tuple[xr.Dataset, WindowedRanges]:
+        """Transient at rated torque, without its samples, and their ranges."""
+        case, span = self.case, stepping_of(self.case, self.flow).duration
+        ranges = WindowedRanges(train_histories, window_edges(span, case.solver.settle))
+        return simulate(self.model, sink=Several([ranges, self.recorded])).data, ranges
+
+    @property
+    def settled(self) -> Ranges:
+        """Ranges of the transient's samples after settling."""
+        data, ranges = self.transient
+        return ranges.since(float(data.attrs["settle_s"]))
 
     @cached_property
     def recorded(self) -> SensorRecord:
@@ -95,6 +103,6 @@ class Point:
         still = solved["equilibria"] if "equilibria" in solved else static(self.model)
         motions = largest_motions(motion_histories(still))
         if "transient" in solved:
-            in_time = largest_motions(solved["transient"][1].largest)
+            in_time = largest_motions(solved["transient"][1].since(0.0).largest)
             motions |= {name: max(size, motions[name]) for name, size in in_time.items()}
         return large_motions(self.case, motions)
