@@ -157,7 +157,7 @@ def transient(
 
     Raises FlexgearError where a step has no solution, where the motion runs away or is not finite,
     and where steps are longer than a share of the gear-mesh period
-    (``gears.error_cycle.longest_time_step``).
+    (``gears.errors.longest_time_step``).
     """
     adaptive = stepping.adaptive
     if start is None:

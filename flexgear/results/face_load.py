@@ -2,7 +2,7 @@
 
 K_Hβ of ISO 6336-1 is the largest over the mean line load along the face, where W(z) is what all
 pairs of a gear mesh carry at z in the mean of a cycle, by FE influence in the mean of a section of
-the face (``gears.face_load``); here of the positions of a dataset, which have to be spread evenly
+the face (``gears.slices``); here of the positions of a dataset, which have to be spread evenly
 over whole cycles of the gear mesh for that. K_Hα in the sense of the same
 standard is the largest load of a tooth pair over that of a gear mesh whose pairs share ideally.
 """

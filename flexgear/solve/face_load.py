@@ -116,7 +116,7 @@ def _continued(pairs: PairData, loads: LineLoads) -> Array:
 def sections(pairs: PairData) -> Array:
     """Lengths (M,) m of the face over which line loads are averaged: a normal base pitch over π,
     which is m_n cos α_n, where slices bend each other; else 0, at every place.
-    ``gears.face_load``"""
+    ``gears.slices``"""
     return np.where(pairs.bent == 1, pairs.pitch * pairs.cos_b / np.pi, 0.0)
 
 

@@ -8,9 +8,9 @@ the case's, or the least recommended one. Teeth of an FE ring count as a member.
 compared with the module alone, and without the turn about the axis that those of a stage make
 together: bearings that yield and shafts that wind up let them roll on, at the same distances.
 
-``gears.neglected_effects`` sizes what the models of gear meshes leave out. Where that is more than
-a tenth of a headline figure of the same stage, a sentence names both. Load sharing has no length:
-what errors do to it goes with the stiffness of the planets' paths, so there the lengths are
+``gears.report.neglected_effects`` sizes what the models of gear meshes leave out. Where that is
+more than a tenth of a headline figure of the same stage, a sentence names both. Load sharing has no
+length: what errors do to it goes with the stiffness of the planets' paths, so there the lengths are
 compared by which the teeth of a planet give way.
 """
 

@@ -2,7 +2,7 @@
 
 Every place of a tooth is held against the life curve by which the norm rates the whole tooth
 (ISO 6336-2, -3, -5, -6), under Hertz's pressure of its slice and the FE stress in its fillet, times
-√(K_A K_v) and K_A K_v: equilibria know neither. Passes (``solve.tooth_stresses``) of sun and
+√(K_A K_v) and K_A K_v: equilibria know neither. Passes (``solve.stresses``) of sun and
 planets come in turn, so that each counts for its share of the cycles; a tooth of a ring that stands
 is passed by every planet at its own azimuth. An FE notch stress against σ_Flim Y_ST is outside the
 norm, whose strengths are for stresses by its own formulas.

@@ -275,7 +275,7 @@ class FlankReader:
 
     def write(self, carries: Mapping[str, bool]) -> None:
         """All flanks. carries: by stage whether its forces are those of ``forward``
-        (``gears.flanks.tooth_sides``), where the case has a torque."""
+        (``gears.paths.tooth_sides``), where the case has a torque."""
         stages = dict.fromkeys(of_gear.stage for of_gear in self.gears_read)
         senses = {stage: self._sense(stage, carries.get(stage)) for stage in stages}
         kinds = {

@@ -77,7 +77,7 @@ class CyclicSolver:
     def __init__(self, interior: Elimination, ties: SectorTies, rigid: Array) -> None:
         """interior: factor of [K B^T C^T; B 0 0; C 0 0], C the share in even others.
 
-        rigid: R (3n + 3b, 6) of `cyclic/borders.py`.
+        rigid: R (3n + 3b, 6) of `cyclic/sectors.py`.
         """
         self._interior, self._ties = interior, ties
         self.count = ties.sectors.count
