@@ -36,8 +36,10 @@ def quantity(axes: str, units: str, meaning: str, missing: str = "") -> Quantity
 
 
 class Coordinate(NamedTuple):
-    """units; meaning in words; stage: of an axis whose entries are of stages how that is told:
-    "name" by the names of members, which its labels are, else the coordinate that stands beside it.
+    """An axis: its unit and its meaning in words.
+
+    stage: where the stage of an entry stands, if entries belong to stages: "name" where labels are
+    names of members, else the name of the coordinate beside it.
     """
 
     units: str

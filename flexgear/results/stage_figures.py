@@ -87,7 +87,7 @@ def _range(of_gear: xr.Dataset) -> float:
 
 
 def _over_all(stress: xr.DataArray, extreme: np.ufunc) -> Array:
-    """Extremes (face,) over flanks, positions and no load, Pa."""
+    """Extremes (face,) over flanks and positions, and over the tooth without load, Pa."""
     values = stress.transpose(..., "face").to_numpy()
     return np.asarray(extreme.reduce(values.reshape(-1, values.shape[-1]), axis=0, initial=0.0))
 

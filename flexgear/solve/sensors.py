@@ -82,7 +82,7 @@ class SensorPlace:
 
     @cached_property
     def body(self) -> Body:
-        """That the sensor is on; of a sun its shaft, of a ring in two halves the left one."""
+        """The body that carries the sensor: the shaft of a sun, the left half of a divided ring."""
         on = BodyName.parse(self.sensor.on)
         names = [on, BodyName.of(on.stage, on.part, side="left")]
         if on.part == "sun":

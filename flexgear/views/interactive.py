@@ -225,8 +225,8 @@ def _look(trace: Trace) -> tuple[str, str]:
 
 
 def _line(trace: Trace, which: str, axis: dict[str, Any], panel: str) -> str:
-    """ "time (s): 3.2467"; of an axis of words the word, of one that is hidden nothing; a y axis
-    without a label has the title of its panel."""
+    """What a hover says of one axis: "time (s): 3.2467". An axis of words gives the word alone, a
+    hidden axis nothing; a y axis without a label is called as its panel."""
     if axis.get("visible") is False:
         return ""
     label = axis.get("title", {}).get("text") or (panel if which == "y" else "") or which

@@ -278,8 +278,8 @@ def _cells(rows: Sequence[Row | None]) -> tuple[list[str], str]:
 def _section(
     key: str, sides: Sequence[Side], plots: dict[str, Any], interactive: bool
 ) -> dict[str, Any] | None:
-    """A section with what there is of it; None where there is nothing. plots: gets those of its
-    pictures, by the names that they are given."""
+    """A section of the page with its tables and pictures; None where it has neither. plots: the
+    pictures of the section are added to it, by name."""
     tables = side_by_side(sides, key)
     plots_of_section = plots if interactive else None
     pictures = [_places(row, plots_of_section) for row in _by_name(sides, key)]

@@ -208,7 +208,7 @@ def notch(gear: RatedGear) -> float:
 
 
 def notch_sensitivity_factor(gear: RatedGear) -> float | str:
-    """Y_δrelT, or the key that is missing."""
+    """Relative notch sensitivity factor Y_δrelT, or the name of the key that the case lacks."""
     layer = slip_layer(gear.data)
     if isinstance(layer, str):
         return layer
