@@ -65,9 +65,8 @@ def test_the_law_that_dynamics_use_has_the_same_loads():
     assert roller_stiffness(0.06) == pytest.approx(stiffness_of_law(0.06), rel=1e-14)
     section = Rollers(count=18, rows=2, length=16 * MM, spacing=20 * MM, clearance=10e-6)
     x, y, rx, ry = 30e-6, -10e-6, 2e-4, 3e-4
-    expected = roller_loads(
-        np.array(roller_parameters(section, 1e9, 0.0)), np.array([x, y, rx, ry])
-    )
+    parameters = np.array(roller_parameters(section, 1e9, 0.0))
+    expected = roller_loads(parameters, np.array([[x, y, rx, ry]]), np.zeros(1))[0]
     motion = np.array([x, y, 0, rx, ry])
     for position, loads in zip(section.places, expected, strict=True):
         row = rollers(gap=10e-6, position=position, laminae=1)
