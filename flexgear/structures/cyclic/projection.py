@@ -22,6 +22,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from flexgear.arrays import Array, Ints
+from flexgear.compiled import njit
 from flexgear.structures.cyclic.sectors import Circulant
 from flexgear.structures.cyclic.solver import CyclicSolver
 from flexgear.structures.cyclic.ties import SectorTies
@@ -182,16 +183,48 @@ def _recover(
     ties: SectorTies, rows: Ints, periodic: Array, other: Array, share: Array, recovery: Singles
 ) -> None:
     """Psi at vertices from Psi_t (r, z, t) of sector 0, Y (r, z, m) and N (m, b)."""
-    nodes, turns = ties.sectors.nodes[rows[::3] // 3], ties.sectors.turns()
-    z, dofs = ties.sectors.count, ties.periodic_dofs.T.ravel()
+    nodes = np.ascontiguousarray(ties.sectors.nodes[rows[::3] // 3])  # (v, z)
+    z = ties.sectors.count
+    turns = ties.sectors.turns()
+    dofs = np.ascontiguousarray(ties.periodic_dofs)
+    cos, sin = np.ascontiguousarray(turns[:, 0, 0]), np.ascontiguousarray(turns[:, 1, 0])
     out = recovery.reshape(-1, 3, recovery.shape[1])
 
     def part(which: slice) -> None:
         for s in range(which.start, which.stop):
-            field = other[:, s] @ share
-            # of sector j: sector 0's, j pitches on, with the tie's components in its axes
-            of_ties = periodic[:, (s - np.arange(z)) % z].reshape(len(rows), z, -1, 3)
-            field[:, dofs] += (of_ties @ turns.swapaxes(1, 2)).reshape(len(rows), -1)
-            out[nodes[:, s]] = turns[s] @ field.reshape(len(nodes), 3, -1)
+            field = np.ascontiguousarray(other[:, s]) @ share
+            _place(field, periodic, dofs, cos, sin, s, nodes[:, s], out)
 
     shared(z, part, chunk=1)
+
+
+@njit(nogil=True)
+def _place(
+    field: Array,
+    periodic: Array,
+    dofs: Ints,
+    cos: Array,
+    sin: Array,
+    s: int,
+    nodes: Ints,
+    out: Singles,
+) -> None:  # pragma: no cover - compiled
+    """Sector s of Psi into out (n, 3, b), body's axes, from Y N (r, b) and sector 0's Psi_t.
+
+    Its field is sector j's, j pitches on, with the tie's components in sector j's axes.
+    """
+    z = periodic.shape[1]
+    for v in range(len(nodes)):
+        rows = field[3 * v : 3 * v + 3]
+        for tie in range(0, len(dofs), 3):
+            for j in range(z):
+                for i in range(3):
+                    p = periodic[3 * v + i, (s - j) % z]
+                    rows[i, dofs[tie, j]] += cos[j] * p[tie] - sin[j] * p[tie + 1]
+                    rows[i, dofs[tie + 1, j]] += sin[j] * p[tie] + cos[j] * p[tie + 1]
+                    rows[i, dofs[tie + 2, j]] += p[tie + 2]
+        place = out[nodes[v]]
+        for c in range(field.shape[1]):
+            place[0, c] = cos[s] * rows[0, c] - sin[s] * rows[1, c]
+            place[1, c] = sin[s] * rows[0, c] + cos[s] * rows[1, c]
+            place[2, c] = rows[2, c]

@@ -49,14 +49,13 @@ from dataclasses import dataclass, field
 import numpy as np
 import scipy.fft
 import scipy.sparse as sp
-from scipy.linalg import lapack
 from scipy.spatial import cKDTree
 
-from flexgear.arrays import Array, Ints
+from flexgear.arrays import Array, Complex, Ints
 from flexgear.model.errors import FlexgearError
 from flexgear.structures.bodies import rigid_motion, rotation
 from flexgear.structures.fem.assembly import FeModel
-from flexgear.structures.linalg.dense import THREADS, shared
+from flexgear.structures.linalg.dense import THREADS, hermitian_inverse, shared
 
 LEAST = 3  # with two sectors the one before is also the one after
 _TOLERANCE = 1e-9  # of the radius: how far an image may lie from its node
@@ -325,24 +324,28 @@ def with_rigid(ties: Array, rigid: Array, motion: Array) -> Array:
     return ties + (motion - ties @ rigid) @ rigid.T
 
 
+_PANEL = 256  # rows of an inverse that are kept together up to the diagonal: it is Hermitian
+
+
 class Harmonics:
-    """Cholesky factor of every S_h (b, b), in LAPACK's packed form: of wide borders they are the
-    largest part of all factors."""
+    """Inverse of every S_h (b, b), the lower triangle by panels of rows.
+
+    Of wide borders the inverses are the largest part of all factors.
+    """
 
     def __init__(self, condensed: Array, count: int) -> None:
         """condensed: (2b, 2b) of one sector; count: z."""
         b = len(condensed) // 2
-        self.count, self._factors = count, []
+        self.size, self.count = b, count
+        self._panels = [slice(begin, min(begin + _PANEL, b)) for begin in range(0, b, _PANEL)]
+        entries = sum((rows.stop - rows.start) * rows.stop for rows in self._panels)
+        self._inverses = np.empty((len(self), entries), dtype=complex)
         diagonal = condensed[:b, :b] + condensed[b:, b:]
         diagonal = 0.5 * (diagonal + diagonal.T)
         across = condensed[:b, b:]
         for h in range(len(self)):
             phase = np.exp(2j * np.pi * h / count)
-            packed, _ = lapack.ztrttf(diagonal + phase * across + np.conj(phase) * across.T)
-            factor, info = lapack.zpftrf(b, packed, overwrite_a=1)
-            if info:
-                raise FlexgearError("a sector is not held by the ties of its teeth")
-            self._factors.append(factor)
+            self._keep_lower(diagonal + phase * across + np.conj(phase) * across.T, h)
 
     def __len__(self) -> int:
         return self.count // 2 + 1
@@ -351,12 +354,40 @@ class Harmonics:
         """Borders x (b, z, k) under loads (b, z, k)."""
         if not right.shape[2]:
             return right
-        loads = scipy.fft.rfft(right, axis=1, workers=THREADS).transpose(1, 0, 2)
-        x = np.empty(loads.shape, dtype=complex)
+        r = scipy.fft.rfft(right, axis=1, workers=THREADS).transpose(1, 0, 2)
+        x = np.empty(r.shape, dtype=complex)
 
         def part(harmonics: slice) -> None:
             for h in range(harmonics.start, harmonics.stop):
-                x[h] = lapack.zpftrs(len(right), self._factors[h], loads[h])[0]
+                self._multiply(h, np.ascontiguousarray(r[h]), x[h])
 
         shared(len(self), part, chunk=1)
         return scipy.fft.irfft(x.transpose(1, 0, 2), self.count, axis=1, workers=THREADS)
+
+    def _multiply(self, h: int, r: Complex, x: Complex) -> None:
+        """x <- S_h^{-1} r (b, k)."""
+        adjoint = np.ascontiguousarray(r.conj().T)
+        for rows, panel in self._of_panels(h):
+            x[rows] = panel @ r[: rows.stop]
+            if rows.start:  # what the panel is above the diagonal
+                x[: rows.start] += (adjoint[:, rows] @ panel[:, : rows.start]).conj().T
+
+    def _of_panels(self, h: int) -> Iterator[tuple[slice, Complex]]:
+        """Rows of each panel, and the panel up to its diagonal block, of one harmonic."""
+        begin = 0
+        for rows in self._panels:
+            shape = rows.stop - rows.start, rows.stop
+            end = begin + shape[0] * shape[1]
+            yield rows, self._inverses[h, begin:end].reshape(shape)
+            begin = end
+
+    def _keep_lower(self, matrix: Complex, h: int) -> None:
+        """The inverse of a Hermitian matrix into the panels of a harmonic."""
+        try:
+            inverse = hermitian_inverse(matrix)
+        except np.linalg.LinAlgError:
+            raise FlexgearError("a sector is not held by the ties of its teeth") from None
+        for rows, panel in self._of_panels(h):
+            panel[:] = inverse[rows, : rows.stop]
+            block = panel[:, rows.start :]
+            block[:] = np.tril(block) + np.tril(block, -1).conj().T

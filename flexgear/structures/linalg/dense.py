@@ -15,6 +15,8 @@ from itertools import pairwise
 
 import numpy as np
 import scipy.linalg as sla
+from numpy.typing import NDArray
+from scipy.linalg import lapack
 from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
 
 from flexgear.arrays import Array
@@ -65,6 +67,21 @@ def scaled_inverse(matrix: Array) -> Array:
     inverse = sla.cho_solve(factor, np.eye(len(matrix)))
     inverse = 0.5 * (inverse + inverse.T)
     return scale[:, None] * inverse * scale
+
+
+def hermitian_inverse(matrix: NDArray[np.complex128]) -> NDArray[np.complex128]:
+    """Inverse of a positive definite Hermitian matrix, its lower triangle.
+
+    Raises numpy.linalg.LinAlgError where it is not definite.
+    """
+    factor = _checked(*lapack.zpotrf(matrix, lower=1))
+    return _checked(*lapack.zpotri(factor, lower=1, overwrite_c=1))
+
+
+def _checked(result: NDArray[np.complex128], info: int) -> NDArray[np.complex128]:
+    if info:
+        raise np.linalg.LinAlgError(f"LAPACK stopped at row {info}")
+    return result
 
 
 _ROWS = 4096  # rows a thread takes at a time, at least

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from flexgear.model.errors import FlexgearError
 from flexgear.structures.cyclic.condensation import condense_by_sectors
 from flexgear.structures.cyclic.sectors import Harmonics, rigid_fields, with_rigid, without_rigid
+from flexgear.structures.linalg.dense import hermitian_inverse
 from flexgear.structures.linalg.lanczos import NotConverged, lowest_modes
 
 
@@ -107,6 +108,19 @@ def test_a_basis_too_small_is_refused():
     mass, flexibility, _ = pencil()
     with pytest.raises(NotConverged, match="fewer modes"):
         lowest_modes(lambda g: flexibility @ g, lambda x: mass @ x, np.ones((90, 4)), 12, 20, print)
+
+
+@pytest.mark.parametrize("n", [1, 7, 130])
+def test_hermitian_inverses(n):
+    random = np.random.default_rng(n)
+    a = random.standard_normal((n, n)) + 1j * random.standard_normal((n, n))
+    definite = a @ a.conj().T + np.eye(n)
+    lower = np.tril_indices(n)
+    expected = np.linalg.inv(definite)
+    found = hermitian_inverse(definite)
+    assert np.abs(found - expected)[lower].max() <= 1e-9 * np.abs(expected).max()
+    with pytest.raises(np.linalg.LinAlgError):
+        hermitian_inverse(-definite)
 
 
 def test_rigid_fields_strain_no_sector_and_are_orthonormal_at_its_ends(ring):
