@@ -38,6 +38,7 @@ from numpy.typing import NDArray
 from flexgear.arrays import Array
 from flexgear.model.errors import FlexgearError
 from flexgear.structures.cyclic.condensation import CyclicCondensation, condense_by_sectors
+from flexgear.structures.cyclic.modes import cyclic_modes
 from flexgear.structures.fem.assembly import FeModel
 from flexgear.structures.fem.ties import Interface, free_stiffness
 from flexgear.structures.linalg.dense import blocks, scaled_inverse, single_threaded_blas
@@ -199,6 +200,7 @@ def _temporary_springs(interface: Interface, stiffness: sp.csr_matrix) -> Array:
 
 
 LANCZOS_BLOCK = 4  # vectors a step: CHOLMOD solves one at a time, and small blocks need fewer
+_TOLERANCE = 1e-8
 _EQUAL = 1e-9  # apart, relative, are the omega^2 of a pair at most
 
 
@@ -304,13 +306,15 @@ def fixed_interface_modes(
 def _eigenpairs(
     condensation: AnyCondensation, count: int, heard: Callable[[float], None]
 ) -> Eigenpairs:
-    """The `count` lowest modes with the interface held: all at once of a small body."""
+    """The `count` lowest modes with the interface held, by the way that suits their number."""
     mass, dofs, block = condensation.mass_product, condensation.dofs, LANCZOS_BLOCK
+    if isinstance(condensation, CyclicCondensation) and 5 * count < dofs:
+        return cyclic_modes(condensation, count, heard)
     if most_vectors(count, block) + block >= dofs:
         return all_modes(condensation.fixed_solve, mass, dofs, count)
     start = np.random.default_rng(20230617).standard_normal((dofs, block))
     most = most_vectors(count, block, dofs)
-    return lowest_modes(condensation.fixed_solve, mass, start, count, most, heard)
+    return lowest_modes(condensation.fixed_solve, mass, start, count, most, _TOLERANCE, heard)
 
 
 def _project(

@@ -92,6 +92,13 @@ class CyclicCondensation:
         """
         return self.solver.ends < self.interface.size * self.sectors.count
 
+    def shifted(self, sigma: float) -> CyclicSolver:
+        """Solver with K - sigma M in place of K."""
+        matrix = self.fe_stiffness.less(sigma, self.fe_mass.on_dofs())
+        bordered = matrix.here.shape[0] + matrix.ahead.shape[1]
+        interior = _interior(matrix, self.ties)
+        return CyclicSolver(interior, self.ties, np.zeros((bordered, 0)), definite=False)
+
     def mass_product(self, x: Array) -> Array:
         """M x (d, k)."""
         return self._each(x, self.fe_mass.product)

@@ -55,7 +55,12 @@ from flexgear.arrays import Array, Complex, Ints
 from flexgear.model.errors import FlexgearError
 from flexgear.structures.bodies import rigid_motion, rotation
 from flexgear.structures.fem.assembly import FeModel
-from flexgear.structures.linalg.dense import THREADS, hermitian_inverse, shared
+from flexgear.structures.linalg.dense import (
+    THREADS,
+    hermitian_inverse,
+    shared,
+    signed_hermitian_inverse,
+)
 
 LEAST = 3  # with two sectors the one before is also the one after
 _TOLERANCE = 1e-9  # of the radius: how far an image may lie from its node
@@ -235,6 +240,10 @@ class Circulant:
         ahead = sp.kron(self.ahead, self.ahead_turn).tocsr()
         return Circulant(sp.kron(self.here, np.eye(3)).tocsr(), ahead)
 
+    def less(self, factor: float, other: Circulant) -> Circulant:
+        """The matrix A - factor B."""
+        return Circulant(self.here - factor * other.here, self.ahead - factor * other.ahead)
+
     def _turned(self, x: Array, forward: bool) -> Array:
         """Border components in the axes of the sector before (forward) or back in their own."""
         if self.ahead_turn is None:
@@ -325,6 +334,7 @@ def with_rigid(ties: Array, rigid: Array, motion: Array) -> Array:
 
 
 _PANEL = 256  # rows of an inverse that are kept together up to the diagonal: it is Hermitian
+_LARGE = 2e8  # bytes of inverses that are worth to be made twice
 
 
 class Harmonics:
@@ -333,22 +343,55 @@ class Harmonics:
     Of wide borders the inverses are the largest part of all factors.
     """
 
-    def __init__(self, condensed: Array, count: int) -> None:
-        """condensed: (2b, 2b) of one sector; count: z."""
+    def __init__(self, condensed: Array, count: int, definite: bool = True) -> None:
+        """condensed: (2b, 2b) of one sector; count: z; definite: whether all S_h are."""
         b = len(condensed) // 2
         self.size, self.count = b, count
         self._panels = [slice(begin, min(begin + _PANEL, b)) for begin in range(0, b, _PANEL)]
+        self._condensed, self._definite = condensed, definite
+        self._inverse: Complex | None = None
+        self._negative = np.zeros(len(self), dtype=int)
+        self.inverses()
+
+    def forget(self) -> None:
+        """Give large inverses' memory back; the next solution makes them anew."""
+        if self._inverse is not None and self._inverse.nbytes > _LARGE:
+            self._inverse = None
+
+    def inverses(self) -> Complex:
+        """Inverses (harmonics, entries of all panels): one array goes back to the system whole."""
+        if self._inverse is not None:
+            return self._inverse
+        b = self.size
         entries = sum((rows.stop - rows.start) * rows.stop for rows in self._panels)
-        self._inverses = np.empty((len(self), entries), dtype=complex)
-        diagonal = condensed[:b, :b] + condensed[b:, b:]
+        inverse = np.empty((len(self), entries), dtype=complex)
+        diagonal = self._condensed[:b, :b] + self._condensed[b:, b:]
         diagonal = 0.5 * (diagonal + diagonal.T)
-        across = condensed[:b, b:]
+        across = self._condensed[:b, b:]
+
         for h in range(len(self)):
-            phase = np.exp(2j * np.pi * h / count)
-            self._keep_lower(diagonal + phase * across + np.conj(phase) * across.T, h)
+            phase = np.exp(2j * np.pi * h / self.count)
+            matrix = diagonal + phase * across + np.conj(phase) * across.T
+            self._negative[h] = self._keep_lower(matrix, inverse[h])
+        self._inverse = inverse
+        return inverse
 
     def __len__(self) -> int:
         return self.count // 2 + 1
+
+    @property
+    def times(self) -> Ints:
+        """(harmonics,) 2 where the conjugate is another harmonic, else 1."""
+        twice = np.full(len(self), 2)
+        twice[0] = 1
+        if self.count % 2 == 0:
+            twice[-1] = 1
+        return twice
+
+    @property
+    def negative(self) -> int:
+        """Negative eigenvalues of all S_h, those of conjugates counted too."""
+        return int(self.times @ self._negative)
 
     def solve(self, right: Array) -> Array:
         """Borders x (b, z, k) under loads (b, z, k)."""
@@ -356,6 +399,7 @@ class Harmonics:
             return right
         r = scipy.fft.rfft(right, axis=1, workers=THREADS).transpose(1, 0, 2)
         x = np.empty(r.shape, dtype=complex)
+        self.inverses()
 
         def part(harmonics: slice) -> None:
             for h in range(harmonics.start, harmonics.stop):
@@ -364,30 +408,41 @@ class Harmonics:
         shared(len(self), part, chunk=1)
         return scipy.fft.irfft(x.transpose(1, 0, 2), self.count, axis=1, workers=THREADS)
 
+    def of(self, h: int, right: Complex) -> Complex:
+        """S_h^{-1} right (b, k)."""
+        x = np.empty(right.shape, dtype=complex)
+        self._multiply(h, right, x)
+        return x
+
     def _multiply(self, h: int, r: Complex, x: Complex) -> None:
         """x <- S_h^{-1} r (b, k)."""
         adjoint = np.ascontiguousarray(r.conj().T)
-        for rows, panel in self._of_panels(h):
+        for rows, panel in self._of_panels(self.inverses()[h]):
             x[rows] = panel @ r[: rows.stop]
             if rows.start:  # what the panel is above the diagonal
                 x[: rows.start] += (adjoint[:, rows] @ panel[:, : rows.start]).conj().T
 
-    def _of_panels(self, h: int) -> Iterator[tuple[slice, Complex]]:
-        """Rows of each panel, and the panel up to its diagonal block, of one harmonic."""
+    def _of_panels(self, entries: Complex) -> Iterator[tuple[slice, Complex]]:
+        """Rows of each panel, and the panel up to its diagonal block, of one harmonic's entries."""
         begin = 0
         for rows in self._panels:
             shape = rows.stop - rows.start, rows.stop
             end = begin + shape[0] * shape[1]
-            yield rows, self._inverses[h, begin:end].reshape(shape)
+            yield rows, entries[begin:end].reshape(shape)
             begin = end
 
-    def _keep_lower(self, matrix: Complex, h: int) -> None:
-        """The inverse of a Hermitian matrix into the panels of a harmonic."""
+    def _keep_lower(self, matrix: Complex, entries: Complex) -> int:
+        """The inverse of a Hermitian matrix into its panels; its negative eigenvalues."""
+        negative = 0
         try:
-            inverse = hermitian_inverse(matrix)
+            if self._definite:
+                inverse = hermitian_inverse(matrix)
+            else:
+                inverse, negative = signed_hermitian_inverse(matrix)
         except np.linalg.LinAlgError:
             raise FlexgearError("a sector is not held by the ties of its teeth") from None
-        for rows, panel in self._of_panels(h):
+        for rows, panel in self._of_panels(entries):
             panel[:] = inverse[rows, : rows.stop]
             block = panel[:, rows.start :]
             block[:] = np.tril(block) + np.tril(block, -1).conj().T
+        return negative

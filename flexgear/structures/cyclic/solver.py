@@ -24,6 +24,7 @@ No matrix of the size of the body times the interface is ever held.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -33,7 +34,14 @@ import scipy.sparse as sp
 from flexgear.arrays import Array, Ints
 from flexgear.structures.cyclic.sectors import Harmonics, with_rigid, without_rigid
 from flexgear.structures.cyclic.ties import SectorTies
-from flexgear.structures.linalg.dense import CHUNK, THREADS, scaled_inverse, shared, times
+from flexgear.structures.linalg.dense import (
+    CHUNK,
+    THREADS,
+    balanced_inverse,
+    scaled_inverse,
+    shared,
+    times,
+)
 from flexgear.structures.linalg.sparse import Elimination
 
 
@@ -71,13 +79,16 @@ class CyclicSolver:
     """Factors of a body of equal sectors and its ties.
 
     stiffness: (t, t, z) reactions of periodic ties under unit motion of sector 0's, others free;
-    coupling: H (m, t, z) motion of the others then; inverse: G^{-1} (m, m).
+    coupling: H (m, t, z) motion of the others then; flexibility: G (m, m), inverse: G^{-1}.
     """
 
-    def __init__(self, interior: Elimination, ties: SectorTies, rigid: Array) -> None:
+    def __init__(
+        self, interior: Elimination, ties: SectorTies, rigid: Array, definite: bool = True
+    ) -> None:
         """interior: factor of [K B^T C^T; B 0 0; C 0 0], C the share in even others.
 
-        rigid: R (3n + 3b, 6) of `cyclic/sectors.py`.
+        rigid: R (3n + 3b, 6) of `cyclic/sectors.py`, or no columns where inertia stands in K too;
+        definite: whether the held body is, its interior always.
         """
         self._interior, self._ties = interior, ties
         self.count = ties.sectors.count
@@ -96,8 +107,8 @@ class CyclicSolver:
         self.gain = self._d_inverse @ self._hat
         free = without_rigid(rest[border, border], ends_rigid)
         condensed = free + self._hat.T @ self.gain
-        self.border_harmonics = Harmonics(condensed, self.count)
-        self._tie_others()
+        self.border_harmonics = Harmonics(condensed, self.count, definite)
+        self._tie_others(scaled_inverse if definite else balanced_inverse)
         self.stiffness = self._multipliers(self._unit_run()).transpose(0, 2, 1)
 
     @property
@@ -113,6 +124,16 @@ class CyclicSolver:
         """Reactions rho (6 nodes, k) of the interface likewise."""
         run = self._run(load, q)
         return self._ties.joined(self._multipliers(run), -run.mu)
+
+    def inside(self, load: Array) -> Array:
+        """x_i (i, k) of one sector under loads g_i, its borders held."""
+        inside = self._rows[0]
+        x = np.zeros((self._rows[-1].stop, load.shape[1]))
+        x[inside] = load
+        self._interior.forward(x)
+        x[inside.stop :] = 0.0
+        self._interior.backward(x)
+        return x[inside]
 
     def other_share(self) -> Array:
         """N (m, t z + m) of Psi = Psi_t [I 0] + Y N, on [periodic in sector axes, others]."""
@@ -171,7 +192,7 @@ class CyclicSolver:
         q[:, 0] = np.eye(self._t)
         return self._begin(None, q, self._t)
 
-    def _tie_others(self) -> None:
+    def _tie_others(self, inverse: Callable[[Array], Array]) -> None:
         """Z_o, E, Y_b, G and H of the ties that do not share the period."""
         ties, b, z = self._ties, self._b, self.count
         m, v = ties.other_size, self._v
@@ -206,7 +227,8 @@ class CyclicSolver:
         self._other_border = self.border_harmonics.solve(hat).reshape(b * z, m)  # Y_b
         del hat
         flexibility += self._other_hat.T @ self._other_border
-        self.inverse = scaled_inverse(0.5 * (flexibility + flexibility.T))
+        self.flexibility = 0.5 * (flexibility + flexibility.T)
+        self.inverse = inverse(self.flexibility)
         ahead = self._ahead(self._other_border.reshape(b, z, m))
         self.coupling = np.moveaxis(ahead, 2, 0) + (along @ self._d_inverse).transpose(1, 2, 0)
 

@@ -1,6 +1,6 @@
 r"""Lowest modes by block Lanczos with full orthogonalisation and thick restart.
 
-    T M v = nu v,   nu = 1/omega^2,   V^T M V = I,
+    T M v = theta v,   theta = 1/(omega^2 - sigma),   V^T M V = I,
 
 T a solution operator (symmetric), M the mass. A step makes W = T M Q of the last block Q and takes
 the last two blocks off it, then all of the basis,
@@ -28,7 +28,6 @@ from flexgear.structures.linalg.dense import dot, subtract, times_in_place
 Operator = Callable[[Array], Array]
 
 _CHECKED = 8  # new vectors between looks at convergence
-_TOLERANCE = 1e-8  # residual over 1/omega^2; the error of omega^2 is of the order of its square
 _DEPENDENT = 1e-8  # condition of a block's Gram matrix below which it is made anew
 _STEPS = 5000
 _BASIS_BYTES = 2.0e9  # of the basis, where that is enough for the modes
@@ -81,11 +80,14 @@ def lowest_modes(
     start: Array,
     count: int,
     most: int,
-    progress: Callable[[float], None],
+    tolerance: float = 1e-8,
+    progress: Callable[[float], None] | None = None,
+    shift: float = 0.0,
 ) -> Eigenpairs:
     """The `count` lowest omega; start (n, p) gives block size and seed, most: vectors of the basis.
 
-    solve: T x (n, p) of x (n, p); progress: takes the share of them that have converged.
+    solve: T x (n, p) of x (n, p); values are returned as without the shift sigma. tolerance:
+    residual over 1/omega^2; the error of omega^2 is of the order of its square.
     """
     n, block = start.shape
     if not count + 3 * block <= most <= n - block:
@@ -109,27 +111,40 @@ def lowest_modes(
         if not full and (filled < count + block or unchecked < _CHECKED):
             continue
         unchecked = 0
-        nu, vectors, residuals = _ritz(projected[:filled, :filled], coupling)
-        good = residuals[:count] <= _TOLERANCE
-        progress(float(good.sum()) / count)
+        ritz = _Ritz(projected[:filled, :filled], coupling, shift)
+        good = ritz.residuals[:count] <= tolerance
+        if progress is not None:
+            progress(float(good.sum()) / count)
         if good.all():
-            times_in_place(basis, vectors[:, :count])
+            times_in_place(basis, ritz.vectors[:, :count])
             del basis
             rows.resize((count, n), refcheck=False)  # the rest of the memory is given back
-            return Eigenpairs(nu[:count], rows.T, nu[:count] * residuals[:count])
+            nu = ritz.unshifted[:count]
+            return Eigenpairs(nu, rows.T, nu * ritz.residuals[:count])
         if full:
             filled = (count + most) // 2
-            times_in_place(basis, vectors[:, :filled])
-            projected[:] = np.diag(np.pad(nu[:filled], (0, most + block - filled)))
+            times_in_place(basis, ritz.vectors[:, :filled])
+            projected[:] = np.diag(np.pad(ritz.values[:filled], (0, most + block - filled)))
     raise NotConverged("the eigenvalue iteration did not converge: ask for fewer modes")
 
 
-def _ritz(projected: Array, coupling: Array) -> tuple[Array, Array, Array]:
-    """nu (m,) falling, Ritz vectors (m, m) and bounds of their residuals over nu (m,)."""
-    values, vectors = np.linalg.eigh(projected)
-    values, vectors = values[::-1], vectors[:, ::-1]
-    last = vectors[len(projected) - len(coupling) :]
-    return values, vectors, np.linalg.norm(coupling @ last, axis=0) / np.abs(values)
+class _Ritz:
+    """Ritz pairs of T, those of the lowest omega^2 > 0 first.
+
+    unshifted: nu = 1/omega^2 = theta/(1 + sigma theta); residuals: bounds of those without a shift
+    over nu. A part of the residual along a mode of omega_j^2 is 1 - sigma/omega_j^2 times what it
+    is with the shift.
+    """
+
+    def __init__(self, projected: Array, coupling: Array, shift: float) -> None:
+        values, vectors = np.linalg.eigh(projected)
+        unshifted = values / (1 + shift * values)
+        order = np.argsort(-unshifted, kind="stable")
+        self.values, self.vectors = values[order], vectors[:, order]
+        self.unshifted = unshifted[order]
+        last = self.vectors[len(projected) - len(coupling) :]
+        growth = max(1.0, shift * self.unshifted[0] - 1.0)
+        self.residuals = growth * np.linalg.norm(coupling @ last, axis=0) / np.abs(self.values)
 
 
 def _without(basis: Array, w: Array, p: Array, mass: Operator) -> tuple[Array, Array]:
