@@ -252,7 +252,7 @@ def test_inverses_that_were_forgotten_are_made_anew(ring, monkeypatch):
     _, _, parts = ring
     g = np.random.default_rng(3).standard_normal((parts.dofs, 2))
     before = parts.fixed_solve(g)
-    monkeypatch.setattr("flexgear.structures.cyclic.borders._LARGE", 0)
+    monkeypatch.setattr("flexgear.structures.cyclic.sectors._LARGE", 0)
     parts.solver.border_harmonics.forget()
     assert np.array_equal(parts.fixed_solve(g), before)
 
