@@ -130,6 +130,8 @@ class Fault(Section):
             names = ["bearing", "width", "depth"]
             names += ["planet"] if data.get("bearing") == "planet_bearing" else []
             return [Missing(name) for name in names if data.get(name) in (None, "")]
+        if kind not in ("root_crack", "missing_tooth", "spall", "wear"):
+            return []
         names = ["gear"] if kind == "wear" else ["gear", "tooth"]
         if kind in ("root_crack", "spall", "wear"):
             names.append("flank")
