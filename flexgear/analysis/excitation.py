@@ -318,7 +318,7 @@ class PeriodicTrain:
         return first, np.diff([*first, len(self.stiffness)]).astype(np.int64)
 
     def variation(self, order: int) -> Complex:
-        """K_l (n, n), K(ψ) = Re Σ_l K_l e^{ilψ}, of an order l from 1 on."""
+        """Fourier coefficient K_l (n, n) of the stiffness K(ψ) = Re Σ_l K_l e^{ilψ}, l ≥ 1."""
         turn = np.exp(-2j * np.pi * order * np.arange(len(self.stiffness)) / len(self.stiffness))
         return np.asarray(2 * np.tensordot(turn, self.stiffness, 1) / len(self.stiffness))
 

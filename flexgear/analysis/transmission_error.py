@@ -51,7 +51,8 @@ def _pitch_point(pairs: PairData, m: int) -> tuple[Array, Array]:
 
 
 def _of_gear(recovery: Recovery, m: int) -> Array:
-    """Nᵀ u_gear (t,) of a gear mesh whose gear turns in planet axes or has teeth as nodes."""
+    """Motion Nᵀ u_gear (t,) m of the gear of gear mesh m along the line of action, where the gear
+    turns in planet axes or its teeth are nodes."""
     pairs, theta = recovery.modal.system.pairs, recovery.result.theta
     normal, place = _pitch_point(pairs, m)
     place[0] += pairs.center_distance[m]

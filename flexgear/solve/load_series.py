@@ -243,7 +243,7 @@ def load_bins(case: Case, report: Report | None = None) -> tuple[LoadBin, ...]:
 
 
 def bins_with_series(case: Case, series: SeriesBins | None) -> tuple[LoadBin, ...]:
-    """Those of the case's load cases and of series that were sorted before."""
+    """Load bins of the case: of its load cases, and of time series that are sorted already."""
     bins = bins_of_load_cases(case, series.load_cases if series else ())
     if not bins:
         raise InputError(

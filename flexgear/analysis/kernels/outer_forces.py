@@ -1,6 +1,6 @@
-"""What acts on a train in a step beside contact: machines at its ports, frames that turn, loads.
+"""Forces on a train in a step beside contact: machines at its ports, turning frames, loads.
 
-The machines at the ports as rows of a step's contact problem.
+Machines at the ports are rows of a step's contact problem.
 
 A given torque is part of the prediction. Every other machine is a row V with force F = −T on its
 port, linear in the rate δ̇ = ω of the new time:

@@ -334,7 +334,8 @@ def _start_slices(meshes, forward, memory):
 
 @njit(**PART)
 def _solve_one(laws, theta, port_torques, forward, train, work, out, active_flanks):
-    """One position until coast flanks and laws agree; (rows, tooth pairs, closure)."""
+    """Equilibrium at one position, solved again until the coast flanks that it closes are among
+    its rows; returns how many rows and tooth pairs there are, and the closure."""
     gears, rows, motion = work.elements.gears, work.rows, work.channels[0]
     meshes = gears.mesh
     memory = work.memory

@@ -191,7 +191,8 @@ class Places:
     cycles: Array
 
     def damage(self, factor: Array | float = 1.0) -> Array:
-        """D (places,) with all stresses multiplied, or those of each place (places,)."""
+        """Damage D (places,) under all bins together; factor: on the stresses, one for all places
+        or one for each."""
         total: Array | float = 0.0
         for b, curve in enumerate(self.curves):
             lives = curve.cycles_at_all(factor * self.stress(b))

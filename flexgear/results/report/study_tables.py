@@ -204,8 +204,8 @@ _RARE = 0.05  # share of sets above the standard's value that is let pass
 
 
 def tolerance_tables(summary: Mapping[str, Any]) -> list[Table]:
-    """Spread of every figure of the study by group of gear meshes; summary:
-    ``tolerance_summary``."""
+    """Tables of a tolerance study: how far every figure spreads, by group of gear meshes;
+    summary: that of ``tolerance_summary``."""
     drawn = [
         Row("sets of parts", summary["samples"]),
         Row("of them without an equilibrium, left out", summary["failed"]),
