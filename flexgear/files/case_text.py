@@ -108,6 +108,16 @@ class CaseText:
         place = section.header.strip("[]").replace("stages", f"stages.{self.stage}", 1)
         self.assumed.append(f"{f'{place}.' if place else ''}{key} = {toml(value)}: {why}")
 
+    def take(
+        self, section: Section, key: str, datum: Datum | None, usual: float, why: str
+    ) -> float:
+        """Append a key that a file gives, or else what is usual; its value."""
+        if datum is None:
+            self.assume(section, key, usual, why)
+            return usual
+        section.take(key, datum)
+        return datum.value
+
     def warn(self, text: str) -> None:
         """List something of the file that does not fit, and what was done about it."""
         self.assumed.append(text)

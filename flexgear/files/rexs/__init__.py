@@ -3,5 +3,5 @@
 document: components, attributes and relations as they stand in a file; reading: .rexs, .rexsj and
 .rexsz; assembly: what turns together; stages, stage_keys, gears, flanks, supports, ports (and load
 cases): the keys of a case with the place each comes from; to_case: the commented case; from_case,
-outgoing: a case as a file; tables: units and modifications of both ways.
+stage_out, outgoing: a case as a file; tables: units, fields and modifications that both ways walk.
 """

@@ -13,14 +13,14 @@ from __future__ import annotations
 
 from collections import deque
 from dataclasses import dataclass
-from functools import cached_property
 from itertools import pairwise
 from math import pi
 
 import numpy as np
 
 from flexgear.arrays import Array
-from flexgear.files.rexs.document import Component, Document, number, vector
+from flexgear.files.rexs.document import Component, Document, number, read, value, vector
+from flexgear.files.rexs.tables import MATERIAL
 
 _ALONG = 1e-9
 _ALIGNED = 1e-6  # 1 − cos of the angle between axes that count as parallel: 1.4 mrad
@@ -126,12 +126,13 @@ _SLICES = 8  # of a section over which 1/J is integrated
 class Link:
     """Two components that turn together; places along them in mm, compliance rad/(N m)."""
 
-    first: int
-    second: int
-    at_first: float | None = None
-    at_second: float | None = None
+    ends: tuple[int, int]
+    at: tuple[float | None, float | None] = (None, None)
     compliance: float = 0.0
     coupling: int | None = None
+
+
+Step = tuple[Link, int]  # a link and the end that it leads to
 
 
 class Assembly:
@@ -140,81 +141,70 @@ class Assembly:
     def __init__(self, document: Document) -> None:
         self.document = document
         self.frames = Frames(document)
-        self.links: list[Link] = []
-        self._parent = {number: number for number in document.components}
+        self.links: dict[int, list[Step]] = {number: [] for number in document.components}
         self._of_parts()
         self._of_carriers()
         self._of_couplings()
+        self._body: dict[int, int] = {}
+        self._members: dict[int | None, list[Component]] = {}
+        for component in document.components.values():
+            if component.id not in self._body:
+                self._body |= dict.fromkeys(self._reached(component.id), component.id)
+            self._members.setdefault(self.body(component), []).append(component)
 
     def body(self, component: Component) -> int:
         """A number that all components of a body share."""
-        number, parent = component.id, self._parent
-        while parent[number] != number:
-            parent[number] = number = parent[parent[number]]  # makes the next look-up shorter
-        return number
+        return self._body[component.id]
 
     def members(self, body: int | None) -> list[Component]:
         """Components of a body, in the order of the file."""
         return self._members.get(body, [])
-
-    @cached_property
-    def _members(self) -> dict[int | None, list[Component]]:
-        members: dict[int | None, list[Component]] = {}
-        for component in self.document.components.values():
-            members.setdefault(self.body(component), []).append(component)
-        return members
 
     def held(self, component: Component) -> bool:
         """Whether it turns with the casing, that is not at all."""
         mine = self.body(component)
         return any(self.body(c) == mine for c in self.document.kind("gear_casing"))
 
-    def torsion(self, first: Component, second: Component) -> tuple[float, list[Component]] | None:
+    def torsion(self, first: Component, second: Component) -> tuple[float, list[Component]]:
         """Stiffness between two parts of a body (N m/rad, inf if rigid) and the couplings passed.
 
-        Series of shaft sections and couplings along the shortest path; None where there is none.
+        Series of shaft sections and couplings along the shortest path.
         """
-        path = self._path(first.id, second.id)
-        if path is None:
-            return None
+        path = self._path(first, second)
         compliance = sum(link.compliance for link, _ in path)
-        passed = [k for link, _ in path if (k := link.coupling) is not None]
-        for (before, turned), (after, turned_next) in pairwise(path):
-            enter = before.at_first if turned else before.at_second
-            leave = after.at_second if turned_next else after.at_first
-            middle = before.first if turned else before.second
-            compliance += self._between(self.document.components[middle], enter, leave)
-        stiffness = 1.0 / compliance if compliance > 0 else float("inf")
-        return stiffness, [self.document.components[k] for k in passed]
+        for (before, k), (after, m) in pairwise(path):
+            shaft = self.document.components[before.ends[k]]
+            compliance += self._between(shaft, before.at[k], after.at[1 - m])
+        passed = [
+            self.document.components[joint]
+            for link, _ in path
+            if (joint := link.coupling) is not None
+        ]
+        return 1.0 / compliance if compliance > 0 else float("inf"), passed
 
     def path_length(self, first: Component, second: Component) -> tuple[int, float]:
         """Links between two parts of a body, and the distance (mm) along the first one's shaft."""
-        path = self._path(first.id, second.id)
-        ends = [number([c], "u_coordinate_on_shaft", "mm") for c in (first, second)]
-        apart = [0.0 if end is None else end.value for end in ends]
-        return 10**9 if path is None else len(path), abs(apart[0] - apart[1])
+        places = [value(c, "u_coordinate_on_shaft", "mm") for c in (first, second)]
+        return len(self._path(first, second)), abs(places[0] - places[1])
 
-    def _path(self, first: int, second: int) -> list[tuple[Link, bool]] | None:
-        """Links from one component to another; True for one walked from second to first."""
-        came: dict[int, tuple[int, tuple[Link, bool]] | None] = {first: None}
+    def _reached(self, first: int) -> dict[int, Step | None]:
+        """All components of the body of one, breadth first, each with the step that leads to it."""
+        steps: dict[int, Step | None] = {first: None}
         waiting = deque([first])
-        while waiting and second not in came:
-            here = waiting.popleft()
-            for link in self.links:
-                for a, b, turned in (
-                    (link.first, link.second, False),
-                    (link.second, link.first, True),
-                ):
-                    if a == here and b not in came:
-                        came[b] = (here, (link, turned))
-                        waiting.append(b)
-        if second not in came:
-            return None
-        path = []
-        step = came[second]
+        while waiting:
+            for link, k in self.links[waiting.popleft()]:
+                if link.ends[k] not in steps:
+                    steps[link.ends[k]] = link, k
+                    waiting.append(link.ends[k])
+        return steps
+
+    def _path(self, first: Component, second: Component) -> list[Step]:
+        """Steps from one component of a body to another."""
+        steps, path = self._reached(first.id), []
+        step = steps[second.id]
         while step is not None:
-            path.append(step[1])
-            step = came[step[0]]
+            path.append(step)
+            step = steps[step[0].ends[1 - step[1]]]
         return path[::-1]
 
     def _between(self, shaft: Component, a: float | None, b: float | None) -> float:
@@ -223,10 +213,7 @@ class Assembly:
             return 0.0
         modulus = self._shear_modulus(shaft)
         total, low, high = 0.0, min(a, b), max(a, b)
-        for part in self.document.parts(shaft, "shaft_section"):
-            section = section_of(part)
-            if section is None:
-                continue
+        for _, section in sections_of(self.document, shaft):
             start, end = max(low, section.start), min(high, section.start + section.length)
             for k in range(_SLICES if end > start else 0):
                 step = (end - start) / _SLICES
@@ -236,12 +223,9 @@ class Assembly:
         return total
 
     def _shear_modulus(self, shaft: Component) -> float:
-        material = self.document.references(shaft, "material")
-        young = number(material, "elastic_modulus", "Pa")
-        poisson = number(material, "poisson_ratio", "none")
-        ratio = _POISSON if poisson is None or not 0 <= poisson.value < 0.5 else poisson.value
-        modulus = _STEEL if young is None or young.value <= 0 else young.value
-        return modulus / (2.0 * (1.0 + ratio))
+        young, poisson, _ = (read(self.document.references(shaft, "material"), r) for r in MATERIAL)
+        ratio = _POISSON if poisson is None or poisson.value >= 0.5 else poisson.value
+        return (_STEEL if young is None else 1e9 * young.value) / (2.0 * (1.0 + ratio))
 
     def _of_parts(self) -> None:
         for relation in self.document.related("assembly"):
@@ -250,7 +234,7 @@ class Assembly:
             if whole is None or part is None or whole.kind not in _WHOLES:
                 continue
             place = number([part], "u_coordinate_on_shaft", "mm")
-            self._join(Link(whole.id, part.id, None if place is None else place.value))
+            self._join(Link((whole.id, part.id), (None if place is None else place.value, None)))
             relation.used = True
 
     def _of_carriers(self) -> None:
@@ -258,7 +242,7 @@ class Assembly:
         for stage in self.document.kind("planetary_stage"):
             mine = carrier_parts(self.document, stage)
             for part in mine[1:]:
-                self._join(Link(mine[0].id, part.id))
+                self._join(Link((mine[0].id, part.id)))
 
     def _of_couplings(self) -> None:
         for relation, joint, (inner, outer) in self.document.joints(*COUPLINGS):
@@ -272,7 +256,7 @@ class Assembly:
                 for place in [number([joint], f"u_coordinate_on_shaft_{side}_side", "mm")]
             ]
             compliance = 0.0 if stiffness is None else 1.0 / stiffness.value
-            self._join(Link(inner.id, outer.id, at[0], at[1], compliance, joint.id))
+            self._join(Link((inner.id, outer.id), (at[0], at[1]), compliance, joint.id))
             relation.used, joint.role = True, "a joint"
 
     def _engaged(self, joint: Component) -> bool:
@@ -288,12 +272,10 @@ class Assembly:
         return state.strip().lower() not in ("false", "0")
 
     def _join(self, link: Link) -> None:
-        self.links.append(link)
-        parts = [self.document.components[k] for k in (link.first, link.second)]
-        for part in parts:
+        for k, end in enumerate(link.ends):
+            self.links[end].append((link, 1 - k))
+            part = self.document.components[end]
             part.role = part.role or ("a part of a body" if part.kind == "shaft" else "")
-        root, other = map(self.body, parts)
-        self._parent[other] = root
 
 
 def carrier_parts(document: Document, stage: Component) -> list[Component]:
@@ -321,19 +303,18 @@ class ShaftSection:
 
 def section_of(part: Component) -> ShaftSection | None:
     """The measures of a shaft_section; None if it has no length or diameter."""
-    length = number([part], "length", "mm")
-    ends = ("begin", "end")
-    outer = [number([part], f"outer_diameter_{end}", "mm") for end in ends]
-    inner = [number([part], f"inner_diameter_{end}", "mm") for end in ends]
-    start = number([part], "u_coordinate_on_shaft", "mm")
-    if length is None or length.value <= 0 or outer[0] is None:
+    length = value(part, "length", "mm")
+    outer = number([part], "outer_diameter_begin", "mm")
+    begin, end = (value(part, f"inner_diameter_{end}", "mm") for end in ("begin", "end"))
+    start = value(part, "u_coordinate_on_shaft", "mm")
+    if length <= 0 or outer is None:
         return None
     part.role = "a section"
-    a, b = outer[0], outer[1] or outer[0]
-    bores = [0.0 if d is None else d.value for d in inner]
-    return ShaftSection(
-        0.0 if start is None else start.value,
-        length.value,
-        (a.value, b.value),
-        (bores[0], bores[1]),
-    )
+    last = value(part, "outer_diameter_end", "mm", outer.value)
+    return ShaftSection(start, length, (outer.value, last), (begin, end))
+
+
+def sections_of(document: Document, shaft: Component) -> list[tuple[Component, ShaftSection]]:
+    """Sections of a shaft that have a length and a diameter, each with its component."""
+    parts = ((p, section_of(p)) for p in document.parts(shaft, "shaft_section"))
+    return [(part, section) for part, section in parts if section is not None]

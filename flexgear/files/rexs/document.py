@@ -7,14 +7,12 @@ listed: nothing of a file is dropped unseen.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Container, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from functools import cached_property
-from operator import itemgetter
-from typing import TypeVar
+from typing import Any, TypeVar
 
-from flexgear.files.rexs.tables import SCHEMA_UNITS, factor
+from flexgear.files.rexs.tables import SCHEMA_UNITS, Row, factor
 from flexgear.model.errors import InputError, echo
 
 SAME = 1e-9  # relative difference of two numbers that say the same
@@ -39,16 +37,18 @@ class Attribute:
 class Component:
     """A component: type, number and name of the file, attributes by id.
 
-    role: what it became in the case, "" for one that stands for nothing there. overridden:
-    attributes in whose place those of the chosen load case stand.
+    role: what it became in the case, "" for one that stands for nothing there. of_model: attributes
+    of the model itself, in whose place ``attributes`` has those of the load case that is taken.
     """
 
     id: int
     kind: str
     name: str
-    attributes: dict[str, Attribute] = field(default_factory=dict)
+    of_model: dict[str, Attribute] = field(default_factory=dict)
     role: str = ""
-    overridden: list[Attribute] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self.attributes = self.of_model
 
     @property
     def label(self) -> str:
@@ -60,22 +60,12 @@ class Component:
 
 @dataclass(eq=False)
 class Relation:
-    """A relation: type, (role, component's id) of each reference."""
+    """A relation: type, component's id by role (of several the first)."""
 
     id: int
     kind: str
-    refs: tuple[tuple[str, int], ...]
+    refs: dict[str, int]
     used: bool = False
-
-    def of(self, role: str) -> int | None:
-        """Id of the component in that role, None if there is none."""
-        for name, number in self.refs:
-            if name == role:
-                return number
-        return None
-
-
-Numbered = TypeVar("Numbered", Component, Relation)
 
 
 @dataclass
@@ -87,12 +77,16 @@ class LoadCase:
     attributes: list[tuple[int, Attribute]]
 
 
+Item = TypeVar("Item", Component, Relation)
+Links = dict[int | None, list[tuple[Relation, Component]]]
+
+
 @dataclass
 class Document:
     """A REXS model. ``other``: what stands in it besides, in words, to be listed.
 
     Components and relations are looked up by kind and by what they belong to; there may be hundreds
-    of thousands.
+    of thousands, so that each such list is made once.
     """
 
     version: str
@@ -102,51 +96,42 @@ class Document:
     load_cases: list[LoadCase] = field(default_factory=list)
     other: list[str] = field(default_factory=list)
 
+    def __post_init__(self) -> None:
+        self.load_case: LoadCase | None = None
+        self._lists: dict[tuple[type, tuple[str, ...]], list[Any]] = {}
+        self._links: dict[tuple[str, ...], Links] = {}
+
     def kind(self, *kinds: str) -> list[Component]:
         """Components of these types, in the order of the file."""
-        return _in_order(self._components_by_kind, kinds)
+        return self._listed(Component, self.components.values(), kinds)
 
     def related(self, *kinds: str) -> list[Relation]:
         """Relations of these types, in the order of the file."""
-        return _in_order(self._relations_by_kind, kinds)
+        return self._listed(Relation, self.relations, kinds)
 
     def at(self, relation: Relation, role: str) -> Component | None:
         """The component in a role of a relation."""
-        number = relation.of(role)
+        number = relation.refs.get(role)
         return None if number is None else self.components.get(number)
 
     def parts(self, whole: Component, *kinds: str) -> list[Component]:
-        """Sub-components of these types (all, if none is named) of a component."""
-        components = []
-        for relation, part in self._parts.get(whole.id, ()):
-            if not kinds or part.kind in kinds:
-                relation.used = True
-                components.append(part)
-        return components
+        """Sub-components of these types of a component."""
+        links = self._linked("assembly", "part", "assembly", "ordered_assembly")
+        return _used(links.get(whole.id, ()), kinds)
 
     def wholes(self, part: Component) -> list[Component]:
         """Components that a component is assembled to."""
-        return [whole for _, whole in self._wholes.get(part.id, ())]
+        return [whole for _, whole in self._linked("part", "assembly", "assembly").get(part.id, ())]
 
     def references(self, origin: Component, *kinds: str) -> list[Component]:
         """Components of these types that ``origin`` refers to."""
-        components = []
-        for relation, target in self._targets.get(origin.id, ()):
-            if target.kind in kinds:
-                relation.used = True
-                components.append(target)
-        return components
+        links = self._linked("origin", "referenced", "reference", "ordered_reference")
+        return _used(links.get(origin.id, ()), kinds)
 
     def linked(self, origin: Component, role: str, target: str, *kinds: str) -> list[Component]:
         """Components in the role ``target`` of relations of these types in which ``origin`` has the
         role ``role``."""
-        components = []
-        for relation in self.related(*kinds):
-            component = self.at(relation, target) if relation.of(role) == origin.id else None
-            if component is not None:
-                relation.used = True
-                components.append(component)
-        return components
+        return _used(self._linked(role, target, *kinds).get(origin.id, ()))
 
     def joints(
         self, *kinds: str
@@ -159,78 +144,53 @@ class Document:
                 continue
             yield relation, joint, (inner, outer)
 
-    @cached_property
-    def _components_by_kind(self) -> dict[str, list[tuple[int, Component]]]:
-        return _by_kind(self.components.values())
+    def _listed(self, of: type[Item], items: Iterable[Item], kinds: tuple[str, ...]) -> list[Item]:
+        if (of, kinds) not in self._lists:
+            self._lists[of, kinds] = [item for item in items if item.kind in kinds]
+        return self._lists[of, kinds]
 
-    @cached_property
-    def _relations_by_kind(self) -> dict[str, list[tuple[int, Relation]]]:
-        return _by_kind(self.relations)
+    def _linked(self, role: str, target: str, *kinds: str) -> Links:
+        """Relations of these types and the component in a role, by the id in the other ``role``."""
+        key = (role, target, *kinds)
+        if key not in self._links:
+            links = self._links[key] = {}
+            for relation in self.related(*kinds):
+                component = self.at(relation, target)
+                if component is not None:
+                    links.setdefault(relation.refs.get(role), []).append((relation, component))
+        return self._links[key]
 
-    @cached_property
-    def _parts(self) -> dict[int, list[tuple[Relation, Component]]]:
-        return self._from("assembly", "part", ("assembly", "ordered_assembly"))
-
-    @cached_property
-    def _wholes(self) -> dict[int, list[tuple[Relation, Component]]]:
-        return self._from("part", "assembly", ("assembly",))
-
-    @cached_property
-    def _targets(self) -> dict[int, list[tuple[Relation, Component]]]:
-        return self._from("origin", "referenced", ("reference", "ordered_reference"))
-
-    def _from(
-        self, one: str, other: str, kinds: tuple[str, ...]
-    ) -> dict[int, list[tuple[Relation, Component]]]:
-        """Relations of these types and the component in the role ``other``, by the id in that of
-        ``one``."""
-        relations: dict[int, list[tuple[Relation, Component]]] = {}
-        for relation in self.related(*kinds):
-            roles = dict(reversed(relation.refs))  # the first of a role counts
-            if one in roles and roles.get(other) in self.components:
-                relations.setdefault(roles[one], []).append(
-                    (relation, self.components[roles[other]])
-                )
-        return relations
-
-    def take_load_case(self, chosen: LoadCase) -> None:
-        """Put the attributes of a load case in the place of the model's own."""
-        for number, attribute in chosen.attributes:
+    def take_load_case(self, load_case: LoadCase | None) -> None:
+        """Let components have the attributes of a load case in the place of the model's; None:
+        those of the model alone."""
+        for number, _ in () if self.load_case is None else self.load_case.attributes:
+            self.components[number].attributes = self.components[number].of_model
+        for number, attribute in () if load_case is None else load_case.attributes:
             component = self.components[number]
-            before = component.attributes.get(attribute.id)
-            if before is not None:
-                component.overridden.append(before)
-            component.attributes[attribute.id] = attribute
+            component.attributes = component.attributes | {attribute.id: attribute}
+        self.load_case = load_case
 
     @contextmanager
-    def values_of(self, load_case: LoadCase) -> Iterator[None]:
+    def values_of(self, load_case: LoadCase | None) -> Iterator[None]:
         """Let components have the attributes of another load case inside the block."""
-        before = {c.id: c.attributes for c in self.components.values()}
-        for component in self.components.values():
-            model = {k: a for k, a in component.attributes.items() if not a.where}
-            component.attributes = model | {a.id: a for a in component.overridden}
-        for number, attribute in load_case.attributes:
-            self.components[number].attributes[attribute.id] = attribute
+        before = self.load_case
+        self.take_load_case(load_case)
         try:
             yield
         finally:
-            for number, attributes in before.items():
-                self.components[number].attributes = attributes
+            self.take_load_case(before)
 
 
-def _by_kind(every: Iterable[Numbered]) -> dict[str, list[tuple[int, Numbered]]]:
-    groups: dict[str, list[tuple[int, Numbered]]] = {}
-    for place, item in enumerate(every):
-        groups.setdefault(item.kind, []).append((place, item))
-    return groups
-
-
-def _in_order(
-    by_kind: Mapping[str, list[tuple[int, Numbered]]], kinds: Sequence[str]
-) -> list[Numbered]:
-    """All of these types, by their places in the file."""
-    of_kinds = (pair for kind in dict.fromkeys(kinds) for pair in by_kind.get(kind, ()))
-    return [item for _, item in sorted(of_kinds, key=itemgetter(0))]
+def _used(
+    links: Iterable[tuple[Relation, Component]], kinds: Container[str] | None = None
+) -> list[Component]:
+    """Components of these types (None: all); their relations are marked as used."""
+    components = []
+    for relation, component in links:
+        if kinds is None or component.kind in kinds:
+            relation.used = True
+            components.append(component)
+    return components
 
 
 @dataclass(frozen=True)
@@ -262,6 +222,27 @@ def number(components: Sequence[Component], ids: str | Iterable[str], unit: str)
             source = ", ".join(filter(None, (component.label, name, attribute.where)))
             return Datum(value, source)
     return None
+
+
+def read(components: Sequence[Component], row: Row) -> Datum | None:
+    """The key of a case in a file; None where it is not there."""
+    datum = number(components, row.names, row.unit)
+    return None if datum is not None and row.positive and datum.value <= 0 else datum
+
+
+def mean(components: Sequence[Component], names: Iterable[str], unit: str) -> Datum | None:
+    """Mean of those of the attributes that are there; None without any."""
+    data = [d for name in names if (d := number(components, name, unit)) is not None]
+    if not data:
+        return None
+    source = " and ".join(d.source for d in data) + ", mean" * (len(data) > 1)
+    return Datum(sum(d.value for d in data) / len(data), source)
+
+
+def value(component: Component, name: str, unit: str, default: float = 0.0) -> float:
+    """An attribute as a number alone, ``default`` where it is not given."""
+    datum = number([component], name, unit)
+    return default if datum is None else datum.value
 
 
 def text(components: Sequence[Component], name: str) -> str | None:

@@ -15,9 +15,9 @@ from dataclasses import dataclass
 from flexgear.files.case_text import CaseText, Section, Value
 from flexgear.files.rexs import tables as table
 from flexgear.files.rexs.assembly import Assembly
-from flexgear.files.rexs.document import SAME, Component, Datum, Document, number, text
+from flexgear.files.rexs.document import SAME, Component, Datum, Document, read, text
 from flexgear.files.rexs.stages import RexsStage, is_internal
-from flexgear.files.rexs.tables import Word, outward, tooth_side, word_of
+from flexgear.files.rexs.tables import Modification, Word, outward, tooth_side, word_of
 from flexgear.gears.paths import tooth_sides
 
 
@@ -48,155 +48,115 @@ class Entry:
         return mine.keys() == its.keys() and all(_same(value, its[k]) for k, value in mine.items())
 
 
-class Ground:
+@dataclass(frozen=True)
+class FlankOfGear:
     """Reads flanks of one gear; base: diameter of its base circle, mm; tip: of its tips."""
 
-    def __init__(
-        self, document: Document, warn: Callable[[str], None], base: float, tip: Datum | None
-    ) -> None:
-        self.document, self.warn, self.base, self.tip = document, warn, base, tip
+    document: Document
+    warn: Callable[[str], None]
+    base: float
+    tip: Datum | None
 
-    def of(self, flank: Component, datum: int) -> dict[str, Entry]:
+    def entries(self, flank: Component, datum: int) -> dict[str, Entry]:
         """Modifications of a flank by the REXS name of their kind.
 
         datum: +1 where the datum face is at the end that z of a modification counts to.
         """
-        entries = {
-            **{kind: self._crowning(flank, kind) for kind in table.CROWNINGS},
-            **{kind: self._slope(flank, kind, datum) for kind in table.SLOPES},
-            **{kind: self._relief(flank, kind) for kind in table.RELIEFS},
-            table.END_RELIEF: self._end_relief(flank, datum),
-        }
-        return {kind: entry for kind, entry in entries.items() if entry is not None}
+        entries: dict[str, Entry] = {}
+        ends: dict[str, tuple[Component, Entry]] = {}
+        for kind, m in table.MODIFICATIONS.items():
+            components = self.document.references(flank, kind)
+            if not components:
+                continue
+            component, count = components[0], len(components)
+            if count > 1:
+                self.warn(f"{flank.label} has {count} of {kind}: {component.label} alone here")
+            rows = self._relief(component, m) if m.section else self._amount(component, m, datum)
+            if rows is None:
+                lacks = "depth and length" if m.section else "amount"
+                self.warn(f"{component.label} has no {lacks} that can be used")
+                continue
+            entry = Entry(m.section, rows, m.by_face)
+            if m.face:
+                ends["+z" if m.face * datum > 0 else "-z"] = component, entry
+            else:
+                _mark(component, m)
+                entries[kind] = entry
+        end_relief = self._of_ends(ends)
+        return entries if end_relief is None else entries | {end_relief.name: end_relief}
 
-    def _one(self, flank: Component, kind: str) -> Component | None:
-        """The flank's modification of a kind; of several the first."""
-        components = self.document.references(flank, kind)
-        if len(components) > 1:
-            self.warn(
-                f"{flank.label} has {len(components)} of {kind}: {components[0].label} alone here"
-            )
-        return components[0] if components else None
-
-    def _crowning(self, flank: Component, kind: str) -> Entry | None:
-        component = self._one(flank, kind)
-        if component is None:
+    def _amount(self, component: Component, m: Modification, datum: int) -> tuple[Row, ...] | None:
+        """A crowning or slope; None without an amount: none at all is no modification."""
+        data = [d for size in m.sizes if (d := read([component], size)) is not None]
+        mean = sum(d.value for d in data) / max(len(data), 1)
+        if not 0 < abs(mean) <= table.LARGEST:
             return None
-        key, ends = table.CROWNINGS[kind]
-        amounts = [d for d in (number([component], end, "mm") for end in ends) if d is not None]
-        mean = sum(d.value for d in amounts) / max(len(amounts), 1)
-        if not self._usable(component, mean):
-            return None
-        if max(abs(d.value - mean) for d in amounts) > 1e-6 * abs(mean):
+        if max(abs(d.value - mean) for d in data) > 1e-6 * abs(mean):
             self.warn(f"{component.label} differs between its ends; the mean here")
-        return self._entry(component, kind, "", [Row(key, 1e3 * mean, amounts[0].source)])
+        turn = -datum if m.by_face else 1
+        why = data[0].source + ("; its datum face is at the +z end" if turn < 0 else "")
+        return (Row(m.sizes[0].key, turn * mean, why),)
 
-    def _slope(self, flank: Component, kind: str, datum: int) -> Entry | None:
-        component = self._one(flank, kind)
-        amount = None if component is None else number([component], kind, "mm")
-        if component is None or not self._usable(
-            component, None if amount is None else amount.value
-        ):
+    def _relief(self, component: Component, m: Modification) -> tuple[Row, ...] | None:
+        """Depth, length and form of a relief; None without these."""
+        depth, begin = read([component], m.sizes[0]), self._begin(component, m)
+        if depth is None or begin is None or not 0 < depth.value <= table.LARGEST:
             return None
-        assert amount is not None
-        key, by_face = table.SLOPES[kind]
-        value, turn = 1e3 * amount.value, -datum if by_face else 1
-        why = amount.source + ("; its datum face is at the +z end" if turn < 0 else "")
-        return self._entry(component, kind, "", [Row(key, turn * value, why)], by_face)
+        shape = text([component], "shape_of_relief")
+        form = Row("form", shape or "", f"{component.label}, shape_of_relief")
+        if shape not in table.FORMS:
+            usual = "linear" if shape is None else "parabolic"
+            form = Row("form", usual, f"the file says {shape or 'nothing'}", assumed=True)
+        return Row(m.sizes[0].key, depth.value, depth.source), begin, form
 
-    def _usable(self, component: Component, amount: float | None) -> bool:
-        """Whether there is an amount; none at all is no modification."""
-        if amount is not None and 0 < abs(amount) <= table.LARGEST:
-            return True
-        self.warn(f"{component.label} has no amount that can be used")
-        return False
-
-    def _relief(self, flank: Component, kind: str) -> Entry | None:
-        component = self._one(flank, kind)
-        if component is None:
-            return None
-        amount, begin = number([component], f"{kind}_depth", "mm"), self._begin(component, kind)
-        if amount is None or begin is None or not 0 < amount.value <= table.LARGEST:
-            self.warn(f"{component.label} has no depth and length that can be used")
-            return None
-        depth = Row("amount_um", 1e3 * amount.value, amount.source)
-        return self._entry(component, kind, kind, [depth, begin, _form(component)])
-
-    def _begin(self, component: Component, kind: str) -> Row | None:
+    def _begin(self, component: Component, m: Modification) -> Row | None:
         """Where a relief begins: its length on the path of contact, or its circle."""
-        length = number([component], f"{kind}_datum_length", "mm")
+        _, along, *circles = m.sizes
+        length = read([component], along)
         if length is not None:
-            return Row("length_mm", length.value, length.source) if length.value > 0 else None
-        start = number([component], f"{kind}_datum_diameter", "mm")
+            return Row(along.key, length.value, length.source) if length.value > 0 else None
+        start = read([component], circles[0]) if circles else None
         if start is None or start.value <= self.base:
             return None
-        if kind == "root_relief":
-            return Row("start_diameter_mm", start.value, start.source)
+        if m.section == "root_relief":
+            return Row(circles[0].key, start.value, start.source)
         if self.tip is None or self.tip.value <= self.base:
             return None
         ends = [math.sqrt(d**2 - self.base**2) / 2 for d in (start.value, self.tip.value)]
-        along = abs(ends[1] - ends[0])
-        return Row("length_mm", along, f"from {start.source}") if along > 0 else None
+        rolled = abs(ends[1] - ends[0])
+        return Row(along.key, rolled, f"from {start.source}") if rolled > 0 else None
 
-    def _end_relief(self, flank: Component, datum: int) -> Entry | None:
-        """Of one end, or of both where they are alike: a case has one for a flank."""
-        ends: dict[int, Entry] = {}
-        ones = [self._one(flank, f"{table.END_RELIEF}_{face}") for face in table.FACES]
-        for component, face, side in zip(ones, table.FACES, (datum, -datum), strict=True):
-            rows = None if component is None else _end(component, face)
-            if component is not None and rows is None:
-                self.warn(f"{component.label} has no depth and length that can be used")
-            elif rows is not None:
-                ends[side] = Entry(table.END_RELIEF, rows, by_face=True)
+    def _of_ends(self, ends: dict[str, tuple[Component, Entry]]) -> Entry | None:
+        """End relief of one end, or of both where they are alike: a case has one for a flank."""
         if not ends:
             return None
-        first, *others = ends.values()
-        there = [component for component in ones if component is not None]
+        components, (first, *others) = zip(*ends.values(), strict=True)
+        labels = [component.label for component in components]
         if others and not first.says(others[0]):
-            labels = " and ".join(component.label for component in there)
-            self.warn(f"{labels} differ and are left out: a flank of a case has one end relief")
+            self.warn(
+                f"{' and '.join(labels)} differ and are left out: a flank of a case has one end"
+                " relief"
+            )
             return None
-        end = "both" if others else "+z" if 1 in ends else "-z"
-        for component in there:
-            component.role = "end relief"
-        rows = (*first.rows, Row("end", end, "; ".join(component.label for component in there)))
-        return Entry(table.END_RELIEF, rows, by_face=not others)
-
-    def _entry(
-        self, component: Component, kind: str, name: str, rows: list[Row], by_face: bool = False
-    ) -> Entry:
-        component.role = kind.replace("_", " ")
-        for attribute in component.attributes.values():
-            attribute.used |= attribute.value in table.AS_HERE.get(attribute.id, ())
-        return Entry(name, tuple(rows), by_face)
+        for component in components:
+            _mark(component, table.MODIFICATIONS[component.kind])
+        row = Row("end", "both" if others else next(iter(ends)), "; ".join(labels))
+        return Entry(first.name, (*first.rows, row), by_face=not others)
 
 
-def _end(component: Component, face: str) -> tuple[Row, ...] | None:
-    """Depth, length and form of an end relief."""
-    depth = number([component], f"end_relief_depth_{face}", "mm")
-    length = number([component], f"end_relief_length_{face}", "mm")
-    if (
-        depth is None
-        or length is None
-        or not (0 < depth.value <= table.LARGEST and length.value > 0)
-    ):
-        return None
-    amount = Row("amount_um", 1e3 * depth.value, depth.source)
-    return amount, Row("length_mm", length.value, length.source), _form(component)
+def _mark(component: Component, m: Modification) -> None:
+    """That a modification is in the case, with what a case means anyway."""
+    component.role = (m.section or component.kind).replace("_", " ")
+    for name, word in (*m.words.items(), table.ADDITIVE):
+        attribute = component.attributes.get(name)
+        if attribute is not None and attribute.value == word:
+            attribute.used = True
 
 
 def _same(a: Value, b: Value) -> bool:
     if isinstance(a, float | int) and isinstance(b, float | int):
         return math.isclose(a, b, rel_tol=SAME)
     return a == b
-
-
-def _form(component: Component) -> Row:
-    shape = text([component], "shape_of_relief")
-    if shape in table.FORMS:
-        return Row("form", shape, f"{component.label}, shape_of_relief")
-    form = "linear" if shape is None else "parabolic"
-    return Row("form", form, f"the file says {shape or 'nothing'}", assumed=True)
 
 
 Flanks = dict[Word, dict[str, Entry]]  # by the kind of each modification
@@ -254,12 +214,12 @@ class FlankReader:
             if first is None:
                 self.case.warn(f"{where}: {message}")
 
-        ground = Ground(self.document, warn, base, tip)
+        reader = FlankOfGear(self.document, warn, base, tip)
         for half, gears in enumerate(stage.halves[role]):
             left_half = -1 if len(stage.halves[role]) == 2 and half == 0 else 1
             for gear in gears:
                 datum, assumed = self._datum(gear)
-                flanks = self._flanks(gear, ground, outward(datum, left_half))
+                flanks = self._flanks(gear, reader, outward(datum, left_half))
                 gear_flanks = GearFlanks(
                     self.case.stage, stage.kind, role, section, gear, datum, assumed, flanks
                 )
@@ -284,9 +244,9 @@ class FlankReader:
             for flank in of_gear.entries.values()
             for kind in flank
         }
-        for kind in table.SLOPES:
-            if kind in kinds:
-                self.case.warn(f"{kind}: taken as {table.SIGNS[kind]}, over the whole flank")
+        for kind, m in table.MODIFICATIONS.items():
+            if kind in kinds and m.positive:
+                self.case.warn(f"{kind}: taken as positive {m.positive}, over the whole flank")
         for of_gear in self.gears_read:
             self._write(of_gear, senses[of_gear.stage])
 
@@ -297,11 +257,11 @@ class FlankReader:
         orientation = table.ORIENTATIONS.get(text([gear], table.DATUM) or "")
         return along * (-1 if orientation is None else orientation), orientation is None
 
-    def _flanks(self, gear: Component, ground: Ground, datum: int) -> Flanks:
+    def _flanks(self, gear: Component, reader: FlankOfGear, datum: int) -> Flanks:
         flanks: Flanks = {word: {} for word in table.WORDS}
         for word in table.WORDS:
             for flank in self.document.linked(gear, "gear", word, "flank"):
-                flanks[word] = ground.of(flank, datum)
+                flanks[word] = reader.entries(flank, datum)
         return flanks
 
     def _compare(self, first: GearFlanks, other: GearFlanks) -> None:
@@ -321,8 +281,8 @@ class FlankReader:
         meshes = {mesh.stage.id: role for role, every in stage.meshes.items() for mesh in every}
         for relation in self.document.related("stage_gear_data"):
             data = self.document.at(relation, "stage_gear_data")
-            role = meshes.get(relation.of("stage") or -1)
-            if data is None or role is None or relation.of("gear") != of_gear.gear.id:
+            role = meshes.get(relation.refs.get("stage") or -1)
+            if data is None or role is None or relation.refs.get("gear") != of_gear.gear.id:
                 continue
             loaded_flank = text([data], table.LOADED)
             if loaded_flank in table.WORDS:

@@ -16,11 +16,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from flexgear.files.case_text import CaseText, Section
-from flexgear.files.rexs.assembly import Assembly, section_of
-from flexgear.files.rexs.document import Component, Datum, number
+from flexgear.files.rexs.assembly import Assembly, sections_of
+from flexgear.files.rexs.document import Component, Datum, number, read, value
 from flexgear.files.rexs.flanks import FlankReader
 from flexgear.files.rexs.stages import RexsStage
-from flexgear.files.rexs.tables import SCHEMA_UNITS
+from flexgear.files.rexs.tables import CUTTER, PROTUBERANCE, SCHEMA_UNITS
 from flexgear.model.member import Gear
 from flexgear.model.section import limits_of
 
@@ -77,7 +77,11 @@ class GearReader:
             components += self.document.references(flank, *TOOLS)
             for relation in self.document.related("manufacturing_step"):
                 tool = self.document.at(relation, "tool")
-                if relation.of("workpiece") == flank.id and tool is not None and tool.kind in TOOLS:
+                if (
+                    relation.refs.get("workpiece") == flank.id
+                    and tool is not None
+                    and tool.kind in TOOLS
+                ):
                     relation.used = True
                     settings = self.document.at(relation, "manufacturing_settings")
                     components += [tool] if settings is None else [tool, settings]
@@ -134,20 +138,20 @@ class GearReader:
         """What there is of the tool, in a table behind the gear's."""
         tool_section = self.case.section(f"{section.header[:-1]}.tool]", section)
         cutters = [tool for tool in tools if tool.kind == "cutter_wheel_tool"]
-        teeth = number(cutters, "number_of_teeth", "none")
-        if teeth is not None:
-            tool_section.put("teeth", round(teeth.value), teeth.source)
-            shift = number(cutters, "addendum_modification_coefficient", "none")
-            tool_section.take("profile_shift", shift)
+        teeth, shift = CUTTER
+        number_of_teeth = read(cutters, teeth)
+        if number_of_teeth is not None:
+            tool_section.put(teeth.key, round(number_of_teeth.value), number_of_teeth.source)
+            tool_section.take(shift.key, read(cutters, shift))
             if not has_root:
                 tool_section.take("tip_diameter_mm", number(cutters, "tip_diameter", "mm"))
-        amount = number(tools, "protuberance_amount", "mm")
+        amount, angle = PROTUBERANCE
+        most = 0.0
+        if tool_section.take(amount.key, protuberance := read(tools, amount)):
+            tool_section.take(angle.key, read(tools, angle))
+            most = 0.0 if protuberance is None else protuberance.value
         allowance = number(tools, "machining_allowance", "mm")
         allowance = allowance or number(self.flanks(gears), "grinding_allowance", "mm")
-        if amount is not None and amount.value > 0:
-            tool_section.put("protuberance_mm", amount.value, amount.source)
-            tool_section.take("protuberance_angle_deg", number(tools, "protuberance_angle", "deg"))
-        most = 0.0 if amount is None else amount.value
         if allowance is not None and allowance.value > 0 and allowance.value <= most:
             tool_section.put("grinding_allowance_mm", allowance.value, allowance.source)
         elif allowance is not None and allowance.value > 0:
@@ -218,18 +222,11 @@ class GearReader:
     def _hollow(self, gear: Component, outside: bool) -> Datum | None:
         """Outer or inner diameter (mm) of the shaft where the gear sits."""
         shaft = self.assembly.frames.shaft(gear)
-        place = number([gear], "u_coordinate_on_shaft", "mm")
-        if shaft is None:
-            return None
-        at = 0.0 if place is None else place.value
-        for part in self.document.parts(shaft, "shaft_section"):
-            section = section_of(part)
-            if (
-                section is not None
-                and section.start - _NO_NOTE <= at < section.start + section.length
-            ):
-                value = section.diameters(at)[0 if outside else 1]
-                return Datum(value, f"{part.label}, {'outer' if outside else 'inner'} diameter")
+        at = value(gear, "u_coordinate_on_shaft", "mm")
+        for part, section in [] if shaft is None else sections_of(self.document, shaft):
+            if section.start - _NO_NOTE <= at < section.start + section.length:
+                diameter = section.diameters(at)[0 if outside else 1]
+                return Datum(diameter, f"{part.label}, {'outer' if outside else 'inner'} diameter")
         return None
 
 

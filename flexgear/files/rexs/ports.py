@@ -19,21 +19,34 @@ from typing import Any
 
 import numpy as np
 
+from flexgear.arrays import Array
 from flexgear.files.case_text import CaseText, Section
 from flexgear.files.rexs.assembly import Assembly
-from flexgear.files.rexs.document import Component, Datum, Document, LoadCase, flag, number
+from flexgear.files.rexs.document import (
+    Component,
+    Datum,
+    Document,
+    LoadCase,
+    flag,
+    number,
+    read,
+    value,
+)
 from flexgear.files.rexs.stages import Member
-from flexgear.gears.power_flow import PowerFlow, power_flow
+from flexgear.files.rexs.tables import FORCES, INERTIA, MOMENTS, PORT, SCHEMA_UNITS
+from flexgear.gears.power_flow import power_flow
+from flexgear.model.case import Case
 from flexgear.model.errors import InputError
 from flexgear.model.load import case_of_toml
 from flexgear.model.units import RPM
 
 SAME = 1e-3  # of the largest, between what a file says and what follows from the rest of it
 _ALIGNED = 1e-6
-_TORQUE, _POWER = "torque_around_u_axis", "power"
+_SPEED, _TORQUE, _POWER = PORT
 _TIME = ("operating_time", "load_duration")
 _SHARE = ("operating_time_fraction", "load_duration_fraction")
 _WHOLE = 20_000.0  # h, where a file gives shares alone
+_FREE = "a case of free vibration, modes only"
 
 
 @dataclass(eq=False)
@@ -60,14 +73,26 @@ class Port:
             return None
         return self.torque.value * self.speed.value > 0
 
+    @property
+    def size(self) -> float:
+        """Of its power, rpm N m without one in the file."""
+        if self.power is not None:
+            return abs(self.power.value)
+        assert self.torque is not None and self.speed is not None
+        return abs(self.torque.value * self.speed.value)
+
+    def take_torque(self, section: Section) -> None:
+        """Put its torque into a section, or else its power."""
+        section.take(*((_TORQUE.key, self.torque) if self.torque else (_POWER.key, self.power)))
+
 
 def ports_of(assembly: Assembly, members: list[Member]) -> list[Port]:
     """Ports in the order of the members; loads without torque are left to be listed."""
     ports: dict[int, Port] = {}
     for load in assembly.document.kind("external_load"):
         transmits = flag([load], "transmits_torque")
-        value = number([load], _TORQUE, "N m") or number([load], _POWER, "kW")
-        if transmits is False or (transmits is None and value is None):
+        torque, power = read([load], _TORQUE), read([load], _POWER)
+        if transmits is False or (transmits is None and torque is None and power is None):
             continue
         member = _member_of(assembly, load, members)
         if member is None:
@@ -75,15 +100,18 @@ def ports_of(assembly: Assembly, members: list[Member]) -> list[Port]:
         load.role = f"the load on {member.name}"
         port = ports.setdefault(assembly.body(load), Port(member, []))
         port.loads.append(load)
-        turn = assembly.frames.sense(load)
-        port.torque = _add(port.torque, _signed(number([load], _TORQUE, "N m"), turn))
-        port.power = _add(port.power, number([load], _POWER, "kW"))
+        port.torque = _sum(port.torque, _signed(torque, assembly.frames.sense(load)))
+        port.power = _sum(port.power, power)
         port.defines_torque |= flag([load], "defines_torque") is True
+    for mass in assembly.document.kind("additional_mass"):
+        port_there = ports.get(assembly.body(mass))
+        inertia = None if port_there is None else read([mass], INERTIA)
+        if port_there is not None and inertia is not None:
+            mass.role = "inertia at a port"
+            port_there.inertia = _sum(port_there.inertia, inertia)
     for body, port in ports.items():
         port.speed = speed_of(assembly, body)
-        port.inertia = _inertia(assembly, body)
-    order = {member: k for k, member in enumerate(members)}
-    return sorted(ports.values(), key=lambda p: order[p.member])
+    return sorted(ports.values(), key=lambda port: members.index(port.member))
 
 
 def speed_of(assembly: Assembly, body: int | None) -> Datum | None:
@@ -92,10 +120,10 @@ def speed_of(assembly: Assembly, body: int | None) -> Datum | None:
     shafts = [c for c in mine if c.kind == "shaft"]
     shafts.sort(key=lambda c: flag([c], "defines_speed") is not True)
     for component in [*shafts, *(c for c in mine if c.kind in ("cylindrical_gear", "ring_gear"))]:
-        datum = number([component], "rotational_speed", "1 / min")
+        datum = read([component], _SPEED)
         if datum is not None:
             for twin in mine:
-                number([component, twin], "rotational_speed", "1 / min")
+                read([component, twin], _SPEED)
             return _signed(datum, assembly.frames.sense(component))
     return None
 
@@ -103,11 +131,12 @@ def speed_of(assembly: Assembly, body: int | None) -> Datum | None:
 def _member_of(assembly: Assembly, load: Component, members: list[Member]) -> Member | None:
     """A member of the body that the load acts on: the nearest along links, else the first."""
     body = assembly.body(load)
-    mine = [m for m in members if m.body == body and m.anchor is not None]
-    if not mine:
-        return None
-    lengths = {m: assembly.path_length(load, m.anchor) for m in mine if m.anchor is not None}
-    return min(mine, key=lambda m: lengths[m])
+    lengths = {
+        member: assembly.path_length(load, member.anchor)
+        for member in members
+        if member.body == body and member.anchor is not None
+    }
+    return min(lengths, key=lambda member: lengths[member], default=None)
 
 
 def forces_of(
@@ -125,13 +154,18 @@ def forces_of(
         turned = frame is not None and abs(frame.axes - np.eye(3)).max() > _ALIGNED
         if member is None or turned:
             continue
-        data = [number([load], f"force_{a}_direction", "N") for a in "vwu"]
-        data += [number([load], f"torque_around_{a}_axis", "N m") for a in "vw"]
-        values = [0.0 if datum is None else datum.value for datum in data]
+        names = (*FORCES, *MOMENTS)
+        values = [value(load, name, SCHEMA_UNITS[name]) for name in names]
         if any(values):
             load.role = load.role or f"forces on {member.name}"
-        if any(datum is not None for datum in data):
+        if {*names} & load.attributes.keys():
             yield load, member, values
+
+
+def _put_forces(section: Section, values: list[float], source: str) -> None:
+    """Force and moment of a member, without that about its axis: torques are those of ports."""
+    section.put("force_n", values[:3], f"{source}: v, w, u directions")
+    section.put("moment_nm", [*values[3:], 0.0], f"{source}: about v and w")
 
 
 def _signed(datum: Datum | None, turn: float) -> Datum | None:
@@ -140,78 +174,92 @@ def _signed(datum: Datum | None, turn: float) -> Datum | None:
     return Datum(-datum.value, f"{datum.source}; its shaft points against the main axis")
 
 
-def _add(total: Datum | None, more: Datum | None) -> Datum | None:
+def _sum(total: Datum | None, more: Datum | None) -> Datum | None:
     if total is None or more is None:
         return total or more
     return Datum(total.value + more.value, f"{total.source} + {more.source}")
 
 
-def _inertia(assembly: Assembly, body: int) -> Datum | None:
-    total = None
-    for mass in assembly.document.kind("additional_mass"):
-        if assembly.body(mass) == body:
-            datum = number([mass], "moment_of_inertia_u_axis", "kg m^2")
-            if datum is not None:
-                mass.role = "inertia at a port"
-                total = _add(total, datum)
-    return total
-
-
 class PortWriter:
-    """Ports of a document's loads. ``bodies``: those they act on."""
+    """Ports of a document's loads. ``bodies``: those they act on; ``where``: the file."""
 
-    def __init__(self, assembly: Assembly, case: CaseText, members: list[Member]) -> None:
-        self.assembly, self.case, self.members = assembly, case, members
+    def __init__(
+        self, assembly: Assembly, case: CaseText, members: list[Member], where: str
+    ) -> None:
+        self.assembly, self.case, self.members, self.where = assembly, case, members, where
         self.ports = ports_of(assembly, members)
         self.bodies = {port.member.body for port in self.ports}
 
-    def write(self, where: str) -> None:
-        """Inputs and output, at the end of the case."""
-        free = _flow(self.case.text(), where, {})
+    def write(self) -> None:
+        """Inputs, output and forces on members, at the end of the case."""
+        mobility = power_flow(self._case({})).mobility
+        speeds = self._speeds(mobility) if self.ports else {}
         if not self.ports:
-            self.case.warn(
-                "no external load transmits torque: a case of free vibration, modes only"
-            )
-            return
-        speeds = self._speeds(where, free.mobility)
-        if speeds is None:
-            self.case.warn("no speed in the file: a case of free vibration, modes only")
+            self.case.warn(f"no external load transmits torque: {_FREE}")
+        elif speeds is None:
+            self.case.warn(f"no speed in the file: {_FREE}")
+        elif len(self.ports) < mobility:
+            self.case.warn(f"fewer loads than free speeds: {_FREE}")
+        if not self.ports or speeds is None or len(self.ports) < mobility:
             return
         for port in self.ports:
             if port.speed is None:
                 follows = "derived: from the speed that the file gives elsewhere"
                 port.speed = Datum(speeds[port.member.name], follows)
-        if len(self.ports) < free.mobility:
-            self.case.warn("fewer loads than free speeds: a case of free vibration, modes only")
-            return
-        chosen, loaded = self._chosen(where, free.mobility)
-        if len(self.ports) < 2 or len(loaded) < len(self.ports) - free.mobility:
-            self._free(chosen)
+        chosen, loaded = self._chosen(mobility)
+        if len(self.ports) < 2 or len(loaded) < len(self.ports) - mobility:
+            self.case.warn(f"the torques of the file do not suffice: {_FREE}")
+            for port in chosen:
+                self._begin("[[inputs]]", port).take(_SPEED.key, port.speed)
             return
         self._loaded(chosen, loaded, speeds)
+        for load, member, values in forces_of(self.assembly, self.members):
+            if any(values):
+                section = self.case.section("[[loads]]")
+                section.put("member", member.name, load.label)
+                _put_forces(section, values, load.label)
+                self.case.warn(f"{load.label}: its force acts in the middle of {member.name} here")
 
-    def _speeds(self, where: str, mobility: int) -> dict[str, float] | None:
-        """Speeds (rpm) of all members, from those that the file gives; None if there are none."""
-        driven: dict[str, Datum] = {}
+    def _case(self, speeds: Mapping[str, Datum]) -> Case:
+        """The case so far, with these speeds (rpm) and no torques."""
+        raw = tomllib.loads(self.case.text())
+        raw["inputs"] = [{"member": m, _SPEED.key: datum.value} for m, datum in speeds.items()]
+        return case_of_toml(raw, self.where, "imported")
+
+    def _speeds(self, mobility: int) -> dict[str, float] | None:
+        """Speeds (rpm) of all members, from those that the file gives; None if there are too few.
+
+        Warns where the file states another speed than follows from those that were taken.
+        """
+        stated = {m: datum for m in self.members if (datum := speed_of(self.assembly, m.body))}
         order = sorted(
             {m.body: m for m in reversed(self.members)}.values(),
             key=lambda m: (not self._defined(m), m.body not in self.bodies),
         )
+        driven: dict[str, Datum] = {}
         for member in order:
-            datum = speed_of(self.assembly, member.body)
+            datum = stated.get(member)
             if datum is None or (not datum.value and member.body not in self.bodies):
                 continue
             if len(driven) < mobility:
                 try:
-                    _flow(self.case.text(), where, {**driven, member.name: datum}, partial=True)
+                    case = self._case({**driven, member.name: datum})
+                    if len(driven) + 1 == mobility:
+                        power_flow(case)
                 except InputError:
                     continue
                 driven[member.name] = datum
         if len(driven) < mobility:
             return None
-        flow = _flow(self.case.text(), where, driven)
+        flow = power_flow(self._case(driven))
         speeds = {name: value * RPM for name, value in flow.speed.items()}
-        self._compare(speeds)
+        largest = max(map(abs, speeds.values()), default=0.0)
+        for member, datum in stated.items():
+            if abs(datum.value - speeds[member.name]) > SAME * largest:
+                self.case.warn(
+                    f"{datum.source}: {datum.value:.6g} rpm, but {speeds[member.name]:.6g} rpm"
+                    " follows from the speed that was taken"
+                )
         return speeds
 
     def _defined(self, member: Member) -> bool:
@@ -219,117 +267,59 @@ class PortWriter:
         shafts = (c for c in self.assembly.members(member.body) if c.kind == "shaft")
         return any(flag([c], "defines_speed") is True for c in shafts)
 
-    def _compare(self, speeds: dict[str, float]) -> None:
-        """Warn where the file states another speed than follows from the speeds that were taken."""
-        largest = max(map(abs, speeds.values()), default=0.0)
-        for member in self.members:
-            datum = speed_of(self.assembly, member.body)
-            if datum is not None and abs(datum.value - speeds[member.name]) > SAME * largest:
-                self.case.warn(
-                    f"{datum.source}: {datum.value:.6g} rpm, but {speeds[member.name]:.6g} rpm"
-                    " follows from the speed that was taken"
-                )
-
-    def _chosen(self, where: str, mobility: int) -> tuple[list[Port], list[Port]]:
+    def _chosen(self, mobility: int) -> tuple[list[Port], list[Port]]:
         """Ports whose speeds, and whose torques, are taken: the first choice that a train can have,
         of ``mobility`` speeds and the torques of all ports but ``mobility`` of them."""
-        ports = sorted(
-            self.ports,
-            key=lambda p: p.speed is not None and p.speed.source.startswith("derived"),
-        )
-        ports.sort(key=lambda p: not self._defined(p.member))
-        speeds = [p for p in ports if p.speed is not None]
-        torques = [p for p in ports if p.torque is not None or p.power is not None]
+        speeds = [p for p in self.ports if p.speed is not None]
+        speeds.sort(key=lambda p: p.speed is not None and p.speed.source.startswith("derived"))
+        speeds.sort(key=lambda p: not self._defined(p.member))
+        torques = [p for p in speeds if p.torque is not None or p.power is not None]
         torques.sort(key=lambda p: (not p.defines_torque, p.drives is False))
-        count = len(ports) - mobility  # of torques
-        best: tuple[list[Port], list[Port]] = ([], [])
-        for chosen, loaded in itertools.product(
+        count = len(self.ports) - mobility  # of torques
+        choices = itertools.product(
             map(list, itertools.combinations(speeds, min(mobility, len(speeds)))),
             map(list, itertools.combinations(torques, min(count, len(torques)))),
-        ):
-            best = best if best[0] else (chosen, loaded)
-            driven = {p.member.name: p.speed for p in chosen if p.speed is not None}
+        )
+        first: tuple[list[Port], list[Port]] | None = None
+        for chosen, loaded in choices:
+            first = first or (chosen, loaded)
             try:
-                _flow(self.case.text(), where, driven)
+                power_flow(self._case({p.member.name: p.speed for p in chosen if p.speed}))
             except InputError:
                 continue
             return chosen, loaded
-        return best
+        return first or ([], [])
 
-    def _free(self, chosen: list[Port]) -> None:
-        """Ports of a case without loads: it is one of free vibration about steady speeds."""
-        self.case.warn(
-            "the torques of the file do not suffice: a case of free vibration, modes only"
-        )
-        for port in chosen:
-            section = self.case.section("[[inputs]]")
-            section.put("member", port.member.name, port.loads[0].label)
-            section.take("speed_rpm", port.speed)
+    def _begin(self, header: str, port: Port) -> Section:
+        section = self.case.section(header)
+        section.put("member", port.member.name, port.loads[0].label)
+        return section
 
     def _loaded(self, chosen: list[Port], loaded: list[Port], speeds: dict[str, float]) -> None:
+        """Inputs and output; power of the output, or at a speed that follows, becomes torque."""
         output = self._output(loaded)
-        for port in (*(p for p in self.ports if p is not output), output):
-            section = self.case.section("[output]" if port is output else "[[inputs]]")
-            section.put("member", port.member.name, port.loads[0].label)
+        for port in sorted(self.ports, key=lambda port: port is output):
+            section = self._begin("[output]" if port is output else "[[inputs]]", port)
             if port in chosen:
-                section.take("speed_rpm", port.speed)
+                section.take(_SPEED.key, port.speed)
             if port in loaded:
-                assert port.torque is not None or port.power is not None
-                if port.torque is not None:
-                    section.take("torque_nm", port.torque)
-                elif port is output or port not in chosen:
-                    assert port.power is not None
+                derives = port.torque is None and (port is output or port not in chosen)
+                if derives and port.power is not None:
                     value = 1e3 * port.power.value * RPM / speeds[port.member.name]
-                    section.put("torque_nm", value, f"{port.power.source} / speed")
+                    section.put(_TORQUE.key, value, f"{port.power.source} / speed")
                 else:
-                    section.take("power_kw", port.power)
-            if port.inertia is not None:
-                section.take("inertia_kg_m2", port.inertia)
+                    port.take_torque(section)
+            section.take(INERTIA.key, port.inertia)
         if output.drives is True:
             self.case.warn(f"{output.loads[0].label}: its signs say that it drives, as all others")
-        self._forces()
-
-    def _forces(self) -> None:
-        """Forces and moments on members, as constant loads; moments about u are torques of
-        ports."""
-        for load, member, values in forces_of(self.assembly, self.members):
-            if not any(values):
-                continue
-            section = self.case.section("[[loads]]")
-            section.put("member", member.name, load.label)
-            section.put("force_n", values[:3], f"{load.label}: v, w, u directions")
-            if any(values[3:]):
-                section.put("moment_nm", [*values[3:], 0.0], f"{load.label}: about v and w")
-            self.case.warn(f"{load.label}: its force acts in the middle of {member.name} here")
 
     def _output(self, loaded: list[Port]) -> Port:
         """Where power goes out: as the file's signs say, else where it gives no torque."""
         outs = [p for p in self.ports if p.drives is False]
         if outs:
-            return max(outs, key=_power)
-        silent = [p for p in self.ports if p not in loaded]
-        return silent[-1] if silent else self.ports[-1]
-
-
-def _power(port: Port) -> float:
-    if port.power is not None:
-        return abs(port.power.value)
-    assert port.torque is not None and port.speed is not None
-    return abs(port.torque.value * port.speed.value)
-
-
-def _flow(text: str, where: str, speeds: dict[str, Datum], *, partial: bool = False) -> PowerFlow:
-    """Steady flow of the case so far, with these speeds (rpm) and no torques."""
-    raw: dict[str, Any] = tomllib.loads(text)
-    raw["inputs"] = [
-        {"member": member, "speed_rpm": datum.value} for member, datum in speeds.items()
-    ]
-    case = case_of_toml(raw, where, "imported")
-    if partial:
-        free = power_flow(case_of_toml({**raw, "inputs": []}, where, "imported"))
-        if len(speeds) < free.mobility:
-            return free
-    return power_flow(case)
+            return max(outs, key=lambda port: port.size)
+        silent = [p for p in self.ports if p not in loaded] or self.ports
+        return silent[-1]
 
 
 def write_load_cases(
@@ -341,7 +331,7 @@ def write_load_cases(
     if "output" not in written:
         return set()
     ids: set[int] = set()
-    with document.values_of(LoadCase(0, 0, [])):  # of the model, not of the load case that is rated
+    with document.values_of(None):  # of the model, not of the load case that is rated
         whole = number(document.kind("gear_unit"), _TIME, "h")
     for load_case in document.load_cases:
         with document.values_of(load_case):
@@ -359,27 +349,22 @@ def write_load_cases(
             states = {port.member.name: port for port in ports_of(assembly, members)}
             for keys in ports:
                 port = states.get(keys["member"])
-                if port is not None and keys.keys() & {"speed_rpm", "torque_nm", "power_kw"}:
-                    section = _section(text, sections, keys["member"], port.loads[0].label)
-                    _take(section, keys, port)
-            for member, load, source in _forces(assembly, members):
+                if port is None or not keys.keys() & {row.key for row in PORT}:
+                    continue
+                section = _section(text, sections, keys["member"], port.loads[0].label)
+                if _SPEED.key in keys:
+                    section.take(_SPEED.key, port.speed)
+                if keys.keys() & {_TORQUE.key, _POWER.key}:
+                    port.take_torque(section)
+            sums: dict[str, tuple[Array, list[str]]] = {}
+            for load, on, values in forces_of(assembly, members):
+                total, labels = sums.get(on.name, (np.zeros(len(values)), []))
+                sums[on.name] = total + values, [*labels, load.label]
+            for member, (total, labels) in sums.items():
+                source = " + ".join(labels)
                 section = _section(text, sections, member, source)
-                section.put("force_n", load[:3], f"{source}: v, w, u directions")
-                section.put("moment_nm", [*load[3:], 0.0], f"{source}: about v and w")
+                _put_forces(section, total.tolist(), source)
     return ids
-
-
-def _forces(assembly: Assembly, members: list[Member]) -> Iterator[tuple[str, list[float], str]]:
-    """Members, sums of the forces and moments on them, and where these come from."""
-    sums: dict[str, tuple[list[float], list[str]]] = {}
-    for load, member, values in forces_of(assembly, members):
-        before, labels = sums.get(member.name, ([0.0] * len(values), []))
-        sums[member.name] = (
-            [a + b for a, b in zip(before, values, strict=True)],
-            [*labels, load.label],
-        )
-    for name, (total, labels) in sums.items():
-        yield name, total, " + ".join(labels)
 
 
 def _section(text: CaseText, sections: dict[str, Section], member: str, why: str) -> Section:
@@ -388,17 +373,6 @@ def _section(text: CaseText, sections: dict[str, Section], member: str, why: str
         sections[member] = text.section("[[load_cases.members]]")
         sections[member].put("member", member, why)
     return sections[member]
-
-
-def _take(section: Section, keys: Mapping[str, Any], port: Port) -> None:
-    """Speed and torque of a port in a load case, where the case gives them."""
-    if "speed_rpm" in keys:
-        section.take("speed_rpm", port.speed)
-    if "torque_nm" in keys or "power_kw" in keys:
-        if port.torque is not None:
-            section.take("torque_nm", port.torque)
-        else:
-            section.take("power_kw", port.power)
 
 
 def _hours(

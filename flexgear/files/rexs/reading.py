@@ -16,9 +16,9 @@ import re
 import xml.etree.ElementTree as ET
 import zipfile
 from collections import defaultdict
+from collections.abc import Container
 from pathlib import Path
 from typing import Any
-from xml.parsers import expat
 
 import numpy as np
 
@@ -47,15 +47,8 @@ class _Reader:
         unread = (key for key in model if key not in _MODEL)
         self.other += [key if key.startswith("<") else f'"{key}"' for key in unread]
         components = self._components(model)
-        relations = [self._relation(part) for part in self._list(model, "relations")]
-        for relation in relations:
-            lost = [number for _, number in relation.refs if number not in components]
-            if lost:
-                self.other.append(
-                    f"{relation.kind} relation {relation.id}: refers to component {lost[0]}, which"
-                    " is not in the file"
-                )
-        relations = [r for r in relations if all(k in components for _, k in r.refs)]
+        every = [self._relation(part, components) for part in self._list(model, "relations")]
+        relations = [relation for relation in every if relation is not None]
         load_cases = []
         for spectrum in self._list(model, "load_spectrum"):
             number = self._whole(spectrum.get("id", 1), "load_spectrum id")
@@ -88,15 +81,18 @@ class _Reader:
             raise InputError(self.where, "components", "there are none", "is the file whole?")
         return components
 
-    def _relation(self, part: dict[str, Any]) -> Relation:
-        return Relation(
-            self._whole(part.get("id"), "relation id"),
-            str(part.get("type", "")),
-            tuple(
-                (str(ref.get("role", "")), self._whole(ref.get("id"), "ref id"))
-                for ref in self._list(part, "refs")
-            ),
-        )
+    def _relation(self, part: dict[str, Any], components: Container[int]) -> Relation | None:
+        """None for one that refers to a component that is not in the file."""
+        number, kind = self._whole(part.get("id"), "relation id"), str(part.get("type", ""))
+        refs: dict[str, int] = {}
+        for ref in self._list(part, "refs"):
+            component = self._whole(ref.get("id"), "ref id")
+            refs.setdefault(str(ref.get("role", "")), component)
+            if component not in components:
+                missing = f"refers to component {component}, which is not in the file"
+                self.other.append(f"{kind} relation {number}: {missing}")
+                return None
+        return Relation(number, kind, refs)
 
     def _load_case(
         self, case: dict[str, Any], spectrum: int, components: dict[int, Component]
@@ -284,27 +280,27 @@ def _unpacked(data: bytes, where: str) -> bytes:
         raise InputError(where, "zip", f"is damaged or locked: {error}", "save it again") from None
 
 
+class _Builder(ET.TreeBuilder):
+    """Elements of a file without a document type, in which alone entities can be declared."""
+
+    def __init__(self, where: str) -> None:
+        super().__init__()
+        self.where = where
+
+    def doctype(self, *_: Any) -> None:
+        """Refuse it. InputError."""
+        problem = "REXS files declare no document type or entities"
+        raise InputError(self.where, "DOCTYPE", problem, "take it out")
+
+
 def _xml(data: bytes, where: str) -> ET.Element:
-    builder, parser = ET.TreeBuilder(), expat.ParserCreate()
-
-    def refuse(*_: Any) -> None:
-        raise InputError(
-            where, "DOCTYPE", "REXS files declare no document type or entities", "take it out"
-        )
-
-    parser.buffer_text = True
-    parser.StartElementHandler, parser.EndElementHandler = builder.start, builder.end
-    parser.CharacterDataHandler = builder.data
-    parser.StartDoctypeDeclHandler = parser.EntityDeclHandler = refuse
     try:
-        parser.Parse(data, True)
-        root = builder.close()
-    except (expat.ExpatError, LookupError, AssertionError, ValueError) as error:
+        root = ET.fromstring(data, ET.XMLParser(target=_Builder(where)))
+    except (ET.ParseError, LookupError, ValueError) as error:
         raise InputError(where, "XML", f"cannot be read: {error}", "is the file whole?") from None
     _require_shallow(root, where)
-    if ":" in root.tag:
-        for element in root.iter():
-            element.tag = element.tag.rpartition(":")[2]
+    for element in root.iter() if root.tag[0] == "{" else ():
+        element.tag = element.tag.rpartition("}")[2]
     return root
 
 

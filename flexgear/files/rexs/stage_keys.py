@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from flexgear.files.case_text import CaseText
-from flexgear.files.rexs.document import Component, Datum, number
+from flexgear.files.rexs.document import Component, Datum, mean, number
 from flexgear.files.rexs.gears import GearReader, Rack
 from flexgear.files.rexs.stages import Mesh, RexsStage
 from flexgear.gears.geometry import RULE, least_backlash
@@ -73,15 +73,13 @@ class StageWriter:
         flanks = self.gears.flanks(every)
         tools = self.gears.tools(every)
         pressure = number([*flanks, *tools], "normal_pressure_angle", "deg")
-        if not self.section.take("pressure_angle_deg", pressure):
-            self.case.assume(self.section, "pressure_angle_deg", 20, "usual")
+        degrees = self.case.take(self.section, "pressure_angle_deg", pressure, 20.0, "usual")
         if pressure is not None and not 0 < pressure.value < 45:
             raise InputError(
                 self.where, pressure.source, f"{pressure.value:g} deg is no pressure angle",
                 "correct it; 20 deg is usual",
             )  # fmt: skip
         helix = self._helix()
-        degrees = 20.0 if pressure is None else pressure.value
         return Rack(module.value, math.radians(degrees), helix)
 
     def _helix(self) -> float:
@@ -285,24 +283,19 @@ class StageWriter:
                 ("chordal_tooth_thickness_{}_deviation", math.cos(self.rack.pressure_angle)),
                 *([] if ring else [("{}_backlash_allowance_referenced_to_span", 1.0)]),
             ):
-                ends = [number(gears, name.format(end), "mm") for end in ("upper", "lower")]
-                present = [end for end in ends if end is not None]
-                if present:
-                    total -= ratio * sum(end.value for end in present) / len(present)
-                    sources += [end.source for end in present]
+                deviation = mean(gears, [name.format(end) for end in ("upper", "lower")], "mm")
+                if deviation is not None:
+                    total -= ratio * deviation.value
+                    sources.append(deviation.source)
                     break
         if not sources or total < 0.0:
             return None
-        return Datum(total, f"mean of {' and '.join(sources)}")
+        return Datum(total, " and ".join(sources))
 
     def _total_backlash(self, stages: list[Component]) -> Datum | None:
-        mean = number(stages, "mean_normal_backlash", "mm")
-        ends = [number(stages, f"{end}_normal_backlash", "mm") for end in ("minimum", "maximum")]
-        present = [end for end in ends if end is not None]
-        if mean is None and present:
-            value = sum(end.value for end in present) / len(present)
-            mean = Datum(value, " and ".join(end.source for end in present) + ", mean")
-        return mean if mean is not None and mean.value >= 0 else None
+        ends = ("minimum_normal_backlash", "maximum_normal_backlash")
+        backlash = number(stages, "mean_normal_backlash", "mm") or mean(stages, ends, "mm")
+        return backlash if backlash is not None and backlash.value >= 0 else None
 
     def _shifts(self) -> dict[str, Datum]:
         """Profile shifts by gear. A ring's sign is the one that fits the centre distance; what is

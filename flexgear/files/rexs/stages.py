@@ -11,7 +11,7 @@ from collections import defaultdict
 from dataclasses import dataclass, field
 
 from flexgear.files.rexs.assembly import BEARINGS, COUPLINGS, Assembly, carrier_parts
-from flexgear.files.rexs.document import Component, Document, number
+from flexgear.files.rexs.document import Component, Document, number, value
 
 GEARS = ("cylindrical_gear", "ring_gear")
 
@@ -70,6 +70,12 @@ def is_internal(gear: Component) -> bool:
     """A ring: by its type, or by a negative number of teeth."""
     teeth = number([gear], "number_of_teeth", "none")
     return gear.kind == "ring_gear" or (teeth is not None and teeth.value < 0)
+
+
+def is_helical(stage: RexsStage) -> bool:
+    """Whether its gears have a helix angle."""
+    datum = number(stage.all_gears, "helix_angle_reference_diameter", "deg")
+    return datum is not None and datum.value != 0
 
 
 def stages_of(assembly: Assembly) -> tuple[list[RexsStage], list[str]]:
@@ -156,7 +162,7 @@ def _planetary(assembly: Assembly, planetary: Component, meshes: list[Mesh]) -> 
     if max(counts) == 2 and not _opposite(halves["planet"][0][0], halves["planet"][1][0]):
         raise Unfit("its planets have two gears that are no halves of a double helix")
     for relation in assembly.document.related("planet_shaft", "central_shaft"):
-        relation.used |= relation.of("planetary_stage") == planetary.id
+        relation.used |= relation.refs.get("planetary_stage") == planetary.id
     return RexsStage(
         planetary,
         "planetary",
@@ -200,24 +206,20 @@ def _parallel(meshes: list[Mesh], assembly: Assembly) -> RexsStage:
 
 
 def _opposite(first: Component, second: Component) -> bool:
+    """Whether two gears are halves of a double helix."""
     same = all(
-        _value(first, key, unit) == _value(second, key, unit)
+        value(first, key, unit) == value(second, key, unit)
         for key, unit in (("number_of_teeth", "none"), ("normal_module", "mm"))
     )
-    helix = [_value(gear, "helix_angle_reference_diameter", "deg") for gear in (first, second)]
-    return same and helix[0] is not None and helix[0] != 0 and helix[0] == -(helix[1] or 0)
-
-
-def _value(gear: Component, key: str, unit: str) -> float | None:
-    datum = number([gear], key, unit)
-    return None if datum is None else datum.value
+    helix = [value(gear, "helix_angle_reference_diameter", "deg") for gear in (first, second)]
+    return same and helix[0] != 0 and helix[0] == -helix[1]
 
 
 def _along(gears: list[Component], assembly: Assembly) -> list[Component]:
     """Gears of a shaft from −u to +u of the gear unit, as they stand where that is not said."""
     return sorted(
         gears,
-        key=lambda g: assembly.frames.sense(g) * (_value(g, "u_coordinate_on_shaft", "mm") or 0.0),
+        key=lambda g: assembly.frames.sense(g) * value(g, "u_coordinate_on_shaft", "mm"),
     )
 
 

@@ -9,19 +9,16 @@ about ten times the stiffness of a gear mesh of face width b (ISO 6336-1: c_Î³ â
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import pi
+
+import numpy as np
 
 from flexgear.files.case_text import CaseText, Section
-from flexgear.files.rexs.assembly import Assembly, section_of
-from flexgear.files.rexs.document import Component, Datum, flag, number, text
+from flexgear.files.rexs.assembly import Assembly, sections_of
+from flexgear.files.rexs.document import Component, Datum, flag, number, read, text, value
 from flexgear.files.rexs.stages import Member, axial_place
+from flexgear.files.rexs.tables import RATING, SPRINGS
 
-_DIRECTIONS = {  # attribute, its unit here, key of a case
-    "radial": ("radial_stiffness", "N / m", "radial_n_per_m"),
-    "axial": ("axial_stiffness", "N / m", "axial_n_per_m"),
-    "tilt": ("bending_stiffness", "N m / rad", "tilt_nm_per_rad"),
-    "torsion": ("rotational_stiffness", "N m / rad", "torsion_nm_per_rad"),
-}
+_SPRINGS = {row.field: row for row in SPRINGS}
 _POINT = "operating_point_stiffness_"
 _OPERATING = {  # names of REXS 1.3 on, and before
     "radial": (
@@ -30,11 +27,11 @@ _OPERATING = {  # names of REXS 1.3 on, and before
     ),
     "axial": ((f"{_POINT}f_u_d_u", f"{_POINT}dF_u_d_u"),),
 }
+_ASSUMED = "assumed: "  # begins such a source
 RIGID = 10.0  # of E b: a hundred gear meshes
 UNKNOWN = 0.1  # of E b: about a gear mesh
 CLEARANCES = ("operating_radial_bearing_clearance", "radial_bearing_clearance", "radial_clearance",
               "radial_backlash")  # fmt: skip
-RATINGS = ("radial_dynamic_load_rating", "dynamic_capacity")
 
 
 @dataclass(frozen=True)
@@ -70,8 +67,7 @@ class SupportWriter:
         directions = ("radial", "axial", "tilt") + (("torsion",) if torsion else ())
         self._springs(section, joints, scale, directions, needs, member.z)
         if member.role == "ring" and len(member.stage.halves["ring"]) == 2:
-            keys = [key for *_, key in _DIRECTIONS.values()]
-            section.share(0.5, keys, "half of it for each ring half")
+            section.share(0.5, [row.key for row in SPRINGS], "half of it for each ring half")
 
     def planet(
         self, bearings: list[list[Component]], scale: Scale, z: float | None, needs: tuple[str, ...]
@@ -83,8 +79,8 @@ class SupportWriter:
             self.case.warn("[stages.planet_bearing]: no bearing of a planet in the file")
         for others in bearings[1:]:
             for twin, bearing in zip(others, first, strict=False):
-                for name, unit, _ in _DIRECTIONS.values():  # alike ones are used, others listed
-                    number([bearing, twin], name, unit)
+                for row in SPRINGS:  # alike ones are used, others listed
+                    read([bearing, twin], row)
         self._springs(section, first, scale, ("radial", "axial", "tilt"), needs, z)
         clearance = number(first, CLEARANCES, "mm")
         if clearance is not None and clearance.value > 0:
@@ -103,24 +99,22 @@ class SupportWriter:
     ) -> None:
         radial: list[tuple[float, float]] = []
         for direction in directions:
-            total = 0.0
-            sources: list[str] = []
-            guesses: list[str] = []
+            data = []
             for joint in joints:
                 datum = self._stiffness(joint, direction, scale)
-                if datum is None:
-                    continue
-                total += datum.value
-                (guesses if datum.source.startswith("assumed") else sources).append(datum.source)
                 place = axial_place(self.assembly, joint)
-                if direction == "radial" and place is not None and z is not None:
+                data += [] if datum is None else [datum]
+                if direction == "radial" and datum and place is not None and z is not None:
                     radial.append((datum.value, place - z))
+            total = sum(datum.value for datum in data)
+            sources = [datum.source for datum in data]
             if direction == "tilt":
-                total, place_text = self._spread(section, radial, total)
-                sources += place_text
-            *_, key = _DIRECTIONS[direction]
-            if guesses:
-                why = "; ".join(g.removeprefix("assumed: ") for g in [*guesses, *sources])
+                total, of_places = self._spread(section, radial, total)
+                sources += of_places
+            sources.sort(key=lambda source: not source.startswith(_ASSUMED))
+            key = _SPRINGS[direction].key
+            if sources and sources[0].startswith(_ASSUMED):
+                why = "; ".join(source.removeprefix(_ASSUMED) for source in sources)
                 self.case.assume(section, key, total, why)
             elif total > 0:
                 section.put(key, total, " + ".join(sources))
@@ -143,8 +137,7 @@ class SupportWriter:
 
     def _stiffness(self, joint: Component, direction: str, scale: Scale) -> Datum | None:
         """Of one bearing or coupling; None where it does not act."""
-        name, unit, _ = _DIRECTIONS[direction]
-        datum, limit = number([joint], name, unit), scale.limit(direction)
+        datum, limit = read([joint], _SPRINGS[direction]), scale.limit(direction)
         only_stated = direction == "tilt" or (direction == "torsion" and not _turns(joint))
         absorbs = None if only_stated else self._absorbs(joint, direction)
         if datum is not None and datum.value > limit:
@@ -155,12 +148,13 @@ class SupportWriter:
         if only_stated or stated is not None or (datum is not None and absorbs is None):
             return stated
         if _turns(joint):
-            return Datum(limit, f"assumed: {joint.label} is rigid")
+            return Datum(limit, f"{_ASSUMED}{joint.label} is rigid")
         point = self._operating_point(joint, direction)
         if point is not None or (absorbs is None and joint.kind == "concept_bearing"):
             return point
-        why = f"{joint.label} has no {name}; about the stiffness of a gear mesh"
-        return Datum(scale.guess(direction), f"assumed: {why}")
+        lacks = f"{joint.label} has no {_SPRINGS[direction].names[0]}"
+        why = f"{_ASSUMED}{lacks}; about the stiffness of a gear mesh"
+        return Datum(scale.guess(direction), why)
 
     def _operating_point(self, joint: Component, direction: str) -> Datum | None:
         """Stiffness at the operating point, where a file has results of bearings."""
@@ -186,12 +180,10 @@ class SupportWriter:
         return word != "no_direction"
 
     def _rating(self, section: Section, bearings: list[Component]) -> None:
-        rating = number(bearings, RATINGS, "kN")
-        if rating is None or rating.value <= 0:
+        if read(bearings, RATING[0]) is None:
             return
-        section.put("dynamic_rating_kn", rating.value, rating.source)
-        section.take("static_rating_kn", number(bearings, "radial_static_load_rating", "kN"))
-        section.take("fatigue_load_limit_kn", number(bearings, "fatigue_limit_load", "kN"))
+        for row in RATING:
+            section.take(row.key, read(bearings, row))
         type_text = text(bearings, "bearing_type")
         kind = "ball" if type_text is not None and "ball" in type_text else "roller"
         if type_text is None:
@@ -210,34 +202,30 @@ class SupportWriter:
         stated = number(member.stage.carrier, "mass_of_component", "kg")
         frames = [c for c in member.stage.carrier if c.kind == "planet_carrier"]
         plates = [p for frame in frames for p in self.document.parts(frame, "side_plate")]
-        mass = inertia = 0.0
+        blanks = []  # outer and inner diameter, length, distance of its axis from the carrier's; m
         for plate in plates:
-            outer, inner, length = (
-                number([plate], key, "m") for key in ("outer_diameter", "inner_diameter", "length")
-            )
-            if outer is None or length is None:
-                continue
-            plate.role = "the carrier"
-            a, b = outer.value / 2, 0.0 if inner is None else inner.value / 2
-            mass_of_blank = density * pi * (a**2 - b**2) * length.value
-            mass, inertia = mass + mass_of_blank, inertia + mass_of_blank * (a**2 + b**2) / 2
+            sizes = [
+                value(plate, key, "m") for key in ("outer_diameter", "inner_diameter", "length")
+            ]
+            if sizes[0] > 0 and sizes[2] > 0:
+                plate.role = "the carrier"
+                blanks.append((*sizes, 0.0))
         stage = member.stage.component
         for pin in self.document.linked(stage, "planetary_stage", "shaft", "planet_pin"):
-            for part in self.document.parts(pin, "shaft_section"):
-                if (piece := section_of(part)) is None:
-                    continue
-                outer_d, inner_d = piece.diameters(piece.start + piece.length / 2)
-                mass_of_blank = density * pi / 4 * (outer_d**2 - inner_d**2) * piece.length * 1e-9
-                lever = arm**2 + (outer_d**2 + inner_d**2) * 1e-6 / 8
-                mass, inertia = mass + mass_of_blank, inertia + mass_of_blank * lever
-        if stated is not None:
-            section.put("mass_kg", stated.value, stated.source)
+            for _, piece in sections_of(self.document, pin):
+                outer, inner = piece.diameters(piece.start + piece.length / 2)
+                blanks.append((1e-3 * outer, 1e-3 * inner, 1e-3 * piece.length, arm))
+        d, bore, length, lever = np.array(blanks).reshape(-1, 4).T
+        masses = density * np.pi / 4 * (d**2 - bore**2) * length
+        mass = float(masses.sum())
+        inertia = float(masses @ (lever**2 + (d**2 + bore**2) / 8))
+        section.take("mass_kg", stated)
         if plates and mass > 0:
+            why = "derived: side plates and pins of the file"
             if stated is None:
-                section.put("mass_kg", mass, "derived: side plates and pins of the file")
-            scale = 1.0 if stated is None else stated.value / mass
+                section.put("mass_kg", mass, why)
             section.put(
-                "inertia_kg_m2", inertia * scale, "derived: side plates and pins of the file"
+                "inertia_kg_m2", inertia if stated is None else inertia * stated.value / mass, why
             )
 
 

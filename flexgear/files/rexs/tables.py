@@ -23,44 +23,47 @@ and amounts are those at the ends of the active profile and of the face.
 from __future__ import annotations
 
 import math
-from typing import Literal
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from typing import Any, Literal
 
 from flexgear.model.modifications import LARGEST as LARGEST_M
+from flexgear.model.section import Section
+from flexgear.model.units import unit_name
 
-_TURN = 2.0 * math.pi
-# name without spaces -> (dimension, factor to SI)
-_UNITS: dict[str, tuple[str, float]] = {
-    "none": ("number", 1.0),
-    "": ("number", 1.0),
-    "%": ("number", 1e-2),
-    "mm": ("length", 1e-3),
-    "mum": ("length", 1e-6),
-    "um": ("length", 1e-6),
-    "m": ("length", 1.0),
-    "h": ("time", 3600.0),
-    "deg": ("angle", math.pi / 180.0),
-    "rad": ("angle", 1.0),
-    "1/min": ("speed", _TURN / 60.0),
-    "rad/s": ("speed", 1.0),
-    "N": ("force", 1.0),
-    "kN": ("force", 1e3),
-    "Nm": ("torque", 1.0),
-    "kW": ("power", 1e3),
-    "W": ("power", 1.0),
-    "N/m": ("stiffness", 1.0),
-    "N/mm": ("stiffness", 1e3),
-    "Nmm/rad": ("rotational stiffness", 1e-3),
-    "Nm/rad": ("rotational stiffness", 1.0),
-    "N/(mmmum)": ("stiffness per face width", 1e9),
-    "MPa": ("stress", 1e6),
-    "N/mm^2": ("stress", 1e6),
-    "Pa": ("stress", 1.0),
-    "kg": ("mass", 1.0),
-    "GPa": ("stress", 1e9),
-    "kg/dm^3": ("density", 1e3),
-    "kg/m^3": ("density", 1.0),
-    "kgm^2": ("inertia", 1.0),
-    "m/s^2": ("acceleration", 1.0),
+# name without spaces -> (dimension, multiply by, divide by): SI, exact to the last bit
+_UNITS: dict[str, tuple[str, float, float]] = {
+    "none": ("number", 1, 1),
+    "": ("number", 1, 1),
+    "%": ("number", 1, 1e2),
+    "mm": ("length", 1, 1e3),
+    "mum": ("length", 1, 1e6),
+    "um": ("length", 1, 1e6),
+    "m": ("length", 1, 1),
+    "h": ("time", 3600, 1),
+    "deg": ("angle", math.pi, 180),
+    "rad": ("angle", 1, 1),
+    "1/min": ("speed", 2 * math.pi, 60),
+    "rad/s": ("speed", 1, 1),
+    "N": ("force", 1, 1),
+    "kN": ("force", 1e3, 1),
+    "Nm": ("torque", 1, 1),
+    "kW": ("power", 1e3, 1),
+    "W": ("power", 1, 1),
+    "N/m": ("stiffness", 1, 1),
+    "N/mm": ("stiffness", 1e3, 1),
+    "Nmm/rad": ("rotational stiffness", 1, 1e3),
+    "Nm/rad": ("rotational stiffness", 1, 1),
+    "N/(mmmum)": ("stiffness per face width", 1e9, 1),
+    "MPa": ("stress", 1e6, 1),
+    "N/mm^2": ("stress", 1e6, 1),
+    "Pa": ("stress", 1, 1),
+    "kg": ("mass", 1, 1),
+    "GPa": ("stress", 1e9, 1),
+    "kg/dm^3": ("density", 1e3, 1),
+    "kg/m^3": ("density", 1, 1),
+    "kgm^2": ("inertia", 1, 1),
+    "m/s^2": ("acceleration", 1, 1),
 }
 
 # what is read or written here, by attribute; a file of any version may leave its units out
@@ -125,15 +128,21 @@ SCHEMA_UNITS: dict[str, str] = {
 }  # fmt: skip
 
 
+_SIGNS = {"°": "deg", "µ": "mu", "μ": "mu", "²": "^2", "³": "^3", "rpm": "1/min"}
+
+
 def _plain(name: str) -> str:
-    """A unit's name without spaces, with its degree and micro signs spelled out."""
+    """A unit's name without spaces, as it stands in the table."""
     text = "".join(name.split())
-    return text.replace("°", "deg").replace("µ", "mu").replace("μ", "mu")
+    for sign, word in _SIGNS.items():
+        text = text.replace(sign, word)
+    return text
 
 
-def si_factor(name: str) -> float:
-    """What a number in a unit that is known is multiplied with to be in SI."""
-    return _UNITS[_plain(name)][1]
+def from_si(unit: str) -> float:
+    """What an SI number is multiplied with to be in a unit that is known."""
+    _, times, over = _UNITS[_plain(unit)]
+    return over / times
 
 
 def factor(unit: str, into: str) -> float | None:
@@ -146,14 +155,16 @@ def factor(unit: str, into: str) -> float | None:
         return 1.0
     if a not in _UNITS or b not in _UNITS or _UNITS[a][0] != _UNITS[b][0]:
         return None
-    return _UNITS[a][1] / _UNITS[b][1]
+    (_, times, over), (_, times_into, over_into) = _UNITS[a], _UNITS[b]
+    return times * over_into / (over * times_into)
 
 
 Word = Literal["left", "right"]
 WORDS: tuple[Word, Word] = ("left", "right")
 DATUM = "datum_face_orientation"  # of a gear: on the side of its u axis, or against it
 ORIENTATIONS = {"positive": 1, "negative": -1}
-FACES = ("datum_face", "non_datum_face")
+ENDS = ("tip", "root")
+FACES = {"datum_face": 1, "non_datum_face": -1}
 
 
 def tooth_side(word: Word, internal: bool, datum: int) -> int:
@@ -173,39 +184,139 @@ def outward(datum: int, half: int) -> int:
     return -datum if half < 0 else datum
 
 
-LARGEST = 1e3 * LARGEST_M  # mm, of an amount
-RELIEFS = ("tip_relief", "root_relief")
-CROWNINGS = {  # REXS component: key of a case, amounts at both ends
-    "profile_crowning": (
-        "profile_crowning_um",
-        ("profile_crowning_at_tip", "profile_crowning_at_root"),
-    ),
-    "helix_crowning": (
-        "lead_crowning_um",
-        ("helix_crowning_amount_datum_face", "helix_crowning_amount_non_datum_face"),
-    ),
-}
-SLOPES = {  # REXS component and its attribute: key of a case, whether its sign hangs on the face
-    "profile_slope": ("profile_slope_um", False),
-    "helix_slope": ("helix_slope_um", True),
-    "profile_twist": ("twist_um", True),
-}
+LARGEST = 1e6 * LARGEST_M  # µm, of an amount
 FORMS = ("linear", "parabolic")
-END_RELIEF = "end_relief"
-KEYS = {  # fields of a case's ``FlankModifications`` that REXS has
-    *(key.removesuffix("_um") for key, _ in (*CROWNINGS.values(), *SLOPES.values())),
-    *RELIEFS,
-    END_RELIEF,
-}
-AS_HERE = {  # what a case means anyway; other values are listed
-    "shape_of_profile_crowning": ("parabolic",),
-    "shape_of_helix_crowning": ("parabolic",),
-    "helix_evaluation_reference": ("facewidth",),
-    "is_additive_modification": ("true",),
-}
+ADDITIVE = ("is_additive_modification", "true")  # what a case means anyway
 LOADED = "loaded_tooth_flank"
-SIGNS = {
-    "profile_slope": "positive where more is missing at the tip",
-    "helix_slope": "positive where more is missing at the non-datum face",
-    "profile_twist": "positive where the profile slope is larger at the non-datum face",
+
+
+@dataclass(frozen=True)
+class Row:
+    """A field of a section of a case and the REXS attribute that holds it.
+
+    suffix: unit of the case's key, "" for a number. names: of the attribute, the first one is
+    written, and the first that a file has is read. positive: whether it is read above 0 alone.
+    """
+
+    field: str
+    suffix: str
+    names: tuple[str, ...]
+    positive: bool = False
+
+    @property
+    def key(self) -> str:
+        """As case files write it."""
+        return f"{self.field}_{self.suffix}" if self.suffix else self.field
+
+    @property
+    def unit(self) -> str:
+        """Unit of the key."""
+        return unit_name(self.suffix) if self.suffix else "none"
+
+
+def written(section: Section, rows: Iterable[Row], turn: int = 1) -> dict[str, Any]:
+    """Attributes (SI) of the fields that a section has; turn: a sign that numbers get."""
+    values = {row.names[0]: getattr(section, row.field, None) for row in rows}
+    return {name: turn * value for name, value in values.items() if value is not None}
+
+
+MATERIAL = (
+    Row("young_modulus", "gpa", ("elastic_modulus",), positive=True),
+    Row("poisson_ratio", "", ("poisson_ratio",), positive=True),
+    Row("density", "kg_per_m3", ("density",), positive=True),
+)
+SPRINGS = (
+    Row("radial", "n_per_m", ("radial_stiffness",)),
+    Row("axial", "n_per_m", ("axial_stiffness",)),
+    Row("tilt", "nm_per_rad", ("bending_stiffness",)),
+    Row("torsion", "nm_per_rad", ("rotational_stiffness",)),
+)
+RATING = (  # of a planet bearing
+    Row("dynamic_rating", "kn", ("radial_dynamic_load_rating", "dynamic_capacity"), positive=True),
+    Row("static_rating", "kn", ("radial_static_load_rating",)),
+    Row("fatigue_load_limit", "kn", ("fatigue_limit_load",)),
+)
+CUTTER = (
+    Row("teeth", "", ("number_of_teeth",)),
+    Row("profile_shift", "", ("addendum_modification_coefficient",)),
+)
+PROTUBERANCE = (
+    Row("protuberance", "mm", ("protuberance_amount",), positive=True),
+    Row("protuberance_angle", "deg", ("protuberance_angle",)),
+)
+PORT = (
+    Row("speed", "rpm", ("rotational_speed",)),
+    Row("torque", "nm", ("torque_around_u_axis",)),
+    Row("power", "kw", ("power",)),
+)
+INERTIA = Row("inertia", "kg_m2", ("moment_of_inertia_u_axis",))
+AXES = ("v", "w", "u")  # x, y, z of a case
+FORCES = tuple(f"force_{axis}_direction" for axis in AXES)
+MOMENTS = tuple(f"torque_around_{axis}_axis" for axis in AXES[:2])
+GRAVITY = tuple(f"direction_vector_gravity_{axis}" for axis in AXES)
+
+
+@dataclass(frozen=True)
+class Modification:
+    """A REXS component that modifies a flank.
+
+    sizes: lengths; of one field at both ends of a flank the mean is read. section: of a case's
+    modifications that they are in, "" for the flank's own. words: what a case means anyway.
+    by_face: whether its sign hangs on the datum face; face: where it is, 1 at the datum, −1 at the
+    non-datum face, 0 at neither; positive: what a positive one is.
+    """
+
+    sizes: tuple[Row, ...]
+    section: str = ""
+    words: Mapping[str, str] = field(default_factory=dict)
+    by_face: bool = False
+    face: int = 0
+    positive: str = ""
+
+
+_RELIEF = {"amount": ("um", "depth"), "length": ("mm", "datum_length"),
+           "start_diameter": ("mm", "datum_diameter")}  # fmt: skip
+MODIFICATIONS = {
+    "profile_crowning": Modification(
+        tuple(Row("profile_crowning", "um", (f"profile_crowning_at_{end}",)) for end in ENDS),
+        words={"shape_of_profile_crowning": "parabolic"},
+    ),
+    "helix_crowning": Modification(
+        tuple(Row("lead_crowning", "um", (f"helix_crowning_amount_{face}",)) for face in FACES),
+        words={"shape_of_helix_crowning": "parabolic"},
+    ),
+    "profile_slope": Modification(
+        (Row("profile_slope", "um", ("profile_slope",)),),
+        positive="where more is missing at the tip",
+    ),
+    "helix_slope": Modification(
+        (Row("helix_slope", "um", ("helix_slope",)),),
+        words={"helix_evaluation_reference": "facewidth"},
+        by_face=True,
+        positive="where more is missing at the non-datum face",
+    ),
+    "profile_twist": Modification(
+        (Row("twist", "um", ("profile_twist",)),),
+        by_face=True,
+        positive="where the profile slope is larger at the non-datum face",
+    ),
+    **{
+        kind: Modification(
+            tuple(Row(key, unit, (f"{kind}_{name}",)) for key, (unit, name) in _RELIEF.items()),
+            section=kind,
+        )
+        for kind in ("tip_relief", "root_relief")
+    },
+    **{
+        f"end_relief_{face}": Modification(
+            (
+                Row("amount", "um", (f"end_relief_depth_{face}",)),
+                Row("length", "mm", (f"end_relief_length_{face}",)),
+            ),
+            section="end_relief",
+            face=side,
+        )
+        for face, side in FACES.items()
+    },
 }
+KEYS = {m.section or row.field for m in MODIFICATIONS.values() for row in m.sizes}

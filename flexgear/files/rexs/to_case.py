@@ -14,9 +14,11 @@ from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 
+import numpy as np
+
 from flexgear.files.case_text import CaseText, Section, commented
 from flexgear.files.rexs.assembly import Assembly
-from flexgear.files.rexs.document import Component, Document, LoadCase, flag, number
+from flexgear.files.rexs.document import Component, Document, flag, number, read, value
 from flexgear.files.rexs.gears import GearReader, Rack
 from flexgear.files.rexs.ports import PortWriter, write_load_cases
 from flexgear.files.rexs.stage_keys import StageWriter
@@ -24,11 +26,13 @@ from flexgear.files.rexs.stages import (
     Member,
     RexsStage,
     assign_bearings,
+    is_helical,
     members_of,
     planet_bearings,
     stages_of,
 )
 from flexgear.files.rexs.supports import Scale, SupportWriter
+from flexgear.files.rexs.tables import GRAVITY, MATERIAL
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.errors import InputError
 from flexgear.model.load import case_of_toml
@@ -43,7 +47,11 @@ def left_out(document: Document) -> list[str]:
     groups: dict[tuple[str, str, bool], list[str]] = defaultdict(list)
     for component in document.components.values():
         unused = [a.id for a in component.attributes.values() if not a.used]
-        unused += [f"{a.id} (of the model, the load case's counts)" for a in component.overridden]
+        unused += [
+            f"{name} (of the model, the load case's counts)"
+            for name, attribute in component.of_model.items()
+            if component.attributes[name] is not attribute
+        ]
         whole = not component.role and not any(a.used for a in component.attributes.values())
         if unused or not component.role:
             names = ", ".join(sorted(unused)) or "no attributes"
@@ -94,10 +102,9 @@ class _Conversion:
         self.document, self.where = document, where
         self.case = CaseText()
         self.lost: list[str] = []
-        self.chosen: LoadCase | None = None
         self._choose(load_case)
         self.assembly = Assembly(document)
-        self.material = dict(_STEEL)
+        self.material: dict[str, float] = {}
 
     def run(self) -> Imported:
         stages, refused = stages_of(self.assembly)
@@ -111,7 +118,7 @@ class _Conversion:
         self.lost += assign_bearings(self.assembly, members)
         top = self.case.section("")
         self._material([gear for stage in stages for gear in stage.all_gears])
-        ports = PortWriter(self.assembly, self.case, members)
+        ports = PortWriter(self.assembly, self.case, members, self.where)
         self.joined, self.held = self._joined(), self._held(ports)
         for gear in (gear for stage in stages for gear in stage.all_gears):
             if not self.assembly.frames.is_parallel(gear):
@@ -124,7 +131,7 @@ class _Conversion:
         self.case.assume(damping, "kind", "modal", "damping is not in REXS")
         self.case.assume(damping, "ratio", 0.02, "usual of roller bearings and bolted housings")
         try:
-            ports.write(self.where)
+            ports.write()
         except InputError as fault:  # the case is written for its reader to mend
             key, message = fault.key, f"{fault.problem} -- {fault.remedy}"
             self.case.warn(f"the case cannot run before this is mended: {key}: {message}")
@@ -156,12 +163,11 @@ class _Conversion:
                 self.where, "load case", f"{number} is not there", f"there are: {numbers}"
             )
         self.document.take_load_case(chosen)
-        self.chosen = chosen
 
     def _list_other_cases(self, written: set[int]) -> None:
         """List load cases that are not in the case."""
         for other in self.document.load_cases:
-            if other is not self.chosen and other.id not in written:
+            if other is not self.document.load_case and other.id not in written:
                 self.lost.append(
                     f"load case {other.id} (spectrum {other.spectrum}), {len(other.attributes)}"
                     f" attributes: --load-case {other.id} takes it in place of the first"
@@ -172,17 +178,9 @@ class _Conversion:
         shafts = [s for g in gears if (s := self.assembly.frames.shaft(g)) is not None]
         materials += [m for shaft in shafts for m in self.document.references(shaft, "material")]
         section = self.case.section("[material]")
-        for key, name, unit in (
-            ("young_modulus_gpa", "elastic_modulus", "GPa"),
-            ("poisson_ratio", "poisson_ratio", "none"),
-            ("density_kg_per_m3", "density", "kg / m^3"),
-        ):
-            datum = number(materials, name, unit)
-            if datum is not None and datum.value > 0:
-                self.material[key] = datum.value
-                section.take(key, datum)
-            else:
-                self.case.assume(section, key, _STEEL[key], "steel")
+        for row in MATERIAL:
+            datum, usual = read(materials, row), _STEEL[row.key]
+            self.material[row.key] = self.case.take(section, row.key, datum, usual, "steel")
         for material in materials:
             material.role = "the material"
 
@@ -190,22 +188,19 @@ class _Conversion:
         """Write all stages with supports; racks by the stage's name."""
         supports = SupportWriter(self.assembly, self.case)
         racks = {}
-        axial = any(self._helical(stage) for stage in named.values())
+        axial = any(is_helical(stage) for stage in named.values())
         for name, stage in named.items():
             racks[name] = StageWriter(gears, self.case, self.where, stage, name).write()
             scale = self._scale(stage, racks[name])
             of_stage = [m for m in self.members if m.stage is stage]
-            if stage.kind == "planetary":
-                carrier = next(m for m in of_stage if m.role == "carrier")
+            carriers = [m for m in of_stage if m.role == "carrier"]
+            for carrier in carriers:
                 supports.carrier_blank(carrier, self.material["density_kg_per_m3"], scale.radius)
             for member in of_stage:
-                needs = self._needs(member, axial)
-                supports.support(member, scale, needs)
-            if stage.kind == "planetary":
-                carrier = next(m for m in of_stage if m.role == "carrier")
+                supports.support(member, scale, self._needs(member, axial))
+            for carrier in carriers:
                 needs = ("radial", "axial") if axial else ("radial",)
-                bearings = planet_bearings(self.assembly, stage)
-                supports.planet(bearings, scale, carrier.z, needs)
+                supports.planet(planet_bearings(self.assembly, stage), scale, carrier.z, needs)
             self._gear_mesh(gears.modified.has(name))
         return racks
 
@@ -219,27 +214,23 @@ class _Conversion:
         self.case.assume(mesh, "model", "constant", why)
         self.case.assume(mesh, "contact_law", "linear", "as the constant stiffness")
 
-    def _helical(self, stage: RexsStage) -> bool:
-        datum = number(stage.all_gears, "helix_angle_reference_diameter", "deg")
-        return datum is not None and datum.value != 0
-
     def _scale(self, stage: RexsStage, rack: Rack) -> Scale:
-        widths = [*stage.all_gears, *stage.pairs]
         names = ("face_width", "common_face_width")
-        width = min(w.value for c in widths if (w := number([c], names, "m")) and w.value > 0)
-        teeth = [
-            abs(t.value) for g in stage.all_gears if (t := number([g], "number_of_teeth", "none"))
-        ]
-        young = 1e9 * self.material["young_modulus_gpa"]
-        return Scale(young * width, 1e-3 * rack.reference(round(sum(teeth) / len(teeth))) / 2)
+        widths = [number([c], names, "m") for c in (*stage.all_gears, *stage.pairs)]
+        width = min(w.value for w in widths if w is not None and w.value > 0)
+        teeth = [abs(value(gear, "number_of_teeth", "none")) for gear in stage.all_gears]
+        mean = round(sum(teeth) / np.count_nonzero(teeth))
+        return Scale(
+            1e9 * self.material["young_modulus_gpa"] * width, 1e-3 * rack.reference(mean) / 2
+        )
 
     def _needs(self, member: Member, axial: bool) -> tuple[str, ...]:
         """Directions in which a member must not be free.
 
         A sun may float between its planets. Members of one body hold one another axially.
         """
-        bodies = {x for pair in self.joined for x in pair}
-        body = [m for m in bodies if m.body == member.body] or [member]
+        joined = dict.fromkeys(m for pair in self.joined for m in pair)
+        body = [m for m in joined if m.body == member.body] or [member]
         floats = member.role == "sun" and len(member.stage.halves["planet"][0]) >= 3
         needs = [] if floats or member.bearings else ["radial"]
         if axial and not any(m.bearings for m in body) and member is body[0]:
@@ -296,9 +287,8 @@ class _Conversion:
     def _gravity(self, top: Section, units: list[Component]) -> None:
         if flag(units, "account_for_gravity") is not True:
             return
-        u, v, w = (number(units, f"direction_vector_gravity_{a}", "none") for a in "uvw")
         size = number(units, "gravitational_acceleration", "m / s^2")
-        parts = [0.0 if p is None else p.value for p in (v, w, u)]
+        parts = [0.0 if p is None else p.value for p in (number(units, n, "none") for n in GRAVITY)]
         length = sum(p * p for p in parts) ** 0.5
         if length == 0:
             self.case.warn(f"{units[0].label}: accounts for gravity, but gives no direction")
@@ -317,9 +307,8 @@ class _Conversion:
             section = self.case.section("[[joints]]")
             section.put("first", first.name, first.anchor.label)
             section.put("second", second.name, second.anchor.label)
-            joint = self.assembly.torsion(first.anchor, second.anchor)
+            stiffness, passed = self.assembly.torsion(first.anchor, second.anchor)
             limit = scale.limit("torsion")
-            stiffness, passed = joint if joint is not None else (float("inf"), [])
             labels = ["shaft sections between them", *(c.label for c in passed)]
             if stiffness < limit:
                 section.put("torsion_nm_per_rad", stiffness, ", ".join(labels))

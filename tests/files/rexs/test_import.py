@@ -432,7 +432,7 @@ def test_whatever_is_missing_or_odd_is_said_in_one_line(box, random):
         else:
             del document.components[component.id]
             document.relations = [
-                r for r in document.relations if component.id not in {n for _, n in r.refs}
+                r for r in document.relations if component.id not in r.refs.values()
             ]
     said = "one line"
     try:

@@ -1,0 +1,308 @@
+"""A stage as REXS components: shafts, gears with flanks and tools, gear meshes, supports, results.
+
+The datum face of every gear is that at its −z end, against its u axis. In a parallel stage the
+pinion has the sun's role, the gear the planet's.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Any
+
+from flexgear.files.rexs import tables as table
+from flexgear.files.rexs.outgoing import Outgoing, Place, Written, located
+from flexgear.gears.geometry import stage_geometry
+from flexgear.gears.paths import tooth_sides
+from flexgear.gears.power_flow import PowerFlow
+from flexgear.gears.radii import StageRadii, gears_by_role
+from flexgear.gears.tool import CutterTool
+from flexgear.model.bearings import Springs
+from flexgear.model.case import Case
+from flexgear.model.member import PlanetBearing, Support
+from flexgear.model.modifications import FlankModifications
+from flexgear.model.stage import Stage
+from flexgear.model.train import Joint
+
+_DATUM, _ORIENTATION = -1, "negative"
+
+
+@dataclass
+class TrainOut:
+    """A train that becomes a model. places: of members; unit, casing, material: ids of components;
+    shafts: their ids by member or planet."""
+
+    case: Case
+    flow: PowerFlow
+    model: Outgoing
+    places: dict[str, Place]
+    unit: int
+    casing: int
+    material: int
+    shafts: dict[str, int] = field(default_factory=dict)
+
+    def shaft(self, member: str, place: Place, whole: int) -> int:
+        """Adds the shaft of a member (or a planet) to ``whole``, beginning at ``place``; its id."""
+        port = self.case.port_at(member)
+        defines = None if port is None else port.speed is not None
+        number = self.model.part(whole, "shaft", member, **located(place), defines_speed=defines)
+        self.shafts[member] = number
+        return number
+
+
+class StageOut:
+    """Adds one stage to a model. gears, meshes: role and id of each."""
+
+    def __init__(self, train: TrainOut, stage: Stage) -> None:
+        self.train, self.stage, self.model = train, stage, train.model
+        self.view = train.case.view(stage.name)
+        self.geometry = stage_geometry(self.view)
+        self.flow = train.flow.stage(stage.name)
+        self.members = gears_by_role(stage)
+        sides = tooth_sides(stage.kind, self.flow.sun_gear_mesh_force >= 0)
+        self.words = {
+            key: table.word_of(side, key[0] == "ring", _DATUM) for key, side in sides.items()
+        }
+        self.loaded = train.case.output is not None
+        self.halves = (-1, 1) if stage.double_helical else (0,)
+        self.reach = stage.face_width / 2 - self._middle(self.halves[0])  # from the middle
+        self.gears: list[tuple[str, int]] = []
+        self.meshes: list[tuple[str, int]] = []
+
+    def add(self) -> None:
+        """Stage, shafts, gears, gear meshes, supports and results."""
+        if self.stage.kind == "planetary":
+            self._planetary()
+        else:
+            self._parallel()
+        for part in self.stage.members:
+            self._support(part)
+        if self.train.case.ports:
+            self._results()
+
+    def _results(self) -> None:
+        """Speeds of the gears; forces in the gear meshes, of one planet and half each."""
+        flow = self.flow
+        speed = {"sun": flow.sun_speed, "ring": flow.ring_speed, "planet": flow.planet_speed}
+        for role, number in self.gears:
+            self.model.result(number, rotational_speed=speed[role])
+        for role, number in self.meshes if self.loaded else ():
+            force = abs(flow.gear_mesh_forces[role]) * math.cos(self.geometry.base_helix_angle)
+            self.model.result(number, nominal_tangential_force_at_base_diameter=force)
+
+    def _planetary(self) -> None:
+        name, stage, model = self.stage.name, self.stage, self.model
+        u, v, w = place = self.train.places[f"{name}.sun"]
+        number = model.part(self.train.unit, "planetary_stage", name)
+        assert stage.carrier is not None
+        frame = model.part(
+            number, "planet_carrier", f"{name}.carrier", mass_of_component=stage.carrier.mass
+        )
+        drive = self._shaft(f"{name}.carrier", place, frame)
+        model.relate("planet_carrier_shaft", planetary_stage=number, shaft=drive)
+        central = {}
+        for role in ("sun", "ring"):
+            shaft = self._shaft(f"{name}.{role}", place)
+            model.relate("central_shaft", planetary_stage=number, shaft=shaft)
+            central[role] = self._gears(role, shaft, f"{name}.{role}", place)
+        arm, bearing = self.geometry.center_distance, stage.planet_bearing
+        for k, angle in enumerate(stage.planet_angles):
+            planet = f"{name}.planet_{k + 1}"
+            centre = (u, v + arm * math.cos(angle), w + arm * math.sin(angle))
+            shaft = self._shaft(planet, centre)
+            begin = (u - self.reach, *centre[1:])
+            pin = model.part(frame, "shaft", f"{planet} pin", **located(begin))
+            model.relate("planet_shaft", planetary_stage=number, shaft=shaft)
+            model.relate("planet_pin", planetary_stage=number, shaft=pin)
+            gears = self._gears("planet", shaft, planet, centre)
+            for _ in range(bearing.count):
+                self._bearing(pin, shaft, f"{planet} bearing", bearing, centre, 1.0 / bearing.count)
+            for role, mates in central.items():
+                for mate, gear in zip(mates, gears, strict=True):
+                    self._gear_mesh(number, role, (mate, gear), f"{name}.{role} – {planet}")
+
+    def _parallel(self) -> None:
+        gears = []
+        for role, part in (("sun", "pinion"), ("planet", "gear")):
+            member = f"{self.stage.name}.{part}"
+            place = self.train.places[member]
+            gears.append(self._gears(role, self._shaft(member, place), member, place))
+        for pair in zip(*gears, strict=True):
+            self._gear_mesh(self.train.unit, "sun", pair, self.stage.name)
+
+    def _middle(self, half: int) -> float:
+        """Place of a half's middle from that of the stage, m; half: −1 left, 1 right, 0 neither."""
+        return half * (self.stage.face_width + self.stage.half_gap) / 2
+
+    def _shaft(self, member: str, place: Place, whole: int | None = None) -> int:
+        begin = (place[0] - self.reach, *place[1:])
+        return self.train.shaft(member, begin, self.train.unit if whole is None else whole)
+
+    def _gears(self, role: str, shaft: int, name: str, place: Place) -> list[int]:
+        """Adds a gear for each half of the stage and returns their ids; place: of the middle of the
+        stage on the gear's axis."""
+        stage, gear, tooth = self.stage, self.members[role], self.geometry.gears[role]
+        ring, (u, v, w) = role == "ring", place
+        base = tooth.base_radius if gear.base_diameter is None else gear.base_diameter / 2
+        right = (stage.planet_hand == "right") != (role == "sun")  # of a single or left half
+        numbers = []
+        for half in self.halves:
+            helix = stage.helix_angle * (1 if right != (half > 0) else -1)
+            middle = self._middle(half)
+            number = self.model.part(
+                shaft,
+                "ring_gear" if ring else "cylindrical_gear",
+                name,
+                number_of_teeth=gear.teeth,
+                normal_module=stage.normal_module,
+                face_width=stage.face_width,
+                helix_angle_reference_diameter=helix + 0.0,  # no −0
+                tip_diameter=2 * tooth.tip_radius,
+                root_diameter=2 * tooth.root_radius,
+                base_diameter=2 * base,
+                reference_diameter_cylindrical_gear=2 * tooth.reference_radius,
+                u_coordinate_on_shaft=self.reach + middle,
+                **located((u + middle, v, w)),
+                datum_face_orientation=_ORIENTATION,
+                mass_of_component=(
+                    None if gear.mass is None else gear.mass / (1 if ring else len(self.halves))
+                ),
+                inner_diameter=None if ring else gear.bore_diameter or None,
+            )
+            self.model.relate("reference", origin=number, referenced=self.train.material)
+            if ring and gear.rim_thickness is not None:
+                self.model.part(number, "gear_body", gear_body_rim_thickness=gear.rim_thickness)
+            self._flanks(number, role, half)
+            self.gears.append((role, number))
+            numbers.append(number)
+        return numbers
+
+    def _gear_mesh(self, whole: int, role: str, gears: tuple[int, int], name: str) -> None:
+        """Adds a cylindrical_stage of two gears, of this role and the planet's."""
+        geometry = self.geometry.gear_meshes[role]
+        number = self.model.part(
+            whole,
+            "cylindrical_stage",
+            name,
+            center_distance=self.geometry.center_distance,
+            common_face_width=self.stage.face_width,
+            minimum_normal_backlash=geometry.backlash,
+            maximum_normal_backlash=geometry.backlash,
+            radial_contact_ratio=geometry.transverse_contact_ratio,
+            overlap_contact_ratio=geometry.overlap_ratio,
+            total_contact_ratio=geometry.total_contact_ratio,
+        )
+        self.meshes.append((role, number))
+        self.model.relate("stage", stage=number, gear_1=gears[0], gear_2=gears[1])
+        for gear, of in zip(gears, (role, "planet"), strict=True):
+            data = self.model.add(
+                "cylindrical_stage_gear_data",
+                operating_pressure_angle_in_the_transverse_section=geometry.working_angle,
+            )
+            self.model.relate("stage_gear_data", stage=number, gear=gear, stage_gear_data=data)
+            if self.loaded:
+                part = self.view.part(of)
+                flank = self.words[part, role if part == "planet" else "drive"]
+                self.model.result(data, **{table.LOADED: flank})
+
+    def _flanks(self, number: int, role: str, half: int) -> None:
+        """Both flanks of a gear, with the tool that made it."""
+        gear, tool = self.members[role], self.geometry.gears[role].tool
+        flanks = {
+            word: self.model.add(
+                "cylindrical_gear_flank",
+                normal_pressure_angle=self.stage.pressure_angle,
+                addendum_modification_coefficient=gear.profile_shift,
+            )
+            for word in table.WORDS
+        }
+        self.model.relate("flank", gear=number, left=flanks["left"], right=flanks["right"])
+        cutter = tool if isinstance(tool, CutterTool) else None
+        made_by = self.model.add(
+            "cutter_wheel_tool" if cutter else "rack_shaped_tool",
+            number_of_teeth=round(cutter.teeth) if cutter else None,
+            addendum_modification_coefficient=gear.tool.profile_shift if cutter else None,
+            tip_diameter=2 * cutter.tip_circle if cutter else None,
+            tip_corner_radius_factor_reference_profile=tool.tip_radius / self.stage.normal_module,
+            addendum_coefficient_reference_profile=None if cutter else gear.dedendum,
+            **(table.written(gear.tool, table.PROTUBERANCE) if gear.tool.protuberance else {}),
+        )
+        settings = self.model.add(
+            "cylindrical_gear_manufacturing_settings",
+            machining_allowance=gear.tool.grinding_allowance or None,
+        )
+        names = {
+            word: name for (of, name), word in self.words.items() if of == self.view.part(role)
+        }
+        for word, flank in flanks.items():
+            self.model.relate(
+                "manufacturing_step",
+                1,
+                workpiece=flank,
+                tool=made_by,
+                manufacturing_settings=settings,
+            )
+            modifications = gear.modifications.of(names[word])
+            for component in self._ground(modifications, table.outward(_DATUM, half)):
+                self.model.relate("reference", origin=flank, referenced=component)
+
+    def _ground(self, modifications: FlankModifications, datum: int) -> Iterator[int]:
+        """What one flank lacks; datum: +1 where z of a modification counts to the datum face. Signs
+        of slopes as in ``flanks``: positive towards the tip, and towards the non-datum face."""
+        for kind, m in table.MODIFICATIONS.items():
+            part: Any = getattr(modifications, m.section) if m.section else modifications
+            end = "+z" if m.face * datum > 0 else "-z"
+            if part is None or (m.face and part.end not in ("both", end)):
+                continue
+            sizes = table.written(part, m.sizes, -datum if m.by_face else 1)
+            if sizes:
+                words = {"shape_of_relief": part.form} if m.section else m.words
+                yield self.model.add(kind, **words, **sizes)
+
+    def _support(self, part: str) -> None:
+        """Springs to the casing; of a held member a coupling, which takes its torque."""
+        member, casing = f"{self.stage.name}.{part}", self.train.casing
+        support = self.stage.member(part).support
+        shaft, place = self.train.shafts[member], self.train.places[member]
+        copies = 2 if part == "ring" and self.stage.double_helical else 1  # halves with one each
+        if member not in self.train.case.held_members():
+            if support.matrix.any():
+                self._bearing(shaft, casing, f"{member} bearing", support, place, copies)
+            return
+        springs = springs_out(support, copies)
+        torsion = torsion_out(support, self.geometry.radii, part)
+        if torsion > 0:  # else it is held rigidly, which is a coupling without stiffness
+            springs["rotational_stiffness"] = torsion * copies
+        place = (place[0] + support.z, *place[1:])
+        self.model.side("coupling", shaft, casing, f"{member} held", **located(place), **springs)
+
+    def _bearing(
+        self, inner: int, outer: int, name: str, springs: Support, place: Place, share: float
+    ) -> None:
+        kind, clearance = "concept_bearing", "radial_clearance"
+        rating: dict[str, Written | None] = {}
+        if isinstance(springs, PlanetBearing) and springs.dynamic_rating is not None:
+            kind, clearance = "rolling_bearing_with_catalog_geometry", "radial_bearing_clearance"
+            ball = springs.rolling == "ball"
+            rating = table.written(springs, table.RATING)
+            rating["bearing_type"] = f"radial_{'grooved_ball' if ball else 'roller'}_bearing"
+        self.model.side(
+            kind, inner, outer, name, **located((place[0] + springs.z, *place[1:])),
+            **springs_out(springs, share), **rating, **{clearance: 2 * springs.clearance or None},
+        )  # fmt: skip
+
+
+def springs_out(springs: Springs, share: float) -> dict[str, Written | None]:
+    """Radial, axial and bending stiffness; without the rotational one, since a coupling of zero
+    rotational stiffness would hold nothing."""
+    x, y, axial, tilt_x, tilt_y, _ = springs.stiffness
+    values = ((x + y) / 2, axial, (tilt_x + tilt_y) / 2)
+    return {row.names[0]: share * k for row, k in zip(table.SPRINGS, values, strict=False)}
+
+
+def torsion_out(springs: Joint | Support, radii: StageRadii, part: str) -> float:
+    """Stiffness about the axis, N m/rad, with what acts along the base circle of a member."""
+    role = {"pinion": "sun", "gear": "planet", "carrier": "center_distance"}.get(part, part)
+    radius: float = getattr(radii, role)
+    return springs.stiffness[5] + springs.tangential * radius**2
