@@ -80,17 +80,8 @@ def deflection(gear, load, young, poisson, *, held, size):
     """Plane-strain deflection under a load; held: depth below the root section at which the body
     is held, m; size: of the elements at the tooth, m."""
     tooth = shape(gear)
-    fe_mesh, edges = _meshed(tooth, load, held, size)
-    basis = Basis(fe_mesh, ELEMENT)
-    stiffness = linear_elasticity(*lame_parameters(young, poisson)).assemble(basis)
-
-    @LinearForm
-    def pressed(v, w):
-        return load.pressure(w.x) * (load.direction[0] * v[0] + load.direction[1] * v[1])
-
-    force = pressed.assemble(FacetBasis(fe_mesh, ELEMENT, facets=edges["contact"]))
-    force /= force @ _uniform(basis, load.direction)
-    u = solved(*condense(stiffness, force, D=basis.get_dofs(facets=edges["held"])))
+    fe_mesh, edges = meshed(tooth, load, held, size)
+    basis, _, u = pressed(fe_mesh, edges, load, young, poisson)
     node = np.argmin(np.hypot(*(fe_mesh.p.T - load.middle).T))
     flank = float(u[basis.nodal_dofs[:, node]] @ load.direction)
     centre = _at(basis, u, np.array([[load.cross], [0.0]]))[:, 0]
@@ -99,6 +90,24 @@ def deflection(gear, load, young, poisson, *, held, size):
         _of_root_section(tooth, load, lambda x: _at(basis, u, x)),
         float(centre @ load.direction),
     )
+
+
+def pressed(fe_mesh, edges, load, young, poisson):
+    """Basis, force and displacement under the load of one newton per metre of face; edges: pairs
+    (2, n) of nodes of "contact" and "held"."""
+    number = {tuple(pair): k for k, pair in enumerate(np.sort(fe_mesh.facets.T, axis=1))}
+    facets = {n: np.array([number[tuple(sorted(e))] for e in edges[n].T]) for n in edges}
+    basis = Basis(fe_mesh, ELEMENT)
+    stiffness = linear_elasticity(*lame_parameters(young, poisson)).assemble(basis)
+
+    @LinearForm
+    def pressure(v, w):
+        return load.pressure(w.x) * (load.direction[0] * v[0] + load.direction[1] * v[1])
+
+    force = pressure.assemble(FacetBasis(fe_mesh, ELEMENT, facets=facets["contact"]))
+    force /= force @ _uniform(basis, load.direction)
+    u = solved(*condense(stiffness, force, D=basis.get_dofs(facets=facets["held"])))
+    return basis, force, u
 
 
 def _of_root_section(tooth: Shape, load, motion):
@@ -128,7 +137,10 @@ def _at(basis, u, x):
 
 
 class _Outline:
-    """gmsh points and curves of the teeth, run through from -y to +y."""
+    """gmsh points and curves of the teeth, run through from -y to +y. start: place on the +y root
+    of the tooth that is being added where a crack begins, mouth: its point."""
+
+    start, mouth = None, 0
 
     def __init__(self, gmsh, tooth: Shape, size):
         self.geo, self.size, self.gear = gmsh.model.geo, size, tooth.gear
@@ -149,8 +161,15 @@ class _Outline:
         self.last = to
 
     def root_to(self, places):
-        """Along a root, whose chords must be short."""
-        self.roots.append(self.spline_to(places))
+        """Along a root, whose chords must be short, with a point where a crack starts."""
+        x, start = places[:, 0], self.start
+        if start is None or places[0, 1] < 0 or not min(x) < start[0] < max(x):
+            self.roots.append(self.spline_to(places))
+            return
+        upper = np.sign(x[-1] - x[0]) * (x - start[0]) < 0
+        self.spline_to(np.vstack([places[upper], start]))
+        self.mouth = self.last
+        self.spline_to(places[~upper])
 
     def spline_to(self, places):
         """Through places (n, 2) to the last of them; its curve."""
@@ -207,15 +226,16 @@ def _marks(gear, load):
     return np.column_stack([out * np.cos(half), out * np.sin(half)])
 
 
-def _meshed(tooth: Shape, load, held, size):
-    """FE mesh and its edges: "contact", "held"."""
+def meshed(tooth: Shape, load, held, size, crack=None, finest=0.0):
+    """FE mesh and pairs (2, n) of nodes of its edges "contact", "held" and, with its ends, "crack";
+    finest: elements at the crack's end, m."""
     far = tooth.section.real - tooth.gear.outward * held
     with gmsh_session("teeth") as gmsh:
         line = _Outline(gmsh, tooth, size)
-        parts = {
-            j: line.tooth(j * line.pitch, () if j else _marks(tooth.gear, load))
-            for j in range(-NEIGHBOURS, NEIGHBOURS + 1)
-        }
+        parts = {}
+        for j in range(-NEIGHBOURS, NEIGHBOURS + 1):
+            line.start = crack[0] if crack and j == 0 else None
+            parts[j] = line.tooth(j * line.pitch, () if j else _marks(tooth.gear, load))
         end = (NEIGHBOURS + 0.5) * line.pitch
         corners = [
             line.point((far * math.cos(a), far * math.sin(a)), 3 * size) for a in (end, 0, -end)
@@ -226,21 +246,31 @@ def _meshed(tooth: Shape, load, held, size):
             line.geo.addCircleArc(corners[1], line.origin, corners[2]),
             line.geo.addLine(corners[2], line.first),
         ]
-        line.geo.addPlaneSurface([line.geo.addCurveLoop([*line.curves, *edge])])
+        surface = line.geo.addPlaneSurface([line.geo.addCurveLoop([*line.curves, *edge])])
+        curves, sizes = (
+            {"contact": parts[0][1:3], "held": edge},
+            {(*load.middle,): load.half_width / 4},
+        )
+        if crack:
+            curves["crack"] = [line.geo.addLine(line.mouth, line.point(crack[1]))]
+            sizes[(*crack[1],)] = finest
         line.geo.synchronize()
+        gmsh.model.mesh.embed(1, curves.get("crack", []), 2, surface)
         for curve in line.roots:
             gmsh.model.mesh.setTransfiniteCurve(curve, ROOT_CHORDS + 1)
-        fields, finest = gmsh.model.mesh.field, load.half_width / 4
-        refined = fields.add("MathEval")
-        x, y = load.middle
-        fields.setString(refined, "F", f"{finest} + 0.2*sqrt((x-({x}))^2 + (y-({y}))^2)")
-        fields.setAsBackgroundMesh(refined)
+        fields, refined = gmsh.model.mesh.field, []
+        for (x, y), least in sizes.items():
+            refined.append(fields.add("MathEval"))
+            fields.setString(refined[-1], "F", f"{least} + 0.2*sqrt((x-({x}))^2 + (y-({y}))^2)")
+        smallest = fields.add("Min")
+        fields.setNumbers(smallest, "FieldsList", refined)
+        fields.setAsBackgroundMesh(smallest)
         gmsh.model.mesh.generate(2)
-        return _read(gmsh, {"contact": parts[0][1:3], "held": edge})
+        return _read(gmsh, curves)
 
 
 def _read(gmsh, curves):
-    """scikit-fem's mesh of gmsh's triangles, and facets by the name of their curves."""
+    """scikit-fem's mesh of gmsh's triangles, and pairs of nodes by the name of their curves."""
     tags, places, _ = gmsh.model.mesh.getNodes()
     _, corners = gmsh.model.mesh.getElementsByType(2)
     used, corners = np.unique(corners, return_inverse=True)
@@ -248,10 +278,10 @@ def _read(gmsh, curves):
     row[tags] = np.arange(len(tags))
     points = places.reshape(-1, 3)[row[used], :2]
     fe_mesh = MeshTri(np.ascontiguousarray(points.T), corners.reshape(-1, 3).T.copy())
-    number = {tuple(pair): k for k, pair in enumerate(np.sort(fe_mesh.facets.T, axis=1))}
-    facets = {}
-    for name, tags_of in curves.items():
-        pairs = np.concatenate([gmsh.model.mesh.getElementsByType(1, c)[1] for c in tags_of])
-        pairs = np.sort(np.searchsorted(used, pairs).reshape(-1, 2), axis=1)
-        facets[name] = np.array([number[tuple(pair)] for pair in pairs])
-    return fe_mesh, facets
+    pairs = {
+        name: np.concatenate([gmsh.model.mesh.getElementsByType(1, c)[1] for c in tags_of])
+        for name, tags_of in curves.items()
+    }
+    return fe_mesh, {
+        name: np.searchsorted(used, ends).reshape(-1, 2).T for name, ends in pairs.items()
+    }
