@@ -13,19 +13,18 @@ from dataclasses import asdict, dataclass
 from datetime import datetime
 from pathlib import Path
 
+from matplotlib.figure import Figure
 from rows import Picture, Row
 
 from flexgear.files.atomic import atomic_file
+from flexgear.views.style import save_figure
 
 
 @dataclass(frozen=True)
 class Paper:
-    """A package of validation/: where its rows and pictures are; ``detail``: its own page."""
+    """A package of validation/; by_fidelity: whether it takes the fidelity of FE meshes."""
 
     name: str
-    statements: str = "statements"
-    pictures: str = "pictures"
-    detail: str = ""
     by_fidelity: bool = False
 
     @property
@@ -46,7 +45,7 @@ PAPERS = (
     Paper("grc"),
     Paper("face_load", by_fidelity=True),
     Paper("solid_contact", by_fidelity=True),
-    Paper("tan2023", "on_page", "on_page", detail="index.html", by_fidelity=True),
+    Paper("tan2023", by_fidelity=True),
 )
 
 
@@ -90,17 +89,21 @@ class Ledger:
         try:
             title = paper.title
             given = (self.fidelity,) if paper.by_fidelity else ()
-            statements = importlib.import_module(f"{paper.name}.{paper.statements}")
+            statements = importlib.import_module(f"{paper.name}.statements")
             rows = tuple(statements.rows(*given))
-            folder = self.folder / paper.name
-            folder.mkdir(parents=True, exist_ok=True)
-            drawing = importlib.import_module(f"{paper.name}.{paper.pictures}")
-            pictures = tuple(drawing.draw(folder, *given))
+            drawing = importlib.import_module(f"{paper.name}.pictures")
+            pictures = tuple(self._saved_picture(paper, *one) for one in drawing.drawn(*given))
         except Exception:  # the page must still be written, and says so
             trouble = traceback.format_exc(limit=-3)
         else:
             trouble = "" if rows else "no rows"
         return Entry(paper.name, title, rows, pictures, made, self.run, trouble)
+
+    def _saved_picture(self, paper: Paper, figure: Figure, picture: Picture) -> Picture:
+        file = self.folder / paper.name / picture.file
+        file.parent.mkdir(parents=True, exist_ok=True)
+        save_figure(figure, file, dpi=160)
+        return picture
 
     def _file(self, name: str) -> Path:
         return self.folder / name / "rows.json"

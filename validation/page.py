@@ -9,7 +9,7 @@ from pathlib import Path
 
 import jinja2
 import numpy as np
-from ledger import PAPERS, Ledger
+from ledger import Ledger
 from rows import AGAINST, Row
 
 from flexgear.files.atomic import atomic_file
@@ -59,7 +59,6 @@ def write_page(ledger: Ledger) -> Path:
         style=(HERE / "page.css").read_text("utf-8"),
         entries=entries,
         total=Counts(*np.sum([astuple(c) for _, c in entries], axis=0)),
-        detail={p.name: p.detail for p in PAPERS},
         kinds=kinds,
         run=ledger.run,
         version=version(),

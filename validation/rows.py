@@ -1,8 +1,8 @@
 """One published figure or statement beside the computed one: what every paper's package lists.
 
-A package `validation/<paper>/` offers `statements.rows() -> list[Row]` and
-`pictures.draw(folder) -> list[Picture]`; both are called once a session (validation/ledger.py) and
-shown on one page (validation/page.py).
+A package `validation/<paper>/` offers `statements.rows() -> Iterable[Row]` and
+`pictures.drawn() -> Iterable[Drawn]`; both are called once a session (validation/ledger.py) and
+shown on one page (validation/page.py). What is printed stands in its reference.csv.
 """
 
 from __future__ import annotations
@@ -10,9 +10,11 @@ from __future__ import annotations
 import csv
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
+from matplotlib.figure import Figure
 
 PRINT = "print"
 INDEPENDENT = "independent code"
@@ -71,6 +73,9 @@ class Picture:
     note: str = ""
 
 
+Drawn = tuple[Figure, Picture]
+
+
 @dataclass(frozen=True)
 class Published:
     """A line of reference.csv: the printed text and its value, relative tolerance or None.
@@ -88,18 +93,25 @@ class Published:
     reason: str
 
 
-def reference(file: Path) -> dict[str, Published]:
-    """reference.csv by quantity.
+@cache
+def reference(paper: str) -> dict[str, Published]:
+    """reference.csv of a paper by quantity.
 
     Columns: where, quantity, value, unit, tolerance (relative, "" for a reported value; a trailing
     "h" accepts half the last printed digit, too), reason.
     """
+    file = Path(__file__).with_name(paper) / "reference.csv"
     with file.open(encoding="utf-8", newline="") as stream:
         lines = [_published(line) for line in csv.DictReader(stream)]
     found = {line.quantity: line for line in lines}
     if len(found) != len(lines):
         raise ValueError(f"{file}: a quantity stands twice")
     return found
+
+
+def published(paper: str, where: str) -> list[Published]:
+    """Lines of reference.csv from one place of a paper."""
+    return [line for line in reference(paper).values() if line.where == where]
 
 
 def _published(line: dict[str, str]) -> Published:

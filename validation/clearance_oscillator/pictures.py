@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from pathlib import Path
+from collections.abc import Iterator
 
 import numpy as np
 from matplotlib.figure import Figure
-from rows import Picture
+from rows import Drawn, Picture
 
 from clearance_oscillator.equations import backbone, forced
 from clearance_oscillator.statements import (
@@ -15,19 +15,18 @@ from clearance_oscillator.statements import (
     free,
     largest_force,
 )
-from flexgear.views.style import PLANET_COLOURS, panels, save_figure, styled
+from flexgear.views.style import PLANET_COLOURS, panels, styled
 
 ERROR, DAMPING = 0.1, 0.02  # of the case, the error over x_s
 
 
-def draw(folder: Path) -> list[Picture]:
+def drawn() -> Iterator[Drawn]:
     """One picture."""
-    save_figure(resonances(), folder / "resonances.png", dpi=160)
     note = (
         "Lines are computed, dots closed forms. Left: hardly damped, the tongue stands about the "
         "free motion. Right: one harmonic, damped always, the error a tenth of x_s."
     )
-    return [Picture("resonances.png", "Resonances of a pair with clearance", note)]
+    yield resonances(), Picture("resonances.png", "Resonances of a pair with clearance", note)
 
 
 @styled

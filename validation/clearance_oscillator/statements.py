@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import xarray as xr
-from rows import CLOSED_FORM, Published, Row, compared, gathered, reference
+from rows import CLOSED_FORM, Published, Row, compared, gathered, published
 
 import flexgear as fg
 from flexgear.arrays import Array
@@ -28,12 +28,6 @@ BACKLASH = {"one flank": "400", "both flanks": "8.868"}  # µm; the latter 2 x_s
 def rows() -> list[Row]:
     """All rows."""
     return gathered(PAPER, free_motion, first_order)
-
-
-def published(where: str) -> list[Published]:
-    """Lines of reference.csv."""
-    lines = reference(Path(__file__).with_name("reference.csv")).values()
-    return [line for line in lines if line.where == where]
 
 
 @cache
@@ -78,7 +72,7 @@ def amplitude(data: xr.Dataset) -> Array:
 
 def free_motion() -> Iterable[Row]:
     """The middle between both sides of the tongue at a force, and the frequency of free motion."""
-    for line in published("free motion"):
+    for line in published(PAPER, "free motion"):
         flanks, _, force = line.quantity.partition(", largest force ")
         data = free(flanks)
         sides = crossings(data, largest_force(data), float(force.split()[0]))
@@ -91,7 +85,7 @@ def first_order() -> Iterable[Row]:
     x = data["response_speed_share"].to_numpy()
     turns = np.flatnonzero(np.diff(np.sign(np.diff(x)))) + 1
     rising, falling = x[turns].max(), x[turns].min()
-    for line in published("first order"):
+    for line in published(PAPER, "first order"):
         if line.quantity.startswith("jump"):
             yield of_closed_form(line, falling if "falling" in line.quantity else rising)
         else:

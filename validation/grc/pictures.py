@@ -2,34 +2,27 @@
 
 from __future__ import annotations
 
-from pathlib import Path
+from collections.abc import Iterator
 
 import numpy as np
-from rows import Picture
+from rows import Drawn, Picture
 
-from flexgear.views.style import new_figure, panels, save_figure, styled
+from flexgear.views.style import new_figure, panels, styled
 from grc.by_cause import computed
 from grc.statements import PUBLISHED, with_clearance
 
 CLEARANCES = (0.0, 0.1, 0.2, 0.3)  # mm on every side of the carrier bearings
 
 
-def draw(folder: Path) -> list[Picture]:
+def drawn() -> Iterator[Drawn]:
     """Two pictures."""
-    save_figure(clearances(), folder / "clearance.png", dpi=160)
-    save_figure(causes(), folder / "causes.png", dpi=160)
-    return [
-        Picture(
-            "clearance.png",
-            "Load sharing over carrier bearing clearance",
-            "by grc/by_cause.py; dotted: measured, both with an unknown clearance",
-        ),
-        Picture(
-            "causes.png",
-            "Load sharing by cause",
-            "by grc/by_cause.py; dotted: measured without and with rotor moment",
-        ),
-    ]
+    note = "by grc/by_cause.py; dotted: measured, both with an unknown clearance"
+    yield (
+        clearances(),
+        Picture("clearance.png", "Load sharing over carrier bearing clearance", note),
+    )
+    note = "by grc/by_cause.py; dotted: measured without and with rotor moment"
+    yield causes(), Picture("causes.png", "Load sharing by cause", note)
 
 
 @styled

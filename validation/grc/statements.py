@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import astuple
-from pathlib import Path
 
 import numpy as np
 from rows import CLOSED_FORM, STORED, Row, reference
 
 from grc.by_cause import Figures, Found, computed, stored
 
-PUBLISHED = reference(Path(__file__).with_name("reference.csv"))
+PUBLISHED = reference("grc")
 BUNDLED, TAPERED = "bundled case", "tapered planet and carrier bearings"
 TAPERED_TOGETHER = "all tapered, all errors, sun held"
 TOGETHER = "all errors and all that holds the sun"

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from rows import Picture
+from rows import Drawn, Picture
 
 from flexgear.views.style import (
     MICRO,
@@ -15,7 +13,6 @@ from flexgear.views.style import (
     OTHER_VARIANTS,
     VARIANT_COLOURS,
     panels,
-    save_figure,
     styled,
 )
 from hu2023 import comparison, studies
@@ -31,9 +28,9 @@ PRINTED, OURS = VARIANT_COLOURS["rigid"], VARIANT_COLOURS["flexible"]
 FITTED = "Stage 1 with planet bearings fitted to the printed K outside."
 
 
-def draw(folder: Path) -> list[Picture]:
+def drawn() -> list[Drawn]:
     """All pictures of this paper."""
-    drawn = [
+    return [
         (figure_4(), Picture("figure_04.png", "Figure 4: load sharing of the stages",
          "Left: stage 1 over the unprinted stiffness of its planet bearings, quasi-static; the "
          "linear law lets teeth pull above K = 3. Right: stages 2 and 3, whose suns float.")),
@@ -49,9 +46,6 @@ def draw(folder: Path) -> list[Picture]:
         (figure_12(), Picture("figure_12.png", "Figure 12: load sharing over tooth errors",
          f"Harmonic steady state; the scales of stages 2 and 3 are millionths. {FITTED}")),
     ]  # fmt: skip
-    for figure, one in drawn:
-        save_figure(figure, folder / one.file, dpi=160)
-    return [one for _, one in drawn]
 
 
 @styled

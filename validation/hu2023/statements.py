@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from functools import cache, partial
-from pathlib import Path
 
 import numpy as np
-from rows import CLOSED_FORM, INDEPENDENT, Published, Row, compared, gathered, number, reference
+from rows import CLOSED_FORM, INDEPENDENT, Row, compared, gathered, number, reference
 from scipy.linalg import eigh
 from trains import gear_mesh_forces
 
@@ -18,6 +17,7 @@ from hu2023.errors import harmonics
 from hu2023.sharing import Found, cycle_times, found, gear_mesh_rate
 
 PAPER = "hu2023"
+published = partial(reference, PAPER)
 line = partial(Row, PAPER)  # where, quantity, published, computed, tolerance, holds, why
 MM = 1e3
 RPM = 30 / np.pi
@@ -30,12 +30,6 @@ def rows() -> list[Row]:
     return gathered(PAPER, speeds_and_torques, mean_forces, package_and_equations, free_sun,
                     printed_sharing, fitted_sharing, sun_float, carrier_displacement,
                     figure_10, figure_11, figure_12)  # fmt: skip
-
-
-@cache
-def published() -> dict[str, Published]:
-    """reference.csv."""
-    return reference(Path(__file__).with_name("reference.csv"))
 
 
 @cache

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from rows import published
 from scipy.integrate import quad
 from scipy.optimize import brentq, root
 
@@ -11,7 +12,7 @@ from flexgear.gears.bearings.bearing import RollingBearing, rate_load
 from flexgear.gears.bearings.reference_life import Ratings
 from flexgear.gears.bearings.rows import RollerRow, standard_drops
 from iso_16281.example import LOADS, figure, rated
-from iso_16281.statements import published
+from iso_16281.statements import PAPER
 
 D, DP, INSIDE, OUTSIDE, MODULUS = 11.5, 43.5, 5.98, 6.095, 210e3 / 0.91  # N, mm
 
@@ -78,7 +79,7 @@ def test_plain_equations(name: str, stiffness: float) -> None:
 
 
 def test_every_line_is_compared() -> None:
-    assert len(published("load zone")) == 18 and len(published("ball bearing")) == 11
+    assert len(published(PAPER, "load zone")) == 18 and len(published(PAPER, "ball bearing")) == 11
 
 
 ROLLERS = {"count": 12, "diameter": 15.0, "pitch": 75.0, "length": 16.0, "rating": 6e4}  # mm, N

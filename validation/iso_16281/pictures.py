@@ -2,25 +2,24 @@
 
 from __future__ import annotations
 
-from pathlib import Path
+from collections.abc import Iterator
 
 import numpy as np
 from matplotlib.figure import Figure
-from rows import Picture
+from rows import Drawn, Picture, published
 
 from flexgear.gears.bearings.rows import LINE, POINT
-from flexgear.views.style import PLANET_COLOURS, panels, save_figure, styled
+from flexgear.views.style import PLANET_COLOURS, panels, styled
 from iso_16281.example import LOADS, bearing, rated
-from iso_16281.statements import load_zone_integral, published
+from iso_16281.statements import PAPER, load_zone_integral
 
 
-def draw(folder: Path) -> list[Picture]:
+def drawn() -> Iterator[Drawn]:
     """One picture."""
-    save_figure(loads(), folder / "loads.png", dpi=160)
     note = (
         "Left: lines are computed, dots printed. Right: loads of the seven balls, 1000 N each way."
     )
-    return [Picture("loads.png", "Load zone and loads of balls", note)]
+    yield loads(), Picture("loads.png", "Load zone and loads of balls", note)
 
 
 @styled
@@ -34,7 +33,7 @@ def loads() -> Figure:
     ):
         values = [load_zone_integral(float(e), exponent) for e in extents]
         left.semilogx(extents, values, color=colour, label=kind)
-        dots = [line for line in published("load zone") if f"J_r of {kind}" in line.quantity]
+        dots = [line for line in published(PAPER, "load zone") if f"J_r of {kind}" in line.quantity]
         places = [float(line.quantity.partition("= ")[2]) for line in dots]
         left.plot(places, [line.value for line in dots], "o", color=colour, ms=4, mfc="white")
     left.set(xlabel="extent ε of the load zone", ylabel="J_r(ε)", title="load zone")

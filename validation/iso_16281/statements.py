@@ -5,11 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import scipy
-from rows import Published, Row, compared, gathered, reference
+from rows import Row, compared, gathered, published
 
 from flexgear.gears.bearings.rows import LINE, POINT
 from iso_16281.example import D_PW, figure, rated
@@ -21,12 +20,6 @@ ELSEWHERE = 2e-4  # with the arm of the example
 def rows() -> list[Row]:
     """All rows."""
     return gathered(PAPER, load_zones, ball_bearing, with_the_arm_of_the_example)
-
-
-def published(where: str) -> list[Published]:
-    """Lines of reference.csv."""
-    lines = reference(Path(__file__).with_name("reference.csv")).values()
-    return [line for line in lines if line.where == where]
 
 
 def load_zone_integral(extent: float, exponent: float) -> float:
@@ -43,7 +36,7 @@ def load_zone_integral(extent: float, exponent: float) -> float:
 
 def load_zones() -> Iterable[Row]:
     """J_r(ε), and 1/J_r(1/2)."""
-    for line in published("load zone"):
+    for line in published(PAPER, "load zone"):
         exponent = POINT if "ball" in line.quantity else LINE
         if line.quantity.startswith("J_r"):
             extent = float(line.quantity.partition("= ")[2])
@@ -54,14 +47,14 @@ def load_zones() -> Iterable[Row]:
 
 def ball_bearing() -> Iterable[Row]:
     """All figures, with the arm of the inner groove's centres."""
-    for line in published("ball bearing"):
+    for line in published(PAPER, "ball bearing"):
         load, _, name = line.quantity.partition(": ")
         yield compared(PAPER, line, figure(rated(load), name))
 
 
 def with_the_arm_of_the_example() -> Iterable[Row]:
     """All figures, with the arm D_pw/2."""
-    for line in published("ball bearing"):
+    for line in published(PAPER, "ball bearing"):
         load, _, name = line.quantity.partition(": ")
         tight = replace(
             line, quantity=f"{line.quantity}, arm D_pw/2", tolerance=ELSEWHERE, reason=""

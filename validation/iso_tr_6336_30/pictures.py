@@ -2,28 +2,27 @@
 
 from __future__ import annotations
 
-from pathlib import Path
+from collections.abc import Iterator
 
 import numpy as np
 from matplotlib.figure import Figure
-from rows import Picture, reference
+from rows import Drawn, Picture, reference
 
 from flexgear.gears.rating.damage import LifeCurve
 from flexgear.gears.rating.steels import flank_knees, root_knees
-from flexgear.views.style import panels, save_figure, styled
-from iso_tr_6336_30.statements import HERE, figures
+from flexgear.views.style import panels, styled
+from iso_tr_6336_30.statements import PAPER, figures
 
 CYCLES = np.geomspace(1e2, 1e11, 400)
 
 
-def draw(folder: Path) -> list[Picture]:
+def drawn() -> Iterator[Drawn]:
     """One picture."""
-    save_figure(differences(), folder / "differences.png", dpi=160)
     note = (
         "Left: computed over printed less one, of every line; grey: 0.3 %. Right: life factors of "
         "case-hardened steel, dots: the knees of ISO 6336-2 and -3."
     )
-    return [Picture("differences.png", "Example 1, and the life factors it uses", note)]
+    yield differences(), Picture("differences.png", "Example 1, and the life factors it uses", note)
 
 
 @styled
@@ -31,7 +30,7 @@ def differences() -> Figure:
     """Left: by quantity; right: Z_NT and Y_NT."""
     figure, axes = panels(1, 2, height_mm=130)
     left, right = axes[0]
-    lines = list(reference(HERE / "reference.csv").values())
+    lines = list(reference(PAPER).values())
     off = [100 * (figures()[line.quantity] / line.value - 1) for line in lines]
     left.axvspan(-0.3, 0.3, color="#E3E5E8", zorder=0)
     left.barh(range(len(lines)), off, height=0.6)

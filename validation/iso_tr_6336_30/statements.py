@@ -70,5 +70,4 @@ def rows() -> list[Row]:
 
 def printed() -> list[Row]:
     """Every line of reference.csv."""
-    lines = reference(HERE / "reference.csv")
-    return [compared(PAPER, line, figures()[name], 7) for name, line in lines.items()]
+    return [compared(PAPER, line, figures()[name], 7) for name, line in reference(PAPER).items()]

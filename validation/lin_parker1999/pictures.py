@@ -2,28 +2,27 @@
 
 from __future__ import annotations
 
-from pathlib import Path
+from collections.abc import Iterator
 
 import numpy as np
 from matplotlib.figure import Figure
-from rows import Picture, reference
+from rows import Drawn, Picture, reference
 
-from flexgear.views.style import PLANET_COLOURS, panels, save_figure, styled
+from flexgear.views.style import PLANET_COLOURS, panels, styled
 from lin_parker1999.package import KINDS, by_package
-from lin_parker1999.statements import NUMBERS, PRINTED, frequency
+from lin_parker1999.statements import NUMBERS, PAPER, PRINTED, frequency
 
 COLOURS = dict(zip(KINDS, PLANET_COLOURS, strict=False))
-REFERENCE = Path(__file__).with_name("reference.csv")
 
 
-def draw(folder: Path) -> list[Picture]:
+def drawn() -> Iterator[Drawn]:
     """One picture."""
-    save_figure(frequencies(), folder / "frequencies.png", dpi=160)
     note = (
         "Left: lines are computed, dots printed (N = 3 and 4). Right: difference of every printed "
         "frequency against the band of 0.05 %."
     )
-    return [Picture("frequencies.png", "Natural frequencies by type and number of planets", note)]
+    title = "Natural frequencies by type and number of planets"
+    yield frequencies(), Picture("frequencies.png", title, note)
 
 
 @styled
@@ -37,7 +36,7 @@ def frequencies() -> Figure:
         values[values < 1] = np.nan  # the rigid mode has no place on this axis
         lines = left.semilogy(numbers, values, "-", color=COLOURS[kind], lw=1.2)
         lines[-1].set_label(kind)
-    for quantity, line in reference(REFERENCE).items():
+    for quantity, line in reference(PAPER).items():
         planets = int(quantity.removeprefix("N = ").partition(",")[0])
         kind = quantity.split()[-2]
         left.plot(planets, line.value, "o", color=COLOURS[kind], ms=4, mfc="white")

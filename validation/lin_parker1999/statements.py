@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 from rows import INDEPENDENT, Row, compared, gathered, number, reference
 
@@ -30,7 +28,7 @@ def frequency(found: Found, quantity: str) -> float:
 def printed_frequencies() -> list[Row]:
     """Every printed frequency."""
     out = []
-    for quantity, line in reference(Path(__file__).with_name("reference.csv")).items():
+    for quantity, line in reference(PAPER).items():
         planets = int(quantity.removeprefix("N = ").partition(",")[0])
         plain = frequency(by_equations(planets), quantity)
         why = f"the paper's equations give {number(plain)} Hz"

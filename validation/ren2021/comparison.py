@@ -8,7 +8,7 @@ from functools import cache, partial
 import numpy as np
 from linear import Harmonic
 from matplotlib.figure import Figure
-from rows import CLOSED_FORM, FLEXGEAR, INDEPENDENT, Picture, Row, number
+from rows import CLOSED_FORM, FLEXGEAR, INDEPENDENT, Drawn, Picture, Row, number
 from trains import TrainRun, gear_mesh_forces, put_together
 
 from flexgear.analysis.transient import Transient
@@ -236,7 +236,7 @@ def what_is_missing() -> list[Row]:
     ]  # fmt: skip
 
 
-def pictures() -> list[tuple[Figure, Picture]]:
+def pictures() -> list[Drawn]:
     """Package against plain equations."""
     return [
         (stepped_and_harmonic(), Picture(

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from linear import cycle_shares
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from rows import Picture, reference
+from rows import Drawn, Picture, reference
 
 from flexgear.views.style import (
     MICRO,
@@ -18,7 +17,6 @@ from flexgear.views.style import (
     PLANET_COLOURS,
     panels,
     planet_colour,
-    save_figure,
     styled,
 )
 from ren2021 import comparison, studies
@@ -26,14 +24,13 @@ from ren2021.errors import harmonics
 from ren2021.sharing import CASES, SAMPLES
 from ren2021.statements import found, stage_and_system
 
-REFERENCE = Path(__file__).with_name("reference.csv")
 CYCLES = 57  # gear-mesh cycles of Figures 10 and 11: one turn of the carrier
 LINES = {"geometry": "-", "equation 20": "--", "equation 16": ":"}
 
 
-def draw(folder: Path) -> list[Picture]:
+def drawn() -> list[Drawn]:
     """All pictures of this paper."""
-    drawn = [
+    return [
         (figure_9(), Picture("figure_09.png", "Figure 9: load sharing over the carrier's error",
          "All other errors 20 µm. The paper has the same order and growth; its curves have no "
          "numbers in the text. With the signs of eqs. 15 and 16 (dotted) nothing grows.")),
@@ -48,14 +45,11 @@ def draw(folder: Path) -> list[Picture]:
          "Which factor gives the printed coefficients (grey lines): a fit, not a validation.")),
         *comparison.pictures(),
     ]  # fmt: skip
-    for figure, one in drawn:
-        save_figure(figure, folder / one.file, dpi=160)
-    return [one for _, one in drawn]
 
 
 def printed() -> dict[str, float]:
     """Printed coefficient by error case."""
-    return dict(zip(CASES, (p.value for p in reference(REFERENCE).values()), strict=True))
+    return dict(zip(CASES, (p.value for p in reference(comparison.PAPER).values()), strict=True))
 
 
 @styled

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 from linear import Linear
@@ -44,8 +43,7 @@ def found(case: str, signs: str, quasi_static: bool = True) -> Sharing:
 
 def printed_sizes() -> list[Row]:
     """The three printed coefficients beside ours."""
-    published = reference(Path(__file__).with_name("reference.csv"))
-    names = dict(zip(CASES, published.values(), strict=True))
+    names = dict(zip(CASES, reference(PAPER).values(), strict=True))
     out = []
     for case, row in names.items():
         others = ", ".join(f"{s} {found(case, s).system:.4f}" for s in SIGNS)

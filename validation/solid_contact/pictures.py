@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-from pathlib import Path
+from collections.abc import Iterator
 
 import numpy as np
 from matplotlib.figure import Figure
-from rows import Picture
+from rows import Drawn, Picture
 
-from flexgear.views.style import save_figure
 from solid_contact import stored
 from solid_contact.statements import NAMES, RUNS, compared
 
 STYLES = {"fe": "o", "width": "x"}
 
 
-def draw(folder: Path, fidelity: str) -> list[Picture]:
+def drawn(fidelity: str) -> Iterator[Drawn]:
     """All runs in one picture."""
     figure = Figure(figsize=(7, 4.2), layout="constrained")
     axes = figure.subplots()
@@ -30,9 +29,8 @@ def draw(folder: Path, fidelity: str) -> list[Picture]:
             axes.plot(z, forces, f"C{k}{STYLES[compliance]}", label=label)
     axes.set(xlabel="z along the face (mm)", ylabel="line load (kN/mm)", ylim=(0, None))
     axes.legend(fontsize=8)
-    save_figure(figure, folder / "line_load.png", dpi=120)
     note = "planet and ring of wind-5mw with straight teeth, one pair, same force and tilt"
-    return [Picture("line_load.png", "Line load along the face", note)]
+    yield figure, Picture("line_load.png", "Line load along the face", note)
 
 
 def _middles(known: stored.Stored) -> stored.Array:

@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-from tan2023 import drive_statements, load_statements, motion_statements, ring_statements
 from tan2023.pictures import PICTURES
 from tan2023.statements import STATEMENTS
-
-TOPICS = (ring_statements, load_statements, motion_statements, drive_statements)  # enter theirs
 
 
 def test_every_figure_is_drawn_and_has_a_statement() -> None:

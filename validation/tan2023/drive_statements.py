@@ -18,6 +18,7 @@ from flexgear.model.stage_view import StageView
 from flexgear.results.load_sharing import LEAST_SHARE, load_sharing
 from flexgear.results.stage_part import of_kind, pairs_of, ring_force_spread, ring_sharing
 from tan2023 import measures
+from tan2023.findings import Finding, reference, statement
 from tan2023.measures import RPM
 from tan2023.runs import (
     DROPS,
@@ -31,7 +32,6 @@ from tan2023.runs import (
     model_of,
     side_by_side,
 )
-from tan2023.statements import Finding, reference, statement
 
 
 def inertias(runs: Runs) -> str:

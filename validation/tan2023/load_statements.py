@@ -11,9 +11,9 @@ import xarray as xr
 from flexgear.coupling.system import System
 from flexgear.results.stage_part import pairs_of, stiffness_split
 from tan2023 import measures
+from tan2023.findings import Finding, reference, statement
 from tan2023.measures import Passage
 from tan2023.runs import EIGHT, FLEXIBLE, RIGID, Runs, label, model_of, validation_case
-from tan2023.statements import Finding, reference, statement
 
 
 @statement(

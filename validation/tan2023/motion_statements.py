@@ -8,8 +8,8 @@ import xarray as xr
 from flexgear.arrays import Array
 from flexgear.results.stage_part import displacement_of
 from tan2023 import measures
+from tan2023.findings import Finding, reference, statement
 from tan2023.runs import Runs
-from tan2023.statements import Finding, reference, statement
 
 MICRO = 1e6
 TUNING = (

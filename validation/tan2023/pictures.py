@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from math import pi
 
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
+from rows import Drawn, Picture
 
 from flexgear.model.errors import FlexgearError
 from flexgear.model.names import BodyName, MemberName
@@ -20,7 +21,7 @@ from tan2023.measures import RPM
 from tan2023.pair_pictures import numbered_pair_loads, pair_stiffness_and_error
 from tan2023.positions import equilibrium_positions
 from tan2023.ring_statements import carrier_under_pin_forces, pair_curves
-from tan2023.runs import MAIN_DROP, Runs
+from tan2023.runs import MAIN_DROP, Runs, shared_runs
 
 DROP = (0.9, 1.8)  # s, what Figures 20-25 show
 CLOSE = (0.98, 1.28)  # s, tooth loads in the drop
@@ -52,7 +53,7 @@ def _to_drive_flange(runs: Runs, parts: Mapping[str, xr.Dataset]) -> Mapping[str
 
 
 @dataclass(frozen=True)
-class Picture:
+class Redrawn:
     """One of the paper's figures: number, title, how to draw it, a footnote about the drawing."""
 
     number: int
@@ -60,12 +61,8 @@ class Picture:
     draw: Callable[[Runs], Figure]
     note: str = ""
 
-    @property
-    def file(self) -> str:
-        return f"figure_{self.number:02d}.png"
 
-
-PICTURES: list[Picture] = []
+PICTURES: list[Redrawn] = []
 
 
 def picture(
@@ -74,10 +71,18 @@ def picture(
     """Enter the decorated function into the list."""
 
     def enter(draw: Callable[[Runs], Figure]) -> Callable[[Runs], Figure]:
-        PICTURES.append(Picture(number, title, draw, note))
+        PICTURES.append(Redrawn(number, title, draw, note))
         return draw
 
     return enter
+
+
+def drawn(fidelity: str) -> Iterator[Drawn]:
+    """All figures."""
+    for one in PICTURES:
+        title = f"Figure {one.number}. {one.title}"
+        picture = Picture(f"figure_{one.number:02d}.png", title, one.note)
+        yield one.draw(shared_runs(fidelity)), picture
 
 
 @picture(7, "Pair stiffness and gear-mesh error", "Stiffness along the 3D line of action over the "

@@ -8,8 +8,8 @@ from flexgear.arrays import Array
 from flexgear.results.stage_part import displacement_of
 from flexgear.results.time_figures import radial_harmonics
 from tan2023 import measures
+from tan2023.findings import Finding, statement
 from tan2023.runs import FLEXIBLE, Runs
-from tan2023.statements import Finding, statement
 
 MICRO = 1e6
 

@@ -7,7 +7,7 @@ import tomllib
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import cache, cached_property, partial
 from itertools import compress, product
 from pathlib import Path
 from typing import Any, TypeVar
@@ -280,3 +280,9 @@ class Runs:
     @cached_property
     def quick_carrier(self) -> ReducedBody:
         return stage_bodies(validation_case("quick"))[BODIES[1]]
+
+
+@cache
+def shared_runs(fidelity: str) -> Runs:
+    """The runs that rows and pictures of a session share."""
+    return Runs(fidelity)

@@ -1,98 +1,88 @@
-"""What the paper states, and what is computed for it: one list for tests, captions and the page."""
+"""Every statement of the paper as a row, and the studies behind them as reported ones."""
 
 from __future__ import annotations
 
-import csv
-from collections.abc import Callable
-from dataclasses import dataclass
-from functools import cache
-from pathlib import Path
+from rows import Row
 
-from tan2023.runs import Runs
+from tan2023 import drive_statements, load_statements, motion_statements, ring_statements
+from tan2023.drive_statements import drop_spread, steady_sharing
+from tan2023.findings import STATEMENTS, Statement
+from tan2023.load_statements import compliance_study
+from tan2023.motion_statements import sensitivity
+from tan2023.runs import Runs, shared_runs
 
-
-@dataclass(frozen=True)
-class Published:
-    """A number of the paper and how near it has to be met; tolerance is relative or None."""
-
-    value: float
-    unit: str
-    source: str
-    tolerance: float | None
-    reason: str
+TOPICS = (ring_statements, load_statements, motion_statements, drive_statements)  # enter theirs
 
 
-@cache
-def reference() -> dict[str, Published]:
-    """reference.csv by quantity."""
-    path = Path(__file__).parent / "reference.csv"
-    with path.open(encoding="utf-8", newline="") as file:
-        return {
-            row["quantity"]: Published(
-                value=float(row["value"]),
-                unit=row["unit"],
-                source=row["source"],
-                tolerance=float(row["tolerance"]) if row["tolerance"] else None,
-                reason=row["reason"],
-            )
-            for row in csv.DictReader(file)
-        }
+def rows(fidelity: str) -> list[Row]:
+    """Statements by figure; one that the paper makes and nothing demands is reported. Then
+    studies, and what was computed with."""
+    runs = shared_runs(fidelity)
+    statements = sorted(STATEMENTS, key=lambda s: s.figures)
+    return [*(_row(one, runs) for one in statements), *_studies(runs), _setup(runs)]
 
 
-@dataclass(frozen=True)
-class Finding:
-    """Computed value in words; holds: None where nothing is demanded, only reported."""
-
-    computed: str
-    holds: bool | None = None
-    why: str = ""
-
-
-@dataclass(frozen=True)
-class Statement:
-    """One published statement.
-
-    figures: the paper's figure numbers; published: the statement in our words; tolerance: what
-    counts as met; demanded: False where we only say whether the paper is met, which no test asks
-    for.
-    """
-
-    name: str
-    figures: tuple[int, ...]
-    published: str
-    tolerance: str
-    measure: Callable[[Runs], Finding]
-    demanded: bool = True
+def _row(one: Statement, runs: Runs) -> Row:
+    found = one.measure(runs)
+    disagrees = "" if one.demanded or found.holds is not False else "Disagrees with the paper."
+    return Row(
+        paper="tan2023",
+        where="Figure " + ", ".join(str(f) for f in one.figures),
+        quantity=one.name.replace("_", " "),
+        published=one.published,
+        computed=found.computed,
+        tolerance=one.tolerance,
+        holds=found.holds if one.demanded else None,
+        why=" ".join(t for t in (disagrees, found.why) if t),
+    )
 
 
-STATEMENTS: list[Statement] = []
+def _reported(where: str, quantity: str, computed: str) -> Row:
+    return Row("tan2023", where, quantity, "", computed, "reported", None, against="")
 
 
-def statement(
-    *figures: int,
-    published: str,
-    tolerance: str = "reported",
-    demanded: bool = True,
-) -> Callable[[Callable[[Runs], Finding]], Callable[[Runs], Finding]]:
-    """Enter the decorated measurement into the list."""
-
-    def enter(measure: Callable[[Runs], Finding]) -> Callable[[Runs], Finding]:
-        STATEMENTS.append(
-            Statement(measure.__name__, figures, published, tolerance, measure, demanded)
+def _studies(runs: Runs) -> list[Row]:
+    """Which compliance causes how much; load sharing of eight variants; rim and bolts."""
+    passages, steady = compliance_study(runs), steady_sharing(runs)
+    found = {
+        (
+            "Figures 17, 18",
+            f"tooth load of planet 1 against the stiffness split, {name}",
+        ): "; ".join(
+            f"{gear}: peak {100 * (p.ratio - 1):+.1f} %, before (+) by {100 * p.lead:+.1f} % of the"
+            " contact"
+            for gear, p in passage.items()
         )
-        return measure
+        for name, passage in passages.items()
+    }
+    for bends, spread in drop_spread(runs).items():
+        sharing = "; ".join(
+            f"K, {name}: mean {k[bends][0]:.4f}, largest {k[bends][1]:.4f}"
+            for name, k in steady.items()
+        )
+        quantity = f"load sharing, flexible: {bends if bends != 'rigid' else 'none'}"
+        found["Figures 19, 25", quantity] = f"{sharing}; spread in a drop to 4e5 N m {spread:.4f}"
+    for change, (x, y, z) in sensitivity(runs).items():
+        quantity = f"peaks of tooth node 1, {change}"
+        found["Figure 16", quantity] = (
+            f"x {x:.1f}, y {y:.1f}, z {z:.1f} µm (statics, quick FE mesh)"
+        )
+    return [_reported(*key, computed) for key, computed in found.items()]
 
-    return enter
 
-
-class Findings:
-    """Every statement measured once."""
-
-    def __init__(self, runs: Runs) -> None:
-        self.runs = runs
-        self._found: dict[str, Finding] = {}
-
-    def of(self, one: Statement) -> Finding:
-        if one.name not in self._found:
-            self._found[one.name] = one.measure(self.runs)
-        return self._found[one.name]
+def _setup(runs: Runs) -> Row:
+    case, whole = runs.case, runs.case.case
+    drive, output = (whole.port_inertia(port.member) for port in whole.ports)
+    reduction = "; ".join(
+        f"{b.name}: {b.report['fe_dofs']} FE dofs, static error "
+        f"{100 * (b.report['static_error'] or 0):.2f} %, frequency error "
+        f"{100 * b.report['frequency_error']:.2f} % to {b.report['frequency_limit_hz']:.0f} Hz"
+        for b in runs.bodies.values()
+    )
+    text = (
+        f"case {whole.name}, fidelity {runs.fidelity}, contact {case.gear_mesh.contact_law}, tie "
+        f"{case.ring.tie} ({case.ring.tie_kind}), pair stiffness {case.gear_mesh.pair_stiffness}; "
+        f"inertia: drive {drive:.3g}, output {output:.3g} kg m²; brake torque ~ speed^"
+        f"{whole.output.brake_exponent:g}; content hash {whole.content_hash()[:16]}; {reduction}"
+    )
+    return _reported("case.toml", "what was computed with", text)

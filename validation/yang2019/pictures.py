@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from pathlib import Path
+from collections.abc import Callable, Iterator
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from rows import Picture
+from rows import Drawn, Picture
 
 from flexgear.gears.power_flow import PowerFlow
 from flexgear.views.style import (
@@ -16,7 +15,6 @@ from flexgear.views.style import (
     OTHER_VARIANTS,
     VARIANT_COLOURS,
     panels,
-    save_figure,
     styled,
 )
 from yang2019.lives import consistent_life, printed_life
@@ -32,46 +30,26 @@ Measure = Callable[[PowerFlow, str], float]
 BALANCED = "Ring speeds are those of the torque balance, not rounded."
 
 
-def draw(folder: Path) -> list[Picture]:
-    """Draw all five figures into ``folder``."""
-    drawn = [
-        (
-            compared_with_single("torque (kN m)", ("T_x1", "T_x2"), carrier_torque),
-            Picture("figure_07.png", "Figure 7: torque of the planet carriers", BALANCED),
-        ),
-        (
-            compared_with_single("torque (kN m)", ("T_b1", "T_b2"), ring_torque),
-            Picture("figure_08.png", "Figure 8: torque of the ring gears", BALANCED),
-        ),
-        (
-            compared_with_single("tangential force (kN)", ("F_tc1", "F_tc2"), tangential_force),
-            Picture(
-                "figure_09.png",
-                "Figure 9: tangential force on a planet, on the sun's reference circle",
-                BALANCED,
-            ),
-        ),
-        (
-            lives_by_stage(),
-            Picture(
-                "figure_10.png",
-                "Figure 10: life of planet bearings over the single rotor's",
-                "The paper mixes two rules for the bearing's speed (first stage) and two radii "
-                "(second stage): crosses. The line has one rule for both turbines.",
-            ),
-        ),
-        (
-            forces_and_lives(),
-            Picture(
-                "figure_11.png",
-                "Figure 11: forces and lives of both stages over the power ratio",
-                "With one radius the second stage gains more life than the first, not less.",
-            ),
-        ),
-    ]
-    for figure, picture in drawn:
-        save_figure(figure, folder / picture.file, dpi=150)
-    return [picture for _, picture in drawn]
+def drawn() -> Iterator[Drawn]:
+    """Five figures."""
+    for number, unit, names, measure, what in (
+        (7, "torque (kN m)", ("T_x1", "T_x2"), carrier_torque, "torque of the planet carriers"),
+        (8, "torque (kN m)", ("T_b1", "T_b2"), ring_torque, "torque of the ring gears"),
+        (9, "tangential force (kN)", ("F_tc1", "F_tc2"), tangential_force,
+         "tangential force on a planet, on the sun's reference circle"),
+    ):  # fmt: skip
+        title = f"Figure {number}: {what}"
+        figure = compared_with_single(unit, names, measure)
+        yield figure, Picture(f"figure_{number:02d}.png", title, BALANCED)
+    title = "Figure 10: life of planet bearings over the single rotor's"
+    note = (
+        "The paper mixes two rules for the bearing's speed (first stage) and two radii (second "
+        "stage): crosses. The line has one rule for both turbines."
+    )
+    yield lives_by_stage(), Picture("figure_10.png", title, note)
+    title = "Figure 11: forces and lives of both stages over the power ratio"
+    note = "With one radius the second stage gains more life than the first, not less."
+    yield forces_and_lives(), Picture("figure_11.png", title, note)
 
 
 def carrier_torque(flow: PowerFlow, stage: str) -> float:

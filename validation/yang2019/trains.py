@@ -7,11 +7,10 @@ other: carrier speeds are positive here, ring speeds negative. φ = P_UR / P_DR.
 from __future__ import annotations
 
 import math
-from functools import cache
-from pathlib import Path
+from functools import cache, partial
 from typing import Literal
 
-from rows import Published, reference
+from rows import reference
 
 from flexgear.gears.power_flow import PowerFlow, power_flow
 from flexgear.model.case import Case
@@ -27,10 +26,7 @@ OUTPUT = "stage_3.pinion"
 Rated = Literal["carrier", "ring", "output"]
 
 
-@cache
-def published() -> dict[str, Published]:
-    """reference.csv by quantity."""
-    return reference(Path(__file__).parent / "reference.csv")
+published = partial(reference, "yang2019")
 
 
 def power_ratio(text: str) -> float:
