@@ -19,8 +19,7 @@ from flexgear.model.case import Case
 from flexgear.model.errors import InputError
 from flexgear.results.origin import Origin
 from flexgear.results.report.sharing import DEFINITION
-from flexgear.results.report.study_tables import life_text
-from flexgear.results.report.wording import factor, number, titled_by_stage
+from flexgear.results.report.wording import factor, number, titled_by_stage, with_unit
 from flexgear.results.run_folder import complete, read_folder
 from flexgear.results.stage_part import displacement_of, stage_part, tooth_loads
 from flexgear.results.time_figures import sharing_summary
@@ -107,7 +106,7 @@ def _in_lines(by_part: Figures) -> dict[str, str]:
             for before in ("", REFERENCE)
         ]
         reserves = ["–" if reserve is None else number(reserve, 3) for reserve, _ in sides]
-        texts = ["–" if life is None else life_text(life) for _, life in sides]
+        texts = [with_unit(life, "h") for _, life in sides]
         lines[part] = f"load reserve {' against '.join(reserves)}, life {' against '.join(texts)}"
     return lines
 

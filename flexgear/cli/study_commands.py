@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
@@ -19,9 +18,6 @@ from flexgear.results.dataset_file import write_netcdf
 from flexgear.results.origin import origin_of_case
 from flexgear.results.rating import COLUMNS, Rating, rating_rows, rating_summary
 from flexgear.results.report.study_tables import (
-    GEARS,
-    RATING,
-    SPECTRUM,
     TOLERANCE,
     in_words,
     rating_tables,
@@ -34,14 +30,8 @@ from flexgear.results.report.wording import number, with_unit, words
 from flexgear.results.tolerance_dataset import tolerance_summary
 from flexgear.studies import rating as ratings
 from flexgear.studies import tolerance as tolerances
-from flexgear.views.report import Picture, saved_picture, write_study
-from flexgear.views.study_charts import (
-    damage_chart,
-    load_duration_chart,
-    ring_safety_chart,
-    safety_chart,
-    tolerance_chart,
-)
+from flexgear.views.report import saved_picture, write_study
+from flexgear.views.study_charts import rating_charts, tolerance_chart
 
 PICTURES = {  # by their figures in the summary: name of the statistics, file
     "load_sharing": ("load_sharing", "tolerance"),
@@ -97,48 +87,29 @@ def save_rating(rating: Rating, folder: Path, pictures: bool = True) -> None:
     if pictures:
         verdicts = [replace(v, sentence=spelled(v.sentence)) for v in rating_verdicts(rating)]
         tables = list(map(in_words, rating_tables(rating)))
-        drawn = list(_rating_pictures(rating, folder))
+        drawn = [
+            saved_picture(figure, folder, name, section, caption, spelled(sentence))
+            for name, (section, caption, figure, sentence) in rating_charts(rating).items()
+        ]
         write_study(folder, rating.case, "rating", spelled(_lead(rating)), drawn, verdicts, tables)
 
 
 def _lead(rating: Rating) -> str:
-    positions = ", ".join(f"{count} of {stage}" for stage, count in rating.positions.items())
+    positions = ", ".join(
+        f"{count} positions of {words(stage)}" for stage, count in rating.positions.items()
+    )
     count = "1 load bin" if len(rating.bins) == 1 else f"{len(rating.bins)} load bins"
     where = positions or "one position"
     return f"{count}, {number(rating.hours)} h; in each equilibria at {where}."
-
-
-def _rating_pictures(rating: Rating, folder: Path) -> Iterator[Picture]:
-    data, first = rating.dataset(), rating.case.inputs[0].member
-    figures = {
-        "reserves": (RATING, "Load that parts bear", safety_chart(data),
-                     "Factor on all loads within the limits; below one the part fails them."),
-        "damage": (RATING, "Damage by bin", damage_chart(data),
-                   "Share of the life that each bin takes, of the most damaged of each stage."),
-    }  # fmt: skip
-    if any(b.hours and b.speed[first] for b in rating.bins):
-        figures["duration"] = (
-            SPECTRUM, "Load duration", load_duration_chart(rating.bins, first),
-            f"For how many turns of {words(first)} each torque lasts, by load bins.",
-        )  # fmt: skip
-    if data.sizes["ring_tooth"]:
-        figures["ring"] = (
-            RATING, "Safety of the ring's teeth", ring_safety_chart(data),
-            "Computed stresses against the norm's life curves, beyond ISO 6336, tooth by tooth; "
-            "what a load that stands does to a sector of a standing ring, it does for ever.",
-        )  # fmt: skip
-    for name, (section, caption, figure, sentence) in figures.items():
-        yield saved_picture(figure, folder, name, section, caption, spelled(sentence))
 
 
 def _show_rating(rating: Rating) -> None:
     """First screen, then tables; those of single parts are in the files."""
     typer.echo(f"{rating.case.name}: {_lead(rating)}")
     show_verdicts(rating_verdicts(rating))
-    for each in rating_tables(rating):
-        if " load factors in " in f" {each.title} " or each.section not in (GEARS, "bearings"):
-            typer.echo("")
-            table(each.title, {row.label: with_unit(row.value, row.unit) for row in each.rows})
+    for each in rating_tables(rating, parts=False):
+        typer.echo("")
+        table(each.title, {row.label: with_unit(row.value, row.unit) for row in each.rows})
     typer.echo("\nEvery factor of every part is in rating.csv, by load bin, and in report.html.")
 
 

@@ -18,7 +18,7 @@ import xarray as xr
 
 from flexgear.arrays import Array
 from flexgear.gears.load_bins import LoadBin
-from flexgear.gears.rating.rate import Factor, factor_value
+from flexgear.gears.rating.sheet import Sheet, value_of
 from flexgear.model.case import Case
 from flexgear.results.dataset_file import provenance
 from flexgear.results.quantities import Quantity, number
@@ -48,7 +48,7 @@ class GearMeshRating:
     planet at any time, NaN without load."""
 
     name: str
-    factors: tuple[tuple[Factor, ...], ...]
+    factors: tuple[Sheet, ...]
     planet: tuple[int, ...]
     largest_k_gamma: tuple[float, ...]
 
@@ -63,10 +63,11 @@ class RatedPart:
     not assessed; life: h, until the sum of damage is one, inf without damage; whole_safety: factor
     on the stress (of a bearing on the load) at which the spectrum just lasts as long as the bins
     say; required: least safety, of a bearing life in h, NaN where none is stated; missing: why
-    there is no figure; estimates: why there is no verdict; factors: by bin; exponent: of the load
-    with which stress, of a bearing damage grows; rolling: "roller" or "ball" of a bearing; direct:
-    figures of computed stresses at places of the teeth, beyond the norm, where they are known;
-    of_teeth: safety (z,) by them of the teeth of a ring that stands, from 0 to 2π.
+    there is no figure; estimates: rules by the keys that they estimate, so that there is no
+    verdict; factors: by bin; exponent: of the load with which stress, of a bearing damage grows;
+    rolling: "roller" or "ball" of a bearing; direct: figures of computed stresses at places of the
+    teeth, beyond the norm, where they are known; of_teeth: safety (z,) by them of the teeth of a
+    ring that stands, from 0 to 2π.
     """
 
     name: str
@@ -81,11 +82,11 @@ class RatedPart:
     whole_safety: float
     required: float
     missing: str = ""
-    estimates: tuple[str, ...] = ()
-    factors: tuple[tuple[Factor, ...], ...] = ()
+    estimates: Mapping[str, str] = field(default_factory=dict)
+    factors: tuple[Sheet, ...] = ()
     exponent: float = 1.0
     rolling: str = ""
-    direct: tuple[Factor, ...] = ()
+    direct: Sheet = field(default_factory=dict)
     of_teeth: Array = field(default_factory=lambda: np.zeros(0))
 
     @property
@@ -108,9 +109,9 @@ class RatedPart:
 
     @property
     def worst_bin(self) -> int:
-        """The bin that damages most; without damage the one that loads most."""
-        damage = np.nan_to_num(self.damage)
-        return int(np.argmax(damage if damage.any() else self.load))
+        """The bin that damages most, of several that do alike the one that loads most."""
+        damage = np.nan_to_num(self.damage, posinf=math.inf)
+        return max(range(len(damage)), key=lambda b: (damage[b], self.load[b]))
 
     @property
     def reserve(self) -> float:
@@ -185,6 +186,7 @@ class _Declared(NamedTuple):
     of: Callable[[Any], Any]
 
 
+CAUSE = "direct path over norm"  # meaning of a line of the direct path that splits the difference
 BEYOND = "by computed stresses, beyond ISO 6336"
 NOT_RATED = "of a part that is not assessed, or not loaded in that bin"
 
@@ -201,7 +203,7 @@ def _whole(unit: str, meaning: str, of: Callable[[RatedPart], Any]) -> _Declared
 
 def _direct(unit: str, symbol: str, meaning: str) -> _Declared:
     meaning = f"{meaning} of the worst place {BEYOND}"
-    return _whole(unit, meaning, lambda p: factor_value(p.direct, symbol))
+    return _whole(unit, meaning, lambda p: value_of(p.direct, symbol))
 
 
 def _load_of(bearing: bool) -> Callable[[RatedPart], Array]:
@@ -244,7 +246,7 @@ BINS = {
     "load_factor": _Declared(
         Quantity(("gear_mesh", "bin", "factor"), "1", "of ISO 6336", "where it is not known"),
         lambda r: [
-            [[factor_value(f, s) for s in _symbols(r)] for f in g.factors] for g in r.gear_meshes
+            [[value_of(f, s) for s in _symbols(r)] for f in g.factors] for g in r.gear_meshes
         ],
     ),
     "largest_k_gamma": _Declared(
@@ -273,8 +275,8 @@ def _teeth(rating: Rating) -> list[tuple[RatedPart, int]]:
 
 def _symbols(rating: Rating) -> list[str]:
     """Load factors of all gear meshes."""
-    factors = (f for g in rating.gear_meshes for of_bin in g.factors for f in of_bin)
-    return list(dict.fromkeys(f.symbol for f in factors))
+    sheets = (sheet for g in rating.gear_meshes for sheet in g.factors)
+    return list(dict.fromkeys(symbol for sheet in sheets for symbol in sheet))
 
 
 def rating_dataset(rating: Rating) -> xr.Dataset:
@@ -323,13 +325,13 @@ def rating_rows(rating: Rating) -> Iterator[tuple[str, str, str, float | str, st
             for b, value in zip(bins if "bin" in quantity.dims else [ALL], values, strict=True):
                 if not math.isnan(value):
                     yield part.name, b, name, value, quantity.units, "computed"
-        for f in part.direct:
-            yield part.name, ALL, f.symbol, f.value, f.unit, f.source
-    sheets = [(g.name, g.factors) for g in rating.gear_meshes]
-    for owner, of_bins in (*sheets, *((p.name, p.factors) for p in rating.parts)):
-        for b, factors in zip(bins, of_bins, strict=True):
-            for f in factors:
-                yield owner, b, f.symbol, f.value, f.unit, f.source
+    sheets = [(part.name, ALL, part.direct) for part in rating.parts]
+    of_bins = [(x.name, x.factors) for x in rating.gear_meshes]
+    for owner, factors in (*of_bins, *((x.name, x.factors) for x in rating.parts)):
+        sheets += [(owner, b, sheet) for b, sheet in zip(bins, factors, strict=True)]
+    for name, b, sheet in sheets:
+        for f in sheet.values():
+            yield name, b, f.symbol, f.value, f.unit, f.source
 
 
 def rating_summary(rating: Rating) -> dict[str, Any]:
@@ -361,7 +363,8 @@ def rating_summary(rating: Rating) -> dict[str, Any]:
 def _load_factors(gear_mesh: GearMeshRating, bins: Sequence[str]) -> dict[str, Any]:
     of_bins = zip(bins, gear_mesh.factors, gear_mesh.planet, gear_mesh.largest_k_gamma, strict=True)
     return {
-        name: {f.symbol: f.value for f in factors} | {"planet": planet, "largest_k_gamma": largest}
+        name: {s: f.value for s, f in factors.items()}
+        | {"planet": planet, "largest_k_gamma": largest}
         for name, factors, planet, largest in of_bins
         if factors
     }
@@ -381,7 +384,7 @@ def _part_summary(part: RatedPart, bins: Sequence[str]) -> dict[str, Any]:
         )
     return figures | {
         "within_limits": part.holds,
-        "estimates": list(part.estimates),
-        "direct_path": {f.symbol: number(f.value) for f in part.direct},
+        "estimates": [f"{key} {rule}" for key, rule in part.estimates.items()],
+        "direct_path": {s: number(f.value) for s, f in part.direct.items()},
         "worst_bin": bins[part.worst_bin],
     }

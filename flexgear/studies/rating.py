@@ -31,7 +31,7 @@ from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.load_bins import LoadBin, case_in_bin
 from flexgear.gears.power_flow import power_flow
 from flexgear.gears.rating.damage import PartLife, WeibullKind, system_reliability
-from flexgear.gears.rating.load_factors import helix_deviation
+from flexgear.gears.rating.load_factors import tolerance
 from flexgear.gears.rating.pair import gear_pair
 from flexgear.gears.tooth_faults import NOT_ASSESSED
 from flexgear.model.case import Case
@@ -256,7 +256,7 @@ def _slopes(view: StageView) -> dict[str, float]:
         pair = gear_pair(view, geometry, role)
         squares = []
         for gear in pair.gears.values():
-            deviation = helix_deviation(pair, gear)
+            deviation = tolerance(pair, gear, "helix")
             if deviation is None:
                 key = f"{gear.name}.rating.accuracy_grade"
                 raise view.refuse(key, "is missing", 'give it, or rating.deviations = "stated"')

@@ -8,20 +8,16 @@ lubricant is known; without, its basic life follows from C (ISO 281).
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Literal, NamedTuple
 
 import numpy as np
 
 from flexgear.arrays import Array
 from flexgear.gears.bearings.basic_life import EXPONENTS, rating_life, varying_load
-from flexgear.gears.bearings.bearing import (
-    BearingRating,
-    RollingBearing,
-    rate_load,
-    rolling_bearing,
-)
+from flexgear.gears.bearings.bearing import RollingBearing, rate_load, rolling_bearing
 from flexgear.gears.bearings.reference_life import (
     Lubrication,
     contamination_factor,
@@ -30,7 +26,7 @@ from flexgear.gears.bearings.reference_life import (
 )
 from flexgear.gears.load_bins import LoadBin
 from flexgear.gears.power_flow import PowerFlow, power_flow
-from flexgear.gears.rating.rate import Factor
+from flexgear.gears.rating.sheet import Factor, Sheet, sheet
 from flexgear.model.case import Case
 from flexgear.model.errors import FlexgearError
 from flexgear.model.member import PlanetBearing, SeatBearing
@@ -88,18 +84,25 @@ def bearing_load(force: Array, turned: Array, exponent: float, z: float = 0.0) -
     )
 
 
-STEEL, HOUR = "ISO/TS 16281", 3600.0
+ROWS, HOUR = "ISO/TS 16281", 3600.0
 NO_LOAD = BearingLoad(0.0, 0.0, (0.0, 0.0), 0.0, "inner")
 NOTHING = 1e-6  # of the largest load: less is rounding
 
 
 class _Place(NamedTuple):
-    """A bearing of the model. name: of its support; member: that turns in it."""
+    """A bearing of the model. name: of its support; member: that turns in it; key: of its section
+    in the stage; rows: its rows, or why they cannot be rated."""
 
     name: str
     stage: str
     section: PlanetBearing | SeatBearing
     member: str
+    key: str
+    rows: RollingBearing | str
+
+    @property
+    def kind(self) -> Literal["ball", "roller"]:
+        return self.section.rolling or "roller"
 
     def speed(self, flow: PowerFlow) -> float:
         """Of the inner against the outer ring, rad/s."""
@@ -109,14 +112,14 @@ class _Place(NamedTuple):
 
 
 class _InBin(NamedTuple):
-    """at: load of all bearings side by side; life: revolutions, inf without load; safety: static,
-    NaN where unknown; estimates, factors: see ``RatedPart``."""
+    """radial: load of all bearings side by side, N; life: revolutions, inf without load; safety:
+    static, NaN where unknown; estimates, factors: see ``RatedPart``."""
 
-    at: BearingLoad
-    life: float
-    safety: float
-    estimates: tuple[str, ...]
-    factors: tuple[Factor, ...]
+    radial: float
+    life: float = math.inf
+    safety: float = math.nan
+    estimates: Mapping[str, str] = MappingProxyType({})
+    factors: Sheet = MappingProxyType({})
 
 
 def rate_bearings(
@@ -131,61 +134,82 @@ def rate_bearings(
 
 def _places(case: Case) -> Iterator[_Place]:
     for stage in case.stages:
-        view = case.view(stage.name)
-        if stage.kind == "planetary" and isinstance(stage.planet_bearing, PlanetBearing):
+        bearing = stage.planet_bearing
+        if stage.kind == "planetary" and isinstance(bearing, PlanetBearing):
+            rows = rolling_bearing(bearing)
             for planet in range(stage.planets):
                 name = MemberName.of(stage.name, f"planet_bearing_{planet + 1}")
-                yield _Place(name, stage.name, stage.planet_bearing, "planet")
-        for side, seat in view.seat_bearings.items():
-            name = MemberName.of(stage.name, f"carrier_{side}")
-            yield _Place(name, stage.name, seat, "carrier")
+                yield _Place(name, stage.name, bearing, "planet", "planet_bearing", rows)
+        for side, seat in case.view(stage.name).seat_bearings.items():
+            name, key = MemberName.of(stage.name, f"carrier_{side}"), f"carrier.bearing_{side}"
+            yield _Place(name, stage.name, seat, "carrier", key, rolling_bearing(seat))
 
 
 def _part(
     case: Case, place: _Place, bins: Sequence[LoadBin], flows: Sequence[PowerFlow],
     loads: Sequence[BinLoads], least: float,
 ) -> RatedPart:  # fmt: skip
-    section, hours = place.section, sum(b.hours for b in bins)
-    bearing, kind = rolling_bearing(section), section.rolling or "roller"
-    exponent = EXPONENTS[kind]
-    missing = _missing(place, bearing, loads)
-    states = [_unrated(case, place, x, exponent, least) for x in loads]
-    if not missing:
-        states = [
-            _rated(case, place, bearing, flow, state)
-            for flow, state in zip(flows, states, strict=True)
-        ]
-    cycles = np.array(
-        [b.turns(place.speed(flow)) for b, flow in zip(bins, flows, strict=True)], dtype=float
-    )
+    """least: load below which there is none, N."""
+    section, hours, exponent = place.section, sum(b.hours for b in bins), EXPONENTS[place.kind]
+    missing = ""
+    if any(place.name not in x.supports for x in loads):
+        missing = "the model has no such support"
+    elif isinstance(place.rows, str) and section.dynamic_rating is None:
+        missing = f"{stage_key(place.stage, place.key)}.dynamic_rating_kn is missing"
+    speeds = [place.speed(flow) for flow in flows]
+    states = [
+        _in_bin(case, place, of_bin, speed, least, rated=not missing)
+        for of_bin, speed in zip(loads, speeds, strict=True)
+    ]
+    cycles = np.array([b.turns(speed) for b, speed in zip(bins, speeds, strict=True)], dtype=float)
     damage = np.array([n / x.life if n else 0.0 for n, x in zip(cycles, states, strict=True)])
     damage[:] = damage if hours and not missing else math.nan
     total = float(damage.sum())
     lasts = math.inf if total == 0.0 else 1.0 / total
-    required_life = section.required_life
+    required = (
+        (hours or math.nan) if section.required_life is None else section.required_life / HOUR
+    )
     return RatedPart(
-        name=place.name, stage=place.stage, kind="bearing", rolling=kind,
-        count=1 if isinstance(bearing, RollingBearing) else section.count,
-        load=np.array([x.at.radial for x in states]), cycles=cycles,
+        name=place.name, stage=place.stage, kind="bearing", rolling=place.kind,
+        count=section.count if isinstance(place.rows, str) else 1,
+        load=np.array([x.radial for x in states]), cycles=cycles,
         safety=np.array([x.safety for x in states]), damage=damage,
         life=math.nan if math.isnan(total) else hours * lasts,
-        whole_safety=math.nan if math.isnan(total) else lasts ** (1.0 / exponent),
-        required=(hours or math.nan) if required_life is None else required_life / HOUR,
-        missing=missing,
-        estimates=tuple(dict.fromkeys(text for x in states for text in x.estimates)),
+        whole_safety=lasts ** (1.0 / exponent), required=required, missing=missing,
+        estimates={key: rule for x in states for key, rule in x.estimates.items()},
         factors=tuple(x.factors for x in states), exponent=exponent,
     )  # fmt: skip
 
 
-def _missing(place: _Place, bearing: RollingBearing | str, loads: Sequence[BinLoads]) -> str:
-    """Why a bearing is not assessed."""
-    if any(place.name not in x.supports for x in loads):
-        return "the model has no such support"
-    if isinstance(bearing, RollingBearing) or place.section.dynamic_rating is not None:
-        return ""
-    place_of = "planet_bearing" if place.member == "planet" else place.name.rpartition(".")[2]
-    key = place_of.replace("carrier_", "carrier.bearing_")
-    return f"{stage_key(place.stage, key)}.dynamic_rating_kn is missing"
+def _in_bin(
+    case: Case, place: _Place, loads: BinLoads, speed: float, least: float, rated: bool
+) -> _InBin:
+    """The load with its life and safety if it is to be ``rated``; speed: of the inner against the
+    outer ring, rad/s."""
+    uneven = _unevenness(case, place, loads)
+    force = uneven * loads.supports.get(place.name, np.zeros((1, 6)))
+    turned = loads.carrier_angle.get(place.stage, np.zeros(1))
+    # springs act at z, which is not the middle of two rows unless rollers make them
+    z = place.section.z if place.section.rollers else 0.0
+    load = bearing_load(force, turned, EXPONENTS[place.kind], z)
+    load = load if load.largest > least else NO_LOAD
+    how = (
+        f"computed, times {uneven:.4g} by key k_gamma" if uneven != 1.0 else "computed, equilibria"
+    )
+    lines = [
+        Factor("F_r", load.radial, "N", "constant radial load of the same damage", how),
+        Factor("F_a", load.axial, "N", "mean axial load", how),
+        Factor("M", math.hypot(*load.moment), "N m", "mean moment", how),
+        Factor("F_r,max", load.largest, "N", "largest radial load", how),
+    ]
+    if not rated or load.largest == 0.0:
+        safety = math.inf if rated else math.nan
+        return _InBin(load.radial, safety=safety, factors=sheet(lines))
+    if isinstance(place.rows, RollingBearing):
+        of_bin = _of_rows(case, place.rows, load, speed)
+    else:
+        of_bin = _basic(place.section, load, EXPONENTS[place.kind])
+    return of_bin._replace(factors={**sheet(lines), **of_bin.factors})
 
 
 def _unevenness(case: Case, place: _Place, loads: BinLoads) -> float:
@@ -198,61 +222,23 @@ def _unevenness(case: Case, place: _Place, loads: BinLoads) -> float:
     return max(stated) / max(shares) if max(stated) and shares else 1.0
 
 
-def _unrated(case: Case, place: _Place, loads: BinLoads, exponent: float, least: float) -> _InBin:
-    """The load alone, zero where it is below ``least``, N, which is rounding."""
-    uneven = _unevenness(case, place, loads)
-    force = uneven * loads.supports.get(place.name, np.zeros((1, 6)))
-    turned = loads.carrier_angle.get(place.stage, np.zeros(1))
-    # springs act at z, which is not the middle of two rows unless rollers make them
-    z = place.section.z if place.section.rollers else 0.0
-    at = bearing_load(force, turned, exponent, z)
-    at = at if at.largest > least else NO_LOAD
-    return _InBin(at, math.inf, math.nan, (), _loads(at, uneven))
-
-
-def _rated(
-    case: Case, place: _Place, bearing: RollingBearing | str, flow: PowerFlow, state: _InBin
-) -> _InBin:
-    """A load with life and safety, and their factors behind its own."""
-    if state.at.largest == 0.0:
-        return state._replace(safety=math.inf)
-    if isinstance(bearing, RollingBearing):
-        rated = _rows(case, bearing, state.at, place.speed(flow))
-    else:
-        rated = _basic(place.section, state.at, EXPONENTS[place.section.rolling or "roller"])
-    return rated._replace(factors=(*state.factors, *rated.factors))
-
-
-def _loads(at: BearingLoad, uneven: float) -> tuple[Factor, ...]:
-    how = (
-        "computed, equilibria" if uneven == 1.0 else f"computed, times {uneven:.4g} by key k_gamma"
-    )
-    return (
-        Factor("F_r", at.radial, "N", "constant radial load of the same damage", how),
-        Factor("F_a", at.axial, "N", "mean axial load", how),
-        Factor("M", math.hypot(*at.moment), "N m", "mean moment", how),
-        Factor("F_r,max", at.largest, "N", "largest radial load", how),
-    )
-
-
-def _basic(section: PlanetBearing | SeatBearing, at: BearingLoad, exponent: float) -> _InBin:
+def _basic(section: PlanetBearing | SeatBearing, load: BearingLoad, exponent: float) -> _InBin:
     """Basic life of one of the bearings side by side, which share the radial load evenly."""
     assert section.dynamic_rating is not None
-    each = at.radial / section.count
-    life = rating_life(section.dynamic_rating, each, exponent)
+    life = rating_life(section.dynamic_rating, load.radial / section.count, exponent)
     safety = math.nan
     lines = [Factor("C", section.dynamic_rating, "N", "dynamic rating", "key dynamic_rating")]
     if section.static_rating is not None:
-        safety = section.static_rating * section.count / at.largest
+        safety = section.static_rating * section.count / load.largest
         lines += [
             Factor("C_0", section.static_rating, "N", "static rating", "key static_rating"),
             Factor("S_0", safety, "", "static safety, radial load alone", "ISO 76"),
         ]
     lines.append(Factor("L_10", life / 1e6, "10⁶ rev", "basic life, radial load", "ISO 281"))
-    return _InBin(at, life, safety, (), tuple(lines))
+    return _InBin(load.radial, life, safety, factors=sheet(lines))
 
 
-def _rows(case: Case, bearing: RollingBearing, at: BearingLoad, speed: float) -> _InBin:
+def _of_rows(case: Case, bearing: RollingBearing, at: BearingLoad, speed: float) -> _InBin:
     """Rows in equilibrium with the load; thrust that cylindrical rollers cannot take is left to
     their ribs, which are not rated."""
     load = at.vector
@@ -263,10 +249,34 @@ def _rows(case: Case, bearing: RollingBearing, at: BearingLoad, speed: float) ->
         rated = rate_load(bearing, load, at.stationary, lubrication)
     except FlexgearError as error:
         raise FlexgearError(f"a bearing under {at.radial:.4g} N: {error}") from None
-    life = rated.basic_life if rated.modified_life is None else rated.modified_life
-    safety = math.nan if rated.static_safety is None else rated.static_safety
-    factors = tuple(_of_rows(bearing, rated, lubrication))
-    return _InBin(at, life, safety, rated.estimates, factors)
+    estimated = "dynamic_rating" in bearing.estimates
+    source = "estimate, ISO 281" if estimated else "key dynamic_rating"
+    rating = bearing.ratings.dynamic_rating
+    lines = [Factor("C", rating, "N", "dynamic rating of one bearing", source)]
+    if lubrication is not None:
+        ratio, clean = lubrication.viscosity_ratio, lubrication.contamination
+        lines.append(Factor("κ", ratio, "", "viscosity ratio", "ISO 281"))
+        lines.append(Factor("e_C", clean, "", "contamination factor", "ISO 281"))
+    rev = "10⁶ rev"
+    for k, row in enumerate(rated.rows, 1):
+        lines += [
+            Factor(f"F_{k}", row.load[0], "N", f"radial load of row {k}", ROWS),
+            Factor(f"ψ_{k}", 1e3 * row.tilt, "mrad", f"tilt of row {k}", ROWS),
+            Factor(f"p_{k}", row.pressure / 1e6, "MPa", f"largest pressure of row {k}", ROWS),
+            Factor(f"L_10r,{k}", row.basic_life / 1e6, rev, f"life of row {k}", ROWS),
+        ]
+        if row.modified_life is not None:
+            life = row.modified_life / 1e6
+            lines.append(Factor(f"L_nmr,{k}", life, rev, f"modified life of row {k}", ROWS))
+    life, safety = rated.basic_life, math.nan
+    lines.append(Factor("L_10r", life / 1e6, rev, "life of all rows", ROWS))
+    if rated.modified_life is not None:
+        life = rated.modified_life
+        lines.append(Factor("L_nmr", life / 1e6, rev, "modified life of all rows", ROWS))
+    if rated.static_safety is not None:
+        safety = rated.static_safety
+        lines.append(Factor("S_0", safety, "", "static safety", "ISO 76"))
+    return _InBin(at.radial, life, safety, rated.estimates, sheet(lines))
 
 
 def _lubrication(case: Case, bearing: RollingBearing, speed: float) -> Lubrication | None:
@@ -278,30 +288,3 @@ def _lubrication(case: Case, bearing: RollingBearing, speed: float) -> Lubricati
     ratio = viscosity / reference_viscosity(diameter, speed)
     contamination = contamination_factor(case.lubricant, diameter, ratio)
     return None if contamination is None else Lubrication(ratio, contamination)
-
-
-def _of_rows(
-    bearing: RollingBearing, rated: BearingRating, lubrication: Lubrication | None
-) -> Iterator[Factor]:
-    ratings = bearing.ratings
-    estimated = any(text.startswith("dynamic_rating") for text in bearing.estimates)
-    source = "estimate, ISO 281" if estimated else "key dynamic_rating"
-    yield Factor("C", ratings.dynamic_rating, "N", "dynamic rating of one bearing", source)
-    if lubrication is not None:
-        yield Factor("κ", lubrication.viscosity_ratio, "", "viscosity ratio", "ISO 281")
-        yield Factor("e_C", lubrication.contamination, "", "contamination factor", "ISO 281")
-    for k, row in enumerate(rated.rows, 1):
-        yield Factor(f"F_{k}", row.load[0], "N", f"radial load of row {k}", STEEL)
-        yield Factor(f"ψ_{k}", 1e3 * row.tilt, "mrad", f"tilt of row {k}", STEEL)
-        yield Factor(f"p_{k}", row.pressure / 1e6, "MPa", f"largest pressure of row {k}", STEEL)
-        yield Factor(f"L_10r,{k}", row.basic_life / 1e6, "10⁶ rev", f"life of row {k}", STEEL)
-        if row.modified_life is not None:
-            yield Factor(
-                f"L_nmr,{k}", row.modified_life / 1e6, "10⁶ rev", f"modified life of row {k}", STEEL
-            )
-    yield Factor("L_10r", rated.basic_life / 1e6, "10⁶ rev", "life of all rows", STEEL)
-    if rated.modified_life is not None:
-        text = "modified life of all rows"
-        yield Factor("L_nmr", rated.modified_life / 1e6, "10⁶ rev", text, STEEL)
-    if rated.static_safety is not None:
-        yield Factor("S_0", rated.static_safety, "", "static safety", "ISO 76")

@@ -20,11 +20,12 @@ import numpy as np
 
 from flexgear.arrays import Array
 from flexgear.gears.nominal_stress import contact_line_factor
-from flexgear.gears.rating.capacity import mean_stress_influence
+from flexgear.gears.rating.capacity import Limit, LimitState, mean_stress_influence
 from flexgear.gears.rating.damage import LifeCurve, Places, around_axis, pulsating_stress
 from flexgear.gears.rating.pair import GearPair
-from flexgear.gears.rating.rate import Factor, LimitState, factor_value
+from flexgear.gears.rating.sheet import Factor, Sheet, sheet, value_of
 from flexgear.model.names import GroupName
+from flexgear.results.rating import CAUSE
 from flexgear.solve.bin_loads import BinLoads, SpectrumTrain, roots_in_bin
 from flexgear.solve.stresses import GroupStresses
 
@@ -33,10 +34,11 @@ OTHER = {"sun": "ring", "ring": "sun"}
 
 
 class LoadedState(NamedTuple):
-    """A flank or root in one bin. cycles: of load; at: load cycles for which the bin alone is
-    rated; group, part: of the gear mesh that loads it."""
+    """A flank or root in one bin. factors: of the load; cycles: of load; at: load cycles for which
+    the bin alone is rated; group, part: of the gear mesh that loads it."""
 
     state: LimitState
+    factors: Sheet
     cycles: float
     at: float
     group: GroupName
@@ -45,12 +47,12 @@ class LoadedState(NamedTuple):
 
 @dataclass(frozen=True)
 class DirectPath:
-    """One flank or root ("flank", "root") over all bins. trains: that loads are of; pair: of the
-    gear mesh that loads it."""
+    """One flank or root over all bins. trains: that loads are of; pair: of the gear mesh that loads
+    it."""
 
     trains: Sequence[SpectrumTrain]
     pair: GearPair
-    kind: str
+    kind: Limit
     history: Mapping[int, LoadedState]
     loads: Sequence[BinLoads]
 
@@ -89,7 +91,7 @@ class DirectPath:
         not looked at."""
         loaded, of = self.history[b], self._stresses(b)
         assert of is not None
-        beside = math.prod(factor_value(loaded.state.factors, symbol) for symbol in ("K_A", "K_v"))
+        beside = math.prod(loaded.factors[symbol].value for symbol in ("K_A", "K_v"))
         if self.kind == "flank":
             largest, least = math.sqrt(beside) * of.pressure, np.zeros((1, 1))
         else:
@@ -126,7 +128,7 @@ class DirectPath:
         """Of the norm, without the mean stress factor, which is in the stress."""
         state = self.history[b].state
         assert state.curve is not None
-        mean = factor_value(state.factors, "Y_M", 1.0)
+        mean = value_of(state.factors, "Y_M", 1.0)
         return LifeCurve(state.curve.cycles, tuple(s / mean for s in state.curve.stress))
 
     @cached_property
@@ -155,10 +157,9 @@ class DirectPath:
         for b in alone:
             stress = self._flat(b).max(axis=0).reshape(teeth, -1)
             place = np.arange(teeth) * stress.shape[1] + stress.argmax(axis=1)
+            strength = self._curve(b).stress_at(self.history[b].at)
             with np.errstate(divide="ignore"):
-                each.append(
-                    (place, self._curve(b).stress_at(self.history[b].at) / stress.max(axis=1), b)
-                )
+                each.append((place, strength / stress.max(axis=1), b))
         place, safety = (np.array([x[k] for x in each]) for k in range(2))
         first, tooth = safety.argmin(axis=0), np.arange(teeth)
         return safety[first, tooth], place[first, tooth], np.array([x[2] for x in each])[first]
@@ -168,7 +169,7 @@ class DirectPath:
         """(z,) of the teeth of a ring that stands, by azimuth; of no length of others."""
         return self._weakest[0] if self._stands else np.zeros(0)
 
-    def lines(self) -> tuple[Factor, ...]:
+    def sheet(self) -> Sheet:
         """Safety, damage, life, the worst place, and what parts it from the norm."""
         tooth, lines = int(np.argmin(self._weakest[0])), []
         safety, place, worst = (x[tooth] for x in self._weakest)
@@ -182,10 +183,9 @@ class DirectPath:
                 _line("D_direct", damage, "", "Miner's sum at the worst place"),
                 _line("L_direct", life, "h", "until that is one"),
             ]
-        return (
-            _line("S_direct", float(safety), "", "safety at the worst place"), *lines,
-            *self._where(int(worst), int(place)), *self._against_norm(int(worst)),
-        )  # fmt: skip
+        first = _line("S_direct", float(safety), "", "safety at the worst place")
+        place_lines = self._where(int(worst), int(place))
+        return sheet([first, *lines, *place_lines, *self._against_norm(int(worst))])
 
     def _flat(self, b: int) -> Array:
         """(passes, places) Pa."""
@@ -213,13 +213,13 @@ class DirectPath:
         """Largest stress over that of the norm in a bin, and causes whose product it is."""
         state, stress = self.history[b].state, self.stress(b)
         at = np.unravel_index(int(np.argmax(stress)), stress.shape)
-        largest, mean = float(stress[at]), factor_value(state.factors, "Y_M", 1.0)
+        largest, mean = float(stress[at]), value_of(state.factors, "Y_M", 1.0)
         ratio = largest * mean / state.stress
         causes = self._of_flank(b, at, ratio) if self.kind == "flank" else self._of_root(b, at)
         return [
             _line("σ_direct", largest / 1e6, "MPa", "largest stress"),
             _line("σ_direct/σ", ratio, "", "over that of the norm, the product of what follows"),
-            *(_line(f"by {name}", value, "", "direct path over norm") for name, value in causes),
+            *(_line(f"by {name}", value, "", CAUSE) for name, value in causes),
         ]
 
     def _of_flank(self, b: int, at: Sequence[np.intp], ratio: float) -> list[tuple[str, float]]:
@@ -228,7 +228,7 @@ class DirectPath:
         assert of is not None
         place = float(of.path[at[2]]) - self.pair.gears["planet"].roll_length
         radii = self.pair.relative_curvature / self.pair.relative_curvature_at(place)
-        norm = math.prod(factor_value(factors, symbol, 1.0) for symbol in ("Z_B", "Z_D", "Z_β"))
+        norm = math.prod(value_of(factors, symbol, 1.0) for symbol in ("Z_B", "Z_D", "Z_β"))
         form = math.sqrt(radii) / norm
         return [("form", form), ("load distribution", ratio / form)]
 
@@ -249,7 +249,8 @@ class DirectPath:
         place = planet, cycle
         train = self.trains[self.loads[b].groups[loaded.group].deviated]
         held = roots_in_bin(train, self.trains[0].bins[b], loaded.group, place, member)
-        norm = {f.symbol: f.value for f in loaded.state.factors}
+        lines = {**loaded.factors, **loaded.state.factors}
+        norm = {symbol: line.value for symbol, line in lines.items()}
         beside, rim = norm["K_A"] * norm["K_v"], norm.get("Y_B", 1.0)
         normal = norm["F_t"] / math.cos(self.pair.base_helix_angle)
         normal /= math.cos(self.pair.transverse_angle)
@@ -258,7 +259,7 @@ class DirectPath:
         )
         largest, counted = (float(x[at]) / beside for x in (self._maps(b)[0], self.stress(b)))
         return [
-            ("form", held.even / held.pair_load / (loaded.state.nominal / share / rim / normal)),
+            ("form", held.even / held.pair_load / (1e6 * norm["σ_F0"] / share / rim / normal)),
             (
                 "sharing between pairs",
                 held.pair_load / (share * normal * norm["K_γ"] * norm["K_Fα"]),

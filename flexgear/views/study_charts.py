@@ -16,6 +16,8 @@ from flexgear.arrays import Array
 from flexgear.gears.load_bins import LoadBin
 from flexgear.model.errors import FlexgearError
 from flexgear.model.names import GroupName
+from flexgear.results.rating import Rating
+from flexgear.results.report.study_tables import RATING, SPECTRUM
 from flexgear.results.report.wording import words
 from flexgear.results.tolerance_dataset import distribution_band
 from flexgear.solve.load_series import SeriesBins
@@ -94,9 +96,12 @@ LEAST = 1e-6  # of the largest damage: less is not shown
 @styled
 def damage_chart(data: xr.Dataset) -> Figure:
     """Damage (share of the life) that every bin takes, of the flank, root and bearing of each stage
-    that are damaged most."""
-    damage = data["damage"].transpose("part", "bin").to_numpy()
-    total = np.where(np.isfinite(damage), damage, 0.0).sum(axis=1)
+    that are damaged most; up to the top where a bin is above static strength."""
+    damage = np.nan_to_num(data["damage"].transpose("part", "bin").to_numpy(), posinf=np.inf)
+    largest = float(damage[np.isfinite(damage)].max(initial=0.0)) or 1.0
+    above = np.isinf(damage).any(axis=1)
+    damage = np.minimum(damage, 10 * largest)
+    total = damage.sum(axis=1)
     of_stage = list(zip(data["part_stage"].to_numpy(), data["part_kind"].to_numpy(), strict=True))
     worst = {of_stage[k]: int(k) for k in np.argsort(total) if total[k] > LEAST * total.max()}
     order = sorted(worst.values(), key=lambda k: -total[k])[:MOST_PARTS]
@@ -107,7 +112,8 @@ def damage_chart(data: xr.Dataset) -> Figure:
     ax, at = axes[0, 0], np.arange(count)
     width = 0.8 / len(order)
     for place, k in enumerate(order):
-        label = f"{words(str(data['part'].to_numpy()[k]))}: {total[k]:.3g}"
+        size = "above static strength" if above[k] else f"{total[k]:.3g}"
+        label = f"{words(str(data['part'].to_numpy()[k]))}: {size}"
         colour = PLANET_COLOURS[place]
         if count <= NAMED_BINS:
             ax.bar(at + (place - (len(order) - 1) / 2) * width, damage[k], width, color=colour,
@@ -182,6 +188,33 @@ def ring_safety_chart(data: xr.Dataset) -> Figure:
     axes[-1, 0].set_xlabel("azimuth of the tooth (deg)")
     figure.legend(loc="outside lower center", ncols=2)
     return figure
+
+
+def rating_charts(rating: Rating) -> dict[str, tuple[str, str, Figure, str]]:
+    """Section, caption, figure and sentence of the charts that a rating has, by name."""
+    data, first = rating.dataset(), rating.case.inputs[0].member
+    charts = {
+        "reserves": (
+            RATING, "Load that parts bear", safety_chart(data),
+            "Factor on all loads within the limits; below one the part fails them.",
+        ),
+        "damage": (
+            RATING, "Damage by bin", damage_chart(data),
+            "Share of the life that each bin takes, of the most damaged of each stage.",
+        ),
+    }  # fmt: skip
+    if any(b.hours and b.speed[first] for b in rating.bins):
+        charts["duration"] = (
+            SPECTRUM, "Load duration", load_duration_chart(rating.bins, first),
+            f"For how many turns of {words(first)} each torque lasts, by load bins.",
+        )  # fmt: skip
+    if data.sizes["ring_tooth"]:
+        charts["ring"] = (
+            RATING, "Safety of the ring's teeth", ring_safety_chart(data),
+            "Computed stresses against the norm's life curves, beyond ISO 6336, tooth by tooth; "
+            "what a load that stands does to a sector of a standing ring, it does for ever.",
+        )  # fmt: skip
+    return charts
 
 
 BARS = "#9DBAD5"

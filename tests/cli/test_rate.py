@@ -8,6 +8,7 @@ from report_pages import require_sound
 
 import flexgear as fg
 from flexgear.results.dataset_file import load
+from flexgear.results.report.wording import with_unit
 
 FEW = ["--set", "rating.gear_mesh_cycles=1", "--set", "rating.positions_per_gear_mesh=2"]
 
@@ -80,6 +81,35 @@ def test_one_line_for_what_is_wrong(flexgear, tmp_path, more, message):
         file.write(f"\n{more}")
     assert message in flexgear.refused("rate", tmp_path / "own.toml", "--out", tmp_path / "r")
     assert not (tmp_path / "r").exists()
+
+
+def test_a_load_case_above_static_strength_is_drawn_and_named(flexgear, tmp_path):
+    """Nothing bears it once: the part fails, whatever the other load cases do."""
+    few = {"rating__gear_mesh_cycles": 1, "rating__positions_per_gear_mesh": 2}
+    case = fg.load_case("nrel-5mw", **few)
+    heavy = case.load_cases[0].model_copy(update={"name": "far too much", "torque": 6e7})
+    rating = case.with_(load_cases=(*case.load_cases, heavy)).rate(tmp_path / "sheet")
+    broken = [part for part in rating.ranked if part.damage_sum == float("inf")]
+    assert broken and {rating.bins[p.worst_bin].name for p in broken} == {"far too much"}
+    assert (tmp_path / "sheet" / "damage.png").exists()
+    assert (
+        "above static strength in far too much" in (tmp_path / "sheet" / "report.html").read_text()
+    )
+
+
+@pytest.mark.parametrize(
+    ("hours", "text"),
+    [
+        (23.44, "23.4 h"),
+        (58312.0, "58 300 h (6.65 years)"),
+        (358788.0, "359 000 h (40.9 years)"),
+        (6358788.0, "over 1 000 000 h"),
+        (float("inf"), "over 1 000 000 h"),
+        (float("nan"), "–"),
+    ],
+)
+def test_a_life_has_three_figures(hours, text):
+    assert with_unit(hours, "h").replace("\u202f", " ") == text
 
 
 def test_a_method_of_cases(tmp_path):

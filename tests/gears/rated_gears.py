@@ -5,7 +5,6 @@ from __future__ import annotations
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.power_flow import power_flow
 from flexgear.gears.rating.load_factors import (
-    LoadFactors,
     dynamic_factor,
     root_face_factor,
     transverse_factors,
@@ -131,12 +130,7 @@ def pair_of(case, role="sun"):
 
 def method_b(pair, load, face_flank):
     """All load factors of ISO 6336-1 method B of K_Hβ."""
-    dynamic = dynamic_factor(pair, load, 1.0).value
+    dynamic, _ = dynamic_factor(pair, load, 1.0)
     flank, root = transverse_factors(pair, load, dynamic * face_flank)
-    return LoadFactors(
-        dynamic=dynamic,
-        face_flank=face_flank,
-        face_root=root_face_factor(pair, face_flank),
-        transverse_flank=flank,
-        transverse_root=root,
-    )
+    face_root = root_face_factor(pair, face_flank)
+    return {"K_v": dynamic, "K_Hβ": face_flank, "K_Fβ": face_root, "K_Hα": flank, "K_Fα": root}

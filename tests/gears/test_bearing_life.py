@@ -9,8 +9,6 @@ import pytest
 from flow_samples import planetary, train
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy.integrate import quad
-from scipy.optimize import fsolve
 
 from flexgear.gears.bearings.basic_life import (
     BALL,
@@ -259,14 +257,14 @@ def test_rows_of_equal_load_and_limits_of_lubrication(make):
         RollingBearing((row,), RATINGS), alone.motion, "inner", Lubrication(0.02, 0.5)
     )
     assert starved.modified_life == pytest.approx(0.1 * alone.basic_life, rel=0.01)
-    assert "below 0.1" in starved.estimates[0] and not alone.estimates
+    assert set(starved.estimates) == {"a_ISO"} and not alone.estimates
 
 
 def test_estimates_count_where_figures_rest_on_them():
     bearing = rolling_bearing(planet_bearing(static_rating_kn="5000"))
     assert len(bearing.estimates) == 1
     load = [5e5, 0, 0, 0, 0]
-    assert rate_load(bearing, load, "inner").estimates == ()
+    assert not rate_load(bearing, load, "inner").estimates
     assert rate_load(bearing, load, "inner", OIL).estimates == bearing.estimates
 
 
@@ -371,11 +369,11 @@ def test_a_bearing_of_a_case():
     bearing = rolling_bearing(planet_bearing())
     assert [row.position for row in bearing.rows] == [-0.06, 0.06]
     assert bearing.ratings.rows == 2 and bearing.ratings.dynamic_rating == 2.5e6
-    assert len(bearing.estimates) == 2 and "static_rating" in bearing.estimates[0]
+    assert set(bearing.estimates) == {"static_rating", "fatigue_load_limit"}
     stated = {"static_rating_kn": "5000", "fatigue_load_limit_kn": "600"}
-    assert rolling_bearing(planet_bearing(**stated)).estimates == ()
+    assert not rolling_bearing(planet_bearing(**stated)).estimates
     guessed = rolling_bearing(planet_bearing(dynamic_rating_kn=None))
-    assert guessed.estimates[0].startswith("dynamic_rating")
+    assert "dynamic_rating" in guessed.estimates
     pair = rolling_bearing(planet_bearing(count="2"))
     assert len(pair.rows) == 4 and pair.ratings.rows == 2
 
@@ -422,58 +420,3 @@ def test_what_is_missing_is_named():
     assert "elements" in rolling_bearing(load_case("wind-5mw").stages[0].planet_bearing)
     drop = {"rolling": "ball", "dynamic_rating_kn": None}
     assert rolling_bearing(planet_bearing(**drop)) == "dynamic_rating is missing"
-
-
-@pytest.mark.parametrize("moment", [20.0, 40.0])  # N m
-def test_tilted_rollers_with_clearance_by_quadrature(moment):
-    """Force and moment of 14 rollers in their gap, straight along their length, in N and mm. The
-    integral of the load per length c ⟨a + θ x⟩^(10/9) and of its moment in closed form, of the
-    lives' q^(9/2) numerically; rings are balanced by another method, and lives have Σ D_k as an
-    integral over the length."""
-    count, size, pitch, length, gap, force = 14, 15.0, 72.5, 16.0, 0.01, 10e3
-    scale, cos = 35948 * length ** (-1 / 9), np.cos(2 * np.pi * np.arange(count) / count)
-
-    def resultants(middle, slope):
-        """Load and moment of one roller: ∫ q dx and ∫ q x dx where q > 0."""
-        if abs(slope) < 1e-12:
-            return scale * length * max(middle, 0.0) ** (10 / 9), 0.0
-        ends = [max(middle + slope * x, 0.0) for x in (-length / 2, length / 2)]
-        first, second = (
-            (ends[1] ** (power + 10 / 9) - ends[0] ** (power + 10 / 9)) / (power + 10 / 9)
-            for power in (1, 2)
-        )
-        return scale * first / slope, scale * (second - middle * first) / slope**2
-
-    def residual(u):
-        rollers = [resultants(u[0] * c - gap, u[1] * c) for c in cos]
-        radial = sum(c * load for c, (load, _) in zip(cos, rollers, strict=True))
-        return radial / force - 1, (
-            sum(c * turn for c, (_, turn) in zip(cos, rollers, strict=True)) / (1e3 * moment) - 1
-        )
-
-    x, tilt = fsolve(residual, [0.03, 1e-4], xtol=1e-13)
-    row = RollerRow(count, 15e-3, 72.5e-3, gap=10e-6, length=16e-3, drops=(0.0,) * 120,
-                    edge_stress=False)  # fmt: skip
-    load = np.array([force, 0, 0, 0, moment])
-    rated = rate_load(RollingBearing((row,), Ratings(100e3)), load, "outer")
-    assert 1e3 * rated.motion[0] == pytest.approx(x, rel=1e-4)
-    assert rated.motion[4] == pytest.approx(tilt, rel=1e-3)
-    loads = [resultants(x * c - gap, tilt * c)[0] for c in cos]
-    assert row.state(rated.motion, 0.0).element_loads == pytest.approx(loads, rel=1e-3, abs=1.0)
-
-    gamma = size / pitch
-    t = 1.038 * ((1 - gamma) / (1 + gamma)) ** (143 / 108)
-    inner = 100e3 * (1 + t**4.5) ** (2 / 9) / (0.378 * 0.83 * count)
-    outer = 100e3 * (1 + t**-4.5) ** (2 / 9) / (0.364 * 0.83 * count)
-
-    def damage(place):
-        """D of a whole row that is loaded everywhere as here: a lamina's is n_s^(−9/2 + 7/2)."""
-        q = scale * length * np.maximum(x * cos - gap + tilt * cos * place, 0.0) ** (10 / 9)
-        of_inner, of_outer = np.mean(q**4) ** (1 / 4), np.mean(q**4.5) ** (1 / 4.5)
-        return ((of_inner / inner) ** 4.5 + (of_outer / outer) ** 4.5) / length
-
-    whole = quad(damage, -length / 2, length / 2, limit=200)[0]
-    assert rated.basic_life / 1e6 == pytest.approx(whole ** (-8 / 9), rel=4e-3)
-    largest = scale * (x - gap + abs(tilt) * length / 2) ** (10 / 9)  # N/mm, at the end
-    pressure = math.sqrt(largest * 210e3 / 0.91 / (2 * math.pi * 7.5 * (1 - gamma)))
-    assert rated.pressure / 1e6 == pytest.approx(pressure, rel=4e-3)

@@ -9,6 +9,7 @@ from gears.rated_gears import PLANETARY, case_of, pair_of
 from hypothesis import given
 from hypothesis import strategies as st
 
+from flexgear.gears.rating.capacity import rate
 from flexgear.gears.rating.damage import (
     LifeCurve,
     PartLife,
@@ -18,8 +19,6 @@ from flexgear.gears.rating.damage import (
     pulsating_stress,
     system_reliability,
 )
-from flexgear.gears.rating.load_factors import LoadFactors
-from flexgear.gears.rating.rate import rate
 from flexgear.gears.rating.steels import allowable_stress, flank_knees, root_knees
 from flexgear.model.rating import GearRating, SteelKind
 from flexgear.model.section import Refusal
@@ -35,6 +34,10 @@ spectra = st.lists(st.tuples(stresses, counts), min_size=1, max_size=20)
 def spectrum(bins, curve=CURVE):
     sigma, cycles = np.array(bins).T
     return Spectrum.of([curve] * len(bins), sigma, cycles)
+
+
+def damage(bins):
+    return spectrum(bins).damages().sum()
 
 
 @given(st.floats(min_value=1e5, max_value=1e12))
@@ -56,40 +59,49 @@ def test_a_curve_at_its_knees_and_its_ends():
 def test_one_bin_is_the_rating_of_a_constant_load(stress, cycles):
     one = spectrum([(stress, cycles)])
     assert one.safety == pytest.approx(CURVE.stress_at(cycles) / stress, rel=1e-12)
-    assert one.damage == pytest.approx(cycles / CURVE.cycles_at(stress), rel=1e-12)
-    assert one.life(5.0) == pytest.approx(5.0 / one.damage, rel=1e-12)
+    assert one.damages() == pytest.approx([cycles / CURVE.cycles_at(stress)], rel=1e-12)
 
 
 @given(spectra, st.randoms(use_true_random=False), st.floats(min_value=0.05, max_value=0.95))
 def test_splitting_and_reordering_bins_changes_no_damage(bins, random, share):
     pieces = [(s, x) for s, n in bins for x in (share * n, (1 - share) * n)]
     random.shuffle(pieces)
-    assert spectrum(pieces).damage == pytest.approx(spectrum(bins).damage, rel=1e-12, abs=0)
+    assert damage(pieces) == pytest.approx(damage(bins), rel=1e-12, abs=0)
     assert spectrum(pieces).safety == pytest.approx(spectrum(bins).safety, rel=1e-12)
 
 
 @given(spectra)
 def test_at_the_safety_the_damage_is_one(bins):
-    whole = spectrum(bins)
-    at = spectrum([(whole.safety * s, n) for s, n in bins])
+    safety = spectrum(bins).safety
     # one of the bins may stand at the static stress, above which nothing lives
-    assert at.damage <= 1 + 1e-9
-    above = spectrum([(whole.safety * (1 + 1e-9) * s, n) for s, n in bins])
-    assert above.damage > 1 - 1e-6
+    assert damage([(safety * s, n) for s, n in bins]) <= 1 + 1e-9
+    assert damage([(safety * (1 + 1e-9) * s, n) for s, n in bins]) > 1 - 1e-6
+
+
+@given(spectra, spectra)
+def test_places_side_by_side_are_rated_as_alone(first, second):
+    """Many stresses under the same cycles at once."""
+    count = min(len(first), len(second))
+    cycles = [n for _, n in first[:count]]
+    sides = [[s for s, _ in side[:count]] for side in (first, second)]
+    both = Spectrum.of([CURVE] * count, np.array(sides).T, cycles)
+    alone = [spectrum(list(zip(side, cycles, strict=True))) for side in sides]
+    assert both.safety == pytest.approx([float(one.safety) for one in alone], rel=1e-12)
+    assert both.damages() == pytest.approx(np.array([one.damages() for one in alone]).T)
 
 
 @given(spectra, st.floats(min_value=0.1, max_value=10.0))
 def test_hours_scale_damage(bins, factor):
-    longer = spectrum([(s, factor * n) for s, n in bins])
-    assert longer.damage == pytest.approx(factor * spectrum(bins).damage, rel=1e-12)
+    longer = damage([(s, factor * n) for s, n in bins])
+    assert longer == pytest.approx(factor * damage(bins), rel=1e-12)
 
 
 def test_no_load_no_damage():
     idle = spectrum([(0.0, 1e9), (900.0, 0.0)])
-    assert (idle.damage, idle.safety, idle.life(1.0)) == (0.0, math.inf, math.inf)
+    assert not idle.damages().any() and idle.safety == math.inf
     level = LifeCurve((1e3, 3e6, 1e10), (2.5, 1.0, 1.0))
     endless = Spectrum.of([level], [0.8], [1e12])
-    assert endless.damage == 0.0 and endless.safety == pytest.approx(1.25, rel=1e-12)
+    assert not endless.damages().any() and endless.safety == pytest.approx(1.25, rel=1e-12)
 
 
 def test_bins_must_fit_one_another():
@@ -104,14 +116,14 @@ def test_static_factors_only_change_the_static_end(tmp_path):
     kinds = ("constant", "interpolated")
     both = [
         rate(*pair_of(case_of(tmp_path, PLANETARY, **{"rating.static_factors": kind})),
-             LoadFactors())["sun"]
+             {})
         for kind in kinds
     ]  # fmt: skip
     for place, static in (("flank", 1.6), ("root", 2.5)):
-        constant, interpolated = (getattr(state, place).curve for state in both)
+        constant, interpolated = (states["sun", place].curve for states in both)
         assert interpolated.stress[1:] == constant.stress[1:]
         assert constant.stress[0] == pytest.approx(static * constant.stress[1], rel=1e-12)
-    assert both[1].flank.curve.stress[0] == pytest.approx(1.6 * 1500e6, rel=1e-12)
+    assert both[1]["sun", "flank"].curve.stress[0] == pytest.approx(1.6 * 1500e6, rel=1e-12)
 
 
 def test_life_factors_of_steels_fall_and_end_at_the_long_life_factor():

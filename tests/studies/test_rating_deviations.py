@@ -5,7 +5,7 @@ import math
 import pytest
 from gears.rated_gears import PAIR, case_of, pair_of
 
-from flexgear.gears.rating.load_factors import helix_deviation
+from flexgear.gears.rating.load_factors import tolerance
 from flexgear.model.errors import InputError
 from flexgear.model.gear_mesh import GearErrors
 from flexgear.model.load import load_case
@@ -37,7 +37,7 @@ def train(**changes):
 def factors(case, symbol="K_Hβ"):
     """By group, in the only bin."""
     rating = rate(case, workers=1)
-    return {g.name: {f.symbol: f for f in g.factors[0]}[symbol] for g in rating.gear_meshes}
+    return {g.name: g.factors[0][symbol] for g in rating.gear_meshes}
 
 
 @pytest.mark.parametrize(
@@ -54,9 +54,10 @@ def test_helix_deviation_of_a_grade_by_hand(tmp_path, edition, grades):
     pair, _ = pair_of(case_of(tmp_path, PAIR, **{"rating.edition": edition}))
     for gear, of_fifth, grade in zip(pair.gears.values(), grades, (6, 7), strict=True):
         by_hand = 1e-6 * of_fifth * math.sqrt(2) ** (grade - 5)
-        assert helix_deviation(pair, gear) == pytest.approx(by_hand, rel=1e-4)
+        assert tolerance(pair, gear, "helix") == pytest.approx(by_hand, rel=1e-4)
     stated = case_of(tmp_path, PAIR, **{"stages.pair.pinion.rating.helix_deviation": 3e-6})
-    assert helix_deviation(pair_of(stated)[0], pair_of(stated)[0].pinion) == 3e-6
+    pair, _ = pair_of(stated)
+    assert tolerance(pair, pair.pinion, "helix") == 3e-6
 
 
 def test_the_worst_case_is_the_worst_of_its_signs_and_of_none():

@@ -84,7 +84,7 @@ def test_with_the_stresses_of_the_norm_its_safeties_come_out(tmp_path, monkeypat
     for part, norm in zip(rating.parts, by_norm.parts, strict=True):
         if part.kind == "bearing":
             continue
-        figures = {f.symbol: f.value for f in part.direct}
+        figures = {symbol: f.value for symbol, f in part.direct.items()}
         causes = [v for s, v in figures.items() if s.startswith("by ")]
         assert math.prod(causes) == pytest.approx(figures["σ_direct/σ"], rel=1e-9)
         # of two flanks under one pressure that with Z_B or Z_D above one has the norm's
@@ -97,7 +97,7 @@ def test_with_the_stresses_of_the_norm_its_safeties_come_out(tmp_path, monkeypat
     # what is written says the same
     data, summary = rating.dataset(), rating_summary(rating)
     sun = {p.name: p for p in rating.parts}["stage.sun root"]
-    value = {f.symbol: f.value for f in sun.direct}["S_direct"]
+    value = sun.direct["S_direct"].value
     assert data["direct_safety"].sel(part=sun.name) == pytest.approx(value)
     assert summary["parts"][sun.name]["direct_path"]["S_direct"] == pytest.approx(value)
     sources = {r[5] for r in rating_rows(rating) if r[2] == "S_direct"}
@@ -130,7 +130,7 @@ def test_a_hub_moment_that_stands_loads_one_sector_of_a_ring():
         state = LoadCase(name="m", hours=1e5, torque=4e6, moment=moment)
         rating = rate(case.with_(load_cases=(state,)), workers=1)
         parts = {p.name: p for p in rating.parts}
-        figures = {n: {f.symbol: f.value for f in p.direct} for n, p in parts.items()}
+        figures = {n: {s: f.value for s, f in p.direct.items()} for n, p in parts.items()}
         return {n: figures[f"stage.{n} flank"] for n in ("sun", "ring")}, rating.dataset()
 
     (first, data), (second, _) = rated(0.0), rated(turn)

@@ -53,7 +53,7 @@ def _factors(folder, slope_um, reverse=False):
     keys = {"rating.positions_per_gear_mesh": 48, "rating.limits": "none"}
     rating = rate(case_of(folder, text, load_cases=cases, **keys), workers=1)
     (gear_mesh,) = rating.gear_meshes
-    along = [next(f for f in of_bin if f.symbol == "K_Hβ") for of_bin in gear_mesh.factors]
+    along = [of_bin["K_Hβ"] for of_bin in gear_mesh.factors]
     assert all(f.source.startswith("computed") for f in along)
     return {name: f.value for (name, _), f in zip(states, along, strict=True)}
 

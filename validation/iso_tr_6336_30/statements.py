@@ -10,14 +10,13 @@ from rows import Row, compared, gathered, reference
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.nominal_stress import virtual_teeth
 from flexgear.gears.power_flow import power_flow
+from flexgear.gears.rating.capacity import rate
 from flexgear.gears.rating.load_factors import (
-    LoadFactors,
     dynamic_factor,
     root_face_factor,
     transverse_factors,
 )
 from flexgear.gears.rating.pair import gear_pair, load_cycles, pair_load
-from flexgear.gears.rating.rate import rate
 from flexgear.model.load import load_case
 
 PAPER = "iso_tr_6336_30"
@@ -34,20 +33,17 @@ def figures() -> dict[str, float]:
     view, flow = case.view(), power_flow(case).stages[0]
     pair = gear_pair(view, stage_geometry(view), "sun")
     load = pair_load(pair, flow)
-    dynamic = dynamic_factor(pair, load, 1.0)
-    assert dynamic is not None
-    transverse = transverse_factors(pair, load, dynamic.value * FACE_LOAD_FACTOR)
-    assert transverse is not None
-    factors = LoadFactors(
-        dynamic=dynamic.value,
-        face_flank=FACE_LOAD_FACTOR,
-        face_root=root_face_factor(pair, FACE_LOAD_FACTOR),
-        transverse_flank=transverse[0],
-        transverse_root=transverse[1],
-    )
+    dynamic, _ = dynamic_factor(pair, load, 1.0)
+    transverse = transverse_factors(pair, load, dynamic * FACE_LOAD_FACTOR)
+    factors = {
+        "K_v": dynamic,
+        "K_Hβ": FACE_LOAD_FACTOR,
+        "K_Fβ": root_face_factor(pair, FACE_LOAD_FACTOR),
+        "K_Hα": transverse[0],
+        "K_Fα": transverse[1],
+    }
     out = {
-        "K_Fβ": factors.face_root,
-        "K_Fα": factors.transverse_root,
+        **factors,
         "c′_th": pair.theoretical_stiffness / 1e9,
         "c′": pair.single_stiffness / 1e9,
         "c_γα": pair.mesh_stiffness / 1e9,
@@ -55,8 +51,8 @@ def figures() -> dict[str, float]:
     }
     states, rates = rate(pair, load, factors), load_cycles(view, flow)
     for place, part in GEARS.items():
-        state, cycles = states[part].flank, rates["sun", part] * SECONDS
-        lines = {factor.symbol: factor.value for factor in state.sheet(cycles)}
+        state, cycles = states[part, "flank"], rates["sun", part] * SECONDS
+        lines = {symbol: factor.value for symbol, factor in state.sheet(cycles).items()}
         out |= lines
         out[f"z_n{place}"] = virtual_teeth(pair.gears[part].teeth, view.stage)
         out |= {f"{name}{place}": lines[name] for name in ("N_L", "Z_NT", "σ_HP", "S_H")}

@@ -51,8 +51,7 @@ from flexgear.model.errors import FlexgearError
 from flexgear.model.member import PlanetBearing, SeatBearing
 
 COMPONENTS = ("x", "y", "z", "rx", "ry")
-LIMIT_ESTIMATE = "fatigue_load_limit by ISO 281, annex B, from the static rating"
-FILM_ESTIMATE = "a_ISO 0.1 for a viscosity ratio below 0.1, where ISO 281 states none"
+FILM = {"a_ISO": "is 0.1 for a viscosity ratio below 0.1, where ISO 281 states none"}
 CLOSURE = 1e-9  # of an equilibrium, over the load
 ITERATIONS = 200
 
@@ -60,12 +59,12 @@ ITERATIONS = 200
 @dataclass(frozen=True)
 class RollingBearing:
     """rows: all of them along the axis, of equal bearings side by side if there are several;
-    ratings: of one bearing. estimates: what was estimated and by which rule; with any of them the
-    figures of life and safety are to have no verdict."""
+    ratings: of one bearing. estimates: rules by which keys of the case were estimated; with any of
+    them the figures of life and safety are to have no verdict."""
 
     rows: tuple[Row, ...]
     ratings: Ratings
-    estimates: tuple[str, ...] = field(default=())
+    estimates: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def of_rollers(self) -> bool:
@@ -88,7 +87,7 @@ class BearingRating:
     basic_life: float
     modified_life: float | None
     static_safety: float | None
-    estimates: tuple[str, ...]
+    estimates: Mapping[str, str]
 
     @property
     def pressure(self) -> float:
@@ -178,20 +177,21 @@ def rate_motion(
         row_rating(row, bearing.ratings, motion, state, stationary, lubrication)
         for row, state in zip(bearing.rows, states, strict=True)
     )
-    exponent = 9 / 8 if bearing.of_rollers else 10 / 9
-    basic = life_of_rows([row.basic_life for row in rows], exponent)
+    basic = life_of_rows(bearing.rows, [row.basic_life for row in rows])
     assert basic is not None
-    estimates = [e for e in bearing.estimates if lubrication or e != LIMIT_ESTIMATE]
-    if lubrication is not None and lubrication.viscosity_ratio < LEAST_RATIO:
-        estimates.append(FILM_ESTIMATE)
+    estimates = dict(bearing.estimates)
+    if lubrication is None:
+        estimates.pop("fatigue_load_limit", None)
+    elif lubrication.viscosity_ratio < LEAST_RATIO:
+        estimates |= FILM
     safeties = [row.static_safety for row in rows if row.static_safety is not None]
     return BearingRating(
         motion,
         rows,
         basic,
-        life_of_rows([row.modified_life for row in rows], exponent),
+        life_of_rows(bearing.rows, [row.modified_life for row in rows]),
         min(safeties) if safeties else None,
-        tuple(estimates),
+        estimates,
     )
 
 
@@ -219,24 +219,24 @@ def rolling_bearing(
     if elements is None:
         return "elements are missing (diameter, pitch_diameter, …)"
     rows = _rows(section, elements, laminae)
-    estimates: list[str] = []
+    estimates: dict[str, str] = {}
     each = len(rows) // section.count
     first = rows[0]
     dynamic = section.dynamic_rating
     if dynamic is None and isinstance(first, RollerRow):
         dynamic = dynamic_rating_of_rollers(first, each)
-        estimates.append("dynamic_rating by ISO 281 from the size of the rollers")
+        estimates["dynamic_rating"] = "by ISO 281 from the size of the rollers"
     if dynamic is None:
         return "dynamic_rating is missing"
     static = section.static_rating
     if static is None:
         static = static_rating(first, each)
-        estimates.append("static_rating by ISO 76 from the size of the rolling elements")
+        estimates["static_rating"] = "by ISO 76 from the size of the rolling elements"
     limit = section.fatigue_load_limit
     if limit is None:
         limit = fatigue_load_limit(first, static)
-        estimates.append(LIMIT_ESTIMATE)
-    return RollingBearing(rows, Ratings(dynamic, static, limit, each), tuple(estimates))
+        estimates["fatigue_load_limit"] = "by ISO 281, annex B, from the static rating"
+    return RollingBearing(rows, Ratings(dynamic, static, limit, each), estimates)
 
 
 def _rows(

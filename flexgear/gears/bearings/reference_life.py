@@ -62,7 +62,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -200,48 +200,46 @@ def edge_factors(laminae: int) -> Array:
         return np.asarray(1 - 0.01 / np.log(1.985 * place))
 
 
-def roller_loads_at_rating(row: RollerRow, ratings: Ratings) -> tuple[float, float]:
-    """q_ci and q_ce, N."""
-    t = 1.038 * ((1 - row.gamma) / (1 + row.gamma)) ** (143 / 108)
-    load = ratings.dynamic_rating / ratings.rows ** (7 / 9) / len(row.drops) ** (7 / 9)
-    load /= LIFE_FACTOR_MATERIAL * row.count * math.cos(row.contact_angle)
-    return load / 0.378 * (1 + t**4.5) ** (2 / 9), load / 0.364 * (1 + t**-4.5) ** (2 / 9)
+class _Law(NamedTuple):
+    """What sets rollers and balls apart. turning, standing: w on the ring that turns against the
+    load, and on the one that stands still under it; damage: exponent of q/q_c; life: of the sum of
+    damages, negative; rows, angle: of i and n_s, and of cos α, in q_c; inner, outer: their numbers
+    in q_ci and q_ce."""
+
+    kind: Rolling
+    turning: float
+    standing: float
+    damage: float
+    life: float
+    rows: float
+    angle: float
+    inner: float
+    outer: float
 
 
-def ball_loads_at_rating(row: BallRow, ratings: Ratings) -> tuple[float, float]:
-    """Q_ci and Q_ce, N."""
-    inner, outer, d = row.inner_groove, row.outer_groove, row.diameter
-    grooves = inner * (2 * outer - d) / (outer * (2 * inner - d))
-    t = 1.044 * ((1 - row.gamma) / (1 + row.gamma)) ** 1.72 * grooves**0.41
-    load = ratings.dynamic_rating / ratings.rows**0.7 / row.count
-    load /= math.cos(row.contact_angle) ** 0.7
-    return load / 0.407 * (1 + t ** (10 / 3)) ** 0.3, load / 0.389 * (1 + t ** (-10 / 3)) ** 0.3
+LAWS = {
+    RollerRow: _Law(
+        "roller", 4.0, 4.5, 4.5, 8 / 9, 7 / 9, 1.0,
+        0.378 * LIFE_FACTOR_MATERIAL, 0.364 * LIFE_FACTOR_MATERIAL,
+    ),
+    BallRow: _Law("ball", 3.0, 10 / 3, 10 / 3, 9 / 10, 0.7, 0.7, 0.407, 0.389),
+}  # fmt: skip
+
+
+def _raceways(row: Row) -> float:
+    """t, of the rated loads of both raceways."""
+    curved = (1 - row.gamma) / (1 + row.gamma)
+    if isinstance(row, BallRow):
+        inner, outer, d = row.inner_groove, row.outer_groove, row.diameter
+        grooves = inner * (2 * outer - d) / (outer * (2 * inner - d))
+        return float(1.044 * curved**1.72 * grooves**0.41)
+    return float(1.038 * curved ** (143 / 108))
 
 
 def _equivalent(loads: Array, exponent: float) -> Array:
     """Power mean over elements (Z, n) -> (n,)."""
     largest = np.maximum(loads.max(), 1e-300)
     return np.asarray(largest * np.mean((loads / largest) ** exponent, axis=0) ** (1 / exponent))
-
-
-def _damages(row: Row, ratings: Ratings, loads: Array, stationary: Ring) -> Array:
-    """Sums (n,) over both rings of (q/q_c)^4.5, or ^(10/3) of balls; loads (Z, n), N."""
-    if isinstance(row, RollerRow):
-        turning, standing, power = 4.0, 4.5, 4.5
-        at_rating = roller_loads_at_rating(row, ratings)
-        loads = loads * edge_factors(len(row.drops)) if row.edge_stress else loads
-    elif isinstance(row, BallRow):
-        turning, standing, power = 3.0, 10 / 3, 10 / 3
-        at_rating = ball_loads_at_rating(row, ratings)
-    else:
-        raise TypeError("a row is one of rollers or of balls")
-    exponents = [standing if stationary == ring else turning for ring in ("inner", "outer")]
-    pairs = zip(exponents, at_rating, strict=True)
-    return np.asarray(sum((_equivalent(loads, w) / q) ** power for w, q in pairs))
-
-
-def _life(damage: float, exponent: float) -> float:
-    return 1e6 * damage**-exponent if damage > 0 else math.inf
 
 
 def row_lives(
@@ -251,25 +249,30 @@ def row_lives(
     stationary: Ring,
     lubrication: Lubrication | None = None,
 ) -> tuple[float, float | None]:
-    """L_10r and L_nmr, revolutions, under loads (Z, n), N. stationary: ring that stands still under
-    the load; of planets the inner one, where the carrier turns with the load."""
-    damages = _damages(row, ratings, loads, stationary)
-    rollers = isinstance(row, RollerRow)
-    exponent = 8 / 9 if rollers else 9 / 10
-    basic = _life(float(damages.sum()), exponent)
-    limit = ratings.fatigue_load_limit
+    """L_10r and L_nmr, revolutions, under loads (Z, n), N, n = 1 for balls. stationary: ring that
+    stands still under the load; of planets the inner one, where the carrier turns with the load."""
+    law, laminae, t = LAWS[type(row)], loads.shape[1], _raceways(row)
+    rating = ratings.dynamic_rating / ratings.rows**law.rows  # of a row
+    uneven = edge_factors(laminae) if isinstance(row, RollerRow) and row.edge_stress else 1.0
+    damages = np.zeros(laminae)
+    for ring, number, sign in (("inner", law.inner, 1), ("outer", law.outer, -1)):
+        at_rating = (
+            rating / laminae**law.rows / row.count / math.cos(row.contact_angle) ** law.angle
+        )
+        at_rating *= (1 + t ** (sign * law.damage)) ** (1 / law.damage) / number
+        exponent = law.standing if ring == stationary else law.turning
+        damages += (_equivalent(loads * uneven, exponent) / at_rating) ** law.damage
+    basic, limit = _life(float(damages.sum()), law.life), ratings.fatigue_load_limit
     if lubrication is None or limit is None:
         return basic, None
-    if rollers:
-        rating = ratings.dynamic_rating / ratings.rows ** (7 / 9)
-        equivalent = rating * (len(damages) * damages) ** (2 / 9)
-    else:
-        equivalent = ratings.dynamic_rating / ratings.rows**0.7 * damages**0.3
-    fatigue = lubrication.contamination * limit / ratings.rows / np.maximum(equivalent, 1e-300)
-    kind: Literal["roller", "ball"] = "roller" if rollers else "ball"
-    factors = life_modification(kind, lubrication.viscosity_ratio, fatigue)
-    modified = _life(float((factors ** (-1 / exponent) * damages).sum()), exponent)
-    return basic, modified
+    equivalent = np.maximum(rating * (laminae * damages) ** (1 / law.damage), 1e-300)
+    fatigue = lubrication.contamination * limit / ratings.rows / equivalent
+    factors = life_modification(law.kind, lubrication.viscosity_ratio, fatigue)
+    return basic, _life(float((factors ** (-1 / law.life) * damages).sum()), law.life)
+
+
+def _life(damage: float, exponent: float) -> float:
+    return 1e6 * damage**-exponent if damage > 0 else math.inf
 
 
 def row_rating(
@@ -298,12 +301,12 @@ def row_rating(
     )
 
 
-def life_of_rows(lives: Sequence[float | None], exponent: float) -> float | None:
+def life_of_rows(rows: Sequence[Row], lives: Sequence[float | None]) -> float | None:
     """Life, revolutions, of rows that fail independently: (Σ L^(−e))^(−1/e), e = 9/8 of rollers,
     10/9 of balls; None where one is."""
-    if any(life is None for life in lives):
+    lasting, exponent = [life for life in lives if life is not None], 1 / LAWS[type(rows[0])].life
+    if len(lasting) < len(lives):
         return None
-    lasting = [life for life in lives if life is not None]
     shortest = min(lasting)
     if math.isinf(shortest):
         return math.inf

@@ -38,44 +38,143 @@ Load capacity of tooth roots (bending), ISO 6336-3 method B.
 
 Static stress has Y_RrelT = Y_X = 1, Y_δrelT = 0.44 Y_S + 0.12 (case- and induction-hardened)
 or 0.20 Y_S + 0.60 (nitrided). Source: ISO 6336-3:2006, clauses 5 and 9 to 15, annex B for Y_M.
+
+What is not known leaves a ``LimitState`` without a curve, and its ``missing`` names the key.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Literal
 
 from flexgear.gears.nominal_stress import contact_line_factor, flank_load_share, helix_factor
+from flexgear.gears.rating.damage import LifeCurve
 from flexgear.gears.rating.pair import GearPair, PairLoad, RatedGear
-from flexgear.gears.rating.steels import NITRIDED, SURFACE_HARDENED, THROUGH_HARDENED, slip_layer
+from flexgear.gears.rating.sheet import Factor, Sheet, factor, sheet_of
+from flexgear.gears.rating.steels import (
+    NITRIDED,
+    SURFACE_HARDENED,
+    THROUGH_HARDENED,
+    Knees,
+    flank_knees,
+    root_knees,
+    root_roughness_factor,
+    root_size_factor,
+    slip_layer,
+)
 
 HB_OVER_HV = 0.95  # ISO 18265, unalloyed and low-alloy steels
+STRESS_CORRECTION = 2.0  # Y_ST of the test gears
+TEST_NOTCH = 1.2  # χ*_T of q_s = 2.5
+FINE = 4  # coarsest accuracy grade with Y_DT below 1
+SENSE = 1.2  # of the stress under the other flank's load
+Limit = Literal["flank", "root"]
+LOAD_FACTORS: dict[Limit, tuple[str, ...]] = {
+    "flank": ("K_A", "K_γ", "K_v", "K_Hβ", "K_Hα"),
+    "root": ("K_A", "K_γ", "K_v", "K_Fβ", "K_Fα"),
+}
 
 
-def zone_factor(pair: GearPair) -> float:
-    """Z_H."""
-    working = pair.geometry.working_angle
-    above = 2.0 * math.cos(pair.base_helix_angle) * math.cos(working)
-    return math.sqrt(above / math.sin(working)) / math.cos(pair.transverse_angle)
+@dataclass(frozen=True)
+class LimitState:
+    """Flank ("H") or root ("F") of one gear under one load. factors: all that do not depend on
+    cycles, but for load factors; curve: σ_HG or σ_FG over cycles, Pa, None where ``missing`` names
+    the key that it lacks, in the gear's section ``rating`` or "lubricant"; reference: σ_G with a
+    life factor of 1, Pa."""
+
+    letter: str
+    factors: Sheet
+    curve: LifeCurve | None = None
+    reference: float = math.nan
+    missing: str = ""
+
+    @property
+    def stress(self) -> float:
+        """σ_H or σ_F, Pa."""
+        return 1e6 * self.factors[f"σ_{self.letter}"].value
+
+    @property
+    def least_safety(self) -> float:
+        """S_Hmin or S_Fmin."""
+        return self.factors[f"S_{self.letter}min"].value
+
+    def safety(self, cycles: float) -> float:
+        """S_H or S_F under this load alone; ∞ without load, NaN where it is not assessed."""
+        if self.curve is None:
+            return math.nan
+        return self.curve.stress_at(cycles) / self.stress if self.stress else math.inf
+
+    def sheet(self, cycles: float) -> Sheet:
+        """``factors``, and N_L, Z_NT or Y_NT, permissible stress and safety."""
+        if self.curve is None:
+            return self.factors
+        strength, letter = self.curve.stress_at(cycles), self.letter
+        last = {
+            "N_L": cycles,
+            "Z_NT" if letter == "H" else "Y_NT": strength / self.reference,
+            f"σ_{letter}P": strength / self.least_safety / 1e6,
+            f"S_{letter}": self.safety(cycles),
+        }
+        return {**self.factors, **sheet_of(last)}
 
 
-def elasticity_factor(pair: GearPair) -> float:
-    """Z_E, √Pa."""
-    material = pair.material
-    return math.sqrt(material.young_modulus / (2.0 * math.pi * (1.0 - material.poisson_ratio**2)))
+def rate(
+    pair: GearPair, load: PairLoad, load_factors: Mapping[str, float]
+) -> dict[tuple[str, Limit], LimitState]:
+    """Flank and root of both gears, by part; load_factors: K_A … K_Fα, 1 where left out."""
+    states: dict[tuple[str, Limit], LimitState] = {}
+    for part, gear in pair.gears.items():
+        product = {
+            limit: math.prod(load_factors.get(symbol, 1.0) for symbol in symbols)
+            for limit, symbols in LOAD_FACTORS.items()
+        }
+        states[part, "flank"] = _flank(pair, gear, load, product["flank"])
+        states[part, "root"] = _root(pair, gear, load, product["root"])
+    return states
 
 
-def contact_ratio_factor(pair: GearPair) -> float:
-    """Z_ε."""
-    return math.sqrt(flank_load_share(pair.geometry))
+def _flank(pair: GearPair, gear: RatedGear, load: PairLoad, product: float) -> LimitState:
+    """product: of load factors."""
+    rules, stage, steel = pair.rules, pair.stage, pair.material
+    working, cos = pair.geometry.working_angle, math.sqrt(math.cos(pair.stage.helix_angle))
+    above = 2.0 * math.cos(pair.base_helix_angle) * math.cos(working) / math.sin(working)
+    elastic = steel.young_modulus / (2.0 * math.pi * (1.0 - steel.poisson_ratio**2))
+    of_pair = {
+        "Z_H": math.sqrt(above) / math.cos(pair.transverse_angle),
+        "Z_E": math.sqrt(elastic) / 1e3,
+        "Z_ε": math.sqrt(flank_load_share(pair.geometry)),
+        "Z_β": cos if rules.edition == 2006 else 1.0 / cos,
+    }
+    u = pair.wheel.teeth / pair.pinion.teeth
+    line = load.tangential_force / (pair.pinion.reference_diameter * stage.face_width)
+    nominal = (
+        math.prod(of_pair.values())
+        * math.sqrt(line * (u + (-1.0 if pair.internal else 1.0)) / u)
+        / 1e3
+    )
+    lines = sheet_of({"F_t": load.tangential_force, "v": load.velocity, **of_pair})
+    if rules.edition != 2006 and stage.helix_angle:
+        source = "assumed" if rules.profile_modification_factor is None else ""
+        lines["f_ZCa"] = factor("f_ZCa", _profile_modification(pair), source)
+    single = single_pair_factor(pair, gear.part)
+    lines |= sheet_of(
+        {
+            "Z_B" if gear is pair.pinion else "Z_D": single,
+            "σ_H0": nominal,
+            "σ_H": single * nominal * math.sqrt(product),
+        }
+    )
+    strength = _flank_strength(pair, gear, load)
+    if isinstance(strength, str) or gear.data.steel is None:
+        return _state("H", pair, lines, strength)
+    static = strength["σ_Hlim"] * strength["Z_W"] * strength["Z_X"]
+    knees = flank_knees(gear.data.steel, rules.flank_long_life_factor, rules.limited_pitting)
+    return _state("H", pair, lines, strength, knees, static)
 
 
-def helix_angle_factor(pair: GearPair) -> float:
-    """Z_β."""
-    root = math.sqrt(math.cos(pair.stage.helix_angle))
-    return root if pair.rules.edition == 2006 else 1.0 / root
-
-
-def profile_modification_factor(pair: GearPair) -> float:
+def _profile_modification(pair: GearPair) -> float:
     """f_ZCa."""
     stated = pair.rules.profile_modification_factor
     return 1.0 if stated is None or pair.rules.edition == 2006 else stated
@@ -96,54 +195,40 @@ def single_pair_factor(pair: GearPair, part: str) -> float:
         if steep <= 0.0:
             return math.inf
         ratio = math.sqrt(flat / steep)
-    helical = math.sqrt(profile_modification_factor(pair))
-    return max(1.0, ratio - overlap * (ratio - helical))
+    return max(1.0, ratio - overlap * (ratio - math.sqrt(_profile_modification(pair))))
 
 
-def nominal_pressure(pair: GearPair, load: PairLoad) -> float:
-    """σ_H0, Pa."""
-    u = pair.wheel.teeth / pair.pinion.teeth
-    factors = zone_factor(pair) * elasticity_factor(pair)
-    factors *= contact_ratio_factor(pair) * helix_angle_factor(pair)
-    line = load.tangential_force / (pair.pinion.reference_diameter * pair.stage.face_width)
-    return factors * math.sqrt(line * (u + (-1.0 if pair.internal else 1.0)) / u)
+def _flank_strength(pair: GearPair, gear: RatedGear, load: PairLoad) -> dict[str, float] | str:
+    """σ_Hlim, MPa, and its factors, or the key that is missing."""
+    if gear.data.steel is None or isinstance(gear.flank_strength, str):
+        return "steel" if gear.data.steel is None else str(gear.flank_strength)
+    if pair.viscosity is None:
+        return "lubricant"
+    peaks = [g.data.flank_roughness for g in pair.gears.values()]
+    rough = [rz for rz in peaks if rz is not None]
+    if len(rough) < len(peaks):
+        return "flank_rz"
+    hardening = _work_hardening(pair, gear, load)
+    if isinstance(hardening, str):
+        return hardening
+    of_gears = [g.flank_strength for g in pair.gears.values()]
+    softer = min(x / 1e6 for x in of_gears if not isinstance(x, str))
+    softer = min(max(softer, 850.0), 1200.0)
+    oil = 0.83 + 0.08 * (softer - 850.0) / 350.0  # C_ZL
+    speed, relative = oil + 0.02, 1e6 * sum(rough) / 2.0  # C_Zv
+    relative *= (10.0 / (1e3 * pair.relative_curvature)) ** (1.0 / 3.0)
+    film = 0.0 if load.velocity == 0.0 else 1.0 / math.sqrt(0.8 + 32.0 / load.velocity)
+    return {
+        "σ_Hlim": gear.flank_strength / 1e6,
+        "Z_L": oil + 4.0 * (1.0 - oil) / (1.2 + 134.0 / (1e6 * pair.viscosity)) ** 2,
+        "Z_v": speed + 2.0 * (1.0 - speed) * film,
+        "Z_R": (3.0 / relative) ** (0.32 - softer / 5000.0),
+        "Z_W": hardening,
+        "Z_X": 1.0,
+    }
 
 
-def _strength(pair: GearPair) -> float:
-    """σ_Hlim of the softer gear, N/mm², 850 to 1200."""
-    strengths = [
-        g.flank_strength for g in pair.gears.values() if not isinstance(g.flank_strength, str)
-    ]
-    return min(max(min(strengths) / 1e6, 850.0), 1200.0)
-
-
-def _film_coefficient(pair: GearPair) -> float:
-    """C_ZL."""
-    return 0.83 + 0.08 * (_strength(pair) - 850.0) / 350.0
-
-
-def lubricant_factor(pair: GearPair, viscosity: float) -> float:
-    """Z_L; ν_40 m²/s."""
-    c = _film_coefficient(pair)
-    return c + 4.0 * (1.0 - c) / (1.2 + 134.0 / (1e6 * viscosity)) ** 2
-
-
-def velocity_factor(pair: GearPair, velocity: float) -> float:
-    """Z_v; m/s."""
-    c = _film_coefficient(pair) + 0.02
-    if velocity == 0.0:
-        return c
-    return c + 2.0 * (1.0 - c) / math.sqrt(0.8 + 32.0 / velocity)
-
-
-def roughness_factor(pair: GearPair, roughness: float) -> float:
-    """Z_R; mean R_z of both flanks, m."""
-    exponent = 0.32 - _strength(pair) / 5000.0
-    relative = 1e6 * roughness * (10.0 / (1e3 * pair.relative_curvature)) ** (1.0 / 3.0)
-    return (3.0 / relative) ** exponent
-
-
-def work_hardening_factor(pair: GearPair, gear: RatedGear, load: PairLoad) -> float | str:
+def _work_hardening(pair: GearPair, gear: RatedGear, load: PairLoad) -> float | str:
     """Z_W, or the key that is missing."""
     mate = next(g for g in pair.gears.values() if g is not gear)
     if gear.data.steel not in THROUGH_HARDENED:
@@ -169,13 +254,35 @@ def work_hardening_factor(pair: GearPair, gear: RatedGear, load: PairLoad) -> fl
     return 1.0 + (0.00898 * min(ratio, 1.7) - 0.00829) * (teeth - 1.0)
 
 
-STRESS_CORRECTION = 2.0  # Y_ST of the test gears
-TEST_NOTCH = 1.2  # χ*_T of q_s = 2.5
-FINE = 4  # coarsest accuracy grade with Y_DT below 1
-SENSE = 1.2  # of the stress under the other flank's load
+def _root(pair: GearPair, gear: RatedGear, load: PairLoad, product: float) -> LimitState:
+    """product: of load factors; Y_B counts as 1 where the rim is not known."""
+    rules, stage, geometry = pair.rules, pair.stage, pair.geometry
+    share = contact_line_factor(geometry, pair.base_helix_angle, rules.edition)
+    factors = {
+        "Y_F": gear.root.form_factor * share,
+        "Y_S": gear.root.notch_factor,
+        "Y_β": helix_factor(geometry.overlap_ratio, stage.helix_angle, rules.edition),
+        "Y_DT": _deep_tooth(pair),
+    }
+    if gear.rim_factor is not None:
+        factors["Y_B"] = gear.rim_factor
+    nominal = load.tangential_force / (1e6 * stage.face_width * stage.normal_module)
+    nominal *= math.prod(factors.values())
+    stresses = {"σ_F0": nominal, "σ_F": nominal * product}
+    lines = sheet_of({"F_t": load.tangential_force, "v": load.velocity, **factors, **stresses})
+    strength = _root_strength(pair, gear)
+    if isinstance(strength, str) or gear.data.steel is None:
+        return _state("F", pair, lines, strength)
+    notch = strength["Y_δrelT"]  # of steels without a rule for static stress
+    if gear.data.steel in SURFACE_HARDENED:
+        slope, least = (0.20, 0.60) if gear.data.steel in NITRIDED else (0.44, 0.12)
+        notch = slope * gear.root.notch_factor + least
+    static = strength["σ_Flim"] * strength["Y_ST"] * notch * strength["Y_M"]
+    knees = root_knees(gear.data.steel, rules.root_long_life_factor)
+    return _state("F", pair, lines, strength, knees, static)
 
 
-def deep_tooth_factor(pair: GearPair) -> float:
+def _deep_tooth(pair: GearPair) -> float:
     """Y_DT."""
     ratio = pair.geometry.transverse_contact_ratio / math.cos(pair.base_helix_angle) ** 2
     grades = [gear.data.accuracy_grade for gear in pair.gears.values()]
@@ -184,52 +291,26 @@ def deep_tooth_factor(pair: GearPair) -> float:
     return 2.366 - 0.666 * ratio if ratio <= 2.5 else 0.7
 
 
-def form_factor(pair: GearPair, gear: RatedGear) -> float:
-    """Y_F of the edition."""
-    share = contact_line_factor(pair.geometry, pair.base_helix_angle, pair.rules.edition)
-    return gear.root.form_factor * share
-
-
-def root_helix_factor(pair: GearPair) -> float:
-    """Y_β of the edition."""
-    return helix_factor(pair.geometry.overlap_ratio, pair.stage.helix_angle, pair.rules.edition)
-
-
-def nominal_root_stress(pair: GearPair, gear: RatedGear, load: PairLoad) -> float:
-    """σ_F0, Pa; Y_B counts as 1 where the rim is not known."""
-    factors = form_factor(pair, gear) * gear.root.notch_factor * root_helix_factor(pair)
-    factors *= (gear.rim_factor or 1.0) * deep_tooth_factor(pair)
-    return load.tangential_force / (pair.stage.face_width * pair.stage.normal_module) * factors
-
-
-def notch(gear: RatedGear) -> float:
-    """q_s = s_Fn/(2 ρ_F)."""
-    return gear.root.section.thickness / (2.0 * gear.root.section.fillet_radius)
-
-
-def notch_sensitivity_factor(gear: RatedGear) -> float | str:
-    """Relative notch sensitivity factor Y_δrelT, or the name of the key that the case lacks."""
-    layer = slip_layer(gear.data)
-    if isinstance(layer, str):
-        return layer
-    gradient = (1.0 + 2.0 * notch(gear)) / 5.0
-    return (1.0 + math.sqrt(layer * gradient)) / (1.0 + math.sqrt(TEST_NOTCH * layer))
-
-
-def static_notch_factor(gear: RatedGear, endurance: float) -> float:
-    """Y_δrelT of static stress; that of endurance for steels without a rule here."""
-    if gear.data.steel in THROUGH_HARDENED:
-        return endurance
-    y_s = gear.root.notch_factor
-    return 0.20 * y_s + 0.60 if gear.data.steel in NITRIDED else 0.44 * y_s + 0.12
-
-
-def mean_stress_factor(gear: RatedGear) -> float | str:
-    """Y_M, or the key that is missing: equal loads in both senses on planets, one sense else."""
-    if not gear.reversed:
-        return 1.0
-    influence = mean_stress_influence(gear)
-    return influence if isinstance(influence, str) else 1.0 / (1.0 + SENSE * influence)
+def _root_strength(pair: GearPair, gear: RatedGear) -> dict[str, float] | str:
+    """σ_Flim, MPa, and its factors, or the key that is missing."""
+    data = gear.data
+    if data.steel is None or isinstance(gear.root_strength, str):
+        return "steel" if data.steel is None else str(gear.root_strength)
+    if gear.rim_factor is None or data.root_roughness is None:
+        return "rim_factor" if gear.rim_factor is None else "root_rz"
+    layer, influence = slip_layer(data), mean_stress_influence(gear) if gear.reversed else 0.0
+    if isinstance(layer, str) or isinstance(influence, str):
+        return layer if isinstance(layer, str) else str(influence)
+    q_s = gear.root.section.thickness / (2.0 * gear.root.section.fillet_radius)
+    gradient = (1.0 + 2.0 * q_s) / 5.0
+    return {
+        "σ_Flim": gear.root_strength / 1e6,
+        "Y_ST": STRESS_CORRECTION,
+        "Y_δrelT": (1.0 + math.sqrt(layer * gradient)) / (1.0 + math.sqrt(TEST_NOTCH * layer)),
+        "Y_RrelT": root_roughness_factor(data.steel, data.root_roughness),
+        "Y_X": root_size_factor(data.steel, pair.stage.normal_module),
+        "Y_M": 1.0 / (1.0 + SENSE * influence),
+    }
 
 
 def mean_stress_influence(gear: RatedGear) -> float | str:
@@ -240,3 +321,23 @@ def mean_stress_influence(gear: RatedGear) -> float | str:
             return "mean_stress_ratio"
         ratio = max(0.8 - 0.15 * gear.root.notch_factor, 0.0)
     return (1.0 - ratio) / (1.0 + ratio)
+
+
+def _state(
+    letter: str, pair: GearPair, lines: dict[str, Factor], strength: dict[str, float] | str,
+    knees: Knees = (), static: float = 0.0,
+) -> LimitState:  # fmt: skip
+    """With the curve of what it bears: σ_lim times all its factors times the life factor,
+    ``static`` (MPa) times it at the first knee, but not below what follows."""
+    rules = pair.rules
+    least = rules.least("flank_safety" if letter == "H" else "root_safety")
+    last = {f"S_{letter}min": least}
+    if isinstance(strength, str):
+        return LimitState(letter, {**lines, **sheet_of(last)}, missing=strength)
+    reference = math.prod(strength.values())
+    first = reference if rules.static_factors == "constant" else static
+    stresses = [1e6 * reference * life for _, life in knees]
+    stresses[0] = max(1e6 * first * knees[0][1], stresses[1])
+    curve = LifeCurve(tuple(n for n, _ in knees), tuple(stresses))
+    lines = {**lines, **sheet_of(strength | last)}
+    return LimitState(letter, lines, curve, 1e6 * reference)

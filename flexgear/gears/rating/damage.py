@@ -39,7 +39,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal, Self
 
 import numpy as np
@@ -59,37 +59,32 @@ class LifeCurve:
 
     def stress_at(self, cycles: float) -> float:
         """σ_G, Pa."""
-        n, s = np.log(self.cycles), np.log(self.stress)
-        if cycles <= self.cycles[0]:
-            return self.stress[0]
-        x = math.log(cycles)
-        k = min(int(np.searchsorted(n, x)), len(n) - 1)
-        slope = (s[k] - s[k - 1]) / (n[k] - n[k - 1])
-        return float(np.exp(s[k] + slope * (x - n[k])))
+        return float(_strength(np.log(self.cycles), np.array(self.stress), np.log(cycles)))
 
-    def cycles_at(self, stress: float) -> float:
-        """N that the curve bears at a stress, Pa; 0 above the static one, ∞ on a level last part
-        or below it."""
-        return float(self.cycles_at_all(np.array([stress]))[0])
-
-    def cycles_at_all(self, stress: Array) -> Array:
-        """``cycles_at`` of stresses of any shape, Pa."""
-        return _cycles(np.log(self.cycles), np.log([self.stress]), stress.ravel()).reshape(
-            stress.shape
-        )
+    def cycles_at(self, stress: ArrayLike) -> Array:
+        """N that the curve bears at stresses of any shape, Pa; 0 above the static one, ∞ on a level
+        last part or below it."""
+        return _cycles(np.log(self.cycles), np.array(self.stress), np.asarray(stress, dtype=float))
 
 
-def _cycles(log_cycles: Array, log_stress: Array, stress: Array) -> Array:
-    """N (B,) at stress (B,), Pa; log_cycles (K,), log_stress (B, K) falling or level."""
+def _strength(log_cycles: Array, curve: Array, at: Array) -> Array:
+    """σ_G, Pa, at the logarithm of cycles (…); log_cycles (K,), curve (…, K) Pa."""
+    k = np.clip(np.searchsorted(log_cycles, at), 1, len(log_cycles) - 1)
+    upper, lower = (np.take_along_axis(curve, i[..., None], -1)[..., 0] for i in (k - 1, k))
+    share = np.maximum((at - log_cycles[k - 1]) / (log_cycles[k] - log_cycles[k - 1]), 0.0)
+    return np.asarray(upper * (lower / upper) ** share)
+
+
+def _cycles(log_cycles: Array, curve: Array, stress: Array) -> Array:
+    """N at stress (…), Pa; log_cycles (K,), curve (…, K) Pa, falling or level."""
     with np.errstate(divide="ignore"):
-        x = np.log(stress)
+        x, heights = np.log(stress), np.log(curve)
     life = np.zeros_like(x)
     for k in range(1, len(log_cycles)):
-        upper, lower = log_stress[:, k - 1], log_stress[:, k]
+        upper, lower = heights[..., k - 1], heights[..., k]
         fall = upper - lower
-        with np.errstate(divide="ignore", invalid="ignore"):
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             share = np.where(fall > 0.0, (upper - x) / fall, np.inf)
-        with np.errstate(over="ignore", invalid="ignore"):
             here = np.exp(log_cycles[k - 1] + share * (log_cycles[k] - log_cycles[k - 1]))
         life = np.where(x <= upper, here, life)
     return life
@@ -97,69 +92,53 @@ def _cycles(log_cycles: Array, log_stress: Array, stress: Array) -> Array:
 
 @dataclass(frozen=True)
 class Spectrum:
-    """One flank or root over B bins. curves: of each bin; stress: σ (B,), Pa; cycles: (B,)."""
+    """A flank or root, or many places of it, over B bins. log_cycles: of the knees (K,);
+    curves: σ_G there by bin (B, K), Pa; stress: σ (B, …), Pa; cycles: (B,)."""
 
-    curves: tuple[LifeCurve, ...]
+    log_cycles: Array
+    curves: Array
     stress: Array
     cycles: Array
 
     @classmethod
     def of(cls, curves: Sequence[LifeCurve], stress: ArrayLike, cycles: ArrayLike) -> Spectrum:
-        """ValueError where curves have different knees or numbers of bins differ."""
+        """curves: of each bin, at least one. ValueError where they have different knees or numbers
+        of bins differ."""
         sigma, n = np.asarray(stress, dtype=float), np.asarray(cycles, dtype=float)
-        if len({len(curves), *sigma.shape, *n.shape}) != 1:
+        if len({len(curves), len(sigma), *n.shape}) != 1:
             raise ValueError(f"{len(curves)} curves, {sigma.shape} stresses, {n.shape} cycles")
-        if len({curve.cycles for curve in curves}) > 1:
+        knees = {curve.cycles for curve in curves}
+        if len(knees) > 1:
             raise ValueError("the curves of a spectrum have different knees")
-        return cls(tuple(curves), sigma, n)
+        return cls(np.log(knees.pop()), np.array([curve.stress for curve in curves]), sigma, n)
 
-    def _damages(self, factor: float) -> Array:
-        """n_i/N_i (B,) with all stresses multiplied."""
-        if not self.curves:
-            return np.zeros(0)
-        stress = np.log([curve.stress for curve in self.curves])
-        life = _cycles(np.log(self.curves[0].cycles), stress, factor * self.stress)
+    def damages(self, factor: Array | float = 1.0) -> Array:
+        """n_i/N_i (B, …) with all stresses multiplied; ∞ where a stress is above the static one."""
+        shape = (-1, *[1] * (self.stress.ndim - 1))
+        curves = self.curves.reshape(*shape, len(self.log_cycles))
+        life, n = _cycles(self.log_cycles, curves, factor * self.stress), self.cycles.reshape(shape)
         with np.errstate(divide="ignore", invalid="ignore"):
-            return np.where(self.cycles > 0.0, self.cycles / life, 0.0)
+            return np.where(n > 0.0, n / life, 0.0)
 
     @property
-    def damages(self) -> Array:
-        """n_i/N_i (B,)."""
-        return self._damages(1.0)
+    def safety(self) -> Array:
+        """Largest factor (…) on all stresses with D ≤ 1; ∞ without load.
 
-    @property
-    def damage(self) -> float:
-        """D; ∞ where a stress is above the static one."""
-        return math.fsum(self.damages)
-
-    @property
-    def safety(self) -> float:
-        """Largest factor on all stresses with D ≤ 1; ∞ without load."""
-        alone = [
-            curve.stress_at(n) / sigma
-            for curve, sigma, n in zip(self.curves, self.stress, self.cycles, strict=True)
-            if n > 0.0 and sigma > 0.0
-        ]
-        if not alone:
-            return math.inf
-        high = min(alone)
-        low = high
-        while math.fsum(self._damages(low)) > 1.0:
-            low /= 2.0
+        Between that of the worst bin alone and its B-th part, as curves are steeper than 1/σ.
+        """
+        with np.errstate(divide="ignore"):
+            alone = _strength(self.log_cycles, self.curves, np.log(self.cycles))
+            alone = alone.reshape(-1, *[1] * (self.stress.ndim - 1)) / self.stress
+        worst = alone[self.cycles > 0.0].min(axis=0, initial=math.inf)
+        high = np.where(np.isfinite(worst), worst, 1.0)
+        low = np.where(self.damages(high).sum(axis=0) > 1.0, high / len(self.cycles), high)
         for _ in range(_HALVINGS):
-            middle = math.sqrt(low * high)
-            if not low < middle < high:
+            middle = np.sqrt(low * high)
+            if not ((low < middle) & (middle < high)).any():
                 break
-            if math.fsum(self._damages(middle)) > 1.0:
-                high = middle
-            else:
-                low = middle
-        return low
-
-    def life(self, duration: float) -> float:
-        """Time until D = 1 where the spectrum lasts ``duration``, in its unit; ∞ without damage."""
-        damage = self.damage
-        return duration / damage if damage > 0.0 else math.inf
+            over = self.damages(middle).sum(axis=0) > 1.0
+            low, high = np.where(over, low, middle), np.where(over, middle, high)
+        return np.where(np.isfinite(worst), low, math.inf)
 
 
 def pulsating_stress(largest: Array, least: Array | float, influence: float) -> Array:
@@ -195,18 +174,22 @@ class Places:
         or one for each."""
         total: Array | float = 0.0
         for b, curve in enumerate(self.curves):
-            lives = curve.cycles_at_all(factor * self.stress(b))
+            lives = curve.cycles_at(factor * self.stress(b))
             with np.errstate(divide="ignore"):
                 total = total + self.cycles[b] * (1.0 / lives).mean(axis=0)
         return np.asarray(total)
 
-    def spectra(self, places: Array) -> list[Spectrum]:
-        """Of single places, with every pass as a bin."""
+    def spectrum(self, places: Array) -> Spectrum:
+        """Of some places, with every pass as a bin."""
         stresses = [self.stress(b)[:, places] for b in range(len(self.curves))]
-        passes = [len(stress) for stress in stresses]
-        curves = [c for c, count in zip(self.curves, passes, strict=True) for _ in range(count)]
-        cycles = np.repeat(self.cycles / passes, passes)
-        return [Spectrum.of(curves, stress, cycles) for stress in np.concatenate(stresses).T]
+        passes = np.array([len(stress) for stress in stresses])
+        of_bins = Spectrum.of(self.curves, passes, self.cycles / passes)
+        return replace(
+            of_bins,
+            curves=np.repeat(of_bins.curves, passes, axis=0),
+            stress=np.concatenate(stresses),
+            cycles=np.repeat(of_bins.cycles, passes),
+        )
 
     def weakest(self, teeth: int = 1) -> tuple[Array, Array]:
         """Places (teeth,) with the least safety of each tooth, and that: the factor on all stresses
@@ -220,7 +203,7 @@ class Places:
         place = np.arange(teeth) * each + largest.reshape(teeth, each).argmax(axis=1)
         worst, safety, left = place.copy(), np.full(teeth, np.inf), np.arange(teeth)
         while left.size:
-            of_left = np.array([spectrum.safety for spectrum in self.spectra(worst[left])])
+            of_left = self.spectrum(worst[left]).safety
             falls = of_left < safety[left]
             left = left[falls]
             place[left], safety[left] = worst[left], of_left[falls]

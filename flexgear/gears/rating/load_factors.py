@@ -31,7 +31,7 @@ larger of both gears. c' falls with (w/100 N/mm)^{1/4} below that load.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from typing import Literal
 
 from flexgear.gears.nominal_stress import flank_load_share
 from flexgear.gears.rating.pair import GearPair, PairLoad, RatedGear
@@ -39,80 +39,31 @@ from flexgear.gears.rating.steels import THROUGH_HARDENED
 
 LOW_LOAD = 1e5  # N/m, below which c' falls
 COARSE = 6  # accuracy grade, from which on B_k = 1
+Deviation = Literal["pitch", "profile", "helix"]
 
 
-@dataclass(frozen=True)
-class LoadFactors:
-    """K_A, K_γ, K_v, K_Hβ, K_Fβ, K_Hα, K_Fα."""
+def tolerance(pair: GearPair, gear: RatedGear, of: Deviation) -> float | None:
+    """Deviation of a gear, m: stated, or of the accuracy grade A, ISO 1328-1 (m, d, b in mm, µm),
+    times 2^{(A−5)/2}:
 
-    application: float = 1.0
-    load_sharing: float = 1.0
-    dynamic: float = 1.0
-    face_flank: float = 1.0
-    face_root: float = 1.0
-    transverse_flank: float = 1.0
-    transverse_root: float = 1.0
+            "pitch" f_pt             "profile" f_fα              "helix" f_Hβ
+    1995    0.3 (m + 0.4 √d) + 4     2.5 √m + 0.17 √d + 0.5      0.07 √d + 0.45 √b + 3
+    2013    0.001 d + 0.4 m + 5      0.55 m + 5                  0.05 √d + 0.35 √b + 4
 
-    @property
-    def flank(self) -> float:
-        """K_A K_γ K_v K_Hβ K_Hα."""
-        common = self.application * self.load_sharing * self.dynamic
-        return common * self.face_flank * self.transverse_flank
-
-    @property
-    def root(self) -> float:
-        """K_A K_γ K_v K_Fβ K_Fα."""
-        common = self.application * self.load_sharing * self.dynamic
-        return common * self.face_root * self.transverse_root
-
-
-@dataclass(frozen=True)
-class DynamicFactor:
-    """K_v, the resonance ratio N, its range in words, and B_p, B_f, B_k."""
-
-    value: float
-    resonance_ratio: float
-    range: str
-    pitch: float
-    profile: float
-    relief: float
-
-
-def tolerances(pair: GearPair, gear: RatedGear) -> tuple[float, float] | None:
-    """f_pt and f_fα, m: stated, or of the accuracy grade A, ISO 1328-1 (m, d in mm, µm):
-
-    1995    (0.3 (m + 0.4 √d) + 4) 2^{(A−5)/2},  (2.5 √m + 0.17 √d + 0.5) 2^{(A−5)/2}
-    2013    (0.001 d + 0.4 m + 5) 2^{(A−5)/2},   (0.55 m + 5) 2^{(A−5)/2}
+    None where neither is known.
     """
-    data, m, d = gear.data, 1e3 * pair.stage.normal_module, 1e3 * gear.reference_diameter
-    pitch, profile = data.pitch_deviation, data.profile_deviation
-    if data.accuracy_grade is not None:
-        step = 1e-6 * 2.0 ** ((data.accuracy_grade - 5) / 2)
-        if pair.rules.edition == 2006:
-            of_grade = (
-                0.3 * (m + 0.4 * math.sqrt(d)) + 4.0,
-                2.5 * math.sqrt(m) + 0.17 * math.sqrt(d) + 0.5,
-            )
-        else:
-            of_grade = (0.001 * d + 0.4 * m + 5.0, 0.55 * m + 5.0)
-        pitch = step * of_grade[0] if pitch is None else pitch
-        profile = step * of_grade[1] if profile is None else profile
-    return None if pitch is None or profile is None else (pitch, profile)
-
-
-def helix_deviation(pair: GearPair, gear: RatedGear) -> float | None:
-    """f_Hβ, m: stated, or of the accuracy grade A, ISO 1328-1 (d, b in mm, µm):
-
-    1995    (0.07 √d + 0.45 √b + 3) 2^{(A−5)/2}
-    2013    (0.05 √d + 0.35 √b + 4) 2^{(A−5)/2}
-    """
-    if gear.data.helix_deviation is not None or gear.data.accuracy_grade is None:
-        return gear.data.helix_deviation
-    d, b = math.sqrt(1e3 * gear.reference_diameter), math.sqrt(1e3 * pair.stage.face_width)
-    of_grade = 0.05 * d + 0.35 * b + 4.0
-    if pair.rules.edition == 2006:
-        of_grade = 0.07 * d + 0.45 * b + 3.0
-    return 1e-6 * of_grade * float(2.0 ** ((gear.data.accuracy_grade - 5) / 2))
+    stated: float | None = getattr(gear.data, f"{of}_deviation")
+    if stated is not None or gear.data.accuracy_grade is None:
+        return stated
+    m, d, b = 1e3 * pair.stage.normal_module, 1e3 * gear.reference_diameter, pair.stage.face_width
+    root_d, root_b = math.sqrt(d), math.sqrt(1e3 * b)
+    of_grade_5 = {
+        "pitch": (0.3 * (m + 0.4 * root_d) + 4.0, 0.001 * d + 0.4 * m + 5.0),
+        "profile": (2.5 * math.sqrt(m) + 0.17 * root_d + 0.5, 0.55 * m + 5.0),
+        "helix": (0.07 * root_d + 0.45 * root_b + 3.0, 0.05 * root_d + 0.35 * root_b + 4.0),
+    }
+    step = 1e-6 * float(2.0 ** ((gear.data.accuracy_grade - 5) / 2))
+    return step * of_grade_5[of][0 if pair.rules.edition == 2006 else 1]
 
 
 def _run_in(gear: RatedGear, deviation: float, velocity: float) -> float | None:
@@ -132,17 +83,19 @@ def _run_in(gear: RatedGear, deviation: float, velocity: float) -> float | None:
 def deviations(pair: GearPair, velocity: float) -> tuple[float, float] | None:
     """f_pb,eff = f_pb − y_p and f_fα,eff = f_fα − y_f, m; None where accuracy or steel of a gear is
     not known."""
-    gears = pair.gears.values()
-    of_gears = [x for x in (tolerances(pair, gear) for gear in gears) if x is not None]
-    if len(of_gears) < len(pair.gears):
-        return None
-    effective = []
-    for place, cos in enumerate((math.cos(pair.transverse_angle), 1.0)):
-        deviation = cos * max(x[place] for x in of_gears)
-        run_in = [y for y in (_run_in(g, deviation, velocity) for g in gears) if y is not None]
-        if len(run_in) < len(pair.gears):
+    effective: list[float] = []
+    kinds: tuple[Deviation, Deviation] = ("pitch", "profile")
+    for of, cos in zip(kinds, (math.cos(pair.transverse_angle), 1.0), strict=True):
+        of_gears = [tolerance(pair, gear, of) for gear in pair.gears.values()]
+        sizes = [x for x in of_gears if x is not None]
+        if len(sizes) < len(of_gears):
             return None
-        effective.append(deviation - sum(run_in) / len(run_in))
+        largest = cos * max(sizes)
+        run_in = [_run_in(gear, largest, velocity) for gear in pair.gears.values()]
+        less = [y for y in run_in if y is not None]
+        if len(less) < len(run_in):
+            return None
+        effective.append(largest - sum(less) / len(less))
     return effective[0], effective[1]
 
 
@@ -187,38 +140,30 @@ def _coefficients(ratio: float) -> tuple[float, ...]:
     return 0.32, v2, v3, v4, 0.47, v6, v7
 
 
-def dynamic_factor(pair: GearPair, load: PairLoad, ratio: float) -> DynamicFactor | None:
-    """K_v; ratio: K_A K_γ. None where accuracy, steel or strength are not known; 1 without load."""
+def dynamic_factor(pair: GearPair, load: PairLoad, ratio: float) -> tuple[float, float]:
+    """K_v and N; ratio: K_A K_γ. NaN where accuracy, steel or strength are not known; 1 without
+    load."""
     line_load = ratio * load.tangential_force / pair.stage.face_width
     deviation, relief = deviations(pair, load.velocity), _tip_relief(pair)
     grades = [gear.data.accuracy_grade for gear in pair.gears.values()]
     if any(grade is not None and grade >= COARSE for grade in grades):
         relief = 0.0  # B_k = 1
     if deviation is None or relief is None:
-        return None
-    pitch = math.pi * pair.stage.normal_module / math.cos(pair.stage.helix_angle)
+        return math.nan, math.nan
     soft = _softened(line_load) if line_load else 1.0
     natural = math.sqrt(pair.mesh_stiffness * soft / reduced_mass(pair))
-    resonance = 2.0 * math.pi * load.velocity / pitch / natural
+    resonance = 2.0 * math.pi * load.velocity / pair.pitch / natural
     if line_load == 0.0:
-        return DynamicFactor(1.0, resonance, "unloaded", 0.0, 0.0, 0.0)
-    stiffness = soft * pair.single_stiffness
-    b_p = stiffness * deviation[0] / line_load
-    b_f = stiffness * deviation[1] / line_load
-    b_k = abs(1.0 - stiffness * relief / line_load)
+        return 1.0, resonance
+    per_load = soft * pair.single_stiffness / line_load
+    b_p, b_f, b_k = per_load * deviation[0], per_load * deviation[1], abs(1.0 - per_load * relief)
     c1, c2, c3, c4, c5, c6, c7 = _coefficients(pair.geometry.total_contact_ratio)
     low = 0.85 if line_load >= LOW_LOAD else 0.5 + 0.35 * math.sqrt(line_load / LOW_LOAD)
-    near = 1.0 + c1 * b_p + c2 * b_f + c4 * b_k
-    above = c5 * b_p + c6 * b_f + c7
     if resonance <= low:
-        value, where = 1.0 + resonance * (c1 * b_p + c2 * b_f + c3 * b_k), "subcritical"
-    elif resonance <= 1.15:
-        value, where = near, "main resonance"
-    elif resonance < 1.5:
-        value, where = above + (near - above) / 0.35 * (1.5 - resonance), "intermediate"
-    else:
-        value, where = above, "supercritical"
-    return DynamicFactor(value, resonance, where, b_p, b_f, b_k)
+        return 1.0 + resonance * (c1 * b_p + c2 * b_f + c3 * b_k), resonance
+    near, above = 1.0 + c1 * b_p + c2 * b_f + c4 * b_k, c5 * b_p + c6 * b_f + c7
+    past = min(max(resonance - 1.15, 0.0) / 0.35, 1.0)
+    return (1.0 - past) * near + past * above, resonance
 
 
 def root_face_factor(pair: GearPair, face_flank: float) -> float:
@@ -228,11 +173,11 @@ def root_face_factor(pair: GearPair, face_flank: float) -> float:
     return float(face_flank ** (1.0 / (1.0 + slim + slim**2)))
 
 
-def transverse_factors(pair: GearPair, load: PairLoad, ratio: float) -> tuple[float, float] | None:
-    """K_Hα, K_Fα; ratio: K_A K_γ K_v K_Hβ. None where accuracy or steel are not known."""
+def transverse_factors(pair: GearPair, load: PairLoad, ratio: float) -> tuple[float, float]:
+    """K_Hα, K_Fα; ratio: K_A K_γ K_v K_Hβ. NaN where accuracy or steel are not known."""
     deviation = deviations(pair, load.velocity)
     if deviation is None:
-        return None
+        return math.nan, math.nan
     alpha, total = pair.geometry.transverse_contact_ratio, pair.geometry.total_contact_ratio
     flank_limit = total / (alpha * flank_load_share(pair.geometry))
     root_limit = total / (0.25 * alpha + 0.75)

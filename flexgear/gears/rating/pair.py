@@ -118,6 +118,11 @@ class GearPair:
         return self.role == "ring"
 
     @property
+    def pitch(self) -> float:
+        """p_t of the reference circles, m."""
+        return math.pi * self.stage.normal_module / math.cos(self.stage.helix_angle)
+
+    @property
     def mesh_stiffness(self) -> float:
         """c_γα of high loads, N/m²; ISO 6336-1:2006, 9.3."""
         return self.single_stiffness * (0.75 * self.geometry.transverse_contact_ratio + 0.25)
@@ -252,11 +257,8 @@ def _inertia(view: StageView, tooth: ToothGeometry, member: GearMember, rim: flo
 def pair_load(pair: GearPair, flow: StageFlow) -> PairLoad:
     """F_t = F_n cos β_b cos α_t and v = f p_t of the stage's power flow, equal over all planets."""
     tangential = abs(flow.gear_mesh_forces[pair.role]) * math.cos(pair.base_helix_angle)
-    pitch = math.pi * pair.stage.normal_module / math.cos(pair.stage.helix_angle)
-    return PairLoad(
-        tangential_force=tangential * math.cos(pair.transverse_angle),
-        velocity=flow.gear_mesh_frequency * pitch,
-    )
+    tangential *= math.cos(pair.transverse_angle)
+    return PairLoad(tangential, flow.gear_mesh_frequency * pair.pitch)
 
 
 def load_cycles(view: StageView, flow: StageFlow) -> dict[tuple[str, str], float]:

@@ -8,16 +8,23 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import Any
 
-from flexgear.gears.rating.rate import Factor
+from flexgear.gears.rating.sheet import Sheet
 from flexgear.model.names import GroupName
 from flexgear.model.units import RPM
-from flexgear.results.rating import LIMITS, RatedPart, Rating
+from flexgear.results.rating import CAUSE, LIMITS, RatedPart, Rating
 from flexgear.results.report.parts import Level, Row, Table, Verdict
-from flexgear.results.report.wording import number, titled_by_stage, with_unit, words
+from flexgear.results.report.wording import (
+    life_text,
+    number,
+    rounded,
+    titled_by_stage,
+    with_unit,
+    words,
+)
 
 RATING, GEARS, SPECTRUM = "rating", "rating_gears", "spectrum"
 MOST_BINS = 60  # of a spectrum that are listed
-LONGEST, LEAST = 1e7, 1e-6  # life in h, and damage, beyond which no digits are printed
+LEAST = 1e-6  # damage below which no digits are printed
 DIRECT = "direct path: computed stress at every place of the teeth, beyond ISO 6336"
 PLACES = ("s/g", "z/b", "φ", "planet")  # of a tooth, and which
 SYMBOLS = {"flank": "S_H", "root": "S_F", "bearing": "load factor"}
@@ -73,7 +80,7 @@ def _level(part: RatedPart) -> Level:
 
 
 def _figure(part: RatedPart) -> str:
-    """ "S_H 1.12 of 1.25", "life 1.3e5 h of 1.7e5 h"."""
+    """ "S_H 1.12 of 1.25", "life 130 000 h (14.8 years) of 170 000 h (19.4 years)"."""
     if part.kind == "bearing":
         required = "" if math.isnan(part.required) else f" of {life_text(part.required)}"
         return f"life {life_text(part.life)}{required}"
@@ -92,23 +99,18 @@ def _sentence(rating: Rating, part: RatedPart) -> str:
         texts.append("damage below 10⁻⁶")
     else:
         share = with_unit(part.damage[part.worst_bin] / total, "share")
-        texts.append(f"damage {number(total, 3)}, {share} of it in {worst}")
+        texts.append(f"damage {rounded(total)}, {share} of it in {worst}")
         texts += [] if part.kind == "bearing" else [f"life {life_text(part.life)}"]
     static = [s for s in part.safety.tolist() if math.isfinite(s)]
     if part.kind == "bearing" and static:
         texts.append(f"static safety {number(min(static), 3)}")
     if part.estimates:
-        texts.append(f"no verdict: {', '.join(t.split()[0] for t in part.estimates)} estimated")
+        texts.append(f"no verdict: {', '.join(part.estimates)} estimated")
     return f"{'; '.join(texts)}."
 
 
-def life_text(value: float) -> str:
-    """ "1.2e5 h", "over 10⁷ h"."""
-    return "over 10⁷ h" if value >= LONGEST else f"{number(value, 3)} h"
-
-
-def rating_tables(rating: Rating) -> list[Table]:
-    """All tables of a rating."""
+def rating_tables(rating: Rating, parts: bool = True) -> list[Table]:
+    """Tables of a rating; parts: with every factor of every part, too."""
     listed = [
         Row(
             words(p.name),
@@ -123,20 +125,20 @@ def rating_tables(rating: Rating) -> list[Table]:
         Table(RATING, "not assessed", missing),
         Table(SPECTRUM, "load bins", list(_bins(rating))),
         *_gear_meshes(rating),
-        *_parts(rating),
+        *(_parts(rating) if parts else ()),
     ]
     return [table for table in every if table.rows]
 
 
 def _direct(part: RatedPart) -> Row:
     """ "safety 1.17, norm 1.27; stress 1.12 of the norm: by form 1.17, …; at z/b -0.13"."""
-    figures = {f.symbol: f.value for f in part.direct}
-    causes = ", ".join(f"{s} {number(v, 3)}" for s, v in figures.items() if s.startswith("by "))
-    where = [f"{f.symbol} {with_unit(f.value, f.unit)}" for f in part.direct if f.symbol in PLACES]
+    lines = part.direct
+    causes = ", ".join(f"{s} {number(f.value, 3)}" for s, f in lines.items() if f.meaning == CAUSE)
+    where = [f"{s} {with_unit(f.value, f.unit)}" for s, f in lines.items() if s in PLACES]
     return Row(
         words(part.name),
-        f"safety {number(figures['S_direct'], 3)}, norm {number(part.least_safety, 3)}; stress "
-        f"{number(figures['σ_direct/σ'], 3)} of the norm: {causes}; at {', '.join(where)}",
+        f"safety {number(lines['S_direct'].value, 3)}, norm {number(part.least_safety, 3)}; stress "
+        f"{number(lines['σ_direct/σ'].value, 3)} of the norm: {causes}; at {', '.join(where)}",
     )
 
 
@@ -161,7 +163,7 @@ def _gear_meshes(rating: Rating) -> Iterator[Table]:
             torque = [abs(rating.bins[b].torque[rating.case.inputs[0].member]) for b in loaded]
             b = loaded[torque.index(max(torque))]
             title = f"{_words(rating, gear_mesh.name)}, load factors in {rating.bins[b].name}"
-            yield Table(GEARS, title, [_row(f) for f in gear_mesh.factors[b]])
+            yield Table(GEARS, title, _rows(gear_mesh.factors[b]))
 
 
 def _parts(rating: Rating) -> Iterator[Table]:
@@ -170,14 +172,14 @@ def _parts(rating: Rating) -> Iterator[Table]:
         b = part.worst_bin
         title = f"{words(part.name)} in {rating.bins[b].name}"
         section = "bearings" if part.kind == "bearing" else GEARS
-        yield Table(section, title, [_row(f) for f in part.factors[b]] if part.factors else [])
-        yield Table(section, f"{words(part.name)}, direct path", [_row(f) for f in part.direct])
+        yield Table(section, title, _rows(part.factors[b]))
+        yield Table(section, f"{words(part.name)}, direct path", _rows(part.direct))
 
 
-def _row(factor: Factor) -> Row:
-    """ "K_γ, load sharing (computed, planet 3)"."""
-    label = f"{factor.symbol}, {factor.meaning} ({factor.source})"
-    return Row(label, factor.value, "" if factor.unit == "1" else factor.unit)
+def _rows(sheet: Sheet) -> list[Row]:
+    """ "K_γ, load sharing of the planets (computed, planet 3)"."""
+    lines = sheet.items()
+    return [Row(f"{symbol}, {f.meaning} ({f.source})", f.value, f.unit) for symbol, f in lines]
 
 
 def in_words(table: Table) -> Table:

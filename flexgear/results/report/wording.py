@@ -30,6 +30,7 @@ _SCALES: dict[str, tuple[tuple[float, str, float], ...]] = {
 NOTHING = 1e-12  # of a unit, rounding
 # significant digits where four are too few: dimensions to µm, speeds and frequencies side by side
 _DIGITS = {"mm": 6, "°": 5, "r/min": 5, "rad/s": 5, "Hz": 5, "share": 3}
+LONGEST, YEAR = 1e6, 8766.0  # h
 _EVEN = 0.01  # load factors nearer to one get a digit more
 _UNITS = {"deg": "°", "rpm": "r/min", "h": "h", "m3": "m³"}
 FACTOR = "factor"  # unit of load factors
@@ -66,6 +67,22 @@ def factor(value: float) -> str:
     return f"{value:.{4 if abs(value - 1.0) < _EVEN else 3}f}" if math.isfinite(value) else "–"
 
 
+def life_text(hours: float) -> str:
+    """ "23.4 h", "58 300 h (6.65 years)", "over 1 000 000 h": three figures, and no number where
+    it exceeds any use; "–" where there is none."""
+    if math.isnan(hours):
+        return "–"
+    if hours >= LONGEST:
+        return f"over {number(LONGEST)} h"
+    years = f" ({number(hours / YEAR, 3)} years)" if hours >= YEAR else ""
+    return f"{rounded(hours)} h{years}"
+
+
+def rounded(value: float) -> str:
+    """``number`` with three figures before the point, too: 127293.4 -> "127 000"."""
+    return number(float(f"{value:.3g}"), 3)
+
+
 def with_unit(value: float | str | bool | None, unit: str = "") -> str:
     """A figure with its unit: 788275 N -> "788.3 kN"; "–" where there is none."""
     if value is None:
@@ -76,6 +93,8 @@ def with_unit(value: float | str | bool | None, unit: str = "") -> str:
         return value
     if unit == FACTOR:
         return factor(value)
+    if unit == "h":
+        return life_text(value)
     if isinstance(value, int) and not unit:
         return f"{value:,}".replace(",", "\u202f")
     printed, by = scale([value], unit)
