@@ -395,7 +395,7 @@ def test_a_life_is_held_to_the_required_one(life, level):
     stage = {**SUMMARY["stages"]["stage"], "bearing_life_h": {"planet_bearing_1": life}}
     row = answer("bearing_life", settings, stages={"stage": stage})
     assert (row["level"], row["value"], row["allowable"]) == (level, life, 175e3)
-    assert row["figure"].endswith("h of 175\u202f000 h required")
+    assert row["figure"].endswith(" of 175\u202f000 h (20 years) required")
     assert "No required life" not in row["sentence"]
     assert (
         "No required life given."
