@@ -26,7 +26,7 @@ P is a multiple of N, for the same reason.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -34,12 +34,13 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import sparse
 
 from flexgear.analysis.equilibrium import Equilibrium, revolution
-from flexgear.analysis.line_loads import LineLoads, line_loads
+from flexgear.analysis.line_loads import line_loads
 from flexgear.analysis.modes import ContactSprings, FlankCycle, Springs, other_springs
 from flexgear.arrays import Array, Ints
-from flexgear.coupling.kernels.elements import Rows, between_rows, packed, pair_rows
+from flexgear.coupling.kernels.elements import Records, Rows, between_rows, packed, pair_rows
 from flexgear.coupling.kernels.pairs import build_rows, fill_rows
 from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.pair_data import PairData, carrying_flanks
@@ -51,34 +52,43 @@ UNLOADED = 1e-9  # of the largest load: a gear mesh with less has none
 NOTHING = 1e-14  # of the largest square of a row: what is left out of a sum of thousands
 
 
-class _Samples:
-    """Springs of a flank over P positions: rows (n, c) with Σ rowᵀ row = Σ_p Vᵀ K V on ``columns``
-    (c,) of the blocks' motions; stiffness, damping (P,) and force (P, c): see ``FlankCycle``."""
+@dataclass(frozen=True)
+class _FlankRows:
+    """Rows of a flank that have a spring at one of P positions.
 
-    def __init__(self, columns: Ints, count: int) -> None:
-        self.columns, self._parts = columns, list[Array]()
-        self.stiffness, self.damping = np.zeros((2, count))
-        self.force = np.zeros((count, len(columns)))
+    position (R,): of each row, rising; columns (c,): of the blocks' motions, on which ``motion``
+    (R, c) acts; stiffness (R, R): K of all positions, N/m, root: A of the same pattern with
+    Aᵀ A = K; damping (R,) N s/m.
+    """
 
-    def add(self, p: int, matrix: Array, damping: float, coefficients: Array) -> None:
-        """Enter position p: K (n, n) and rows (n, c) that it acts on."""
-        self._parts.append(_root(matrix) @ coefficients)
-        self.stiffness[p], self.damping[p] = matrix.sum(), damping
-        self.force[p] = matrix.sum(axis=0) @ coefficients
+    count: int
+    position: Ints
+    columns: Ints
+    motion: Array
+    stiffness: sparse.csr_array
+    root: sparse.csr_array
+    damping: Array
 
     @cached_property
     def rows(self) -> Array:
-        """As few as there can be."""
-        return _fewest(np.vstack(self._parts))
+        """Rows (n, c), as few as there can be, with Σ rowᵀ row = Σ_p Vᵀ K V."""
+        return _fewest(self.root @ self.motion)
+
+    def cycle(self, blocks: Array) -> FlankCycle:
+        """Sums over the rows of each position; blocks (c, d): motions of ``columns``."""
+        at = (self.position, np.arange(len(self.position)))
+        total = sparse.csr_array((np.ones(len(at[0])), at), shape=(self.count, len(at[0])))
+        row_sums = self.stiffness.sum(axis=1)
+        force = total @ (row_sums[:, None] * self.motion)
+        return FlankCycle(total @ row_sums, total @ self.damping, force, blocks)
 
 
 def springs_under_load(modal: ModalSystem, input_angles: Array) -> ContactSprings:
     """Springs at independent rotations (F,) rad under the rated torques."""
     system, at = modal.system, np.asarray(input_angles, dtype=float)[None]
     theta, every = system.theta(at), np.ones(len(system.pairs.s0), dtype=bool)
-    result = revolution(modal, at, system.rated_torque)
-    samples = _samples(system, theta, every, result)
-    return _springs(system, samples, theta[0], cycles=False)
+    flanks = _flank_rows(system, theta, every, revolution(modal, at, system.rated_torque))
+    return _springs(system, flanks, theta[0], cycles=False)
 
 
 def mean_springs(system: System, modal: ModalSystem | None) -> ContactSprings:
@@ -88,11 +98,10 @@ def mean_springs(system: System, modal: ModalSystem | None) -> ContactSprings:
     a train without load, of which all pairs in the zone of contact do. So do those of a gear mesh
     that the torques leave unloaded.
     """
-    samples: dict[int, _Samples] = {}
+    flanks: dict[int, _FlankRows] = {}
     for stage in sorted({label.stage for label in system.gear_meshes}):
-        of_stage = np.array([label.stage == stage for label in system.gear_meshes])
-        samples |= _cycle_samples(system, of_stage, modal)
-    return _springs(system, samples, np.zeros(len(system.angles)), cycles=True)
+        flanks |= _cycle_rows(system, stage, modal)
+    return _springs(system, flanks, np.zeros(len(system.angles)), cycles=True)
 
 
 def mean_channel_springs(modal: ModalSystem, left_out: int) -> list[tuple[Ints, Array, float]]:
@@ -100,11 +109,9 @@ def mean_channel_springs(modal: ModalSystem, left_out: int) -> list[tuple[Ints, 
     columns (c,), rows (n, c) with K̄ = rowᵀ row, and damping over stiffness, s."""
     system, out = modal.system, list[tuple[Ints, Array, float]]()
     for stage in sorted({label.stage for label in system.gear_meshes} - {left_out}):
-        of_stage = np.array([label.stage == stage for label in system.gear_meshes])
-        for sample in _cycle_samples(system, of_stage, modal).values():
-            ratio = float(sample.damping.sum() / sample.stiffness.sum())
-            rows = sample.rows / math.sqrt(len(sample.stiffness))
-            out.append((sample.columns, rows, ratio))
+        for flank in _cycle_rows(system, stage, modal).values():
+            ratio = float(flank.damping.sum() / flank.stiffness.sum())
+            out.append((flank.columns, flank.rows / math.sqrt(flank.count), ratio))
     return out
 
 
@@ -125,40 +132,33 @@ def stage_cycle(system: System, modal: ModalSystem | None, stage: int, shapes: A
     Each part's mean is of ``WITHIN`` positions, so that a pair that comes into contact within a
     part counts by its share of it.
     """
-    of_stage = np.array([label.stage == stage for label in system.gear_meshes])
-    count, ends = _count(system, of_stage), _ends(system.pairs)
+    of_stage = _flanks_of(system, stage)
+    count = _count(system, of_stage)
     turn = int(system.pairs.angle[np.flatnonzero(of_stage)[0]])
     backwards = system.angles[turn] @ system.rolling @ system.rated_input_speeds < 0.0
     theta = cycle_angles(system, of_stage, count * WITHIN, -1.0 if backwards else 1.0)
-    result = _under_load(system, modal, theta)
-    motion = [system.blocks[end.columns] @ shapes for end in ends]
     stiffness, damping = np.zeros((2, count, shapes.shape[1], shapes.shape[1]))
-    for at in _positions(system, theta, of_stage, result, ends):
-        rows = at.rows @ motion[at.flank]
-        stiffness[at.p // WITHIN] += rows.T @ at.matrix @ rows / WITHIN
-        damping[at.p // WITHIN] += (rows.T * at.damping) @ rows / WITHIN
+    flanks = _flank_rows(system, theta, of_stage, _under_load(system, modal, theta))
+    for flank in flanks.values():
+        motion = flank.motion @ (system.blocks[flank.columns] @ shapes)
+        forces = (flank.stiffness @ motion, flank.damping[:, None] * motion)
+        ends = np.searchsorted(flank.position, WITHIN * np.arange(count + 1))
+        for part, (start, stop) in enumerate(pairwise(ends)):
+            for total, force in zip((stiffness, damping), forces, strict=True):
+                total[part] += motion[start:stop].T @ force[start:stop] / WITHIN
     return StageCycle(stiffness, damping)
 
 
-def _cycle_samples(
-    system: System, of_stage: NDArray[np.bool_], modal: ModalSystem | None
-) -> dict[int, _Samples]:
-    """Spring factors of the flanks ``of_stage`` (M,) over a cycle, under rated torques or none."""
+def _flanks_of(system: System, stage: int) -> NDArray[np.bool_]:
+    """Which flanks (M,) are of a stage (number from 0)."""
+    return np.array([label.stage == stage for label in system.gear_meshes])
+
+
+def _cycle_rows(system: System, stage: int, modal: ModalSystem | None) -> dict[int, _FlankRows]:
+    """Rows of the flanks of a stage over its cycle, under rated torques or none."""
+    of_stage = _flanks_of(system, stage)
     theta = cycle_angles(system, of_stage, _count(system, of_stage))
-    return _samples(system, theta, of_stage, _under_load(system, modal, theta))
-
-
-def _samples(
-    system: System, theta: Array, of_stage: NDArray[np.bool_], result: Equilibrium | None
-) -> dict[int, _Samples]:
-    """Spring factors of the flanks ``of_stage`` (M,) over positions (P, A); of the pairs that
-    touch in an equilibrium, where there is one."""
-    ends = _ends(system.pairs)
-    samples: dict[int, _Samples] = {}
-    for at in _positions(system, theta, of_stage, result, ends):
-        of_flank = samples.setdefault(at.flank, _Samples(ends[at.flank].columns, len(theta)))
-        of_flank.add(at.p, at.matrix, float(at.damping.sum()), at.rows)
-    return samples
+    return _flank_rows(system, theta, of_stage, _under_load(system, modal, theta))
 
 
 def _count(system: System, of_stage: NDArray[np.bool_]) -> int:
@@ -194,51 +194,61 @@ def cycle_angles(
     return theta
 
 
-class _Position(NamedTuple):
-    """Rows of a flank at position p: K (n, n), rows (n, c) on ``FlankEnds.columns``, damping (n,),
-    0 of rows that do not touch."""
+class _TrainRows(NamedTuple):
+    """Rows (R,) of a train at P positions, behind each other, as in ``Rows``; starts (P + 1,): the
+    first row of each; pair (n,): all tooth pairs, each with the number of its first row among all,
+    at positions pair_position (n,); between: B (·, ·) of each position, none where no pair yields
+    to its neighbour."""
 
-    flank: int
-    p: int
-    matrix: Array
-    rows: Array
-    damping: Array
+    row: Records
+    blocks: Ints
+    coef: Array
+    starts: Ints
+    pair: Records
+    pair_position: Ints
+    between: list[Array]
 
 
-def _ends(pairs: PairData) -> list[FlankEnds]:
-    return [FlankEnds(pairs, m) for m in range(len(pairs.s0))]
-
-
-def _positions(
-    system: System,
-    theta: Array,
-    of_stage: NDArray[np.bool_],
-    result: Equilibrium | None,
-    ends: Sequence[FlankEnds],
-) -> Iterator[_Position]:
-    """Every flank ``of_stage`` (M,) that has a spring at one of the positions (P, A)."""
-    pairs, work = system.pairs, pair_rows(system.pairs)
-    elements, carrying = packed(pairs), carrying_flanks(pairs)
-    lines = None if result is None else line_loads(result)
-    unloaded = _unloaded(pairs, result)
+def _train_rows(
+    system: System, theta: Array, of_stage: NDArray[np.bool_], active: Ints | None
+) -> _TrainRows:
+    """Rows at positions (P, A) of the flanks ``of_stage`` (M,) that carry or are ``active``
+    (P, M)."""
+    work, elements = pair_rows(system.pairs), packed(system.pairs)
+    carrying = carrying_flanks(system.pairs)
+    parts, starts, between = [], [0], []
     for p, angles in enumerate(np.ascontiguousarray(theta)):
-        flanks = carrying if result is None else result.active_flanks[p] | carrying
-        flanks = np.where(of_stage, flanks, 0)
-        n, _, count = fill_rows(elements, angles, flanks, work)
-        tangents = _tangents(work, n, count, p, result, lines, unloaded)
-        for m, at in _of_flanks(work, n):
-            matrix = tangents[np.ix_(at, at)]
-            if matrix.any():
-                rows = ends[m].coefficients(work, at, angles, theta[0])
-                damping = np.where(matrix.any(axis=1), work.row["damping"][at], 0.0)
-                yield _Position(m, p, matrix, rows, damping)
+        flanks = carrying if active is None else active[p] | carrying
+        n, _, pairs = fill_rows(elements, angles, np.where(of_stage, flanks, 0), work)
+        pair = work.pair[:pairs].copy()
+        pair["row"] += starts[-1]
+        parts.append((work.row[:n].copy(), work.blocks[:n].copy(), work.coef[:n].copy(), pair,
+                      np.full(pairs, p)))  # fmt: skip
+        between.append(between_rows(work, n))
+        starts.append(starts[-1] + n)
+    row, blocks, coef, pair, at = (np.concatenate(part) for part in zip(*parts, strict=True))
+    between = between if row["following"].any() else []
+    return _TrainRows(row, blocks, coef, np.array(starts), pair, at, between)
 
 
-def _of_flanks(rows: Rows, n: int) -> Iterator[tuple[int, Ints]]:
-    """Every flank among the first n rows, and its rows."""
-    owner = np.where(rows.row["kind"][:n] >= 0, rows.row["owner"][:n], -1)
-    for m in np.unique(owner[owner >= 0]):
-        yield int(m), np.flatnonzero(owner == m).astype(np.int64)
+def _flank_rows(
+    system: System, theta: Array, of_stage: NDArray[np.bool_], result: Equilibrium | None
+) -> dict[int, _FlankRows]:
+    """Rows of the flanks ``of_stage`` (M,) over positions (P, A); of the pairs that touch in an
+    equilibrium, where there is one."""
+    rows = _train_rows(system, theta, of_stage, None if result is None else result.active_flanks)
+    stiffness = _stiffness(rows, result, _unloaded(system.pairs, result))
+    root, touching = _root(stiffness, rows.starts), stiffness.count_nonzero(axis=1) > 0
+    position = np.repeat(np.arange(len(theta)), np.diff(rows.starts))
+    flanks = {}
+    for m in np.unique(rows.row["owner"][touching]).tolist():
+        at = np.flatnonzero(touching & (rows.row["owner"] == m))
+        p, ends = position[at], FlankEnds(system.pairs, m)
+        flanks[m] = _FlankRows(
+            len(theta), p, ends.columns, ends.coefficients(rows, at, theta[p], theta[0]),
+            stiffness[at][:, at], root[at][:, at], rows.row["damping"][at],
+        )  # fmt: skip
+    return flanks
 
 
 def _unloaded(pairs: PairData, result: Equilibrium | None) -> NDArray[np.bool_]:
@@ -249,38 +259,52 @@ def _unloaded(pairs: PairData, result: Equilibrium | None) -> NDArray[np.bool_]:
     return (pairs.carries == 1) & (load <= UNLOADED * load.max(initial=0.0))
 
 
-def _tangents(
-    rows: Rows,
-    n: int,
-    count: int,
-    p: int,
-    result: Equilibrium | None,
-    lines: LineLoads | None,
-    unloaded: NDArray[np.bool_],
-) -> Array:
-    """K (n, n) N/m of the first n rows with so many tooth pairs at position p."""
-    tangent = np.zeros((n, n))
-    for pair in rows.pair[:count]:
-        i, m, slot = int(pair["row"]), int(pair["mesh"]), int(pair["slot"])
-        if unloaded[m] or result is None or (rows.row["sided"][i] == 0 and pair["rows"] == 1):
-            rows_of_pair = slice(i, i + int(pair["rows"]))
-            tangent[rows_of_pair, rows_of_pair] = np.diag(rows.row["stiffness"][rows_of_pair])
-        elif pair["rows"] == 2:
-            assert lines is not None  # pairs with two rows have slices
-            tangent[i : i + 2, i : i + 2] = np.nan_to_num(lines.tangent[p, m, slot])
-        elif result.pair_load[p, m, slot] > 0.0:
-            tangent[i, i] = rows.row["stiffness"][i]
-    if rows.row["following"][:n].any():
-        return np.asarray(np.linalg.solve(np.eye(n) + tangent @ between_rows(rows, n), tangent))
+def _stiffness(
+    rows: _TrainRows, result: Equilibrium | None, unloaded: NDArray[np.bool_]
+) -> sparse.csr_array:
+    """K (R, R) N/m of all rows: nominal of flanks that are ``unloaded`` (M,) and of pairs that may
+    pull, else as the pairs' laws say under the load of an equilibrium."""
+    pair, p, count = rows.pair, rows.pair_position, len(rows.row)
+    first, flank, slot = (pair[name].astype(int) for name in ("row", "mesh", "slot"))
+    by_law = ~unloaded[flank] & ((rows.row["sided"][first] != 0) | (pair["rows"] == 2))
+    nominal = ~by_law
+    if result is not None:
+        nominal |= (pair["rows"] == 1) & (result.pair_load[p, flank, slot] > 0.0)
+    at = np.concatenate([first[nominal & (pair["rows"] > k)] + k for k in (0, 1)])
+    stiffness = np.zeros(count)
+    stiffness[at] = rows.row["stiffness"][at]
+    tangent = sparse.diags_array(stiffness, format="csr")
+    sliced = np.flatnonzero(by_law & (pair["rows"] == 2))
+    lines = line_loads(result) if result is not None and len(sliced) else None
+    if lines is not None:
+        of_pair = np.nan_to_num(lines.tangent[p[sliced], flank[sliced], slot[sliced]])
+        at = first[sliced][:, None] + np.arange(2)
+        places = (np.repeat(at, 2, axis=1).ravel(), np.tile(at, 2).ravel())
+        tangent += sparse.csr_array((of_pair.ravel(), places), shape=(count, count))
+    if rows.between:
+        blocks = zip(_position_blocks(tangent, rows.starts), rows.between, strict=True)
+        coupled = [np.linalg.solve(np.eye(len(t)) + t @ b, t) for t, b in blocks]
+        tangent = sparse.block_diag(coupled, format="csr")
+    tangent.eliminate_zeros()
     return tangent
 
 
-def _root(matrix: Array) -> Array:
-    """A with Aᵀ A = K."""
-    if len(matrix) == 1:
-        return np.sqrt(matrix)
-    values, vectors = np.linalg.eigh(0.5 * (matrix + matrix.T))
-    return np.asarray((vectors * np.sqrt(np.clip(values, 0.0, None))).T)
+def _position_blocks(matrix: sparse.csr_array, starts: Ints) -> Iterator[Array]:
+    """The square blocks (n, n) of the positions on the diagonal of a matrix."""
+    for start, stop in pairwise(starts.tolist()):
+        yield matrix[start:stop, start:stop].toarray()
+
+
+def _root(matrix: sparse.csr_array, starts: Ints) -> sparse.csr_array:
+    """Symmetric A with A A = K, block by block: rows that K does not couple stay apart."""
+    diagonal = matrix.diagonal()
+    if matrix.count_nonzero() == np.count_nonzero(diagonal):
+        return sparse.diags_array(np.sqrt(diagonal), format="csr")
+    roots = []
+    for block in _position_blocks(matrix, starts):
+        values, vectors = np.linalg.eigh(0.5 * (block + block.T))
+        roots.append((vectors * np.sqrt(np.clip(values, 0.0, None))) @ vectors.T)
+    return sparse.block_diag(roots, format="csr")
 
 
 def _fewest(rows: Array) -> Array:
@@ -302,28 +326,22 @@ class _Teeth:
     turns: int
     sense: float
 
-    def advance(self, angles: Array, start: Array) -> float:
-        """How far they have gone back between two sets of angles (A,), rad."""
-        if self.turns < 0:
-            return 0.0
-        return self.sense * float(angles[self.turns] - start[self.turns])
-
-    def turned_back(self, wrench: Array, tooth: int, advance: float) -> Array:
-        """A wrench (6,) on a tooth as one on all teeth (6 z,) that moves it back by ``advance``."""
+    def turned_back(self, wrench: Array, tooth: Ints, turned: Array) -> Array:
+        """Wrenches (n, 6) on teeth (n,) as ones on all teeth (n, 6 z) that move them back by their
+        advance, at angles of the train since the start (n, A)."""
         count = len(self.place)
-        if advance == 0.0:
-            out = np.zeros((count, 6))
-            out[tooth] = wrench
-            return out.ravel()
-        away = self.place - self.place[tooth]
-        share = _kernel(away + advance, count)
-        c, s = share * np.cos(away), share * np.sin(away)
-        x, y, z = wrench[0::3], wrench[1::3], wrench[2::3]
-        out = np.empty((count, 6))
-        out[:, 0::3] = np.outer(c, x) - np.outer(s, y)
-        out[:, 1::3] = np.outer(s, x) + np.outer(c, y)
-        out[:, 2::3] = np.outer(share, z)
-        return out.ravel()
+        advance = np.zeros(len(tooth)) if self.turns < 0 else self.sense * turned[:, self.turns]
+        away = self.place - self.place[tooth][:, None]
+        still = np.arange(count) == tooth[:, None]
+        turned_field = _kernel(away + advance[:, None], count)
+        share = np.where(advance[:, None] == 0.0, still, turned_field)[..., None]
+        c, s = share * np.cos(away)[..., None], share * np.sin(away)[..., None]
+        x, y, z = (wrench[:, None, k::3] for k in range(3))
+        out = np.empty((len(tooth), count, 6))
+        out[..., 0::3] = c * x - s * y
+        out[..., 1::3] = s * x + c * y
+        out[..., 2::3] = share * z
+        return out.reshape(len(tooth), 6 * count)
 
 
 class FlankEnds:
@@ -344,21 +362,22 @@ class FlankEnds:
         self.columns = (6 * np.array(blocks)[:, None] + np.arange(6)).ravel().astype(np.int64)
         starts = np.cumsum([6 * len(alone), *(6 * len(t.place) for t in self.teeth)]).tolist()
         self._of_teeth = [slice(a, b) for a, b in pairwise(starts)]
-        self._of_block = {block: slice(6 * k, 6 * k + 6) for k, block in enumerate(alone)}
+        self._of_block = {block: 6 * k for k, block in enumerate(alone)}
 
-    def coefficients(self, rows: Rows, at: Ints, angles: Array, start: Array) -> Array:
-        """Rows ``at`` on ``columns`` (n, c), teeth turned back by their advance since ``start``."""
+    def coefficients(self, rows: Rows | _TrainRows, at: Ints, angles: Array, start: Array) -> Array:
+        """Rows ``at`` on ``columns`` (n, c), teeth turned back by their advance from angles
+        ``start`` (A,) to those of all rows (A,) or of each (n, A)."""
         out = np.zeros((len(at), len(self.columns)))
-        for row, i in zip(out, at, strict=True):
-            for a in range(int(rows.row["width"][i])):
-                block, wrench = int(rows.blocks[i, a]), rows.coef[i, a]
-                if block in self._of_block:
-                    row[self._of_block[block]] += wrench
-                    continue
-                for teeth, columns in zip(self.teeth, self._of_teeth, strict=True):
-                    if 0 <= block - teeth.first < len(teeth.place):
-                        advance = teeth.advance(angles, start)
-                        row[columns] += teeth.turned_back(wrench, block - teeth.first, advance)
+        turned = np.broadcast_to(angles - start, (len(at), len(start)))
+        blocks, coef, width = rows.blocks[at], rows.coef[at], rows.row["width"][at]
+        for a in range(int(width.max(initial=0))):
+            for block, column in self._of_block.items():
+                here = (a < width) & (blocks[:, a] == block)
+                out[here, column : column + 6] += coef[here, a]
+            for teeth, columns in zip(self.teeth, self._of_teeth, strict=True):
+                tooth = blocks[:, a] - teeth.first
+                here = np.flatnonzero((a < width) & (tooth >= 0) & (tooth < len(teeth.place)))
+                out[here, columns] += teeth.turned_back(coef[here, a], tooth[here], turned[here])
         return out
 
 
@@ -376,17 +395,17 @@ def _kernel(x: Array, count: int) -> Array:
 
 
 def _springs(
-    system: System, samples: dict[int, _Samples], theta: Array, cycles: bool
+    system: System, flanks: dict[int, _FlankRows], theta: Array, cycles: bool
 ) -> ContactSprings:
-    """Means over the positions of ``samples``; other springs at angles (A,)."""
+    """Means over the positions of ``flanks``; other springs at angles (A,)."""
     d, springs, over = system.size, {}, {}
-    for m, sample in samples.items():
-        blocks, count = system.blocks[sample.columns], len(sample.stiffness)
-        springs[m] = Springs(sample.rows @ blocks, np.eye(len(sample.rows)) / count)
+    for m, flank in flanks.items():
+        blocks = system.blocks[flank.columns]
+        springs[m] = Springs(flank.rows @ blocks, np.eye(len(flank.rows)) / flank.count)
         if cycles:
-            over[m] = FlankCycle(sample.stiffness, sample.damping, sample.force, blocks)
+            over[m] = flank.cycle(blocks)
     nothing = Springs(np.zeros((0, d)), np.zeros((0, 0)))
     rows = pair_rows(system.pairs)
     n, _ = build_rows(system.pairs, rows, theta, carrying_flanks(system.pairs))
-    flanks = tuple(springs.get(m, nothing) for m in range(len(system.pairs.s0)))
-    return ContactSprings(flanks, other_springs(system, rows, n), over)
+    of_flanks = tuple(springs.get(m, nothing) for m in range(len(system.pairs.s0)))
+    return ContactSprings(of_flanks, other_springs(system, rows, n), over)

@@ -10,10 +10,10 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+import scipy
 import xarray as xr
 from matplotlib.axes import Axes
 from scipy.interpolate import CubicSpline
-from scipy.signal import find_peaks
 
 from flexgear.arrays import Array
 from flexgear.model.errors import FlexgearError
@@ -84,7 +84,8 @@ def oscillations(values: Array) -> int:
     finite = values[np.isfinite(values)]
     if finite.size < 3:
         return 0
-    return len(find_peaks(finite, prominence=max(CREST * float(np.ptp(finite)), TINY))[0])
+    least = max(CREST * float(np.ptp(finite)), TINY)
+    return len(scipy.signal.find_peaks(finite, prominence=least)[0])
 
 
 def is_dense(values: Array) -> bool:
