@@ -40,7 +40,6 @@ SOURCES = (  # of what is compiled, and of the named tuples and constants that i
     "coupling/laws",
     "coupling/pair_data.py",
     "structures/linalg",
-    "structures/cyclic/projection.py",
 )
 ROOM = 2**26  # bytes that the machine code of all loops takes at most
 MOST_FOLDERS = 4  # of earlier sources that are kept: of other versions, and of edits

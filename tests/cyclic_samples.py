@@ -33,7 +33,7 @@ def ring_ties(model, teeth, radius, bolt_radius, face, tie=averaging_tie, patch=
     ties.insert(5, averaging_tie("fit", np.zeros(3), outer))
     for k, angle in enumerate((0.3, 2.5)):
         centre = np.array([bolt_radius * np.cos(angle), bolt_radius * np.sin(angle), face])
-        disc = disc_points(centre, np.array([0, 0, 1.0]), 0.06)
+        disc = disc_points(centre, 0.06)
         ties.append(averaging_tie(f"bolt_{k + 1}", centre, point_sample(model, *disc)))
     return ties
 

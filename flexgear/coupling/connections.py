@@ -108,7 +108,7 @@ def _of_fe_ring(view: StageView, part: str) -> Iterator[Connection]:
     turns."""
     ring, hub = BodyName.of(view.name, part), (BodyName.of(view.name, "hub"), "end")
     held = MemberName.of(view.name, part) in view.case.held_members()
-    for spring in ring_source(view).springs:
+    for spring in ring_source(view).whole_springs:
         yield Connection(
             SupportName.of(f"{view.name}.{spring.node}"),
             (ring, spring.node),

@@ -34,6 +34,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
+from scipy.spatial.distance import cdist
 
 from flexgear.arrays import Array
 from flexgear.model.errors import FlexgearError
@@ -73,7 +74,8 @@ class Condensation:
             t = interface.expansion
             self.fe_stiffness = (t.T @ model.stiffness @ t).tocsr()
             self.fe_mass = (t.T @ model.mass @ t).tocsr()
-        springs = _temporary_springs(interface, self.fe_stiffness)
+        span = float(np.ptp(model.nodes, axis=0).max())
+        springs = _temporary_springs(interface, self.fe_stiffness, span)
         held = self.rows.T @ sp.diags_array(springs) @ self.rows
         try:
             self.factor = Factor((self.fe_stiffness + held).tocsr())
@@ -115,9 +117,12 @@ class Condensation:
 
     def constraint_load(self, forces: Array) -> Array:
         """Psi^T f (b, k) of forces (3N, k) on the mesh's dofs."""
-        if self.interface.expansion is not None:
-            forces = self.interface.expansion.T @ forces
-        return self._load(forces)
+        return self._load(self.field_of(forces))
+
+    def field_of(self, forces: Array) -> Array:
+        """Loads (d, k) in the form of fields of forces (3N, k) on the mesh's dofs."""
+        expansion = self.interface.expansion
+        return forces if expansion is None else np.asarray(expansion.T @ forces)
 
     def dofs_of(self, x: Array, count: int) -> Array:
         """The mesh's first dofs (count, k) of fields x (d, k)."""
@@ -174,29 +179,21 @@ def _tied(
     return ties, ties.T.tocsr()
 
 
-def _temporary_springs(interface: Interface, stiffness: sp.csr_matrix) -> Array:
-    """Diagonal of S (b,): springs at up to three nodes with small patches, far apart."""
+def _temporary_springs(interface: Interface, stiffness: sp.csr_matrix, span: float) -> Array:
+    """Diagonal of S (b,): springs at up to three nodes with small patches, far apart; span: of the
+    body, m."""
     counts = np.diff(interface.rows.indptr).reshape(-1, 6).sum(axis=1)
     small = np.flatnonzero(counts <= 1.5 * counts.min())
     chosen = [int(small[0])]
     while len(chosen) < min(3, len(small)):
-        distance = np.min(
-            [
-                np.linalg.norm(interface.positions[small] - interface.positions[c], axis=1)
-                for c in chosen
-            ],
-            axis=0,
-        )
+        distance = cdist(interface.positions[small], interface.positions[chosen]).min(axis=1)
         if distance.max() == 0.0:
             break
         chosen.append(int(small[np.argmax(distance)]))
-    span = np.ptp(interface.coordinates, axis=0).max()
     scale = float(np.median(stiffness.diagonal()))
-    springs = np.zeros(interface.size)
-    for node in chosen:
-        springs[6 * node : 6 * node + 3] = scale
-        springs[6 * node + 3 : 6 * node + 6] = scale * (0.1 * span) ** 2
-    return springs
+    springs = np.zeros((len(interface.node_names), 6))
+    springs[chosen] = scale * np.repeat([1.0, (0.1 * span) ** 2], 3)
+    return springs.ravel()
 
 
 LANCZOS_BLOCK = 4  # vectors a step: CHOLMOD solves one at a time, and small blocks need fewer

@@ -35,10 +35,8 @@ from flexgear.structures.cyclic.sectors import (
     Circulant,
     Sectors,
     find_sectors,
-    from_sectors,
     rigid_fields,
     sector_matrices,
-    to_sectors,
 )
 from flexgear.structures.cyclic.solver import CyclicSolver
 from flexgear.structures.cyclic.ties import SectorTies, sector_ties
@@ -94,7 +92,7 @@ class CyclicCondensation:
 
     def shifted(self, sigma: float) -> CyclicSolver:
         """Solver with K - sigma M in place of K."""
-        matrix = self.fe_stiffness.less(sigma, self.fe_mass.on_dofs())
+        matrix = self.fe_stiffness.less(sigma, self.fe_mass)
         bordered = matrix.here.shape[0] + matrix.ahead.shape[1]
         interior = _interior(matrix, self.ties)
         return CyclicSolver(interior, self.ties, np.zeros((bordered, 0)), definite=False)
@@ -127,8 +125,8 @@ class CyclicCondensation:
 
     def constraint_load(self, forces: Array) -> Array:
         """Psi^T f (b, k) of forces (3N, k) on the mesh's dofs."""
-        loads = (to_sectors(forces[:, b], self.sectors) for b in self.blocks(forces.shape[1]))
-        return -np.hstack([self.solver.reactions(load) for load in loads])
+        fields = (self.field_of(forces[:, b]) for b in self.blocks(forces.shape[1]))
+        return -np.hstack([self.solver.reactions(self._form(field)) for field in fields])
 
     def projected(self, modes: Array, recovery: NDArray[np.float32]) -> tuple[Array, Array]:
         """Psi^T M Psi (b, b) and modes^T M Psi (n, b); Psi at the mesh's first dofs (r, b)."""
@@ -144,15 +142,15 @@ class CyclicCondensation:
         return 0.5 * (result + result.T), coupling
 
     def field_of(self, dofs: Array) -> Array:
-        """A field (d, k) from dof vectors (3N, k)."""
-        return to_sectors(dofs, self.sectors).reshape(self.dofs, -1)
+        """A field, or loads in its form, (d, k) from dof vectors (3N, k)."""
+        return np.asarray(self.sectors.axes.T @ dofs)
 
     def dofs_of(self, x: Array, count: int) -> Array:
         """The mesh's first dofs (count, k) of a field."""
-        out = np.empty((count, x.shape[1]))
+        out, rows = np.empty((count, x.shape[1])), self.sectors.axes[:count]
 
         def part(block: slice) -> None:
-            out[:, block] = from_sectors(self._form(x[:, block]), self.sectors, count // 3)
+            out[:, block] = rows @ x[:, block]
 
         shared(x.shape[1], part, self._block)
         return out
@@ -196,19 +194,17 @@ def cyclic_parts(
 
 
 def _interior(stiffness: Circulant, ties: SectorTies) -> Elimination:
-    """One sector's interior eliminated from [K B^T C^T; B 0 0; C 0 0], C the share in even others.
+    """One sector's interior eliminated from [K B^T; B 0].
 
     What is lifted: the next border has no stiffness of its own here, see `Circulant.extended`; with
     the own border's it is at least that of the sector alone, which its diagonal makes definite.
     """
     size = stiffness.here.shape[0] - stiffness.ahead.shape[1]
-    beyond = ties.rows.shape[1] - ties.even.shape[1]
-    even = sp.hstack([ties.even, sp.csr_matrix((ties.even.shape[0], beyond))])
     border = stiffness.here[size:, size:].toarray()
     diagonal = np.diag(np.diag(border))
     shift = sla.block_diag(diagonal, border + diagonal)
     try:
-        return Elimination(stiffness.extended(), sp.vstack([ties.rows, even]), size, shift)
+        return Elimination(stiffness.extended(), ties.rows, size, shift)
     except np.linalg.LinAlgError:
         raise FlexgearError(
             "the stiffness matrix of a sector is singular: its mesh falls into pieces or has cells "

@@ -51,18 +51,16 @@ def lowest_values(solver: CyclicSolver, inertia: Array, count: int) -> Array:
     b = harmonics.size
     width = min(2 * count // z + _SPARE, b)
     start = np.random.default_rng(20240211).standard_normal((b, width)).astype(complex)
-    inside = 2 * b + len(solver.gain)
-    mass = np.ascontiguousarray(inertia[:inside, :inside])
     values = np.empty((len(harmonics), width))
     harmonics.inverses()  # once, not in every thread
 
     def part(which: slice) -> None:
         for h in range(which.start, which.stop):
             phase = np.exp(2j * np.pi * h / z)
-            momentum = _momentum(solver.gain, mass, phase, start)
+            momentum = _momentum(solver.gain, inertia, phase, start)
             for _ in range(_STEPS):
                 x = harmonics.of(h, momentum)
-                image = _momentum(solver.gain, mass, phase, x)
+                image = _momentum(solver.gain, inertia, phase, x)
                 strain, motion = x.conj().T @ momentum, x.conj().T @ image
                 values[h], turn = sla.eigh(_hermitian(strain), _hermitian(motion))
                 momentum = image @ turn
@@ -73,7 +71,7 @@ def lowest_values(solver: CyclicSolver, inertia: Array, count: int) -> Array:
 
 def held_value(solver: CyclicSolver, mass: Circulant) -> float:
     """mu, about."""
-    whole = mass.on_dofs().here
+    whole = mass.here
     size = whole.shape[0] - solver.border_harmonics.size
     inertia = whole[:size, :size]
     load = np.random.default_rng(20240211).standard_normal((size, _SPARE))

@@ -22,7 +22,6 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from flexgear.arrays import Array, Ints
-from flexgear.compiled import njit
 from flexgear.structures.cyclic.sectors import Circulant
 from flexgear.structures.cyclic.solver import CyclicSolver
 from flexgear.structures.cyclic.ties import SectorTies
@@ -62,11 +61,11 @@ def sector_motion(
     solver: CyclicSolver, ties: SectorTies, mass: Circulant, recovered: int
 ) -> SectorMotion:
     """Of a mesh whose first dofs are recovered."""
-    shapes, uneven = solver.shapes()
-    inertia, mixed = _sector_mass(shapes, uneven, mass.on_dofs().extended())
+    shapes, local = solver.shapes()
+    inertia, mixed = _sector_mass(shapes, local, mass.extended())
     vertices = ties.sectors.nodes[:, 0] < recovered // 3
     rows = np.flatnonzero(np.repeat(vertices, 3))
-    fields = {s: (at, field[rows]) for s, (at, field) in uneven.items()}
+    fields = {s: (at, field[rows]) for s, (at, field) in local.items()}
     return SectorMotion(rows, shapes[rows], fields, inertia, mixed, solver.periodic_ends())
 
 
@@ -92,7 +91,7 @@ def _of_others(
     solver: CyclicSolver, motion: SectorMotion, periodic: Array
 ) -> tuple[Array, Array, Array]:
     """Y^T M Y (m, m), Psi_t^T M Y (t z, m) and Y at the recovered dofs (r, z, m)."""
-    inertia, mixed, uneven = motion.inertia, motion.mixed, motion.fields
+    inertia, mixed, local = motion.inertia, motion.mixed, motion.fields
     ends = solver.other_ends()
     e, z, m = ends.shape
     t = periodic.shape[2]
@@ -103,14 +102,14 @@ def _of_others(
     def part(columns: slice) -> None:
         some = np.ascontiguousarray(ends[:, :, columns])
         momentum = (inertia @ some.reshape(e, -1)).reshape(some.shape)
-        for s, (at, _) in uneven.items():
+        for s, (at, _) in local.items():
             here = (at >= columns.start) & (at < columns.stop)
             momentum[:, s, at[here] - columns.start] += mixed[s][0][:, here]
         across[:, columns] = _correlated(periodic, momentum).reshape(t * z, -1)
         others[:, columns] = flat.T @ momentum.reshape(e * z, -1)
 
     shared(m, part, _COLUMNS)
-    for s, (at, fields) in uneven.items():
+    for s, (at, fields) in local.items():
         beside, both = mixed[s]
         others[at] += beside.T @ ends[:, s]
         others[np.ix_(at, at)] += both
@@ -119,7 +118,7 @@ def _of_others(
 
 
 def _sector_mass(
-    shapes: Array, uneven: dict[int, tuple[Ints, Array]], mass: sp.csr_matrix
+    shapes: Array, local: dict[int, tuple[Ints, Array]], mass: sp.csr_matrix
 ) -> tuple[Array, dict[int, tuple[Array, Array]]]:
     """R^T E R, and by sector R^T E U and U^T E U."""
     inertia = np.empty((shapes.shape[1], shapes.shape[1]))
@@ -128,9 +127,9 @@ def _sector_mass(
         inertia[:, columns] = shapes.T @ (mass @ np.ascontiguousarray(shapes[:, columns]))
 
     shared(shapes.shape[1], part)
-    numbers = sorted(uneven)
-    begin = np.cumsum([0] + [len(uneven[s][0]) for s in numbers])
-    fields = np.hstack([np.zeros((len(shapes), 0))] + [uneven[s][1] for s in numbers])
+    numbers = sorted(local)
+    begin = np.cumsum([0] + [len(local[s][0]) for s in numbers])
+    fields = np.hstack([np.zeros((len(shapes), 0))] + [local[s][1] for s in numbers])
     loads = mass @ fields
     beside = np.empty((shapes.shape[1], fields.shape[1]))
 
@@ -140,7 +139,7 @@ def _sector_mass(
     shared(fields.shape[1], of_fields, _COLUMNS)
     mixed = {}
     for s, first, last in zip(numbers, begin, begin[1:], strict=False):
-        reduced = uneven[s][1].T @ loads[:, first:last]
+        reduced = local[s][1].T @ loads[:, first:last]
         mixed[s] = beside[:, first:last], reduced
     return inertia, mixed
 
@@ -182,49 +181,20 @@ def _in_body(matrix: Array, ties: SectorTies) -> Array:
 def _recover(
     ties: SectorTies, rows: Ints, periodic: Array, other: Array, share: Array, recovery: Singles
 ) -> None:
-    """Psi at vertices from Psi_t (r, z, t) of sector 0, Y (r, z, m) and N (m, b)."""
-    nodes = np.ascontiguousarray(ties.sectors.nodes[rows[::3] // 3])  # (v, z)
-    z = ties.sectors.count
-    turns = ties.sectors.turns()
-    dofs = np.ascontiguousarray(ties.periodic_dofs)
-    cos, sin = np.ascontiguousarray(turns[:, 0, 0]), np.ascontiguousarray(turns[:, 1, 0])
+    """Psi at vertices from Psi_t (r, z, t) of sector 0, Y (r, z, m) and N (m, b).
+
+    The field of sector j's ties is that of sector 0's, j pitches on, by their motion in sector j's
+    axes.
+    """
+    nodes, z = ties.sectors.nodes[rows[::3] // 3], ties.sectors.count  # (v, z)
+    turns, dofs = ties.sectors.turns(), ties.periodic_dofs.T  # (z, t)
     out = recovery.reshape(-1, 3, recovery.shape[1])
 
     def part(which: slice) -> None:
         for s in range(which.start, which.stop):
             field = np.ascontiguousarray(other[:, s]) @ share
-            _place(field, periodic, dofs, cos, sin, s, nodes[:, s], out)
+            local = periodic[:, (s - np.arange(z)) % z].reshape(len(field), z, -1, 3)
+            field[:, dofs] += (local @ turns.swapaxes(1, 2)).reshape(len(field), *dofs.shape)
+            out[nodes[:, s]] = turns[s] @ field.reshape(-1, 3, field.shape[1])
 
     shared(z, part, chunk=1)
-
-
-@njit(nogil=True)
-def _place(
-    field: Array,
-    periodic: Array,
-    dofs: Ints,
-    cos: Array,
-    sin: Array,
-    s: int,
-    nodes: Ints,
-    out: Singles,
-) -> None:  # pragma: no cover - compiled
-    """Sector s of Psi into out (n, 3, b), body's axes, from Y N (r, b) and sector 0's Psi_t.
-
-    Its field is sector j's, j pitches on, with the tie's components in sector j's axes.
-    """
-    z = periodic.shape[1]
-    for v in range(len(nodes)):
-        rows = field[3 * v : 3 * v + 3]
-        for tie in range(0, len(dofs), 3):
-            for j in range(z):
-                for i in range(3):
-                    p = periodic[3 * v + i, (s - j) % z]
-                    rows[i, dofs[tie, j]] += cos[j] * p[tie] - sin[j] * p[tie + 1]
-                    rows[i, dofs[tie + 1, j]] += sin[j] * p[tie] + cos[j] * p[tie + 1]
-                    rows[i, dofs[tie + 2, j]] += p[tie + 2]
-        place = out[nodes[v]]
-        for c in range(field.shape[1]):
-            place[0, c] = cos[s] * rows[0, c] - sin[s] * rows[1, c]
-            place[1, c] = sin[s] * rows[0, c] + cos[s] * rows[1, c]
-            place[2, c] = rows[2, c]

@@ -14,8 +14,8 @@ which turn with it. Then with the next sector's border b(s + 1)
 
     (A x)(s) = A_0 x(s) + A_1 x_b(s + 1),   plus  A_1^T x(s)  on the border of s + 1,
 
-and A_0, A_1 are the same for all sectors. The scalar mass matrix acts on x, y and z alike; across
-a border it meets components in the neighbour's axes, x_b <- Q x_b with Q the turn by one pitch.
+and A_0, A_1 are the same for all sectors. Mass acts on x, y and z alike; across a border it meets
+components in the neighbour's axes, so that A_1 has Q, the turn by one pitch, for every node.
 
 Borders: their rigid motion, and all of them together by harmonics.
 
@@ -45,6 +45,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 import scipy.fft
@@ -94,6 +95,21 @@ class Sectors:
     def turns(self) -> Array:
         """Axes (z, 3, 3) of the sectors: components in the body are turns[s] @ local ones."""
         return rotation(self.pitch * np.arange(self.count, dtype=float))
+
+    @cached_property
+    def axes(self) -> sp.csr_matrix:
+        """T (3N, 3n z): dof vectors of the mesh are T times fields in sector form, which are T^T
+        times dof vectors; columns by local dof, then sector."""
+        n, z = self.nodes.shape
+        axis = np.arange(3)
+        rows = 3 * self.nodes[..., None, None] + axis[:, None]
+        local = 3 * np.arange(n)[:, None, None, None] + axis
+        columns = z * local + np.arange(z)[:, None, None]
+        entries = (a.ravel() for a in np.broadcast_arrays(self.turns(), rows, columns))
+        values, rows, columns = entries
+        out = sp.csr_matrix((values, (rows, columns)), shape=(3 * n * z, 3 * n * z))
+        out.eliminate_zeros()
+        return out
 
     def reordered(self, interior: Ints) -> Sectors:
         """The same sectors with interior nodes in another order (n - border,)."""
@@ -206,24 +222,18 @@ def _sectors(element_dofs: Ints, count: int, image: Ints, cells: Ints) -> Sector
 @dataclass(frozen=True, eq=False)
 class Circulant:
     """A block-circulant matrix by two blocks, CSR: A_0 (n, n) couples a sector with itself, A_1
-    (n, b) with the border of the next sector, the last b of its n dofs.
-
-    ahead_turn: Q (3, 3) where there is one entry a node, for x, y and z.
-    """
+    (n, b) with the border of the next sector, the last b of its n dofs."""
 
     here: sp.csr_matrix = field(repr=False)
     ahead: sp.csr_matrix = field(repr=False)
-    ahead_turn: Array | None = None
 
     def product(self, x: Array) -> Array:
-        """A x in sector form, (3n, z, k)."""
-        rows, b = self.ahead.shape
-        border = slice(len(x) - len(x) // rows * b, None)
-        flat = np.ascontiguousarray(x).reshape(rows, -1)
-        next_border = self._turned(np.roll(x[border], -1, axis=1), forward=True)
+        """A x in sector form, (n, z, k)."""
+        n, b = self.ahead.shape
+        flat, border = np.ascontiguousarray(x).reshape(n, -1), slice(n - b, None)
+        next_border = np.roll(x[border], -1, axis=1)
         out = (self.here @ flat + self.ahead @ next_border.reshape(b, -1)).reshape(x.shape)
-        back = (self.ahead.T @ flat).reshape(next_border.shape)
-        out[border] += np.roll(self._turned(back, forward=False), 1, axis=1)
+        out[border] += np.roll((self.ahead.T @ flat).reshape(next_border.shape), 1, axis=1)
         return out
 
     def extended(self) -> sp.csr_matrix:
@@ -233,28 +243,13 @@ class Circulant:
             [[self.here, self.ahead], [self.ahead.T, sp.csr_matrix((b, b))]], format="csr"
         )
 
-    def on_dofs(self) -> Circulant:
-        """The same with three rows a node where it is scalar."""
-        if self.ahead_turn is None:
-            return self
-        ahead = sp.kron(self.ahead, self.ahead_turn).tocsr()
-        return Circulant(sp.kron(self.here, np.eye(3)).tocsr(), ahead)
-
     def less(self, factor: float, other: Circulant) -> Circulant:
         """The matrix A - factor B."""
         return Circulant(self.here - factor * other.here, self.ahead - factor * other.ahead)
 
-    def _turned(self, x: Array, forward: bool) -> Array:
-        """Border components in the axes of the sector before (forward) or back in their own."""
-        if self.ahead_turn is None:
-            return x
-        q = self.ahead_turn if forward else self.ahead_turn.T
-        parts = x.reshape(-1, 3, *x.shape[1:])
-        return np.einsum("ij,aj...->ai...", q, parts).reshape(x.shape)
-
 
 def sector_matrices(model: FeModel, sectors: Sectors) -> tuple[Circulant, Circulant]:
-    """Stiffness and (scalar) mass of a body of equal sectors, assembled over one sector only."""
+    """Stiffness and mass of a body of equal sectors, assembled over one sector only."""
     n, b = len(sectors.nodes), sectors.border
     part, numbers = model.part(sectors.cells)
     place = np.empty(len(model.nodes), dtype=np.int64)
@@ -264,37 +259,17 @@ def sector_matrices(model: FeModel, sectors: Sectors) -> tuple[Circulant, Circul
     q = rotation(sectors.pitch)
     turned = sp.block_diag([sp.identity(3 * n), sp.kron(sp.identity(b), q)]).tocsr()
     stiffness = (turned.T @ part.stiffness[dofs][:, dofs] @ turned).tocsr()
-    mass = part.scalar_mass[at][:, at].tocsr()
-    return _circulant(stiffness, 3 * n, 3 * b), _circulant(mass, n, b, q)
+    scalar = _circulant(part.scalar_mass[at][:, at].tocsr(), n, b)
+    here, ahead = sp.kron(scalar.here, np.eye(3)), sp.kron(scalar.ahead, q)
+    return _circulant(stiffness, 3 * n, 3 * b), Circulant(here.tocsr(), ahead.tocsr())
 
 
-def _circulant(matrix: sp.csr_matrix, n: int, b: int, q: Array | None = None) -> Circulant:
+def _circulant(matrix: sp.csr_matrix, n: int, b: int) -> Circulant:
     """From the matrix of one sector's cells on own dofs and the next border; its part there is
     what every sector adds at its own border."""
     at = sp.csr_matrix((np.ones(b), (np.arange(n - b, n), np.arange(b))), (n, b))
     here = matrix[:n, :n] + at @ matrix[n:, n:] @ at.T
-    return Circulant(here.tocsr(), matrix[:n, n:].tocsr(), q)
-
-
-def to_sectors(x: Array, sectors: Sectors) -> Array:
-    """(3n, z, k) in sector form of dof vectors (3N, k)."""
-    n, z = sectors.nodes.shape
-    parts = x.reshape(-1, 3, x.shape[1])
-    out = np.empty((n, 3, z, x.shape[1]))
-    for s, turned in enumerate(sectors.turns()):
-        out[:, :, s] = turned.T @ parts[sectors.nodes[:, s]]
-    return out.reshape(3 * n, z, -1)
-
-
-def from_sectors(x: Array, sectors: Sectors, nodes: int) -> Array:
-    """Dof vectors (3 nodes, k) of the mesh's first nodes from sector form (3n, z, k)."""
-    n, z = sectors.nodes.shape
-    parts = x.reshape(n, 3, z, x.shape[2])
-    out = np.empty((nodes, 3, x.shape[2]))
-    for s, turned in enumerate(sectors.turns()):
-        mine = sectors.nodes[:, s] < nodes
-        out[sectors.nodes[mine, s]] = turned @ parts[mine, :, s]
-    return out.reshape(3 * nodes, x.shape[2])
+    return Circulant(here.tocsr(), matrix[:n, n:].tocsr())
 
 
 def rigid_fields(nodes: Array, sectors: Sectors) -> Array:

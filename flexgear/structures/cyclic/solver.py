@@ -4,9 +4,9 @@
 
 with ties that every sector has (B_t, motion q_t, reactions lambda) and others that see all sectors
 together (C, q_o, reactions -mu). A sector's interior i is eliminated with the rows of its borders
-b, of its own ties and of its share in even others v,
+b and of its own ties,
 
-    f = L^{-1} g_i,   V = L^{-1} K_ib,   Z_t = L^{-1} B_ti^T,   Z_v = L^{-1} C_i^T.
+    f = L^{-1} g_i,   V = L^{-1} K_ib,   Z_t = L^{-1} B_ti^T,   Z_o = L^{-1} C_i^T.
 
 With D = Z_t^T Z_t and B^ = B_tb - Z_t^T V its own ties follow,
 
@@ -49,7 +49,7 @@ from flexgear.structures.linalg.sparse import Elimination
 class Pass:
     """Intermediate results of a solution under k load vectors.
 
-    pieces: for groups of neighbouring sectors, which these are and an array (i + 2b + t + v,
+    pieces: for groups of neighbouring sectors, which these are and an array (i + 2b + t,
     sectors k) whose first i rows hold f; empty where there are no loads. d (t, z, k): D^{-1} (q_t -
     Z_t^T f). border (b, z, k): x_b. q0 (m, k): motion of the other ties while they are free. mu
     (m, k): forces in the other ties, with the sign reversed.
@@ -63,8 +63,8 @@ class Pass:
 
 
 @dataclass(frozen=True, eq=False)
-class UnevenTies:
-    """Rows of the other ties that touch this sector but not every sector alike (bolts).
+class LocalTies:
+    """Rows of the other ties that touch this sector.
 
     at (r,): which of the m rows of all other ties they are; z (i, r): their columns of Z_o;
     e (t, r): their columns of E^T.
@@ -85,7 +85,7 @@ class CyclicSolver:
     def __init__(
         self, interior: Elimination, ties: SectorTies, rigid: Array, definite: bool = True
     ) -> None:
-        """interior: factor of [K B^T C^T; B 0 0; C 0 0], C the share in even others.
+        """interior: factor of [K B^T; B 0].
 
         rigid: R (3n + 3b, 6) of `cyclic/sectors.py`, or no columns where inertia stands in K too;
         definite: whether the held body is, its interior always.
@@ -94,9 +94,9 @@ class CyclicSolver:
         self.count = ties.sectors.count
         self._n = 3 * len(ties.sectors.nodes)
         i, b = interior.size, 3 * ties.sectors.border
-        t, v = ties.rows.shape[0], ties.even.shape[0]
-        self._b, self._t, self._v = b, t, v
-        ends = np.cumsum([0, i, 2 * b, t, v])
+        t = ties.rows.shape[0]
+        self._b, self._t = b, t
+        ends = np.cumsum([0, i, 2 * b, t])
         self._rows = [slice(a, e) for a, e in pairwise(ends)]
         rest = interior.rest
         border, tie = slice(0, 2 * b), slice(2 * b, 2 * b + t)
@@ -114,7 +114,7 @@ class CyclicSolver:
     @property
     def ends(self) -> int:
         """Ways in which a sector's ends move, see `shapes`."""
-        return 2 * self._b + self._t + self._v
+        return 2 * self._b + self._t
 
     def solve(self, load: Array | None, q: Array | None = None) -> Array:
         """Fields x (3n, z, k) under loads g or none; q (6 nodes, k) or zero."""
@@ -145,11 +145,11 @@ class CyclicSolver:
         return np.hstack([-self.coupling.reshape(m, t * z), np.eye(m)])
 
     def periodic_ends(self) -> Array:
-        """Ends (2b + t + v, z, t) of the motion under sector 0's ties; see `shapes`."""
+        """Ends (2b + t, z, t) of the motion under sector 0's ties; see `shapes`."""
         return self._ends(self._unit_run())
 
     def other_ends(self) -> Array:
-        """Ends (2b + t + v, z, m) of Y, the motion under unit loads on other ties."""
+        """Ends (2b + t, z, m) of Y, the motion under unit loads on other ties."""
         m, z = self._ties.other_size, self.count
         d, border = np.zeros((self._t, z, m)), np.zeros((self._b, z, m))
         run = Pass([], d, border, np.zeros((m, m)), -np.eye(m))
@@ -159,10 +159,10 @@ class CyclicSolver:
     def shapes(self) -> tuple[Array, dict[int, tuple[Ints, Array]]]:
         """Shapes in which a sector without loads moves: x(s) = R e(s) - U(s) mu[at(s)].
 
-        Returns R (i + 2b, 2b + t + v), the same for all sectors, and for each sector with bolts the
-        pair at (r,) and U (i + 2b, r). The rows of both are a sector's own dofs and those of the
-        next border. e(s) (2b + t + v) are the sector's ends: the motion of its border and of the
-        next, -lambda of its own ties, and mu of the even ties in its axes.
+        Returns R (i + 2b, 2b + t), the same for all sectors, and for each sector with other ties
+        the pair at (r,) and U (i + 2b, r). The rows of both are a sector's own dofs and those of
+        the next border. e(s) (2b + t) are the sector's ends: the motion of its border and of the
+        next, and -lambda of its own ties.
         """
         inside, size = self._rows[0], self._rows[-1].stop
         stop, ends = self._rows[1].stop, size - inside.stop
@@ -176,13 +176,13 @@ class CyclicSolver:
             out[:, columns] = x[:stop]
 
         shared(ends, part)
-        uneven = {}
-        for s, tied in self._uneven.items():
+        local = {}
+        for s, tied in self._local.items():
             x = np.zeros((size, len(tied.at)))
             x[inside] = tied.z
             self._interior.backward(x)
-            uneven[s] = tied.at, x[:stop]
-        return out, uneven
+            local[s] = tied.at, x[:stop]
+        return out, local
 
     # -- building
 
@@ -195,34 +195,29 @@ class CyclicSolver:
     def _tie_others(self, inverse: Callable[[Array], Array]) -> None:
         """Z_o, E, Y_b, G and H of the ties that do not share the period."""
         ties, b, z = self._ties, self._b, self.count
-        m, v = ties.other_size, self._v
-        inside, _, tie, _ = self._rows
-        even, pulled = self._pulled(ties.even.T.toarray()), self._pulled(ties.rows.T.toarray())
-        turns = np.kron(np.eye(v // 3), np.ones((3, 3))) * np.tile(
-            ties.sectors.turns(), (1, v // 3, v // 3)
-        )  # (z, v, v), R_s of every even tie
+        m = ties.other_size
+        inside, border, tie = self._rows
+        pulled = self._pulled(ties.rows.T.toarray())[inside]
         hat = np.zeros((b, z, m))
         along = np.zeros((z, m, self._t))  # F = Z_o^T Z_t of every sector
         flexibility = np.zeros((m, m))
-        self._uneven: dict[int, UnevenTies] = {}
-        locals_ = self._pulled(sp.vstack([rows for _, rows in ties.uneven]).T.toarray())
-        begin = np.cumsum([0] + [len(at) for at, _ in ties.uneven])
-        for s, (at, _) in enumerate(ties.uneven):
-            local = locals_[:, begin[s] : begin[s + 1]]
-            # an even tie's share in the body's axes is C^T R_s^T
-            both = np.hstack([even @ turns[s].T, local])
-            every = np.concatenate([np.arange(v), at])
-            f = -both[tie].T
+        self._local: dict[int, LocalTies] = {}
+        every = self._pulled(sp.vstack([rows for _, rows in ties.local]).T.toarray())
+        begin = np.cumsum([len(at) for at, _ in ties.local])[:-1]
+        for s, ((at, _), local) in enumerate(
+            zip(ties.local, np.split(every, begin, axis=1), strict=True)
+        ):
+            if not len(at):
+                continue
+            f = -local[tie].T
             e = f @ self._d_inverse
-            free = both[inside] - pulled[inside] @ e.T
-            flexibility[np.ix_(every, every)] += free.T @ free
-            ends = both[self._rows[1]] - self._hat.T @ e.T
-            hat[:, s, every] += ends[:b]
-            hat[:, (s + 1) % z, every] += ends[b:]
-            along[s, every] = f
-            if len(at):
-                self._uneven[s] = UnevenTies(at, np.ascontiguousarray(local[inside]), e[v:].T)
-        self._even_e = (-even[tie].T @ self._d_inverse).T  # E^T (t, v) in sector axes
+            free = local[inside] - pulled @ e.T
+            flexibility[np.ix_(at, at)] += free.T @ free
+            ends = local[border] - self._hat.T @ e.T
+            hat[:, s, at] += ends[:b]
+            hat[:, (s + 1) % z, at] += ends[b:]
+            along[s, at] = f
+            self._local[s] = LocalTies(at, np.ascontiguousarray(local[inside]), e.T)
         self._other_hat = sp.csr_matrix(hat.reshape(b * z, m))  # a bolt's on a sector or two
         self._other_border = self.border_harmonics.solve(hat).reshape(b * z, m)  # Y_b
         del hat
@@ -233,7 +228,7 @@ class CyclicSolver:
         self.coupling = np.moveaxis(ahead, 2, 0) + (along @ self._d_inverse).transpose(1, 2, 0)
 
     def _pulled(self, columns: Array) -> Array:
-        """Columns of ties (3n or 3n + 3b, k) after elimination: (i + 2b + t + v, k).
+        """Columns of ties (3n or 3n + 3b, k) after elimination: (i + 2b + t, k).
 
         The first i rows are L^{-1} of theirs, the rest is left for borders and ties.
         """
@@ -260,9 +255,9 @@ class CyclicSolver:
     def _begin(self, load: Array | None, q: Array | None, k: int) -> Pass:
         """Periodic ties at their motion (t, z, k) in the sectors' axes, the others free."""
         b, z, t = self._b, self.count, self._t
-        rest = np.zeros((2 * b + t + self._v, z, k))
+        rest = np.zeros((2 * b + t, z, k))
         pieces, pulled = ([], {}) if load is None else self._eliminate(load, rest)
-        drive, even = rest[2 * b : 2 * b + t], rest[2 * b + t :]
+        drive = rest[2 * b :]
         if q is not None:
             drive = drive + q  # D d
         d = (self._d_inverse @ drive.reshape(t, z * k)).reshape(t, z, k)
@@ -272,9 +267,7 @@ class CyclicSolver:
         pull[:b, 0] += pull[b:, -1]
         border = self.border_harmonics.solve(pull[:b])
         q0 = self._other_hat.T @ border.reshape(b * z, k)
-        share = np.tensordot(self._even_e, drive, axes=(0, 0)) - even
-        q0[: self._v] += self._ties.turned(share, back=False).sum(axis=1)
-        for s, tied in self._uneven.items():
+        for s, tied in self._local.items():
             q0[tied.at] += tied.e.T @ drive[:, s]
             if s in pulled:
                 q0[tied.at] += pulled[s]
@@ -283,14 +276,8 @@ class CyclicSolver:
     def _release(self, run: Pass) -> None:
         """Forces -mu of the other ties upon x_b and d."""
         run.border -= times(self._other_border, run.mu).reshape(run.border.shape)
-        run.d += np.tensordot(self._even_e, self._even_forces(run), axes=(1, 0))
-        for s, tied in self._uneven.items():
+        for s, tied in self._local.items():
             run.d[:, s] += tied.e @ run.mu[tied.at]
-
-    def _even_forces(self, run: Pass) -> Array:
-        """mu of even ties in every sector's axes (v, z, k)."""
-        same = np.repeat(run.mu[: self._v, None], self.count, axis=1)
-        return self._ties.turned(same, back=True)
 
     def _multipliers(self, run: Pass) -> Array:
         """lambda (t, z, k)."""
@@ -309,8 +296,8 @@ class CyclicSolver:
     ) -> tuple[list[tuple[slice, Array]], dict[int, Array]]:
         """Eliminate the interiors of all sectors under loads (3n, z, k).
 
-        Returns the pieces of `Pass`, and for each sector with bolts Z_o^T f (r, k). rest (2b + t +
-        v, z, k) takes what is left for both borders and the ties.
+        Returns the pieces of `Pass`, and for each sector with other ties Z_o^T f (r, k). rest
+        (2b + t, z, k) takes what is left for both borders and the ties.
         """
         k, size = load.shape[2], self._rows[-1].stop
         flat = load.reshape(self._n, self.count * k)
@@ -332,9 +319,9 @@ class CyclicSolver:
                 self._interior.forward(some)
                 x[:, used] = some
             for s in range(sectors.start, sectors.stop):
-                if s in self._uneven:
+                if s in self._local:
                     mine = x[inside, (s - sectors.start) * k : (s + 1 - sectors.start) * k]
-                    pulled[s] = self._uneven[s].z.T @ mine
+                    pulled[s] = self._local[s].z.T @ mine
             beyond[:, columns] = x[inside.stop :]
             pieces[sectors.start] = sectors, x
 
@@ -342,32 +329,31 @@ class CyclicSolver:
         return list(pieces.values()), pulled
 
     def _ends(self, run: Pass) -> Array:
-        """[x_b(s); x_b(s + 1); -lambda; mu of even ties] (2b + t + v, z, k)."""
-        b, t = self._b, self._t
-        out = np.empty((2 * b + t + self._v, self.count, run.mu.shape[1]))
+        """[x_b(s); x_b(s + 1); -lambda] (2b + t, z, k)."""
+        b = self._b
+        out = np.empty((self.ends, self.count, run.mu.shape[1]))
         out[:b] = run.border
         out[b : 2 * b, :-1] = run.border[:, 1:]
         out[b : 2 * b, -1] = run.border[:, 0]
-        np.negative(self._multipliers(run), out=out[2 * b : 2 * b + t])
-        out[2 * b + t :] = self._even_forces(run)
+        np.negative(self._multipliers(run), out=out[2 * b :])
         return out
 
     def _field(self, run: Pass) -> Array:
         """x (3n, z, k) from f, x_b, lambda and mu; uses the pieces up."""
-        inside, even, k = self._rows[0], self._rows[-1], run.mu.shape[1]
+        inside, tie, k = self._rows[0], self._rows[-1], run.mu.shape[1]
         beyond = self._ends(run).reshape(-1, self.count * k)
         out = np.empty((self._n, self.count * k))
 
         def part(sectors: slice, x: Array | None = None) -> None:
             columns = slice(sectors.start * k, sectors.stop * k)
             if x is None:
-                x = np.empty((even.stop, columns.stop - columns.start))
+                x = np.empty((tie.stop, columns.stop - columns.start))
                 x[inside] = 0.0
             x[inside.stop :] = beyond[:, columns]
             for s in range(sectors.start, sectors.stop):
-                if s in self._uneven:
+                if s in self._local:
                     mine = slice((s - sectors.start) * k, (s + 1 - sectors.start) * k)
-                    x[inside, mine] -= self._uneven[s].z @ run.mu[self._uneven[s].at]
+                    x[inside, mine] -= self._local[s].z @ run.mu[self._local[s].at]
             self._interior.backward(x)
             out[:, columns] = x[: self._n]
 

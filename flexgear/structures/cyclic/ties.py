@@ -1,11 +1,10 @@
 r"""Interface ties of a body of equal sectors: those that share its period, and the others.
 
 Ties whose rows turn into one another sector by sector (teeth, pins) are written once, on the dofs
-of one sector, in its axes:  q(s) = B [x(s), x_b(s + 1)].  The others see all sectors together, q in
-the body's axes: of those that a turn by one pitch leaves as they are (fits), every sector has the
-same share C in its axes, the rest (bolts) keep a few rows on each sector they touch,
+of one sector, in its axes:  q(s) = B [x(s), x_b(s + 1)].  The others (fits, bolts) see all sectors
+together, q in the body's axes, and keep a few rows on each sector they touch,
 
-    q = sum_s R_s C x(s),   q = sum_s C_s x(s).
+    q = sum_s C_s x(s).
 """
 
 from __future__ import annotations
@@ -26,19 +25,17 @@ _TOLERANCE = 1e-9  # of the largest radius, or of a tie's largest row entry
 
 @dataclass(frozen=True, eq=False)
 class SectorTies:
-    """B (6c, 3n + 3b) of the c ties that every sector has, C and C_s of the others.
+    """B (6c, 3n + 3b) of the c ties that every sector has, C_s of the others.
 
-    periodic: (z, c) interface nodes of the sectors; other: (m,) the remaining nodes, first those
-    of even (6e, 3n), which all sectors share alike; uneven: for each sector its rows among the
-    6 m, and C_s (rows, 3n) CSR.
+    periodic: (z, c) interface nodes of the sectors; other: (m,) the remaining nodes; local: for
+    each sector its rows among the 6 m, and C_s (rows, 3n) CSR.
     """
 
     sectors: Sectors = field(repr=False)
     periodic: Ints = field(repr=False)
     rows: sp.csr_matrix = field(repr=False)
     other: Ints = field(repr=False)
-    even: sp.csr_matrix = field(repr=False)
-    uneven: tuple[tuple[Ints, sp.csr_matrix], ...] = field(repr=False)
+    local: tuple[tuple[Ints, sp.csr_matrix], ...] = field(repr=False)
 
     @property
     def other_size(self) -> int:
@@ -80,10 +77,7 @@ class SectorTies:
         border = x[len(x) - 3 * self.sectors.border :]
         ahead = self.rows[:, len(x) :] @ np.roll(border, -1, axis=1).reshape(len(border), -1)
         other = np.zeros((self.other_size, k))
-        e = self.even.shape[0]
-        even = (self.even @ x.reshape(len(x), -1)).reshape(e, z, k)
-        other[:e] = self.turned(even, back=False).sum(axis=1)
-        for s, (at, rows) in enumerate(self.uneven):
+        for s, (at, rows) in enumerate(self.local):
             if len(at):
                 other[at] += rows @ np.ascontiguousarray(x[:, s])
         return self.joined((motion + ahead).reshape(-1, z, k), other)
@@ -99,7 +93,7 @@ class SectorTies:
 
 def sector_ties(interface: Interface, sectors: Sectors) -> SectorTies | None:
     """Ties by sectors; None where no tie has the period or one reaches beyond its sector."""
-    n, z, b = *sectors.nodes.shape, sectors.border
+    z = sectors.count
     ties = _TiesBySector(interface.rows, sectors)
     orbits: list[Ints] = []
     rows: list[sp.csr_matrix] = []
@@ -111,22 +105,13 @@ def sector_ties(interface: Interface, sectors: Sectors) -> SectorTies | None:
             return None
         orbits.append(np.roll(orbit, begin))
         seen = ties.seen(orbit[0], begin)
-        rows.append(sp.hstack([seen[:, : 3 * n], seen[:, 3 * (2 * n - b) : 6 * n]]))
+        rows.append(sp.hstack([seen[:, ::z], seen[:, 1::z][:, 3 * sectors.interior :]]))
     if not orbits:
         return None
     periodic = np.stack(orbits, axis=1)
     rest = np.setdiff1d(np.arange(len(interface.node_names)), periodic)
-    even = np.array([ties.alike(node, node, 1) for node in rest], dtype=bool)
-    shares = [ties.seen(node, 0)[:, : 3 * n] for node in rest[even]]
-    none = sp.csr_matrix((0, 3 * n))
-    return SectorTies(
-        sectors,
-        periodic,
-        sp.vstack(rows).tocsr(),
-        np.concatenate([rest[even], rest[~even]]),
-        sp.vstack([none, *shares]).tocsr(),
-        tuple(ties.of_sector(s, rest[~even], 6 * len(shares)) for s in range(z)),
-    )
+    local = tuple(ties.of_sector(s, rest) for s in range(z))
+    return SectorTies(sectors, periodic, sp.vstack(rows).tocsr(), rest, local)
 
 
 def _orbits(positions: Array, sectors: Sectors) -> list[Ints]:
@@ -147,23 +132,16 @@ def _orbits(positions: Array, sectors: Sectors) -> list[Ints]:
 
 
 class _TiesBySector:
-    """B on the dofs of sector 0, of sector 1, … in the axes of each sector: (6 nodes, 3n z)."""
+    """B (6 nodes, 3n z) on fields in sector form."""
 
     def __init__(self, rows: sp.csr_matrix, sectors: Sectors) -> None:
-        n, z = sectors.nodes.shape
         self.sectors, self.turns = sectors, sectors.turns()
-        axis, local = np.arange(3), np.arange(n)[:, None] + n * np.arange(z)
-        dofs = 3 * sectors.nodes[..., None, None] + axis[:, None]
-        columns = 3 * local[..., None, None] + axis
-        entries = np.broadcast_arrays(self.turns, dofs, columns)
-        values, dofs, columns = (a.ravel() for a in entries)
-        turned = sp.csr_matrix((values, (dofs, columns)), shape=(3 * n * z, 3 * n * z))
-        self.rows = (rows @ turned).tocsr()
+        self.rows = (rows @ sectors.axes).tocsr()
 
     def seen(self, node: int, s: int) -> sp.csr_matrix:
         """(6, 3n z) rows of a tie as seen from sector s, which is the first then."""
-        part = self.rows[6 * node : 6 * node + 6].tocoo()
-        columns = (part.col - 3 * len(self.sectors.nodes) * s) % part.shape[1]
+        part, z = self.rows[6 * node : 6 * node + 6].tocoo(), self.sectors.count
+        columns = part.col - part.col % z + (part.col - s) % z
         shifted = sp.csr_matrix((part.data, (part.row, columns)), shape=part.shape)
         return sp.csr_matrix(six(self.turns[s].T)) @ shifted
 
@@ -176,17 +154,16 @@ class _TiesBySector:
     def home(self, node: int) -> int | None:
         """The sector whose own nodes and next border hold all of a tie; None if there is none."""
         columns = self.rows[6 * node : 6 * node + 6].indices
-        sector, local = np.divmod(columns, 3 * len(self.sectors.nodes))
+        local, sector = np.divmod(columns, self.sectors.count)
         inside = np.unique(sector[local < 3 * self.sectors.interior])
         if len(inside) != 1:
             return None
         beyond = (sector - inside[0]) % self.sectors.count
         return int(inside[0]) if beyond.max() <= 1 else None
 
-    def of_sector(self, s: int, nodes: Ints, begin: int) -> tuple[Ints, sp.csr_matrix]:
-        """Rows of nodes with entries in sector s, counted from begin on, and these rows (r, 3n)."""
-        size = 3 * len(self.sectors.nodes)
+    def of_sector(self, s: int, nodes: Ints) -> tuple[Ints, sp.csr_matrix]:
+        """Rows of nodes with entries in sector s, and these rows (r, 3n)."""
         dofs = (6 * nodes[:, None] + np.arange(6)).ravel()
-        part = self.rows[dofs][:, size * s : size * (s + 1)].tocsr()
+        part = self.rows[dofs][:, s :: self.sectors.count].tocsr()
         used = np.repeat(np.diff(part.indptr).reshape(-1, 6).any(axis=1), 6)
-        return begin + np.flatnonzero(used), part[used]
+        return np.flatnonzero(used), part[used]

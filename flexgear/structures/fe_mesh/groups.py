@@ -10,12 +10,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from math import ceil, log10
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
 from flexgear.arrays import Array
-from flexgear.model.bodies import RingSupport
+from flexgear.model.bodies import End, RingSupport
 from flexgear.structures.fe_mesh.carrier import CarrierMeshParameters
 from flexgear.structures.fe_mesh.gears import (
     PlanetMeshParameters,
@@ -24,28 +24,50 @@ from flexgear.structures.fe_mesh.gears import (
 )
 
 _ANYWHERE = float("nan")
+_ON_AXIS = (0.0, 0.0, _ANYWHERE)
+Side = Literal[-1, 0, 1]
+_END = "end face on the {}z side; bolts without holes act there if it is ring.fe.end"
+_MEANINGS = {
+    "tooth_root": "base section of tooth j",
+    "tooth_flank": "flank of tooth j on its -θ side",
+    "tooth_backflank": "flank of tooth j on its +θ side",
+    "fit": "band of housing fit k, as ring.fe.fits lists them",
+    "spline": "outer spline or lugs k, as ring.fe.splines lists them",
+    "bolt": "wall of bolt hole k, with ring.fe.bolts.holes = true",
+    "end_minus": _END.format("-"),
+    "end_plus": _END.format("+"),
+    "bore": "wall of the bore",
+    "drive": "face that the drive is bolted to",
+    "bearing_drive": "bearing seat on the drive's side",
+    "bearing_far": "bearing seat on the other side",
+    "pin": "seat of planet i on its pin",
+}
 
 
 @dataclass(frozen=True, eq=False)
 class Family:
     """Groups of one kind.
 
-    names: of all that the case has; stem: what they are called without a number; places: (n, 3) m,
-    the centre of each, not a number where the case leaves a coordinate open; radial: how far the
-    centre may be off along the radius, m; side: the side of mid-face it is on, 0 for either;
-    needed: whether a file must have them; twist: dθ/dz along the group, rad/m, None if any;
-    says: the key that says how many there are; meaning: in words.
+    stem: what they are called without a number; names: of all that the case has; places: (n, 3) m,
+    the centre of each, not a number where the case leaves a coordinate open; says: the key that
+    says how many there are; needed: whether a file must have them; radial: how far the centre may
+    be off along the radius, m; side: the side of mid-face it is on, 0 for either; twist: dθ/dz
+    along the group, rad/m, None if any.
     """
 
     stem: str
-    meaning: str
     names: tuple[str, ...]
     places: Array = field(repr=False)
-    needed: bool
     says: str
+    needed: bool = True
     radial: float = float("inf")
-    side: Literal[-1, 0, 1] = 0
+    side: Side = 0
     twist: float | None = None
+
+    @property
+    def meaning(self) -> str:
+        """In words."""
+        return _MEANINGS[self.stem]
 
     @property
     def numbered(self) -> bool:
@@ -75,12 +97,12 @@ class Groups:
     def point(self, place: Array) -> str:
         """Coordinates that are stated, in mm, to about a thousandth of a pitch."""
         decimals = max(0, ceil(-log10(1e3 * 1e-3 * min(self.pitch, self.face_width))))
-        shown = [
+        stated = [
             f"{axis} {round(1e3 * float(value), decimals) + 0.0:.12g}"
             for axis, value in zip("xyz", place, strict=True)
             if np.isfinite(value)
         ]
-        return f"{', '.join(shown)} mm" if shown else ""
+        return f"{', '.join(stated)} mm" if stated else ""
 
     def content(self) -> object:
         """What of the case the place of a file is judged by: part of the cache's key."""
@@ -91,102 +113,70 @@ class Groups:
         return [self.body, families, self.radius, self.pitch, self.face_width]
 
 
+def _at(stem: str, place: tuple[float, ...], says: str, **limits: Any) -> Family:
+    """A group alone of its kind."""
+    return Family(stem, (stem,), np.array([place]), says, **limits)
+
+
 def ring_groups(p: RingMeshParameters, tie: str, supports: Sequence[RingSupport]) -> Groups:
     """Teeth for either tie, "root" or "flank", fits, and what holds the bolts: walls of holes, or
     the bolted face."""
-    holes = [s for s in supports if s.end and s.group]
+    walls, bolted = [s for s in supports if s.group], {s.end for s in supports if not s.group}
 
-    def of_bands(kind: str, meaning: str) -> Family:
-        of_kind = [s for s in supports if s.group and s.node.kind == kind]
-        places = np.array([s.place for s in of_kind]).reshape(-1, 3)
-        return Family(
-            kind, meaning, tuple(s.group for s in of_kind), places, True, f"stage.ring.fe.{kind}s"
-        )
+    def of_kind(stem: str, key: str, **limits: Any) -> Family:
+        alike = [s for s in walls if s.node.kind == stem]
+        places = np.array([s.place for s in alike]).reshape(-1, 3)
+        names = tuple(s.group for s in alike)
+        return Family(stem, names, places, f"stage.ring.fe.{key}", **limits)
 
-    families = [
-        *_teeth(p, tie),
-        of_bands("fit", "band of housing fit k, as ring.fe.fits lists them"),
-        of_bands("spline", "outer spline or lugs k, as ring.fe.splines lists them"),
-        Family(
-            *("bolt", "wall of bolt hole k, with ring.fe.bolts.holes = true"),
-            tuple(s.group for s in holes),
-            np.array([[*s.place[:2], _ANYWHERE] for s in holes]).reshape(-1, 3),
-            *(True, "stage.ring.fe.bolts.number" if holes else "stage.ring.fe.bolts.holes"),
-            radial=max((s.diameter / 2.0 for s in holes), default=0.0),
-        ),
-    ]
-    bolted = {s.end for s in supports if not s.group}
-    for name, end, side in (("end_minus", "-z", -1), ("end_plus", "+z", 1)):
-        meaning = f"end face on the {end} side; bolts without holes act there if it is ring.fe.end"
-        place = np.full((1, 3), _ANYWHERE)
-        families.append(
-            Family(name, meaning, (name,), place, end in bolted, "stage.ring.fe.end", side=side)  # type: ignore[arg-type]
-        )
-    return _toothed(p, families)
+    def end(stem: str, name: End, side: Side) -> Family:
+        place = (_ANYWHERE,) * 3
+        return _at(stem, place, "stage.ring.fe.end", needed=name in bolted, side=side)
+
+    radii = [s.diameter / 2.0 for s in walls if s.end]
+    key = f"bolts.{'number' if radii else 'holes'}"
+    bolts = of_kind("bolt", key, radial=max(radii, default=0.0))
+    bolts.places[:, 2] = _ANYWHERE
+    families = [of_kind("fit", "fits"), of_kind("spline", "splines"), bolts]
+    families += [end("end_minus", "-z", -1), end("end_plus", "+z", 1)]
+    return _toothed(p, tie, families)
 
 
 def planet_groups(p: PlanetMeshParameters, tie: str) -> Groups:
     """Teeth for either tie, "root" or "flank", and the bore."""
-    centre = np.array([[0.0, 0.0, _ANYWHERE]])
-    says = "stage.planet.bore_diameter_mm"
-    return _toothed(
-        p, [*_teeth(p, tie), Family("bore", "wall of the bore", ("bore",), centre, True, says)]
-    )
+    return _toothed(p, tie, [_at("bore", _ON_AXIS, "stage.planet.bore_diameter_mm")])
 
 
-def _toothed(p: ToothedMeshParameters, families: Sequence[Family]) -> Groups:
-    radius = p.tooth.reference_radius
-    return Groups(p.part, tuple(families), radius, p.tooth.pitch_angle * radius, p.face_width)
-
-
-def _teeth(p: ToothedMeshParameters, tie: str) -> list[Family]:
-    """Base sections and flanks of a gear's teeth."""
-    tooth, teeth = p.tooth, p.teeth
-    angles = tooth.pitch_angle * np.arange(teeth, dtype=float)
-    middle = (tooth.tip_radius + tooth.form_radius) / 2.0
+def _toothed(p: ToothedMeshParameters, tie: str, more: Sequence[Family]) -> Groups:
+    """Base sections and flanks of a gear's teeth, and more groups."""
+    tooth, middle = p.tooth, (p.tooth.tip_radius + p.tooth.form_radius) / 2.0
+    angles = tooth.pitch_angle * np.arange(p.teeth, dtype=float)
     half = float(tooth.half_angle(middle))
-
-    def of_teeth(part: str, meaning: str, radius: float, offset: float, needed: bool) -> Family:
-        stem = f"tooth_{part}"
-        return Family(
-            *(stem, meaning, _numbered(stem, teeth, 3)),
-            *(_polar(radius, angles + offset), needed, f"stage.{p.part}.teeth"),
+    parts = {"flank": (middle, -half), "backflank": (middle, half)}
+    teeth = [
+        Family(
+            *(f"tooth_{part}", _numbered(f"tooth_{part}", p.teeth, 3)),
+            *(_polar(radius, angles + offset), f"stage.{p.part}.teeth"),
+            needed=part == tie,
             radial=abs(tooth.root_radius - tooth.tip_radius),
             twist=p.helix_rate,
         )
-
-    return [
-        of_teeth("root", "base section of tooth j", tooth.root_radius, 0.0, tie == "root"),
-        of_teeth("flank", "flank of tooth j on its -θ side", middle, -half, tie == "flank"),
-        of_teeth("backflank", "flank of tooth j on its +θ side", middle, half, False),
+        for part, (radius, offset) in {"root": (tooth.root_radius, 0.0), **parts}.items()
     ]
+    radius = tooth.reference_radius
+    return Groups(p.part, (*teeth, *more), radius, tooth.pitch_angle * radius, p.face_width)
 
 
 def carrier_groups(p: CarrierMeshParameters, angles: Array, pitch: float) -> Groups:
     """Drive flange, bearing seats and pins; angles: of the pins (N,), rad; pitch: of the ring's
     teeth, m."""
-    drive: Literal[-1, 1] = 1 if p.drive_side == "+z" else -1
-    on_axis = np.array([[0.0, 0.0, _ANYWHERE]])
-
-    def at_end(name: str, meaning: str, side: Literal[-1, 1]) -> Family:
-        return Family(
-            name, meaning, (name,), on_axis, True, "stage.carrier.fe.drive_side", side=side
-        )
-
-    far: Literal[-1, 1] = 1 if drive == -1 else -1
-    families = (
-        at_end("drive", "face that the drive is bolted to", drive),
-        at_end("bearing_drive", "bearing seat on the drive's side", drive),
-        at_end("bearing_far", "bearing seat on the other side", far),
-        Family(
-            *("pin", "seat of planet i on its pin"),
-            _numbered("pin", p.planets, 1),
-            _polar(p.center_distance, angles),
-            *(True, "stage.planets"),
-            radial=0.2 * pitch,
-        ),
-    )
-    return Groups("carrier", families, p.center_distance, pitch, p.gear_face_width)
+    drive, far = (1, -1) if p.drive_side == "+z" else (-1, 1)
+    ends = (("drive", drive), ("bearing_drive", drive), ("bearing_far", far))
+    key = "stage.carrier.fe.drive_side"
+    pins = _numbered("pin", p.planets, 1), _polar(p.center_distance, angles)
+    families = [_at(stem, _ON_AXIS, key, side=side) for stem, side in ends]
+    families.append(Family("pin", *pins, "stage.planets", radial=0.2 * pitch))
+    return Groups("carrier", tuple(families), p.center_distance, pitch, p.gear_face_width)
 
 
 def _numbered(stem: str, count: int, digits: int) -> tuple[str, ...]:

@@ -19,7 +19,7 @@ elements. Below the matrices: nodes and sample points of a model, fields and gra
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -47,6 +47,7 @@ from skfem.models.elasticity import lame_parameters, linear_elasticity
 from skfem.quadrature import get_quadrature
 
 from flexgear.arrays import Array, Ints
+from flexgear.model.bodies import Material
 from flexgear.model.errors import FlexgearError, InputError
 from flexgear.structures.fe_mesh.fe_mesh import FeMesh, Kind, facet_keys
 
@@ -91,6 +92,11 @@ class FeModel:
     young_modulus: float
     poisson_ratio: float
     density: float
+
+    @classmethod
+    def of(cls, fe_mesh: FeMesh, material: Material) -> FeModel:
+        """Of a case's material."""
+        return cls(fe_mesh, material.young_modulus, material.poisson_ratio, material.density)
 
     @cached_property
     def basis(self) -> AbstractBasis:
@@ -295,12 +301,9 @@ def point_sample(
 
 
 def disc_points(
-    centre: Array,
-    normal: Array,
-    diameter: float,
-    toward: Array | None = None,
+    centre: Array, diameter: float, toward: Sequence[float] = (1.0, 0.0, 0.0)
 ) -> tuple[Array, Array]:
-    """Points (m, 3) and weights (m,) in m2 that integrate over a disc.
+    """Points (m, 3) and weights (m,) in m2 that integrate over a disc across z.
 
     Gauss-Legendre in r^2 (the Jacobian r dr absorbed) times equal angles: exact for polynomials
     of degree 2 _RINGS - 1 in r^2 and of degree below _SPOKES in angle. toward: a direction (3,) in
@@ -311,11 +314,10 @@ def disc_points(
     radius = 0.5 * diameter
     r = radius * np.sqrt(0.5 * (x + 1))
     angle = 2 * np.pi * (np.arange(_SPOKES) + 0.5) / _SPOKES
-    normal = normal / np.linalg.norm(normal)
-    helper = np.eye(3)[np.argmin(np.abs(normal))] if toward is None else toward
-    e1 = np.cross(normal, helper)
+    axis = np.array([0.0, 0.0, 1.0])
+    e1 = np.cross(axis, toward)
     e1 /= np.linalg.norm(e1)
-    e2 = np.cross(normal, e1)
+    e2 = np.cross(axis, e1)
     ray = np.cos(angle)[:, None] * e1 + np.sin(angle)[:, None] * e2
     points = centre + (r[:, None, None] * ray).reshape(-1, 3)
     weights = np.repeat(0.5 * w * np.pi * radius**2 / _SPOKES, _SPOKES)

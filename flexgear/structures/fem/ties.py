@@ -56,7 +56,6 @@ class Interface:
     node_names: tuple[str, ...]
     positions: Array
     rows: sp.csr_matrix = field(repr=False)
-    coordinates: Array = field(repr=False)
     expansion: sp.csr_matrix | None = field(repr=False, default=None)
 
     @property
@@ -77,8 +76,8 @@ def averaging_tie(name: str, position: Array, sample: Sample) -> Tie:
     return _tie(name, position, sample, patch, weight)
 
 
-def seat_tie(name: str, position: Array, axis: Array, sample: Sample) -> Tie:
-    """q = B u of a bearing seat round the axis (3,), a unit vector through `position`.
+def seat_tie(name: str, position: Array, sample: Sample) -> Tie:
+    """q = B u of a bearing seat round the axis through `position` along z.
 
     Translations across the axis and tilts fit the displacement along the seat's normals n, as a
     bearing passes pressure on only,
@@ -87,26 +86,19 @@ def seat_tie(name: str, position: Array, axis: Array, sample: Sample) -> Tie:
 
     translation along the axis and rotation about it fit what is left of u.
     """
-    w = sample.weights
-    along_axis = np.outer((sample.points - position) @ axis, axis)
-    patch = _Patch.of(sample, position + w @ along_axis / w.sum())
-    motion = patch.motion
-    away = sample.points - position - along_axis
-    normal = away / np.linalg.norm(away, axis=1)[:, None]
-    first = np.eye(3)[np.abs(axis).argmin()]
-    second = np.cross(axis, first) / np.linalg.norm(np.cross(axis, first))
-    frame = np.column_stack([np.cross(second, axis), second, axis])
-    turned = np.concatenate([motion[..., :3] @ frame, motion[..., 3:] @ frame], axis=2)
-    across, along = turned[..., [0, 1, 3, 4]], turned[..., [2, 5]]
+    w, away = sample.weights, sample.points - position
+    patch = _Patch.of(sample, position + np.array([0.0, 0.0, w @ away[:, 2] / w.sum()]))
+    normal = away * [1.0, 1.0, 0.0]
+    normal /= np.linalg.norm(normal, axis=1)[:, None]
+    across, along = patch.motion[..., [0, 1, 3, 4]], patch.motion[..., [2, 5]]
     pressed = np.einsum("mc,mci->mi", normal, across)
     of_across = np.einsum("m,mi,mc->cmi", w, pressed, normal)
     of_across = of_across @ _inverse(name, np.einsum("m,mi,mj->ij", w, pressed, pressed))
     of_along = np.einsum("m,mci->cmi", w, along)
     of_along = of_along @ _inverse(name, np.einsum("cmi,mcj->ij", of_along, along))
     of_along -= of_across @ np.einsum("cmj,mci->ij", of_along, across)
-    weight = np.empty_like(turned.swapaxes(0, 1))
+    weight = np.empty_like(patch.motion.swapaxes(0, 1))
     weight[..., [0, 1, 3, 4]], weight[..., [2, 5]] = of_across, of_along
-    weight = np.concatenate([weight[..., :3] @ frame.T, weight[..., 3:] @ frame.T], axis=2)
     return _tie(name, position, sample, patch, weight)
 
 
@@ -183,26 +175,20 @@ def interface_of(model: FeModel, ties: Sequence[Tie]) -> Interface:
     rigid = [i for i, tie in enumerate(ties) if tie.nodes is not None]
     if not rigid:
         rows = sp.vstack([t.rows for t in ties]).tocsr()
-        return Interface(names, positions, rows, model.nodes)
-    expansion, first, coordinates = _expansion(model, ties, rigid)
+        return Interface(names, positions, rows)
+    expansion, first = _expansion(model, ties, rigid)
+    unit = sp.eye(6 * len(rigid), expansion.shape[1], k=first, format="csr")
     parts = []
     for i, tie in enumerate(ties):
-        if tie.rows is not None:
-            parts.append(tie.rows @ expansion)
-        else:
-            start = first + 6 * rigid.index(i)
-            parts.append(
-                sp.csr_matrix(
-                    (np.ones(6), (np.arange(6), start + np.arange(6))), (6, expansion.shape[1])
-                )
-            )
-    return Interface(names, positions, sp.vstack(parts).tocsr(), coordinates, expansion)
+        start = 6 * rigid.index(i) if tie.rows is None else 0
+        parts.append(unit[start : start + 6] if tie.rows is None else tie.rows @ expansion)
+    return Interface(names, positions, sp.vstack(parts).tocsr(), expansion)
 
 
 def _expansion(
     model: FeModel, ties: Sequence[Tie], rigid: Sequence[int]
-) -> tuple[sp.csr_matrix, int, Array]:
-    """T (3n, d) of u = T [u_free, q_rigid], the column where q_rigid starts, coordinates."""
+) -> tuple[sp.csr_matrix, int]:
+    """T (3n, d) of u = T [u_free, q_rigid], and the column where q_rigid starts."""
     owner = np.full(len(model.nodes), -1)
     shared = np.zeros(len(model.nodes), dtype=bool)
     for i in rigid:
@@ -221,9 +207,7 @@ def _expansion(
         rows = np.repeat(dofs, 6)
         columns = np.tile(np.arange(6), len(dofs))
         blocks.append(sp.csr_matrix((motion.ravel(), (rows, columns)), (model.dofs, 6)))
-    centres = np.repeat(np.array([ties[i].position for i in rigid]), 2, axis=0)
-    coordinates = np.concatenate([model.nodes[owner < 0], centres])
-    return sp.hstack(blocks).tocsr(), len(free), coordinates
+    return sp.hstack(blocks).tocsr(), len(free)
 
 
 def free_stiffness(stiffness: Array, interface: Interface) -> tuple[Array, float]:

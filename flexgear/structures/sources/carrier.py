@@ -12,17 +12,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from flexgear.arrays import Array
 from flexgear.model.bodies import Carrier
 from flexgear.model.member import SeatBearing
 from flexgear.model.names import NodeName
-from flexgear.structures.bodies import Spring, stiffness_at
+from flexgear.structures.bodies import Spring
 from flexgear.structures.fe_mesh.carrier import CarrierMeshParameters
 from flexgear.structures.fe_mesh.carrier_mesh import carrier_fe_mesh
 from flexgear.structures.fe_mesh.fe_mesh import FeMesh
 from flexgear.structures.fe_mesh.groups import Groups, carrier_groups
 from flexgear.structures.fe_mesh.solids import carrier_solid
-from flexgear.structures.sources.fe_body import FeBody, TiedNode, without_spin
+from flexgear.structures.sources.fe_body import FeBody, TiedNode
 
 if TYPE_CHECKING:
     from flexgear.structures.estimate import ProbeLoad
@@ -38,6 +37,7 @@ class CarrierSource(FeBody):
 
     meshed = staticmethod(carrier_fe_mesh)
     as_solid = staticmethod(carrier_solid)
+    turning = "drive"
 
     section: Carrier
     mesh: CarrierMeshParameters
@@ -79,14 +79,13 @@ class CarrierSource(FeBody):
             nodes.append(TiedNode(name, place, "seat", name))
         return nodes
 
-    def supports(self, node_names: tuple[str, ...], stiffness: Array) -> Array:
-        """Its bearings, in fixed axes, and its drive node held against rotation about the axis."""
-        springs = [
+    @property
+    def springs(self) -> list[Spring]:
+        """Its bearings."""
+        return [
             Spring(NodeName.parse(f"bearing_{side}"), np.asarray(bearing.matrix))
             for side, bearing in self.bearings.items()
         ]
-        drive = node_names.index("drive")
-        return without_spin(stiffness_at(springs, node_names), drive, stiffness)
 
     def probe_loads(self, model: FeModel) -> Sequence[ProbeLoad]:
         """Pressure on the seats of all pins."""

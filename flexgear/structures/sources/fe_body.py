@@ -17,11 +17,11 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal
 import numpy as np
 
 from flexgear.arrays import Array
-from flexgear.model.bodies import FeMeshSource, Material
+from flexgear.model.bodies import Carrier, Material, Planet, Ring
 from flexgear.model.errors import InputError
 from flexgear.model.input_file import MOST_FE_MESH, require_regular
 from flexgear.model.names import BodyName, NodeName
-from flexgear.structures.bodies import Body, rigid_rows, rigid_variant
+from flexgear.structures.bodies import Body, Spring, rigid_rows, rigid_variant, stiffness_at
 from flexgear.structures.cache import content_key
 from flexgear.structures.fe_mesh.carrier import CarrierMeshParameters
 from flexgear.structures.fe_mesh.fe_mesh import FeMesh
@@ -55,40 +55,22 @@ class TiedNode:
     angle: float = 0.0
 
 
-def without_spin(supports: Array, node: int, stiffness: Array) -> Array:
-    """Supports (b, b) and a stiff spring against rotation of a node about its axis."""
-    spin = 6 * node + 5
-    supports[spin, spin] += 1e3 * stiffness[spin, spin]
-    return supports
-
-
-@dataclass(frozen=True)
-class Accuracy:
-    """How a body is reduced.
-
-    modes: fixed-interface modes that are kept; cyclic: whether sectors are looked for; limit_hz: up
-    to which frequencies are judged, None: all that were compared; fidelity: of the FE mesh.
-    """
-
-    modes: int
-    cyclic: bool
-    limit_hz: float | None
-    fidelity: str
-
-
 @dataclass(frozen=True, eq=False)
 class FeBody(ABC):
     """key: of the body; section: of the case, as [stage.ring.fe]; mesh: what an FE mesh is made
-    from; material; accuracy."""
+    from; material; cyclic: whether sectors are looked for; limit_hz: up to which frequencies are
+    judged, None: all that were compared."""
 
     meshed: ClassVar[Any]  # function that makes an FE mesh of ``mesh``
     as_solid: ClassVar[Any]  # and one that makes the solid in closed form
+    turning: ClassVar[str] = ""  # node that nothing holds against rotation about the axis
 
     key: BodyName
-    section: FeMeshSource
+    section: Ring | Planet | Carrier
     mesh: RingMeshParameters | PlanetMeshParameters | CarrierMeshParameters
     material: Material
-    accuracy: Accuracy
+    cyclic: bool
+    limit_hz: float | None
 
     @property
     @abstractmethod
@@ -109,10 +91,10 @@ class FeBody(ABC):
     def nodes(self, fe_mesh: FeMesh | None = None) -> list[TiedNode]:
         """All nodes, with places on the surfaces of an FE mesh, of the parameters without one."""
 
+    @property
     @abstractmethod
-    def supports(self, node_names: tuple[str, ...], stiffness: Array) -> Array:
-        """Stiffness (b, b) of all that holds it to ground at its nodes, for error estimates;
-        stiffness: K_bb of the free body."""
+    def springs(self) -> list[Spring]:
+        """What holds it to ground, of what is meshed, in fixed axes."""
 
     @abstractmethod
     def probe_loads(self, model: FeModel) -> Sequence[ProbeLoad]:
@@ -122,15 +104,24 @@ class FeBody(ABC):
     def _content(self) -> Mapping[str, Any]:
         """What the reduced body depends on beside all that ``content`` names for every body."""
 
+    def supports(self, node_names: tuple[str, ...], stiffness: Array) -> Array:
+        """Stiffness (b, b) of all that holds it to ground at its nodes, for error estimates, and of
+        a stiff spring against rotation that is free; stiffness: K_bb of the free body."""
+        supports = stiffness_at(self.springs, node_names)
+        if self.turning:
+            spin = 6 * node_names.index(self.turning) + 5
+            supports[spin, spin] += 1e3 * stiffness[spin, spin]
+        return supports
+
     def content(self) -> dict[str, Any]:
         """All that the reduced body depends on; the cache makes its key of it."""
         return {
             "body": self.key.part,
             "fe_mesh": self._mesh_content(),
             "material": self.material.model_dump(),
-            "modes": self.accuracy.modes,
-            "cyclic": "auto" if self.accuracy.cyclic else "off",
-            "limit": self.accuracy.limit_hz,
+            "modes": self.section.fixed_interface_modes,
+            "cyclic": "auto" if self.cyclic else "off",
+            "limit": self.limit_hz,
             **self._content(),
         }
 
@@ -175,7 +166,7 @@ class FeBody(ABC):
         body = cached(content_key(**self.content()), lambda: reduced_body(self, progress))
         b = slice(0, body.interface_dofs)
         supports = self.supports(body.node_names, body.stiffness[b, b])
-        return judged(body, supports, limit_hz or self.accuracy.limit_hz)
+        return judged(body, supports, limit_hz or self.limit_hz)
 
     def condensed(self) -> tuple[FeModel, AnyCondensation]:
         """The unreduced body and its condensation on its nodes, made anew."""

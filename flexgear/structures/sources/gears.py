@@ -17,7 +17,7 @@ from flexgear.arrays import Array
 from flexgear.model.bodies import End, Planet, Ring, RingSupport, ring_supports
 from flexgear.model.member import PlanetBearing
 from flexgear.model.names import NodeName
-from flexgear.structures.bodies import Spring, stiffness_at
+from flexgear.structures.bodies import Spring
 from flexgear.structures.cache import content_key
 from flexgear.structures.fe_mesh.fe_mesh import FeMesh
 from flexgear.structures.fe_mesh.gears import (
@@ -30,7 +30,7 @@ from flexgear.structures.fe_mesh.groups import Groups, planet_groups, ring_group
 from flexgear.structures.fe_mesh.solids import Solid, planet_solid, ring_solid
 from flexgear.structures.fe_mesh.tooth_segment import SegmentParameters
 from flexgear.structures.reduced import PLACE, Progress, ReducedBody, both_halves, mirrored, silent
-from flexgear.structures.sources.fe_body import FeBody, TiedNode, without_spin
+from flexgear.structures.sources.fe_body import FeBody, TiedNode
 
 if TYPE_CHECKING:
     from flexgear.structures.estimate import ProbeLoad
@@ -97,6 +97,7 @@ class PlanetSource(ToothedSource):
 
     meshed = staticmethod(planet_fe_mesh)
     as_solid = staticmethod(planet_solid)
+    turning = BORE
 
     section: Planet
     mesh: PlanetMeshParameters
@@ -111,10 +112,10 @@ class PlanetSource(ToothedSource):
         """Teeth, then the bore, a seat of the bearing about the axis."""
         return [*self.tooth_nodes, TiedNode(NodeName.parse(BORE), np.zeros(3), "seat", BORE)]
 
-    def supports(self, node_names: tuple[str, ...], stiffness: Array) -> Array:
-        """Its bearing on a pin that stands still, and its bore held against rotation."""
-        spring = Spring(NodeName.parse(BORE), np.asarray(self.bearing.matrix))
-        return without_spin(stiffness_at([spring], node_names), node_names.index(BORE), stiffness)
+    @property
+    def springs(self) -> list[Spring]:
+        """Its bearing on a pin that stands still."""
+        return [Spring(NodeName.parse(BORE), np.asarray(self.bearing.matrix))]
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,15 +139,15 @@ class RingSource(ToothedSource):
         return ring_supports(self.section, self.mesh.face_width)
 
     @property
-    def _springs(self) -> list[Spring]:
-        """To ground, of what is meshed."""
+    def springs(self) -> list[Spring]:
+        """Those of its fits, splines and bolts."""
         return [Spring(s.node, np.diag(s.stiffness), s.angle) for s in self.held_by]
 
     @property
-    def springs(self) -> list[Spring]:
+    def whole_springs(self) -> list[Spring]:
         """All that holds the whole ring; supports of the right half are the mirror image of those
         of the left."""
-        return self._springs if self.half_offset is None else mirrored(self._springs)
+        return self.springs if self.half_offset is None else mirrored(self.springs)
 
     @property
     def groups(self) -> Groups:
@@ -163,10 +164,6 @@ class RingSource(ToothedSource):
             of_bolt = tie if s.end is not None and s.group else "averaging"
             nodes.append(TiedNode(s.node, place, of_bolt, s.group, s.diameter, s.angle))
         return nodes
-
-    def supports(self, node_names: tuple[str, ...], stiffness: Array) -> Array:
-        """Its springs to ground, of a double-helical ring those of its left half."""
-        return stiffness_at(self._springs, node_names)
 
     def reduced(self, progress: Progress = silent, limit_hz: float | None = None) -> ReducedBody:
         """As of every body, and how its rim bends along the face where that counts."""

@@ -10,7 +10,7 @@ import numpy as np
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.tool import plain_tool
 from flexgear.gears.tooth import reference_radius
-from flexgear.model.bodies import Carrier, Planet, Ring
+from flexgear.model.bodies import Carrier
 from flexgear.model.member import Gear
 from flexgear.model.names import BodyName
 from flexgear.model.stage_view import StageView
@@ -18,7 +18,7 @@ from flexgear.structures.fe_mesh.carrier import SAME_ANGLE, CarrierMeshParameter
 from flexgear.structures.fe_mesh.gears import BLOCK, PlanetMeshParameters, RingMeshParameters
 from flexgear.structures.fe_mesh.tooth_segment import SegmentParameters
 from flexgear.structures.sources.carrier import CarrierSource
-from flexgear.structures.sources.fe_body import Accuracy, FeBody
+from flexgear.structures.sources.fe_body import FeBody
 from flexgear.structures.sources.gears import PlanetSource, RingSource
 
 
@@ -31,15 +31,12 @@ def fe_sources(view: StageView) -> dict[BodyName, FeBody]:
 def ring_source(view: StageView) -> RingSource:
     """Its FE ring."""
     return RingSource(
-        key=BodyName.of(view.name, "ring"),
-        section=view.ring,
         mesh=_ring_mesh(view),
-        material=view.material,
-        accuracy=_accuracy(view, view.ring),
         reference_radius=reference_radius(view.ring_gear.teeth, view.stage),
         half_offset=view.stage.half_offset if view.stage.double_helical else None,
         segment=_shaped_segment(view),
         along_face=view.gear_mesh.model == "face_load",
+        **_common(view, "ring"),
     )
 
 
@@ -48,13 +45,10 @@ def planet_source(view: StageView) -> PlanetSource:
     gear = view.stage.planet
     assert gear is not None
     return PlanetSource(
-        key=BodyName.of(view.name, "planet"),
-        section=view.planet,
         mesh=PlanetMeshParameters(bore_diameter=gear.bore_diameter, **_teeth(view, gear)),
-        material=view.material,
-        accuracy=_accuracy(view, view.planet),
         reference_radius=reference_radius(gear.teeth, view.stage),
         bearing=view.stage.planet_bearing,
+        **_common(view, "planet"),
     )
 
 
@@ -62,14 +56,11 @@ def carrier_source(view: StageView) -> CarrierSource:
     """Its FE carrier."""
     teeth = view.ring_gear.teeth
     return CarrierSource(
-        key=BodyName.of(view.name, "carrier"),
-        section=view.carrier,
         mesh=_carrier_mesh(view),
-        material=view.material,
-        accuracy=_accuracy(view, view.carrier),
         pin_angles=view.stage.planet_angles,
         pitch=2.0 * np.pi * reference_radius(teeth, view.stage) / teeth,
         bearings=view.seat_bearings,
+        **_common(view, "carrier"),
     )
 
 
@@ -91,10 +82,15 @@ def _shaped_segment(view: StageView) -> SegmentParameters | None:
     return influence_parameters(view, "ring")
 
 
-def _accuracy(view: StageView, section: Ring | Planet | Carrier) -> Accuracy:
-    s = view.solver
-    modes = section.fixed_interface_modes
-    return Accuracy(modes, s.cyclic == "auto", s.reduction_limit, s.fidelity)
+def _common(view: StageView, part: str) -> dict[str, Any]:
+    """What sources of all bodies have."""
+    return {
+        "key": BodyName.of(view.name, part),
+        "section": getattr(view, part),
+        "material": view.material,
+        "cyclic": view.solver.cyclic == "auto",
+        "limit_hz": view.solver.reduction_limit,
+    }
 
 
 def _teeth(view: StageView, gear: Gear) -> dict[str, Any]:

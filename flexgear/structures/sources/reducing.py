@@ -12,7 +12,6 @@ from flexgear.arrays import Array
 from flexgear.structures import estimate
 from flexgear.structures.cache import content_key
 from flexgear.structures.cyclic.condensation import sector_counts
-from flexgear.structures.fe_mesh.fe_mesh import FeMesh
 from flexgear.structures.fem.assembly import FeModel, disc_points, facet_sample, point_sample
 from flexgear.structures.fem.ties import (
     Interface,
@@ -29,7 +28,7 @@ from flexgear.structures.reduction import AnyCondensation, condense, reduce
 if TYPE_CHECKING:
     from flexgear.structures.sources.fe_body import FeBody, TiedNode
 
-AXIS = np.array([0.0, 0.0, 1.0])
+_TIES = {"averaging": averaging_tie, "rigid": rigid_tie, "seat": seat_tie}
 _JUDGED = 0.5  # of the highest fixed-interface frequency: to where reduced bodies are compared
 
 
@@ -40,21 +39,16 @@ def tied(model: FeModel, nodes: Sequence[TiedNode]) -> Interface:
         if node.patch:
             sample = facet_sample(model, model.fe_mesh.facets[node.patch])
         else:
-            outward = np.array([np.cos(node.angle), np.sin(node.angle), 0.0])
-            disc = disc_points(node.place, AXIS, node.diameter, outward)
-            sample = point_sample(model, *disc)
-        if node.tie == "seat":
-            ties.append(seat_tie(node.name, node.place, AXIS, sample))
-        else:
-            tie = rigid_tie if node.tie == "rigid" else averaging_tie
-            ties.append(tie(node.name, node.place, sample))
+            outward = (np.cos(node.angle), np.sin(node.angle), 0.0)
+            sample = point_sample(model, *disc_points(node.place, node.diameter, outward))
+        ties.append(_TIES[node.tie](node.name, node.place, sample))
     return interface_of(model, ties)
 
 
 def condensed_body(source: FeBody) -> tuple[FeModel, AnyCondensation]:
     """The unreduced body and its condensation on its nodes."""
     fe_mesh = source.fe_mesh()
-    model = _model(source, fe_mesh)
+    model = FeModel.of(fe_mesh, source.material)
     with single_threaded_blas():
         return model, condense(model, tied(model, source.nodes(fe_mesh)), sectors=_sectors(source))
 
@@ -65,38 +59,42 @@ def reduced_body(source: FeBody, progress: Progress) -> ReducedBody:
     Frequencies are compared up to half the highest fixed-interface one, beyond which that basis is
     not made for, or to the limit that is asked for if that is higher.
     """
-    clock, name = _Clock(), source.key.part
+    start, seconds, name = time.perf_counter(), dict[str, float](), source.key.part
+
+    def lap(part: str) -> None:
+        seconds[part] = time.perf_counter() - start - sum(seconds.values())
+
     progress(f"{name}: FE mesh", 0.0)
     fe_mesh = source.fe_mesh()
-    clock.lap("fe_mesh")
-    model = _model(source, fe_mesh)
+    lap("fe_mesh")
+    model = FeModel.of(fe_mesh, source.material)
     interface = tied(model, source.nodes(fe_mesh))
-    clock.lap("ties")
+    lap("ties")
     loads = source.probe_loads(model)
-    clock.lap("probe_loads")
-    modes = source.accuracy.modes
+    lap("probe_loads")
+    modes = source.section.fixed_interface_modes
     reduction = reduce(model, interface, modes, progress, name, _sectors(source))
-    clock.lap("reduction")
+    lap("reduction")
     progress("static check", 0.0)
     highest = float(reduction.body.report.get("fixed_interface_frequency_max_hz") or 0.0)
-    limit = max(_JUDGED * highest, source.accuracy.limit_hz or 0.0)
+    limit = max(_JUDGED * highest, source.limit_hz or 0.0)
     supports = source.supports(interface.node_names, reduction.condensation.stiffness)
     with single_threaded_blas():
         body = estimate.probed(reduction, loads)
         frequencies = estimate.compare_frequencies(reduction, supports, limit, progress)
-    clock.lap("estimates")
+    lap("estimates")
     tie, tie_kind = source.ties
     report = {
         **body.report,
         "tie": tie,
         "tie_kind": tie_kind,
-        "fidelity": source.accuracy.fidelity,
+        "fidelity": source.mesh.fidelity,
         "supports_key": content_key(supports=supports),
         "static_end_share": estimate.END_SHARE,
         "compared_to_hz": max(limit, float(frequencies.full[-1])),
         "compared_frequencies_hz": frequencies.full.tolist(),
         "compared_errors": frequencies.errors.tolist(),
-        "seconds": clock.laps,
+        "seconds": seconds,
     }
     return body.with_(report=report)
 
@@ -128,24 +126,6 @@ def judged(body: ReducedBody, supports: Array, limit_hz: float | None) -> Reduce
     return body.with_(report={**body.report, **judged})
 
 
-def _model(source: FeBody, fe_mesh: FeMesh) -> FeModel:
-    """The body; what its matrices are wanted for decides how much of them is assembled."""
-    m = source.material
-    return FeModel(fe_mesh, m.young_modulus, m.poisson_ratio, m.density)
-
-
 def _sectors(source: FeBody) -> tuple[int, ...]:
     """Numbers of sectors to try."""
-    return sector_counts(source.repeats) if source.accuracy.cyclic else ()
-
-
-class _Clock:
-    """Wall time of stages, s."""
-
-    def __init__(self) -> None:
-        self.laps: dict[str, float] = {}
-        self._last = time.perf_counter()
-
-    def lap(self, name: str) -> None:
-        now = time.perf_counter()
-        self.laps[name], self._last = now - self._last, now
+    return sector_counts(source.repeats) if source.cyclic else ()

@@ -36,7 +36,6 @@ from flexgear.gears.tooth import ToothGeometry
 from flexgear.model.bodies import Material
 from flexgear.structures.bodies import rigid_motion, turn
 from flexgear.structures.cache import cached_arrays
-from flexgear.structures.cyclic.condensation import CyclicCondensation
 from flexgear.structures.estimate import END_SHARE, PROMISED, judged, shape_errors
 from flexgear.structures.fe_mesh.section import base_section_angle
 from flexgear.structures.fe_mesh.tooth_segment import SegmentParameters
@@ -170,9 +169,7 @@ def _of_tooth(
         rows.append(tie)
         lessened.append(_axes(i, teeth).T @ less)
     loads = sp.hstack([row.T for row in rows]).toarray()
-    form = loads
-    if isinstance(condensation, CyclicCondensation):
-        form = condensation.field_of(loads)
+    form = condensation.field_of(loads)
     answers = form[:, :COUNT].T @ condensation.fixed_solve(form)
     return (
         _by_tooth(condensation.constraint_load(loads)),

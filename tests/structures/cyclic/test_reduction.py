@@ -1,7 +1,5 @@
 """Reduction sector by sector against the general path on the same mesh, and against theory."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 import scipy.linalg as sla
@@ -11,20 +9,12 @@ from cyclic_samples import (
     bent,
     plain_ring,
     ring_ties,
-    some_supports,
     toothed_ring_mesh,
 )
 from plain_meshes import annulus
 
 from flexgear.model.errors import FlexgearError
 from flexgear.structures.bodies import turn
-from flexgear.structures.estimate import (
-    ProbeLoad,
-    compare_frequencies,
-    probed,
-    static_errors,
-    tooth_lines,
-)
 from flexgear.structures.fem.assembly import FeModel, facet_sample
 from flexgear.structures.fem.ties import averaging_tie, interface_of, rigid_tie
 from flexgear.structures.reduction import reduce
@@ -35,142 +25,21 @@ MODES = 20
 pytestmark = pytest.mark.usefixtures("one_thread")
 
 
-def plain():
-    model, interface = plain_ring()
-    return model, interface, TEETH
-
-
-def toothed():
-    """The generator's ring: twisted sectors, borders through the rim."""
+def test_sectors_of_a_toothed_ring_are_reduced_as_the_whole():
+    """The generator's: twisted sectors, borders through the rim."""
     fe_mesh = toothed_ring_mesh()
     model = FeModel(fe_mesh, *STEEL)
     ties = ring_ties(model, 24, 0.215, 0.275, fe_mesh.points[:, 2].max(), patch="tooth_root")
-    return model, interface_of(model, ties), 24
-
-
-def few_sectors():
-    """As carriers have them: borders as large as their sectors, and few nodes."""
-    model, interface = plain_ring(teeth=5, radial=3, axial=4)
-    return model, interface, 5
-
-
-@pytest.fixture(scope="module", params=[plain, toothed, few_sectors])
-def pair(request):
-    """The same body reduced as a whole and by sectors."""
-    model, interface, sectors = request.param()
+    interface = interface_of(model, ties)
     whole = reduce(model, interface, MODES)
-    return model, interface, whole, reduce(model, interface, MODES, sectors=(sectors,))
-
-
-@pytest.fixture(scope="module")
-def supports(pair):
-    return some_supports(pair[1])
-
-
-def supported(reduction, supports):
-    stiffness = reduction.body.stiffness.copy()
-    stiffness[: len(supports), : len(supports)] += supports
-    return stiffness
-
-
-def of_unit_diagonal(matrix, like):
-    scale = 1 / np.sqrt(np.diag(like))
-    return scale[:, None] * matrix * scale
-
-
-def test_paths_are_named(pair):
-    _, _, whole, by_sectors = pair
-    assert whole.body.report["path"] == "general: sectors not asked for"
-    assert by_sectors.body.report["path"].startswith("cyclic: ")
-    assert by_sectors.body.report["solver"] == "cyclic"
-    cyclic = by_sectors.condensation  # both kinds of borders are tried
-    assert cyclic.has_short_borders == (cyclic.sectors.count > 5)
-
-
-def test_supported_solves_and_constraint_modes_agree(pair, supports):
-    model, interface, whole, by_sectors = pair
-    random = np.random.default_rng(0)
-    right = random.standard_normal((model.dofs, 3))
-    q = random.standard_normal((interface.size, 3))
-    cyclic = by_sectors.condensation
-    for expected, found in (
-        (
-            whole.condensation.supported_solve(right, supports),
-            cyclic.supported_solve(cyclic.field_of(right), supports),
-        ),
-        (whole.condensation.constraint_motion(q), cyclic.constraint_motion(q)),
-    ):
-        found = cyclic.dofs_of(found, model.dofs)
-        assert np.abs(found - expected).max() < 1e-8 * np.abs(expected).max()
-    expected = whole.condensation.constraint_load(right)
-    assert np.abs(cyclic.constraint_load(right) - expected).max() < 1e-8 * np.abs(expected).max()
-
-
-def test_reduced_stiffness_and_mass_agree(pair):
-    _, interface, whole, by_sectors = pair
-    b = interface.size
+    one, again = (reduce(model, interface, MODES, sectors=(24,)) for _ in range(2))
+    assert np.allclose(one.frequencies, whole.frequencies, rtol=1e-8)
     for name in ("stiffness", "mass"):
-        expected = getattr(whole.body, name)[:b, :b]
-        found = getattr(by_sectors.body, name)[:b, :b]
-        assert np.abs(of_unit_diagonal(found - expected, expected)).max() < 1e-8
-
-
-def test_frequencies_agree_fixed_free_and_supported(pair, supports):
-    _, _, whole, by_sectors = pair
-    assert np.allclose(by_sectors.frequencies, whole.frequencies, rtol=1e-8)
-    for held in (0.0 * supports, supports):
-        expected, found = (
-            sla.eigh(supported(r, held), r.body.mass, eigvals_only=True)
-            for r in (whole, by_sectors)
-        )
-        first = 0 if held.any() else 6
-        assert np.allclose(found[first:], expected[first:], rtol=1e-8)
-        assert np.abs(found[:first]).max(initial=0.0) < 1e-7 * expected[6]
-
-
-def test_receptances_agree(pair, supports):
-    _, interface, whole, by_sectors = pair
-    b = interface.size
-    for hertz in (0.0, 37.0, 400.0, 1234.5):
-        expected, found = (
-            np.linalg.inv(supported(r, supports) - (2 * np.pi * hertz) ** 2 * r.body.mass)[:b, :b]
-            for r in (whole, by_sectors)
-        )
-        scale = np.sqrt(np.abs(np.diag(expected)))
-        error = np.abs(found - expected) / scale / scale[:, None]
-        assert error.max() < 1e-8 * (np.abs(expected) / scale / scale[:, None]).max()
-
-
-def test_recovered_fields_agree(pair):
-    _, interface, whole, by_sectors = pair
-    q = np.zeros((interface.size + MODES, 3))
-    q[: interface.size] = np.random.default_rng(2).standard_normal((interface.size, 3))
-    expected, found = (r.body.recover(q) for r in (whole, by_sectors))
-    assert np.abs(found - expected).max() < 2e-6 * np.abs(expected).max()
-
-
-def test_error_estimates_agree(pair, supports):
-    model, _, whole, by_sectors = pair
-    if "tooth_flank_001" in model.fe_mesh.facets:
-        lines = tooth_lines(model, [4], 0.1, outward=-1.0)
-        loads = [replace(p, node=f"tooth_{int(p.node[6:])}") for p in lines]
-    else:
-        patch = facet_sample(model, model.fe_mesh.facets["patch_003"])
-        forces = np.where(patch.points[:, 2:] > 0.05, [1.0, 2.0, 0.5], 0.0)
-        loads = [ProbeLoad("tooth_3", "end", patch, forces)]
-    expected, found = (static_errors(probed(r, loads), supports) for r in (whole, by_sectors))
-    assert found == pytest.approx(expected, rel=1e-7)
-    expected, found = (compare_frequencies(r, supports, 1500.0) for r in (whole, by_sectors))
-    assert np.allclose(found.full, expected.full, rtol=1e-8)
-    assert found.errors == pytest.approx(expected.errors, abs=1e-8)
-
-
-def test_the_same_input_gives_the_same_numbers(pair):
-    model, interface, _, by_sectors = pair
-    sectors = by_sectors.condensation.sectors.count
-    again = reduce(model, interface, MODES, sectors=(sectors,)).body
-    assert np.array_equal(again.mass, by_sectors.body.mass)
-    assert np.array_equal(again.stiffness, by_sectors.body.stiffness)
+        expected, matrix = getattr(whole.body, name), getattr(one.body, name)
+        b, scale = interface.size, 1 / np.sqrt(np.diag(expected))
+        apart = scale[:, None] * (matrix - expected) * scale
+        assert np.abs(apart[:b, :b]).max() < 1e-8
+        assert np.array_equal(getattr(again.body, name), matrix)  # the same input, the same numbers
 
 
 def moved_node():

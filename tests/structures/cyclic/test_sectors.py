@@ -11,8 +11,6 @@ from flexgear.structures.bodies import rotation
 from flexgear.structures.cyclic.condensation import condense_by_sectors, cyclic_parts, sector_counts
 from flexgear.structures.cyclic.sectors import (
     find_sectors,
-    from_sectors,
-    to_sectors,
 )
 from flexgear.structures.cyclic.ties import sector_ties
 from flexgear.structures.fem.assembly import FeModel, facet_sample
@@ -97,16 +95,6 @@ def ring():
     model, interface = plain_ring()
     sectors = find_sectors(model, (TEETH,))
     return model, interface, cyclic_parts(model, interface, sectors)
-
-
-def test_sector_form_and_back(ring):
-    model, _, parts = ring
-    x = np.random.default_rng(0).standard_normal((model.dofs, 3))
-    form = to_sectors(x, parts.sectors)
-    assert np.abs(from_sectors(form, parts.sectors, len(model.nodes)) - x).max() < 1e-14
-    few = from_sectors(form, parts.sectors, len(model.fe_mesh.points))
-    assert np.abs(few - x[: model.vertex_dofs]).max() < 1e-14
-    assert np.sum(form**2) == pytest.approx(np.sum(x**2), rel=1e-13)
 
 
 def test_products_by_sectors_equal_the_assembled_matrices(ring):

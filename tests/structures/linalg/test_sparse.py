@@ -53,16 +53,6 @@ def test_what_is_given_stays_as_it_is(matrix, factor):
         assert np.array_equal(right, before)
 
 
-def test_sparse_right_sides_give_the_same(matrix, factor):
-    n = matrix.shape[0]
-    right = sp.random_array((n, 9), density=3e-3, random_state=RANDOM, format="csr")
-    expected = factor.forward(right.toarray())
-    found = factor.forward_sparse(right)
-    assert np.allclose(found.toarray(), expected, rtol=1e-12, atol=1e-12 * np.abs(expected).max())
-    assert found.nnz < 0.7 * expected.size
-    assert factor.forward_sparse(sp.csr_matrix((n, 2))).nnz == 0
-
-
 def test_a_singular_matrix_is_refused(matrix):
     n = matrix.shape[0]
     with pytest.raises(np.linalg.LinAlgError, match="not positive definite"):
