@@ -31,13 +31,11 @@ import numpy as np
 import scipy.linalg as sla
 
 from flexgear.arrays import Array
+from flexgear.structures.fe_mesh.fe_mesh import triangles
 from flexgear.structures.fem.assembly import FeModel, Sample, facet_sample, point_sample
 from flexgear.structures.linalg.dense import blocks, dot, times
 from flexgear.structures.reduced import Progress, ReducedBody, silent
-from flexgear.structures.reduction import (
-    AnyCondensation,
-    Reduction,
-)
+from flexgear.structures.reduction import AnyCondensation, Reduction
 
 _MARGIN = 0.08  # of the flank's height kept between a load line and the flank's border
 END_SHARE = 0.2  # of the face width under a load at one end; a shorter contact line carries little
@@ -122,9 +120,7 @@ class _Flank:
     """A flank as flat triangles over (radius, z)."""
 
     def __init__(self, model: FeModel, patch: str) -> None:
-        facets = np.asarray(model.fe_mesh.facets[patch])
-        if facets.shape[1] == 4:
-            facets = np.concatenate([facets[:, [0, 1, 2]], facets[:, [0, 2, 3]]])
+        facets = triangles(model.fe_mesh.facets[patch])
         self.corners = np.asarray(model.fe_mesh.points)[facets]  # (k, 3, 3)
         radius = np.hypot(self.corners[..., 0], self.corners[..., 1])
         self.flat = np.stack([radius, self.corners[..., 2]], axis=-1)  # (k, 3, 2)

@@ -185,6 +185,12 @@ class ReducedBody:
         """Coordinates (d, 6) of unit rigid motion about the origin: ux, uy, uz, tx, ty, tz."""
         return node_motions(self.positions, len(self.mass))
 
+    def with_rigid(self, rows: NDArray[np.floating[Any]], exact: Array | float = 0.0) -> Array:
+        """Rows (..., d) on the coordinates, whose single precision leaves rounding of rigid motion,
+        so that unit rigid motion gives exact (..., 6)."""
+        rigid = self.rigid_modes()
+        return np.asarray(rows + (exact - rows @ rigid) @ np.linalg.pinv(rigid))
+
     def recover(self, q: Array) -> Array:
         """Displacements (p, 3[, k]) in m at the mesh vertices for coordinates q (d[, k]).
 
@@ -268,15 +274,8 @@ def both_halves(half: ReducedBody, offset: float) -> ReducedBody:
     nodes, inner = half.interface_dofs, half.n_modes
     sign = np.concatenate([np.tile(MIRROR, len(half.node_names)), np.ones(inner)])
     # both halves one after the other -> nodes of both, then modes of both
-    coordinates = np.arange(nodes + inner)
-    order = np.concatenate(
-        [
-            coordinates[:nodes],
-            nodes + inner + coordinates[:nodes],
-            coordinates[nodes:],
-            nodes + inner + coordinates[nodes:],
-        ]
-    )
+    of_halves = np.arange(2 * (nodes + inner)).reshape(2, -1)
+    order = np.concatenate([of_halves[:, :nodes].ravel(), of_halves[:, nodes:].ravel()])
     image = np.tile(PLACE, len(half.points)).astype(np.float32)[:, None] * half.recovery
     image *= sign.astype(np.float32)
     across = np.outer(sign, sign)

@@ -24,7 +24,7 @@ from scipy.spatial import cKDTree
 
 from flexgear.arrays import Array, Ints
 from flexgear.structures.bodies import rigid_motion
-from flexgear.structures.fe_mesh.fe_mesh import HEX_TO_VTK, facets_of, outer
+from flexgear.structures.fe_mesh.fe_mesh import HEX_TO_VTK, facets_of, outer, triangles
 from flexgear.structures.reduced import ReducedBody
 
 # of a hexahedron in VTK's order, round the diagonal 0-6
@@ -127,10 +127,8 @@ class Surface:
     def triangles(self) -> Ints:
         """(t, 3) vertex numbers; a quadrilateral is two of them."""
         cells = np.asarray(self.body.cells)
-        surface = outer(facets_of(cells[:, HEX_TO_VTK] if cells.shape[1] == 8 else cells))
-        if surface.shape[1] == 3:
-            return surface
-        return np.concatenate([surface[:, :3], surface[:, [0, 2, 3]]])
+        facets = facets_of(cells[:, HEX_TO_VTK] if cells.shape[1] == 8 else cells)
+        return triangles(outer(facets))
 
     def meeting(self, ray: Ray) -> tuple[Ints, Array, Array] | None:
         """Vertices (3,), their weights (3,) and the base (3, 3) where a ray meets the surface."""
@@ -184,10 +182,8 @@ class Surface:
         coordinate; rigid motion in it is exact, as in ``ReducedBody.recover``."""
         body, rows = self.body, (3 * vertices[:, None] + np.arange(3)).ravel()
         field = np.asarray(body.recovery[rows], dtype=float).reshape(3, 3, -1)
-        at_point = np.einsum("k,kid->id", weights, field)
-        rigid = body.rigid_modes()
         exact = rigid_motion(weights[None] @ np.asarray(body.points)[vertices])[0]
-        return at_point + (exact - at_point @ rigid) @ np.linalg.pinv(rigid)
+        return body.with_rigid(np.einsum("k,kid->id", weights, field), exact)
 
     @cached_property
     def _spheres(self) -> tuple[Array, Array]:
@@ -230,6 +226,4 @@ class Surface:
             recovery = np.asarray(body.recovery[3 * used + i], dtype=float)
             for j in range(3):
                 out[:, i, j] = slopes[j][:, used] @ recovery
-        rigid = body.rigid_modes()
-        symmetric = 0.5 * (out + out.swapaxes(1, 2))
-        return symmetric - (symmetric @ rigid) @ np.linalg.pinv(rigid)
+        return body.with_rigid(0.5 * (out + out.swapaxes(1, 2)))

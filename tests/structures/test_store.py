@@ -142,30 +142,6 @@ def test_an_entry_that_may_not_be_read_or_removed_costs_only_its_making(tmp_path
     assert (entry / "header.json").read_bytes() == header
 
 
-def test_an_interrupted_computation_leaves_nothing(tmp_path):
-    def compute():
-        raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        store.cached("k1", compute, tmp_path)
-    assert not list(tmp_path.rglob("*.npy"))
-
-
-@pytest.mark.parametrize("text", ["No space left on device", None])
-def test_a_full_disk_costs_no_body(tmp_path, monkeypatch, text):
-    """The body just made is used; numpy's own message of a full disk has no number and no text."""
-    error = OSError(28, text) if text else OSError("1000 requested and 8 written")
-
-    def full(*_args, **_kwargs):
-        raise error
-
-    monkeypatch.setattr(np, "save", full)
-    with pytest.warns(FlexgearWarning, match=r"cannot keep .*(No space|8 written).*FLEXGEAR_CACHE"):
-        found = store.cached("k1", body, tmp_path)
-    assert np.array_equal(found.mass, body().mass)
-    assert not list((tmp_path / "reduced").iterdir())
-
-
 def test_a_cache_that_is_no_folder_costs_no_body(tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.warns(FlexgearWarning, match=r"cannot keep .*FLEXGEAR_CACHE"):

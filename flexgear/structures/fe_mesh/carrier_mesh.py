@@ -16,15 +16,13 @@ from types import ModuleType
 
 import numpy as np
 from scipy.optimize import brentq
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from flexgear.arrays import Array, Ints
 from flexgear.model.errors import FlexgearError, InputError
 from flexgear.structures.bodies import rotation
 from flexgear.structures.fe_mesh.carrier import CarrierMeshParameters
-from flexgear.structures.fe_mesh.fe_mesh import FeMesh, corner_jacobians
+from flexgear.structures.fe_mesh.fe_mesh import FeMesh, corner_jacobians, welded
 from flexgear.structures.fe_mesh.session import gmsh_session, meshing_unit
 
 _SIZE = {"quick": 1.6, "standard": 0.85, "fine": 0.5}  # cell size over mean plate thickness
@@ -355,14 +353,7 @@ def _complete(
     places = [exact[k] @ turn for k, turn in zip(following, turns, strict=True)]
     places += [(exact[k] * [1.0, -1.0, 1.0]) @ t for k, t in zip(before, turns, strict=True)]
     starts = np.cumsum([0, *map(len, places)])
-    points = np.concatenate(places)
-    pairs = cKDTree(points).query_pairs(tolerance, output_type="ndarray").T
-    shared = coo_array((np.ones(pairs.shape[1]), tuple(pairs)), shape=(len(points),) * 2)
-    _, vertex = connected_components(shared, directed=False)
-    _, first, number = np.unique(vertex, return_index=True, return_inverse=True)
-    rank = np.empty(len(first), dtype=np.int64)
-    rank[np.argsort(first)] = np.arange(len(first))
-    points, number = points[np.sort(first)], rank[number]
+    points, number = welded(np.concatenate(places), tolerance)
 
     def sector(i: int, rows: list[Ints]) -> Ints:
         """Rows of the two half sectors at a pin; mirrored ones keep right-handed order."""

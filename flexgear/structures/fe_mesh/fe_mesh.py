@@ -22,6 +22,9 @@ from functools import cached_property
 from typing import Literal
 
 import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
 
 from flexgear.arrays import Array, Ints
 from flexgear.model.errors import FlexgearError
@@ -165,11 +168,24 @@ def corner_jacobians(points: Array, vtk_cells: Ints, kind: Kind) -> tuple[Array,
 
 def facet_areas(points: Array, ids: Ints) -> Array:
     """Areas (k,) of triangles or quadrilaterals given as cyclic vertex ids (k, 3 or 4)."""
-    p = points[ids]
-    area = np.linalg.norm(np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]), axis=1) / 2.0
-    if ids.shape[1] == 4:
-        area = area + np.linalg.norm(np.cross(p[:, 2] - p[:, 0], p[:, 3] - p[:, 0]), axis=1) / 2.0
-    return area
+    p = points[triangles(ids)]
+    twice = np.linalg.norm(np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]), axis=1)
+    return np.asarray(twice.reshape(-1, len(ids)).sum(axis=0) / 2.0)
+
+
+def triangles(ids: Ints) -> Ints:
+    """(t, 3) of facets (k, 3 or 4): the first halves of quadrilaterals, then the second."""
+    return ids if ids.shape[1] == 3 else np.concatenate([ids[:, [0, 1, 2]], ids[:, [0, 2, 3]]])
+
+
+def welded(points: Array, tolerance: float) -> tuple[Array, Ints]:
+    """Points (n, d), those nearer to each other than a tolerance as the first of them, and which of
+    these each is (n,)."""
+    pairs = cKDTree(points).query_pairs(tolerance, output_type="ndarray").T
+    near = coo_array((np.ones(pairs.shape[1]), tuple(pairs)), shape=(len(points),) * 2)
+    _, number = connected_components(near, directed=False)
+    _, first = np.unique(number, return_index=True)
+    return points[first], np.asarray(number, dtype=np.int64)
 
 
 def facet_keys(ids: Ints, n: int) -> Ints:

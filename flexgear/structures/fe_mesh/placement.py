@@ -25,7 +25,7 @@ from scipy.spatial.transform import Rotation
 from flexgear.arrays import Array
 from flexgear.model.bodies import FeMeshSource
 from flexgear.model.errors import InputError
-from flexgear.structures.fe_mesh.fe_mesh import FeMesh, facet_areas
+from flexgear.structures.fe_mesh.fe_mesh import FeMesh, facet_areas, triangles
 from flexgear.structures.fe_mesh.files import read_fe_mesh
 from flexgear.structures.fe_mesh.groups import Groups
 
@@ -88,9 +88,9 @@ def check_place(fe_mesh: FeMesh, groups: Groups, placement: Placement, path: str
     _refuse_extra(fe_mesh, groups, path)
     actual = _ActualPlacement(fe_mesh, groups)
     motion, shift = actual.best_motion()
-    moved = motion.apply(actual.centres) + shift
-    if actual.is_off_as_a_whole(motion, shift) and actual.misfit(moved).max() <= 1.0:
-        worst = int(np.argmax(np.linalg.norm(moved - actual.centres, axis=1)))
+    mended = motion.apply(actual.centres) + shift
+    if actual.is_off_as_a_whole(motion, shift) and actual.misfit(mended).max() <= 1.0:
+        worst = int(np.argmax(np.linalg.norm(mended - actual.centres, axis=1)))
         problem = f"{actual.where(worst)}; the whole FE mesh is out of place"
         remedy = _keys(groups, placement, motion, shift)
         raise InputError(path, actual.names[worst], problem, remedy)
@@ -264,9 +264,7 @@ def _twist(fe_mesh: FeMesh, name: str) -> float:
 
 def _facets(fe_mesh: FeMesh, name: str) -> tuple[Array, Array]:
     """Centres (k, 3) and areas (k,) of a group's facets, quadrilaterals as two triangles."""
-    ids = fe_mesh.facets[name]
-    if ids.shape[1] == 4:
-        ids = np.concatenate([ids[:, [0, 1, 2]], ids[:, [0, 2, 3]]])
+    ids = triangles(fe_mesh.facets[name])
     return fe_mesh.points[ids].mean(axis=1), facet_areas(fe_mesh.points, ids)
 
 

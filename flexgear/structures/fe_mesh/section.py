@@ -216,11 +216,11 @@ def with_bolt_holes(
 ) -> ToothedSection:
     """Continue a toothed section outward through the bolt holes to the outer radius.
 
-    inner: its outer circle becomes the inner border of the blocks; bolt_angles (n_b,) rad;
-    rows: (block, outside the block, O-grid rings).
+    inner: of a ring; its outer circle becomes the inner border of the blocks; bolt_angles (n_b,)
+    rad; rows: (block, outside the block, O-grid rings).
     """
     block_rows, outer_rows, rings = rows
-    start = _ordered(inner)
+    start = inner.rim[:, 0]  # counter-clockwise, as of every ring
     columns = len(start)
     low = float(inner.radius[start[0]])
     high = min(2.0 * bolt_circle_radius - low, outer_radius)
@@ -322,18 +322,6 @@ def _o_grid(
     places = [(1.0 - t) * around + t * on_hole for t in shares]
     numbers = first + np.arange(rings * len(border)).reshape(rings, -1)
     return np.concatenate(places), [border, *numbers]
-
-
-def _ordered(section: ToothedSection) -> Ints:
-    """Nodes of the section's outer circle, counter-clockwise."""
-    follows = dict(section.rim.tolist())
-    at = first = int(section.rim[0, 0])
-    nodes = []
-    while True:
-        nodes.append(at)
-        at = follows[at]
-        if at == first:
-            return np.array(nodes, dtype=np.int64)
 
 
 def extruded(

@@ -49,7 +49,7 @@ import numpy as np
 from flexgear.arrays import Array, Ints
 from flexgear.gears.tooth import ToothGeometry
 from flexgear.model.errors import FlexgearError
-from flexgear.structures.fe_mesh.fe_mesh import FeMesh
+from flexgear.structures.fe_mesh.fe_mesh import FeMesh, welded
 from flexgear.structures.fe_mesh.section import (
     ToothProfile,
     Wall,
@@ -63,6 +63,7 @@ from flexgear.structures.fe_mesh.section import (
     tooth_profile,
 )
 
+_SAME = 1e-9  # of the root radius, between nodes that blocks share
 _DEEPEST_LAYER = 0.35  # of the tooth's thickness in a row, for the layer under a flank
 
 
@@ -186,30 +187,28 @@ class SegmentSection:
 
     def __init__(self, p: SegmentParameters) -> None:
         self.p, self.tooth, self.div = p, p.tooth, p.divisions
-        self._points: list[Array] = []
-        self._count = 0
         block = self._tooth_block()
         rows = len(self.profile.points) - 1
-        columns = [self._placed(block, self._angle(j)) for j in range(p.teeth)]
-        self.blocks, grids = columns, list(columns)
-        sides: tuple[Ints, Ints] = (columns[0][rows:, 0], columns[-1][rows:, -1])
+        parts = [self._turned(block, j) for j in range(p.teeth)]
         if p.held_radius is not None:
-            lands, sides = self._lands(columns, rows)
-            grids += lands
-        self.points = np.concatenate(self._points)
+            parts += self._lands()
+        every = np.concatenate([part.reshape(-1, 2) for part in parts])
+        self.points, number = welded(every, _SAME * self.tooth.root_radius)
+        numbers = np.split(number, np.cumsum([part.size // 2 for part in parts])[:-1])
+        grids: list[Ints] = [
+            ids.reshape(part.shape[:2]) for ids, part in zip(numbers, parts, strict=True)
+        ]
+        self.blocks = columns = grids[: p.teeth]
         quads = np.concatenate([quads_of(grid) for grid in grids])
         self.quads = counter_clockwise(self.points, quads)
         self.surface = np.array([grid[: rows + 1, 0] for grid in columns])
         self.inner = np.array([grid[: rows + 1, 1] for grid in columns])
         self.lines = self._lines(columns, rows)
-        self.held = self._held(grids, columns, sides)
+        self.held = self._held(grids)
 
     @cached_property
     def profile(self) -> ToothProfile:
         return tooth_profile(self.tooth, self.div.flank, self.div.fillet)
-
-    def _angle(self, j: int) -> float:
-        return (j - (self.p.teeth - 1) / 2) * self.tooth.pitch_angle
 
     def _tooth_block(self) -> Array:
         """(rows + rim + 1, columns, 2) nodes of the tooth at the angle 0 and of the rim below."""
@@ -254,39 +253,29 @@ class SegmentSection:
         columns = self.div.tooth + 2
         return min(top, columns / (columns + self.div.land))
 
-    def _placed(self, block: Array, angle: float) -> Ints:
-        """Node numbers of new nodes, the block turned."""
+    def _turned(self, block: Array, j: int) -> Array:
+        """The block where tooth j has it."""
+        angle = (j - (self.p.teeth - 1) / 2) * self.tooth.pitch_angle
         c, s = np.cos(angle), np.sin(angle)
-        self._points.append(block.reshape(-1, 2) @ np.array([[c, s], [-s, c]]))
-        first, self._count = self._count, self._count + len(self._points[-1])
-        return np.arange(first, self._count).reshape(block.shape[:2])
+        return np.asarray(block @ np.array([[c, s], [-s, c]]))
 
-    def _lands(self, columns: list[Ints], rows: int) -> tuple[list[Ints], tuple[Ints, Ints]]:
-        """Blocks below the root lands beside and between the teeth, bare rim beyond them, and both
-        cut lines."""
+    def _lands(self) -> list[Array]:
+        """Blocks below the root lands beside and between the teeth, and bare rim beyond them, in
+        the order of their angles."""
         begin, pitch, teeth = base_section_angle(self.tooth), self.tooth.pitch_angle, self.p.teeth
         held = self._held_share * pitch / 2
         top = np.linspace(begin, pitch - begin, self.div.land + 1)
         radius = np.full(len(top), self.tooth.root_radius)
         radius[[0, -1]] = np.hypot(*self.profile.points[-1])
         block = self._rim_block(radius, top, np.linspace(held, pitch - held, self.div.land + 1))
-        grids = []
-        for j in range(-1, teeth):
-            new = slice(None if j < 0 else 1, None if j == teeth - 1 else -1)
-            grid = self._placed(block[:, new], self._angle(j))
-            left = [columns[j][rows:, -1:]] if j >= 0 else []
-            right = [columns[j + 1][rows:, :1]] if j < teeth - 1 else []
-            grids.append(np.concatenate([*left, grid, *right], axis=1))
+        lands = [self._turned(block, j) for j in range(-1, teeth)]
         if self.p.margin > 0.0:
-            away = np.linspace(0, 1, ceil(self.p.margin * (self.div.land + 2)) + 1)[1:]
+            away = np.linspace(0, 1, ceil(self.p.margin * (self.div.land + 2)) + 1)
             away *= self.p.margin * pitch
             bare = self._rim_block(radius[-1] + 0 * away, away + top[-1], away + pitch - held)
-            after = self._placed(bare, self._angle(teeth - 1))
-            bare = bare[:, ::-1] * np.array([1.0, -1.0])
-            before = self._placed(bare, self._angle(0))
-            grids.append(np.concatenate([grids[teeth][:, -1:], after], axis=1))
-            grids.insert(0, np.concatenate([before, grids[0][:, :1]], axis=1))
-        return grids, (grids[0][:, 0], grids[-1][:, -1])
+            before = self._turned(bare[:, ::-1] * np.array([1.0, -1.0]), 0)
+            lands = [before, *lands, self._turned(bare, teeth - 1)]
+        return lands
 
     def _rim_block(self, radius: Array, top: Array, foot: Array) -> Array:
         """(rim + 1, k, 2) nodes from (radius, top), (k,) each, straight to the held circle."""
@@ -306,12 +295,11 @@ class SegmentSection:
             lines[f"tooth_root_{j:03d}"] = grid[rows][::sense]
         return lines
 
-    def _held(self, grids: list[Ints], columns: list[Ints], sides: tuple[Ints, Ints]) -> list[Ints]:
-        sense = -int(self.tooth.outward)
-        if self.p.held_radius is None:
-            return [columns[0][-1][::sense]]
-        below = [grid[-1][::sense] for grid in grids]
-        return [*below, sides[0][::sense], sides[1][::-sense]]
+    def _held(self, grids: list[Ints]) -> list[Ints]:
+        """Last rows, and both cut faces."""
+        sense, lands = -int(self.tooth.outward), grids[self.p.teeth :]
+        sides = [lands[0][:, 0][::sense], lands[-1][:, -1][::-sense]] if lands else []
+        return [*(grid[-1][::sense] for grid in grids), *sides]
 
 
 CUT, WHOLE = 6, 7  # columns up to the end of the crack, and beyond
@@ -410,9 +398,9 @@ class _CrackedSection(SegmentSection):
         down = start[1] / np.tan(self.p.angle) * np.minimum(
             across + 1.0, (end + 1.0) * (1.0 - across) / (1.0 - end)
         )  # fmt: skip
-        moved = start[0] - self.tooth.outward * down - block[row, :, 0]
+        shift = start[0] - self.tooth.outward * down - block[row, :, 0]
         middle = block[:, block.shape[1] // 2, 0]
         reach = np.where(np.arange(len(block)) < row, middle[0], middle[-1])
         share = (middle - reach) / (middle[row] - reach)
-        block[:, :, 0] += share[:, None] * moved
+        block[:, :, 0] += share[:, None] * shift
         return block

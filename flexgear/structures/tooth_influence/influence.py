@@ -255,9 +255,7 @@ def influence_of(
     segment, j = tooth_segment(parameters), parameters.middle
     model = FeModel(segment.fe_mesh, young, poisson, density=1.0)
     flank, has_next = flank_nodes(segment, model, j), j + 1 < parameters.teeth and not tied
-    free = np.ones((len(model.nodes), 3), dtype=bool)
-    free[facet_nodes(model, segment.fe_mesh.facets["held"])] = False
-    free[:, 2] &= not plane_strain
+    free = free_displacements(model, plane_strain=plane_strain)
     unit = unit_loads(segment, model, flank)
     beside = (j + 1, j - 1) if has_next else ()
     more = [unit_loads(segment, model, coarse_nodes(segment, k)) for k in beside]
@@ -350,6 +348,14 @@ def carried_by_tie(segment: ToothSegment, points: Array) -> Array:
     motions of the tie's node."""
     motion = rigid_motion(points - _tie_place(segment))
     return np.einsum("ki,kij->kj", flank_normals(segment, points), motion)
+
+
+def free_displacements(model: FeModel, *, plane_strain: bool) -> NDArray[np.bool_]:
+    """Which displacements (N, 3) are free of a segment that is held on its patch "held"."""
+    free = np.ones((len(model.nodes), 3), dtype=bool)
+    free[facet_nodes(model, model.fe_mesh.facets["held"])] = False
+    free[:, 2] &= not plane_strain
+    return free
 
 
 def held_flexibility(model: FeModel, free: NDArray[np.bool_], loads: sp.sparray) -> Array:

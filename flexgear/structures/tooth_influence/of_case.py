@@ -41,11 +41,12 @@ from flexgear.structures.fe_mesh.tooth_segment import (
     SegmentParameters,
     cracked_segment,
 )
-from flexgear.structures.fem.assembly import FeModel, SolidMesh, facet_nodes
+from flexgear.structures.fem.assembly import FeModel, SolidMesh
 from flexgear.structures.tooth_influence.influence import (
     FlankCompliance,
     ToothInfluence,
     flank_nodes,
+    free_displacements,
     held_flexibility,
     influence_of,
     unit_loads,
@@ -400,9 +401,7 @@ def added_compliance(
     flexibility = []
     for fe_mesh in (whole.fe_mesh, SolidMesh(segment.points, segment.cells, "hex", held)):
         model = FeModel(fe_mesh, young, poisson, density=1.0)
-        free = np.ones((len(model.nodes), 3), dtype=bool)
-        free[facet_nodes(model, fe_mesh.facets["held"])] = False
-        free[:, 2] &= not plane_strain
+        free = free_displacements(model, plane_strain=plane_strain)
         loads = unit_loads(whole, model, flank_nodes(whole, model, p.middle))
         flexibility.append(held_flexibility(model, free, loads))
     added = flexibility[1] - flexibility[0]

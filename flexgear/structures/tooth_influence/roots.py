@@ -55,7 +55,12 @@ from flexgear.structures.linalg.sparse import Factor
 from flexgear.structures.reduced import ReducedBody
 from flexgear.structures.strain import strain_of_gradient, stress_of_strain
 from flexgear.structures.surface_strain import FieldAt
-from flexgear.structures.tooth_influence.influence import FlankPlaces, flank_nodes, flank_normals
+from flexgear.structures.tooth_influence.influence import (
+    FlankPlaces,
+    flank_nodes,
+    flank_normals,
+    free_displacements,
+)
 from flexgear.structures.tooth_influence.of_case import (
     held_radius,
     influence_parameters,
@@ -142,9 +147,7 @@ def root_influence(
     j, first = parameters.middle, len(segment.roll) - 1
     root = segment.surface_nodes[j, first:]
     held = facet_nodes(model, segment.fe_mesh.facets["held"])
-    free = np.ones((len(model.nodes), 3), dtype=bool)
-    free[held] = False
-    free[:, 2] &= not plane_strain
+    free = free_displacements(model, plane_strain=plane_strain)
     free_dofs, cut = np.flatnonzero(free), (3 * held[:, None] + np.arange(3)).ravel()
     across = _across(segment, j, first)
     stress_rows = _stress_rows(model, root.ravel(), across.reshape(-1, 3), young, poisson)
@@ -309,25 +312,16 @@ def ring_root_rows(root: RootInfluence, body: ReducedBody, teeth: int) -> NDArra
     """Stress (teeth, 2, rows, q, d) Pa in the −θ and +θ fillets of all teeth of a ring per reduced
     coordinate; tooth 0 stands on the x axis."""
     cuts, field = both_cuts(root), FieldAt(body)
-    shape, rigid = cuts.shape[:3], body.rigid_modes()
-    back = np.linalg.pinv(rigid)
-    out = np.empty((teeth, int(np.prod(shape)), len(body.mass)), dtype=np.float32)
+    shape, d = cuts.shape[:3], len(body.mass)
+    out = np.empty((teeth, int(np.prod(shape)), d), dtype=np.float32)
     flat = cuts.reshape(-1, *cuts.shape[3:])
     for j in range(teeth):
         turn = rotation(2 * np.pi * j / teeth)
         weights = field.weights(root.cut_points @ turn.T).tocsc()
         used = np.flatnonzero(np.diff(weights.indptr))
-        of_vertices = np.stack(
-            [weights[:, used].T @ part.T for part in _turned(flat, turn)], axis=1
-        )
-        recovery = np.asarray(body.recovery).reshape(-1, 3, len(body.mass))[used]
-        rows = of_vertices.reshape(3 * len(used), -1).T.astype(np.float32) @ recovery.reshape(
-            3 * len(used), -1
-        )
-        out[j] = rows - (rows @ rigid) @ back
+        in_ring = np.moveaxis(flat @ turn.T, 2, 0)  # (3, p, c): on displacements in the ring's axes
+        of_vertices = np.stack([weights[:, used].T @ part.T for part in in_ring], axis=1)
+        recovery = np.asarray(body.recovery).reshape(-1, 3, d)[used].reshape(-1, d)
+        rows = of_vertices.reshape(len(recovery), -1).T.astype(np.float32) @ recovery
+        out[j] = body.with_rigid(rows)
     return out.reshape(teeth, *shape, -1)
-
-
-def _turned(cuts: Array, turn: Array) -> Array:
-    """S_u (p, c, 3) on displacements in the ring's axes, by component: (3, p, c)."""
-    return np.moveaxis(cuts @ turn.T, 2, 0)
