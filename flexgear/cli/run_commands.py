@@ -18,7 +18,7 @@ from flexgear.results.report.parts import Verdict
 from flexgear.results.report.wording import with_unit
 from flexgear.results.run_folder import FIELDS, Folder, complete, read_folder
 from flexgear.solve.bodies import reduced_bodies
-from flexgear.solve.headlines import WARNING, plain_warnings, verdicts
+from flexgear.solve.headlines import WARNING, verdicts
 from flexgear.solve.run import Run, Stopwatch
 from flexgear.solve.run import run as run_all
 from flexgear.studies.early_workers import EarlyWorkers
@@ -59,7 +59,7 @@ def run(
                 notes = draw(content, stage, stage, report, workers, interactive)
         summary = result.with_timing(**watch.seconds).summary
         write_json(stage / "summary.json", summary)
-    warn([*(summary["warnings"] if as_json else plain_warnings(source, summary)), *notes])
+    warn([*summary["warnings"], *notes])
     options.require_pictures(lost, folder)
     if as_json:
         typer.echo(as_json_text(summary))

@@ -20,7 +20,6 @@ from typing import Any
 import h5py
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from flexgear.files.atomic import PathLike, atomic_file
 from flexgear.model.errors import FlexgearError, InputError
@@ -30,6 +29,8 @@ from flexgear.results.sinks import (
     SENSOR_TIME,
     Coming,
     DatasetSink,
+    Gathered,
+    as_stored,
     histories,
     is_single,
     sample_size,
@@ -146,20 +147,20 @@ class DatasetFile(DatasetSink):
 
     def __init__(self, path: Path, names: Sequence[str] = (), in_memory: int = 0) -> None:
         self._path, self._names, self._in_memory = path, tuple(names), in_memory
-        self._file: Any = None
-        self._pattern = self._small = xr.Dataset()
-        self._pieces: dict[str, list[NDArray[Any]]] = {}  # of variables over time, where small
+        self._file: NewFile | None = None
+        self._memory: Gathered | None = None  # the same, where it is small
         self._samples = dict.fromkeys(CLOCKS, 0)
 
     def dataset(self, path: PathLike) -> xr.Dataset:
         """What was written: from memory where it is small, else from the file, now at ``path``."""
-        return self._small if self._pieces else open_lazily(path)
+        return open_lazily(path) if self._memory is None else self._memory.data
 
     def begin(self, coming: Coming) -> None:
         """Write all but the samples. InputError for unknown names, and where the disk is too small
         for what is coming."""
         pattern = chosen(coming.pattern, self._names)
-        self._refuse_too_much(replace(coming, pattern=pattern))
+        coming = replace(coming, pattern=pattern)
+        self._refuse_too_much(coming)
         counts = {clock: n for clock, n in coming.counts.items() if clock in pattern.dims}
         encoding = dict(encoding_of(pattern))
         for clock, count in counts.items():
@@ -168,45 +169,30 @@ class DatasetFile(DatasetSink):
                     stored = encoding.get(name, {})
                     encoding[name] = _in_chunks(variable, clock, count, stored)
         self._file = NewFile(self._path, pattern, encoding, counts)
-        self._pattern = pattern
         if coming.size <= self._in_memory:
-            self._pieces = {n: [] for clock in counts for n in histories(pattern, clock)}
+            self._memory = Gathered(as_stored)
+            self._memory.begin(coming)
 
     def append(self, data: xr.Dataset) -> None:
         """Write some samples more."""
+        assert self._file is not None
+        data = as_stored(chosen(data, self._names))
         for clock, before in self._samples.items():
             self._samples[clock] = stop = before + data.sizes.get(clock, 0)
-            for name in histories(self._pattern, clock):
-                values = data.variables[name].to_numpy().astype(self._file.dtype(name))
-                if stop > before:
-                    self._file.put(name, values, slice(before, stop))
-                if self._pieces:
-                    self._pieces[name].append(values)
+            for name, variable in histories(data, clock).items() if stop > before else ():
+                self._file.put(name, variable.to_numpy(), slice(before, stop))
+        if self._memory is not None:
+            self._memory.append(data)
 
     def finish(self, last: xr.Dataset) -> None:
         """Write what is known only now."""
+        assert self._file is not None
         for name, variable in last.data_vars.items():
             self._file.put(str(name), variable.to_numpy())
         self._file.set_attributes(last.attrs)
-        if self._pieces:
-            whole = (
-                self._pattern.assign(last.data_vars)
-                .assign_coords(last.coords)
-                .assign_attrs(last.attrs)
-            )
-            self._small = self._as_stored(whole)
+        if self._memory is not None:
+            self._memory.finish(last)
         self.close()
-
-    def _as_stored(self, whole: xr.Dataset) -> xr.Dataset:
-        """With all samples, and numbers as exact as in the file."""
-        variables: dict[Any, xr.Variable] = {}
-        for name, variable in whole.variables.items():
-            if pieces := self._pieces.get(str(name)):
-                variables[name] = xr.Variable(variable.dims, np.concatenate(pieces), variable.attrs)
-            elif name in whole.data_vars and variable.dtype.kind == "f":
-                variables[name] = variable.astype(self._file.dtype(str(name)))
-        times = {clock: variables.pop(clock) for clock in CLOCKS if clock in variables}
-        return whole.drop_vars(list(self._pieces)).merge(times).assign(variables)
 
     def close(self) -> None:
         """Let go of the file, whatever state it is in."""

@@ -108,22 +108,26 @@ class RunningSharing:
 
     Only largest values over samples and gear-mesh cycles are needed, and of the samples only those
     of the cycle that is not whole yet. Which sense the load has, positive or reversed, is known in
-    the end: both are followed. Windows that are closed are kept apart, so that coefficients can be
-    of the later ones alone.
+    the end: both are followed. Windows are kept apart, so that coefficients can be of the later
+    ones alone; a gear-mesh cycle in two of them counts in the later one.
     """
 
     def __init__(self, planets: int, samples_per_cycle: float) -> None:
         self._per_cycle = samples_per_cycle
         self._open = np.zeros((0, planets))  # forces of the cycle that is not whole yet
         self._sum, self._samples, self._cycles = 0.0, 0, 0
-        self._windows: list[tuple[_Largest, _Largest]] = []  # by sense of the load
-        self.close_window()
+        # largest (sense, definition, planet) of each window; NaN where not every sample has the
+        # sense
+        self._windows = [np.full((2, len(DEFINITIONS), planets), -math.inf)]
 
-    def append(self, force: ArrayLike) -> None:
-        """Some samples more of the gear-mesh forces (t, N), N."""
+    def append(self, force: ArrayLike, window: int = 0) -> None:
+        """Some samples more of the gear-mesh forces (t, N), N, in a window, the last one or a later
+        one."""
         f = np.asarray(force, dtype=float)
         if not len(f):
             return
+        while len(self._windows) <= window:
+            self._windows.append(np.full_like(self._windows[0], -math.inf))
         first, held = self._samples - len(self._open), np.concatenate([self._open, f])
         self._sum, self._samples = self._sum + float(f.sum()), self._samples + len(f)
         starts = np.zeros(1, dtype=np.int64)
@@ -131,49 +135,34 @@ class RunningSharing:
             starts = cycle_starts(self._samples, self._per_cycle, self._cycles) - first
             self._open = held[starts[-1] :]
             self._cycles += len(starts) - 1
-        for sense, window in zip((1.0, -1.0), self._windows[-1], strict=True):
-            carried = carry_together(f) & (sense * f.sum(axis=1) > 0)
-            window.loaded = window.loaded and bool(np.all(carried))
-            if not window.loaded:
+        carried, total = carry_together(f), f.sum(axis=1)
+        for sense, largest in zip((1.0, -1.0), self._windows[-1], strict=True):
+            if not np.all(carried & (sense * total > 0)):
+                largest[:] = math.nan
+            if np.isnan(largest).any():
                 continue
-            window.take("instantaneous", sense * f)
+            np.maximum(largest[0], _shares(sense * f).max(axis=0), out=largest[0])
             if len(starts) > 1:
-                largest = np.maximum.reduceat(sense * held[: starts[-1]], starts[:-1], axis=0)
-                for definition in DEFINITIONS[1:]:
-                    window.take(definition, largest)
-
-    def close_window(self) -> None:
-        """What comes is of the next window; a gear-mesh cycle in both counts in the later one."""
-        planets = self._open.shape[1]
-        self._windows.append((_Largest(planets), _Largest(planets)))
+                peaks = np.maximum.reduceat(sense * held[: starts[-1]], starts[:-1], axis=0)
+                shares = _shares(peaks)
+                for k, factors in ((1, shares), (2, 1 + np.abs(shares - 1))):
+                    np.maximum(largest[k], factors.max(axis=0), out=largest[k])
 
     def planets(self, definition: Definition, first: int = 0) -> Array:
         """Coefficients (N,) of the planets from the window ``first`` on; NaN where there are
         none."""
-        windows = [window[0 if self._sum >= 0 else 1] for window in self._windows[first:]]
-        largest = np.max([window.figures[definition] for window in windows], axis=0)
-        enough = definition == "instantaneous" or (
-            self._per_cycle >= FEWEST and self._samples >= self._per_cycle
-        )
-        if not (enough and all(window.loaded for window in windows) and np.isfinite(largest).all()):
+        sense, k = 0 if self._sum >= 0 else 1, DEFINITIONS.index(definition)
+        first = min(first, len(self._windows) - 1)
+        largest = np.max([window[sense, k] for window in self._windows[first:]], axis=0)
+        enough = k == 0 or (self._per_cycle >= FEWEST and self._samples >= self._per_cycle)
+        if not (enough and np.isfinite(largest).all()):
             return np.full_like(largest, math.nan)
         return np.asarray(largest)
 
 
-class _Largest:
-    """Coefficients of one window. loaded: whether the load has the sense in every sample."""
-
-    def __init__(self, planets: int) -> None:
-        self.loaded = True
-        self.figures = {d: np.full(planets, -math.inf) for d in DEFINITIONS}
-
-    def take(self, definition: Definition, largest: Array) -> None:
-        """Look at forces (k, N) of samples, or at their largest of cycles: at shares N F_i/ΣF, or
-        1 + |B − 1| of the cycle-based factor."""
-        shares = largest.shape[-1] * largest / largest.sum(axis=-1, keepdims=True)
-        if definition == "cycle-based":
-            shares = 1 + np.abs(shares - 1)
-        self.figures[definition] = np.maximum(self.figures[definition], shares.max(axis=0))
+def _shares(force: Array) -> Array:
+    """N F_i/ΣF of forces (k, N) that all have the sense of their sum."""
+    return np.asarray(force.shape[-1] * force / force.sum(axis=-1, keepdims=True))
 
 
 ROUNDING = 1e-9  # of the largest force of a train: below it a gear mesh carries nothing
@@ -203,7 +192,7 @@ def sharing_histories(
     largest = np.full((len(f), len(groups)), np.nan)
     for k, at in enumerate(groups.values()):
         factor[:, at] = planet_load_factors(f[:, at], float(mean[at].mean()))
-        largest[:, k] = load_sharing(f[:, at], float(mean[at].mean()))
+        largest[:, k] = factor[:, at].max(axis=1)
     return {"load_sharing": largest, "planet_load_factor": factor}
 
 
@@ -222,16 +211,11 @@ class SharingCoefficients:
         ]
         self._count = len(gear_meshes)
 
-    def append(self, force: ArrayLike) -> None:
-        """Some samples more of the gear-mesh forces (t, G), N."""
+    def append(self, force: ArrayLike, window: int = 0) -> None:
+        """Some samples more of the gear-mesh forces (t, G), N, in a window."""
         f = without_rounding(force)
         for at, group in self._groups:
-            group.append(f[:, at])
-
-    def close_window(self) -> None:
-        """What comes is of the next window."""
-        for _, group in self._groups:
-            group.close_window()
+            group.append(f[:, at], window)
 
     def coefficients(self, first: int = 0) -> dict[str, Array]:
         """ "load_sharing_coefficient" (definitions, groups) and "planet_coefficient" (definitions,

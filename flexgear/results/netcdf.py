@@ -48,10 +48,6 @@ class NewFile:
             self._close()
             raise
 
-    def dtype(self, name: str) -> np.dtype[Any]:
-        """Of a variable, as it is stored."""
-        return self._file[name].dtype  # type: ignore[no-any-return]
-
     def put(self, name: str, values: NDArray[Any], rows: slice | None = None) -> None:
         """Values of a variable, or some rows of it along its first axis. OSError where the disk
         refuses."""

@@ -93,10 +93,6 @@ class WindowedRanges(DatasetSink):
         self._watched, self._edges = watched, edges
         self._parts: dict[int, Ranges] = {}
 
-    def begin(self, coming: Coming) -> None:
-        """Begin anew."""
-        self._parts = {}
-
     def append(self, data: xr.Dataset) -> None:
         """Look at some samples more."""
         for k, piece in cut(data.variables[TIME].to_numpy(), self._edges):
@@ -122,7 +118,8 @@ class Settling(DatasetSink):
         self._period, self._span, self._begin = period, span, begin
         self._time, self._x = np.zeros(0), np.zeros((0, 0))  # of the last period
         self._sizes: list[int] = []
-        self._difference = self._least = self._largest = np.zeros((WINDOWS, 0))
+        # of every window the largest of D, x and −x
+        self._largest = np.full((WINDOWS, 3, 0), -np.inf)
 
     def append(self, data: xr.Dataset) -> None:
         """Look at some samples more."""
@@ -142,15 +139,16 @@ class Settling(DatasetSink):
     def window(self) -> Window:
         """The window that figures are to be taken from; all of the run where it has not settled."""
         end, periods = self._begin + self._span, self._span / self._period
+        difference = self._largest[:, 0]
         whole = Window(self._begin, end, None, "")
-        if periods < FEWEST or np.isinf(self._difference[WINDOWS // 4 :]).any():
+        if periods < FEWEST or np.isinf(difference[WINDOWS // 4 :]).any():
             return replace(
                 whole,
                 sentence=f"{periods:.3g} periods of the slowest gear mesh are too "
                 "few to tell whether it has settled",
             )
         limit = SHARE * self._peak_to_peak(slice(WINDOWS // 2, None))
-        quarters = self._difference.reshape(4, WINDOWS // 4, self._difference.shape[1]).max(axis=1)
+        quarters = difference.reshape(4, WINDOWS // 4, difference.shape[1]).max(axis=1)
         rise = np.diff(quarters[1:], axis=0)
         grows = (rise > 0).all(axis=0) & (rise.sum(axis=0) > limit)
         decays = (rise < 0).all(axis=0) & (rise[1] < -2.0 * limit)
@@ -158,7 +156,7 @@ class Settling(DatasetSink):
             how = "grows until" if grows.any() else "from the start is still there at"
             sentence = f"vibration {how} the end of the run"
             return replace(whole, settled=False, sentence=sentence)
-        above = (self._difference > quarters[2:].max(axis=0) + limit).any(axis=1)
+        above = (difference > quarters[2:].max(axis=0) + limit).any(axis=1)
         first = int(np.flatnonzero(above)[-1]) + 1 if above.any() else 0
         return Window(
             float(window_edges(self._span, begin=self._begin)[first]),
@@ -176,22 +174,18 @@ class Settling(DatasetSink):
         return np.concatenate(kinds, axis=1)
 
     def _count(self, time: Array, x: Array, difference: Array) -> None:
-        if not self._difference.shape[1]:
-            self._difference = np.full((WINDOWS, x.shape[1]), -np.inf)
-            self._least, self._largest = -self._difference, self._difference.copy()
+        if not self._largest.shape[2]:
+            self._largest = np.full((WINDOWS, 3, x.shape[1]), -np.inf)
         since = time - self._begin
         number = np.minimum((since * (WINDOWS / self._span)).astype(int), WINDOWS - 1)
         at, starts = np.unique(number, return_index=True)
-        for bounds, values, extreme in (
-            (self._difference, difference, np.maximum),
-            (self._largest, x, np.maximum),
-            (self._least, x, np.minimum),
-        ):
-            bounds[at] = extreme(bounds[at], extreme.reduceat(values, starts, axis=0))
+        values = np.stack([difference, x, -x], axis=1)
+        most = np.maximum.reduceat(values, starts, axis=0)
+        self._largest[at] = np.maximum(self._largest[at], most)
 
     def _peak_to_peak(self, windows: slice) -> Array:
         """Of every x, at least a share of the largest of its kind and of its size."""
-        high, low = self._largest[windows].max(axis=0), self._least[windows].min(axis=0)
+        high, low = self._largest[windows, 1].max(axis=0), -self._largest[windows, 2].max(axis=0)
         range_ = high - low
         for end, size in zip(np.cumsum(self._sizes), self._sizes, strict=True):
             kind = slice(end - size, end)

@@ -57,9 +57,19 @@ class DatasetSink:
         """After the last sample: variables without time, attributes."""
 
 
+def with_last(data: xr.Dataset, last: xr.Dataset) -> xr.Dataset:
+    """A dataset with what is known only after the last sample."""
+    return data.assign(last.data_vars).assign_coords(last.coords).assign_attrs(last.attrs)
+
+
 def histories(data: xr.Dataset, clock: str = TIME) -> dict[str, xr.Variable]:
     """Variables over time, or the time of sensors, and time itself."""
     return {str(n): v for n, v in data.variables.items() if clock in v.dims}
+
+
+def as_stored(data: xr.Dataset) -> xr.Dataset:
+    """With numbers as exact as a file holds them."""
+    return data.assign({n: v.astype("f4") for n, v in data.data_vars.items() if is_single(v)})
 
 
 def sample_size(variable: xr.Variable, clock: str = TIME) -> int:
@@ -77,19 +87,20 @@ def is_single(variable: xr.Variable | xr.DataArray) -> bool:
 
 
 class Gathered(DatasetSink):
-    """A sink that keeps everything in memory, as one dataset."""
+    """A sink that keeps everything in memory, or a part of it, as one dataset."""
 
-    def __init__(self) -> None:
+    def __init__(self, part: Callable[[xr.Dataset], xr.Dataset] = lambda data: data) -> None:
+        self._part = part
         self._chunks: list[xr.Dataset] = []
         self.data = xr.Dataset()
 
     def begin(self, coming: Coming) -> None:
         """Begin anew."""
-        self._chunks = [coming.pattern]
+        self._chunks = [self._part(coming.pattern)]
 
     def append(self, data: xr.Dataset) -> None:
         """Keep some samples more."""
-        self._chunks.append(data)
+        self._chunks.append(self._part(data))
 
     def finish(self, last: xr.Dataset) -> None:
         """Join all of it."""
@@ -104,28 +115,11 @@ class Gathered(DatasetSink):
         ]  # fmt: skip
         whole = xr.merge(parts, compat="override", combine_attrs="override")
         self._chunks = []
-        self.data = whole.assign(last.data_vars).assign_coords(last.coords).assign_attrs(last.attrs)
+        self.data = with_last(whole, self._part(last))
 
 
-class SensorRecord(Gathered):
-    """A sink that keeps what sensors record, and nothing else; ``data`` has no other time."""
-
-    def begin(self, coming: Coming) -> None:
-        """Begin anew."""
-        pattern = _recorded(coming.pattern)
-        super().begin(Coming(pattern, 0, coming.recorded))
-
-    def append(self, data: xr.Dataset) -> None:
-        """Keep some samples more."""
-        super().append(_recorded(data))
-
-    def finish(self, last: xr.Dataset) -> None:
-        """Join all of it, if there are sensors."""
-        if SENSOR_TIME in self._chunks[0].dims:
-            super().finish(last[[]])
-
-
-def _recorded(data: xr.Dataset) -> xr.Dataset:
+def recorded(data: xr.Dataset) -> xr.Dataset:
+    """What sensors record alone, over their time."""
     return data.drop_dims(TIME, errors="ignore")[list(histories(data, SENSOR_TIME))]
 
 
@@ -160,10 +154,6 @@ class Ranges(DatasetSink):
     def __init__(self, watched: Callable[[xr.Dataset], xr.Dataset]) -> None:
         self._watched = watched
         self._sum = self._count = self.first = self.least = self.largest = xr.Dataset()
-
-    def begin(self, coming: Coming) -> None:
-        """Begin anew."""
-        self.first = xr.Dataset()
 
     def append(self, data: xr.Dataset) -> None:
         """Look at some samples more."""

@@ -6,21 +6,23 @@ import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
 from flexgear.arrays import Array
 from flexgear.gears.bearings.basic_life import bearing_life_hours
-from flexgear.gears.geometry import StageGeometry, stage_geometry
+from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.nominal_stress import largest_root_stress
 from flexgear.gears.power_flow import PowerFlow, StageFlow
 from flexgear.model.member import PlanetBearing
 from flexgear.model.names import MemberName
 from flexgear.model.stage_view import StageView
 from flexgear.model.units import RPM
-from flexgear.results.quantities import ABSENT, ALWAYS, WITH_SECTION, Bars, Figure, values
+from flexgear.results.quantities import ABSENT, ALWAYS, Bars, Figure, values
+
+if TYPE_CHECKING:  # which ``check`` does not load
+    import xarray as xr
 
 
 def root_figures(data: xr.Dataset, stage: str) -> dict[str, dict[str, float]]:
@@ -103,14 +105,15 @@ class StageRun:
     cycles: int
     least: float
 
-    @cached_property
-    def geometry(self) -> StageGeometry:
-        """Of its gears."""
-        return stage_geometry(self.view)
-
     def of_planets(self, value: float) -> Any:
         """A value that parallel stages do not have."""
         return value if self.view.stage.kind == "planetary" else ABSENT
+
+    def contact_ratios(self) -> dict[str, float]:
+        """ε_γ of the gear meshes, by the gear that is no planet."""
+        gear_meshes = stage_geometry(self.view).gear_meshes
+        ratios = {self.view.part(k): x.total_contact_ratio for k, x in gear_meshes.items()}
+        return {gear: ratio for gear, ratio in ratios.items() if math.isfinite(ratio)}
 
     def nominal_root_stress(self) -> dict[str, float]:
         """Nominal root stress of every gear under the forces of the power flow, MPa."""
@@ -193,6 +196,11 @@ MESHES = (
     Figure("kind", "", '"planetary" or "parallel"', of=lambda s: s.view.stage.kind),
     Figure("gear_mesh_frequency_hz", "Hz", "at rated speed", ALWAYS,
            lambda s: s.flow.gear_mesh_frequency, "gear-mesh frequency"),
+    Figure("pin_speed_rpm", "1/min", "rated, of the pins against the ring", "",
+           lambda s: s.of_planets((s.flow.carrier_speed - s.flow.ring_speed) * RPM),
+           "speed of the pins against the ring"),
+    Figure("contact_ratio.<gear>", "1", "total, of the planet's gear mesh with sun or ring, or of "
+           "pinion and gear", of=StageRun.contact_ratios),
     Figure("rolling_power_w", "W", "power through the gear meshes, seen from the carrier", "",
            lambda s: s.flow.stage_power, "rolling power, from sun to ring as the carrier sees it"),
     Figure("sun_gear_mesh_force_n", "N",
@@ -202,7 +210,7 @@ MESHES = (
            lambda s: s.of_planets(abs(s.flow.ring_gear_mesh_force)), "normal force of one gear "
            "mesh, ring"),
     Figure("error_cycle_gear_meshes", "1", "gear-mesh cycles until errors come back together",
-           of=lambda s: s.cycles),
+           "", lambda s: s.cycles, "errors repeat after so many gear-mesh periods"),
 )  # fmt: skip
 ROOTS = (
     Figure("nominal_root_stress_mpa.<gear>", "MPa",
@@ -219,12 +227,14 @@ ROOTS = (
 )  # fmt: skip
 PLANET_BEARINGS = (
     Figure("planet_bearing_force_n", "N", "mean rated force of a planet on its pin",
-           of=lambda s: s.of_planets(s.flow.planet_bearing_force)),
+           "", lambda s: s.of_planets(s.flow.planet_bearing_force), "load of a planet's bearings"),
     Figure("planet_speed_in_carrier_rpm", "1/min", "rated speed of the planets against the carrier",
-           of=lambda s: s.of_planets(s.flow.planet_relative_speed * RPM)),
+           "", lambda s: s.of_planets(s.flow.planet_relative_speed * RPM),
+           "speed of a planet relative to the carrier"),
     Figure("nominal_planet_bearing_life_h", "h",
            "L₁₀ₕ of the planets' bearings under this force, where they have a rating",
-           of=StageRun.nominal_life),
+           "", StageRun.nominal_life,
+           "basic rating life of a planet bearing (ISO 281), nominal load"),
 )  # fmt: skip
 SEATS = (
     Figure("carrier_bearing_force_n.<seat>", "N", "largest radial load of the bearing on each seat "
@@ -239,22 +249,3 @@ LIVES = (
                      "Under the constant load of the same damage over the equilibria.")),
 )  # fmt: skip
 STAGE_FIGURES = (*MESHES, *ROOTS, *PLANET_BEARINGS, *SEATS, *LIVES)
-
-KINEMATICS = (
-    Figure("carrier_speed_rpm", "1/min",
-           "rated", WITH_SECTION, lambda s: s.flow.carrier_speed * RPM),
-    Figure("pin_speed_rpm", "1/min", "rated, of the pins against the ring", WITH_SECTION,
-           lambda s: (s.flow.carrier_speed - s.flow.ring_speed) * RPM),
-    Figure("sun_speed_rpm", "1/min", "rated", WITH_SECTION, lambda s: s.flow.sun_speed * RPM),
-    Figure("gear_mesh_frequency_hz", "Hz",
-           "rated", WITH_SECTION, lambda s: s.flow.gear_mesh_frequency),
-    Figure("contact_ratio_ring", "1", "total, ring on planet", WITH_SECTION,
-           lambda s: s.geometry.ring_mesh.total_contact_ratio),
-    Figure("contact_ratio_sun", "1", "total, sun on planet", WITH_SECTION,
-           lambda s: s.geometry.sun_mesh.total_contact_ratio),
-    Figure("expected_ring_mesh_force_n", "N",
-           "mean rated force of a ring-planet gear mesh", WITH_SECTION,
-           lambda s: abs(s.flow.ring_gear_mesh_force)),
-    Figure("planet_bearing_force_n", "N", "mean rated force of a planet on its pin",
-           of=lambda s: s.flow.planet_bearing_force),
-)  # fmt: skip

@@ -19,10 +19,11 @@ from flexgear.files.atomic import plain
 from flexgear.model.errors import FlexgearError
 from flexgear.results.face_load import CYCLE_FIGURES, FLANK_FIGURES
 from flexgear.results.quantities import ALWAYS, WITH_SECTION, Figure, below, number
-from flexgear.results.stage_figures import KINEMATICS, MEMBERS, STAGE_FIGURES, TRAIN
+from flexgear.results.stage_figures import MEMBERS, STAGE_FIGURES, TRAIN
 from flexgear.results.time_figures import DROP, ORDERS, RIM, STAGE_DROP, STEADY, TRANSIENT
 
-VERSION = 3  # of the schema; 2 had a kind, and no stage above figures of an only flexible one
+VERSION = 3  # of the schema; 2 had a kind, no stage above figures of an only flexible one, and some
+# figures twice
 FREE = ("<figure>", "<key>")  # any value, with parts or without
 
 WINDOW = (
@@ -31,7 +32,6 @@ WINDOW = (
     Figure("settled", "", "whether it has settled; null where that was given, or cannot be told"),
     Figure("settling", "", "how that is known"),
 )  # fmt: skip
-CLOSURE = Figure("equilibrium_closure_max", "1", "largest imbalance of an equilibrium")
 KEYS: tuple[Figure, ...] = (
     Figure("case", "", "name of the case", ALWAYS),
     Figure("result", "", '"run"'),
@@ -100,23 +100,18 @@ KEYS: tuple[Figure, ...] = (
     Figure("headlines", "",
            "answers of the first screen of the report, the worst first: see below"),
     Figure("neglected", "", "headline figures that are not ten times as large as an effect that is "
-           "left out: `figure`, `stage`, `value_um` or `load_sharing`, `effects_um`, `sentence` "
-           "(which is among `warnings`, too)"),
+           "left out: `figure`, `stage`, `value_um` or `load_sharing`, `effects_um`, `sentence`"),
     Figure("energy_residual", "1",
            "largest imbalance of the energy balance; null without one", ALWAYS),
-    CLOSURE,
+    Figure("equilibrium_closure_max", "1", "largest imbalance of an equilibrium"),
     Figure("solver.<key>", "", "steps, samples, bands as they follow from the case, with reasons"),
-    Figure("warnings", "", "what a reader should know", ALWAYS),
+    Figure("warnings", "", "what a reader should know and no headline says", ALWAYS),
     Figure("timing_s.<part>", "s", "wall time", ALWAYS),
     Figure("realtime_factor", "1", "simulated time over processor time of the transient", ALWAYS),
-    Figure("fe.<body>.dofs", "1", "of the FE mesh", WITH_SECTION),
+    Figure("reduction.<body>.fe_dofs", "1", "of the FE mesh", WITH_SECTION),
     Figure("reduction.<body>.<figure>", "1, Hz", "interface dofs, modes, `static_error`, "
            "`frequency_error` up to `frequency_limit_hz`, tie, fidelity"),
-    Figure("second_reduction.<variant>.<figure>", "1, Hz", "as in system, by variant",
-           WITH_SECTION),
-    *below("kinematics.<stage>", KINEMATICS),
-    *below("steady.<stage>", (*WINDOW, *STEADY, *RIM, CLOSURE)),
-    Figure("steady.<stage>.inertia_kg_m2.<end>", "kg m²", "inertias at the ports"),
+    *below("steady.<stage>", (*STEADY, *RIM)),
     *below("face_load.<variant>.<flank>", (*FLANK_FIGURES, *CYCLE_FIGURES)),
 )  # fmt: skip
 

@@ -181,8 +181,6 @@ STAGE_DROP = (
            of=lambda drop: float(drop.parts[0].least["stage_speed"]) * RPM),
     Figure("tooth_load_n_min", "N", "least load of a pair on the flank that carries",
            of=StageDrop.lowest_load, label="lowest load of a tooth pair"),
-    Figure("load_sharing_max", "1", "largest load sharing factor at the ring",
-           of=lambda drop: sharing_summary(drop.data, drop.stage)["max"]),
     Figure("planet_force_spread_max", "1", "largest (max F − min F) / rated mean F at the ring",
            of=lambda drop: max(float(p.largest["planet_force_spread"]) for p in drop.parts)),
 )  # fmt: skip
@@ -232,9 +230,7 @@ class SteadyRun:
 
     def _histories(self, whole: xr.Dataset) -> xr.Dataset:
         data = stage_part(whole, self.stage)
-        forces = of_kind(stage_part(whole, self.stage, ""), "ring")["gear_mesh_force"]
         return data[["stage_speed"]].assign(
-            ring_mesh_force=forces.mean("gear_mesh", dtype=float),
             tooth_node=data["tooth_displacement"].isel(tooth=0, drop=True),
             pairs_in_contact=pairs_in_contact(carrying_pairs(data, "ring")["tooth"] > 0),
         )
@@ -264,9 +260,6 @@ class SteadyRun:
 STEADY = (
     Figure("carrier_speed_rpm_mean", "1/min", "in the transient", WITH_SECTION,
            lambda run: float(run.ranges.mean["stage_speed"]) * RPM),
-    # over whole tooth passages, as the run is over the revolution
-    Figure("ring_mesh_force_n_mean", "N", "in the transient, mean of all planets", WITH_SECTION,
-           lambda run: float(run.ranges.mean["ring_mesh_force"])),
     Figure("ring_pairs_in_contact.<number>", "1", "share of time with so many pairs in contact",
            WITH_SECTION, SteadyRun.pairs),
     Figure("tooth_displacement_peak_um.<axis>", "µm", "largest displacement of ring tooth 1",

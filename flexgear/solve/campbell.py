@@ -150,25 +150,15 @@ IDEAL, ERRORS = "ideal", "errors"
 UNCOUPLED = 1e-9  # of the mean gear-mesh force: the rounding of modes that gear meshes cannot reach
 
 
-@dataclass(frozen=True)
-class Meeting:
-    """An excitation within the margin of modes of one frequency at an operating speed.
-
-    modes: indices; frequency: of the excitation, away: of it from the modes' over theirs; index:
-    min(k, N − k) of the modes in the excitation's stage, or why they have none; cause: IDEAL where
-    a stage of equal planets is excited, ERRORS where it takes something unequal; force: amplitude
-    of a gear mesh over its mean force if they met exactly, and where it takes errors if a single
-    planet's teeth pushed; NaN where the stiffness tells none.
-    """
-
-    factor: float
-    excitation: Excitation
-    modes: Ints
-    frequency: float
-    away: float
-    index: int
-    cause: str
-    force: float
+# A mode that an excitation lies near at an operating speed, by the names of variables meeting_…
+# index: min(k, N − k) of the mode in the excitation's stage, or why it has none; cause: IDEAL where
+# a stage of equal planets is excited, ERRORS where it takes something unequal; force: amplitude of
+# a gear mesh over its mean force if they met exactly, and where it takes errors if a single
+# planet's teeth pushed; NaN where the stiffness or the damping tells none.
+MEETING = {
+    "factor": float, "excitation": str, "mode": int, "frequency": float, "away": float,
+    "index": int, "cause": str, "force": float,
+}  # fmt: skip
 
 
 def campbell(
@@ -214,7 +204,10 @@ def campbell(
             "crossing_frequency": [c.frequency for c in met],
             "crossing_mode": np.array([c.mode + 1 for c in met], dtype=np.int64),
             "crossing_excitation": np.array([lines[c.line].label for c in met], dtype=str),
-            **_meeting_arrays(meetings),
+            **{
+                f"meeting_{name}": np.array([row[k] for row in meetings], dtype=kind)
+                for k, (name, kind) in enumerate(MEETING.items())
+            },
         },
         result_attrs(
             model,
@@ -266,8 +259,8 @@ def _meetings(
     index: Ints,
     operating: Sequence[float],
     margin: float,
-) -> Iterator[Meeting]:
-    """Meetings at the operating speeds, by stage and order."""
+) -> Iterator[tuple[Any, ...]]:
+    """Rows of ``MEETING`` at the operating speeds, by stage and order, one for every mode."""
     rates = decay(model.system, rest, model.mean_springs.cycles)
     for number, stage in enumerate(model.case.stages):
         lines_of_stage = [line for line in lines if line.label.stage == stage.name]
@@ -286,7 +279,9 @@ def _meetings(
                         raised = float((force if cause == IDEAL else alone)[i, g])
                         if raised < UNCOUPLED:  # no tooth moves in it
                             continue
-                        yield Meeting(factor, line, group, excited, away, k, cause, raised)
+                        raised = raised if raised < math.inf else math.nan
+                        for mode in group:
+                            yield factor, line.label, mode + 1, excited, away, k, cause, raised
 
 
 def _groups(frequencies: Array, index: Ints) -> list[Ints]:
@@ -336,25 +331,6 @@ def _forces(
         ]
         alone[exciting] = np.max(single, axis=0)
     return out, alone
-
-
-def _meeting_arrays(meetings: Sequence[Meeting]) -> dict[str, Any]:
-    """One row for every mode of every meeting."""
-    rows = [(meeting, int(mode)) for meeting in meetings for mode in meeting.modes]
-    return {
-        "meeting_factor": [meeting.factor for meeting, _ in rows],
-        "meeting_excitation": np.array(
-            [meeting.excitation.label for meeting, _ in rows], dtype=str
-        ),
-        "meeting_mode": np.array([mode + 1 for _, mode in rows], dtype=np.int64),
-        "meeting_frequency": [meeting.frequency for meeting, _ in rows],
-        "meeting_away": [meeting.away for meeting, _ in rows],
-        "meeting_index": np.array([meeting.index for meeting, _ in rows], dtype=np.int64),
-        "meeting_cause": np.array([meeting.cause for meeting, _ in rows], dtype=str),
-        "meeting_force": [
-            meeting.force if meeting.force < math.inf else math.nan for meeting, _ in rows
-        ],
-    }
 
 
 def crossing_rows(data: xr.Dataset) -> list[dict[str, Any]]:

@@ -228,33 +228,33 @@ def _motions(model: Model, recovery: Recovery) -> tuple[dict[str, Array], dict[s
     bodies = recovery.named("bodies", lambda: body_rows(model.system)[1])
     arrays = {"body_displacement": bodies.reshape(count, len(names), 6)}
     labels: dict[str, Any] = {"body": names}
-    bearings = planet_bearings(model, recovery)
-    if bearings:
-        arrays["planet_bearing_force"] = np.stack(list(bearings.values()), axis=1)
-        labels["bearing"] = list(bearings)
-        arrays |= _films(model, recovery, list(bearings))
-    for name, links in (("bolt", _bolts(model)), ("support", support_names(model))):
+    bearings, supports = planet_bearings(model), support_names(model)
+    for axis, name, links, parts in (
+        ("bearing", "planet_bearing_force", bearings, 3),
+        ("bolt", "bolt_force", [x.name for x in model.system.links if x.kind == "bolt"], 3),
+        ("support", "bearing_force", supports, 6),
+    ):
         if links:
-            forces = np.stack([recovery.link_force(link) for link in links], axis=1)
-            arrays["bolt_force" if name == "bolt" else "bearing_force"] = (
-                forces[:, :, :3] if name == "bolt" else forces
-            )
-            labels[name] = links
-    arrays |= _row_loads(recovery, list(bearings), support_names(model))
+            forces = [recovery.link_force(link)[:, :parts] for link in links]
+            arrays[name], labels[axis] = np.stack(forces, axis=1), links
+    if bearings:
+        # links pull the pin towards the planet: pin − planet is their motion
+        arrays["planet_bearing_force"] *= -1.0
+        arrays |= _films(model, recovery, bearings)
+    arrays |= _row_loads(recovery, bearings, supports)
     if isinstance(result, Equilibrium) and model.sensors is not None:
         arrays["sensor_static"] = model.sensors.static(recovery)
         labels |= model.sensors.static_labels
     if isinstance(result, Equilibrium) and len(model.rim_stress):
         arrays["rim_stress"] = recovery.named("rim", lambda: model.rim_stress)
-    for name, nodes, dofs in (
-        ("tooth", _nodes(model, "ring", "tooth"), 3),
-        ("carrier_node", _nodes(model, "carrier"), 6),
+    for axis, name, nodes, dofs in (
+        ("tooth", "tooth_displacement", _nodes(model, "ring", "tooth"), 3),
+        ("carrier_node", "carrier_displacement", _nodes(model, "carrier"), 6),
     ):
         if nodes:
-            motion = recovery.named(name, partial(_rows_of, model.system, nodes, dofs))
-            motion = motion.reshape(count, len(nodes), dofs)
-            arrays["tooth_displacement" if name == "tooth" else "carrier_displacement"] = motion
-            labels |= _node_labels(model, name, nodes)
+            motion = recovery.named(axis, partial(_rows_of, model.system, nodes, dofs))
+            arrays[name] = motion.reshape(count, len(nodes), dofs)
+            labels |= _node_labels(model, axis, nodes)
     return arrays, labels
 
 
@@ -276,10 +276,6 @@ def _row_loads(recovery: Recovery, bearings: list[str], supports: list[str]) -> 
     if recovery.row_loads(others).size:
         loads["bearing_row_load"] = recovery.row_loads(supports)
     return {name: rows for name, rows in loads.items() if rows.size}
-
-
-def _bolts(model: Model) -> list[str]:
-    return [link.name for link in model.system.links if link.kind == "bolt"]
 
 
 def support_names(model: Model) -> list[str]:
@@ -324,9 +320,7 @@ def _node_labels(model: Model, name: str, nodes: list[tuple[BodyName, NodeName]]
     }
 
 
-def planet_bearings(model: Model, recovery: Recovery) -> dict[str, Array]:
-    """Forces (t, 3) of planets on their pins, radial, tangential, axial, N, by bearing."""
+def planet_bearings(model: Model) -> list[str]:
+    """Names of planets' bearings, turning ones last."""
     names = [link.name for link in model.system.links if link.kind == "planet_bearing"]
-    names += _turning(model)
-    # links pull the pin towards the planet: pin − planet is their motion
-    return {name: -recovery.link_force(name)[:, :3] for name in names}
+    return names + _turning(model)

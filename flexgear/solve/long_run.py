@@ -5,9 +5,11 @@ Nothing of a run that grows with its duration stays in memory, unless the sink k
 
 from __future__ import annotations
 
+import json
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +17,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from flexgear.analysis.kernels.step_arrays import State
+from flexgear.analysis.recording import Recorder
 from flexgear.analysis.start import packed_state, start_state, state_size
 from flexgear.analysis.step_plan import Stepping
 from flexgear.analysis.step_space import empty_samples
@@ -33,7 +36,13 @@ from flexgear.coupling.modal import ModalSystem
 from flexgear.model.errors import InputError
 from flexgear.results.dataset_file import WHOLE, dataset_file
 from flexgear.results.labelled_dataset import coordinate, variable
-from flexgear.results.sinks import Coming, DatasetSink
+from flexgear.results.load_sharing import DEFINITIONS, SharingCoefficients
+from flexgear.results.settling import Settling, Window, cut
+from flexgear.results.sinks import Coming, DatasetSink, Several, with_last
+from flexgear.solve.carried_state import state_content
+from flexgear.solve.dataset import sensor_data, transient_data
+from flexgear.solve.deformed import body_coordinates
+from flexgear.solve.model import Model
 
 Samples = dict[str, NDArray[np.float64]]
 BUFFER = 2**24  # bytes of samples that are labelled together
@@ -73,66 +82,124 @@ def shelved(place: Path | None, name: str, run: Callable[..., TimedRun]) -> Time
 class LongRun:
     """A run to be stepped through.
 
-    labelled: a dataset of some samples; last: what is known only after the last step, variables
-    without time and attributes; source: name of the case, for messages; carried: the state to start
-    from, equilibrium if left out; recorded: samples of sensors.
+    modal: of the model, as it is solved; settling: the window of its figures, or the search for it;
+    sharing: takes the load sharing; fields: bodies that bend, whose coordinates are kept; carried:
+    the state to start from, equilibrium if left out.
     """
 
+    model: Model
     modal: ModalSystem
     drive: Drive
     stepping: Stepping
-    energy: bool
-    labelled: Callable[[Transient], xr.Dataset]
-    last: Callable[[Steps], xr.Dataset]
-    source: str
+    settling: Settling | Window
+    sharing: RunSharing
+    torque_share: float = 1.0
+    energy: bool = False
+    fields: Sequence[str] = ()
     carried: State | None = None
-    recorded: int = 0
+
+    @cached_property
+    def _recorder(self) -> Recorder | None:
+        """What sensors record; it keeps what the next samples need."""
+        sensors = self.model.sensors
+        return None if sensors is None else sensors.recorder(self.stepping.finest)
 
     def into(self, sink: DatasetSink, progress: Callable[[float], None]) -> TimedRun:
         """Run it; the dataset has no samples. InputError where it would take more than a month."""
-        refuse_endless(self.stepping, self.source)
-        start, begin = self.carried, np.full(1, self.stepping.start)
+        stepping, source, recorder = self.stepping, self.model.case.source, self._recorder
+        refuse_endless(stepping, source)
+        start, begin = self.carried, np.full(1, stepping.start)
         if start is None:
             start = start_state(self.modal, prescribed_values(self.modal, self.drive, begin)[0])
         pattern = self._pattern()
-        sink.begin(Coming(pattern, self.stepping.samples, self.recorded))
-        chunks = _Chunks(self.modal, self.labelled, sink.append)
+        recorded = 0 if recorder is None else recorder.clock.count(stepping.sampled)
+        watching = [self.settling] if isinstance(self.settling, Settling) else []
+        sinks = Several([*watching, self.sharing, sink])
+        sinks.begin(Coming(pattern, stepping.samples, recorded))
+        chunks = _Chunks(self.modal, self._labelled, sinks.append)
         wall, core = time.perf_counter(), time.thread_time()
 
         def watched(share: float) -> None:
             spent = time.perf_counter() - wall
             if spent > ENOUGH and spent / share > LONGEST:
-                raise _endless(
-                    self.stepping, self.source, f"about {spent / share / 86400:.3g} days"
-                )
+                raise _endless(stepping, source, f"about {spent / share / 86400:.3g} days")
             progress(share)
 
         steps = transient(
-            self.modal, self.drive, self.stepping, start=start, sink=chunks,
+            self.modal, self.drive, stepping, start=start, sink=chunks,
             track_energy=self.energy, progress=watched,
         )  # fmt: skip
         wall, core = time.perf_counter() - wall, time.thread_time() - core
         wall, core = wall - chunks.wall, core - chunks.core
         chunks.flush()
         last = self._last(steps, packed_state(self.modal, start))
-        sink.finish(last)
-        empty = pattern.assign(last.data_vars).assign_coords(last.coords).assign_attrs(last.attrs)
-        return TimedRun(empty, self.stepping.duration, wall, core)
+        sinks.finish(last)
+        return TimedRun(with_last(pattern, last), stepping.duration, wall, core)
+
+    def _labelled(self, run: Transient) -> xr.Dataset:
+        """The dataset of some samples."""
+        recorder, outputs = self._recorder, run.outputs()
+        recorded = None if recorder is None else sensor_data(self.model, recorder, run)
+        data = transient_data(self.model, outputs, torque_share=self.torque_share)
+        if recorded is not None:
+            data = data.merge(recorded, combine_attrs="no_conflicts")
+        if self.fields:
+            data = data.merge(body_coordinates(outputs, self.fields))
+        balance = outputs.energy.items() if self.energy else ()
+        energies = {f"energy_{name}": values for name, values in balance}
+        return data.assign({name: variable(name, v, "time") for name, v in energies.items()})
 
     def _last(self, steps: Steps, end: Array) -> xr.Dataset:
         """What is known only after the last step, the state there (n,) included."""
-        last = self.last(steps)
-        end_time = self.stepping.start + self.stepping.duration
+        settling, pace = self.settling, self.model.pace
+        window = settling.window() if isinstance(settling, Settling) else settling
+        sizes = ", ".join(f"{h:.4g} s: {count}" for h, count in sorted(steps.by_size.items()))
         entries = coordinate("state", "state", np.arange(1, len(end) + 1))
+        last = self.sharing.coefficients(window.start)
         last = last.assign(end_state=variable("end_state", end)).assign_coords(state=entries)
-        return last.assign_attrs(end_time_s=end_time)
+        return last.assign_attrs(
+            steps=steps.taken,
+            steps_refused=steps.refused,
+            step_sizes=sizes,
+            solver=json.dumps(pace.summary),
+            state_content=state_content(self.model),
+            **window.attributes,
+            end_time_s=self.stepping.start + self.stepping.duration,
+        )
 
     def _pattern(self) -> xr.Dataset:
         """The dataset without a sample."""
         samples = by_name(np.zeros(0), empty_samples(self.modal, 0), np.zeros(0, dtype=bool))
         last = self._last(NO_STEPS, np.zeros(state_size(self.modal)))
-        empty = self.labelled(collected(self.modal, samples, NO_STEPS))
-        return empty.assign(last.data_vars).assign_coords(last.coords).assign_attrs(last.attrs)
+        return with_last(self._labelled(collected(self.modal, samples, NO_STEPS)), last)
+
+
+class RunSharing(DatasetSink):
+    """A sink that finds load sharing coefficients from any window of a run on.
+
+    interval: between its samples, s; edges: where its windows begin, s; sense: −1 under reversed
+    torques.
+    """
+
+    def __init__(self, model: Model, interval: float, edges: Array, sense: float = 1.0) -> None:
+        per_cycle = {
+            s.name: 1.0 / (s.gear_mesh_frequency * interval) if s.gear_mesh_frequency else 0.0
+            for s in model.flow.stages
+        }
+        self._sharing = SharingCoefficients(model.gear_meshes.names, per_cycle)
+        self._edges, self._sense = edges, sense
+
+    def append(self, data: xr.Dataset) -> None:
+        """Look at some samples more."""
+        force = self._sense * data.variables["gear_mesh_force"].to_numpy()
+        for window, piece in cut(data.variables["time"].to_numpy(), self._edges):
+            self._sharing.append(force[piece], window)
+
+    def coefficients(self, start: float) -> xr.Dataset:
+        """Those of the samples from ``start`` s on."""
+        figures = self._sharing.coefficients(int(np.searchsorted(self._edges, start)))
+        names = coordinate("definition", "definition", list(DEFINITIONS))
+        return xr.Dataset({n: variable(n, v) for n, v in figures.items()}, {"definition": names})
 
 
 def refuse_endless(stepping: Stepping, source: str) -> None:

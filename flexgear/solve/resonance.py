@@ -134,8 +134,8 @@ def resonance_verdict(figures: Mapping[str, Any]) -> tuple[Level, str, str]:
         sentences.append(f"{_met(other)}, which only unequal planets or run-out excite{raised}.")
     counts = f"{figures['ideal']} excited by equal planets, {figures['errors']} only with errors"
     text = f"Orders within {margin} of a mode {speeds}: {counts}. {' '.join(sentences)}{unknown}"
-    shown = with_unit(rows[0]["frequency_hz"], "Hz")
-    return ("watch" if level == "watch" else "note"), shown, text
+    figure = with_unit(rows[0]["frequency_hz"], "Hz")
+    return ("watch" if level == "watch" else "note"), figure, text
 
 
 def _force(share: float) -> str:

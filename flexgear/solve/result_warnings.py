@@ -37,7 +37,6 @@ from flexgear.results.report.wording import (
     factor,
     number,
     titled_by_stage,
-    window_words,
     with_unit,
     words,
 )
@@ -172,12 +171,12 @@ EFFECTS = {"rim": "ovalising planet rims", "pin": "pins bending inside planets"}
 
 @dataclass(frozen=True)
 class Length:
-    """A length with its name and what it is the largest of; stage: that it belongs to; value: m."""
+    """A length with its name; stage: that it belongs to; value: m; sentence: what it is of."""
 
     subject: str
     stage: str
     value: float
-    sentence: str
+    sentence: str = ""
 
 
 def lengths(summary: Mapping[str, Any]) -> Iterator[Length]:
@@ -188,29 +187,20 @@ def lengths(summary: Mapping[str, Any]) -> Iterator[Length]:
 
 
 def _distance(summary: Mapping[str, Any]) -> Iterator[Length]:
-    transient = summary["transient"]
-    far = transient["displacement_um_max"]
+    far = summary["transient"]["displacement_um_max"]
     if far:
         name = max(far, key=lambda n: far[n])
-        sentence = f"{words(name).capitalize()}, {window_words(transient)}."
         stage = BodyName.parse(name).stage
-        yield Length("Largest displacement from the axis", stage, 1e-6 * far[name], sentence)
+        yield Length("Largest displacement from the axis", stage, 1e-6 * far[name])
 
 
 def _rings(summary: Mapping[str, Any]) -> Iterator[Length]:
-    for stage, stage_figures in summary.get("steady", {}).items():
-        orders = stage_figures["radial_harmonics_um"]
-        order = max(range(LEAST_ORDER, len(orders)), key=lambda n: orders[n])
-        yield Length(
-            titled_by_stage("Ring shape", stage), stage, 1e-6 * orders[order],
-            f"Radial amplitude of its largest wave, {order} round the ring, in equilibrium.",
-        )  # fmt: skip
-        peaks = stage_figures["tooth_displacement_peak_um"]
-        axis = max(peaks, key=lambda n: peaks[n])
-        yield Length(
-            titled_by_stage("Ring tooth", stage), stage, 1e-6 * peaks[axis],
-            f"Largest displacement of tooth node 1 along {axis}, {window_words(stage_figures)}.",
-        )  # fmt: skip
+    """Largest wave round the ring, and largest displacement of tooth node 1 along an axis."""
+    for stage, of_ring in summary.get("steady", {}).items():
+        wave = max(of_ring["radial_harmonics_um"][LEAST_ORDER:])
+        tooth = max(of_ring["tooth_displacement_peak_um"].values())
+        yield Length(titled_by_stage("Ring shape", stage), stage, 1e-6 * wave)
+        yield Length(titled_by_stage("Ring tooth", stage), stage, 1e-6 * tooth)
 
 
 def transmission_errors(summary: Mapping[str, Any]) -> Iterator[Length]:

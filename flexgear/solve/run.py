@@ -18,57 +18,26 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from flexgear.coupling.pace import too_coarse
-from flexgear.files.atomic import plain
-from flexgear.gears.implausible import implausible
 from flexgear.gears.power_flow import PowerFlow
 from flexgear.model.case import Case
 from flexgear.model.names import BodyName
-from flexgear.results.face_load import cycle_figures, edge_warnings, face_figures
-from flexgear.results.settling import window_of
-from flexgear.results.stage_figures import flow_summary
-from flexgear.results.summary import (
-    build_summary,
-    finite,
-    modes_summary,
-    sharing_summary_of,
-)
-from flexgear.results.version import version
+from flexgear.results.face_load import cycle_figures, face_figures
 from flexgear.solve.angles import lead_speed, one_turn, stage_motions
-from flexgear.solve.bodies import Bodies, Progress, rigid_bodies, silent
+from flexgear.solve.bodies import Bodies, Progress, silent
 from flexgear.solve.campbell import campbell
 from flexgear.solve.deformed import bending_bodies, deformed, mode_shapes
-from flexgear.solve.headlines import headlines
-from flexgear.solve.linear import harmonic_data, harmonic_figures, train_harmonic, why_not_linear
+from flexgear.solve.linear import harmonic_data, train_harmonic, why_not_linear
 from flexgear.solve.model import Model, assemble
 from flexgear.solve.modes import modes, usual_limit
-from flexgear.solve.resonance import resonance_figures
-from flexgear.solve.result_warnings import (
-    large_motions,
-    largest_motions,
-    motion_histories,
-    neglected,
-    reduction_warnings,
-)
-from flexgear.solve.run_transients import (
-    bodies_summary,
-    dataset_name,
-    drop_name,
-    residual_of_run,
-    stages_summary,
-    transient_summary,
-    transients,
-    unsettled_lines,
-)
+from flexgear.solve.run_summary import Analyses, run_summary
+from flexgear.solve.run_transients import dataset_name, drop_name, transients
 from flexgear.solve.static import (
     gear_mesh_cycles,
     shared_stages,
-    sharing_attrs,
     sliced_stages,
     stages_sharing,
     static,
 )
-from flexgear.solve.transient import cut_short
 from flexgear.structures.linalg.dense import single_threaded_blas
 
 WORKERS = 2
@@ -170,94 +139,19 @@ def run(
             cycles, face_load = _face_load(models, datasets, progress)
             datasets |= cycles
         with watch.stage("load_sharing"):
-            sharing = _sharing(models, progress)
-        datasets |= sharing
+            datasets |= _sharing(models, progress)
         with watch.stage("transients"):  # what of them goes on after all else
-            runs, drops, torque_steps = ended()
+            done = ended()
+    runs, drops = done.runs, done.drops
     datasets |= {dataset_name("transient", models[n]): timed.data for n, timed in runs.items()}
     datasets |= {drop_name(torque, models[n]): timed.data for (torque, n), timed in drops.items()}
-    first_run = next(iter(runs.values()))
-    harmonic: dict[str, Any] = {"reason": why_not_linear(first.system)}
-    if harmonic["reason"] is None:
+    if why_not_linear(first.system) is None:
         with watch.stage("harmonic"):
-            data = harmonic_data(first, train_harmonic(first), first_run.data)
-            datasets["harmonic"], harmonic = data, harmonic_figures(data)
+            transient = runs[first.variant].data
+            datasets["harmonic"] = harmonic_data(first, train_harmonic(first), transient)
     watch.seconds |= {f"transient_{label}": timed.wall for label, timed in runs.items()}
-    motions = _motions(datasets["equilibrium"], first_run.data)
-    summary = build_summary(
-        case=case.name,
-        result="run",
-        version=version(),
-        content_hash=case.content_hash(),
-        variant=first.variant,
-        errors_given=first.has_errors,
-        equilibrium_window=_positions_words(first),
-        system=_system(first),
-        power_flow=flow_summary(first.flow),
-        stages=stages_summary(first, datasets["equilibrium"]),
-        modes=modes_summary(datasets["modes"]),
-        resonance=resonance_figures(case, datasets["campbell"], datasets["modes"]),
-        load_sharing={
-            "quasi_static": {n: _shared(sharing, n) for n in models},
-            "transient": {
-                n: {**sharing_summary_of(timed.data), **window_of(timed.data).figures}
-                for n, timed in runs.items()
-            },
-        },
-        transient=transient_summary(first_run),
-        motion_um_max={name: 1e6 * size for name, size in motions.items()},
-        harmonic=harmonic,
-        torque_steps=torque_steps,
-        energy_residual=residual_of_run(first, runs, drops),
-        solver=first.pace.summary,
-        equilibrium_closure_max=datasets["equilibrium"].attrs["closure_max"],
-        warnings=[
-            *_warnings(first, face_load),
-            *unsettled_lines(runs),
-            *large_motions(case, motions),
-        ],
-        timing_s=watch.seconds,
-        # of one core, as several runs go side by side
-        realtime_factor=first_run.realtime_factor,
-        **({"face_load": face_load} if face_load else {}),
-        **bodies_summary(models, datasets, runs),
-    )
-    beside = neglected(case, first.flow, summary)
-    warnings = [*summary["warnings"], *(effect["sentence"] for effect in beside)]
-    summary |= {"neglected": beside, "warnings": warnings}
-    summary["headlines"] = plain(headlines(case, first.flow, summary))
+    summary = run_summary(Analyses(models, datasets, done, face_load, watch.seconds))
     return Run(case, first.flow, datasets, fields, summary)
-
-
-def _system(model: Model) -> dict[str, Any]:
-    """Size of the coupled system and of what is kept of it."""
-    return {
-        "bodies": len(model.system.bodies),
-        "coordinates": model.system.size,
-        **finite(model.modal.figures),
-    }
-
-
-def _warnings(model: Model, face_load: Mapping[str, Any]) -> list[str]:
-    """What a reader of the results should know; face_load: figures of flanks by variant."""
-    case = model.case
-    return [
-        *implausible(case, model.flow),
-        *too_coarse(model.pace, case.solver),
-        *cut_short(case, model.flow),
-        *edge_warnings(face_load.get(model.variant, {})),
-        *reduction_warnings(case, model.bodies, rigid_bodies(case)),
-    ]
-
-
-def _motions(equilibria: xr.Dataset, transient: xr.Dataset) -> dict[str, float]:
-    """Largest displacement by body, m: over the equilibria and the transient, of ring teeth over
-    the equilibria alone."""
-    motions = largest_motions(motion_histories(equilibria))
-    in_time = largest_motions(
-        motion_histories(transient.drop_vars("tooth_displacement", errors="ignore"))
-    )
-    return motions | {name: max(size, motions[name]) for name, size in in_time.items()}
 
 
 def _equilibria(
@@ -310,14 +204,6 @@ def _positions(model: Model) -> NDArray[np.float64]:
     return one_turn(slowest, lead_speed(model.case, model.flow), POSITIONS, 1)
 
 
-def _positions_words(model: Model) -> str:
-    """What the equilibria of a run cover, as a sentence says it."""
-    turning = [m for m in stage_motions(model.case, model.flow) if m.theta]
-    if any(m.name in model.case.fe_ring_stages for m in turning):
-        return "one turn of the carrier against the ring"
-    return "one gear-mesh cycle of the slowest stage" if turning else "one position"
-
-
 def _sharing(variants: Mapping[str, Model], progress: Progress) -> dict[str, xr.Dataset]:
     """Quasi-static load sharing by stage and variant."""
     datasets = {}
@@ -326,12 +212,3 @@ def _sharing(variants: Mapping[str, Model], progress: Progress) -> dict[str, xr.
             data = stages_sharing(model, stage, progress=progress)
             datasets[dataset_name(f"sharing_{stage}", model)] = data
     return datasets
-
-
-def _shared(sharing: Mapping[str, xr.Dataset], label: str) -> dict[str, Any]:
-    """Figures of one variant's quasi-static load sharing by stage."""
-    return {
-        str(data.attrs["stage"]): {**sharing_attrs(data), **sharing_summary_of(data)}
-        for data in sharing.values()
-        if data.attrs["variant"] == label
-    }

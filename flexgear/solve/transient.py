@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -11,7 +10,7 @@ import numpy as np
 import xarray as xr
 
 from flexgear.analysis.step_plan import Adaptive, FineWindow, Stepping
-from flexgear.analysis.transient import Drive, Steps, Transient, run_in_memory
+from flexgear.analysis.transient import Drive, run_in_memory
 from flexgear.arrays import Array
 from flexgear.coupling.machines import Brake
 from flexgear.coupling.modal import ModalSystem
@@ -21,17 +20,14 @@ from flexgear.model.case import Case
 from flexgear.model.errors import InputError
 from flexgear.model.machine import Machine, TorqueHistory, machine_of, machines_of
 from flexgear.model.train import MemberLoad, load_histories
-from flexgear.results.labelled_dataset import coordinate, variable
-from flexgear.results.load_sharing import SharingCoefficients
-from flexgear.results.settling import Settling, Window, cut, window_edges
-from flexgear.results.sinks import DatasetSink, Gathered, Several
+from flexgear.results.settling import Settling, Window, window_edges
+from flexgear.results.sinks import DatasetSink, Gathered
 from flexgear.results.time_figures import axis_distance
 from flexgear.solve.angles import stage_motions
 from flexgear.solve.bodies import Progress, silent
-from flexgear.solve.carried_state import carried_state, state_content
-from flexgear.solve.dataset import result_labels, sensor_data, transient_data
-from flexgear.solve.deformed import body_coordinates, require_bending
-from flexgear.solve.long_run import LongRun, TimedRun
+from flexgear.solve.carried_state import carried_state
+from flexgear.solve.deformed import require_bending
+from flexgear.solve.long_run import LongRun, RunSharing, TimedRun
 from flexgear.solve.model import Model
 from flexgear.solve.sensors import clock_of
 
@@ -182,10 +178,11 @@ def _slowest_turn(case: Case, flow: PowerFlow) -> float:
     return max((m.turn_period for m in motions if m.theta), default=at_rest)
 
 
-def _settling(model: Model, span: float, constant: bool, begin: float) -> Settling | Window:
+def _settling(model: Model, stepping: Stepping, ends: Ends) -> Settling | Window:
     """Window over which figures of a run are taken, where the case states when it has settled; else
-    the search for it in the samples. The run begins at ``begin`` s and lasts ``span`` s."""
-    start, end = model.case.solver.settle, begin + span
+    the search for it in the samples."""
+    start, begin, span = model.case.solver.settle, stepping.start, stepping.duration
+    end = begin + span
     if start is not None:
         if span <= start:
             raise InputError(
@@ -195,7 +192,7 @@ def _settling(model: Model, span: float, constant: bool, begin: float) -> Settli
                 "lower it, or run for longer",
             )
         return Window(begin + start, end, None, "as solver.settle_s says")
-    if not constant:
+    if ends.jumps or ends.varies:
         return Window(begin, end, None, "the drive or a load changes")
     turning = [s.gear_mesh_frequency for s in model.flow.stages if s.gear_mesh_frequency]
     if not turning:
@@ -277,46 +274,14 @@ def simulate(
         case, model.flow, duration, drive=drive, output_interval=output_interval,
         start=0.0 if carried is None else carried.time,
     )  # fmt: skip
-    span, begin = stepping.duration, stepping.start
-    settling = _settling(model, span, not ends.jumps and not ends.varies, begin)
-    sharing = _Sharing(model, stepping.interval, torque_share, span, begin)
-
-    recorder = None if model.sensors is None else model.sensors.recorder(stepping.finest)
-
-    def labelled(run: Transient) -> xr.Dataset:
-        recorded = None if recorder is None else sensor_data(model, recorder, run)
-        run = run.outputs()
-        data = transient_data(model, run, torque_share=torque_share)
-        if recorded is not None:
-            data = data.merge(recorded, combine_attrs="no_conflicts")
-        if fields:
-            data = data.merge(body_coordinates(run, fields))
-        if not energy:
-            return data
-        account = {f"energy_{name}": values for name, values in run.energy.items()}
-        return data.assign({name: variable(name, v, "time") for name, v in account.items()})
-
-    def last(steps: Steps) -> xr.Dataset:
-        window = settling.window() if isinstance(settling, Settling) else settling
-        sizes = ", ".join(f"{h:.4g} s: {count}" for h, count in sorted(steps.by_size.items()))
-        attrs = {
-            "steps": steps.taken,
-            "steps_refused": steps.refused,
-            "step_sizes": sizes,
-            "solver": json.dumps(model.pace.summary),
-            "state_content": state_content(model),
-        }
-        return sharing.coefficients(window.start).assign_attrs(attrs | window.attributes)
-
-    memory = Gathered()
-    state = None if carried is None else carried.state
-    count = 0 if recorder is None else recorder.clock.count(stepping.sampled)
+    edges = window_edges(stepping.duration, case.solver.settle, stepping.start)
     run = LongRun(
-        modal, ends.drive(), stepping, energy, labelled, last, case.source, state, count
+        model, modal, ends.drive(), stepping, _settling(model, stepping, ends),
+        RunSharing(model, stepping.interval, edges, math.copysign(1.0, torque_share)),
+        torque_share, energy, fields, None if carried is None else carried.state,
     )  # fmt: skip
-    watching: list[DatasetSink] = [settling] if isinstance(settling, Settling) else []
-    both = Several([*watching, sharing, sink or memory])
-    timed = run.into(both, lambda share: progress(label, share))
+    memory = Gathered()
+    timed = run.into(sink or memory, lambda share: progress(label, share))
     return replace(timed, data=memory.data) if sink is None else timed
 
 
@@ -344,41 +309,6 @@ def torque_drop(
         label=label,
         sink=sink,
     )
-
-
-class _Sharing(DatasetSink):
-    """A sink that finds load sharing coefficients from any window of a run of ``span`` s on, from
-    ``begin`` s."""
-
-    def __init__(
-        self, model: Model, interval: float, share: float, span: float, begin: float
-    ) -> None:
-        per_cycle = {
-            s.name: 1.0 / (s.gear_mesh_frequency * interval) if s.gear_mesh_frequency else 0.0
-            for s in model.flow.stages
-        }
-        self._sharing = SharingCoefficients(model.gear_meshes.names, per_cycle)
-        self._sense = math.copysign(1.0, share)
-        self._definitions = result_labels(model)["definition"]
-        self._edges, self._open = window_edges(span, model.case.solver.settle, begin), 0
-
-    def append(self, data: xr.Dataset) -> None:
-        """Look at some samples more."""
-        force = self._sense * data.variables["gear_mesh_force"].to_numpy()
-        for window, piece in cut(data.variables["time"].to_numpy(), self._edges):
-            for _ in range(self._open, window):
-                self._sharing.close_window()
-            self._open = window
-            self._sharing.append(force[piece])
-
-    def coefficients(self, start: float) -> xr.Dataset:
-        """Those of the samples from ``start`` s on."""
-        first = min(int(np.searchsorted(self._edges, start)), self._open)
-        variables = {
-            name: variable(name, value) for name, value in self._sharing.coefficients(first).items()
-        }
-        names = coordinate("definition", "definition", self._definitions)
-        return xr.Dataset(variables, {"definition": names})
 
 
 def compile_transient(model: Model, *, energy: bool = False) -> None:

@@ -13,7 +13,7 @@ from flexgear.gears.power_flow import PowerFlow, power_flow
 from flexgear.model.case import Case
 from flexgear.model.errors import FlexgearError
 from flexgear.results.settling import WindowedRanges, window_edges
-from flexgear.results.sinks import Ranges, SensorRecord, Several
+from flexgear.results.sinks import Gathered, Ranges, Several, recorded
 from flexgear.solve.angles import samples_of_stage, stage_motions
 from flexgear.solve.bodies import reduced_bodies
 from flexgear.solve.model import Model, assemble
@@ -83,9 +83,9 @@ class Point:
         return ranges.since(float(data.attrs["settle_s"]))
 
     @cached_property
-    def recorded(self) -> SensorRecord:
+    def recorded(self) -> Gathered:
         """What sensors record in the transient."""
-        return SensorRecord()
+        return Gathered(recorded)
 
     @property
     def signals(self) -> xr.Dataset:

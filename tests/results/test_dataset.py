@@ -12,11 +12,7 @@ from flexgear.model.errors import FlexgearError
 from flexgear.model.names import GearMeshName
 from flexgear.results.dataset_file import load, save
 from flexgear.results.labelled_dataset import groups_of, labelled_dataset
-from flexgear.results.load_sharing import (
-    sharing_coefficients,
-    sharing_histories,
-)
-from flexgear.results.stage_part import of_kind, ring_sharing
+from flexgear.results.load_sharing import sharing_coefficients, sharing_histories
 from flexgear.results.summary import sharing_summary_of
 
 
@@ -34,13 +30,6 @@ def test_parameters_version_and_hash_travel_along(make_run, tmp_path):
     assert kept["content_hash"] == "abc"
     assert kept["version"]
     assert kept["variant"] == "flexible"
-
-
-def test_load_sharing_comes_with_the_forces(make_part):
-    run = make_part()
-    force = of_kind(run, "ring")["gear_mesh_force"]
-    shared = 5 * force.max("gear_mesh") / force.sum("gear_mesh")
-    np.testing.assert_allclose(ring_sharing(run), shared)
 
 
 def test_round_trip(make_run, tmp_path):
@@ -197,11 +186,6 @@ def test_what_cannot_be_said_has_no_number():
         "cycle-based": None,
         "iec_61400_4": 1.1,
     }
-
-
-def test_reversed_torque_counts_as_carried():
-    few = sharing_coefficients(-forces(), NAMES, {"stage_1": 4.0, "stage_2": 4.0})
-    assert few["load_sharing_coefficient"][0, 0] == pytest.approx(1.2)
 
 
 def test_a_stage_of_two_planets_has_no_iec_factor():

@@ -44,11 +44,6 @@ def test_through_zero_is_not_a_number_and_warns_of_nothing():
         assert np.isnan(load_sharing([[1.0, -1.0]], 5.0)).all()
 
 
-def test_reversed_torque_mirrors():
-    f = np.array([[5.0, 7.0, 6.0]])
-    np.testing.assert_allclose(load_sharing(-f, 6.0), load_sharing(f, 6.0))
-
-
 @given(force=FORCES)
 def test_planet_factors_average_to_one_and_peak_at_k(force):
     k = planet_load_factors(force, 10.0)

@@ -12,16 +12,10 @@ from flexgear.results.dataset_file import open_lazily, save
 from flexgear.results.labelled_dataset import GEAR_MESH, fields_of
 from flexgear.results.quantities import values
 from flexgear.results.sinks import between, pieces
-from flexgear.results.stage_part import (
-    of_kind,
-    pairs_of,
-    ring_force_spread,
-    ring_sharing,
-    stage_part,
-)
+from flexgear.results.stage_part import pairs_of, ring_force_spread, ring_sharing, stage_part
 from flexgear.results.time_figures import STAGE_DROP, STEADY, StageDrop, SteadyRun
 from flexgear.solve.long_run import TimedRun
-from flexgear.solve.run_transients import transient_summary
+from flexgear.solve.run_summary import transient_summary
 
 SAMPLES = 5000
 AT_ONCE = 2**16
@@ -98,15 +92,12 @@ def test_a_stage(make_run, tmp_path, reads):
         1e6 * node, rel=1e-12
     )
     assert steady["load_sharing"]["a"] == pytest.approx(sharing, rel=1e-12)
-    force = of_kind(whole, "ring")["gear_mesh_force"].mean(dtype=float)
-    assert steady["ring_mesh_force_n_mean"] == pytest.approx(float(force), rel=1e-12)
     speed = whole["stage_speed"].astype(float)
     sun = pairs_of(whole, "sun", "drive")
     assert steady["carrier_speed_rpm_mean"] == pytest.approx(float(speed.mean()) * RPM, rel=1e-11)
     assert drop == {
         "carrier_speed_rpm_min": float(speed.min()) * RPM,
         "tooth_load_n_min": float(sun["load"].where(sun["tooth"] > 0).min()),
-        "load_sharing_max": sharing["max"],
         "planet_force_spread_max": float(ring_force_spread(whole).max()),
     }
 

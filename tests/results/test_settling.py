@@ -78,15 +78,12 @@ def test_ranges_and_load_sharing_of_the_later_windows_are_those_of_their_samples
     edges = window_edges(SPAN)
     start = edges[7]
     ranges = WindowedRanges(lambda x: x, edges)
-    sharing, number = RunningSharing(3, 50.0), 0
+    sharing = RunningSharing(3, 50.0)
     for at in np.array_split(np.arange(len(TIME)), 5):
         chunk = data.isel(time=at)
         ranges.append(chunk)
         for k, piece in cut(chunk["time"].to_numpy(), edges):
-            for _ in range(number, k):
-                sharing.close_window()
-            number = k
-            sharing.append(chunk["force"].to_numpy()[piece])
+            sharing.append(chunk["force"].to_numpy()[piece], k)
     later = data.sel(time=slice(start, None))
     exact = Ranges(lambda x: x)
     exact.append(later)

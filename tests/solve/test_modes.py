@@ -7,12 +7,7 @@ from train_contexts import bundled, mixed, one_stage, put_together
 from flexgear.analysis.modes import strain_shares
 from flexgear.model.load import load_case
 from flexgear.solve.campbell import campbell, crossing_rows
-from flexgear.solve.modes import (
-    contributions,
-    mode_rows,
-    modes,
-    top_shares,
-)
+from flexgear.solve.modes import contributions, mode_rows, modes, top_shares
 
 
 def strain_energies(springs, found):

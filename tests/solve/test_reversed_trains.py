@@ -47,11 +47,19 @@ def mean_over_planets(model, data):
 
 @pytest.mark.parametrize(
     ("law", "share"),
-    [("first", -0.76), ("one-sided", -0.76), ("one-sided", -1e-6), ("linear", -0.76)],
+    [
+        ("first", -0.76),
+        ("one-sided", -0.76),
+        ("one-sided", -1e-6),
+        ("linear", -0.76),
+        ("linear", 1.0),
+        ("one-sided", 1.0),
+    ],
 )
 @pytest.mark.parametrize("name", BUNDLED)
-def test_reversed_torque_is_that_of_the_power_flow(name, law, share):
-    """Whatever flanks carry: means over the planets are the power flow's, reversed."""
+def test_forces_and_torques_are_those_of_the_power_flow(name, law, share):
+    """Whatever flanks carry: means over the planets are the power flow's, reversed where torque
+    is."""
     stages = [0] if law == "first" else None
     model = put_together(with_law(name, law.replace("first", "one-sided"), stages=stages))
     data = static(model, [0.0, 0.3], share * model.system.rated_torque)

@@ -20,7 +20,8 @@ from flexgear.results.summary import lacking
 from flexgear.solve import run as solve
 from flexgear.solve.bodies import rigid_bodies
 from flexgear.solve.model import model_of
-from flexgear.solve.run_transients import depth_name, stages_summary
+from flexgear.solve.run_summary import stages_summary
+from flexgear.solve.run_transients import depth_name
 from flexgear.solve.static import static
 from flexgear.solve.transient import simulate
 
@@ -68,8 +69,9 @@ def test_datasets_of_both_variants(run):
 def test_steady_figures_are_those_of_statics(run, case):
     steady, motion = run.summary["steady"]["stage"], power_flow(case).stages[0]
     assert steady["carrier_speed_rpm_mean"] == pytest.approx(11.27, rel=1e-3)
-    assert steady["ring_mesh_force_n_mean"] == pytest.approx(motion.ring_gear_mesh_force, rel=1e-3)
-    ratio = run.summary["kinematics"]["stage"]["contact_ratio_ring"]
+    force = run.summary["transient"]["gear_mesh_force"]["stage ring"]["mean_n"]
+    assert force == pytest.approx(motion.ring_gear_mesh_force, rel=1e-3)
+    ratio = run.summary["stages"]["stage"]["contact_ratio"]["ring"]
     expected = {int(ratio): 1 - ratio % 1, int(ratio) + 1: ratio % 1}
     shares = steady["ring_pairs_in_contact"]
     assert {int(n) for n in shares} == set(expected)

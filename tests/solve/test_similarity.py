@@ -20,7 +20,7 @@ from flexgear.solve.campbell import campbell
 from flexgear.solve.linear import harmonic_data, train_harmonic, why_not_linear
 from flexgear.solve.modes import modes
 from flexgear.solve.run import run
-from flexgear.solve.run_transients import kinematics
+from flexgear.solve.run_summary import stages_summary
 from flexgear.solve.static import position_figures, stages_sharing, static
 from flexgear.solve.transient import simulate, torque_drop
 from flexgear.studies.measures import measures_of
@@ -85,7 +85,7 @@ def every_analysis(contexts, modes=modes):
 
 
 def test_what_is_said_of_a_stage_scales(stages):
-    large, small = ({**derived(m.case), "run": kinematics(m)} for m in stages)
+    large, small = ({**derived(m.case), "run": stages_summary(m, static(m, [0.0]))} for m in stages)
     found = figures_apart(large, small, FACTOR)
     assert len(found) > 60
     assert {k: v for k, v in found.items() if v > ALIKE} == {}
@@ -227,8 +227,8 @@ def test_a_small_stage_runs_with_the_defaults(stages):
     rated = model.case.with_(**{"drive.steps.torques": ()})
     summary = run(rated, bodies=model.bodies).summary
     assert summary["solver"]["modes_band_hz"] == pytest.approx(18_000)
-    forces = summary["steady"]["stage"]["ring_mesh_force_n_mean"]
-    assert forces == pytest.approx(power_flow(rated).stages[0].ring_gear_mesh_force, rel=0.01)
+    force = summary["transient"]["gear_mesh_force"]["stage ring"]["mean_n"]
+    assert force == pytest.approx(power_flow(rated).stages[0].ring_gear_mesh_force, rel=0.01)
 
 
 def test_the_largest_tooth_load_is_that_of_a_fine_run(stages):

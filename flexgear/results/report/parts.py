@@ -23,6 +23,7 @@ from flexgear.results.report.wording import (
     with_unit,
     words,
 )
+from flexgear.results.stage_figures import STAGE_FIGURES
 
 Level = Literal["good", "watch", "bad", "note", "open"]
 Value = float | str | None
@@ -178,22 +179,12 @@ _WORDS = {
     "friction_force_{part}_n": "friction force, across the line of action, {part}",
     "free_planet_rim_gives_way_{part}_um": "oval planet rim, the most that it yields at the {part}",
     "pin_bends_in_planet_um": "bending of a pin inside its planet",
-    "gear_mesh_frequency_hz": "gear-mesh frequency",
-    "rolling_power_w": "rolling power, from sun to ring as the carrier sees it",
-    "sun_gear_mesh_force_n": "normal force of one gear mesh, sun",
-    "ring_gear_mesh_force_n": "normal force of one gear mesh, ring",
     "gear_mesh_force_n": "normal force of the gear mesh",
     "sun_tangential_force_n": "of it tangential, sun",
     "ring_tangential_force_n": "of it tangential, ring",
-    "planet_speed_in_carrier_rpm": "speed of a planet relative to the carrier",
-    "planet_bearing_force_n": "load of a planet's bearings",
     "planet_bearing_force_direction_deg": (
         "its direction, from radial outward in the sense of rotation"
     ),
-    "nominal_planet_bearing_life_h": (
-        "basic rating life of a planet bearing (ISO 281), nominal load"
-    ),
-    "error_cycle_gear_meshes": "errors repeat after so many gear-mesh periods",
     "error_cycle_turns": "errors repeat after so many turns",
     "error_cycle_s": "errors repeat after",
     "gear_mesh_orders": "orders of the gear-mesh frequency that results cover",
@@ -202,7 +193,7 @@ _WORDS = {
     "modes_accuracy": "error allowed by modes that are left out",
     "modes_estimate": "error of the modes that are left out",
     "modes_limit_hz": "highest mode",
-    "kept_modes": "modes",
+    "kept_modes": "modes kept",
     "time_step_s": "time step, steady running",
     "step_time_step_s": "time step, after a jump of torque",
     "rayleigh_acts_on": "alpha and beta act on",
@@ -240,6 +231,7 @@ _WORDS = {
     "frequency_error_on_these_supports": "on the supports of the case",
     "tie": "teeth or bores are tied to their node at",
     "frequency_error": "frequency error",
+    **{figure.path: figure.label for figure in STAGE_FIGURES if figure.label},
 }
 _UNITS = {  # of those that do not end in theirs
     "largest_misfit_of_a_sun_tooth_in_pitches": _PITCHES,

@@ -9,14 +9,14 @@ from typing import Any
 from pydantic import BaseModel
 
 from flexgear.gears.expected_lines import expected_lines, line_rows
-from flexgear.gears.power_flow import PowerFlow, StageFlow
+from flexgear.gears.power_flow import PowerFlow
 from flexgear.gears.report import case_reports
 from flexgear.model.case import Case
 from flexgear.model.names import FlankName
-from flexgear.model.units import Quantity
+from flexgear.model.units import Quantity, unit_name
 from flexgear.results.face_load import CYCLE_FIGURES, FLANK_FIGURES, misalignment_of_groups
 from flexgear.results.quantities import Figure
-from flexgear.results.report.parts import Row, Table, row, rows, rows_of
+from flexgear.results.report.parts import Row, Table, row, row_of, rows, rows_of
 from flexgear.results.report.sharing import groups_of
 from flexgear.results.report.wording import (
     FACTOR,
@@ -47,6 +47,10 @@ _TITLES = {
 }
 ROUNDING = 1e-9
 NOISE = 1e-6  # of a load or an energy: less is rounding of the solver
+REDUCTION = (  # figures of a reduced body that are listed
+    "fe_dofs", "interface_dofs", "fixed_interface_modes", "static_error", "frequency_error",
+    "frequency_limit_hz",
+)  # fmt: skip
 TIMES = {
     "bodies": "meshing and reduction",
     "coupled_systems": "coupling",
@@ -108,52 +112,37 @@ def _sharing(summary: Summary) -> Iterator[Table]:
         yield Table("sharing", title, list(_coefficients(figures)))
 
 
+_COEFFICIENTS = {
+    "instantaneous": "K at the worst instant",
+    "mean-based": "mean-based factor (largest loads of gear-mesh cycles)",
+    "cycle-based": "cycle-based factor (the same, lightly loaded planets too)",
+    "iec_61400_4": "assumed by IEC 61400-4",
+}
+
+
 def _coefficients(figures: Mapping[str, Any]) -> Iterator[Row]:
-    for group, group_figures in groups_of(figures).items():
-        name = words(group)
-        yield Row(f"{name}, K at the worst instant", group_figures["instantaneous"], FACTOR)
-        yield Row(
-            f"{name}, mean-based factor (largest loads of gear-mesh cycles)",
-            group_figures.get("mean-based"),
-            FACTOR,
-        )
-        yield Row(
-            f"{name}, cycle-based factor (the same, lightly loaded planets too)",
-            group_figures.get("cycle-based"),
-            FACTOR,
-        )
-        yield Row(f"{name}, assumed by IEC 61400-4", group_figures["iec_61400_4"], FACTOR)
+    for group, of_group in groups_of(figures).items():
+        for key, label in _COEFFICIENTS.items():
+            yield Row(f"{words(group)}, {label}", of_group.get(key), FACTOR)
 
 
 def _bearings(case: Case, flow: PowerFlow, summary: Summary) -> Iterator[Table]:
-    over = summary["equilibrium_window"]
+    over = f"load of the same damage over {summary['equilibrium_window']}"
     for at in (stage for stage in flow.stages if stage.kind == "planetary"):
-        figures = summary["stages"][at.name]
-        nominal = figures.get("nominal_planet_bearing_life_h", "no dynamic rating given")
+        figures, rounding = summary["stages"][at.name], ROUNDING * at.planet_bearing_force
+        radial = at.planet_bearing_radial
         loads = [
-            Row("load of a planet's bearings", figures["planet_bearing_force_n"], "N"),
-            Row("of it tangential, against the rotation", at.planet_bearing_tangential, "N"),
-            Row("of it radial, outward", _beside(at.planet_bearing_radial, at), "N"),
-            Row(
-                "speed of a planet relative to the carrier",
-                figures["planet_speed_in_carrier_rpm"],
-                "r/min",
-            ),
-            Row("bearings side by side", case.stage(at.name).planet_bearing.count),
-            Row("basic rating life (ISO 281), nominal", nominal, "h"),
             *rows(PLANET_BEARINGS, figures),
+            Row("load, tangential, against the rotation", at.planet_bearing_tangential, "N"),
+            Row("load, radial, outward", radial if abs(radial) > rounding else 0.0, "N"),
+            Row("bearings side by side", case.stage(at.name).planet_bearing.count),
         ]
-        yield Table("bearings", titled_by_stage("planet bearings", at.name), loads)
-        yield Table(
-            "bearings", titled_by_stage("carrier bearings", at.name), list(rows(SEATS, figures))
-        )
-        title = f"basic rating life (ISO 281), load of the same damage over {over}"
-        yield Table("bearings", titled_by_stage(title, at.name), list(rows(LIVES, figures)))
-
-
-def _beside(force: float, flow: StageFlow) -> float:
-    """A part of the planet bearings' force, zero where it is rounding."""
-    return force if abs(force) > ROUNDING * flow.planet_bearing_force else 0.0
+        for title, lines in (
+            ("planet bearings", loads),
+            ("carrier bearings", list(rows(SEATS, figures))),
+            (f"basic rating life (ISO 281), {over}", list(rows(LIVES, figures))),
+        ):
+            yield Table("bearings", titled_by_stage(title, at.name), lines)
 
 
 def _deflections(summary: Summary) -> Iterator[Table]:
@@ -162,7 +151,7 @@ def _deflections(summary: Summary) -> Iterator[Table]:
     yield Table("deflections", f"largest displacement from the axis, {window}", far)
     for stage, figures in summary.get("steady", {}).items():
         at = of_stage(stage)
-        title = f"ring tooth node 1{at}, largest {window_words(figures)}"
+        title = f"ring tooth node 1{at}, largest {window}"
         yield Table("deflections", title, list(rows(STEADY, figures)))
         title = f"stress along the circumference outside on the ring{at}, equilibria at mid-face"
         yield Table("deflections", title, list(rows(RIM, figures)))
@@ -237,36 +226,20 @@ def _share(label: str, value: float | None) -> Row:
 
 
 def _accuracy(summary: Summary) -> Iterator[Table]:
-    solver, system = summary.get("solver", {}), summary["system"]
-    yield Table(
-        "accuracy",
-        "solution",
-        [
-            Row("coordinates", system["coordinates"]),
-            Row("modes kept", system["kept_modes"]),
-            Row("error left by the modes that are not kept", system["modes_estimate"], "share"),
-            Row("time step, steady running", solver.get("time_step_s"), "s"),
-            Row("time step, torque drop", solver.get("step_time_step_s"), "s"),
-            Row("steps of steady running", summary["transient"]["steps"]),
-            _share(
-                "forces left over in the equilibria, of the load",
-                summary.get("equilibrium_closure_max"),
-            ),
-            _share("energy not accounted for", summary["energy_residual"]),
-            _share("harmonic against transient", summary["harmonic"].get("largest_difference")),
-        ],
-    )
+    closure, harmonic = summary.get("equilibrium_closure_max"), summary["harmonic"]
+    figures = {**summary["system"], **summary.get("solver", {})}
+    keys = ("coordinates", "kept_modes", "modes_estimate", "time_step_s", "step_time_step_s")
+    solution = [
+        *(row_of(key, figures.get(key)) for key in keys),
+        Row("steps of steady running", summary["transient"]["steps"]),
+        _share("forces left over in the equilibria, of the load", closure),
+        _share("energy not accounted for", summary["energy_residual"]),
+        _share("harmonic against transient", harmonic.get("largest_difference")),
+    ]
+    yield Table("accuracy", "solution", solution)
     for name, reduction in summary.get("reduction", {}).items():
-        lines = [
-            Row("degrees of freedom of the FE mesh", summary["fe"][name]["dofs"]),
-            Row("degrees of freedom of its interface", reduction.get("interface_dofs")),
-            Row("fixed-interface modes", reduction.get("fixed_interface_modes")),
-            Row("static error", reduction.get("static_error"), "share"),
-            *rim_rows(reduction),
-            Row("frequency error", reduction.get("frequency_error"), "share"),
-            Row("frequencies looked at, up to", reduction.get("frequency_limit_hz"), "Hz"),
-        ]
-        yield Table("accuracy", f"reduction of {words(name)}", lines)
+        lines = [row_of(key, reduction.get(key)) for key in REDUCTION]
+        yield Table("accuracy", f"reduction of {words(name)}", [*lines, *rim_rows(reduction)])
     side_by_side = {f"transient_{variant}" for variant in summary["load_sharing"]["transient"]}
     times = {n: value for n, value in summary["timing_s"].items() if n not in side_by_side}
     lines = [Row(TIMES.get(name, words(name)), value, "s") for name, value in times.items()]
@@ -278,7 +251,7 @@ ORDERS = {
     "unloaded_transmission_error_orders_um": "unloaded transmission error",
 }
 STIFFNESS = "gear_mesh_stiffness_n_per_um"
-SHOWN = 3  # orders of the gear mesh
+LISTED = 3  # orders of the gear mesh
 
 
 def face_tables(summary: Mapping[str, Any]) -> Iterator[Table]:
@@ -334,33 +307,14 @@ def _of_cycles(name: str, every: Sequence[Mapping[str, Any]]) -> Iterator[Row]:
     yield from _largest(name, every, CYCLE_FIGURES)
     for key, label in ORDERS.items():
         amplitudes = zip(
-            *(flank_figures[key][:SHOWN] for flank_figures in every if key in flank_figures),
+            *(flank_figures[key][:LISTED] for flank_figures in every if key in flank_figures),
             strict=True,
         )
         for order, sizes in enumerate(amplitudes, 1):
             yield Row(f"{name}, {label}, order {order}", 1e-6 * max(sizes), "m")
 
 
-UNITS = {
-    "length": "m",
-    "angle": "angle",
-    "time": "s",
-    "frequency": "Hz",
-    "rate": "1/s",
-    "speed": "rad/s",
-    "torque": "N m",
-    "force": "N",
-    "power": "W",
-    "acceleration": "m/s²",
-    "stiffness": "N/m",
-    "rotational stiffness": "N m/rad",
-    "rotational damping": "N m s/rad",
-    "stiffness per face width": "N/m²",
-    "modulus": "Pa",
-    "density": "kg/m³",
-    "mass": "kg",
-    "inertia": "kg m²",
-}
+NO_SUFFIX = {"angle": "angle", "life": "s", "temperature": "K"}  # printed otherwise than keys end
 MOST = 12  # entries of a list that are written out
 
 
@@ -405,7 +359,7 @@ def _rows(section: BaseModel, before: str = "") -> Iterator[Row]:
             for k, item in enumerate(value):
                 yield from _rows(item, f"{label} {k + 1} · ")
         elif value is not None and value != ():
-            unit = next((UNITS.get(m.dimension, "") for m in _marks(field)), "")
+            unit = next(map(_si_unit, _marks(field)), "")
             yield Row(label, _text(value, unit))
 
 
@@ -421,10 +375,16 @@ def _inside(annotation: Any) -> Iterator[Quantity]:
         yield from _inside(part)
 
 
+def _si_unit(quantity: Quantity) -> str:
+    """Of numbers as the case holds them."""
+    suffix = next((s for s in quantity.suffixes if quantity.to_si(1.0, s) == 1.0), "")
+    return NO_SUFFIX.get(quantity.dimension, unit_name(suffix))
+
+
 def _text(value: Any, unit: str) -> str:
     if isinstance(value, tuple):
-        shown = ", ".join(_text(v, unit) for v in value[:MOST])
-        return shown if len(value) <= MOST else f"{shown}, … ({len(value)} values)"
+        listed = ", ".join(_text(v, unit) for v in value[:MOST])
+        return listed if len(value) <= MOST else f"{listed}, … ({len(value)} values)"
     if isinstance(value, bool | str | int | float):
         return with_unit(float(value) if unit else value, unit)
     return str(value)

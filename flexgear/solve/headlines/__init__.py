@@ -22,7 +22,6 @@ from flexgear.solve.headlines.loads import (
 )
 from flexgear.solve.headlines.ratings import BEARING_LIFE, FAULTS, FLANK_PRESSURE, ROOT_STRESS
 from flexgear.solve.headlines.solution import SOLUTION
-from flexgear.solve.result_warnings import large_motions, motions_of_summary
 
 HEADLINES: tuple[Headline, ...] = (
     LARGEST_FORCE, LOAD_SHARING, ROOT_STRESS, FLANK_PRESSURE, BEARING_LIFE, RESONANCE, DEFLECTIONS,
@@ -74,7 +73,7 @@ def verdicts(case: Case, summary: Mapping[str, Any]) -> list[Verdict]:
         _verdict(declared[answers[0]["name"]], answers, len(case.stages) > 1)
         for answers in by_name.values()
     ]
-    warnings = (Verdict("watch", WARNING, "", text) for text in plain_warnings(case, summary))
+    warnings = (Verdict("watch", WARNING, "", text) for text in summary["warnings"])
     return [*lines, *warnings]
 
 
@@ -108,10 +107,3 @@ def _severity(
         return float(value) if headline.is_least else -float(value)
 
     return key
-
-
-def plain_warnings(case: Case, summary: Mapping[str, Any]) -> list[str]:
-    """Warnings that no headline says."""
-    beside = {effect["sentence"] for effect in summary.get("neglected", ())}
-    beside |= {*large_motions(case, motions_of_summary(summary))}
-    return [text for text in summary["warnings"] if text not in beside]

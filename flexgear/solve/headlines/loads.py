@@ -6,11 +6,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from flexgear.model.modifications import (
-    FlankModifications,
-    GearModifications,
-    PlanetModifications,
-)
+from flexgear.model.modifications import FlankModifications, GearModifications, PlanetModifications
 from flexgear.model.names import GroupName
 from flexgear.results.report.sharing import Sharing, first_variant, groups_of, sharings
 from flexgear.results.report.wording import factor, number, window_words, with_unit, words

@@ -30,26 +30,13 @@ class _Kind:
     computed: str
     nominal: str
 
-
-@dataclass(frozen=True)
-class _Part:
-    """Stresses of one kind in a stage. gears: by the name of a stress, whose stress it is, a gear
-    or both of a gear mesh; computed: from the load along the face, not by formula alone."""
-
-    findings: Findings
-    stage: str
-    kind: _Kind
-    gears: Mapping[str, tuple[str, ...]]
-    computed: bool
-
-    def allowable(self, name: str) -> float | None:
-        """Allowable of a stress, Pa; of two gears in contact the lower one, None where the case
-        gives none."""
-        stage = self.findings.case.view(self.stage).stage
-        limits = [getattr(getattr(stage, gear), self.kind.key) for gear in self.gears[name]]
+    def allowable(self, view: StageView, *gears: str) -> float | None:
+        """Of gears that feel it together the lower one, Pa; None where the case gives none."""
+        limits = [getattr(getattr(view.stage, gear), self.key) for gear in gears]
         return min((limit for limit in limits if limit is not None), default=None)
 
 
+Stresses = Mapping[str, tuple[float, float | None]]  # by gear or gear mesh, with allowables, Pa
 _ROOT = _Kind(
     "allowable_root_stress",
     1.0,
@@ -66,35 +53,37 @@ _FLANK = _Kind(
 
 def _root_stress(findings: Findings) -> Iterator[Answer]:
     for stage, figures in findings.summary["stages"].items():
+        view = findings.case.view(stage)
         computed = {gear: f["max"] for gear, f in figures.get("root_stress_mpa", {}).items()}
-        stresses = computed or figures.get("nominal_root_stress_mpa", {})
-        gears = {gear: (gear,) for gear in stresses}
-        yield from _largest(_Part(findings, stage, _ROOT, gears, bool(computed)), stresses)
+        sizes = computed or figures.get("nominal_root_stress_mpa", {})
+        stresses = {g: (1e6 * size, _ROOT.allowable(view, g)) for g, size in sizes.items()}
+        yield from _largest(findings, stage, _ROOT, bool(computed), stresses)
 
 
 def _flank_pressure(findings: Findings) -> Iterator[Answer]:
     flanks = first_variant(findings.summary.get("face_load", {}))
     for stage in findings.summary["stages"]:
-        view = findings.case.view(stage)
-        stresses: dict[str, float] = {}
-        gears: dict[str, tuple[str, ...]] = {}
+        view, sizes = findings.case.view(stage), dict[GroupName, float]()
         for flank, figures in flanks.items():
             group = FlankName.parse(flank).group
             if group.stage == stage and "largest_contact_pressure_mpa" in figures:
-                largest = figures["largest_contact_pressure_mpa"]
-                gear_mesh = _gear_mesh(view, group)
-                stresses[gear_mesh] = max(stresses.get(gear_mesh, 0.0), largest)
-                gears[gear_mesh] = (view.part(group.kind), view.part("planet"))
-        computed = bool(stresses)
+                size = 1e6 * figures["largest_contact_pressure_mpa"]
+                sizes[group] = max(sizes.get(group, 0.0), size)
+        computed = bool(sizes)
         if not computed:
             geometry, forces = stage_geometry(view), findings.flow.stage(stage).gear_mesh_forces
-            for role, force in forces.items():
-                if role in geometry.gear_meshes and force:
-                    gear_mesh = _gear_mesh(view, GroupName.of(stage, role))
-                    pressure = pitch_point_pressure(view, geometry, role, force)
-                    stresses[gear_mesh] = pressure / 1e6
-                    gears[gear_mesh] = (view.part(role), view.part("planet"))
-        yield from _largest(_Part(findings, stage, _FLANK, gears, computed), stresses)
+            sizes = {
+                GroupName.of(stage, role): pitch_point_pressure(view, geometry, role, force)
+                for role, force in forces.items()
+                if role in geometry.gear_meshes and force
+            }
+        stresses = {
+            _gear_mesh(view, group): (
+                size, _FLANK.allowable(view, view.part(group.kind), view.part("planet"))
+            )
+            for group, size in sizes.items()
+        }  # fmt: skip
+        yield from _largest(findings, stage, _FLANK, computed, stresses)
 
 
 def _gear_mesh(view: StageView, group: GroupName) -> str:
@@ -103,43 +92,46 @@ def _gear_mesh(view: StageView, group: GroupName) -> str:
     return f"{part} gear mesh".strip()
 
 
-def _largest(part: _Part, stresses_mpa: Mapping[str, float]) -> Iterator[Answer]:
+def _largest(
+    findings: Findings, stage: str, kind: _Kind, computed: bool, stresses: Stresses
+) -> Iterator[Answer]:
     """The stress of a stage that uses most of its allowable, and the others beside it; the largest
-    where none has an allowable, and nothing of a stage without load."""
-    stage, loaded = part.stage, {g: 1e6 * s for g, s in stresses_mpa.items() if s > 0.0}
+    where none has an allowable, and nothing of a stage without load. computed: from the load along
+    the face, not by formula alone."""
+    loaded = {g: (size, limit) for g, (size, limit) in stresses.items() if size > 0.0}
     if not loaded:
         return
-    basis = part.kind.computed if part.computed else part.kind.nominal
-    allowed = {gear: part.allowable(gear) for gear in loaded}
-    gear, *others = sorted(
-        loaded, key=lambda g: (-loaded[g] / (allowed[g] or math.inf), -loaded[g])
-    )
-    beside = "".join(f"; {words(g)} {_of(loaded[g], allowed[g])}" for g in others)
-    sentence, limit = f"{words(gear).capitalize()}, {basis}{beside}.", allowed[gear]
-    figure = _of(loaded[gear], limit)
+    texts = {g: _of(size, limit) for g, (size, limit) in loaded.items()}
+    use = {g: (-size / (limit or math.inf), -size) for g, (size, limit) in loaded.items()}
+    gear, *others = sorted(loaded, key=lambda g: use[g])
+    basis = kind.computed if computed else kind.nominal
+    beside = "".join(f"; {words(g)} {texts[g]}" for g in others)
+    sentence, (size, limit) = f"{words(gear).capitalize()}, {basis}{beside}.", loaded[gear]
     if limit is None:
-        open_sentence = f"{sentence} Not assessed: no allowable stress given."
-        yield Answer("open", stage, loaded[gear] / 1e6, figure, open_sentence)
+        sentence += " Not assessed: no allowable stress given."
+        yield Answer("open", stage, size / 1e6, texts[gear], sentence)
         return
-    level, reason = _held(part, loaded[gear], limit)
-    unheld = [words(g) for g in loaded if allowed[g] is None]
+    level, reason = _held(findings, stage, kind, computed, size, limit)
+    unheld = [words(g) for g, (_, allowed) in loaded.items() if allowed is None]
     if unheld and level == "good":
         level = "note"  # of the other gears nothing is known
     missing = f" No allowable stress given: {', '.join(unheld)}." if unheld else ""
     sentence += f" {words(gear).capitalize()}: {reason}{missing}"
-    yield Answer(level, stage, loaded[gear] / 1e6, figure, sentence, limit / 1e6)
+    yield Answer(level, stage, size / 1e6, texts[gear], sentence, limit / 1e6)
 
 
-def _held(part: _Part, stress: float, limit: float) -> tuple[Level, str]:
+def _held(
+    findings: Findings, stage: str, kind: _Kind, computed: bool, stress: float, limit: float
+) -> tuple[Level, str]:
     """Verdict on a stress, Pa, and its reason: the stress as it is, and scaled to the largest
     gear-mesh force of the run, beside the allowable. A stress by formula is never within limits,
     since it knows nothing of the load along the face."""
-    ratio = max((p.ratio for p in peaks_of_stage(part.findings, part.stage)), default=1.0)
+    ratio = max((p.ratio for p in peaks_of_stage(findings, stage)), default=1.0)
     in_equilibria = 1.0
-    if part.computed:
-        every = sharings(part.findings.summary["load_sharing"])
-        in_equilibria = next((s.in_equilibria or 1.0 for s in every if s.stage == part.stage), 1.0)
-    peak = stress * max(1.0, ratio / in_equilibria) ** part.kind.exponent
+    if computed:
+        every = sharings(findings.summary["load_sharing"])
+        in_equilibria = next((s.in_equilibria or 1.0 for s in every if s.stage == stage), 1.0)
+    peak = stress * max(1.0, ratio / in_equilibria) ** kind.exponent
     reason = (
         f"{_percent(stress / limit)} of the allowable; {number(peak / 1e6)} MPa, "
         f"{_percent(peak / limit)}, with the largest gear-mesh force, {factor(ratio)} × nominal."
@@ -148,7 +140,7 @@ def _held(part: _Part, stress: float, limit: float) -> tuple[Level, str]:
         return "bad", reason
     if peak > limit:
         return "watch", reason
-    if part.computed:
+    if computed:
         return "good", reason
     return "note", f"{reason} No verdict: the load along the face is not computed."
 

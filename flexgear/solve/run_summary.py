@@ -1,0 +1,225 @@
+"""Summary of a run from its analyses: its sections, warnings and headlines."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from flexgear.coupling.pace import timed_drops, too_coarse
+from flexgear.files.atomic import plain
+from flexgear.gears.implausible import implausible
+from flexgear.results.face_load import edge_warnings
+from flexgear.results.quantities import values
+from flexgear.results.settling import settled, window_of
+from flexgear.results.sinks import between, ranges_of
+from flexgear.results.stage_figures import STAGE_FIGURES, StageRun, flow_summary
+from flexgear.results.summary import build_summary, finite, modes_summary, sharing_summary_of
+from flexgear.results.time_figures import (
+    RIM,
+    STEADY,
+    TRANSIENT,
+    SteadyRun,
+    energy_account,
+    largest_residual,
+    rim_stress,
+)
+from flexgear.results.version import version
+from flexgear.solve.angles import stage_motions
+from flexgear.solve.bodies import rigid_bodies
+from flexgear.solve.headlines import headlines
+from flexgear.solve.linear import harmonic_figures, why_not_linear
+from flexgear.solve.long_run import TimedRun
+from flexgear.solve.model import Model
+from flexgear.solve.resonance import resonance_figures
+from flexgear.solve.result_warnings import (
+    largest_motions,
+    motion_histories,
+    neglected,
+    reduction_warnings,
+)
+from flexgear.solve.run_transients import Ended
+from flexgear.solve.static import UNLOADED, sharing_attrs
+from flexgear.solve.transient import cut_short, train_histories
+
+
+@dataclass(frozen=True)
+class Analyses:
+    """What a run has worked out. models: by variant, the case as it is first; datasets: by file;
+    face_load: figures of flanks by variant; seconds: wall times by part."""
+
+    models: Mapping[str, Model]
+    datasets: Mapping[str, xr.Dataset]
+    ended: Ended
+    face_load: Mapping[str, Any]
+    seconds: Mapping[str, float]
+
+    @property
+    def first(self) -> Model:
+        """The case as it is."""
+        return next(iter(self.models.values()))
+
+
+def run_summary(analyses: Analyses) -> dict[str, Any]:
+    """``summary.json`` of a run."""
+    model, datasets, runs = analyses.first, analyses.datasets, analyses.ended.runs
+    case, equilibria, transient = model.case, datasets["equilibrium"], runs[model.variant]
+    harmonic = {"reason": why_not_linear(model.system)}
+    if "harmonic" in datasets:
+        harmonic = harmonic_figures(datasets["harmonic"])
+    summary = build_summary(
+        case=case.name,
+        result="run",
+        version=version(),
+        content_hash=case.content_hash(),
+        variant=model.variant,
+        errors_given=model.has_errors,
+        equilibrium_window=_positions_words(model),
+        system={
+            "bodies": len(model.system.bodies),
+            "coordinates": model.system.size,
+            **finite(model.modal.figures),
+        },
+        power_flow=flow_summary(model.flow),
+        stages=stages_summary(model, equilibria),
+        modes=modes_summary(datasets["modes"]),
+        resonance=resonance_figures(case, datasets["campbell"], datasets["modes"]),
+        load_sharing=_load_sharing(analyses),
+        transient=transient_summary(transient),
+        motion_um_max=_motions(equilibria, transient.data),
+        harmonic=harmonic,
+        torque_steps=analyses.ended.torque_steps,
+        energy_residual=_energy_residual(model, analyses.ended),
+        solver=model.pace.summary,
+        equilibrium_closure_max=equilibria.attrs["closure_max"],
+        warnings=_warnings(analyses),
+        timing_s=analyses.seconds,
+        # of one core, as several runs go side by side
+        realtime_factor=transient.realtime_factor,
+        **({"face_load": analyses.face_load} if analyses.face_load else {}),
+        **_of_flexible_stages(analyses),
+    )
+    summary["neglected"] = neglected(case, model.flow, summary)
+    summary["headlines"] = plain(headlines(case, model.flow, summary))
+    return summary
+
+
+def _positions_words(model: Model) -> str:
+    """What the equilibria of a run cover, as a sentence says it."""
+    turning = [m for m in stage_motions(model.case, model.flow) if m.theta]
+    if any(m.name in model.case.fe_ring_stages for m in turning):
+        return "one turn of the carrier against the ring"
+    return "one gear-mesh cycle of the slowest stage" if turning else "one position"
+
+
+def stages_summary(model: Model, equilibria: xr.Dataset) -> dict[str, dict[str, Any]]:
+    """``STAGE_FIGURES`` of every stage. equilibria: from whose positions loads of bearings are."""
+    least, figures = UNLOADED * float(np.abs(model.rated).max()), {}
+    for motion in stage_motions(model.case, model.flow):
+        view, flow = model.case.view(motion.name), model.flow.stage(motion.name)
+        run = StageRun(view, flow, equilibria, motion.cycle.gear_meshes, least)
+        figures[motion.name] = values(STAGE_FIGURES, run)
+    return figures
+
+
+def _load_sharing(analyses: Analyses) -> dict[str, Any]:
+    """Quasi-static by variant and stage, and in the transient by variant."""
+    by_variant: dict[str, dict[str, Any]] = {name: {} for name in analyses.models}
+    for name, data in analyses.datasets.items():
+        if name.startswith("sharing_"):
+            figures = {**sharing_attrs(data), **sharing_summary_of(data)}
+            by_variant[data.attrs["variant"]][str(data.attrs["stage"])] = figures
+    in_time = {
+        name: {**sharing_summary_of(timed.data), **window_of(timed.data).figures}
+        for name, timed in analyses.ended.runs.items()
+    }
+    return {"quasi_static": by_variant, "transient": in_time}
+
+
+def transient_summary(run: TimedRun) -> dict[str, Any]:
+    """``TRANSIENT`` of a run, in its window."""
+    rest = ranges_of(settled(run.data), train_histories)
+    head = {"duration_s": run.simulated, **window_of(run.data).figures}
+    return {**head, "steps": int(run.data.attrs["steps"]), **values(TRANSIENT, rest)}
+
+
+def _motions(equilibria: xr.Dataset, transient: xr.Dataset) -> dict[str, float]:
+    """Largest displacement by body, µm: over the equilibria and the transient, of ring teeth over
+    the equilibria alone."""
+    in_time = transient.drop_vars("tooth_displacement", errors="ignore")
+    motions, others = (largest_motions(motion_histories(data)) for data in (equilibria, in_time))
+    return {name: 1e6 * max(size, others.get(name, size)) for name, size in motions.items()}
+
+
+def _energy_residual(model: Model, ended: Ended) -> float | None:
+    """Largest energy residual over the torque drops, counted from the drop while steps are fine.
+
+    Without torque drops it is that of the steady revolution; None where no account was kept.
+    """
+    start, duration, _ = timed_drops(model.case).times
+    end = start + duration + model.pace.settling
+    balanced = [
+        between(timed.data, start, end)
+        for (_, label), timed in ended.drops.items()
+        if label == model.variant
+    ]
+    steady = ended.runs[model.variant].data
+    balanced = balanced or ([steady] if "energy_kinetic" in steady else [])
+    residuals = [largest_residual(ranges_of(data, energy_account)) for data in balanced]
+    return max(residuals, default=None)
+
+
+def _warnings(analyses: Analyses) -> list[str]:
+    """What a reader of the results should know and no headline says."""
+    model = analyses.first
+    case = model.case
+    return [
+        *implausible(case, model.flow),
+        *too_coarse(model.pace, case.solver),
+        *cut_short(case, model.flow),
+        *edge_warnings(analyses.face_load.get(model.variant, {})),
+        *reduction_warnings(case, model.bodies, rigid_bodies(case)),
+        *_unsettled(analyses.ended.runs),
+    ]
+
+
+def _unsettled(runs: Mapping[str, TimedRun]) -> list[str]:
+    """A line for transients that have not settled; their figures are of the whole run."""
+    windows = {name: window_of(timed.data) for name, timed in runs.items()}
+    unsettled = {name: w for name, w in windows.items() if w.settled is False}
+    if not unsettled:
+        return []
+    names, window = ", ".join(unsettled), next(iter(unsettled.values()))
+    return [
+        f"transient, {names}: not settled within {window.end:.4g} s ({window.sentence}); largest "
+        "values are over the whole run; give a longer solver.duration_s, or more damping"
+    ]
+
+
+def _of_flexible_stages(analyses: Analyses) -> dict[str, Any]:
+    """Sections that only cases with flexible stages have: reductions, steady running of rings."""
+    model, models, datasets = analyses.first, analyses.models, analyses.datasets
+    if not model.case.flexible_stages:
+        return {}
+    runs = {n: x.data for n, x in analyses.ended.runs.items() if not models[n].ideal}
+    compared = {name: settled(data) for name, data in runs.items()}
+    ideal, equilibria = datasets["equilibrium_without_errors"], datasets["equilibrium"]
+    return {
+        "reduction": {name: _reduction(body.report) for name, body in model.bodies.items()},
+        "steady": {
+            stage: {
+                **values(STEADY, SteadyRun(stage, compared, ideal)),
+                **values(RIM, rim_stress(equilibria, stage)),
+            }
+            for stage in model.case.fe_ring_stages
+        },
+    }
+
+
+def _reduction(report: Mapping[str, Any]) -> dict[str, Any]:
+    """Figures of a reduction: what was kept, error estimates (None without), and the tie."""
+    plain = (int, float, str, type(None))
+    return {k: v for k, v in report.items() if isinstance(v, plain)}
