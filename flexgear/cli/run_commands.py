@@ -46,7 +46,7 @@ def run(
     ):
         with watch.stage("bodies"):
             bodies = reduced_bodies(source, report)
-        result = run_all(source, report, watch, bodies=bodies, place=stage)
+        result = run_all(source, report, watch, bodies=bodies, folder=stage)
         content = Folder(source, result.flow, result.datasets, result.fields, result.summary)
         notes: list[str] = []
         lost: list[str] = []

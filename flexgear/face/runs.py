@@ -41,7 +41,7 @@ def run_case(case: Case, out: str | Path | None, force: bool, progress: Progress
     folder = Path(out)
     options.claim_folder(folder, options.RUN, origin_of_case(case, "run"), force)
     with staged_folder(folder, options.earlier(options.RUN)) as stage:
-        result = run.run(case, progress, place=stage)
+        result = run.run(case, progress, folder=stage)
         options.save_or_rescue(lambda place: save_run(result, place, progress), stage)
     return read_run(folder)
 

@@ -74,7 +74,7 @@ def encoding_of(data: xr.Dataset) -> Encoding:
     return {
         str(name): {"compression": "gzip", "compression_opts": 1, "shuffle": True}
         | ({"dtype": "f4"} if is_single(v) else {})
-        for name, v in data.data_vars.items()
+        for name, v in ((n, data.variables[n]) for n in data.data_vars)
         if v.ndim > 0
     }
 

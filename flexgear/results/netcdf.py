@@ -163,9 +163,9 @@ def _stored(
     return stored
 
 
-def set_attributes(place: h5py.File | h5py.Dataset, attrs: Mapping[Any, Any]) -> None:
+def set_attributes(target: h5py.File | h5py.Dataset, attrs: Mapping[Any, Any]) -> None:
     """Attributes as netCDF has them: text, lists of text, numbers as vectors."""
-    attributes = place.attrs
+    attributes = target.attrs
     for name, value in attrs.items():
         if isinstance(value, str):
             text = value.encode()
@@ -228,8 +228,8 @@ def _values(stored: h5py.Dataset, whole: bool) -> Any:
     return stored[()] if whole else indexing.LazilyIndexedArray(_Stored(stored))
 
 
-def _attributes(place: h5py.File | h5py.Dataset) -> Iterator[tuple[str, Any]]:
-    for name, value in place.attrs.items():
+def _attributes(source: h5py.File | h5py.Dataset) -> Iterator[tuple[str, Any]]:
+    for name, value in source.attrs.items():
         if name in OF_THE_FORMAT or (name == "dtype" and _text(value) == "bool"):
             continue
         if isinstance(value, np.ndarray) and value.dtype.kind in "OSU":

@@ -59,7 +59,8 @@ class DatasetSink:
 
 def with_last(data: xr.Dataset, last: xr.Dataset) -> xr.Dataset:
     """A dataset with what is known only after the last sample."""
-    return data.assign(last.data_vars).assign_coords(last.coords).assign_attrs(last.attrs)
+    variables = {n: v for n, v in last.variables.items() if n in last.data_vars}
+    return data.assign(variables).assign_coords(last.coords).assign_attrs(last.attrs)
 
 
 def histories(data: xr.Dataset, clock: str = TIME) -> dict[str, xr.Variable]:
@@ -69,7 +70,8 @@ def histories(data: xr.Dataset, clock: str = TIME) -> dict[str, xr.Variable]:
 
 def as_stored(data: xr.Dataset) -> xr.Dataset:
     """With numbers as exact as a file holds them."""
-    return data.assign({n: v.astype("f4") for n, v in data.data_vars.items() if is_single(v)})
+    variables = {n: data.variables[n] for n in data.data_vars}
+    return data.assign({n: v.astype("f4") for n, v in variables.items() if is_single(v)})
 
 
 def sample_size(variable: xr.Variable, clock: str = TIME) -> int:
@@ -78,7 +80,7 @@ def sample_size(variable: xr.Variable, clock: str = TIME) -> int:
     return values * (4 if is_single(variable) else variable.dtype.itemsize)
 
 
-def is_single(variable: xr.Variable | xr.DataArray) -> bool:
+def is_single(variable: xr.Variable) -> bool:
     """Whether a file holds it in single precision: of more than one axis, but no angles, which
     grow from turn to turn and tell orders apart, and no signals, whose weak lines stand beside
     strong ones."""

@@ -24,18 +24,34 @@ from flexgear.results.result_quantities import RESULT_QUANTITIES
 
 QUANTILES = (0.5, 0.9, 0.95, 0.99)
 PARTS = (("", "value"), ("_low", "low"), ("_high", "high"))  # of an estimate
-SPREADS = {  # names of statistics, and what they are of
-    "load_sharing": "load_sharing_max",
-    "k_h_beta": "k_h_beta",
-    "largest_line_load": "largest_line_load",
-}
 
+
+class Spread(NamedTuple):
+    """A figure whose spread a study finds. variable: of its samples; unit: of that; key: in
+    summaries; printed: unit there, "" where it has none; factor: to that unit."""
+
+    variable: str
+    unit: str
+    key: str
+    meaning: str
+    printed: str = ""
+    factor: float = 1.0
+
+
+SPREADS = {  # by the beginning of the names of their statistics
+    "load_sharing": Spread("load_sharing_max", "1", "load_sharing",
+        "largest load sharing factor K over one turn of the carrier"),
+    "k_h_beta": Spread("k_h_beta", "1", "k_h_beta", "largest face load factor K_Hβ"),
+    "largest_line_load": Spread("largest_line_load", "N/m", "largest_line_load_n_per_mm",
+        "largest line load", "N/mm", 1e-3),
+}  # fmt: skip
 LOST = "of a sample without an equilibrium, or whose planets at times carry no load together"
 FEW = "with too few samples for it"
 
 
-def _spread_of(name: str, of: str, unit: str) -> dict[str, Quantity]:
+def _statistics(name: str, spread: Spread) -> dict[str, Quantity]:
     """The figure of the case as it is stated, and statistics over the samples."""
+    of, unit = spread.variable, spread.unit
     return {
         f"{name}_as_stated": quantity("group", unit, f"{of} with the errors of the case", LOST),
         f"{name}_deviation": quantity("group", unit, f"standard deviation of {of}", FEW),
@@ -58,9 +74,7 @@ _ABOUT = {
     "largest_line_load": quantity("sample group", "N/m",
         "largest line load of the group's gear meshes", LOST),
     "mesh_load_factor": RESULT_QUANTITIES["mesh_load_factor"],
-    **_spread_of("load_sharing", "load_sharing_max", "1"),
-    **_spread_of("k_h_beta", "k_h_beta", "1"),
-    **_spread_of("largest_line_load", "largest_line_load", "N/m"),
+    **{n: q for name, s in SPREADS.items() for n, q in _statistics(name, s).items()},
     "share_above": quantity("group", "1",
         "share of samples above mesh_load_factor", f"{FEW}, or without that factor"),
 }  # fmt: skip
@@ -93,9 +107,10 @@ def tolerance_dataset(
         "mesh_load_factor": np.array(assumed),
         **_share_above(np.asarray(arrays["load_sharing_max"]), assumed, confidence),
     }
-    for name, of in SPREADS.items():
-        if of in arrays and np.size(arrays[of]):
-            figures |= _spread(name, np.asarray(arrays[of]), confidence)
+    for name, spread in SPREADS.items():
+        samples = np.asarray(arrays.get(spread.variable, ()))
+        if samples.size:
+            figures |= _spread(name, samples, confidence)
     coords: dict[str, Any] = {
         "sample": np.arange(len(arrays["load_sharing_max"])),
         "quantile": list(QUANTILES),
@@ -153,7 +168,6 @@ def _spread(name: str, values: Array, confidence: float) -> dict[str, Array]:
 def tolerance_summary(data: xr.Dataset) -> dict[str, Any]:
     """Figures for programs; None where there is no number."""
     groups = {str(g): data.sel(group=g) for g in data["group"].to_numpy()}
-    face = ("k_h_beta", "k_h_beta", 1.0), ("largest_line_load_n_per_mm", "largest_line_load", 1e-3)
     return {
         "case": data.attrs["case"],
         "result": "tolerance",
@@ -166,11 +180,10 @@ def tolerance_summary(data: xr.Dataset) -> dict[str, Any]:
         "confidence": float(data.attrs["confidence"]),
         "positions": json.loads(data.attrs["positions"]),
         "drawn": [str(x) for d in ("size", "phase") if d in data.dims for x in data[d].to_numpy()],
-        "load_sharing": {name: _figures(of_group) for name, of_group in groups.items()},
         **{
-            key: {g: _spread_figures(of_group, name, by) for g, of_group in groups.items()}
-            for key, name, by in face
-            if name in data  # where tooth pairs have slices
+            spread.key: {g: _figures(of_group, name, spread) for g, of_group in groups.items()}
+            for name, spread in SPREADS.items()
+            if spread.variable in data  # of the face where tooth pairs have slices
         },
     }
 
@@ -180,24 +193,22 @@ def failed(data: xr.Dataset) -> int:
     return int((~np.isfinite(data["load_sharing_max"].to_numpy())).any(axis=1).sum())
 
 
-def _figures(of_group: xr.Dataset) -> dict[str, Any]:
-    return {
-        **_spread_figures(of_group, "load_sharing"),
-        "iec_61400_4": number(of_group["mesh_load_factor"]),
-        "share_above_iec_61400_4": _interval(of_group, "share_above"),
-    }
-
-
-def _spread_figures(of_group: xr.Dataset, name: str, factor: float = 1.0) -> dict[str, Any]:
+def _figures(of_group: xr.Dataset, name: str, spread: Spread) -> dict[str, Any]:
+    by = spread.factor
     quantiles = {
-        f"{100 * p:g}": _interval(of_group.sel(quantile=p), f"{name}_quantile", factor)
+        f"{100 * p:g}": _interval(of_group.sel(quantile=p), f"{name}_quantile", by)
         for p in of_group["quantile"].to_numpy().tolist()
     }
+    assumed = {} if name != "load_sharing" else {
+        "iec_61400_4": number(of_group["mesh_load_factor"]),
+        "share_above_iec_61400_4": _interval(of_group, "share_above"),
+    }  # fmt: skip
     return {
-        "as_stated": number(factor * of_group[f"{name}_as_stated"]),
-        "mean": _interval(of_group, f"{name}_average", factor),
-        "standard_deviation": number(factor * of_group[f"{name}_deviation"]),
+        "as_stated": number(by * of_group[f"{name}_as_stated"]),
+        "mean": _interval(of_group, f"{name}_average", by),
+        "standard_deviation": number(by * of_group[f"{name}_deviation"]),
         "quantiles": quantiles,
+        **assumed,
     }
 
 

@@ -68,11 +68,11 @@ class TimedRun:
         return self.simulated / max(self.core, 1e-9)
 
 
-def shelved(place: Path | None, name: str, run: Callable[..., TimedRun]) -> TimedRun:
+def shelved(folder: Path | None, name: str, run: Callable[..., TimedRun]) -> TimedRun:
     """A run whose samples go to the file ``name``.nc of a folder; None: into memory."""
-    if place is None:
+    if folder is None:
         return run()
-    path = place / f"{name}.nc"
+    path = folder / f"{name}.nc"
     with dataset_file(path, in_memory=WHOLE) as sink:
         timed = run(sink=sink)
     return replace(timed, data=sink.dataset(path))

@@ -261,17 +261,14 @@ def _beside_sharing(case: Case, flow: PowerFlow, sharing: Sharing) -> list[dict[
         return []
     title = titled_by_stage("Load sharing", sharing.stage)
     left = " and ".join(EFFECTS[name] for name in effects)
-    return [
-        {
-            "figure": title,
-            "stage": sharing.stage,
-            "load_sharing": k,
-            "effects_um": {name: 1e6 * size for name, (size, _) in effects.items()},
-            "sentence": f"{title}, K = {factor(k)}: the model neglects {left}. The teeth of "
-            f"a planet deflect by {_about(teeth)}; these effects add up to {_about(soft)}, so that "
-            "planets share the load more evenly than computed.",
-        }
-    ]
+    sentence = (
+        f"{title}, K = {factor(k)}: the model neglects {left}. The teeth of a planet deflect by "
+        f"{_about(teeth)}; these effects add up to {_about(soft)}, so that planets share the load "
+        "more evenly than computed."
+    )
+    sizes = {name: 1e6 * size for name, (size, _) in effects.items()}
+    row = {"figure": title, "stage": sharing.stage, "load_sharing": k, "effects_um": sizes}
+    return [{**row, "sentence": sentence}]
 
 
 def effects_of(

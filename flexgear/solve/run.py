@@ -113,11 +113,11 @@ def run(
     *,
     bodies: Bodies | None = None,
     workers: int = WORKERS,
-    place: Path | None = None,
+    folder: Path | None = None,
 ) -> Run:
     """Every analysis of a case, with and without errors, flexible and rigid, and the figures.
 
-    place: a folder that gets the transients as they come, so that none is in memory as a whole.
+    folder: gets the transients as they come, so that none is in memory as a whole.
     """
     watch = watch or Stopwatch()
     with watch.stage("coupled_systems"):
@@ -125,7 +125,7 @@ def run(
     first = next(iter(models.values()))
     ideal = first.without_errors() if case.flexible_stages else first
     datasets: dict[str, xr.Dataset] = {}
-    with single_threaded_blas(), transients(models, progress, workers, place) as ended:
+    with single_threaded_blas(), transients(models, progress, workers, folder) as ended:
         with watch.stage("modes"):
             progress("modes", 0.0)
             limit = usual_limit(first)

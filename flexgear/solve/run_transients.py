@@ -60,19 +60,19 @@ class Ended(NamedTuple):
 
 @contextmanager
 def transients(
-    models: Mapping[str, Model], progress: Progress, workers: int, place: Path | None
+    models: Mapping[str, Model], progress: Progress, workers: int, folder: Path | None
 ) -> Iterator[Callable[[], Ended]]:
     """Begin a transient of each variant in which anything moves, and the torque drops of those with
     errors, ``workers`` at a time, the caller being one until it waits; yields what waits for all.
 
-    place: see ``shelved``. They end when the block fails, or they do.
+    folder: see ``shelved``. They end when the block fails, or they do.
     """
     first = next(iter(models.values()))
     at_work = threading.Semaphore(max(1, workers - 1))
     with stoppable_pool(workers, progress) as (pool, watched):
         compiled = pool.submit(compile_transient, first, energy=_has_drops(first))
         waiting = {
-            key: pool.submit(_begun, compiled, at_work, place, name, job)
+            key: pool.submit(_begun, compiled, at_work, folder, name, job)
             for key, (name, job) in _jobs(models, watched).items()
         }
         try:
@@ -104,14 +104,14 @@ Job = Callable[..., TimedRun]
 def _begun(
     compiled: Future[None],
     at_work: threading.Semaphore,
-    place: Path | None,
+    folder: Path | None,
     name: str,
     job: Job,
 ) -> TimedRun:
     """A run, once the loops of all of them are compiled and one more may work."""
     compiled.result()
     with at_work:
-        return shelved(place, name, job)
+        return shelved(folder, name, job)
 
 
 def _has_drops(model: Model) -> bool:

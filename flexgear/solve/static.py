@@ -200,7 +200,7 @@ def stages_sharing(
     turn = one_turn(
         motions[number], lead_speed(model.case, model.flow), int(per_cycle), SHOWN_CYCLES
     )
-    shown = (  # where the error cycle is one turn, it has been looked at
+    turn_force = (  # where the error cycle is one turn, it has been looked at
         force[:, at]
         if np.array_equal(turn, samples.angles)
         else _forces(model, linear, turn, progress, f"{stage}: one turn")[:, at]
@@ -210,9 +210,9 @@ def stages_sharing(
         np.arange(len(turn)),
         {
             "input_angle": rated_rotations(model.system, turn),
-            "gear_mesh_force": shown,
+            "gear_mesh_force": turn_force,
             "rated_gear_mesh_force": model.rated[at],
-            **sharing_histories(shown, model.rated[at], names),
+            **sharing_histories(turn_force, model.rated[at], names),
             **sharing_coefficients(force[:, at], names, {stage: per_cycle}),
             "cycle_maximum": cycle_maxima(force[:, at], per_cycle),
             "cycle_number": samples.gear_mesh,

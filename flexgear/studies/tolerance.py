@@ -389,7 +389,7 @@ def _dataset(setup: ToleranceSetup, stated: Batch, batches: Sequence[Batch]) -> 
     labels = {p: [n for e in setup.drawn if e.is_phase == p for n in e.labels] for p in (0, 1)}
     positions = {g.name: g.positions.stop - g.positions.start for g in setup.groups}
     return tolerance_dataset(
-        whole | {f"{name}_as_stated": stated[of][0] for name, of in SPREADS.items()},
+        whole | {f"{name}_as_stated": stated[s.variable][0] for name, s in SPREADS.items()},
         sizes=labels[False],
         phases=labels[True],
         gear_meshes=setup.shared,

@@ -21,6 +21,7 @@ from flexgear.results.report.wording import (
     with_unit,
     words,
 )
+from flexgear.results.tolerance_dataset import SPREADS
 
 RATING, GEARS, SPECTRUM = "rating", "rating_gears", "spectrum"
 MOST_BINS = 60  # of a spectrum that are listed
@@ -197,11 +198,6 @@ def spelled(text: str) -> str:
 
 
 TOLERANCE = "tolerance"
-_SPREADS = (  # key of the summary, what it is, unit
-    ("load_sharing", "largest load sharing factor K over one turn of the carrier", ""),
-    ("k_h_beta", "largest face load factor K_Hβ", ""),
-    ("largest_line_load_n_per_mm", "largest line load", "N/mm"),
-)
 _RARE = 0.05  # share of sets above the standard's value that is let pass
 
 
@@ -214,10 +210,10 @@ def tolerance_tables(summary: Mapping[str, Any]) -> list[Table]:
         Row("seed of the random numbers", str(summary["seed"])),
     ]
     tables = [Table(TOLERANCE, "what was drawn", drawn)]
-    for key, about, unit in _SPREADS:
-        for group, figures in summary.get(key, {}).items():
-            rows = list(_spread(figures, unit, summary["confidence"]))
-            tables.append(Table(TOLERANCE, f"{words(group)}, {about}", rows))
+    for spread in SPREADS.values():
+        for group, figures in summary.get(spread.key, {}).items():
+            rows = list(_spread(figures, spread.printed, summary["confidence"]))
+            tables.append(Table(TOLERANCE, f"{words(group)}, {spread.meaning}", rows))
     return tables
 
 

@@ -8,11 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 from flexgear.gears.power_flow import PowerFlow
 from flexgear.model.case import Case
 from flexgear.results.report.parts import Level
+from flexgear.results.report.sharing import Sharing, sharings
 
 
 @dataclass(frozen=True)
@@ -22,6 +24,11 @@ class Findings:
     case: Case
     flow: PowerFlow
     summary: Mapping[str, Any]
+
+    @cached_property
+    def sharings(self) -> dict[str, Sharing]:
+        """Load sharing of the stages whose planets share a load, by stage."""
+        return {s.stage: s for s in sharings(self.summary["load_sharing"])}
 
 
 @dataclass(frozen=True)

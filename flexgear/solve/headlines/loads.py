@@ -64,7 +64,6 @@ def peaks_of_stage(findings: Findings, stage: str) -> list[Peak]:
 
 
 def _largest_force(findings: Findings) -> Iterator[Answer]:
-    assumed = {s.stage: s.assumed for s in sharings(findings.summary["load_sharing"])}
     for stage in findings.summary["stages"]:
         peaks = peaks_of_stage(findings, stage)
         if not peaks:
@@ -74,7 +73,7 @@ def _largest_force(findings: Findings) -> Iterator[Answer]:
         sentence = f"{with_unit(peak.force, 'N')} at {words(peak.group)}, {peak.window}"
         if peak is not steady:
             sentence += f"; {factor(steady.ratio)} × in time {steady.window}"
-        covered = assumed.get(stage)
+        covered = findings.sharings[stage].assumed if stage in findings.sharings else None
         sentence += (
             f". A rating by nominal load must cover {factor(peak.ratio)} by its load factors"
         )
@@ -91,8 +90,8 @@ def _largest_force(findings: Findings) -> Iterator[Answer]:
                 " The force of a gear mesh passes zero: flanks part, or the other ones carry."
             )
         sentence += _sudden_contact(findings, stage)
-        shown = f"{factor(peak.ratio)} × nominal"
-        yield Answer(level, stage, peak.ratio, shown, sentence, covered, peak.window)
+        figure = f"{factor(peak.ratio)} × nominal"
+        yield Answer(level, stage, peak.ratio, figure, sentence, covered, peak.window)
 
 
 def _sudden_contact(findings: Findings, stage: str) -> str:
@@ -124,10 +123,9 @@ def _is_relieved(modifications: GearModifications | PlanetModifications) -> bool
 def _load_sharing(findings: Findings) -> Iterator[Answer]:
     """K of equilibria is held to the standard, whose value is one of equilibria; dynamics come on
     top of it. Without equilibria K in time is held to it."""
-    every = list(sharings(findings.summary["load_sharing"]))
-    for sharing in every:
+    for sharing in findings.sharings.values():
         yield _of_stage(findings, sharing)
-    if not every:
+    if not findings.sharings:
         groups = groups_of(first_variant(findings.summary["load_sharing"]["transient"]))
         why = "The planets carry no load together, so that K is not defined."
         yield Answer("note", "", None, "–", why if groups else "No planets share a load.")
@@ -167,9 +165,9 @@ def _of_stage(findings: Findings, sharing: Sharing) -> Answer:
         if level == "good" and sharing.assumed is not None and k > sharing.assumed:
             level = "watch"
     sentences.append(_rigid(findings, sharing.stage))
-    shown = f"K = {sharing.figure}"
+    figure = f"K = {sharing.figure}"
     text = " ".join(filter(None, sentences))
-    return Answer(level, sharing.stage, max(both), shown, text, sharing.assumed, sharing.window)
+    return Answer(level, sharing.stage, max(both), figure, text, sharing.assumed, sharing.window)
 
 
 def _halves(sharing: Sharing) -> str:
@@ -226,10 +224,10 @@ def _deflections(findings: Findings) -> Iterator[Answer]:
             sentence += f" Largest: {words(farthest.body)}, {with_unit(farthest.size, 'm')}."
         if worst.size > worst.limit:
             sentence += f" {CONSEQUENCE}"
-        shown = f"{with_unit(worst.size, 'm')} of {with_unit(worst.limit, 'm')}"
+        figure = f"{with_unit(worst.size, 'm')} of {with_unit(worst.limit, 'm')}"
         level: Level = "good" if worst.size <= worst.limit else "bad"
         size, limit = 1e6 * worst.size, 1e6 * worst.limit
-        yield Answer(level, stage, size, shown, sentence, limit, window)
+        yield Answer(level, stage, size, figure, sentence, limit, window)
 
 
 def _share(ratio: float) -> str:
@@ -238,8 +236,8 @@ def _share(ratio: float) -> str:
 
 def _transmission_error(findings: Findings) -> Iterator[Answer]:
     for length in transmission_errors(findings.summary):
-        shown = with_unit(length.value, "m")
-        yield Answer("note", length.stage, 1e6 * length.value, shown, length.sentence)
+        figure = with_unit(length.value, "m")
+        yield Answer("note", length.stage, 1e6 * length.value, figure, length.sentence)
 
 
 def _neglected(findings: Findings) -> Iterator[Answer]:
@@ -259,8 +257,8 @@ def _neglected(findings: Findings) -> Iterator[Answer]:
         sentences = [f"{sizes[0].upper()}{sizes[1:]}."]
         sentences += [f"They exceed a tenth of: {named}."] if named else []
         sentences += [r["sentence"] for r in of_stage if "load_sharing" in r]
-        shown = f"up to {number(max(effects.values()), 3)} µm"
-        yield Answer("watch", stage, max(effects.values()), shown, " ".join(sentences))
+        figure = f"up to {number(max(effects.values()), 3)} µm"
+        yield Answer("watch", stage, max(effects.values()), figure, " ".join(sentences))
     case, flow = findings.case, findings.flow
     small = {name for s in case.stages for name in effects_of(case, flow, s.name)}
     if small and not by_stage:
@@ -287,9 +285,9 @@ NEGLECTED = Headline(
 
 def _resonance(findings: Findings) -> Iterator[Answer]:
     figures = findings.summary["resonance"]
-    level, shown, sentence = resonance_verdict(figures)
+    level, figure, sentence = resonance_verdict(figures)
     nearest = min((abs(row["away"]) for row in figures["met"]), default=None)
-    yield Answer(level, "", nearest, shown, sentence)
+    yield Answer(level, "", nearest, figure, sentence)
 
 
 RESONANCE = Headline(

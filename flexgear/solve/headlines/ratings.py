@@ -14,7 +14,7 @@ from flexgear.model.bearings import Rolling
 from flexgear.model.names import FlankName, GroupName, NodeName
 from flexgear.model.stage_view import StageView
 from flexgear.model.units import Quantity
-from flexgear.results.report.sharing import first_variant, sharings
+from flexgear.results.report.sharing import first_variant
 from flexgear.results.report.wording import factor, number, with_unit, words
 from flexgear.solve.headlines.declaration import Answer, Findings, Headline, Level
 from flexgear.solve.headlines.loads import peaks_of_stage
@@ -127,10 +127,8 @@ def _held(
     gear-mesh force of the run, beside the allowable. A stress by formula is never within limits,
     since it knows nothing of the load along the face."""
     ratio = max((p.ratio for p in peaks_of_stage(findings, stage)), default=1.0)
-    in_equilibria = 1.0
-    if computed:
-        every = sharings(findings.summary["load_sharing"])
-        in_equilibria = next((s.in_equilibria or 1.0 for s in every if s.stage == stage), 1.0)
+    sharing = findings.sharings.get(stage) if computed else None
+    in_equilibria = (sharing and sharing.in_equilibria) or 1.0
     peak = stress * max(1.0, ratio / in_equilibria) ** kind.exponent
     reason = (
         f"{_percent(stress / limit)} of the allowable; {number(peak / 1e6)} MPa, "
