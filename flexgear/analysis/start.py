@@ -23,9 +23,9 @@ import numpy as np
 from flexgear.analysis.equilibrium import Equilibrium, revolution
 from flexgear.analysis.kernels.contact_newton import first_memory
 from flexgear.analysis.kernels.energy import ENERGIES
-from flexgear.analysis.kernels.outer_forces import PORT
+from flexgear.analysis.kernels.outer_forces import PORT, brake_torque
 from flexgear.analysis.kernels.step_arrays import State
-from flexgear.analysis.step_space import rated_row
+from flexgear.analysis.step_space import packed_machines, rated_row
 from flexgear.arrays import Array
 from flexgear.coupling.machines import Brake, Controller, GivenSpeed
 from flexgear.coupling.modal import ModalSystem
@@ -33,6 +33,8 @@ from flexgear.coupling.system import System
 
 STEADY = 1e-9  # of the speeds, by which they may still change
 AGREES = 1e-12  # of the torques of brakes that hold no balance, found in turns with the speeds
+
+_BRAKE_TORQUE = getattr(brake_torque, "py_func", brake_torque)  # not compiled for one call
 
 
 def start_state(modal: ModalSystem, prescribed: float | Array) -> State:
@@ -136,9 +138,10 @@ def _known_torques(system: System, prescribed: Array, speeds: Array) -> Array:
     """Torques (P,) of ports that follow one, and at these speeds of brakes that are no reactions,
     N·m."""
     out, turned = prescribed.copy(), _port_rolling(system) @ speeds
+    records = packed_machines(system).view(np.recarray)
     for p, machine in enumerate(system.machines):
         if isinstance(machine, Brake) and p not in system.reactions:
-            out[p] = -machine.torque(turned[p])
+            out[p] = -_BRAKE_TORQUE(records[p], turned[p])[0]
     return out
 
 

@@ -35,19 +35,13 @@ class GivenSpeed:
 
 @dataclass(frozen=True)
 class Brake:
-    """Torque T = rated_torque · sign(ω) |ω/rated_speed|^exponent against the motion, N·m;
+    """Torque T = rated_torque · sign(ω) |ω/rated_speed|^exponent against the motion, N·m
+    (``analysis.kernels.outer_forces.brake_torque``, where a constant one fades near zero speed);
     T = rated_torque, of either sign, where the rated speed is zero."""
 
     rated_torque: float
     rated_speed: float
     exponent: float
-
-    def torque(self, speed: float) -> float:
-        """What it takes at a speed, N·m."""
-        if self.rated_speed == 0.0:
-            return self.rated_torque
-        ratio = abs(speed) / self.rated_speed
-        return math.copysign(self.rated_torque * ratio**self.exponent, speed)
 
     def speed(self, torque: float) -> float | None:
         """Speed at which it takes a torque, rad/s; None where any may be."""

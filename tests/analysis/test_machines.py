@@ -296,3 +296,11 @@ def test_runs_begin_stationary(gears, ends, share):
     assert np.abs(np.ptp(run.speeds, axis=0) / speeds).max() < 1e-9
     assert np.abs(np.ptp(run.torques, axis=0) / system.rated_port_torques).max() < 1e-9
     assert np.abs(run.torques @ rows).max() < 1e-9 * TORQUE
+
+
+def test_a_constant_brake_takes_nothing_at_rest(gears):
+    """A run from zero speed begins without load: the torque fades there, so that it drives none."""
+    brake = replace(gears.system.machines[-1], exponent=0.0)
+    run = stepped(with_ends(gears, GivenSpeed(), brake), told(0.0, 0.0), 0.01, 1e-4)
+    assert np.abs(run.torques).max() < 1e-9 * TORQUE
+    assert not run.speeds.any()
