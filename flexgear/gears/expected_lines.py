@@ -130,7 +130,7 @@ def _of_stage(
     yield from _tooth_faults(stage, abs(gear_mesh))
     relative = abs(flow.planet_relative_speed) / TURN if rolling else 0.0
     yield from _bearing(stage.name, "planet bearing", stage.planet_bearing, relative, "inner")
-    for seat, bearing in view.seat_bearings.items():
+    for seat, bearing in view.stage.seat_bearings.items():
         name = f"carrier bearing {seat}"
         yield from _bearing(stage.name, name, bearing, abs(flow.carrier_speed) / TURN, "outer")
 

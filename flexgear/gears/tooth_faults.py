@@ -225,7 +225,7 @@ def _require_on_tooth(view: StageView, numbered: Numbered, tooth: ToothGeometry)
         across = fault.deepest * np.sin(fault.angle)
         if across >= MOST_CUT * section:
             raise InputError(
-                view.source,
+                view.case.source,
                 f"faults[{number}].depth{'s' if fault.depths else ''}_mm",
                 f"{1e3 * fault.deepest:g} mm cut {100 * across / section:.0f} % of the root "
                 f"section of {1e3 * section:.4g} mm",
@@ -238,13 +238,13 @@ def _require_on_tooth(view: StageView, numbered: Numbered, tooth: ToothGeometry)
         value = getattr(fault, key)
         if value is not None and not ends[0] * (1 - 1e-9) <= value <= ends[1] * (1 + 1e-9):
             raise InputError(
-                view.source,
+                view.case.source,
                 f"faults[{number}].{key}_mm",
                 f"{1e3 * value:g} mm is outside the flank",
                 f"between {1e3 * ends[0]:.6g} and {1e3 * ends[1]:.6g} mm",
             )
     if not np.subtract(*_diameters(tooth, fault)) < 0.0:
         raise InputError(
-            view.source, f"faults[{number}].start_diameter_mm", "leaves nothing of the flank",
+            view.case.source, f"faults[{number}].start_diameter_mm", "leaves nothing of the flank",
             f"between {1e3 * ends[0]:.6g} and {1e3 * ends[1]:.6g} mm",
         )  # fmt: skip

@@ -235,12 +235,12 @@ class Rolling(Section):
 
     def _check(self) -> None:
         for key in ("dynamic_rating", "elements"):
-            if getattr(self, key) is not None and self.rolling is None:
+            if getattr(self, key) is not None:
                 remedy = 'add rolling = "roller" or "ball"'
-                raise Missing("rolling", f"is missing beside {key}", remedy)
-        if self.required_life is not None and self.dynamic_rating is None:
+                self._require_set(["rolling"], f"is missing beside {key}", remedy)
+        if self.required_life is not None:
             remedy = "add dynamic_rating and rolling"
-            raise Missing("dynamic_rating", "is missing beside required_life", remedy)
+            self._require_set(["dynamic_rating"], "is missing beside required_life", remedy)
 
 
 def check_elements(bearing: Bearing, rolling: Rolling) -> None:

@@ -1,16 +1,13 @@
-"""Bodies of a stage and its housing: material, FE mesh, ring and its supports, planet, carrier …"""
+"""Bodies of a stage and its housing: material, FE mesh, planet, carrier, hub, shaft, housing."""
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass
 from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, WithJsonSchema
 
 from flexgear.model.bearings import Bearing, Springs
-from flexgear.model.names import NodeName
-from flexgear.model.section import Missing, OneOrMany, Refusal, Section
+from flexgear.model.section import Refusal, Section
 from flexgear.model.units import (
     Angle,
     Density,
@@ -18,9 +15,9 @@ from flexgear.model.units import (
     Length,
     Mass,
     Modulus,
-    RotationalStiffness,
-    Stiffness,
 )
+
+Fidelity = Literal["quick", "standard", "fine"]
 
 
 class Material(Section):
@@ -75,30 +72,22 @@ class FeMeshSource(Section):
     )  # fmt: skip
 
     def _check(self) -> None:
-        if self.fe_mesh != "generate" and not self.fe_mesh_file:
-            raise Missing(
-                "fe_mesh_file", "is missing", "name the mesh file, or fe_mesh = 'generate'"
-            )
-        self._check_reduced()
+        if self.fe_mesh != "generate":
+            remedy = "name the mesh file, or fe_mesh = 'generate'"
+            self._require_set(["fe_mesh_file"], "is missing", remedy)
+        if self.fe_mesh == "reduced":
+            self._require_set(["fe_mesh_nodes"], "is missing", "name the table of nodes (CSV)")
+            moves = ("fe_mesh_shift", "fe_mesh_turn")
+            self._refuse_set(moves, "moves no reduced body", "put the body in place itself")
+        else:
+            matrices = ("fe_mesh_nodes", "fe_mesh_mass_file")
+            self._refuse_set(matrices, "is of reduced matrices", 'set fe_mesh = "reduced"')
         for key in ("fe_mesh_shift", "fe_mesh_turn"):
             length = len(getattr(self, key))
             if length != 3:
                 raise Refusal(
                     key, f"has {length} numbers", "give three, for x, y and z, or one, for z"
                 )
-
-    def _check_reduced(self) -> None:
-        """A table of nodes belongs to reduced matrices, which stand where they are."""
-        if self.fe_mesh == "reduced":
-            if not self.fe_mesh_nodes:
-                raise Missing("fe_mesh_nodes", "is missing", "name the table of nodes (CSV)")
-            for key in ("fe_mesh_shift", "fe_mesh_turn"):
-                if any(getattr(self, key)):
-                    raise Refusal(key, "moves no reduced body", "put the body in place itself")
-            return
-        for key in ("fe_mesh_nodes", "fe_mesh_mass_file"):
-            if getattr(self, key) is not None:
-                raise Refusal(key, "is of reduced matrices", 'set fe_mesh = "reduced"')
 
 
 class Planet(FeMeshSource):
@@ -180,14 +169,13 @@ class Hub(Section):
     bearing: Bearing | None = None
 
     def _check(self) -> None:
-        for key in ("mass", "tilt_inertia", "bearing"):
-            present = getattr(self, key) is not None
-            if self.kinematics == "spatial" and not present:
-                problem = "is missing of a hub that moves in all directions"
-                raise Missing(key, problem, 'give it, or kinematics = "torsional"')
-            if self.kinematics == "torsional" and present:
-                problem = 'is that of a hub that moves, but kinematics is "torsional"'
-                raise Refusal(key, problem, "take one of the two out")
+        keys = ("mass", "tilt_inertia", "bearing")
+        if self.kinematics == "spatial":
+            problem = "is missing of a hub that moves in all directions"
+            self._require_set(keys, problem, 'give it, or kinematics = "torsional"')
+        else:
+            problem = 'is that of a hub that moves, but kinematics is "torsional"'
+            self._refuse_set(keys, problem, "take one of the two out")
 
 
 class ShaftSection(Section):
@@ -262,189 +250,15 @@ class Housing(Section):
                 raise Refusal(
                     "mount", "a lumped housing needs stiffness in all six directions", "give them"
                 )
-        for key in FE_MESH_FILES if self.kind != "reduced" else ():
-            if getattr(self, key) is not None:
-                raise Refusal(key, "is of reduced matrices", 'set kind = "reduced"')
         if self.kind != "reduced":
+            self._refuse_set(FE_MESH_FILES, "is of reduced matrices", 'set kind = "reduced"')
             return
-        if not self.fe_mesh_file:
-            raise Missing("fe_mesh_file", "is missing", "name the file of its stiffness and mass")
-        if not self.fe_mesh_nodes:
-            raise Missing("fe_mesh_nodes", "is missing", "name the table of nodes (CSV)")
-        if self.mass or any(self.inertia):
-            key = "mass" if self.mass else "inertia"
-            raise Refusal(key, "is that of a lumped housing", "take it out: the files hold it")
+        remedy = "name the file of its stiffness and mass"
+        self._require_set(["fe_mesh_file"], "is missing", remedy)
+        self._require_set(["fe_mesh_nodes"], "is missing", "name the table of nodes (CSV)")
+        remedy = "take it out: the files hold it"
+        self._refuse_set(["mass", "inertia"], "is that of a lumped housing", remedy)
         if min(self.mount.stiffness[:3]) <= 0:
             raise Refusal(
                 "mount", "a housing needs stiffness along all three axes", "give radial and axial"
             )
-
-
-Fidelity = Literal["quick", "standard", "fine"]
-End = Literal["+z", "-z"]
-
-
-class Bolts(Section):
-    """Bolts that hold the ring; stiffness of one bolt with its clamped joint to the housing.
-
-    Bolt k stands at first_angle + 2πk/number; radial and tangential are the bolt's own directions.
-
-    number: bolts of the circle. circle_diameter: of the bolt circle. diameter: of a bolt or its
-    hole, the patch that it acts on. holes: true meshes the holes. first_angle: of bolt 0 from the x
-    axis. stiffness_radial, stiffness_tangential, stiffness_axial: of one bolt along its directions.
-    stiffness_tilt: about the radial and the tangential direction. stiffness_twist: about the bolt.
-    end: face that is bolted, the ring's where none is named.
-    """
-
-    number: int = Field(ge=0, le=400)
-    circle_diameter: Length = Field(ge=1e-2, le=20.0)
-    diameter: Length = Field(ge=1e-3, le=0.3)
-    holes: bool = False
-    first_angle: Angle = 0.0
-    end: End | None = None
-    stiffness_radial: Stiffness = Field(ge=0.0, le=1e13)
-    stiffness_tangential: Stiffness = Field(ge=0.0, le=1e13)
-    stiffness_axial: Stiffness = Field(ge=0.0, le=1e13)
-    stiffness_tilt: RotationalStiffness = Field(default=0.0, ge=0.0, le=1e13)
-    stiffness_twist: RotationalStiffness = Field(default=0.0, ge=0.0, le=1e13)
-
-
-class Fit(Section):
-    """A housing fit: a cylindrical band of the outer diameter, tied to one node on the axis.
-
-    The node has springs in all six directions, the same in all directions across the axis.
-
-    z: middle of the band from mid-face. half_width: half of the band's width. stiffness_radial:
-    across the axis. stiffness_axial: along it. stiffness_tilt: about a diameter.
-    stiffness_torsion: about the axis.
-    """
-
-    z: Length = Field(ge=-2.0, le=2.0)
-    half_width: Length = Field(ge=1e-4, le=1.0)
-    stiffness_radial: Stiffness = Field(default=0.0, ge=0.0, le=1e14)
-    stiffness_axial: Stiffness = Field(default=0.0, ge=0.0, le=1e14)
-    stiffness_tilt: RotationalStiffness = Field(default=0.0, ge=0.0, le=1e14)
-    stiffness_torsion: RotationalStiffness = Field(default=0.0, ge=0.0, le=1e14)
-
-    @property
-    def band(self) -> tuple[float, float]:
-        """Axial limits of the band, m."""
-        return (self.z - self.half_width, self.z + self.half_width)
-
-
-class Spline(Fit):
-    """An outer spline or lugs: a fit that takes the ring's torque."""
-
-    def _check(self) -> None:
-        if self.stiffness_torsion == 0.0:
-            problem = "is zero, so the spline takes no torque"
-            raise Refusal("stiffness_torsion", problem, "give it a stiffness, or make it a fit")
-
-
-class Ring(FeMeshSource):
-    """Ring gear as a body.
-
-    flexible: false makes it rigid with the same mass. rim_thickness: outside the root circle of the
-    teeth. tie: whether tooth nodes act on the root or the flank of their teeth. tie_kind: averaging
-    (RBE3) or rigid (RBE2) tie of a node to its surface. tooth_shapes: whether the rim bends along
-    the face within a tooth, where slices have FE influences and nodes act on roots: auto, where the
-    static estimate says that more than 2 % would be missed. fixed_interface_modes: number kept in
-    the reduction. fits: bands of the outer diameter in the housing. splines: likewise, which take
-    torque. bolts: one circle, or a list of them; end: the bolted face of circles that name none.
-    """
-
-    flexible: bool = True
-    rim_thickness: Length = Field(ge=1e-3, le=3.0)
-    tie: Literal["root", "flank"] = "root"
-    tie_kind: Literal["averaging", "rigid"] = "averaging"
-    tooth_shapes: Literal["auto", "always", "none"] = "auto"
-    fixed_interface_modes: int = Field(default=120, ge=0, le=2000)
-    end: End | None = None
-    bolts: OneOrMany[Bolts] = ()
-    fits: tuple[Fit, ...] = ()
-    splines: tuple[Spline, ...] = ()
-
-    @property
-    def bolt_circles(self) -> tuple[Bolts, ...]:
-        """All bolt circles."""
-        return (self.bolts,) if isinstance(self.bolts, Bolts) else self.bolts
-
-    def first_bolt(self, circle: Bolts) -> int:
-        """Number of a circle's first bolt: bolts are numbered through all circles."""
-        before = self.bolt_circles[: self.bolt_circles.index(circle)]
-        return 1 + sum(other.number for other in before)
-
-    def bolted_end(self, circle: Bolts) -> End:
-        """The face in which a circle's bolts act."""
-        return circle.end or self.end or "+z"
-
-    def _check(self) -> None:
-        circles = self.bolt_circles
-        if self.end is None and any(c.end is None for c in circles):
-            raise Missing("end")
-        if sum(c.holes for c in circles) > 1:
-            raise Refusal("bolts", "more than one circle has holes", "mesh those of one circle")
-        if any(circles.index(c) < k for k, c in enumerate(circles)):
-            raise Refusal("bolts", "the same circle is listed twice", "list it once")
-        torsion = [c.number * c.stiffness_tangential for c in circles]
-        torsion += [band.stiffness_torsion for band in (*self.fits, *self.splines)]
-        if any(torsion):
-            return
-        if isinstance(self.bolts, Bolts):
-            raise Refusal(
-                "bolts.stiffness_tangential",
-                "is zero, so nothing takes the ring's torque",
-                "give the bolts a stiffness",
-            )
-        problem = "nothing takes the ring's torque"
-        raise Refusal("bolts", problem, "add [ring.fe.bolts] or [[ring.fe.splines]]")
-
-
-@dataclass(frozen=True)
-class RingSupport:
-    """Six springs between one node of the ring and the housing.
-
-    node: its name; group: of the FE mesh's surface that it is tied to, "" for a disc in an end
-    face; place: (x, y, z) m, z being that of the end face, or mid-band; angle: of the springs' axes
-    about z, rad; stiffness: radial, tangential, axial N/m, about these three axes N m/rad; end,
-    diameter: of a bolt.
-    """
-
-    node: NodeName
-    group: str
-    place: tuple[float, float, float]
-    angle: float
-    stiffness: tuple[float, float, float, float, float, float]
-    end: End | None = None
-    diameter: float = 0.0
-
-
-def ring_supports(ring: Ring, face_width: float) -> list[RingSupport]:
-    """Fits, splines, then bolts circle by circle, numbered through."""
-    out = [_band(NodeName.of("fit", k), band) for k, band in enumerate(ring.fits, 1)]
-    out += [_band(NodeName.of("spline", k), band) for k, band in enumerate(ring.splines, 1)]
-    for b in ring.bolt_circles:
-        end, arm = ring.bolted_end(b), 0.5 * b.circle_diameter
-        z = math.copysign(0.5 * face_width, 1.0 if end == "+z" else -1.0)
-        along = (b.stiffness_radial, b.stiffness_tangential, b.stiffness_axial)
-        for k in range(b.number):
-            node = NodeName.of("bolt", ring.first_bolt(b) + k, digits=2)
-            angle = b.first_angle + 2 * math.pi * k / b.number
-            out.append(
-                RingSupport(
-                    node=node,
-                    group=node if b.holes else "",
-                    place=(arm * math.cos(angle), arm * math.sin(angle), z),
-                    angle=angle,
-                    stiffness=(*along, b.stiffness_tilt, b.stiffness_tilt, b.stiffness_twist),
-                    end=end,
-                    diameter=b.diameter,
-                )
-            )
-    return out
-
-
-def _band(node: NodeName, fit: Fit) -> RingSupport:
-    along = (fit.stiffness_radial, fit.stiffness_radial, fit.stiffness_axial)
-    about = (fit.stiffness_tilt, fit.stiffness_tilt, fit.stiffness_torsion)
-    return RingSupport(node, node, (0.0, 0.0, fit.z), 0.0, (*along, *about))

@@ -8,18 +8,19 @@ from typing import Any, Literal
 from pydantic import Field, ValidationError, model_validator
 
 from flexgear.model.bearings import Lubricant
-from flexgear.model.bodies import Carrier, Housing, Material, Planet, Ring, Shaft
+from flexgear.model.bodies import Carrier, Housing, Material, Planet, Shaft
 from flexgear.model.content import content_hash, digest_files
 from flexgear.model.errors import InputError, echo
-from flexgear.model.faults import Fault, check_faults
+from flexgear.model.faults import Fault, check_faults, require_rollers
 from flexgear.model.gear_mesh import Damping
 from flexgear.model.load_cases import LoadCase, LoadSeries, Spectrum, check_load_cases
 from flexgear.model.machine import TorqueHistory, check_machines
 from flexgear.model.member import CarrierMember, GearMember, Kinematics
 from flexgear.model.names import BodyName, Member, MemberName
 from flexgear.model.rating import Rating, check_rating
-from flexgear.model.read import Written, is_place, nearest, numbered, of_only_stage, put
-from flexgear.model.section import Missing, Refusal, Section
+from flexgear.model.read import Written, changed, is_place, nearest, numbered, of_only_stage
+from flexgear.model.ring import Ring
+from flexgear.model.section import Missing, Refusal, Section, raw_value
 from flexgear.model.sensor import Recorder, Sensor, check_sensors
 from flexgear.model.solver import Solver
 from flexgear.model.stage import Stage
@@ -348,7 +349,7 @@ class Case(Section):
             path: list[str | int] = [int(p) if is_place(p) else p for p in parts]
             if isinstance(value, Section):
                 value = value.model_dump(mode="python")
-            put(data, path, value, "with_", key)
+            data = changed(data, path, value, "with_", key)
         try:
             return validated_case(data, "with_", Written())
         except InputError as fault:
@@ -363,11 +364,11 @@ class Case(Section):
     @classmethod
     def required(cls, data: Mapping[str, Any]) -> list[Missing]:
         """Where power goes in, a member takes it, and the other way round."""
+        require_rollers(data)
         inputs, loaded = data.get("inputs") or (), data.get("output") is not None
         if loaded and not inputs:
             return [Missing("inputs", "is missing beside output", "add [[inputs]]")]
-        read = [i if isinstance(i, Mapping) else vars(i) for i in inputs]
-        powers = [k for i in read for k in ("torque", "power") if i.get(k) is not None]
+        powers = [k for i in inputs for k in ("torque", "power") if raw_value(i, k) is not None]
         if powers and not loaded:
             remedy = f"add [output], or take {powers[0]} out for free vibration"
             return [Missing("output", f"is missing, and inputs give {powers[0]}", remedy)]

@@ -7,6 +7,7 @@ What is wrong in an input file is ``validation_errors``; deviations that every g
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, Literal
@@ -16,7 +17,7 @@ from pydantic import Field
 
 from flexgear.model.errors import InputError, echo
 from flexgear.model.read import nearest
-from flexgear.model.section import Missing, Refusal, Section, below
+from flexgear.model.section import Missing, Refusal, Section, below, raw_value
 from flexgear.model.units import Angle, Length
 
 if TYPE_CHECKING:
@@ -24,11 +25,16 @@ if TYPE_CHECKING:
     from flexgear.model.stage import Stage
 
 FOLLOWS_PAIRS = ("per_pair", "face_load", "lumped")
-_CRACK = ("angle", "face", "depths")
-_PATCH = ("start_diameter", "end_diameter", "face_start", "face_end")
-_OF_TEETH = ("gear", "side", "tooth", "flank", *_CRACK, *_PATCH)
-_OF_BEARINGS = ("bearing", "row", "width", "position")
 BEARING_FAULTS = ("outer_race", "inner_race", "roller")
+_ANY = ("kind", "stage", "planet")
+_PATCH = ("start_diameter", "end_diameter", "face_start", "face_end")
+_KEYS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {  # by kind: needed, and allowed beside
+    "root_crack": (("gear", "tooth", "flank", "depth"), ("side", "angle", "face", "depths")),
+    "missing_tooth": (("gear", "tooth"), ("side",)),
+    "spall": (("gear", "tooth", "flank", "depth"), ("side", *_PATCH)),
+    "wear": (("gear", "flank", "depth"), ("side", "tooth", *_PATCH)),
+    **dict.fromkeys(BEARING_FAULTS, (("bearing", "width", "depth"), ("row", "position"))),
+}
 
 
 class Fault(Section):
@@ -125,29 +131,16 @@ class Fault(Section):
     @classmethod
     def required(cls, data: Mapping[str, Any]) -> list[Missing]:
         """What each kind needs."""
-        kind = data.get("kind")
-        if kind in BEARING_FAULTS:
-            names = ["bearing", "width", "depth"]
-            names += ["planet"] if data.get("bearing") == "planet_bearing" else []
-            return [Missing(name) for name in names if data.get(name) in (None, "")]
-        if kind not in ("root_crack", "missing_tooth", "spall", "wear"):
-            return []
-        names = ["gear"] if kind == "wear" else ["gear", "tooth"]
-        if kind in ("root_crack", "spall", "wear"):
-            names.append("flank")
-            if not (kind == "root_crack" and data.get("depths")):
-                names.append("depth")
-        if data.get("gear") == "planet":
+        needed, _ = _KEYS.get(str(data.get("kind")), ((), ()))
+        names = [name for name in needed if name != "depth" or not data.get("depths")]
+        if needed and "planet" in (data.get("gear"), str(data.get("bearing")).partition("_")[0]):
             names.append("planet")
         return [Missing(name) for name in names if data.get(name) in (None, "")]
 
     def _check(self) -> None:
-        other: tuple[str, ...] = (*_PATCH, *_CRACK, "flank", "depth")
-        other = {"root_crack": _PATCH, "spall": _CRACK, "wear": _CRACK}.get(self.kind, other)
-        other = _OF_TEETH if self.of_bearing else (*other, *_OF_BEARINGS)
-        for name in other:
-            if getattr(self, name) != type(self).model_fields[name].default:
-                raise Refusal(name, f"has no place in the kind {self.kind}", "take it out")
+        allowed = {*_ANY, *itertools.chain(*_KEYS[self.kind])}
+        foreign = [name for name in type(self).model_fields if name not in allowed]
+        self._refuse_set(foreign, f"has no place in the kind {self.kind}")
         if self.kind == "root_crack":
             self._check_course()
         if self.planet is not None and "planet" not in (self.gear, self.bearing.partition("_")[0]):
@@ -156,11 +149,8 @@ class Fault(Section):
             return
         flanks = ("sun", "ring") if self.gear == "planet" else ("drive", "coast")
         if self.flank is not None and self.flank not in flanks:
-            raise Refusal(
-                "flank",
-                f"the {self.gear} has no flank {self.flank!r}",
-                f"use {' or '.join(flanks)}",
-            )
+            problem = f"the {self.gear} has no flank {self.flank!r}"
+            raise Refusal("flank", problem, f"use {' or '.join(flanks)}")
         for low, high in (("start_diameter", "end_diameter"), ("face_start", "face_end")):
             first, last = getattr(self, low), getattr(self, high)
             if first is not None and last is not None and not first < last:
@@ -202,6 +192,28 @@ def bearing_defects(case: Case, stage: str, bearing: str) -> tuple[Fault, ...]:
     )
 
 
+def require_rollers(data: Any) -> None:
+    """Refusal of a defect of a bearing without rollers, in data of a case that need not have been
+    read: its elements would be asked for their number alone."""
+    stages, faults = raw_value(data, "stages"), raw_value(data, "faults")
+    if not isinstance(stages, (list, tuple)) or not isinstance(faults, (list, tuple)):
+        return
+    for k, fault in enumerate(faults):
+        name, key = raw_value(fault, "stage"), str(raw_value(fault, "bearing") or "")
+        for stage in stages:
+            bearing = raw_value(stage, *key.split(".")) if key else None
+            whose = raw_value(stage, "name")
+            of_stage = name == whose if name else len(stages) == 1
+            if of_stage and bearing is not None and raw_value(bearing, "rollers") is None:
+                with below(f"faults.{k}"):
+                    raise _lacking(key, str(whose), "rollers")
+
+
+def _lacking(bearing: str, stage: str, section: str) -> Refusal:
+    remedy = f"add {bearing}.{section}: defects need count, clearance, diameters of rollers"
+    return Refusal("bearing", f"{bearing} of {stage} has no {section}", remedy)
+
+
 def require_sound(case: Case, study: str) -> None:
     """InputError for a case with faults in a study whose gears are sound."""
     if case.faults:
@@ -236,22 +248,18 @@ def check_faults(case: Case) -> None:
 
 def _check_planet(stage: Stage, fault: Fault) -> None:
     if fault.planet is not None and fault.planet > stage.planets:
-        raise Refusal(
-            "planet",
-            f"{fault.planet} is beyond the {stage.planets} planets",
-            "planets count from 1",
-        )
+        problem = f"{fault.planet} is beyond the {stage.planets} planets"
+        raise Refusal("planet", problem, "planets count from 1")
 
 
 def _check_bearing(stage: Stage, fault: Fault) -> None:
-    bearings = stage.bearings
-    bearing, where = bearings.get(fault.bearing), f"{fault.bearing} of {stage.name}"
+    bearing = stage.bearings.get(fault.bearing)
     if bearing is None:
-        raise Refusal("bearing", f"there is no {where}", nearest("", [*bearings]))
+        problem = f"there is no {fault.bearing} of {stage.name}"
+        raise Refusal("bearing", problem, nearest("", [*stage.bearings]))
     if bearing.rollers is None or bearing.elements is None:
-        lacks = "rollers" if bearing.rollers is None else "elements"
-        remedy = f"add {fault.bearing}.{lacks}: defects need count, clearance, diameters of rollers"
-        raise Refusal("bearing", f"{where} has no {lacks}", remedy)
+        section = "rollers" if bearing.rollers is None else "elements"
+        raise _lacking(fault.bearing, stage.name, section)
     if fault.row > bearing.rollers.rows:
         raise Refusal("row", f"{fault.row} is beyond its {bearing.rollers.rows} rows", "from 1")
     pitch = math.pi * bearing.elements.pitch_diameter / bearing.rollers.count

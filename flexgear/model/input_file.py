@@ -229,10 +229,17 @@ def _column(header: list[str], any_of: Mapping[str, str], where: str) -> Column:
 def _column_of(header: list[str], any_of: Mapping[str, str]) -> Column | None:
     """The first column that is one of ``any_of``."""
     for at, title in enumerate(header):
-        for name, dimension in any_of.items():
-            suffix = title.removeprefix(f"{name}_")
-            if suffix != title and suffix in Quantity(dimension).suffixes:
-                return name, dimension, at, suffix
+        if named := quantity_in(title, any_of):
+            return named[0], any_of[named[0]], at, named[1]
+    return None
+
+
+def quantity_in(title: str, dimensions: Mapping[str, str]) -> tuple[str, str] | None:
+    """Which quantity of ``dimensions`` a title names, and in which unit; None for another title."""
+    for name, dimension in dimensions.items():
+        suffix = title.removeprefix(f"{name}_")
+        if suffix != title and suffix in Quantity(dimension).suffixes:
+            return name, suffix
     return None
 
 

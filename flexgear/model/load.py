@@ -18,13 +18,13 @@ from flexgear.model.load_cases import take_spectrum
 from flexgear.model.names import MemberName
 from flexgear.model.read import (
     Written,
+    changed,
     match_key,
     nearest,
     numbered,
     of_only_stage,
     override_data,
     parse_toml,
-    put,
     to_si,
 )
 from flexgear.model.section import accepted_keys
@@ -158,21 +158,22 @@ def _case(
     data = to_si(Case, raw, where, written)
     named = [key for key in overrides if key.rpartition(".")[2] == "case"]
     for key in named:  # which stage, before what changes in it
-        _override(data, key, overrides[key], written)
+        data = _override(data, key, overrides[key], written)
     take_stages(data, where, folder, load_case)
     for key, value in overrides.items():
         if key not in named:
-            _override(data, key, value, written)
+            data = _override(data, key, value, written)
     resolve_files(data, folder)
     take_spectrum(data, written)
     return validated_case({"name": name, **data, "source": where}, where, written)
 
 
-def _override(data: dict[str, Any], key: str, value: object, written: Written) -> None:
+def _override(data: dict[str, Any], key: str, value: object, written: Written) -> dict[str, Any]:
     refuse_earlier_key(key, "--set")
     full = ".".join(numbered(_whole_key(key, data), data, "--set"))
     path, converted = override_data(Case, full, value, written)
-    put(data, path, converted, "--set", key)
+    overridden: dict[str, Any] = changed(data, path, converted, "--set", key)
+    return overridden
 
 
 def _whole_key(key: str, data: Mapping[str, Any]) -> str:

@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 from pydantic import Field
 
 from flexgear.model.errors import InputError, echo
-from flexgear.model.input_file import number_in, read_cells, require_titles
+from flexgear.model.input_file import number_in, quantity_in, read_cells, require_titles
+from flexgear.model.machine import LOAD_COLUMNS
 from flexgear.model.names import Member
 from flexgear.model.read import Written, nearest
 from flexgear.model.section import Missing, Refusal, Section, accepted_keys, quantity_of
@@ -52,10 +53,11 @@ class DesignLoadCase(Section):
     extreme: bool = False
 
     def _check(self) -> None:
-        if not self.extreme and self.hours_per_year is None:
-            raise Missing("hours_per_year", remedy="add hours_per_year, or extreme = true")
-        if self.extreme and self.hours_per_year is not None:
-            raise Refusal("hours_per_year", "is given beside extreme", "keep one of them")
+        if self.extreme:
+            self._refuse_set(["hours_per_year"], "is given beside extreme", "keep one of them")
+        else:
+            remedy = "add hours_per_year, or extreme = true"
+            self._require_set(["hours_per_year"], "is missing", remedy)
 
     def paths(self, where: str) -> list[Path]:
         """The files, in the order of their names; InputError where there is none."""
@@ -144,6 +146,7 @@ class LoadSeries(Section):
 SUM_OF_HOURS = 1e-3  # by which hours may miss their stated total; tables are printed with 4 digits
 _PLAIN = ("name", "hours", "cycles", "extreme", "back_driven")  # titles without a unit
 AXES = ("x", "y", "z")
+_OF_STATE = {"speed": "speed", "torque": "torque", "power": "power", **LOAD_COLUMNS}
 FLAGS = {"1": True, "true": True, "yes": True, "0": False, "false": False, "no": False, "": False}
 
 
@@ -196,14 +199,13 @@ class LoadCase(MemberState):
     line: int = 0
 
     def _check(self) -> None:
-        durations = [key for key in ("hours", "cycles") if getattr(self, key) is not None]
-        if self.extreme and durations:
-            raise Refusal(
-                durations[0], "is given for an extreme load, which is static", "keep one of them"
-            )
+        if self.extreme:
+            problem = "is given for an extreme load, which is static"
+            self._refuse_set(["hours", "cycles"], problem, "keep one of them")
+        elif self.cycles is None:
+            remedy = "add hours or cycles, or extreme = true"
+            self._require_set(["hours"], "is missing", remedy)
         self._keep_one("cycles", "hours")
-        if not self.extreme and not durations:
-            raise Missing("hours", remedy="add hours or cycles, or extreme = true")
 
     def states(self, first: str) -> Iterator[tuple[str, str, MemberState]]:
         """Key before those of a state, its member and the state; ``first``: the first input's."""
@@ -352,13 +354,9 @@ def _column(title: str, where: str) -> tuple[str, str, str, str]:
     key = key.lower()
     if key == "frame" or (not member and key in _PLAIN):
         return member, key, "", ""
-    for name in ("speed", "torque", "power", "force", "moment"):
-        quantity = quantity_of(LoadCase, name)
-        assert quantity is not None
-        for axis in AXES if name in ("force", "moment") else ("",):
-            suffix = key.removeprefix(f"{name}_{axis}_" if axis else f"{name}_")
-            if suffix != key and suffix in quantity.suffixes:
-                return member, name, axis, suffix
+    if named := quantity_in(key, _OF_STATE):
+        name, _, axis = named[0].partition("_")
+        return member, name, axis, named[1]
     keys = [k for k in _titles() if not member or k not in _PLAIN]
     raise InputError(
         where, f"column {echo(title)}", "is not known",
@@ -368,6 +366,6 @@ def _column(title: str, where: str) -> tuple[str, str, str, str]:
 
 def _titles() -> list[str]:
     """Usual titles of the table."""
+    usual = {"force": "kn", "torque": "knm"}  # of vectors
     of_state = [k for k in accepted_keys(MemberState) if not k.startswith(("force", "moment"))]
-    vectors = [f"{n}_{a}_{s}" for n, s in (("force", "kn"), ("moment", "knm")) for a in AXES]
-    return [*_PLAIN, *(k for k in of_state), *vectors]
+    return [*_PLAIN, *of_state, *(f"{n}_{usual[d]}" for n, d in LOAD_COLUMNS.items())]

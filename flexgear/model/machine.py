@@ -108,9 +108,8 @@ class TimeHistory(Section):
     def _check(self) -> None:
         what = self.followed
         other = "speed" if what == "torque" else "torque"
-        for key in (other, f"{other}s"):
-            if getattr(self, key) not in (None, ()):
-                raise Refusal(key, f"is given where a {what} is followed", f"give {what} instead")
+        problem = f"is given where a {what} is followed"
+        self._refuse_set((other, f"{other}s"), problem, f"give {what} instead")
         if self.kind == "constant":
             return
         if self.kind == "csv" and self.file is None and not self.times:
@@ -203,7 +202,7 @@ class TimeHistory(Section):
         return self.times if self.kind in ("ramp", "csv") else ()
 
 
-_OWN = {
+_OF_LAW = {  # keys of one law alone
     "controller": ("kp", "ki", "least_torque", "most_torque"),
     "brake": ("brake_torque", "brake_exponent"),
 }
@@ -249,14 +248,9 @@ class Machine(TimeHistory):
         return [Missing("kp", "is missing for a controller")] if lacks else []
 
     def _check(self) -> None:
-        for law, keys in _OWN.items():
-            for key in keys:
-                if (
-                    key in self.model_fields_set
-                    and self.law != law
-                    and _differs_from_default(self, key)
-                ):
-                    raise Refusal(key, f"is given, but law is {self.law!r}", f'set law = "{law}"')
+        for law, keys in _OF_LAW.items():
+            if self.law != law:
+                self._refuse_set(keys, f"is given, but law is {self.law!r}", f'set law = "{law}"')
         if self.law == "speed" and self.kind == "steps":
             raise Refusal(
                 "kind", "a speed cannot jump: no torque is large enough", 'use kind = "soft"'
@@ -272,11 +266,6 @@ def refuse_infinite_slope(brake_exponent: float) -> None:
     if 0.0 < brake_exponent < 1.0:
         problem = "between 0 and 1 the torque rises infinitely fast at rest"
         raise Refusal("brake_exponent", problem, "0 or ≥ 1")
-
-
-def _differs_from_default(section: Section, key: str) -> bool:
-    """Whether a key has another value than when it is left out."""
-    return bool(getattr(section, key) != type(section).model_fields[key].default)
 
 
 def machine_of(drive: TimeHistory) -> Machine:
@@ -328,13 +317,8 @@ def check_machines(case: Case) -> None:
             f"are drops of a torque, but the first input follows the law {first.law!r}",
             'take them out, or set its law = "torque"',
         )
-    output = case.output
-    if output is None:
+    if case.output is None:
         return
-    if output.machine is not None and output.machine.law == "brake":
-        for key in _OWN["brake"]:
-            if key in output.model_fields_set and _differs_from_default(output, key):
-                raise Refusal(f"output.{key}", "is given beside output.machine", "give it there")
     machines = machines_of(case)
     if all(machine is not None and machine.follows_speed for machine in machines):
         raise Refusal(

@@ -9,9 +9,10 @@ from typing import Any, Literal
 from pydantic import Field
 
 from flexgear.model.bearings import Bearing, Rolling, check_elements
-from flexgear.model.bodies import Carrier, Hub, Planet, Ring, Shaft
+from flexgear.model.bodies import Carrier, Hub, Planet, Shaft
 from flexgear.model.modifications import GearModifications, PlanetModifications
 from flexgear.model.rating import GearRating
+from flexgear.model.ring import Ring
 from flexgear.model.section import Missing, Refusal, Section
 from flexgear.model.units import (
     Angle,
@@ -181,6 +182,14 @@ class LumpedInertia(Section):
     def _check(self) -> None:
         self._keep_one("equivalent_mass", "inertia", ", which says the same (times r²)")
 
+    def _refuse_lumped(self, instead: str) -> None:
+        """Refusal where a member that is an FE body has keys of a lumped one."""
+        problem = "is that of a lumped body, but fe is given"
+        lumped = (*LumpedInertia.model_fields, "rim_thickness")
+        keys = [key for key in type(self).model_fields if key in lumped and key != "support"]
+        self._refuse_set(keys, problem, "keep one")
+        self._refuse_set(["support"], problem, f"use {instead}")
+
 
 class GearMember(LumpedInertia, Gear):
     """A lumped gear.
@@ -209,8 +218,10 @@ class PlanetGear(GearMember):
     modifications: PlanetModifications = PlanetModifications()
 
     def _check(self) -> None:
-        _refuse_lumped(self, "planet_bearing")
-        if self.fe is not None and self.bore_diameter == 0.0:
+        if self.fe is None:
+            return
+        self._refuse_lumped("planet_bearing")
+        if self.bore_diameter == 0.0:
             raise Missing("bore_diameter", "is missing beside fe", "give the seat of its bearing")
 
 
@@ -238,10 +249,11 @@ class RingGear(MatedGear):
     hub: Hub | None = None
 
     def _check(self) -> None:
-        if self.hub is not None and self.fe is None:
+        if self.fe is None:
             problem = "is that of an FE ring, but the ring is lumped"
-            raise Refusal("hub", problem, "take it out, or give the ring fe")
-        _refuse_lumped(self, "its bolts, fits and splines")
+            self._refuse_set(["hub"], problem, "take it out, or give the ring fe")
+        else:
+            self._refuse_lumped("its bolts, fits and splines")
 
 
 class CarrierMember(LumpedInertia):
@@ -257,21 +269,9 @@ class CarrierMember(LumpedInertia):
     bearing_far: SeatBearing | None = None
 
     def _check(self) -> None:
-        _refuse_lumped(self, "bearing_drive and bearing_far")
-        for name in ("bearing_drive", "bearing_far"):
-            present = getattr(self, name) is not None
-            if self.fe is not None and not present:
-                raise Missing(name, "is missing beside fe", f"add {name}")
-            if self.fe is None and present:
-                raise Refusal(name, "is on a seat of an FE carrier", "use support, or give fe")
-
-
-def _refuse_lumped(member: PlanetGear | RingGear | CarrierMember, instead: str) -> None:
-    """Refusal where a member that is an FE body has keys of a lumped one."""
-    if member.fe is None:
-        return
-    for name in (*LumpedInertia.model_fields, "rim_thickness"):
-        if name != "support" and getattr(member, name, None) is not None:
-            raise Refusal(name, "is that of a lumped body, but fe is given", "keep one")
-    if member.support != Support():
-        raise Refusal("support", "is that of a lumped body, but fe is given", f"use {instead}")
+        seats = ("bearing_drive", "bearing_far")
+        if self.fe is None:
+            self._refuse_set(seats, "is on a seat of an FE carrier", "use support, or give fe")
+        else:
+            self._refuse_lumped("bearing_drive and bearing_far")
+            self._require_set(seats, "is missing beside fe")

@@ -190,7 +190,7 @@ def override_data(
     root: type[Section], key: str, value: object, written: Written
 ) -> tuple[list[str | int], Any]:
     """SI path and value of one override such as "stage.face_width_mm" = "400" or 400; for "" or
-    None ``UNSET``: the key, section or list element that ``put`` then takes out.
+    None ``UNSET``: the key, section or list element that ``changed`` then takes out.
 
     Whole numbers pick an element of a list: shaft.sections.0.length_mm.
     """
@@ -248,38 +248,33 @@ def _value(text: str, where: str, key: str) -> Any:
     return parse_toml(f"x = {text}", where, key)["x"]
 
 
-def put(data: dict[str, Any], path: list[str | int], value: Any, where: str, key: str) -> None:
-    """Set one value in nested SI data, or take out what is there for ``UNSET``; sections on the way
-    are made, list elements are not."""
-    place: Any = data
-    for k, part in enumerate(path[:-1]):
-        if isinstance(part, int):
-            continue
-        following = path[k + 1]
-        if value is UNSET and not place.get(part):
-            return
-        if isinstance(following, int):
-            present = place.get(part, ())
-            elements = [present] if isinstance(present, Mapping) else list(present)
-            if following >= len(elements):
-                problem = f"{part} has {len(elements)} elements"
-                raise InputError(where, key, problem, "elements are counted from 0")
-            if k + 2 == len(path):  # the element itself goes
-                place[part] = (*elements[:following], *elements[following + 1 :])
-                return
-            elements[following] = dict(elements[following])
-            place[part] = tuple(elements)
-            place = elements[following]
+def changed(
+    data: Any, path: Sequence[str | int], value: Any, where: str, key: str, name: str = ""
+) -> Any:
+    """Nested SI data with one value at ``path``, or without what is there for ``UNSET``; sections
+    on the way are made, list elements are not. name: of the key that holds ``data``."""
+    part, *rest = path
+    if isinstance(part, int):
+        elements = [data] if isinstance(data, Mapping) else list(data or ())
+        if part >= len(elements):
+            problem = f"{name} has {len(elements)} elements"
+            raise InputError(where, key, problem, "elements are counted from 0")
+        if rest:
+            elements[part] = changed(elements[part], rest, value, where, key)
         else:
-            if isinstance(place.get(part), tuple) and place[part]:
-                problem, remedy = f"{part} is a list", f"name one of it: {part}.0.{following}"
-                raise InputError(where, key, problem, remedy)
-            place[part] = dict(place.get(part) or {})
-            place = place[part]
-    if value is UNSET:
-        place.pop(path[-1], None)
-    else:
-        place[path[-1]] = value
+            elements[part : part + 1] = () if value is UNSET else (value,)
+        return tuple(elements)
+    if isinstance(data, tuple) and data:
+        problem, remedy = f"{name} is a list", f"name one of it: {name}.0.{part}"
+        raise InputError(where, key, problem, remedy)
+    section = dict(data or {})
+    if rest and not (value is UNSET and not section.get(part)):
+        section[part] = changed(section.get(part), rest, value, where, key, part)
+    elif not rest and value is not UNSET:
+        section[part] = value
+    elif not rest:
+        section.pop(part, None)
+    return section
 
 
 def numbered(key: str, data: Mapping[str, Any], where: str) -> list[str]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import Annotated, Any, Self, TypeVar, get_args
 
@@ -34,6 +34,18 @@ class Section(BaseModel):
 
     def _check(self) -> None:
         """Refusal of keys that do not fit one another; those of inherited sections come first."""
+
+    def _refuse_set(self, keys: Iterable[str], problem: str, remedy: str = "take it out") -> None:
+        """Refusal of the first of these keys whose value is not that of a key left out."""
+        for key in keys:
+            if getattr(self, key) != type(self).model_fields[key].default:
+                raise Refusal(key, problem, remedy)
+
+    def _require_set(self, keys: Iterable[str], problem: str, remedy: str = "") -> None:
+        """Missing for the first of these keys without a value."""
+        for key in keys:
+            if getattr(self, key) in (None, ""):
+                raise Missing(key, problem, remedy)
 
     def _keep_one(self, key: str, other: str, because: str = "") -> None:
         """Refusal of a key where another one is set, too."""
@@ -113,6 +125,13 @@ OneOrMany = Annotated[
 def location(line: Any) -> list[str | int]:
     """Where a complaint of a ValidationError is, by fields and numbers of list elements."""
     return [p for p in line["loc"] if isinstance(p, (str, int)) and p not in (_ONE, _MANY)]
+
+
+def raw_value(data: Any, *keys: str) -> Any:
+    """What stands at nested keys of a section, read or not yet read; None where nothing does."""
+    for key in keys:
+        data = data.get(key) if isinstance(data, Mapping) else getattr(data, key, None)
+    return data
 
 
 def _walk(annotation: Any) -> list[Any]:

@@ -66,8 +66,8 @@ class Sensor(Section):
         places = [k for k in ("angle", "place", "node", "tooth") if getattr(self, k) is not None]
         if len(places) > 1:
             raise Refusal(places[1], f"stands beside {places[0]}", "keep one of both")
-        if self.tooth is None and self.side != "-theta":
-            raise Refusal("side", "is that of a tooth", "take it out, or give tooth")
+        if self.tooth is None:
+            self._refuse_set(["side"], "is that of a tooth", "take it out, or give tooth")
         if self.measures == "strain" and self.angle is None and self.tooth is None:
             raise Missing("angle", "is missing, and so is tooth", "say where the gauge is")
         if self.measures in ("speed", "torque") and places:
@@ -75,9 +75,9 @@ class Sensor(Section):
         if self.tooth is not None and self.measures != "strain":
             raise Refusal("tooth", "is the place of a strain gauge", "give angle, place or node")
         moves = self.measures in MOTIONS
-        for key in ("direction", "vector"):
-            if getattr(self, key) is not None and not moves:
-                raise Refusal(key, f"is no part of a {self.measures}", "take it out")
+        if not moves:
+            still = ("direction", "vector", "frame")
+            self._refuse_set(still, f"is no part of a {self.measures}")
         if moves and (self.direction is None) == (self.vector is None):
             problem = "is missing" if self.direction is None else "stands beside vector"
             raise Refusal("direction", problem, 'give "radial", "x", …, or a vector, not both')
@@ -88,8 +88,6 @@ class Sensor(Section):
         if self.direction in ("radial", "tangential") and on_axis and x**2 + y**2 < _ON_AXIS**2:
             problem = f"{self.direction} has no sense on the axis"
             raise Refusal("direction", problem, 'take "x", "y" or "z", or give a place off it')
-        if self.frame == "fixed" and not moves:
-            raise Refusal("frame", f"is no part of a {self.measures}", "take it out")
 
 
 class Recorder(Section):

@@ -9,7 +9,7 @@ from typing import Any, Literal
 
 from pydantic import Field, model_validator
 
-from flexgear.model.bodies import Material, Ring
+from flexgear.model.bodies import Material
 from flexgear.model.gear_mesh import NOT_PARALLEL, GearErrors, GearMesh
 from flexgear.model.member import (
     CarrierMember,
@@ -24,7 +24,8 @@ from flexgear.model.member import (
     check_bore,
     required_hand,
 )
-from flexgear.model.section import Missing, Refusal, Section
+from flexgear.model.ring import Ring
+from flexgear.model.section import Missing, Refusal, Section, raw_value
 from flexgear.model.units import Angle, Length
 
 Form = Literal["lumped", "fe", "beam"]
@@ -156,12 +157,14 @@ class Stage(Section):
         """Bearings of planets and of the seats of an FE carrier, by their keys."""
         if self.kind != "planetary":
             return {}
-        bearings: dict[str, PlanetBearing | SeatBearing] = {"planet_bearing": self.planet_bearing}
-        for key in ("bearing_drive", "bearing_far"):
-            bearing = getattr(self.carrier, key, None)
-            if bearing is not None:
-                bearings[f"carrier.{key}"] = bearing
-        return bearings
+        seats = {f"carrier.bearing_{side}": seat for side, seat in self.seat_bearings.items()}
+        return {"planet_bearing": self.planet_bearing, **seats}
+
+    @property
+    def seat_bearings(self) -> dict[str, SeatBearing]:
+        """Bearings of an FE carrier on its seats, "drive" and "far"; none of a lumped carrier."""
+        seats = {side: getattr(self.carrier, f"bearing_{side}", None) for side in ("drive", "far")}
+        return {side: seat for side, seat in seats.items() if seat is not None}
 
     def member(self, name: str) -> GearMember | CarrierMember:
         """One of ``members`` or "planet"."""
@@ -362,9 +365,5 @@ class Stage(Section):
 
 def _bends(data: Mapping[str, Any]) -> bool:
     """Whether a stage's data, read or not yet read, have an FE body or a shaft."""
-    for part, body in (("ring", "fe"), ("planet", "fe"), ("carrier", "fe"), ("sun", "shaft")):
-        member = data.get(part)
-        inside = member.get(body) if isinstance(member, Mapping) else getattr(member, body, None)
-        if inside is not None:
-            return True
-    return False
+    bodies = (("ring", "fe"), ("planet", "fe"), ("carrier", "fe"), ("sun", "shaft"))
+    return any(raw_value(data, *body) is not None for body in bodies)

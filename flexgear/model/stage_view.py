@@ -8,16 +8,15 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
-from flexgear.model.bodies import Carrier, Material, Planet, Ring, Shaft
+from flexgear.model.bodies import Carrier, Material, Planet, Shaft
 from flexgear.model.content import content_hash, digest_files
 from flexgear.model.errors import InputError
-from flexgear.model.member import SeatBearing
 from flexgear.model.names import BodyName
-from flexgear.model.solver import Solver
+from flexgear.model.ring import Ring
 
 if TYPE_CHECKING:
     from flexgear.model.case import Case
-    from flexgear.model.gear_mesh import GearErrors, GearMesh
+    from flexgear.model.gear_mesh import GearMesh
     from flexgear.model.member import RingGear
     from flexgear.model.stage import Stage
 
@@ -32,11 +31,6 @@ class StageView:
     stage: Stage
 
     @property
-    def source(self) -> str:
-        """File or case that messages name."""
-        return self.case.source
-
-    @property
     def name(self) -> str:
         """Of the stage."""
         return self.stage.name
@@ -45,11 +39,6 @@ class StageView:
     def material(self) -> Material:
         """Of all its bodies."""
         return self.stage.material or self.case.material
-
-    @property
-    def solver(self) -> Solver:
-        """Of the case."""
-        return self.case.solver
 
     @property
     def ring_gear(self) -> RingGear:
@@ -94,14 +83,6 @@ class StageView:
         shaft = self.stage.sun and self.stage.sun.shaft
         return self.fe_bodies | ({BodyName.of(self.name, "shaft"): shaft} if shaft else {})
 
-    @property
-    def seat_bearings(self) -> dict[str, SeatBearing]:
-        """Bearings of an FE carrier on its seats, "drive" and "far"; none of a lumped carrier."""
-        carrier = self.stage.carrier
-        if carrier is None or carrier.bearing_drive is None or carrier.bearing_far is None:
-            return {}
-        return {"drive": carrier.bearing_drive, "far": carrier.bearing_far}
-
     def fe_tie(self, role: str) -> Literal["root", "flank"] | None:
         """How the contact nodes of "ring" or "planet" are tied to an FE body that bends; None of
         another gear or one that does not bend, so that nothing of its teeth's compliance is in a
@@ -120,17 +101,12 @@ class StageView:
         """How its gear meshes are modelled."""
         return self.stage.gear_mesh
 
-    @property
-    def errors(self) -> GearErrors:
-        """Manufacturing errors of its gears, pins and bodies."""
-        return self.stage.errors
-
     def bodies_hash(self) -> str:
         """SHA-256 of what its FE bodies depend on, and of some keys beside, 64 hex digits."""
         data: dict[str, Any] = {"stage": self.stage.dump_geometry()}
         data |= {body.part: {"fe": fe.model_dump()} for body, fe in self.fe_bodies.items()}
         digest_files(data)
-        data |= {"material": self.material.model_dump(), "solver": self.solver.model_dump()}
+        data |= {"material": self.material.model_dump(), "solver": self.case.solver.model_dump()}
         return content_hash(data)
 
     def with_(self, **changes: Any) -> StageView:
@@ -147,7 +123,7 @@ class StageView:
 
     def refuse(self, name: str, problem: str, remedy: str) -> InputError:
         """InputError for a key of the stage, named as the case file writes it."""
-        return InputError(self.source, self.key(name), problem, remedy)
+        return InputError(self.case.source, self.key(name), problem, remedy)
 
 
 def _there(part: Any, what: str) -> Any:

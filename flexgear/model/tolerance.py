@@ -69,12 +69,8 @@ class SizeDistribution(Section):
 
     def _check(self) -> None:
         needed, foreign = _KEYS[self.distribution]
-        for key in needed:
-            if getattr(self, key) is None:
-                raise Refusal(key, f"is missing in a {self.distribution} distribution", "give it")
-        for key in foreign:
-            if getattr(self, key) is not None:
-                raise Refusal(key, f"has no meaning in a {self.distribution} one", "take it out")
+        self._require_set(needed, f"is missing in a {self.distribution} distribution", "give it")
+        self._refuse_set(foreign, f"has no meaning in a {self.distribution} one")
         low = 0.0 if self.distribution == "rayleigh" else self.low
         if low is not None and self.high is not None and not low < self.high:
             raise Refusal("high", "is not above the low end", "put them in order")

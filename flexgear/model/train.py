@@ -132,6 +132,9 @@ class Output(Port):
 
     def _check(self) -> None:
         refuse_infinite_slope(self.brake_exponent)
+        if self.machine is not None and self.machine.law == "brake":
+            brake = ("brake_torque", "brake_exponent")
+            self._refuse_set(brake, "is given beside output.machine", "give it there")
 
 
 _NONE = (0.0, 0.0, 0.0)

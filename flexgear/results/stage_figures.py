@@ -136,10 +136,10 @@ class StageRun:
     @cached_property
     def seat_loads(self) -> dict[str, Array]:
         """Radial loads of a carrier's seats over the positions, N."""
-        if not self.view.seat_bearings:
+        if not self.view.stage.seat_bearings:
             return {}
         force = self.equilibria["bearing_force"].sel(dof=["ux", "uy"])
-        seats = {side: f"{self.view.name}.carrier_{side}" for side in self.view.seat_bearings}
+        seats = {side: f"{self.view.name}.carrier_{side}" for side in self.view.stage.seat_bearings}
         there = set(map(str, force["support"].to_numpy()))  # without stiffness it is no support
         return {
             side: self._radial(force.sel(support=name).to_numpy())
@@ -159,7 +159,7 @@ class StageRun:
                     load, speed = self._radial(force[:, :2]), self.flow.planet_relative_speed
                     lives[name.part] = bearing_life_hours(bearing, load, speed)
         for side, load in self.seat_loads.items():
-            seat, speed = self.view.seat_bearings[side], self.flow.carrier_speed
+            seat, speed = self.view.stage.seat_bearings[side], self.flow.carrier_speed
             lives[f"carrier_bearing_{side}"] = bearing_life_hours(seat, load, speed)
         return {n: life for n, life in lives.items() if life is not None and math.isfinite(life)}
 

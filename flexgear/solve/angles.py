@@ -15,7 +15,7 @@ import numpy as np
 
 from flexgear.arrays import Array
 from flexgear.coupling.springs import invariant_part
-from flexgear.gears.errors import (
+from flexgear.gears.error_cycle import (
     AngleSamples,
     ErrorCycle,
     TrainTurn,
@@ -74,7 +74,7 @@ def stage_motions(case: Case, flow: PowerFlow) -> tuple[StageMotion, ...]:
         theta = speed["gear"] if stage.kind == "parallel" else carrier - speed["ring"]
         theta = 0.0 if abs(theta) < 1e-9 * max(map(abs, speed.values())) else theta
         turns = exact_rate(carrier, theta) if theta else Fraction(0)
-        errors = case.view(stage.name).errors
+        errors = stage.errors
         sources = (*error_sources(errors, housing=housing), *faulty_gears(case.view(stage.name)))
         if stage.form("ring") == "fe":  # bends between its bolts
             sources = (*sources, "ring")

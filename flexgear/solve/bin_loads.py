@@ -35,7 +35,7 @@ import xarray as xr
 
 from flexgear.analysis.equilibrium import Equilibrium, revolution
 from flexgear.arrays import Array
-from flexgear.gears.errors import AngleSamples
+from flexgear.gears.error_cycle import AngleSamples
 from flexgear.gears.load_bins import LoadBin, case_in_bin
 from flexgear.gears.power_flow import PowerFlow, power_flow
 from flexgear.gears.slices import factor_along

@@ -39,7 +39,7 @@ def stage_bodies(
     are not made.
     """
     sources = {name: s for name, s in fe_sources(view).items() if name not in rigid}
-    roomy = _BYTES[view.solver.fidelity] < psutil.virtual_memory().available
+    roomy = _BYTES[view.case.solver.fidelity] < psutil.virtual_memory().available
     at_once = len(sources) if roomy else 1  # each in a thread: half of the work runs in one
     with single_threaded_blas(), stoppable_pool(max(at_once, 1), progress) as (pool, watched):
         waiting = {

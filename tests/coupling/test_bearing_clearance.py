@@ -135,7 +135,7 @@ def test_a_heavy_stage_drops_by_the_clearance(angle):
     recovery = Recovery(found)
     for side in ("drive", "far"):
         u = recovery.node("stage.carrier", f"bearing_{side}")[0, :2]
-        k = plain.seat_bearings[side].stiffness[0]
+        k = plain.stage.seat_bearings[side].stiffness[0]
         force = recovery.link_force(f"stage.carrier_{side}")[0, :2]
         loaded = max(np.hypot(*u) - gap, 0.0)
         expected = (1 - 1e-4) * k * loaded + 1e-4 * k * np.hypot(*u)

@@ -45,7 +45,7 @@ def test_anisotropic_bearing_enters_as_a_rotated_spring(odd):
     """Equilibrium against dense algebra with the bearing's matrix turned into the carrier frame."""
     case = make_case(**ODD)
     modal = modal_system(odd)
-    matrix = case.seat_bearings["far"].matrix
+    matrix = case.stage.seat_bearings["far"].matrix
     for theta in (0.0, 0.6, 2.0):
         e = revolution(modal, theta, TORQUE)
         q = modal.modes @ e.eta[0] + modal.residual_motion @ channel_forces(e)[0]
@@ -66,7 +66,7 @@ def test_a_run_on_an_anisotropic_bearing_stays_balanced(odd):
     assert np.allclose(-e.torques[:, -1], TORQUE * 27 / 120)
     carried = Recovery(e).link_force("stage.carrier_far")  # carrier axes, from the matrix as given
     u = Recovery(e).node("stage.carrier", "bearing_far")
-    matrix = make_case(**ODD).seat_bearings["far"].matrix
+    matrix = make_case(**ODD).stage.seat_bearings["far"].matrix
     for t, angle in enumerate(theta):
         r = turn(angle)
         assert np.allclose(carried[t], r.T @ matrix @ r @ u[t], atol=1e-6 * TORQUE)

@@ -83,7 +83,7 @@ def lumped_twin(tmp_path, case, bodies, errors=()):
     parts = {m.body.name.removeprefix("stage."): m.body for m in members}
     planet = next(m for m in members if m.part == "planet")
     s = case.stage
-    on_seats = sum(bearing.matrix[0, 0] for bearing in case.seat_bearings.values())
+    on_seats = sum(bearing.matrix[0, 0] for bearing in case.stage.seat_bearings.values())
     carrier = [on_seats, parts["carrier"]]
     text = (
         STEEL
@@ -117,7 +117,7 @@ radial_n_per_m = {s.planet_bearing.matrix[0, 0]}
 model = "{model}"
 contact_law = "linear"
 [stage.errors]
-pin_tangential_um = {[round(1e6 * x, 6) for x in case.errors.pin_tangential]}
+pin_tangential_um = {[round(1e6 * x, 6) for x in case.stage.errors.pin_tangential]}
 {lines}
 [[inputs]]
 member = "stage.carrier"

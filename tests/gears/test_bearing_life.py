@@ -145,7 +145,7 @@ def test_a_life_is_that_of_the_constant_load_of_the_same_damage():
     view = load_case(
         "wind-5mw", {f"stage.carrier.bearing_far.{k}": v for k, v in rating.items()}
     ).view()
-    bearings = view.seat_bearings
+    bearings = view.stage.seat_bearings
     expected = 1e6 * (2e6 / 2e5) ** (10 / 3) * 2 * math.pi / 1.2 / 3600
     assert bearing_life_hours(bearings["far"], 4e5, -1.2) == pytest.approx(expected)
     assert bearing_life_hours(bearings["far"], [4e5, 0.0], -1.2) == pytest.approx(2 * expected)

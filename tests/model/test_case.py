@@ -29,7 +29,7 @@ def test_bundled_case_is_that_of_the_paper(case):
     assert case.ring.fits[0].band == pytest.approx((-0.215, -0.155))
     assert case.case.drive.steps.torques == (2e6, 4e5, 2e5)
     assert not case.stage.sun.support.matrix.any()
-    assert case.case.name == case.source == "wind-5mw"
+    assert case.case.name == case.case.source == "wind-5mw"
 
 
 def test_every_value_is_labelled():
@@ -94,7 +94,7 @@ def test_overrides_of_scalars_words_lists_and_elements():
     assert case.ring.tie == "flank"
     assert case.shaft.sections[1].length == 0.5
     assert case.shaft.sections[1].outer_diameter == 0.32
-    assert case.errors.pin_tangential == (30e-6, 0.0, 0.0)
+    assert case.stage.errors.pin_tangential == (30e-6, 0.0, 0.0)
     assert case.ring.flexible is False
     assert case.stage.sun.support.matrix[0, 0] == 1e8
     assert case.ring.fits == ()

@@ -104,19 +104,10 @@ def test_machines_that_cannot_be_are_refused(tmp_path, over, words):
     assert "\n" not in str(caught.value)
 
 
-@pytest.mark.parametrize(
-    ("text", "words"),
-    [
-        ("", "speed series: is empty -- give columns time_s, speed_rpm"),
-        ("time_s,speed_nm\n0,1\n1,2\n", "column speed: is not among.*speed_rpm"),
-        ("time_s,speed_rpm\n0,1\n1,2000000\n", "are beyond 1e4 rad/s"),
-    ],
-)
-def test_a_broken_series_is_one_clear_line(tmp_path, text, words):
-    (tmp_path / "s.csv").write_text(text, encoding="utf-8")
-    with pytest.raises(InputError, match=words) as caught:
+def test_a_speed_beyond_all_machines_is_refused(tmp_path):
+    (tmp_path / "s.csv").write_text("time_s,speed_rpm\n0,1\n1,2000000\n", encoding="utf-8")
+    with pytest.raises(InputError, match="are beyond 1e4 rad/s"):
         machine(tmp_path, law="speed", kind="csv", file="s.csv")
-    assert "\n" not in str(caught.value)
 
 
 def test_a_machine_in_a_file(tmp_path):
@@ -167,17 +158,10 @@ def test_ramp_goes_straight_and_stays_outside():
     assert d.at([-1, 0.5, 2, 9], RATED) == pytest.approx([0, 1e6, 4e6, 4e6])
 
 
-def test_csv(tmp_path):
-    f = tmp_path / "wind.csv"
-    f.write_text("# measured\ntime_s,speed,torque_knm\n0, 1, 1000\n\n1.5, 1, 4000\n")
-    d = drive_of(kind="csv", file=str(f))
-    assert d.at([0, 0.75, 1.5], RATED) == pytest.approx([1e6, 2.5e6, 4e6])
-
-
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("", "is empty"),
+        ("", "torque series: is empty -- give columns time_s, torque_nm"),
         ("t,torque_nm\n0,1\n1,2\n", "column time: is not among"),
         ("time_s,torque_mm\n0,1\n1,2\n", "column torque: is not among.*torque_nm"),
         ("time_s,torque_nm\n0,1\n1,two\n", "line 3, torque_nm: 'two' is not a number"),
@@ -204,10 +188,8 @@ def test_broken_csv_is_one_clear_line(tmp_path, text, words):
 @pytest.mark.parametrize(
     ("over", "words"),
     [
-        ({"kind": "csv"}, r"drive.file: is missing"),
         ({"kind": "csv", "file": "nowhere.csv"}, r"nowhere.csv.*no such file"),
         ({"kind": "ramp"}, r"0 times and 0 torques"),
-        ({"kind": "steps", "times_s": "[0, 1]", "torques_nm": "[1]"}, "2 times and 1 torques"),
         ({"kind": "ramp", "times_s": "[1, 0]", "torques_nm": "[1, 2]"}, "times_s: do not rise"),
         ({"kind": "gusts"}, "'gusts' is unknown.*one of constant, steps, ramp, soft, csv"),
     ],

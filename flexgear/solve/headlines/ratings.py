@@ -203,7 +203,7 @@ def _life(findings: Findings) -> Iterator[Answer]:
 def _required(view: StageView, names: Iterable[str]) -> dict[str, float | None]:
     """Required life of bearings by their names in a summary, h; None where the case has none."""
     bearings: dict[str, Rolling] = {"planet_bearing": view.stage.planet_bearing}
-    bearings |= {f"carrier_bearing_{side}": seat for side, seat in view.seat_bearings.items()}
+    bearings |= {f"carrier_bearing_{side}": seat for side, seat in view.stage.seat_bearings.items()}
     seconds = {name: bearings[NodeName.parse(name).kind].required_life for name in names}
     return {n: None if s is None else UNIT.from_si(s, "h") for n, s in seconds.items()}
 

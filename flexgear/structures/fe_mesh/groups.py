@@ -15,7 +15,7 @@ from typing import Any, Literal
 import numpy as np
 
 from flexgear.arrays import Array
-from flexgear.model.bodies import End, RingSupport
+from flexgear.model.ring import End, RingSupport
 from flexgear.structures.fe_mesh.carrier import CarrierMeshParameters
 from flexgear.structures.fe_mesh.gears import (
     PlanetMeshParameters,

@@ -14,9 +14,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from flexgear.arrays import Array
-from flexgear.model.bodies import End, Planet, Ring, RingSupport, ring_supports
+from flexgear.model.bodies import Planet
 from flexgear.model.member import PlanetBearing
 from flexgear.model.names import NodeName
+from flexgear.model.ring import End, Ring, RingSupport, ring_supports
 from flexgear.structures.bodies import Spring
 from flexgear.structures.cache import content_key
 from flexgear.structures.fe_mesh.fe_mesh import FeMesh

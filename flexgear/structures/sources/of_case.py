@@ -59,7 +59,7 @@ def carrier_source(view: StageView) -> CarrierSource:
         mesh=_carrier_mesh(view),
         pin_angles=view.stage.planet_angles,
         pitch=2.0 * np.pi * reference_radius(teeth, view.stage) / teeth,
-        bearings=view.seat_bearings,
+        bearings=view.stage.seat_bearings,
         **_common(view, "carrier"),
     )
 
@@ -88,8 +88,8 @@ def _common(view: StageView, part: str) -> dict[str, Any]:
         "key": BodyName.of(view.name, part),
         "section": getattr(view, part),
         "material": view.material,
-        "cyclic": view.solver.cyclic == "auto",
-        "limit_hz": view.solver.reduction_limit,
+        "cyclic": view.case.solver.cyclic == "auto",
+        "limit_hz": view.case.solver.reduction_limit,
     }
 
 
@@ -108,8 +108,8 @@ def _teeth(view: StageView, gear: Gear) -> dict[str, Any]:
         "root_fillet": gear.root_fillet,
         "tool": plain_tool(gear.tool),
         "face_width": stage.face_width,
-        "fidelity": view.solver.fidelity,
-        "where": view.source,
+        "fidelity": view.case.solver.fidelity,
+        "where": view.case.source,
     }
 
 
@@ -160,7 +160,7 @@ def _carrier_mesh(view: StageView) -> CarrierMeshParameters:
         seat_drive_width=carrier.seat_drive.width,
         seat_far_diameter=carrier.seat_far.diameter,
         seat_far_width=carrier.seat_far.width,
-        fidelity=view.solver.fidelity,
-        where=view.source,
+        fidelity=view.case.solver.fidelity,
+        where=view.case.source,
         **{name: getattr(carrier, name) for name in same & Carrier.model_fields.keys()},
     )
