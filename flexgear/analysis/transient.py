@@ -39,7 +39,7 @@ from flexgear.coupling.kernels.elements import law_functions
 from flexgear.coupling.machines import GivenSpeed
 from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.pair_data import first_sizes
-from flexgear.gears.errors import longest_time_step
+from flexgear.gears.error_cycle import longest_time_step
 from flexgear.model.errors import FlexgearError
 
 Prescribed = Callable[[Array], Array]

@@ -21,7 +21,6 @@ from flexgear.gears.bearings.basic_life import planet_bearing_life_hours
 from flexgear.gears.expected_lines import expected_lines, line_rows
 from flexgear.gears.implausible import implausible
 from flexgear.gears.power_flow import PowerFlow, StageFlow, power_flow
-from flexgear.gears.radii import stage_radii
 from flexgear.gears.report import case_reports
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
@@ -203,7 +202,7 @@ def _running(case: Case, flow: PowerFlow) -> Sections:
     lives = planet_bearing_life_hours(case, flow)
     for stage, motion in zip(flow.stages, motions, strict=True):
         before = f"{stage.name} " if len(flow.stages) > 1 else ""
-        rows = _stage(case, stage, motion)
+        rows = _stage(stage, motion)
         if math.isfinite(lives.get(stage.name, math.inf)):
             rows["nominal_planet_bearing_life_h"] = lives[stage.name]
         sections[f"{before}running"] = rows
@@ -233,7 +232,7 @@ def _members(flow: PowerFlow) -> Sections:
     }
 
 
-def _stage(case: Case, stage: StageFlow, motion: StageMotion) -> dict[str, Any]:
+def _stage(stage: StageFlow, motion: StageMotion) -> dict[str, Any]:
     rows: dict[str, Any] = {
         "gear_mesh_frequency_hz": stage.gear_mesh_frequency,
         "rolling_power_w": stage.stage_power,
@@ -251,7 +250,9 @@ def _stage(case: Case, stage: StageFlow, motion: StageMotion) -> dict[str, Any]:
             "planet_speed_rpm": stage.planet_speed * RPM,
             "planet_speed_in_carrier_rpm": stage.planet_relative_speed * RPM,
             "planet_bearing_force_n": stage.planet_bearing_force,
-            "planet_bearing_force_direction_deg": math.degrees(_direction(case, stage)),
+            "planet_bearing_force_direction_deg": math.degrees(  # from outward, as it rotates
+                math.atan2(-stage.planet_bearing_tangential, stage.planet_bearing_radial)
+            ),
         }
     cycle = motion.cycle
     rows["error_cycle_gear_meshes"] = cycle.gear_meshes
@@ -259,20 +260,6 @@ def _stage(case: Case, stage: StageFlow, motion: StageMotion) -> dict[str, Any]:
     if math.isfinite(motion.error_period):
         rows["error_cycle_s"] = motion.error_period
     return rows
-
-
-def _direction(case: Case, stage: StageFlow) -> float:
-    """Direction of the force on a pin, rad from radial outward in the sense of rotation.
-
-    Teeth push a planet outward at the sun and inward at the ring, whichever flanks carry.
-    """
-    radii = stage_radii(case.view(stage.name))
-    outward = abs(stage.sun_gear_mesh_force) * math.sin(radii.sun_angle)
-    inward = abs(stage.ring_gear_mesh_force) * math.sin(radii.ring_angle)
-    tangential = abs(stage.sun_gear_mesh_force) * math.cos(radii.sun_angle)
-    tangential += abs(stage.ring_gear_mesh_force) * math.cos(radii.ring_angle)
-    sense = math.copysign(1.0, -stage.planet_bearing_tangential)
-    return math.atan2(sense * tangential, outward - inward)
 
 
 def _rayleigh(case: Case) -> Sections:

@@ -122,12 +122,9 @@ def _rated(
 
 
 def _proposal_text(p: Proposal) -> str:
-    teeth = p.teeth
+    teeth = "/".join(str(p.gear_set.gears[role].teeth) for role in ("sun", "planet", "ring"))
     kind = "" if p.request.arrangement == "planetary" else f"{p.request.arrangement} of "
-    return (
-        f"{kind}{teeth.sun}/{teeth.planet}/{teeth.ring} teeth of module {1e3 * p.module:g} mm, "
-        f"ratio {p.ratio:.5g}"
-    )
+    return f"{kind}{teeth} teeth of module {1e3 * p.module:g} mm, ratio {p.ratio:.5g}"
 
 
 def _kind(word: str) -> str:

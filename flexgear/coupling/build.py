@@ -35,7 +35,7 @@ from flexgear.coupling.machines import (
     port_machines,
     require_free_speeds,
 )
-from flexgear.coupling.members import AnyBody, rotation_radius, stage_members
+from flexgear.coupling.members import AnyBody, stage_members
 from flexgear.coupling.springs import behind_spline
 from flexgear.coupling.system import (
     Damping,
@@ -46,7 +46,7 @@ from flexgear.coupling.system import (
     variant_label,
     without_rigid_forces,
 )
-from flexgear.gears.errors import longest_time_step
+from flexgear.gears.error_cycle import longest_time_step
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.paths import require_assembly, stage_paths
 from flexgear.gears.power_flow import power_flow
@@ -144,7 +144,7 @@ def _frame(a: Assembly, number: int) -> StageFrame:
     passing = bearing_defects(a.case, stage.name, "planet_bearing")
     if passing or any(m.floats for m in a.members[number]):
         radii = stage_radii(a.case.view(stage.name))
-        planets = a.angle(-radii.ring / radii.planet * (turns - ring_turns))
+        planets = a.angle(-radii.base["ring"] / radii.base["planet"] * (turns - ring_turns))
     return StageFrame(theta, of_carrier, of_ring, planets)
 
 
@@ -199,7 +199,8 @@ def _join(a: Assembly, joint: Joint) -> None:
     else:
         spring = np.array(joint.matrix, dtype=float)
         at = MemberName.parse(joint.first)
-        spring[5, 5] += joint.tangential * rotation_radius(a.case.view(at.stage), at.part) ** 2
+        radii = stage_radii(a.case.view(at.stage))
+        spring[5, 5] += joint.tangential * radii.rotation_radius(at.part) ** 2
         matrix = np.block([[spring, -spring], [-spring, spring]])
     ends, angles = [], []
     for end, member in enumerate((joint.first, joint.second)):

@@ -11,7 +11,7 @@ import numpy as np
 
 from flexgear.arrays import Array
 from flexgear.coupling.gear_meshes import MODELS, FaultyTeeth, GearMeshSet
-from flexgear.coupling.members import body_names, can_turn, mass_properties, rotation_radius
+from flexgear.coupling.members import body_names, can_turn, mass_properties
 from flexgear.coupling.pair_data import WAVE
 from flexgear.coupling.springs import linear_part
 from flexgear.coupling.system import StageFrame
@@ -20,6 +20,7 @@ from flexgear.gears.errors import stage_errors
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.paths import PathKey, stage_paths
 from flexgear.gears.power_flow import StageFlow
+from flexgear.gears.radii import stage_radii
 from flexgear.gears.slices import Nominal, Slices, bent
 from flexgear.gears.stiffness import line_load
 from flexgear.gears.tooth_faults import fault_groups, with_faults
@@ -98,7 +99,7 @@ def _support(
     """Support of a member at the gear of a body of it, its tangential spring as torsion k r²."""
     support = view.stage.member(part).support
     matrix = np.array(support.matrix, dtype=float)
-    matrix[5, 5] += support.tangential * rotation_radius(view, part) ** 2
+    matrix[5, 5] += support.tangential * stage_radii(view).rotation_radius(part) ** 2
     matrix = linear_part(support, matrix)
     yield from _held(place, (body, "gear"), matrix, view.key(f"{part}.support"), support)
 
@@ -122,7 +123,7 @@ def _of_fe_ring(view: StageView, part: str) -> Iterator[Connection]:
 
 def _of_seats(view: StageView, part: str) -> Iterator[Connection]:
     """Bearings on the seats of an FE carrier."""
-    carrier, bearings = BodyName.of(view.name, part), view.seat_bearings
+    carrier, bearings = BodyName.of(view.name, part), view.stage.seat_bearings
     held = MemberName.of(view.name, part) in view.case.held_members()
     if held and not any(bearing.stiffness[5] for bearing in bearings.values()):
         raise view.refuse(

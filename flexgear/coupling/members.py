@@ -11,7 +11,7 @@ import numpy as np
 
 from flexgear.gears.contact import planet_tooth_angle, ring_start
 from flexgear.gears.geometry import stage_geometry
-from flexgear.gears.radii import gears_by_role, stage_radii
+from flexgear.gears.radii import role_of, stage_radii
 from flexgear.model.case import Case
 from flexgear.model.errors import FlexgearError
 from flexgear.model.member import CarrierMember, GearMember, RingGear
@@ -147,19 +147,11 @@ def mass_properties(view: StageView, part: str) -> tuple[float, float, float]:
         mass = view.material.density * math.pi * (outer**2 - inner**2) * width
     polar = member.inertia
     if polar is None and member.equivalent_mass is not None:
-        polar = member.equivalent_mass * rotation_radius(view, part) ** 2
+        polar = member.equivalent_mass * stage_radii(view).rotation_radius(part) ** 2
     if polar is None:
         polar = 0.5 * mass * (outer**2 + inner**2)
     tilt = member.tilt_inertia
     return mass, polar, 0.5 * polar + mass * width**2 / 12 if tilt is None else tilt
-
-
-def rotation_radius(view: StageView, part: str) -> float:
-    """r of u = r θ: base radius of a gear, centre distance of a carrier, m."""
-    radii = stage_radii(view)
-    if part == "carrier":
-        return radii.center_distance
-    return float(getattr(radii, _role(view.stage, part)))
 
 
 def sun_shaft(view: StageView) -> Body:
@@ -271,15 +263,10 @@ def _radii_of(
     stage, radii = view.stage, stage_radii(view)
     if isinstance(member, CarrierMember):
         return 0.0, radii.center_distance
-    reference = getattr(radii, f"{_role(stage, part)}_reference")
+    reference = radii.reference[role_of(part)]
     if part != "ring":
         return member.bore_diameter / 2, reference
     rim, root = member.rim_thickness, stage_geometry(view).ring.root_radius
     if isinstance(member, RingGear) and member.fe is not None:
         rim = member.fe.rim_thickness
     return reference, root + (RIM_MODULES * stage.normal_module if rim is None else rim)
-
-
-def _role(stage: Stage, part: str) -> str:
-    gears = gears_by_role(stage)
-    return next(role for role, gear in gears.items() if gear is stage.member(part))

@@ -21,10 +21,8 @@ mid-plane, and stiffness may be a wave over the base pitch in place of single pa
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -33,9 +31,6 @@ from flexgear.gears.geometry import StageGeometry
 from flexgear.gears.off_path import OffPath
 from flexgear.gears.slices import Slices
 from flexgear.gears.stiffness import Law, pair_stiffness
-
-if TYPE_CHECKING:
-    from flexgear.model.stage import Stage
 
 
 class GearMeshKind(StrEnum):
@@ -206,20 +201,20 @@ def _coast_planet_tooth(g: StageGeometry, gamma: Array, s_coast: Array) -> Array
     return gamma + off - pitch * np.rint(off / pitch)
 
 
-def planetary_paths(
-    g: StageGeometry, stage: Stage, planet_hand: str, laws: Mapping[str, Law]
-) -> dict[GearMeshKind, GearMeshPath]:
-    """Paths of all four kinds of a planetary stage; laws: pair stiffness with "ring", "sun"."""
-    phi = np.asarray(stage.planet_angles, dtype=float)
-    cos_bb = math.cos(g.base_helix_angle)
-    zero = np.zeros(len(phi), np.int64)
+# s0 of every planet, m, and tooth numbers of gear and planet there, (N,) each
+Start = tuple[Array, Ints, Ints]
+
+
+def planetary_starts(g: StageGeometry, planet_angles: Array) -> dict[GearMeshKind, Start]:
+    """Where all four kinds of gear meshes of a planetary stage are at θ_c = 0."""
+    phi, zero = planet_angles, np.zeros(len(planet_angles), np.int64)
     # drive flanks: planets touch ring teeth, the sun touches planets
     ring = ring_start(g, phi)
     gamma = planet_tooth_angle(g, ring)
     sun = sun_side(g, gamma)
     sigma0 = float((sun_tooth_angle(g, sun) + phi)[0])
     # coast flanks are drive flanks of the stage mirrored in y = 0; ring and sun are thinned there
-    ring_coast = ring_start(g, -phi) + g.ring_mesh.allowance / cos_bb
+    ring_coast = ring_start(g, -phi) + g.ring_mesh.allowance / math.cos(g.base_helix_angle)
     gamma_coast = _coast_planet_tooth(g, gamma, ring_coast)
     sun_coast = sun_side(g, -gamma_coast)
 
@@ -227,45 +222,33 @@ def planetary_paths(
         return tooth_numbers(m * sun_tooth_angle(g, s) + phi, sigma0, g.sun.teeth)[0]
 
     behind = tooth_numbers(-planet_tooth_angle(g, ring_coast) - gamma, 0.0, g.planet.teeth)[0]
-    starts = {
+    return {
         GearMeshKind.RING: (ring, zero, zero),
         GearMeshKind.SUN: (sun, sun_teeth(sun, 1), zero),
         GearMeshKind.RING_COAST: (ring_coast, zero, behind),
         GearMeshKind.SUN_COAST: (sun_coast, sun_teeth(sun_coast, -1), zero),
-    }
-    return {
-        kind: gear_mesh_path(
-            g,
-            kind,
-            start,
-            rolling_radius=g.ring.base_radius,
-            planet_hand=planet_hand,
-            half_face=stage.face_width / 2,
-            mirrored=kind.coast,
-            law=laws[kind.gear],
-        )
-        for kind, start in starts.items()
     }
 
 
 def gear_mesh_path(
     g: StageGeometry,
     kind: GearMeshKind,
-    start: tuple[Array, Ints, Ints],
+    start: Start,
     *,
-    rolling_radius: float,
     planet_hand: str,
     half_face: float,
-    mirrored: bool,
     law: Law,
 ) -> GearMeshPath:
-    """One path. start: s0 and tooth numbers of gear and planet, (N,) each.
+    """One path.
 
-    rolling_radius: distance that the planet's base circle rolls off against its rotation per rad of
-    θ, m; mirrored: N has a part in +y of the planet.
+    m is −1 where N has a part in +y of the planet. Per rad of θ the planet's base circle rolls off
+    ``rolling`` m against its rotation: by r_b,ring in a planetary stage, where it turns by −(r_b,r/
+    r_b,p) θ in the carrier; by −r_b in a parallel one, where the gear turns by +θ.
     """
+    parallel = "ring" not in g.gears
+    rolling = -g.planet.base_radius if parallel else g.ring.base_radius
     gear, planet, gear_mesh = g.gears[kind.gear], g.planet, g.gear_meshes[kind.gear]
-    side, m = (1 if gear.internal else -1), (-1 if mirrored else 1)
+    side, m = (1 if gear.internal else -1), (-1 if kind.coast != parallel else 1)
     hand = 1 if planet_hand == "right" else -1
     a, t = gear_mesh.working_angle, side * m * hand * math.tan(g.base_helix_angle)
     reach = abs(t) * half_face
@@ -274,15 +257,15 @@ def gear_mesh_path(
     return GearMeshPath(
         kind=kind,
         s0=start[0],
-        rate=-side * m * rolling_radius,
+        rate=-side * m * rolling,
         base_pitch=gear_mesh.base_pitch,
         s_lo=gear_mesh.s_lo,
         s_hi=gear_mesh.s_hi,
         slope=t,
         half_face=half_face,
         alpha=a,
-        base_radius_planet=g.radii.planet,
-        base_radius_gear=getattr(g.radii, kind.gear),
+        base_radius_planet=g.base["planet"],
+        base_radius_gear=g.base[kind.gear],
         center_distance=g.center_distance,
         normal_xy=np.array([-side * math.sin(a), -m * math.cos(a)]),
         tangent_point=planet.base_radius * np.array([side * math.cos(a), -m * math.sin(a)]),

@@ -13,7 +13,9 @@ speeds; of its p ports p − M need a torque, for the torque system is the trans
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -70,6 +72,22 @@ class Members:
     ports: tuple[Port, ...]
     loads: dict[str, float]
 
+    @cached_property
+    def tie_rows(self) -> Array:
+        """Rows of the ties over the members, (ties, members)."""
+        return self._rows([tie.coefficients for tie in self.ties])
+
+    def port_rows(self, ports: Sequence[Port]) -> Array:
+        """Rows that pick the members of ports, (ports, members)."""
+        return self._rows([{port.member: 1.0} for port in ports])
+
+    def _rows(self, coefficients: Sequence[Mapping[str, float]]) -> Array:
+        rows = np.zeros((len(coefficients), len(self.names)))
+        for row, by_member in zip(rows, coefficients, strict=True):
+            for member, coefficient in by_member.items():
+                row[self.names.index(member)] += coefficient
+        return rows
+
 
 def members_of(case: Case) -> Members:
     """Members, ties and ports of a case. Raises InputError for gears that cannot mesh."""
@@ -93,33 +111,16 @@ def members_of(case: Case) -> Members:
 def _stage_tie(view: StageView) -> Tie:
     stage = view.stage
     # true teeth mesh, and planets do not collide; of printed radii nothing is known but themselves
-    radii = stage_radii(view) if is_overridden(stage) else stage_geometry(view).radii
+    base = (stage_radii if is_overridden(stage) else stage_geometry)(view).base
     if stage.kind == "planetary":
-        ratio = radii.ring / radii.sun
+        ratio = base["ring"] / base["sun"]
         row = {"sun": 1.0, "ring": ratio, "carrier": -1.0 - ratio}
     else:
-        row = {"pinion": 1.0, "gear": radii.planet / radii.sun}
+        row = {"pinion": 1.0, "gear": base["planet"] / base["sun"]}
     return Tie("stage", stage.name, {f"{stage.name}.{part}": c for part, c in row.items()})
 
 
 RANK = 1e-9
-
-
-def tie_matrix(members: Members, ties: tuple[Tie, ...]) -> Array:
-    """Rows of ties over the members, (ties, members)."""
-    rows = np.zeros((len(ties), len(members.names)))
-    for row, tie in zip(rows, ties, strict=True):
-        for member, coefficient in tie.coefficients.items():
-            row[members.names.index(member)] += coefficient
-    return rows
-
-
-def port_matrix(members: Members, ports: list[Port]) -> Array:
-    """Rows that pick the members of ports, (ports, members)."""
-    rows = np.zeros((len(ports), len(members.names)))
-    for row, port in zip(rows, ports, strict=True):
-        row[members.names.index(port.member)] = 1.0
-    return rows
 
 
 def rank(matrix: Array) -> int:
@@ -137,7 +138,7 @@ def null_space(matrix: Array) -> Array:
 
 def require_free_ties(members: Members) -> int:
     """The mobility. InputError where ties repeat each other or nothing can turn."""
-    rows = tie_matrix(members, members.ties)
+    rows = members.tie_rows
     if rank(rows) < len(rows):
         involved = [members.ties[k] for k in _first_loop(rows)]
         kinds = " or ".join(sorted({t.kind for t in involved} - {"stage"}, reverse=True))
@@ -170,15 +171,13 @@ def _first_loop(rows: Array) -> list[int]:
 def require_speeds(members: Members, mobility: int) -> None:
     """InputError unless exactly ``mobility`` independent speeds are given."""
     driven = [p for p in members.ports if p.speed is not None]
-    ties = tie_matrix(members, members.ties)
-    listing = _listed(driven, "speed")
-    head = f"mobility {mobility}, and {listing}"
-    conditions = np.vstack([ties, port_matrix(members, driven)])
+    head = f"mobility {mobility}, and {_listed(driven, 'speed')}"
+    conditions = np.vstack([members.tie_rows, members.port_rows(driven)])
     independent = rank(conditions)
     if len(driven) > mobility:
         raise InputError(
             members.source, driven[-1].key,
-            f"overdetermined: {head}{_clash(members, ties, driven)}",
+            f"overdetermined: {head}{_clash(members, driven)}",
             f"remove {_count(len(driven) - mobility, 'speed')} (give power or torque instead)",
         )  # fmt: skip
     if independent == len(members.names):
@@ -205,10 +204,9 @@ def require_torques(members: Members, mobility: int) -> None:
     torques = [p for p in members.ports if p.torque is not None]
     rest = [p for p in members.ports if p.torque is None]
     needed = len(members.ports) - mobility
-    listing = _listed(torques, "torque")
     head = (
         f"{len(members.ports)} ports and mobility {mobility} need {_count(needed, 'torque')}, "
-        f"and {listing}"
+        f"and {_listed(torques, 'torque')}"
     )
     if len(torques) > needed:
         raise InputError(
@@ -221,8 +219,7 @@ def require_torques(members: Members, mobility: int) -> None:
             f"give {_count(needed - len(torques), 'torque or power value')} at "
             f"{' or '.join(p.member for p in rest)}",
         )  # fmt: skip
-    ties = tie_matrix(members, members.ties)
-    if rank(np.vstack([ties, port_matrix(members, rest)])) < len(members.names):
+    if rank(np.vstack([members.tie_rows, members.port_rows(rest)])) < len(members.names):
         raise InputError(
             members.source, "inputs",
             f"{head}, but they act on the same part of the train and leave "
@@ -242,16 +239,14 @@ def _listed(ports: list[Port], noun: str) -> str:
     return f"{_count(len(ports), noun)} {verb} given{names}"
 
 
-def _clash(members: Members, ties: Array, driven: list[Port]) -> str:
+def _clash(members: Members, driven: list[Port]) -> str:
     """What the speeds given first make of the first one that is too many."""
-    rows = ties
+    ties = members.tie_rows
     for k, port in enumerate(driven):
-        row = port_matrix(members, [port])
-        if rank(np.vstack([rows, row])) > rank(rows):
-            rows = np.vstack([rows, row])
+        conditions = np.vstack([ties, members.port_rows(driven[:k])])
+        if rank(np.vstack([conditions, members.port_rows([port])])) > rank(conditions):
             continue
         values = [p.speed or 0.0 for p in driven[:k]]
-        conditions = np.vstack([ties, port_matrix(members, driven[:k])])
         speeds = np.linalg.lstsq(conditions, np.array([0.0] * len(ties) + values), rcond=None)[0]
         implied = speeds[members.names.index(port.member)]
         return (

@@ -90,7 +90,7 @@ class GearMeshGeometry:
 
 
 @dataclass(frozen=True)
-class StageGeometry:
+class StageGeometry(StageRadii):
     """Gears by role ("sun", "planet", "ring"), gear meshes by "sun" and "ring", radii.
 
     overridden: whether a base diameter or working angle is given; gears then have the radii that
@@ -100,7 +100,6 @@ class StageGeometry:
 
     gears: Mapping[str, ToothGeometry]
     gear_meshes: Mapping[str, GearMeshGeometry]
-    radii: StageRadii
     overridden: bool
     planet_clearance: float
     assembly: float
@@ -130,21 +129,6 @@ class StageGeometry:
         """Gear mesh of planet and ring."""
         return self.gear_meshes["ring"]
 
-    @property
-    def center_distance(self) -> float:
-        """R_c, m."""
-        return self.radii.center_distance
-
-    @property
-    def transverse_angle(self) -> float:
-        """α_t at the reference circles, rad."""
-        return self.radii.transverse_angle
-
-    @property
-    def base_helix_angle(self) -> float:
-        """β_b, rad."""
-        return self.radii.base_helix_angle
-
 
 def stage_geometry(view: StageView) -> StageGeometry:
     """Geometry of a stage, of one half if it is double-helical.
@@ -161,7 +145,7 @@ def stage_geometry(view: StageView) -> StageGeometry:
         )
     gears = {role: _tooth(view, role, gear) for role, gear in gears_by_role(stage).items()}
     if overridden:
-        arm = radii.planet / gears["planet"].teeth
+        arm = radii.base["planet"] / gears["planet"].teeth
         gears = {s: replace(tooth, base_radius=arm * tooth.teeth) for s, tooth in gears.items()}
     gear_meshes = {role: _gear_mesh(view, radii, gears, role) for role in gears if role != "planet"}
     clearance = planet_clearance(
@@ -176,7 +160,10 @@ def stage_geometry(view: StageView) -> StageGeometry:
         )
     teeth = sum(gear.teeth for role, gear in gears.items() if role != "planet")
     assembly = teeth / stage.planets if stage.kind == "planetary" else math.nan
-    return StageGeometry(gears, gear_meshes, radii, overridden, clearance, assembly)
+    return StageGeometry(
+        **vars(radii), gears=gears, gear_meshes=gear_meshes, overridden=overridden,
+        planet_clearance=clearance, assembly=assembly,
+    )  # fmt: skip
 
 
 def _tooth(view: StageView, role: str, gear: MatedGear | PlanetGear) -> ToothGeometry:
@@ -213,7 +200,7 @@ def _gear_mesh(
     """One gear mesh, with a path as long as a contact ratio that is given, about the same middle
     (the pitch point where tips do not reach each other)."""
     stage, planet = view.stage, gears["planet"]
-    angle = radii.ring_angle if role == "ring" else radii.sun_angle
+    angle = radii.working_angles[role]
     pitch, options, ratio = planet.base_pitch, view.gear_mesh, None
     if options.model not in PER_PAIR_MODELS:
         ratio = options.of(role, "contact_ratio")
@@ -224,7 +211,7 @@ def _gear_mesh(
         if high - low < pitch:
             if ratio is None:
                 ratio = _least_ratio(view, role, (high - low) / pitch)
-            low = high = radii.planet * math.tan(angle)
+            low = high = radii.base["planet"] * math.tan(angle)
     else:
         _require_contact(view, gears, role, radii)
         backlash = _backlash(view, gears, role, radii, allowance)
@@ -261,7 +248,7 @@ def _require_contact(
 ) -> None:
     """InputError for interference, tips that reach roots, and a contact ratio below one."""
     gear, planet = gears[role], gears["planet"]
-    angle = radii.ring_angle if gear.internal else radii.sun_angle
+    angle = radii.working_angles[role]
     if gear.internal and gear.tip_radius <= gear.base_radius:
         raise view.refuse(
             "ring.addendum", "the ring's tip lies inside its base circle",
@@ -315,7 +302,7 @@ def bottom_clearance(
 def inherent_backlash(gears: Mapping[str, ToothGeometry], role: str, radii: StageRadii) -> float:
     """Normal play that thicknesses leave on the working circles, m; below 0 where teeth overlap."""
     gear, planet = gears[role], gears["planet"]
-    cos_w = math.cos(radii.ring_angle if gear.internal else radii.sun_angle)
+    cos_w = math.cos(radii.working_angles[role])
     r_g, r_p = gear.base_radius / cos_w, planet.base_radius / cos_w
     play = planet.pitch_angle * r_p - gear.thickness_at(r_g) - planet.thickness_at(r_p)
     return play * cos_w * math.cos(radii.base_helix_angle)

@@ -36,6 +36,7 @@ from flexgear.gears.geometry import (
 from flexgear.gears.nominal_stress import largest_root_stress, pitch_point_pressure
 from flexgear.gears.paths import stage_paths
 from flexgear.gears.power_flow import PowerFlow, StageFlow
+from flexgear.gears.radii import base_arm
 from flexgear.gears.tool import CutterTool
 from flexgear.gears.tooth import ToothGeometry
 from flexgear.model.bearings import Bearing
@@ -58,10 +59,10 @@ def tooth_warnings(view: StageView) -> list[str]:
 
 def _base_circles(view: StageView, g: StageGeometry) -> Iterator[str]:
     for role in g.gear_meshes:
-        distance = g.radii.distance_of_circles(role)
-        if abs(distance / g.radii.center_distance - 1.0) > FITS:
+        distance = base_arm(g.base, role) / math.cos(g.working_angles[role])
+        if abs(distance / g.center_distance - 1.0) > FITS:
             yield (
-                f"{view.key('center_distance_mm')}: at {_mm(g.radii.center_distance)} mm the base "
+                f"{view.key('center_distance_mm')}: at {_mm(g.center_distance)} mm the base "
                 f"circles and working angle of {view.part(role)} and planet do not fit, which want "
                 f"{_mm(distance)} mm: the train rolls at other speeds than its teeth say, which "
                 "modes do not notice; transients and equilibria need radii that fit"
@@ -237,7 +238,7 @@ def _places(view: StageView, g: StageGeometry) -> Iterator[str]:
         elif high - low < gear_mesh.base_pitch:
             ratio = max(high - low, 0.0) / gear_mesh.base_pitch
             problem = f"tips leave a contact ratio of {ratio:.3f}, so that at times no teeth touch"
-        elif (play := inherent_backlash(g.gears, role, g.radii)) < -0.01 * module:
+        elif (play := inherent_backlash(g.gears, role, g)) < -0.01 * module:
             problem = f"teeth overlap by {-1e3 * play:.3g} mm at this distance"
         else:
             continue
@@ -322,17 +323,13 @@ def _bearings(view: StageView, stage: StageFlow) -> Iterator[str]:
     if load == 0.0:
         return
     usual = roller_bearing_stiffness(load, view.stage.gear_width)
-    bearings: list[tuple[str, Bearing, bool]] = [
-        (f"{m}.support", view.stage.member(m).support, parallel)
+    supports: dict[str, Bearing] = {
+        f"{m}.support": view.stage.member(m).support
         for m in view.stage.members
         if m != "ring"  # which stands in the housing
-    ]
-    if not parallel:
-        bearings.append(("planet_bearing", view.stage.planet_bearing, True))
-        bearings += [
-            (f"carrier.bearing_{side}", seat, False) for side, seat in view.seat_bearings.items()
-        ]
-    for key, bearing, carries in bearings:
+    }
+    for key, bearing in {**supports, **view.stage.bearings}.items():
+        carries = parallel or key == "planet_bearing"
         stiffness = max(bearing.stiffness[:2])
         if stiffness > APART * usual or (carries and 0.0 < stiffness < usual / APART):
             yield (

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from flexgear.arrays import Array
-from flexgear.gears.determinacy import members_of, port_matrix, rank, tie_matrix
+from flexgear.gears.determinacy import members_of, rank
 from flexgear.gears.power_flow import NOISE, PowerFlow, power_flow
 from flexgear.model.errors import InputError
 from flexgear.model.load_cases import LoadCase, MemberState
@@ -108,7 +108,7 @@ class _Train:
     def __init__(self, case: Case, load_cases: Sequence[LoadCase]) -> None:
         self.case, self.members, self.load_cases = case, members_of(case), load_cases
         self.flow: PowerFlow = power_flow(case)
-        self.ties = tie_matrix(self.members, self.members.ties)
+        self.ties = self.members.tie_rows
         self.first = case.inputs[0].member
         self.rated_torque = {
             p.member: self.flow.torque[p.member] - self.members.loads.get(p.member, 0.0)
@@ -226,7 +226,7 @@ class _Train:
         ratio = ratios[0] if ratios else 1.0
         ports, ties = list(self.members.ports), len(self.ties)
         system = _System(
-            np.vstack([self.ties, port_matrix(self.members, ports)]).T,
+            np.vstack([self.ties, self.members.port_rows(ports)]).T,
             [-moments.get(member, 0.0) for member in self.members.names],
         )
         order = [p.member for p in ports]

@@ -42,7 +42,7 @@ import numpy as np
 from flexgear.gears.geometry import GearMeshGeometry, StageGeometry, stage_geometry
 from flexgear.gears.hertz import ContactBody, line_contact, relative_radius
 from flexgear.gears.radii import gears_by_role
-from flexgear.gears.tool import CriticalSection, CutterTool, PlainTool, plain_tool
+from flexgear.gears.tool import CriticalSection, CutterTool, plain_tool
 from flexgear.gears.tooth import (
     PlainRack,
     Rack,
@@ -101,18 +101,6 @@ def virtual_teeth(teeth: int, rack: Rack) -> float:
     return teeth / (math.cos(base_helix_angle(rack)) ** 2 * math.cos(rack.helix_angle))
 
 
-@dataclass(frozen=True)
-class _VirtualBlank:
-    """What ``tooth_geometry`` takes of a gear with a number of teeth that is not whole."""
-
-    teeth: float
-    profile_shift: float
-    addendum: float
-    dedendum: float
-    root_fillet: float
-    tool: PlainTool
-
-
 def virtual_tooth(tooth: ToothGeometry, gear: GearMember, rack: Rack) -> ToothGeometry:
     """Tooth of the virtual spur gear, of the same tool in the normal section: d_n = m_n z_n, d_an =
     d_n + d_a − d, and so for a cutter; its number of teeth is the nearest whole one."""
@@ -123,14 +111,7 @@ def virtual_tooth(tooth: ToothGeometry, gear: GearMember, rack: Rack) -> ToothGe
         longer = rack.normal_module * teeth - 2 * reference_radius(tooth.tool.teeth, rack)
         diameter = None if tool.tip_diameter is None else tool.tip_diameter + longer
         tool = replace(tool, teeth=teeth, tip_diameter=diameter)
-    blank = _VirtualBlank(
-        teeth=per_tooth * gear.teeth,
-        profile_shift=gear.profile_shift,
-        addendum=gear.addendum,
-        dedendum=gear.dedendum,
-        root_fillet=gear.root_fillet,
-        tool=tool,
-    )
+    blank = gear.model_copy(update={"teeth": per_tooth * gear.teeth, "tool": tool})
     normal = PlainRack(rack.normal_module, rack.pressure_angle)
     return tooth_geometry(blank, normal, internal=tooth.internal)
 

@@ -76,11 +76,6 @@ class TipEdge:
     mate_roll: float
     offset: float
 
-    @property
-    def coefficient(self) -> float:
-        """c of gap ≈ c d², 1/m."""
-        return self.tip_roll * self.offset / (2 * self.tooth.base_radius**2 * self.mate_roll)
-
     def gap(self, distance: Array) -> Array:
         """What the mate, turned to touch the tip, rolls off on its base circle, m; ∞ where the tip
         has left the mate's tooth, below zero where tips foul each other."""

@@ -40,9 +40,10 @@ from flexgear.gears.contact import (
     ASSEMBLY_TOLERANCE,
     GearMeshKind,
     GearMeshPath,
+    Start,
     assembly_mismatch,
     gear_mesh_path,
-    planetary_paths,
+    planetary_starts,
 )
 from flexgear.gears.geometry import (
     PER_PAIR_MODELS,
@@ -254,11 +255,19 @@ def _half_paths(
     hand = OTHER_HAND[hand] if side == "right" else hand
     laws = {role: pair_law(view, g, role, forces[role]) for role in g.gear_meshes}
     if view.stage.kind == "parallel":
-        paths = _parallel_paths(view, g, laws["sun"], hand)
+        starts = _parallel_starts(g)
     else:
-        paths = planetary_paths(g, view.stage, hand, laws)
-    forward = forces["sun"] >= 0
-    paths = {kind: replace(path, carries=kind.coast != forward) for kind, path in paths.items()}
+        starts = planetary_starts(g, np.asarray(view.stage.planet_angles, dtype=float))
+    half_face, forward = view.stage.face_width / 2, forces["sun"] >= 0
+    paths = {
+        kind: replace(
+            gear_mesh_path(
+                g, kind, start, planet_hand=hand, half_face=half_face, law=laws[kind.gear]
+            ),
+            carries=kind.coast != forward,
+        )
+        for kind, start in starts.items()
+    }
     flanks = flank_pairs(view, paths, mirrored=side == "left")
     if view.gear_mesh.model in PER_PAIR_MODELS:
         followed = {}
@@ -360,29 +369,14 @@ def _wave(
     return wave
 
 
-def _parallel_paths(
-    view: StageView, g: StageGeometry, law: Law, planet_hand: str
-) -> dict[GearMeshKind, GearMeshPath]:
-    """Paths of pinion and gear on the drive and the coast flank."""
+def _parallel_starts(g: StageGeometry) -> dict[GearMeshKind, Start]:
+    """Where pinion and gear are on the drive and the coast flank at θ = 0."""
     zero = np.zeros(1, np.int64)
     pitch_point = g.planet.base_radius * math.tan(g.sun_mesh.working_angle)
     coast, gear_tooth, pinion_tooth = _coast_of_parallel(g, pitch_point)
-    starts = {
+    return {
         GearMeshKind.SUN: (np.array([pitch_point]), zero, zero),
         GearMeshKind.SUN_COAST: (np.array([coast]), zero + pinion_tooth, zero + gear_tooth),
-    }
-    return {
-        kind: gear_mesh_path(
-            g,
-            kind,
-            start,
-            rolling_radius=-g.planet.base_radius,  # turns by +θ, a planet by −(r_b,ring/r_b) θ
-            planet_hand=planet_hand,
-            half_face=view.stage.face_width / 2,
-            mirrored=not kind.coast,
-            law=law,
-        )
-        for kind, start in starts.items()
     }
 
 

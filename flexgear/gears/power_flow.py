@@ -52,12 +52,10 @@ from flexgear.arrays import Array
 from flexgear.gears.determinacy import (
     Members,
     members_of,
-    port_matrix,
     rank,
     require_free_ties,
     require_speeds,
     require_torques,
-    tie_matrix,
 )
 from flexgear.gears.radii import stage_radii
 
@@ -130,16 +128,18 @@ def stage_flow(
     if stage.kind == "parallel":
         relative = speed["gear"]
     else:
-        relative = -(radii.ring / radii.planet) * (carrier_speed - speed["ring"])
+        relative = -(radii.base["ring"] / radii.base["planet"]) * (carrier_speed - speed["ring"])
     sides = 2 if stage.double_helical else 1
     paths = stage.planets * sides
     # pinion and gear of a parallel stage turn against each other, planet and sun's torques don't
     sign = 1.0 if stage.kind == "parallel" else -1.0
-    in_plane_sun = sign * torque[first] / (paths * radii.sun)
-    in_plane_ring = -torque["ring"] / (paths * radii.ring) if "ring" in torque else 0.0
+    in_plane = {"sun": sign * torque[first] / (paths * radii.base["sun"])}
+    if "ring" in torque:
+        in_plane["ring"] = -torque["ring"] / (paths * radii.base["ring"])
     cos_bb = math.cos(radii.base_helix_angle)
-    sun_working = in_plane_sun * math.cos(radii.sun_angle)
-    ring_working = in_plane_ring * math.cos(radii.ring_angle)
+    working = {r: f * math.cos(radii.working_angles[r]) for r, f in in_plane.items()}
+    # teeth push apart, whichever flanks carry
+    apart = {r: abs(f) * math.sin(radii.working_angles[r]) for r, f in in_plane.items()}
     return StageFlow(
         name=stage.name,
         kind=stage.kind,
@@ -153,18 +153,13 @@ def stage_flow(
         planet_speed=carrier_speed + relative,
         planet_relative_speed=relative,
         gear_mesh_frequency=_gear_mesh_frequency(stage, speed),
-        tangential_force=sign * torque[first] / (paths * radii.sun_reference),
-        sun_working_force=sun_working,
-        ring_working_force=ring_working,
-        sun_gear_mesh_force=in_plane_sun / cos_bb,
-        ring_gear_mesh_force=in_plane_ring / cos_bb,
-        planet_bearing_radial=sides
-        * (
-            # teeth push apart, whichever flanks carry
-            abs(in_plane_sun) * math.sin(radii.sun_angle)
-            - abs(in_plane_ring) * math.sin(radii.ring_angle)
-        ),
-        planet_bearing_tangential=sides * (sun_working + ring_working),
+        tangential_force=sign * torque[first] / (paths * radii.reference["sun"]),
+        sun_working_force=working["sun"],
+        ring_working_force=working.get("ring", 0.0),
+        sun_gear_mesh_force=in_plane["sun"] / cos_bb,
+        ring_gear_mesh_force=in_plane.get("ring", 0.0) / cos_bb,
+        planet_bearing_radial=sides * (apart["sun"] - apart.get("ring", 0.0)),
+        planet_bearing_tangential=sides * sum(working.values()),
         stage_power=torque[first] * (speed[first] - carrier_speed),
         circulating_power=circulating,
     )
@@ -296,21 +291,21 @@ def power_flow(case: Case) -> PowerFlow:
     InputError where the train has no or more than one answer.
     """
     members = members_of(case)
-    ties = tie_matrix(members, members.ties)
+    ties = members.tie_rows
     if members.ports:
         mobility = require_free_ties(members)
         require_speeds(members, mobility)
         stated = [p.speed for p in members.ports if p.speed is not None]
-        speeds = _speeds(members, ties, np.array(stated))
+        speeds = _speeds(members, np.array(stated))
     else:
         mobility, speeds = len(members.names) - rank(ties), np.zeros(len(members.names))
     if case.output is None:
         outside, ties_torque = {p.member: 0.0 for p in members.ports}, np.zeros(len(ties))
     else:
         require_torques(members, mobility)
-        outside, ties_torque = _torques(members, ties)
+        outside, ties_torque = _torques(members)
     speed = dict(zip(members.names, speeds.tolist(), strict=True))
-    branch_torque = _branch_torques(members, ties, ties_torque)
+    branch_torque = _branch_torques(members, ties_torque)
     branch_power = {m: t * speed[m] + 0.0 for m, t in branch_torque.items()}
     power = {m: t * speed[m] + 0.0 for m, t in outside.items()}  # no −0
     stage_of: dict[str, str] = {m: m.stage for m in members.names}
@@ -342,11 +337,11 @@ def power_flow(case: Case) -> PowerFlow:
     )
 
 
-def _speeds(members: Members, ties: Array, stated: Array) -> Array:
+def _speeds(members: Members, stated: Array) -> Array:
     """Speeds (members, …) from those (F, …) of the ports of given speed."""
     driven = [p for p in members.ports if p.speed is not None]
-    matrix = np.vstack([ties, port_matrix(members, driven)])
-    right = np.concatenate([np.zeros((len(ties), *stated.shape[1:])), stated])
+    matrix = np.vstack([members.tie_rows, members.port_rows(driven)])
+    right = np.concatenate([np.zeros((len(members.ties), *stated.shape[1:])), stated])
     speeds = np.linalg.solve(matrix, right)
     return np.where(abs(speeds) > NOISE * abs(speeds).max(), speeds, 0.0)
 
@@ -359,9 +354,8 @@ def speed_ratios(case: Case) -> dict[str, Array]:
     """
     members = members_of(case)
     require_speeds(members, require_free_ties(members))
-    ties = tie_matrix(members, members.ties)
     count = sum(p.speed is not None for p in members.ports)
-    ratios = _speeds(members, ties, np.eye(count))
+    ratios = _speeds(members, np.eye(count))
     of = dict(zip(map(str, members.names), ratios, strict=True))
     for stage in case.stages:
         if stage.ring is not None and stage.planet is not None:
@@ -371,7 +365,7 @@ def speed_ratios(case: Case) -> dict[str, Array]:
     return of
 
 
-def _torques(members: Members, ties: Array) -> tuple[dict[str, float], Array]:
+def _torques(members: Members) -> tuple[dict[str, float], Array]:
     """Torques from outside by member, and λ of every tie."""
     unknown = [p for p in members.ports if p.torque is None]
     stated = {p.member: p.torque for p in members.ports if p.torque is not None}
@@ -379,12 +373,14 @@ def _torques(members: Members, ties: Array) -> tuple[dict[str, float], Array]:
     for torques in (stated, members.loads):
         for member, value in torques.items():
             right[members.names.index(member)] -= value
-    matrix = np.vstack([ties, port_matrix(members, unknown)]).T
+    matrix = np.vstack([members.tie_rows, members.port_rows(unknown)]).T
     solution = np.asarray(np.linalg.solve(matrix, right), dtype=np.float64)
-    ties_torque = solution[: len(ties)]
+    ties_torque = solution[: len(members.ties)]
     outside = dict.fromkeys([p.member for p in members.ports], 0.0)
     outside |= stated
-    outside |= {p.member: float(t) for p, t in zip(unknown, solution[len(ties) :], strict=True)}
+    outside |= {
+        p.member: float(t) for p, t in zip(unknown, solution[len(members.ties) :], strict=True)
+    }
     for tie, value in zip(members.ties, ties_torque, strict=True):
         if tie.kind == "held":
             outside[tie.name] = outside.get(tie.name, 0.0) + float(value)
@@ -393,8 +389,8 @@ def _torques(members: Members, ties: Array) -> tuple[dict[str, float], Array]:
     return outside, ties_torque
 
 
-def _branch_torques(members: Members, ties: Array, ties_torque: Array) -> dict[str, float]:
+def _branch_torques(members: Members, ties_torque: Array) -> dict[str, float]:
     """Torque by the rest of the train on each member: against what its stage does, N m."""
     stage_rows = [k for k, tie in enumerate(members.ties) if tie.kind == "stage"]
-    torques = -ties[stage_rows].T @ ties_torque[stage_rows] + 0.0
+    torques = -members.tie_rows[stage_rows].T @ ties_torque[stage_rows] + 0.0
     return dict(zip(members.names, torques.tolist(), strict=True))

@@ -14,6 +14,7 @@ A parallel stage has its pinion in the sun's roles and its gear in the planet's.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -36,41 +37,39 @@ SAME_DISTANCE = 5e-4  # modules that two centre distances may differ by
 
 @dataclass(frozen=True)
 class StageRadii:
-    """Base and reference radii (m), centre distance (m), transverse angles (rad) of a stage.
+    """Radii (m) and transverse angles (rad) of a stage.
 
-    sun_angle, ring_angle: working, of each gear mesh; transverse_angle: α_t at the reference
-    circles. A parallel stage has no ring: its radii and angle are 0.
+    base, reference: radii of "sun", "planet" and "ring"; working_angles: of the gear meshes "sun"
+    and "ring"; center_distance: m; transverse_angle: α_t at the reference circles;
+    base_helix_angle: β_b. A parallel stage has no ring.
     """
 
-    sun: float
-    planet: float
-    ring: float
+    base: Mapping[str, float]
+    reference: Mapping[str, float]
+    working_angles: Mapping[str, float]
     center_distance: float
-    sun_angle: float
-    ring_angle: float
     transverse_angle: float
     base_helix_angle: float
-    sun_reference: float
-    planet_reference: float
-    ring_reference: float
 
-    def distance_of_circles(self, role: str) -> float:
-        """Centre distance at which the base circles of a gear mesh ("sun" or "ring") have its
-        working angle, (r_b1 ± r_b2)/cos α_w; m. That of the stage but for overridden radii."""
-        if role == "ring":
-            return (self.ring - self.planet) / math.cos(self.ring_angle)
-        return (self.sun + self.planet) / math.cos(self.sun_angle)
+    def rotation_radius(self, member: str) -> float:
+        """r of u = r θ of a member: base radius of a gear, centre distance of a carrier, m."""
+        return self.center_distance if member == "carrier" else self.base[role_of(member)]
+
+
+def role_of(member: str) -> str:
+    """Role of a gear: a pinion has the sun's, its mate the planet's."""
+    return {"pinion": "sun", "gear": "planet"}.get(member, member)
+
+
+def base_arm(base: Mapping[str, float], role: str) -> float:
+    """r_b1 ± r_b2 of the planet and "sun" or "ring" (−), m."""
+    return base["ring"] - base["planet"] if role == "ring" else base[role] + base["planet"]
 
 
 def gears_by_role(stage: Stage) -> dict[str, MatedGear | PlanetGear]:
     """Gears by "sun", "planet", "ring"; of a parallel stage pinion and gear in the first two."""
-    names = ("sun", "planet", "ring") if stage.kind == "planetary" else ("pinion", "gear")
-    gears = {}
-    for role, name in zip(ROLES, names, strict=False):
-        gear = getattr(stage, name)
-        assert gear is not None  # the model refuses a stage that lacks a gear
-        gears[role] = gear
-    return gears
+    names = ROLES if stage.kind == "planetary" else ("pinion", "gear")
+    return {role: getattr(stage, name) for role, name in zip(ROLES, names, strict=False)}
 
 
 def is_overridden(stage: Stage) -> bool:
@@ -82,31 +81,24 @@ def is_overridden(stage: Stage) -> bool:
 
 def stage_radii(view: StageView) -> StageRadii:
     """Radii and angles of a stage. InputError for gears that cannot mesh at their distance."""
-    stage = view.stage
-    reference, base = dict.fromkeys(ROLES, 0.0), dict.fromkeys(ROLES, 0.0)
+    stage, gears = view.stage, gears_by_role(view.stage)
     cos = math.cos(transverse_angle(stage))
-    for role, gear in gears_by_role(stage).items():
-        reference[role], base_diameter = reference_radius(gear.teeth, stage), gear.base_diameter
-        base[role] = reference[role] * cos if base_diameter is None else base_diameter / 2
-    arms = {"sun": base["sun"] + base["planet"]}
-    if stage.kind == "planetary":
-        arms["ring"] = base["ring"] - base["planet"]
+    reference = {role: reference_radius(gear.teeth, stage) for role, gear in gears.items()}
+    base = {
+        role: reference[role] * cos if gear.base_diameter is None else gear.base_diameter / 2
+        for role, gear in gears.items()
+    }
+    arms = {role: base_arm(base, role) for role in gears if role != "planet"}
     distance = stage.center_distance
     if distance is None:
         distance = _derived_distance(view, arms)
-    angles = {role: _working_angle(view, role, arm, distance) for role, arm in arms.items()}
     return StageRadii(
-        sun=base["sun"],
-        planet=base["planet"],
-        ring=base["ring"],
+        base=base,
+        reference=reference,
+        working_angles={role: _working_angle(view, role, arms[role], distance) for role in arms},
         center_distance=distance,
-        sun_angle=angles["sun"],
-        ring_angle=angles.get("ring", 0.0),
         transverse_angle=transverse_angle(stage),
         base_helix_angle=base_helix_angle(stage),
-        sun_reference=reference["sun"],
-        planet_reference=reference["planet"],
-        ring_reference=reference["ring"],
     )
 
 

@@ -195,7 +195,7 @@ def stage_report(view: StageView, forces: Mapping[str, float]) -> Report:
     g, paths, stage = stage_geometry(view), stage_paths(view, forces), view.stage
     report: Report = {"assembly": _assembly(view, g)}
     for role, gear in g.gears.items():
-        report[view.part(role)] = _gear(gear, getattr(g.radii, role))
+        report[view.part(role)] = _gear(gear, g.base[role])
     side = "left" if stage.double_helical else ""
     stresses = stage_root_stress(view, g, forces)
     errors = stage_errors(view, paths) if view.gear_mesh.contact_law == "one-sided" else {}
@@ -222,7 +222,7 @@ def stage_report(view: StageView, forces: Mapping[str, float]) -> Report:
 
 def _assembly(view: StageView, g: StageGeometry) -> dict[str, Any]:
     stage = view.stage
-    rows: dict[str, Any] = {"center_distance_mm": 1e3 * g.radii.center_distance}
+    rows: dict[str, Any] = {"center_distance_mm": 1e3 * g.center_distance}
     if stage.kind == "planetary":
         misfit = assembly_misfit(view, g)
         rows = {
@@ -234,8 +234,8 @@ def _assembly(view: StageView, g: StageGeometry) -> dict[str, Any]:
         }
         if math.isfinite(g.planet_clearance):
             rows["planet_clearance_mm"] = 1e3 * g.planet_clearance
-    rows["transverse_pressure_angle_deg"] = math.degrees(g.radii.transverse_angle)
-    rows["base_helix_angle_deg"] = math.degrees(g.radii.base_helix_angle)
+    rows["transverse_pressure_angle_deg"] = math.degrees(g.transverse_angle)
+    rows["base_helix_angle_deg"] = math.degrees(g.base_helix_angle)
     if stage.double_helical:
         rows["halves"] = 2
         rows["face_width_of_a_half_mm"] = 1e3 * stage.face_width

@@ -17,7 +17,7 @@ whichever of the three is held.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from flexgear.gears.implausible import NOTHING, proud_of_tip
@@ -43,22 +43,22 @@ ROOTS = ((1.25, 0.38), (1.4, 0.39))  # dedendum and tool's tip of a ring: ISO 53
 
 
 @dataclass(frozen=True)
-class ToothNumbers:
-    """Teeth and profile shifts of sun, planet, ring; ring_addendum: over the module, 1 or less
-    where its tip must clear the planets' root; ring_dedendum, ring_fillet: likewise, deeper where
-    the planets' tips must clear its root; distance: between centres, in normal modules."""
+class GearSet:
+    """Gears by "sun", "planet" and "ring", their teeth of one module, and the distance between
+    centres in normal modules. The ring's addendum is below 1 where its tip must clear the planets'
+    root, its dedendum deeper where the planets' tips must clear its root."""
 
-    sun: int
-    planet: int
-    ring: int
-    shifts: tuple[float, float, float]
-    ring_addendum: float
-    ring_dedendum: float
-    ring_fillet: float
+    gears: Mapping[str, Gear]
+    teeth: Mapping[str, ToothGeometry]
     distance: float
 
+    @property
+    def pinion(self) -> int:
+        """Teeth of the smaller of sun and planet."""
+        return min(self.gears["sun"].teeth, self.gears["planet"].teeth)
 
-def tooth_numbers(basic_ratio: float, planets: int, helix: float) -> Iterator[ToothNumbers]:
+
+def tooth_numbers(basic_ratio: float, planets: int, helix: float) -> Iterator[GearSet]:
     """Those that mesh and assemble for z_r/z_s about ``basic_ratio``, the best first: an exact
     ratio, teeth that meet all others (no common divisor), a pinion of usual size, room between
     planets."""
@@ -95,7 +95,7 @@ def _cost(wrong: float, sun: int, planet: int, ring: int) -> float:
     return inexact + divisors + abs(min(sun, planet) - USUAL_PINION) / 10
 
 
-def _meshing(sun: int, planet: int, ring: int, helix: float) -> ToothNumbers | None:
+def _meshing(sun: int, planet: int, ring: int, helix: float) -> GearSet | None:
     """With shifts and addendum; None where teeth interfere, are too thin or hardly overlap."""
     rack = PlainRack(1.0, PRESSURE_ANGLE, helix)  # ISO 53 profile A of one module
     alpha, cosine = transverse_angle(rack), math.cos(helix)
@@ -104,32 +104,30 @@ def _meshing(sun: int, planet: int, ring: int, helix: float) -> ToothNumbers | N
     total = (involute(working) - involute(alpha)) * (sun + planet)
     total /= 2 * math.tan(PRESSURE_ANGLE)
     x_sun, x_planet = _shares(sun, planet, total)
-    shifts = (x_sun, x_planet, round(-x_planet, 4) + 0.0)
-    wheels = {
+    gears = {
         "sun": Gear(teeth=sun, profile_shift=x_sun),
         "planet": Gear(teeth=planet, profile_shift=x_planet),
     }
-    external = {name: tooth_geometry(gear, rack) for name, gear in wheels.items()}
+    teeth = {role: tooth_geometry(gear, rack) for role, gear in gears.items()}
     addendum = _ring_addendum(planet, ring, x_planet, rack)
-    thinnest = min(tooth.thickness_at(tooth.tip_radius) for tooth in external.values())
+    thinnest = min(tooth.thickness_at(tooth.tip_radius) for tooth in teeth.values())
     if addendum < LEAST_ADDENDUM or thinnest * cosine < LEAST_TIP:
         return None
-    body = external["planet"]
+    inner, body = teeth["sun"], teeth["planet"]
     for dedendum, fillet in ROOTS:
-        gear = Gear(
-            teeth=ring, profile_shift=shifts[2], addendum=addendum, dedendum=dedendum,
-            root_fillet=fillet,
+        gears["ring"] = Gear(
+            teeth=ring, profile_shift=round(-x_planet, 4) + 0.0, addendum=addendum,
+            dedendum=dedendum, root_fillet=fillet,
         )  # fmt: skip
-        hollow = tooth_geometry(gear, rack, internal=True)
+        hollow = teeth["ring"] = tooth_geometry(gears["ring"], rack, internal=True)
         if _is_clear(hollow, body, alpha):
             break
-    ratios = [_ratio(body, external["sun"], working), _ratio(body, hollow, alpha)]
+    ratios = [_ratio(body, inner, working), _ratio(body, hollow, alpha)]
     if min(ratios) < LEAST_RATIO or body.interferes_with(hollow, alpha):
         return None
-    pairs = ((body, external["sun"], working), (external["sun"], body, working))
-    if not all(_is_clear(*pair) for pair in (*pairs, (body, hollow, alpha), (hollow, body, alpha))):
-        return None
-    return ToothNumbers(sun, planet, ring, shifts, addendum, dedendum, fillet, distance)
+    pairs = ((body, inner, working), (inner, body, working), (body, hollow, alpha),
+             (hollow, body, alpha))  # fmt: skip
+    return GearSet(gears, teeth, distance) if all(_is_clear(*p) for p in pairs) else None
 
 
 def _is_clear(tooth: ToothGeometry, mate: ToothGeometry, angle: float) -> bool:
@@ -240,17 +238,17 @@ class StageRequest:
 
 @dataclass(frozen=True)
 class Proposal:
-    """Teeth and shifts; normal module and face width (of a half of a double-helical stage), m."""
+    """Gears; normal module and face width (of a half of a double-helical stage), m."""
 
     request: StageRequest
-    teeth: ToothNumbers
+    gear_set: GearSet
     module: float
     face_width: float
 
     @property
     def basic_ratio(self) -> float:
         """z_r/z_s."""
-        return self.teeth.ring / self.teeth.sun
+        return self.gear_set.gears["ring"].teeth / self.gear_set.gears["sun"].teeth
 
     @property
     def ratio(self) -> float:
@@ -258,34 +256,23 @@ class Proposal:
         return self.request.kind.ratio(self.basic_ratio)
 
     @property
-    def transverse_module(self) -> float:
-        """m."""
-        return self.module / math.cos(self.request.helix)
-
-    @property
     def center_distance(self) -> float:
         """m."""
-        return self.teeth.distance * self.module
+        return self.gear_set.distance * self.module
 
     @property
     def planet_tip_radius(self) -> float:
         """Tip radius of a planet, m."""
-        height = (1 + self.teeth.shifts[1]) * self.module
-        return 0.5 * self.teeth.planet * self.transverse_module + height
+        return self.module * self.gear_set.teeth["planet"].tip_radius
 
     def root_diameter(self, role: str) -> float:
         """Of "sun", "planet" or "ring", m."""
-        which = ("sun", "planet", "ring").index(role)
-        teeth = (self.teeth.sun, self.teeth.planet, self.teeth.ring)[which]
-        dedendum = self.teeth.ring_dedendum if role == "ring" else 1.25
-        depth = 2 * (dedendum - self.teeth.shifts[which]) * self.module
-        return teeth * self.transverse_module + (depth if role == "ring" else -depth)
+        return 2 * self.module * self.gear_set.teeth[role].root_radius
 
     @property
     def ring_tip_diameter(self) -> float:
         """m."""
-        height = (self.teeth.ring_addendum + self.teeth.shifts[2]) * self.module
-        return self.teeth.ring * self.transverse_module - 2 * height
+        return 2 * self.module * self.gear_set.teeth["ring"].tip_radius
 
     @property
     def half_gap(self) -> float:
@@ -325,9 +312,9 @@ def proposals(request: StageRequest) -> Iterator[Proposal]:
     are none."""
     _require_possible(request)
     basic, last = request.kind.basic_ratio(request.ratio), None
-    for teeth in tooth_numbers(basic, request.planets, request.helix):
+    for gear_set in tooth_numbers(basic, request.planets, request.helix):
         try:
-            yield Proposal(request, teeth, *_size(request, teeth))
+            yield Proposal(request, gear_set, *_size(request, gear_set))
         except InputError as error:
             last = error
     raise last or InputError(
@@ -371,11 +358,11 @@ def _require_possible(request: StageRequest) -> None:
             raise InputError("new", key, f"{value:g} is not from {low:.4g} to {high:.4g}", remedy)
 
 
-def _size(request: StageRequest, teeth: ToothNumbers) -> tuple[float, float]:
+def _size(request: StageRequest, gear_set: GearSet) -> tuple[float, float]:
     """Module and face width, m: the smallest module whose face is not too wide for its pinion."""
     for module in MODULES if request.module is None else (request.module * 1e3,):
-        pinion = min(teeth.sun, teeth.planet) * module / math.cos(request.helix)
-        width, widest = _width(request, teeth, module), max(WIDTH * pinion, NARROWEST * module)
+        pinion = gear_set.pinion * module / math.cos(request.helix)
+        width, widest = _width(request, gear_set, module), max(WIDTH * pinion, NARROWEST * module)
         if width <= widest:
             step = 1.0 if width > 10 else 0.1
             return module * 1e-3, math.ceil(width / step - 1e-9) * step * 1e-3
@@ -388,12 +375,13 @@ def _size(request: StageRequest, teeth: ToothNumbers) -> tuple[float, float]:
     )  # fmt: skip
 
 
-def _width(request: StageRequest, teeth: ToothNumbers, module: float) -> float:
+def _width(request: StageRequest, gear_set: GearSet, module: float) -> float:
     """Face width, mm, that carries flank and root and is not narrower than six modules."""
-    pinion, wheel = sorted((teeth.sun, teeth.planet))
+    sun, planet, ring = (gear_set.gears[role].teeth for role in ("sun", "planet", "ring"))
+    pinion, wheel = sorted((sun, planet))
     u, shares = wheel / pinion, request.planets * request.halves
-    sun = request.kind.sun_torque(request.torque, teeth.ring / teeth.sun)
-    torque = FACTOR * sun / shares * 1e3 * pinion / teeth.sun
+    torque = request.kind.sun_torque(request.torque, ring / sun)
+    torque *= FACTOR / shares * 1e3 * pinion / sun
     diameter = module * pinion / math.cos(request.helix)
     force = 2 * torque / diameter
     flank = force * (u + 1) / u / (diameter * FLANK)

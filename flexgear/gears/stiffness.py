@@ -47,6 +47,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import numpy as np
+import scipy  # which loads its parts as they are named
 
 from flexgear.arrays import Array
 from flexgear.gears.geometry import PER_PAIR_MODELS, StageGeometry
@@ -106,36 +107,20 @@ def pair_stiffness(
         return np.where(inside, 2 * half_face * law(np.clip(xi, 0, 1)), 0.0), np.zeros_like(s)
     places = np.linspace(0.0, 1.0, grid)
     dense = law(places)
-    first, second = _running(places, dense)
+    x, value, rise = places[:-1], dense[:-1], np.diff(dense) / np.diff(places)
     low = np.clip((s - abs(slope) * half_face - s_lo) / length, 0, 1)
     high = np.clip((s + abs(slope) * half_face - s_lo) / length, 0, 1)
-    area = _at(places, dense, first, high) - _at(places, dense, first, low)
-    moment = _at(places, dense, second, high, 1) - _at(places, dense, second, low, 1)
+    # ∫ k' and ∫ k' ξ of a piecewise linear k', exactly
+    first, second = (
+        scipy.interpolate.PPoly(coefficients, places).antiderivative()
+        for coefficients in ([rise, value], [rise, value + rise * x, value * x])
+    )
+    area, moment = first(high) - first(low), second(high) - second(low)
     # z = (s_lo + ξ L − s)/t and dz = L dξ/|t|
     k = np.maximum(area, 0.0) * length / abs(slope)
-    centre = np.divide(moment, area, out=0.5 * (low + high), where=area > 1e-12 * first[-1])
+    centre = np.divide(moment, area, out=0.5 * (low + high), where=area > 1e-12 * first(1.0))
     z = np.clip((s_lo + centre * length - s) / slope, -half_face, half_face)
     return k, np.where(k > 0, z, 0.0)
-
-
-def _running(places: Array, values: Array) -> tuple[Array, Array]:
-    """∫ v dξ and ∫ v ξ dξ of a piecewise linear v at the grid points, exactly."""
-    h = np.diff(places)
-    a, b = values[:-1], values[1:]
-    x, y = places[:-1], places[1:]
-    flat = h * (a + b) / 2
-    moment = h * (a * (2 * x + y) + b * (x + 2 * y)) / 6
-    return np.concatenate([[0], np.cumsum(flat)]), np.concatenate([[0], np.cumsum(moment)])
-
-
-def _at(places: Array, values: Array, running: Array, xi: Array, power: int = 0) -> Array:
-    """Running integral at any ξ, exact for piecewise linear values."""
-    j = np.clip(np.searchsorted(places, xi, side="right") - 1, 0, len(places) - 2)
-    x, d = places[j], xi - places[j]
-    slope = (values[j + 1] - values[j]) / (places[j + 1] - places[j])
-    if power == 0:
-        return running[j] + d * (values[j] + 0.5 * slope * d)
-    return running[j] + d * (values[j] * x + 0.5 * d * (values[j] + slope * x) + slope * d * d / 3)
 
 
 SAMPLES = 1024

@@ -164,6 +164,6 @@ def bearing_stiffness(p: Proposal) -> float:
 def port_inertia(p: Proposal) -> float:
     """Polar inertia at the slow member whose energy is the rated power of 0.05 s, but at most that
     of a hundred steel discs as large as the ring, kg m²."""
-    radius = 0.5 * p.teeth.ring * p.transverse_module
+    radius = p.module * p.gear_set.teeth["ring"].reference_radius
     disc = 0.5 * math.pi * DENSITY * p.gear_width * radius**4
     return min(2 * SECONDS * p.request.torque / p.request.speed, 100 * disc)

@@ -39,6 +39,7 @@ involute at t_end. Curvature is dτ/ds with the angle τ between tangent and mid
 
 from __future__ import annotations
 
+import cmath
 import math
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
@@ -121,15 +122,10 @@ class RackTool:
     @cached_property
     def profile(self) -> Profile:
         """In the normal section."""
-        alpha, rho, spr = self.pressure_angle, self.tip_radius, self.protuberance
-        down = self.depth - rho
-        beside = self.half_tooth - down * math.tan(alpha) + (spr - rho) / math.cos(alpha)
-        slope = self.protuberance_angle if spr > 0.0 else alpha
-        # from where the rounding ends the finished flank is ``free`` away along its normal
-        free = spr - rho * (1.0 - math.cos(alpha - slope))
-        ramp = max(free, 0.0) / math.sin(alpha - slope) if alpha > slope else 0.0
-        return Profile(
-            complex(down, beside), rho, 0.0, math.pi / 2 - slope, RAMP * ramp if spr > 0.0 else 0.0
+        alpha, down = self.pressure_angle, self.depth - self.tip_radius
+        normal = (self.protuberance - self.tip_radius) / math.cos(alpha)
+        return _profile(
+            self, complex(down, self.half_tooth - down * math.tan(alpha) + normal), alpha
         )
 
     @property
@@ -175,19 +171,13 @@ class CutterTool:
     @cached_property
     def profile(self) -> Profile:
         """Parallels of an involute are involutes of the same base circle."""
-        base, rho, spr = self.base_radius, self.tip_radius, self.protuberance
-        radius = self.tip_circle - rho
+        base, radius = self.base_radius, self.tip_circle - self.tip_radius
         roll = math.sqrt(max(radius**2 - base**2, 0.0))
-        angle = self.base_half_angle - (roll / base - math.atan2(roll, base)) + (spr - rho) / base
-        centre = radius * complex(math.cos(angle), math.sin(angle))
+        angle = self.base_half_angle - (roll / base - math.atan2(roll, base))
+        angle += (self.protuberance - self.tip_radius) / base
         # the flank's normal at the rounding touches the base circle
-        flank = angle + math.atan2(base, roll)
-        slope = self.protuberance_angle if spr > 0.0 else math.pi / 2 - flank
-        free = spr - rho * (1.0 - math.cos(math.pi / 2 - flank - slope))
-        ramp = 0.0
-        if spr > 0.0 and math.pi / 2 - slope > flank:
-            ramp = RAMP * max(free, 0.0) / math.sin(math.pi / 2 - slope - flank)
-        return Profile(centre, rho, angle, math.pi / 2 - slope, ramp)
+        alpha = math.pi / 2 - angle - math.atan2(base, roll)
+        return _profile(self, cmath.rect(radius, angle), alpha, angle)
 
     def working_angle(self, gear_base_radius: float) -> float:
         """α_0, cos α_0 = (r_b ± r_b0)/a_0, rad."""
@@ -228,6 +218,20 @@ class CutterTool:
 
 
 GeneratingTool = RackTool | CutterTool
+
+
+def _profile(
+    tool: GeneratingTool, centre: complex, flank_angle: float, first: float = 0.0
+) -> Profile:
+    """Rounding about ``centre`` from ψ_0 = ``first`` on; flank_angle: between the finished flank
+    and the middle line where the rounding meets it, rad."""
+    rho, spr = tool.tip_radius, tool.protuberance
+    slope, ramp = (tool.protuberance_angle if spr > 0.0 else flank_angle), 0.0
+    if flank_angle > slope:
+        # from where the rounding ends the finished flank is ``free`` away along its normal
+        free = spr - rho * (1.0 - math.cos(flank_angle - slope))
+        ramp = RAMP * max(free, 0.0) / math.sin(flank_angle - slope)
+    return Profile(centre, rho, first, math.pi / 2 - slope, ramp)
 
 
 def rounded(tool: GeneratingTool, tip_radius: float) -> GeneratingTool | None:

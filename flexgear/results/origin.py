@@ -18,7 +18,6 @@ from typing import Any
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
 from flexgear.model.input_file import MOST_CASE, read_text, require_regular
-from flexgear.model.stage_view import StageView
 
 _MOST = 1 << 40  # bytes of a dataset, of which only the attributes are read
 _REPORT = re.compile(r'<meta name="flexgear-case" content="([^"]*)">')
@@ -43,7 +42,7 @@ class Origin:
         return len(files) == 2 and files[0] == files[1]
 
 
-def origin_of_case(case: StageView | Case, result: str = "") -> Origin:
+def origin_of_case(case: Case, result: str = "") -> Origin:
     """What results of a case will say."""
     return Origin(case.name, case.source, result)
 

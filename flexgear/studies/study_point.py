@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 import xarray as xr
 
-from flexgear.gears.errors import TrainTurn, error_cycle
+from flexgear.gears.error_cycle import TrainTurn, error_cycle
 from flexgear.gears.power_flow import PowerFlow, power_flow
 from flexgear.model.case import Case
 from flexgear.model.errors import FlexgearError

@@ -137,8 +137,8 @@ def teeth_that_assemble(draw):
 def test_a_ratio_that_tooth_numbers_have_is_met(teeth):
     """4.2 = 1 + 64/20 and all others: an exact ratio comes before one that is nearly so."""
     sun, ring, planets = teeth
-    found = next(tooth_numbers(ring / sun, planets, 0.0))
-    assert found.ring / found.sun == pytest.approx(ring / sun, rel=1e-9)
+    found = next(tooth_numbers(ring / sun, planets, 0.0)).gears
+    assert found["ring"].teeth / found["sun"].teeth == pytest.approx(ring / sun, rel=1e-9)
 
 
 def test_bolts_are_of_usual_number_and_fit_in_the_rim():

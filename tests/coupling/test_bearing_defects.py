@@ -145,8 +145,11 @@ def test_motion_of_a_run_has_the_lines_of_the_bearing(tmp_path):
         ("tooth = 3\n", {}, "has no place in the kind outer_race"),
         ("", {"faults.0.kind": '"outer"'}, "faults.0.kind"),
         ("", {"stage.planet_bearing.elements": None}, "has no elements"),
-        ("", {"stage.planet_bearing.rollers": None},
-         r"faults\[0\].bearing: planet_bearing of stage has no rollers -- add planet_bearing.rol"),
+        (
+            "",
+            {"stage.planet_bearing.rollers": None},
+            r"faults\[0\].bearing: planet_bearing of stage has no rollers -- add planet_bearing.rol",
+        ),
     ],
 )
 def test_defects_that_cannot_be(tmp_path, more, keys, message):

@@ -37,6 +37,10 @@ class Gear:
     helix_angle: float = 0.0
     tool: PlainTool = PLAIN_TOOL
 
+    def model_copy(self, *, update: dict[str, object]) -> Gear:
+        """As gears of a case are changed."""
+        return replace(self, **update)  # type: ignore[arg-type]
+
     def tooth(self, internal: bool = False, **changes: object) -> ToothGeometry:
         """Of this gear, or of one with some numbers changed."""
         gear = replace(self, **changes)  # type: ignore[arg-type]

@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from flexgear.gears.errors import (
+from flexgear.gears.error_cycle import (
     HORIZON,
     ErrorCycle,
     TrainTurn,
@@ -42,16 +42,6 @@ def parallel(pinion, gear):
     return SimpleNamespace(
         kind="parallel", pinion=SimpleNamespace(teeth=pinion), gear=SimpleNamespace(teeth=gear)
     )
-
-
-@given(sun=TEETH, planet=TEETH, ring=st.integers(15, 30))
-def test_least_number_of_gear_mesh_cycles_until_every_tooth_meets_its_like(sun, planet, ring):
-    cycle = error_cycle(planetary(sun, planet, ring))
-    first = next(
-        n for n in range(1, sun * planet * ring + 1) if n % sun == n % planet == n % ring == 0
-    )
-    assert cycle.gear_meshes == first
-    assert cycle.turns == Fraction(first, ring)
 
 
 @given(sun=TEETH, planet=TEETH, ring=st.integers(15, 30), turns=st.fractions(-3, 3))

@@ -13,8 +13,6 @@ from gears.stages import (
     planetary,
     seen,
 )
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from flexgear.gears.errors import stage_errors, stage_turns
 from flexgear.gears.geometry import stage_geometry
@@ -38,10 +36,6 @@ def body_error(errors, i, theta, carrier=None):
 
 def turned(size, angle):
     return size * np.array([math.cos(angle), math.sin(angle)])
-
-
-def normal_of(path):
-    return path.normal_xy * path.cos_base_helix
 
 
 # ------------------------------------------------------------------------- against real flanks
@@ -69,9 +63,9 @@ class DisplacedFlanks:
         s = path.s0[i] + path.rate * theta
         s += path.base_pitch * round((0.5 * (path.s_lo + path.s_hi) - s) / path.base_pitch)
         c = np.array([*(path.tangent_point - s * path.normal_xy), 0.0])
-        centre = np.array([-self.g.radii.center_distance, 0.0])
+        centre = np.array([-self.g.center_distance, 0.0])
         at, body, planet = (
-            self.g.radii.transverse_angle,
+            self.g.transverse_angle,
             self.g.gears[self.slot],
             self.g.gears["planet"],
         )
@@ -151,48 +145,6 @@ def test_displaced_pins_and_carrier_displace_the_planets_flanks(kind):
 
 
 # ------------------------------------------------------------------------------- exact identities
-def row(path, stage, i, gear, planet):
-    """N·(u_gear − u_planet): gear's displacement in the stage's frame, planet's in its own axes."""
-    phi = stage.planet_angles[i]
-    c, s = math.cos(phi), math.sin(phi)
-    mine = np.array([c * gear[0] + s * gear[1], -s * gear[0] + c * gear[1]])
-    return float(normal_of(path) @ (mine - planet))
-
-
-@settings(max_examples=40, deadline=None)
-@given(
-    size=st.floats(0, 1e-3), phase=st.floats(-7, 7), theta=st.floats(-20, 20),
-    carrier=st.floats(-20, 20), double=st.booleans(),
-)  # fmt: skip
-def test_every_body_error_is_the_row_of_displacing_a_perfect_body(
-    size, phase, theta, carrier, double
-):
-    """To 1e-12 of the error: sun and ring by their vector turned in the carrier, ring in space,
-    planets in their axes; every flank, both halves."""
-
-    def named(part):
-        return {f"{part}_eccentricity": size, f"{part}_eccentricity_phase": phase}
-
-    offset = {"ring_offset": size, "ring_offset_phase": phase}
-    planets = {"planet_eccentricity": (size,), "planet_eccentricity_phase": (phase,)}
-    # errors; which gear moves and where to in the carrier; where planet i moves in its own axes
-    moves = [
-        (named("sun"), "sun", phase + 84 / 24 * theta, None),
-        (named("ring"), "ring", phase - theta, None),
-        (offset, "ring", phase - carrier, None),
-        (planets, None, 0.0, [phase - 84 / 30 * theta] * 3),
-        (named("carrier"), None, 0.0, [phase - 2 * math.pi * i / 3 for i in range(3)]),
-    ]
-    for given_errors, gear, towards, places in moves:
-        stage = helical(double_helical=double, errors=given_errors)
-        errors, paths = errors_and_paths(stage)
-        for key, path in paths.items():
-            moved = turned(size, towards) if gear and key[0].startswith(gear) else np.zeros(2)
-            for i in range(3):
-                planet = np.zeros(2) if places is None else turned(size, places[i])
-                expected = row(path, stage, i, moved, planet)
-                found = body_error(errors[key], i, theta, carrier)
-                assert found == pytest.approx(expected, abs=1e-12 * max(size, UM))
 
 
 # ------------------------------------------------------------------------------- published formulas

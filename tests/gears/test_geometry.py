@@ -167,17 +167,22 @@ def test_positions_may_be_given_in_any_order_and_turn():
 DEG = math.pi / 180
 
 
+def distances(radii):
+    """Centre distances at which the base circles of sun and ring have their working angles."""
+    base, angles = radii.base, radii.working_angles
+    sun = (base["sun"] + base["planet"]) / math.cos(angles["sun"])
+    return sun, (base["ring"] - base["planet"]) / math.cos(angles["ring"])
+
+
 def test_radii_of_a_plain_stage_are_those_of_its_geometry():
     stage = planetary(helix_angle=12 * DEG, planet_hand="left")
     r, g = stage_radii(seen(stage)), stage_geometry(seen(stage))
-    assert (r.sun, r.planet, r.ring) == pytest.approx(
-        (g.sun.base_radius, g.planet.base_radius, g.ring.base_radius), rel=1e-15
-    )
+    assert r.base == pytest.approx({s: t.base_radius for s, t in g.gears.items()}, rel=1e-15)
     assert r.center_distance == g.center_distance == pytest.approx(0.27 / math.cos(12 * DEG))
-    assert (r.sun_angle, r.ring_angle) == (g.sun_mesh.working_angle, g.ring_mesh.working_angle)
+    assert r.working_angles == {s: mesh.working_angle for s, mesh in g.gear_meshes.items()}
     assert r.base_helix_angle == g.base_helix_angle
     assert r.transverse_angle == g.transverse_angle
-    assert r.ring_reference - r.planet_reference == pytest.approx(r.center_distance)
+    assert r.reference["ring"] - r.reference["planet"] == pytest.approx(r.center_distance)
 
 
 def test_printed_working_angles_give_the_printed_centre_distance():
@@ -195,27 +200,28 @@ def test_printed_working_angles_give_the_printed_centre_distance():
         )  # fmt: skip
         r = stage_radii(seen(stage))
         assert r.center_distance == pytest.approx(distance, rel=1e-3)
-        assert r.center_distance * math.cos(r.sun_angle) == pytest.approx(r.sun + r.planet)
+        first, other = distances(r)
+        assert first == pytest.approx(r.center_distance)
         # the angles are printed with two decimals: both gear meshes agree to a hundredth of a mm
-        other = (r.ring - r.planet) / math.cos(r.ring_angle)
         assert other == pytest.approx(r.center_distance, abs=1.5e-5)
 
 
 def test_printed_radii_that_contradict_one_another_are_taken_as_they_are():
     r = stage_radii(seen(lin_parker()))
-    assert (r.sun, r.planet, r.ring) == (0.03871, 0.050175, 0.137515)
+    assert r.base == {"sun": 0.03871, "planet": 0.050175, "ring": 0.137515}
     assert r.center_distance == 0.0884
-    assert r.sun_angle == r.ring_angle == 24.6 * DEG
-    assert abs(r.sun + r.planet - r.center_distance * math.cos(r.sun_angle)) > 5e-3
+    assert r.working_angles == {"sun": 24.6 * DEG, "ring": 24.6 * DEG}
+    assert abs(distances(r)[0] - r.center_distance) > 5e-3
 
 
 def test_one_given_angle_leaves_the_other_to_the_centre_distance():
     stage = planetary(sun_pressure_angle=22 * DEG)
     r = stage_radii(seen(stage))
-    assert r.center_distance == pytest.approx((r.sun + r.planet) / math.cos(22 * DEG))
-    assert math.cos(r.ring_angle) == pytest.approx((r.ring - r.planet) / r.center_distance)
+    assert r.working_angles["sun"] == 22 * DEG
+    assert distances(r) == pytest.approx((r.center_distance, r.center_distance))
     both = stage_radii(seen(planetary(ring_pressure_angle=18 * DEG)))
-    assert both.center_distance == pytest.approx((r.ring - r.planet) / math.cos(18 * DEG))
+    assert both.working_angles["ring"] == 18 * DEG
+    assert distances(both) == pytest.approx((both.center_distance, both.center_distance))
 
 
 def test_a_parallel_stage_has_its_pinion_in_the_suns_place():
@@ -223,14 +229,14 @@ def test_a_parallel_stage_has_its_pinion_in_the_suns_place():
     stage = parallel()
     r = stage_radii(seen(stage))
     at = math.atan(math.tan(20 * DEG) / math.cos(10 * DEG))
-    assert r.sun_reference == pytest.approx(0.014 * 24 / 2 / math.cos(10 * DEG))
-    assert r.planet == pytest.approx(0.014 * 95 / 2 / math.cos(10 * DEG) * math.cos(at))
+    assert r.reference["sun"] == pytest.approx(0.014 * 24 / 2 / math.cos(10 * DEG))
+    assert r.base["planet"] == pytest.approx(0.014 * 95 / 2 / math.cos(10 * DEG) * math.cos(at))
     shift = 2 * math.tan(20 * DEG) * (0.48 + 0.669) / (24 + 95)
-    assert involute(r.sun_angle) == pytest.approx(involute(at) + shift)
+    assert involute(r.working_angles["sun"]) == pytest.approx(involute(at) + shift)
     assert r.center_distance == pytest.approx(0.861, abs=2e-4)  # printed for this gear pair
-    assert (r.ring, r.ring_angle, r.ring_reference) == (0.0, 0.0, 0.0)
     given = stage_radii(seen(parallel(center_distance=0.861)))
-    assert math.cos(given.sun_angle) == pytest.approx((r.sun + r.planet) / 0.861)
+    cosine = math.cos(given.working_angles["sun"])
+    assert cosine == pytest.approx((r.base["sun"] + r.base["planet"]) / 0.861)
 
 
 @pytest.mark.parametrize(

@@ -54,16 +54,6 @@ def test_law_of_a_slice():
     assert scale * force * np.log(limit / force) == pytest.approx(contact.approach(LOADS))
 
 
-@pytest.mark.parametrize("scale", [1e-3, 50.0])
-def test_similarity(scale):
-    """Lengths by L, moduli the same, line load by L: approach and half width by L."""
-    one = line_contact(STEEL, SOFT, 15e-3)
-    bodies = [replace(body, depth=body.depth * scale) for body in (STEEL, SOFT)]
-    two = line_contact(*bodies, 15e-3 * scale)
-    assert two.approach(LOADS * scale) == pytest.approx(scale * one.approach(LOADS), rel=1e-12)
-    assert two.half_width(LOADS * scale) == pytest.approx(scale * one.half_width(LOADS), rel=1e-12)
-
-
 @pytest.mark.parametrize("poisson", [0.0, 0.3, 0.45])
 def test_layer_is_hertz_pressure_on_a_bonded_layer(poisson):
     """Against the whole Fourier integral of Hertz's pressure, narrow against the layer."""

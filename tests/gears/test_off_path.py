@@ -125,37 +125,6 @@ def test_gap_is_what_a_gear_turns_until_outlines_meet(stages, name, kind):
 
 @EVERY
 @BOTH
-def test_gap_opens_quadratically_by_the_closed_form(stages, name, kind):
-    """No gap and no slope at the ends; the next term is of third order."""
-    _, paths = stages[name]
-    path = paths[kind]
-    assert not path.off_path.gap(np.linspace(path.s_lo, path.s_hi, 50)).any()
-    near = np.array([4e-3, 2e-3]) * path.base_pitch
-    for edge in (path.off_path.before, path.off_path.after):
-        ratio = edge.gap(near) / (edge.coefficient * near**2) - 1
-        assert np.abs(ratio).max() < 0.05
-        assert ratio[0] / ratio[1] == pytest.approx(2.0, rel=0.05)
-
-
-@BOTH
-def test_same_on_coast_flanks(stages, kind):
-    _, paths = stages["shifted"]
-    drive, coast = paths[kind].off_path, paths[f"{kind}_coast"].off_path
-    places = beyond(paths[kind], np.array([1e-3, 5e-3]))
-    assert (drive.gap(places) == coast.gap(places)).all()
-
-
-def test_nearly_conforming_flanks_open_slowly(stages):
-    _, paths = stages["standard"]
-    distance = np.array([0.05, 0.1]) * paths["sun"].base_pitch
-    gaps = {
-        kind: paths[kind].off_path.gap(beyond(paths[kind], distance)) for kind in ("ring", "sun")
-    }
-    assert (gaps["ring"] < 0.4 * gaps["sun"]).all()
-
-
-@EVERY
-@BOTH
 def test_span_ends_where_the_gap_is_the_approach(stages, name, kind):
     _, paths = stages[name]
     path, approach = paths[kind], 2e-5

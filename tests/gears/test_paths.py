@@ -45,10 +45,10 @@ def rolls(stage, path):
     relative to the frame that path and axes stand in."""
     g = stage_geometry(seen(stage))
     if stage.kind == "parallel":
-        return -g.radii.planet / g.radii.sun, 1.0
+        return -g.base["planet"] / g.base["sun"], 1.0
     if path.kind.startswith("ring"):
-        return -1.0, -g.radii.ring / g.radii.planet
-    return g.radii.ring / g.radii.sun, -g.radii.ring / g.radii.planet
+        return -1.0, -g.base["ring"] / g.base["planet"]
+    return g.base["ring"] / g.base["sun"], -g.base["ring"] / g.base["planet"]
 
 
 @pytest.mark.parametrize("stage", [planetary(), helical(), parallel()])
@@ -85,14 +85,12 @@ class ParallelBench:
         self.paths = {kind: p for (kind, _), p in paths_of(stage).items()}
         hand = 1.0 if stage.planet_hand == "right" else -1.0
         twist = hand * math.tan(stage.helix_angle)
-        r = self.g.radii
-        self.twist = {"sun": -twist / r.sun_reference, "planet": twist / r.planet_reference}
+        r = self.g.reference
+        self.twist = {"sun": -twist / r["sun"], "planet": twist / r["planet"]}
 
     def teeth(self, slot, first):
-        centre = (-self.g.radii.center_distance, 0.0) if slot == "sun" else (0.0, 0.0)
-        return Teeth(
-            self.g.gears[slot], self.g.radii.transverse_angle, self.twist[slot], first, centre
-        )
+        centre = (-self.g.center_distance, 0.0) if slot == "sun" else (0.0, 0.0)
+        return Teeth(self.g.gears[slot], self.g.transverse_angle, self.twist[slot], first, centre)
 
 
 # the pinion's drive flank faces +y at the gear, the gear's faces −y towards the pinion (found by
@@ -113,13 +111,13 @@ def test_flanks_of_pinion_and_gear_pass_through_the_contact(hand, play):
         * bench.teeth(slot, 0.0).locate(c, FRONT_PINION if slot == "sun" else FRONT_GEAR)
         for slot in ("sun", "planet")
     }  # fmt: skip
-    cos_bb = math.cos(bench.g.radii.base_helix_angle)
-    ratio = bench.g.radii.planet / bench.g.radii.sun
+    cos_bb = math.cos(bench.g.base_helix_angle)
+    ratio = bench.g.base["planet"] / bench.g.base["sun"]
     for theta in (0.0, 0.013, 0.9, -2.2):
         for path, sign in ((drive, 1), (coast, -1)):
             # on the coast flank the pinion has crossed the backlash, which thins its teeth there
             free = 0.0 if sign == 1 else path.backlash / cos_bb
-            turn = -free / bench.g.radii.sun
+            turn = -free / bench.g.base["sun"]
             gear = bench.teeth("planet", first["planet"] + theta)
             pinion = bench.teeth("sun", first["sun"] - ratio * theta + turn)
             if sign == -1:
@@ -178,10 +176,10 @@ def test_printed_values_equal_to_the_derived_ones_change_nothing():
     g = stage_geometry(seen(plain))
     printed = helical(
         gear_mesh={"model": "fourier"},
-        sun_pressure_angle=g.radii.sun_angle, ring_pressure_angle=g.radii.ring_angle,
-        sun={"teeth": 24, "base_diameter": 2 * g.radii.sun},
-        planet={"teeth": 30, "base_diameter": 2 * g.radii.planet},
-        ring={"teeth": 84, "base_diameter": 2 * g.radii.ring},
+        sun_pressure_angle=g.working_angles["sun"], ring_pressure_angle=g.working_angles["ring"],
+        sun={"teeth": 24, "base_diameter": 2 * g.base["sun"]},
+        planet={"teeth": 30, "base_diameter": 2 * g.base["planet"]},
+        ring={"teeth": 84, "base_diameter": 2 * g.base["ring"]},
     )  # fmt: skip
     a, b = paths_of(plain), paths_of(printed)
     for key in a:

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from gears.stages import (
     UNLOADED,
-    flexible_paths,
     helical,
     lin_parker,
     parallel,
@@ -21,7 +20,6 @@ from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.implausible import implausible
 from flexgear.gears.power_flow import power_flow
 from flexgear.gears.report import (
-    case_reports,
     friction_share,
     neglected_effects,
     pin_sag,
@@ -29,7 +27,6 @@ from flexgear.gears.report import (
     rim_rows,
     stage_report,
 )
-from flexgear.model.errors import InputError
 from flexgear.model.load import case_of_toml, load_case
 from flexgear.solve.model import assemble
 from flexgear.solve.static import static
@@ -95,31 +92,6 @@ def test_halves_are_said():
     assert rows["halves"] == 2
     assert rows["face_width_of_a_half_mm"] == pytest.approx(100)
     assert "planet_clearance_mm" not in rows
-
-
-def test_a_flexible_stage_tells_its_paths_stiffness():
-    case = load_case("wind-5mw").view()
-    report = stage_report(case, power_flow(case.case).stages[0].gear_mesh_forces)
-    peak = flexible_paths(case)["ring"].k_grid.max()
-    assert report["ring_gear_mesh"]["pair_stiffness_peak_n_per_m"] == peak
-
-
-@pytest.mark.parametrize(
-    "name", ["lin-parker", "double-rotor-5mw", "nrel-5mw", "herringbone", "pitch-drive"]
-)
-def test_bundled_trains_have_a_report_without_gaps(name):
-    train = load_case(name)
-    reports = case_reports(train)
-    text = json.dumps(reports, default=float, allow_nan=False)
-    assert len(text) > 500
-    assert all("assembly" in report for report in reports.values())
-    assert len(reports) == len(train.stages)
-
-
-def test_the_stage_that_does_not_assemble_is_named():
-    train = load_case("nrel-5mw", {"stages.stage_2.planet_positions_deg": "[0, 100, 240]"})
-    with pytest.raises(InputError, match=r"nrel-5mw: stages.stage_2.planets: .* do not assemble"):
-        case_reports(train)
 
 
 def test_a_ring_pressed_on_its_diameter_gives_way_as_timoshenko_says():

@@ -28,47 +28,6 @@ GEARS = [
 ]
 
 
-def cut_fillet(gear, turn):
-    """Point of the fillet, and its tangent's angle with the tooth's middle line, that a rack's tip
-    arc cuts when the gear stands turned by ``turn``: the normal at a point of contact passes
-    through the pitch point, wherever the arc is (law of gearing). No formula of ISO is used."""
-    m, a = gear.normal_module, gear.pressure_angle
-    r, rho = gear.teeth * m / 2, gear.root_fillet * m
-    depth = (gear.dedendum - gear.root_fillet - gear.profile_shift) * m
-    # the middle of a rack's space is that of the gear's tooth
-    flank = (gear.dedendum - gear.root_fillet) * m * math.tan(a) + rho / math.cos(a)
-    centre = np.array([r - depth, math.pi * m / 4 + flank + r * turn])
-    away = (centre - [r, 0.0]) / np.hypot(*(centre - [r, 0.0]))
-    point = centre + rho * away
-    c, s = math.cos(turn), math.sin(turn)
-    back = np.array([[c, s], [-s, c]])
-    return back @ point, back @ away
-
-
-@pytest.mark.parametrize("gear", GEARS)
-def test_the_section_is_where_30_degree_tangents_touch_the_fillet_that_a_rack_cuts(gear):
-    def off(turn):
-        _, normal = cut_fillet(gear, turn)
-        return math.atan2(abs(normal[0]), abs(normal[1])) - math.radians(30)
-
-    m = gear.normal_module
-    turns = np.linspace(-0.6, 0.0, 4000)
-    values = np.array([off(t) for t in turns])
-    last = np.nonzero(np.diff(np.sign(values)))[0]
-    sections = []
-    for i in last:
-        turn = brentq(off, turns[i], turns[i + 1], xtol=1e-15)
-        point, _ = cut_fillet(gear, turn)
-        h = 1e-6
-        (p0, n0), (p1, n1) = cut_fillet(gear, turn - h), cut_fillet(gear, turn + h)
-        radius = np.hypot(*(p1 - p0)) / np.hypot(*(n1 - n0))
-        sections.append((2 * abs(point[1]), point[0], radius))
-    found = tooth_geometry(gear, gear).root.section
-    here = (found.thickness, found.distance, found.fillet_radius)
-    errors = [np.abs(np.array(s) - here).max() / m for s in sections]
-    assert sections and min(errors) < 1e-6
-
-
 def by_the_standard(teeth, gear, free=0.0):
     """s_Fn/m, distance of the section from the centre over m, ρ_F/m: ISO 6336-3:2006, equations 10
     to 16, with the residual protuberance s_pr/m."""

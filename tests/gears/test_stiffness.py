@@ -22,13 +22,10 @@ from flexgear.gears.paths import stage_paths
 from flexgear.gears.power_flow import power_flow
 from flexgear.gears.stiffness import (
     compliance,
-    iso_mean_stiffness,
     iso_peak,
-    law_mean,
     mean_stiffness,
     pair_law,
     pair_stiffness,
-    pairs_on_path,
     parabola,
     stiffness_wave,
     wave_coefficients,
@@ -249,24 +246,6 @@ def test_terms_of_the_published_series():
     assert published[0] > mean > published[512]
 
 
-def test_whole_ratios_have_no_wave():
-    for ratio, overlap in ((2.0, 0.0), (1.5, 1.0)):
-        wave = stiffness_wave("fourier", 1.0, ratio, overlap, harmonics=30)
-        assert np.ptp(wave) < 1e-12
-    assert np.ptp(stiffness_wave("rectangular", 1.0, 2.0)) < 1e-12
-
-
-def test_pairs_averaged_over_a_whole_pitch_are_the_contact_ratio():
-    at = np.linspace(-1, 1, 7)
-    assert pairs_on_path(at, at + 1, 1.37) == pytest.approx(np.full(7, 1.37))
-    assert pairs_on_path(np.array([0.1]), np.array([0.2]), 1.37) == pytest.approx([2.0])
-
-
-def test_iso_mean_of_two_pairs():
-    """ε_α = 2: c_γ = 1.75 c'."""
-    assert iso_mean_stiffness(14e9, 2.0, 0.1) == pytest.approx(1.75 * 1.4e9)
-
-
 def test_unknown_models_are_no_waves():
     with pytest.raises(ValueError, match="no stiffness wave"):
         stiffness_wave("per_pair", 1.0, 1.5)
@@ -310,9 +289,11 @@ def test_a_planet_meets_sun_and_ring_with_opposite_flanks_half_a_tooth_apart():
                   ring={"teeth": 84, "profile_shift": -0.1})):  # fmt: skip
         g = stage_geometry(seen(stage))
         paths, p = paths_of(stage), g.gears["planet"]
-        at = g.radii.transverse_angle
+        at = g.transverse_angle
         half = p.thickness / (2 * p.reference_radius) + math.tan(at) - at
-        whole = p.base_radius * (math.pi + g.radii.ring_angle + g.radii.sun_angle + 2 * half)
+        whole = p.base_radius * (
+            math.pi + g.working_angles["ring"] + g.working_angles["sun"] + 2 * half
+        )
         total = paths["ring", ""].s0 + paths["sun", ""].s0
         assert (total - whole) / paths["sun", ""].base_pitch == pytest.approx(np.zeros(3), abs=1e-9)
 
@@ -331,18 +312,6 @@ def test_sum_of_helical_pairs_is_the_fourier_wave():
         assert np.ptp(total) > 0.01 * total.mean()
         if kind.startswith("sun"):
             assert path.wave.mean() == pytest.approx(3e9)
-
-
-def test_per_pair_mean_without_a_given_one_is_that_of_its_law():
-    stage = helical(gear_mesh={"model": "per_pair"})
-    g = stage_geometry(seen(stage))
-    law = pair_law(seen(stage), g, "sun", 0.0)
-    mean = mean_stiffness(seen(stage), g, "sun", 0.0)
-    assert law_mean(law, seen(stage), g, "sun") == mean
-    peak = float(law(np.array([0.5]))[0])
-    ratio = g.gear_meshes["sun"].transverse_contact_ratio
-    # mean of the parabola between 0.67 and 1: 1 − 0.33/3
-    assert mean == pytest.approx(peak * 0.1 * ratio * (1 - 0.33 / 3), rel=1e-6)
 
 
 def test_contact_ratios_given_for_waves():

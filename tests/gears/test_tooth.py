@@ -17,7 +17,7 @@ from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.implausible import lowest_contact, tooth_warnings, trimmed
 from flexgear.gears.tool import PlainTool
 from flexgear.gears.tooth import base_helix_angle, inverse_involute, involute
-from flexgear.model.load import bundled_cases, load_case
+from flexgear.model.load import load_case
 from flexgear.model.section import Refusal
 
 HELICAL = Gear(helix_angle=math.radians(12))
@@ -222,26 +222,6 @@ def test_the_involute_begins_where_the_tools_flank_ends(name):
         assert not tooth.root.freed and roll == pytest.approx(end, rel=1e-9)
 
 
-@pytest.mark.parametrize("turn", [0.2, 0.5, 0.9])
-def test_normals_pass_through_the_pitch_point_when_the_tip_cuts(turn):
-    """A point on the root, ρ out along its normal: the centre of the rack's tip, which then stands
-    h_f − x − ρ below the pitch point's tangent and on the line from the pitch point."""
-    gear = unit(24, 0.1)
-    tooth = gear.tooth()
-    t = turn * tooth.root.form
-    point, near, far = (complex(tooth.root.at(x)) for x in (t, t - 1e-6, t + 1e-6))
-    normal = -1j * (far - near) / abs(far - near)
-    centre = point + gear.root_fillet * normal * math.copysign(1.0, normal.real)
-    below = gear.dedendum - gear.profile_shift - gear.root_fillet
-    r = tooth.reference_radius
-
-    # turned until the centre stands so deep, on either side of the pitch point
-    stands = np.arccos((r - below) / abs(centre)) * np.array([1.0, -1.0])
-    turn = np.exp(1j * (stands - np.angle(centre)))
-    beside = ((centre * turn - r) * np.conj(normal * turn)).imag
-    assert np.abs(beside).min() < 1e-5
-
-
 @settings(max_examples=40, deadline=None)
 @given(teeth=st.integers(8, 40), shift=st.floats(-0.5, 0.8))
 def test_a_rack_undercuts_below_the_textbooks_shift(teeth, shift):
@@ -268,16 +248,6 @@ def test_protuberance_frees_the_flank_by_what_the_grinding_leaves():
     assert small.tooth().form_radius < large.tooth().form_radius
     equal = unit(40, tool=PlainTool(protuberance=0.03, grinding_allowance=0.03))
     assert equal.tooth().root.section == unit(40).tooth().root.section
-
-
-def test_a_cutter_as_large_as_its_ring_leaves_its_own_tip():
-    """z_0 → z: the tool is the space, whose corner has the tool's radius; few teeth roll more."""
-    radii = [
-        unit(90, tool=PlainTool(teeth=teeth)).tooth(True).root.section.fillet_radius
-        for teeth in (20, 40, 89)
-    ]
-    assert radii[0] > radii[1] > radii[2] > 0.3
-    assert radii[2] == pytest.approx(0.3, rel=2e-3)
 
 
 def test_root_circle_and_working_angle_of_a_cutter():
@@ -341,13 +311,6 @@ def test_tools_that_cannot_be_are_refused(changes, key):
 
 PROFILE_A = {"stage.planet.dedendum": "1.25", "stage.planet.root_fillet": "0.38"}
 SPUR = {"stage.helix_angle_deg": "0"}
-
-
-@pytest.mark.parametrize("name", bundled_cases())
-def test_nothing_is_said_of_bundled_cases(name):
-    case = load_case(name)
-    for stage in case.stages:
-        assert not tooth_warnings(case.view(stage.name))
 
 
 def test_radii_that_are_given_close_at_the_centre_distance():

@@ -65,11 +65,11 @@ def table_2() -> Iterable[Row]:
         yield row(f"ratio of {name}", ratio)
         parts = ("pinion", "gear") if stage.kind == "parallel" else ("sun", "planet", "ring")
         for part, slot in zip(parts, ("sun", "planet", "ring"), strict=False):
-            diameter = 2 * getattr(radii, f"{slot}_reference") * KILO
+            diameter = 2 * radii.reference[slot] * KILO
             yield row(f"reference diameter, {part} of {name}", diameter, digits=7)
     last = one.stages[2]
     assert last.pinion is not None
-    root = 2 * stage_radii(one.view(last.name)).sun_reference
+    root = 2 * stage_radii(one.view(last.name)).reference["sun"]
     root -= 2 * last.normal_module * (1.25 - last.pinion.profile_shift)
     yield row("root diameter, pinion of stage 3", root * KILO)
 

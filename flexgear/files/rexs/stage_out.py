@@ -271,7 +271,7 @@ class StageOut:
                 self._bearing(shaft, casing, f"{member} bearing", support, place, copies)
             return
         springs = springs_out(support, copies)
-        torsion = torsion_out(support, self.geometry.radii, part)
+        torsion = torsion_out(support, self.geometry, part)
         if torsion > 0:  # else it is held rigidly, which is a coupling without stiffness
             springs["rotational_stiffness"] = torsion * copies
         place = (place[0] + support.z, *place[1:])
@@ -303,6 +303,4 @@ def springs_out(springs: Springs, share: float) -> dict[str, Written | None]:
 
 def torsion_out(springs: Joint | Support, radii: StageRadii, part: str) -> float:
     """Stiffness about the axis, N m/rad, with what acts along the base circle of a member."""
-    role = {"pinion": "sun", "gear": "planet", "carrier": "center_distance"}.get(part, part)
-    radius: float = getattr(radii, role)
-    return springs.stiffness[5] + springs.tangential * radius**2
+    return springs.stiffness[5] + springs.tangential * radii.rotation_radius(part) ** 2

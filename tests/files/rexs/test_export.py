@@ -44,7 +44,8 @@ def require_same_gears(first, second):
             old.planets, old.planet_hand, old.double_helical
         )  # fmt: skip
         assert new.planet_angles == pytest.approx(old.planet_angles, abs=1e-12)
-        assert vars(b.radii) == pytest.approx(vars(a.radii), rel=1e-12)
+        for name in ("base", "reference", "working_angles", "center_distance"):
+            assert getattr(b, name) == pytest.approx(getattr(a, name), rel=1e-12)
         for slot, tooth in a.gears.items():
             assert _numbers(b.gears[slot]) == pytest.approx(_numbers(tooth), rel=1e-12)
             tools = b.gears[slot].tool, tooth.tool

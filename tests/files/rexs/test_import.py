@@ -185,7 +185,9 @@ def test_missing_shift_follows_from_the_centre_distance(imported):
     alpha = transverse_angle(stage)
     radii = stage_radii(case.view("low"))
     total = (
-        45 * (involute(radii.sun_angle) - involute(alpha)) / (2 * math.tan(stage.pressure_angle))
+        45
+        * (involute(radii.working_angles["sun"]) - involute(alpha))
+        / (2 * math.tan(stage.pressure_angle))
     )
     assert stage.sun.profile_shift + stage.planet.profile_shift == pytest.approx(total)
     assert stage.planet.profile_shift + stage.ring.profile_shift == pytest.approx(-total)
