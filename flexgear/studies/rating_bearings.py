@@ -140,7 +140,7 @@ def _places(case: Case) -> Iterator[_Place]:
             for planet in range(stage.planets):
                 name = MemberName.of(stage.name, f"planet_bearing_{planet + 1}")
                 yield _Place(name, stage.name, bearing, "planet", "planet_bearing", rows)
-        for side, seat in case.view(stage.name).seat_bearings.items():
+        for side, seat in stage.seat_bearings.items():
             name, key = MemberName.of(stage.name, f"carrier_{side}"), f"carrier.bearing_{side}"
             yield _Place(name, stage.name, seat, "carrier", key, rolling_bearing(seat))
 

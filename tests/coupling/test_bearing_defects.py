@@ -148,7 +148,7 @@ def test_motion_of_a_run_has_the_lines_of_the_bearing(tmp_path):
         (
             "",
             {"stage.planet_bearing.rollers": None},
-            r"faults\[0\].bearing: planet_bearing of stage has no rollers -- add planet_bearing.rol",
+            r"faults\[0\].bearing: planet_bearing of stage has no rollers -- add planet_bear",
         ),
     ],
 )
