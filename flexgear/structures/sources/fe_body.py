@@ -17,10 +17,11 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal
 import numpy as np
 
 from flexgear.arrays import Array
-from flexgear.model.bodies import Carrier, Material, Planet, Ring
+from flexgear.model.bodies import Carrier, Material, Planet
 from flexgear.model.errors import InputError
 from flexgear.model.input_file import MOST_FE_MESH, require_regular
 from flexgear.model.names import BodyName, NodeName
+from flexgear.model.ring import Ring
 from flexgear.structures.bodies import Body, Spring, rigid_rows, rigid_variant, stiffness_at
 from flexgear.structures.cache import content_key
 from flexgear.structures.fe_mesh.carrier import CarrierMeshParameters

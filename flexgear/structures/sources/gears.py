@@ -156,7 +156,7 @@ class RingSource(ToothedSource):
         return ring_groups(self.mesh, self.section.tie, self.held_by)
 
     def nodes(self, fe_mesh: FeMesh | None = None) -> list[TiedNode]:
-        """Teeth, then fits, splines and bolts, see `model/bodies.py`."""
+        """Teeth, then fits, splines and bolts, see `model/ring.py`."""
         tie, nodes = self.section.tie_kind, self.tooth_nodes
         for s in self.held_by:
             place = np.array(s.place)
