@@ -97,23 +97,25 @@ def _matrix(
     if kind not in (_SINGLE, _DOUBLE):
         raise ValueError(f"{name} is complex")
     matrix = np.zeros((abs(rows), columns))
-    words = kind  # of a number
     while True:
-        column, row, count = source.column()
+        source.begin_column()
+        column, row, count = source.integers(3)
         if column > columns:
             source.numbers(count, kind)
             source.leave()
             return name, matrix
         if row > 0:
-            values = source.numbers(source.dense(count, words), kind)
+            values = source.numbers(count // source.words(kind), kind)
             matrix[row - 1 : row - 1 + len(values), column - 1] = values
             continue
-        left = count
-        while left > 0:
-            length, first, used = source.string(wide=rows < 0)
-            values = source.numbers((length - 1) // words, kind)
+        while count > 0:  # strings of numbers, each behind L + 1 and IROW, or both in one word
+            if rows < 0:
+                (length, first), used = source.integers(2), 2
+            else:
+                (length, first), used = divmod(*source.integers(1), _KEY), 1
+            values = source.numbers((length - 1) // kind, kind)
             matrix[first - 1 : first - 1 + len(values), column - 1] = values
-            left -= used + len(values) * words
+            count -= used + len(values) * kind
 
 
 class _Text:
@@ -122,7 +124,6 @@ class _Text:
     def __init__(self, data: bytes) -> None:
         self.lines = data.decode("ascii").splitlines()
         self.at, self.width = 0, _WIDTH
-        self.per = _PER_LINE
 
     @property
     def ended(self) -> bool:
@@ -137,28 +138,22 @@ class _Text:
         """NCOL, NROW, type, name."""
         line = self._next()
         columns, rows, _, kind = (int(line[8 * k : 8 * k + 8]) for k in range(4))
-        match = re.search(r"(\d+)[ED](\d+)\.", line[40:])
+        match = re.search(r"\d+[ED](\d+)\.", line[40:])
         if match is not None:
-            self.per, self.width = int(match[1]), int(match[2])
+            self.width = int(match[1])
         return columns, rows, kind, line[32:40].strip()
 
-    def column(self) -> tuple[int, int, int]:
-        """ICOL, IROW, NW."""
-        line = self._next()
-        return int(line[:8]), int(line[8:16]), int(line[16:24])
+    def begin_column(self) -> None:
+        """A column begins with the next line."""
 
-    @staticmethod
-    def dense(count: int, words: int) -> int:
-        """Numbers in a dense column: text counts numbers."""
-        return count
-
-    def string(self, wide: bool) -> tuple[int, int, int]:
-        """L, IROW of a string and the words of its head."""
+    def integers(self, count: int) -> tuple[int, ...]:
+        """Those of the next line: ICOL, IROW, NW of a column, or the head of a string."""
         line = self._next()
-        if wide:
-            return int(line[:8]), int(line[8:16]), 2
-        key = int(line)
-        return key // _KEY, key % _KEY, 1
+        return tuple(int(line[8 * k : 8 * k + 8] if count > 1 else line) for k in range(count))
+
+    def words(self, kind: int) -> int:
+        """What a number counts for in NW of a dense column."""
+        return 1
 
     def numbers(self, count: int, kind: int) -> Array:
         """The next numbers; a line is theirs alone."""
@@ -184,40 +179,30 @@ class _Binary:
         """Whether the file is at its end."""
         return self.at >= len(self.data)
 
-    def _ints(self, count: int) -> tuple[int, ...]:
+    def integers(self, count: int) -> tuple[int, ...]:
+        """The next words."""
         self.at += 4 * count
         return struct.unpack_from(f"{self.order}{count}i", self.data, self.at - 4 * count)
 
     def header(self) -> tuple[int, int, int, str]:
         """NCOL, NROW, type, name."""
-        _, columns, rows, _, kind = self._ints(5)
+        _, columns, rows, _, kind = self.integers(5)
         name = self.data[self.at : self.at + 8].decode("ascii").strip()
         self.at += 12
         return columns, rows, kind, name
 
-    def column(self) -> tuple[int, int, int]:
-        """ICOL, IROW, NW; the record before is left behind."""
+    def begin_column(self) -> None:
+        """Leave the record before behind, and begin the next one."""
         if self.inside:
             self.at = self.inside + 4
-        (length,) = self._ints(1)
+        (length,) = self.integers(1)
         self.inside = self.at + length
         if length < 12 or self.inside + 4 > len(self.data):
             raise ValueError("a record is not whole")
-        column, row, count = self._ints(3)
-        return column, row, count
 
-    @staticmethod
-    def dense(count: int, words: int) -> int:
-        """Numbers in a dense column: binary counts words."""
-        return count // words
-
-    def string(self, wide: bool) -> tuple[int, int, int]:
-        """L, IROW of a string and the words of its head."""
-        if wide:
-            length, row = self._ints(2)
-            return length, row, 2
-        (key,) = self._ints(1)
-        return key // _KEY, key % _KEY, 1
+    def words(self, kind: int) -> int:
+        """What a number counts for in NW of a dense column."""
+        return kind
 
     def numbers(self, count: int, kind: int) -> Array:
         """The next numbers; those of the last column end the matrix's records."""
