@@ -1,9 +1,9 @@
 """A planet made of beams: a rim from tooth to tooth, spokes to the bore."""
 
 import numpy as np
+from cheap_bodies import body_of
 from scipy.linalg import block_diag
 
-from flexgear.structures.reduced import ReducedBody
 from flexgear.structures.shaft import BeamSection, beam_element
 
 
@@ -31,8 +31,4 @@ def beam_planet(teeth, radius, *, young=2.06e11, poisson=0.3, density=7800.0):
             ):
                 matrix[np.ix_(at, at)] += turned.T @ of_beam @ turned
     names = (*(f"tooth_{j + 1:03d}" for j in range(teeth)), "bore")
-    return ReducedBody(
-        name="planet", node_names=names, positions=places, mass=mass, stiffness=stiffness,
-        n_modes=0, report={}, points=np.zeros((0, 3)), cells=np.zeros((0, 8), dtype=np.int64),
-        recovery=np.zeros((0, size), dtype=np.float32),
-    )  # fmt: skip
+    return body_of("planet", names, places, mass, stiffness)

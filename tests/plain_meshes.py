@@ -14,6 +14,7 @@ from flexgear.structures.fem.assembly import INTEGRATION_ORDER, scalar_basis
 
 FROM_VTK = [6, 2, 5, 7, 1, 3, 4, 0]
 TO_VTK = [7, 4, 1, 5, 6, 2, 0, 3]
+SQUARE = ((0, 0), (1, 0), (1, 1), (0, 1))
 
 
 @dataclass(frozen=True)
@@ -31,26 +32,14 @@ def box(n=(4, 2, 2), size=(1.0, 0.2, 0.3), warp=None) -> PlainFeMesh:
     axes = [np.linspace(0, s, k + 1) for s, k in zip(size, n, strict=True)]
     points = np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, 3)
     number = np.arange(len(points)).reshape([k + 1 for k in n])
-    corner = [
-        (0, 0, 0),
-        (1, 0, 0),
-        (1, 1, 0),
-        (0, 1, 0),
-        (0, 0, 1),
-        (1, 0, 1),
-        (1, 1, 1),
-        (0, 1, 1),
-    ]
-    cells = np.stack(
-        [number[i : i + n[0], j : j + n[1], k : k + n[2]].ravel() for i, j, k in corner], -1
-    )
     facets = {
         "x0": _quads(number[0]),
         "x1": _quads(number[-1]),
         "z0": _quads(number[:, :, 0]),
         "z1": _quads(number[:, :, -1]),
     }
-    return PlainFeMesh(points if warp is None else warp(points), cells[:, FROM_VTK], "hex", facets)
+    points = points if warp is None else warp(points)
+    return PlainFeMesh(points, _bricks(number, SQUARE), "hex", facets)
 
 
 def annulus(n=(24, 2, 2), inner=0.75, outer=1.0, width=0.3, teeth=0) -> PlainFeMesh:
@@ -67,19 +56,6 @@ def annulus(n=(24, 2, 2), inner=0.75, outer=1.0, width=0.3, teeth=0) -> PlainFeM
     points = np.stack([r3 * np.cos(a), r3 * np.sin(a), z3], -1).reshape(-1, 3)
     number = np.arange(len(points)).reshape(around, radial + 1, axial + 1)
     number = np.concatenate([number, number[:1]])
-    corner = [
-        (0, 0, 0),
-        (0, 1, 0),
-        (1, 1, 0),
-        (1, 0, 0),
-        (0, 0, 1),
-        (0, 1, 1),
-        (1, 1, 1),
-        (1, 0, 1),
-    ]
-    cells = np.stack(
-        [number[i : i + around, j : j + radial, k : k + axial].ravel() for i, j, k in corner], -1
-    )
     facets = {
         "inner": _quads(number[:, 0]),
         "outer": _quads(number[:, -1]),
@@ -91,7 +67,8 @@ def annulus(n=(24, 2, 2), inner=0.75, outer=1.0, width=0.3, teeth=0) -> PlainFeM
         for t in range(teeth):
             part = number[t * strip : (t + 1) * strip + 1, 0]
             facets[f"patch_{t + 1:03d}"] = _quads(part)
-    return PlainFeMesh(points, cells[:, FROM_VTK], "hex", facets)
+    turned = [place[::-1] for place in SQUARE]  # radius and angle are a left-handed pair
+    return PlainFeMesh(points, _bricks(number, turned), "hex", facets)
 
 
 def tetrahedra(fe_mesh: PlainFeMesh) -> PlainFeMesh:
@@ -100,6 +77,14 @@ def tetrahedra(fe_mesh: PlainFeMesh) -> PlainFeMesh:
     parts = [[0, ring[i], ring[(i + 1) % 6], 6] for i in range(6)]
     cells = np.concatenate([fe_mesh.cells[:, TO_VTK][:, p] for p in parts])
     return PlainFeMesh(fe_mesh.points, cells, "tet", {})
+
+
+def _bricks(number: np.ndarray, square) -> np.ndarray:
+    """Hexahedra between nodes numbered (i, j, k); square: (i, j) of the corners, anticlockwise."""
+    m, n, o = np.subtract(number.shape, 1)
+    corners = [(*place, k) for k in (0, 1) for place in square]
+    cells = [number[i : i + m, j : j + n, k : k + o].ravel() for i, j, k in corners]
+    return np.stack(cells, -1)[:, FROM_VTK]
 
 
 def _quads(number: np.ndarray) -> np.ndarray:
