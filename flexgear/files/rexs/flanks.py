@@ -17,7 +17,7 @@ from flexgear.files.rexs import tables as table
 from flexgear.files.rexs.assembly import Assembly
 from flexgear.files.rexs.document import SAME, Component, Datum, Document, read, text
 from flexgear.files.rexs.stages import RexsStage, is_internal
-from flexgear.files.rexs.tables import Modification, Word, outward, tooth_side, word_of
+from flexgear.files.rexs.tables import Modification, Word, outward, tooth_side
 from flexgear.gears.paths import tooth_sides
 
 
@@ -159,37 +159,37 @@ def _same(a: Value, b: Value) -> bool:
     return a == b
 
 
-Flanks = dict[Word, dict[str, Entry]]  # by the kind of each modification
+Flank = dict[str, Entry]  # by the kind of each modification
 
 
-def _alike(first: dict[str, Entry], other: dict[str, Entry]) -> bool:
+def _alike(first: Flank, other: Flank) -> bool:
     """Whether two flanks have the same modifications."""
     return first.keys() == other.keys() and all(first[k].says(other[k]) for k in first)
 
 
 @dataclass(frozen=True)
 class GearFlanks:
-    """Flanks of the gears of one role. section: the gear's; datum: side of the first gear's datum
-    face, +1 at its +z end; assumed: whether the file does not say it."""
+    """Flanks of the gears of one role. section: the gear's; assumed: whether the file does not say
+    where the first gear's datum face is; flanks, words: by the side of the tooth, +1 towards +θ,
+    the left flank first."""
 
     stage: str
     kind: str
     role: str
     section: Section
     gear: Component
-    datum: int
     assumed: bool
-    entries: Flanks
+    flanks: dict[int, Flank]
+    words: dict[int, Word]
 
     @property
     def differ(self) -> bool:
         """Whether left and right flank are not the same."""
-        return not _alike(self.entries["left"], self.entries["right"])
+        return not _alike(*self.flanks.values())
 
-    def word(self, name: str, forward: bool) -> Word:
-        """The flank of the file that is this one of the case."""
-        side = tooth_sides(self.kind, forward)[self.role, name]
-        return word_of(side, is_internal(self.gear), self.datum)
+    def side(self, name: str, forward: bool) -> int:
+        """Side of the tooth of a flank of the case."""
+        return tooth_sides(self.kind, forward)[self.role, name]
 
 
 class FlankReader:
@@ -219,14 +219,22 @@ class FlankReader:
             left_half = -1 if len(stage.halves[role]) == 2 and half == 0 else 1
             for gear in gears:
                 datum, assumed = self._datum(gear)
-                flanks = self._flanks(gear, reader, outward(datum, left_half))
+                words = {tooth_side(w, is_internal(gear), datum): w for w in table.WORDS}
+                flanks: dict[int, Flank] = {side: {} for side in words}
+                for side, word in words.items():
+                    for flank in self.document.linked(gear, "gear", word, "flank"):
+                        flanks[side] = reader.entries(flank, outward(datum, left_half))
                 gear_flanks = GearFlanks(
-                    self.case.stage, stage.kind, role, section, gear, datum, assumed, flanks
+                    self.case.stage, stage.kind, role, section, gear, assumed, flanks, words
                 )
                 first = first or gear_flanks
-                self._compare(first, gear_flanks)
+                if any(not _alike(first.flanks[side], flanks[side]) for side in words):
+                    self.case.warn(
+                        f"{gear.label}: its modified flanks are not those of {first.gear.label},"
+                        " which all have here"
+                    )
                 self._remember(stage, gear_flanks)
-        if first is not None and any(first.entries.values()):
+        if first is not None and any(first.flanks.values()):
             self.gears_read.append(first)
 
     def has(self, stage: str) -> bool:
@@ -241,7 +249,7 @@ class FlankReader:
         kinds = {
             kind
             for of_gear in self.gears_read
-            for flank in of_gear.entries.values()
+            for flank in of_gear.flanks.values()
             for kind in flank
         }
         for kind, m in table.MODIFICATIONS.items():
@@ -257,25 +265,6 @@ class FlankReader:
         orientation = table.ORIENTATIONS.get(text([gear], table.DATUM) or "")
         return along * (-1 if orientation is None else orientation), orientation is None
 
-    def _flanks(self, gear: Component, reader: FlankOfGear, datum: int) -> Flanks:
-        flanks: Flanks = {word: {} for word in table.WORDS}
-        for word in table.WORDS:
-            for flank in self.document.linked(gear, "gear", word, "flank"):
-                flanks[word] = reader.entries(flank, datum)
-        return flanks
-
-    def _compare(self, first: GearFlanks, other: GearFlanks) -> None:
-        """Say where gears of one role differ; their datum faces may be on different sides."""
-        for word in table.WORDS:
-            side = tooth_side(word, is_internal(other.gear), other.datum)
-            mine = first.entries[word_of(side, is_internal(first.gear), first.datum)]
-            if not _alike(mine, other.entries[word]):
-                self.case.warn(
-                    f"{other.gear.label}: its modified flanks are not those of {first.gear.label},"
-                    " which all have here"
-                )
-                return
-
     def _remember(self, stage: RexsStage, of_gear: GearFlanks) -> None:
         """What the file says of the loaded flank of a gear in its gear meshes."""
         meshes = {mesh.stage.id: role for role, every in stage.meshes.items() for mesh in every}
@@ -287,7 +276,7 @@ class FlankReader:
             loaded_flank = text([data], table.LOADED)
             if loaded_flank in table.WORDS:
                 name = role if of_gear.role == "planet" else "drive"
-                sense = of_gear.word(name, True) == loaded_flank
+                sense = of_gear.words[of_gear.side(name, True)] == loaded_flank
                 self._loaded.setdefault(of_gear.stage, {}).setdefault(sense, data.label)
 
     def _sense(self, stage: str, torque: bool | None) -> bool:
@@ -311,24 +300,24 @@ class FlankReader:
 
     def _write(self, of_gear: GearFlanks, forward: bool) -> None:
         self.case.stage = of_gear.stage
-        entries = [e for flank in of_gear.entries.values() for e in flank.values()]
+        left, right = of_gear.flanks.values()
+        entries = [*left.values(), *right.values()]
         if of_gear.assumed and (of_gear.differ or any(e.by_face for e in entries)):
             self.case.warn(
                 f"{of_gear.gear.label}: no {table.DATUM}; its datum face is taken as the one"
                 " against its u axis (negative)"
             )
-        names = ("sun", "ring") if of_gear.role == "planet" else ("drive", "coast")
-        words: dict[str, Word] = {name: of_gear.word(name, forward) for name in names}
         whole = self._section(of_gear, "")
-        for kind, entry in of_gear.entries["left"].items():
-            if entry.says(of_gear.entries["right"].get(kind)):
+        for kind, entry in left.items():
+            if entry.says(right.get(kind)):
                 self._put(of_gear, whole, "", entry)
-        for name, word in words.items():
-            other = of_gear.entries["left" if word == "right" else "right"]
-            single = {k: e for k, e in of_gear.entries[word].items() if not e.says(other.get(k))}
-            section = self._section(of_gear, f".{name}")
-            for entry in single.values():
-                self._put(of_gear, section, f".{name}", entry, f"; {word} flank")
+        for name in ("sun", "ring") if of_gear.role == "planet" else ("drive", "coast"):
+            side = of_gear.side(name, forward)
+            section, other = self._section(of_gear, f".{name}"), of_gear.flanks[-side]
+            for kind, entry in of_gear.flanks[side].items():
+                if not entry.says(other.get(kind)):
+                    which = f"; {of_gear.words[side]} flank"
+                    self._put(of_gear, section, f".{name}", entry, which)
 
     def _section(self, of_gear: GearFlanks, name: str) -> Section:
         header = f"{of_gear.section.header[:-1]}.modifications{name}]"
