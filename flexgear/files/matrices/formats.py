@@ -112,7 +112,8 @@ def _matrix(
             if rows < 0:
                 (length, first), used = source.integers(2), 2
             else:
-                (length, first), used = divmod(*source.integers(1), _KEY), 1
+                (key,) = source.integers(1)
+                length, first, used = key // _KEY, key % _KEY, 1
             values = source.numbers((length - 1) // kind, kind)
             matrix[first - 1 : first - 1 + len(values), column - 1] = values
             count -= used + len(values) * kind

@@ -45,7 +45,7 @@ class StageWriter:
             self._positions()
             self._assembly()
         else:
-            self._direction()
+            self._position()
         shifts = self._shifts()
         self._backlash(shifts)
         for role in self.stage.roles:
@@ -176,20 +176,21 @@ class StageWriter:
 
     def _positions(self) -> None:
         """Angles of planets, from the first one, where they are not equally spaced."""
-        angles = self._planet_angles()
-        if angles is None:
+        planets, ring = self.stage.halves["planet"][0], self.stage.gears("ring")[0]
+        angles = [self._direction(ring, planet) for planet in planets]
+        if None in angles:
+            meshes = [m for p in planets for m in self.stage.meshes["sun"] if p in m.gears]
+            turns = [self._turn(mesh) for mesh in meshes]
+            angles = [None if turn is None else turn.value for turn in turns]
+        present = [angle for angle in angles if angle is not None]
+        count = len(planets)
+        if len(present) < count:
             return
-        count = len(angles)
-        turned = [math.remainder(a - angles[0], 360.0) % 360.0 for a in angles]
-        order = sorted(range(count), key=lambda k: turned[k])
-        exact = all(
-            abs(math.remainder(turned[k] - 360.0 * n / count, 360.0)) < 1e-6
-            for n, k in enumerate(order)
-        )
-        if not exact:
-            values = [turned[k] for k in order]
+        turned = sorted(math.remainder(a - present[0], 360.0) % 360.0 for a in present)
+        gaps = [math.remainder(a - 360.0 * n / count, 360.0) for n, a in enumerate(turned)]
+        if max(map(abs, gaps)) >= 1e-6:
             why = "angles of the planets' shafts from the first one, from v to w"
-            self.section.put("planet_positions_deg", values, why)
+            self.section.put("planet_positions_deg", turned, why)
 
     def _across(self, first: Component, second: Component) -> tuple[float, float] | None:
         """From one gear's axis to another's, v and w in mm; None where one has no place.
@@ -205,22 +206,17 @@ class StageWriter:
         start = (0.0, 0.0, 0.0) if ends[0] is None else ends[0].origin
         return float(ends[1].origin[1] - start[1]), float(ends[1].origin[2] - start[2])
 
-    def _planet_angles(self) -> list[float] | None:
-        angles = []
-        for planet in self.stage.halves["planet"][0]:
-            across = self._across(self.stage.gears("ring")[0], planet)
-            if across is None or math.hypot(*across) == 0:
-                break
-            angles.append(math.degrees(math.atan2(across[1], across[0])))
-        if len(angles) == len(self.stage.halves["planet"][0]):
-            return angles
-        turns = [
-            number([mesh.stage], "rotating_angle_around_neg_u_axis", "deg")
-            for planet in self.stage.halves["planet"][0]
-            for mesh in self.stage.meshes["sun"]
-            if planet in mesh.gears
-        ]
-        return None if None in turns else [90.0 - t.value for t in turns if t is not None]
+    def _direction(self, first: Component, second: Component) -> float | None:
+        """Direction from one gear's axis to another's, deg from v to w about u."""
+        across = self._across(first, second)
+        if across is None or math.hypot(*across) == 0:
+            return None
+        return math.degrees(math.atan2(across[1], across[0]))
+
+    def _turn(self, mesh: Mesh) -> Datum | None:
+        """The same from the first to the second gear of a gear mesh as the file states it."""
+        turn = number([mesh.stage], "rotating_angle_around_neg_u_axis", "deg")
+        return None if turn is None else Datum(90.0 - turn.value, turn.source)
 
     def _assembly(self) -> None:
         count = len(self.stage.halves["planet"][0])
@@ -229,19 +225,15 @@ class StageWriter:
             why = f"({sun:g} + {ring:g})/{count} is not whole"
             self.case.assume(self.section, "allow_unassemblable", True, why)
 
-    def _direction(self) -> None:
-        """Direction from pinion to gear, from v to w about u."""
-        ends = [self.stage.gears(role)[0] for role in self.stage.roles]
-        across = self._across(*ends)
-        if across is not None and math.hypot(*across) > 0:
-            why = f"places of {ends[0].label} and {ends[1].label}, from v to w"
-            angle = math.degrees(math.atan2(across[1], across[0]))
-            self.section.put("position_deg", angle, why)
-            return
-        mesh = self.stage.meshes["sun"][0]
-        turn = number([mesh.stage], "rotating_angle_around_neg_u_axis", "deg")
-        if turn is not None:
-            degrees = 90.0 - turn.value + (0.0 if mesh.gears[0] is ends[0] else 180.0)
+    def _position(self) -> None:
+        """Direction from pinion to gear."""
+        pinion, gear = (self.stage.gears(role)[0] for role in self.stage.roles)
+        direction, mesh = self._direction(pinion, gear), self.stage.meshes["sun"][0]
+        if direction is not None:
+            why = f"places of {pinion.label} and {gear.label}, from v to w"
+            self.section.put("position_deg", direction, why)
+        elif (turn := self._turn(mesh)) is not None:
+            degrees = turn.value + (0.0 if mesh.gears[0] is pinion else 180.0)
             self.section.put("position_deg", math.remainder(degrees, 360.0), turn.source)
 
     def _backlash(self, shifts: dict[str, Datum]) -> None:
