@@ -133,16 +133,21 @@ class Document:
         role ``role``."""
         return _used(self._linked(role, target, *kinds).get(origin.id, ()))
 
+    def each(self, kind: str, *roles: str) -> Iterator[tuple[Relation, list[Component]]]:
+        """Relations of a type, each with the components in these roles, where all are there."""
+        for relation in self.related(kind):
+            components = [c for role in roles if (c := self.at(relation, role)) is not None]
+            if len(components) == len(roles):
+                yield relation, components
+
     def joints(
         self, *kinds: str
     ) -> Iterator[tuple[Relation, Component, tuple[Component, Component]]]:
         """Bearings and couplings of these types, each with its relation, inner and outer part."""
-        for relation in self.related("side"):
-            joint = self.at(relation, "assembly")
-            inner, outer = self.at(relation, "inner_part"), self.at(relation, "outer_part")
-            if joint is None or inner is None or outer is None or joint.kind not in kinds:
-                continue
-            yield relation, joint, (inner, outer)
+        ends = ("inner_part", "outer_part")
+        for relation, (joint, inner, outer) in self.each("side", "assembly", *ends):
+            if joint.kind in kinds:
+                yield relation, joint, (inner, outer)
 
     def _listed(self, of: type[Item], items: Iterable[Item], kinds: tuple[str, ...]) -> list[Item]:
         if (of, kinds) not in self._lists:

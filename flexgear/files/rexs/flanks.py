@@ -268,10 +268,10 @@ class FlankReader:
     def _remember(self, stage: RexsStage, of_gear: GearFlanks) -> None:
         """What the file says of the loaded flank of a gear in its gear meshes."""
         meshes = {mesh.stage.id: role for role, every in stage.meshes.items() for mesh in every}
-        for relation in self.document.related("stage_gear_data"):
-            data = self.document.at(relation, "stage_gear_data")
-            role = meshes.get(relation.refs.get("stage") or -1)
-            if data is None or role is None or relation.refs.get("gear") != of_gear.gear.id:
+        kind = "stage_gear_data"
+        for _, (pair, gear, data) in self.document.each(kind, "stage", "gear", kind):
+            role = meshes.get(pair.id)
+            if role is None or gear is not of_gear.gear:
                 continue
             loaded_flank = text([data], table.LOADED)
             if loaded_flank in table.WORDS:

@@ -26,6 +26,7 @@ from flexgear.model.section import limits_of
 
 FLANKS = ("cylindrical_gear_flank", "flank_geometry")
 TOOLS = ("rack_shaped_tool", "cutter_wheel_tool")
+SETTINGS = "cylindrical_gear_manufacturing_settings"
 _NO_NOTE = 1e-9
 
 
@@ -73,18 +74,11 @@ class GearReader:
     def tools(self, gears: list[Component]) -> list[Component]:
         """Racks and cutters that made gears, or their flanks, and settings of how."""
         components = []
-        for flank in [*gears, *self.flanks(gears)]:
-            components += self.document.references(flank, *TOOLS)
-            for relation in self.document.related("manufacturing_step"):
-                tool = self.document.at(relation, "tool")
-                if (
-                    relation.refs.get("workpiece") == flank.id
-                    and tool is not None
-                    and tool.kind in TOOLS
-                ):
-                    relation.used = True
-                    settings = self.document.at(relation, "manufacturing_settings")
-                    components += [tool] if settings is None else [tool, settings]
+        for part in [*gears, *self.flanks(gears)]:
+            components += self.document.references(part, *TOOLS)
+            for role in ("tool", "manufacturing_settings"):
+                used = self.document.linked(part, "workpiece", role, "manufacturing_step")
+                components += [c for c in used if c.kind in (*TOOLS, SETTINGS)]
         for tool in components:
             tool.role = "a tool"
         return components

@@ -111,14 +111,10 @@ def stages_of(assembly: Assembly) -> tuple[list[RexsStage], list[str]]:
 
 def _meshes(document: Document) -> list[Mesh]:
     meshes = []
-    for relation in document.related("stage"):
-        stage = document.at(relation, "stage")
-        first, second = document.at(relation, "gear_1"), document.at(relation, "gear_2")
-        if stage is None or first is None or second is None:
-            continue
-        if stage.kind == "cylindrical_stage" and {first.kind, second.kind} <= {*GEARS}:
+    for relation, (stage, *gears) in document.each("stage", "stage", "gear_1", "gear_2"):
+        if stage.kind == "cylindrical_stage" and {gear.kind for gear in gears} <= {*GEARS}:
             relation.used = True
-            meshes.append(Mesh(stage, (first, second)))
+            meshes.append(Mesh(stage, (gears[0], gears[1])))
     return meshes
 
 
