@@ -39,6 +39,9 @@ def channel_of(text: str) -> Channel | None:
     return Channel(-1.0 if match[1] else 1.0, match[2], match[3] or "") if match else None
 
 
+YEAR = 8784.0  # h, of a leap year
+
+
 class DesignLoadCase(Section):
     """Files that share some hours of each year.
 
@@ -49,7 +52,7 @@ class DesignLoadCase(Section):
 
     name: str
     files: str
-    hours_per_year: float | None = Field(default=None, ge=0.0, le=8784.0)
+    hours_per_year: float | None = Field(default=None, ge=0.0, le=YEAR)
     extreme: bool = False
 
     def _check(self) -> None:
@@ -116,6 +119,10 @@ class LoadSeries(Section):
                 raise Refusal(key, problem, 'write "RotTorq", or "RotTorq [kN m]"')
         if any(self.force) and self.force_step is None:
             raise Missing("force_step", remedy="add force_step_kn, the width of the bins of force")
+        hours = sum(case.hours_per_year or 0.0 for case in self.design_load_cases)
+        if hours > YEAR:
+            problem = f"last {hours:g} h a year together, and a year has {YEAR:g}"
+            raise Refusal("design_load_cases", problem, "correct their hours_per_year")
         names = [case.name for case in self.design_load_cases]
         for k, name in enumerate(names):
             if name in names[:k]:

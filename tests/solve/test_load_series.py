@@ -261,6 +261,12 @@ def test_a_sign_in_the_case_turns_a_channel(case_with, tmp_path):
         ("years = 20", "", "load_series.years: is missing"),
         ('"a.outb"', '"b.outb"', "load_series.design_load_cases: .*b.outb' names no file"),
         ("hours_per_year = 5", "", r"design_load_cases\[0\].hours_per_year: is missing"),
+        (
+            "hours_per_year = 5",
+            "hours_per_year = 5000\n[[load_series.design_load_cases]]\n"
+            'name = "more"\nfiles = "a.outb"\nhours_per_year = 4000',
+            "last 9000 h a year together",
+        ),
         ('"RotTorq"', '"RotTorq [nm"', "load_series.torque: 'RotTorq .nm' names no channel"),
         ("years = 20", 'years = 20\nforce = ["Fx","",""]', "load_series.force_step_n: is missing"),
         ("years = 20", "years = 20\nstart_s = 1000", "load_series.start: leaves out all of"),
