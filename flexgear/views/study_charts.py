@@ -18,7 +18,7 @@ from flexgear.model.errors import FlexgearError
 from flexgear.model.names import GroupName
 from flexgear.results.rating import Rating
 from flexgear.results.report.study_tables import RATING, SPECTRUM
-from flexgear.results.report.wording import words
+from flexgear.results.report.wording import rounded, words
 from flexgear.results.tolerance_dataset import distribution_band
 from flexgear.solve.load_series import SeriesBins
 from flexgear.views.select import variable
@@ -112,7 +112,7 @@ def damage_chart(data: xr.Dataset) -> Figure:
     ax, at = axes[0, 0], np.arange(count)
     width = 0.8 / len(order)
     for place, k in enumerate(order):
-        size = "above static strength" if above[k] else f"{total[k]:.3g}"
+        size = "above static strength" if above[k] else rounded(float(total[k]))
         label = f"{words(str(data['part'].to_numpy()[k]))}: {size}"
         colour = PLANET_COLOURS[place]
         if count <= NAMED_BINS:
