@@ -3,24 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
-from functools import partial
-from pathlib import Path
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
 import typer
 import xarray as xr
 
-from flexgear.cli import options
-from flexgear.cli.display import as_json_text, key_table, table, value_text
+from flexgear.cli.display import columns, key_table, show_table, table
 from flexgear.model.names import GEAR_MESH, PLANET_PASS, SHAFT, BodyName
 from flexgear.model.units import RPM
-from flexgear.results.dataset_file import save
-from flexgear.results.origin import Origin
 from flexgear.results.quantities import number
 from flexgear.results.report.sharing import DEFINITION
+from flexgear.results.report.tables import meetings
 from flexgear.results.report.wording import titled_by_stage, window_words, with_unit, words
 from flexgear.results.sinks import Ranges
 from flexgear.results.stage_part import (
@@ -36,7 +31,7 @@ from flexgear.results.time_figures import (
     stage_histories,
     star_angle,
 )
-from flexgear.solve.campbell import IDEAL, LEAST, crossing_rows
+from flexgear.solve.campbell import LEAST, crossing_rows
 from flexgear.solve.headlines.solution import balance_sentence
 from flexgear.solve.model import Model
 from flexgear.solve.modes import top_shares
@@ -54,42 +49,6 @@ from flexgear.solve.result_warnings import (
     motion_histories,
 )
 from flexgear.solve.static import position_figures
-
-
-@dataclass(frozen=True)
-class Output:
-    """How results come out: figures as JSON or in words, and the dataset in the file ``out``, with
-    a picture beside it where there is a chart."""
-
-    as_json: bool
-    out: Path | None = None
-    chart: Callable[[xr.Dataset], Any] | None = None
-
-    def claim(self, origin: Origin, force: bool) -> None:
-        """Check before the work that dataset and picture may be written; a picture that stands
-        beside an earlier dataset is of that."""
-        options.claim_file(self.out, origin, force)
-        if self.chart is not None and self.out is not None and not self.out.exists():
-            options.claim_file(self.out.with_suffix(".png"), origin, force)
-
-    def keep(self, data: xr.Dataset) -> None:
-        """Write dataset and picture if a file was named."""
-        if self.out is None:
-            return
-        options.save_or_rescue(partial(save, data), self.out)
-        if self.chart is not None:
-            from flexgear.views.style import save_figure
-
-            save_figure(self.chart(data), self.out.with_suffix(".png"), dpi=150)
-
-    def show(self, figures: Any, words: Callable[[], None]) -> None:
-        """Print figures as JSON, or by ``words`` and where the dataset is."""
-        if self.as_json:
-            typer.echo(as_json_text(figures))
-            return
-        words()
-        if self.out is not None:
-            typer.echo(f"\nwrote {value_text(str(self.out))}")
 
 
 def equilibrium_figures(model: Model, data: xr.Dataset) -> dict[str, Any]:
@@ -163,37 +122,29 @@ def neglected_lines(model: Model, lengths: Iterator[Length], torque_share: float
 
 
 def show_modes(model: Model, rows: list[dict[str, Any]], limit_hz: float | None) -> None:
+    """Print a line for each frequency and type."""
     upto = "" if limit_hz is None else f" up to {limit_hz:g} Hz"
     typer.echo(f"{model.case.name}, {model.variant}: {len(rows)} modes{upto}")
-    typer.echo("      no.  frequency Hz  type                      kinetic energy; strain energy")
+    lines = [("no.", "frequency Hz", "type", "kinetic energy; strain energy")]
     at = 0
     while at < len(rows):
-        row, same = rows[at], _repeated(rows, at)
-        modes = f"{at + 1}" if same == 1 else f"{at + 1}-{at + same}"
-        times = f" x{same}" if same > 1 else ""
-        moving = _shares_text(top_shares(row["kinetic_energy"]))
-        strained = _shares_text(top_shares(row["strain_energy"]))
-        typer.echo(
-            f"  {modes:>7} {row['frequency_hz']:13.3f}  {row['type'] + times:<24}  "
-            f"{moving}{'; ' + strained if strained else ''}"
+        row = rows[at]
+        same = [r for r in rows[at : at + row["multiplicity"]] if r["type"] == row["type"]]
+        times = f" x{len(same)}" if len(same) > 1 else ""
+        energies = (
+            ", ".join(f"{name} {100 * share:.0f} %" for name, share in top_shares(row[of]))
+            for of in ("kinetic_energy", "strain_energy")
         )
-        at += same
+        lines.append((
+            _span(at + 1, at + len(same)), f"{row['frequency_hz']:.3f}", row["type"] + times,
+            "; ".join(filter(None, energies)),
+        ))  # fmt: skip
+        at += len(same)
+    columns(lines, ">><<")
 
 
-def _repeated(rows: list[dict[str, Any]], at: int) -> int:
-    """Number of modes from the one at ``at`` on that share its frequency and type."""
-    first, end = rows[at], at + 1
-    while (
-        end < min(len(rows), at + first["multiplicity"])
-        and rows[end]["type"] == first["type"]
-        and abs(rows[end]["frequency_hz"] - first["frequency_hz"]) <= 1e-6 * first["frequency_hz"]
-    ):
-        end += 1
-    return end - at
-
-
-def _shares_text(shares: list[tuple[str, float]]) -> str:
-    return ", ".join(f"{name} {100 * share:.0f} %" for name, share in shares)
+def _span(first: int, last: int) -> str:
+    return f"{first}" if first == last else f"{first}-{last}"
 
 
 def campbell_figures(model: Model, data: xr.Dataset, modes: xr.Dataset) -> dict[str, Any]:
@@ -222,12 +173,14 @@ def show_campbell(model: Model, data: xr.Dataset, figures: dict[str, Any]) -> No
         typer.echo("frequencies do not depend on speed: the case has gyroscopic = false")
     for line in _excitation_lines(data):
         typer.echo(line)
-    if figures["met"]:
-        _meeting_table(figures)
-        typer.echo(
-            "  errors alone: unequal planets, run-out, unbalance; force if met: a gear mesh's over "
-            "its mean,\n  there of one planet's teeth alone"
-        )
+    for each in meetings(figures):
+        if each.rows:
+            typer.echo("")
+            show_table(each)
+    count, total = len(figures["met"]), figures["ideal"] + figures["errors"]
+    if count:
+        more = f"; {count} of {total} meetings are listed" if count < total else ""
+        typer.echo(f"force if met: a gear mesh's over its mean, of one planet's teeth alone{more}")
     typer.echo(f"\nresonance: {figures['verdict']}")
 
 
@@ -255,30 +208,6 @@ def _excitation_lines(data: xr.Dataset) -> Iterator[str]:
         if at.any():
             what = "turns of shafts, orders 1 and 2" if other == SHAFT else "planets that pass"
             yield f"  {what}: {hz[at].min():.4g} to {hz[at].max():.4g} Hz"
-
-
-def _meeting_table(figures: dict[str, Any]) -> None:
-    """Print a line for each meeting of an excitation with modes."""
-    rows = figures["met"]
-    total = figures["ideal"] + figures["errors"]
-    listed = f"; the first {len(rows)}" if len(rows) < total else ""
-    typer.echo(f"\nwithin {100 * figures['margin']:.0f} % of modes: {total}{listed}")
-    width = max(len("excitation"), *(len(row["excitation"]) for row in rows))
-    typer.echo(
-        f"  {'excitation':<{width}}         Hz   modes          Hz     away  k of mode, order   "
-        "excited by      force if met"
-    )
-    for row in rows:
-        modes = f"{row['modes'][0]}" + (f"-{row['modes'][-1]}" if len(row["modes"]) > 1 else "")
-        excited = "–" if row["excited_index"] is None else f"{row['excited_index']}"
-        cause = "equal planets" if row["cause"] == IDEAL else "errors alone"
-        force = "" if row["force_share"] is None else f"{100 * row['force_share']:.2g} %"
-        speed = "" if abs(row["speed_factor"] - 1) < 1e-9 else f"  at {row['speed_factor']:.3g}"
-        typer.echo(
-            f"  {row['excitation']:<{width}} {row['frequency_hz']:10.5g} {modes:>7} "
-            f"{row['mode_frequency_hz']:11.5g} {100 * row['away']:+7.1f}%  "
-            f"{row['nodal_index']:>10}, {excited:<4}  {cause:<14} {force:>13}{speed}"
-        )
 
 
 def ring_histories(stage: str, data: xr.Dataset) -> xr.Dataset:

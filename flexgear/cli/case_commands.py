@@ -10,6 +10,7 @@ from typing import Annotated, Any
 
 import numpy as np
 import typer
+from typer import Argument, Option
 
 from flexgear.cli import options
 from flexgear.cli.display import as_json_text, present, table, warn
@@ -40,10 +41,9 @@ def check(
     settings: options.Settings = None,
     out: Annotated[
         Path | None,
-        typer.Option(
-            "--out", metavar="DIR", parser=options.folder_named,
-            help="Folder for the same as summary.json, and a picture of every modified flank.",
-        ),
+        Option(metavar="DIR", parser=options.folder_named,
+            help="Folder for the same as summary.json, and a picture of every modified flank."
+        )
     ] = None,
     force: options.Force = False,
     as_json: options.AsJson = False,
@@ -82,7 +82,7 @@ def _write(folder: Path, case: Case, figures: Sections, doubts: Sequence[str]) -
 
 
 def cases(
-    name: Annotated[str | None, typer.Argument(metavar="[NAME]", help="A bundled case.")] = None,
+    name: Annotated[str | None, Argument(metavar="[NAME]", help="A bundled case.")] = None,
     copy: Annotated[
         Path | None, options.file_option("--copy", "Write the case to a new file.")
     ] = None,
@@ -106,7 +106,7 @@ def cases(
 
 
 def upgrade(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="A case of an earlier version.")],
+    file: Annotated[Path, Argument(metavar="FILE", help="A case of an earlier version.")],
     out: Annotated[
         Path | None, options.file_option("--out", "Leave FILE alone, write this one.")
     ] = None,
@@ -132,7 +132,7 @@ def upgrade(
 
 
 def schema(
-    summary: Annotated[bool, typer.Option("--summary", help="Of summary.json of a run.")] = False,
+    summary: Annotated[bool, Option("--summary", help="Of summary.json of a run.")] = False,
     out: Annotated[Path | None, options.file_option("--out", "Write it to a file.")] = None,
 ) -> None:
     """JSON schema of case files: keys, units, ranges and meanings, for editors of TOML; or of the

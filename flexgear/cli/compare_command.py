@@ -10,6 +10,7 @@ from typing import Annotated, Any
 
 import numpy as np
 import typer
+from typer import Argument, Option
 
 from flexgear.cli import options
 from flexgear.cli.display import columns, present, progress, warn
@@ -42,25 +43,19 @@ POSITIONS = 40
 def compare(
     case: options.CaseName,
     other: Annotated[
-        str | None,
-        typer.Argument(metavar="[B]", help="With folders of two runs: both in one report."),
+        str | None, Argument(metavar="[B]", help="With folders of two runs: both in one report.")
     ] = None,
     positions: Annotated[
-        int | None,
-        typer.Option("--positions", min=1, help="Carrier angles until planets stand alike; 40."),
+        int | None, Option(min=1, help="Carrier angles until planets stand alike; 40.")
     ] = None,
     cycles: Annotated[
-        int | None,
-        typer.Option(
-            "--cycles", min=1, help="Load sharing by analysis over so many gear-mesh cycles."
-        ),
+        int | None, Option(min=1, help="Load sharing by analysis over so many gear-mesh cycles.")
     ] = None,
     against: Annotated[
-        str | None,
-        typer.Option("--against", metavar="CASE", help="Another case: forces, bearing life."),
+        str | None, Option(metavar="CASE", help="Another case: forces, bearing life.")
     ] = None,
     life: Annotated[
-        bool, typer.Option("--life", help="With --against: safety and life under load cases.")
+        bool, Option("--life", help="With --against: safety and life under load cases.")
     ] = False,
     settings: options.Settings = None,
     out: Annotated[
@@ -212,12 +207,12 @@ def compare_runs(
     options.claim_file(target, Origin(names), force)
     with (
         EarlyWorkers(True, imported) as workers,
-        tempfile.TemporaryDirectory(prefix="flexgear-") as place,
+        tempfile.TemporaryDirectory(prefix="flexgear-") as scratch,
     ):
         sides = []
         for k, (run, folder) in enumerate(zip(runs, folders, strict=True)):
             with complete(folder), progress(quiet) as report:
-                side, _ = drawn_side(run, folder, Path(place) / str(k), report, workers)
+                side, _ = drawn_side(run, folder, Path(scratch) / str(k), report, workers)
                 sides.append(side)
         write_report(target, names, names, sides, interactive)
     typer.echo(f"compared {first} (A) with {second} (B) in {target}")

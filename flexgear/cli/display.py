@@ -9,6 +9,7 @@ import threading
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -16,7 +17,8 @@ import typer
 
 from flexgear.files.atomic import plain
 from flexgear.model.errors import FlexgearError
-from flexgear.results.report.parts import MARKS, Verdict, titled
+from flexgear.results.report.parts import MARKS, Table, Verdict, titled
+from flexgear.results.report.wording import with_unit
 
 Report = Callable[[str, float], None]
 MOST_BESIDE = 6  # figures that one line shows side by side
@@ -124,6 +126,11 @@ def table(title: str, rows: Mapping[str, Any], before: str = "") -> None:
         typer.echo(f"{before}  {name:<{width}}  {value_text(value)}")
 
 
+def show_table(rows: Table) -> None:
+    """A table of a report, its figures with their units."""
+    table(rows.title, {row.label: with_unit(row.value, row.unit) for row in rows.rows})
+
+
 def show_verdicts(verdicts: Sequence[Verdict]) -> None:
     """A line for the figure of each verdict, marked where it needs an eye, and one for its
     sentence."""
@@ -160,6 +167,18 @@ def key_table(key: str, figures: Mapping[str, Any], before: str = "") -> None:
 def as_json_text(figures: Any) -> str:
     """Figures as JSON, null for what is missing: JSON knows no number that is none."""
     return json.dumps(without_nan(plain(figures)), indent=2, ensure_ascii=False, allow_nan=False)
+
+
+def show(
+    figures: Any, words: Callable[[], None], as_json: bool, written: Path | None = None
+) -> None:
+    """Figures as JSON, or by ``words``, and then where results were written."""
+    if as_json:
+        typer.echo(as_json_text(figures))
+        return
+    words()
+    if written is not None:
+        typer.echo(f"\nwrote {written}")
 
 
 def without_nan(value: Any) -> Any:

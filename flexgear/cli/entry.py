@@ -92,9 +92,11 @@ def whole_command(name: str) -> Any:
     home = COMMANDS[name]
     app = typer.Typer(add_completion=False, rich_markup_mode=None)
     with without_collection():
+        from flexgear.cli.options import expanded
+
         module = import_module(f"flexgear.cli.{home.module}")
         gc.freeze()  # what modules define stays until the end
-    app.command(name)(getattr(module, home.function))
+    app.command(name)(expanded(getattr(module, home.function)))
     return typer.main.get_command(app)
 
 

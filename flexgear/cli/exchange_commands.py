@@ -9,6 +9,7 @@ from typing import Annotated, Any
 
 import numpy as np
 import typer
+from typer import Argument, Option
 
 from flexgear.cli import options
 from flexgear.cli.display import as_json_text, present, progress, table, warn
@@ -35,7 +36,7 @@ from flexgear.structures.sources.of_case import fe_sources
 
 Component = Annotated[
     str,
-    typer.Option(
+    Option(
         "--component",
         "-c",
         metavar="ring|planet|carrier|all",
@@ -69,7 +70,7 @@ def mesh(
         options.file_option("--export", "Write .vtu, .msh or .inp with the patches."),
     ] = None,
     groups: Annotated[
-        bool, typer.Option("--groups", help="List the named groups that a file has, and where.")
+        bool, Option("--groups", help="List the named groups that a file has, and where.")
     ] = False,
     settings: options.Settings = None,
     force: options.Force = False,
@@ -195,13 +196,13 @@ def _rows_of(report: dict[str, Any]) -> dict[str, Any]:
 
 def import_rexs(
     file: Annotated[
-        str, typer.Argument(metavar="FILE", help="A gearbox in REXS: .rexs, .rexsj or .rexsz.")
+        str, Argument(metavar="FILE", help="A gearbox in REXS: .rexs, .rexsj or .rexsz.")
     ],
     out: Annotated[
         Path | None, options.file_option("--out", "The case; FILE's name with .toml.")
     ] = None,
     load_case: Annotated[
-        int | None, typer.Option("--load-case", metavar="ID", help="The first one if left out.")
+        int | None, Option(metavar="ID", help="The first one if left out.")
     ] = None,
     force: options.ForceNew = False,
     as_json: options.AsJson = False,
@@ -226,22 +227,21 @@ def export(
     ] = None,
     reduced: Annotated[
         Path | None,
-        typer.Option(
-            "--reduced",
+        Option(
             metavar="DIR",
             help="Reduced FE bodies: stiffness, mass, table of nodes.",
             parser=options.folder_named,
         ),
     ] = None,
     form: Annotated[
-        str, typer.Option("--format", metavar="op4|mtx|npz", help="Of the reduced matrices.")
+        str, Option("--format", metavar="op4|mtx|npz", help="Of the reduced matrices.")
     ] = "op4",
     component: Component = "all",
     recovery: Annotated[
-        bool, typer.Option("--recovery", help="The way back to the FE mesh's vertices, too.")
+        bool, Option("--recovery", help="The way back to the FE mesh's vertices, too.")
     ] = False,
     settings: options.Settings = None,
-    force: Annotated[bool, typer.Option("--force", help="Replace what is there.")] = False,
+    force: Annotated[bool, Option("--force", help="Replace what is there.")] = False,
     quiet: options.Quiet = False,
 ) -> None:
     """Write a case for other programs: as a gearbox in REXS 2.0, as reduced matrices."""

@@ -7,10 +7,11 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
+from typer import Option
 
 from flexgear.cli import options
-from flexgear.cli.analysis_commands import put_together
-from flexgear.cli.display import as_json_text, progress
+from flexgear.cli.analysis import put_together
+from flexgear.cli.display import progress, show
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
 from flexgear.results.origin import origin_of_case
@@ -29,23 +30,19 @@ AIMS: tuple[Aim, ...] = ("line-load", "transmission-error")
 
 def modify(
     case: options.CaseName,
-    stage: Annotated[str | None, typer.Option(help="Stage; the first planetary one.")] = None,
+    stage: Annotated[str | None, Option(help="Stage; the first planetary one.")] = None,
     aim: Annotated[
-        str, typer.Option("--for", help="line-load or transmission-error: what is made least.")
+        str, Option("--for", help="line-load or transmission-error: what is made least.")
     ] = "line-load",
     torque_share: Annotated[
-        list[float] | None,
-        typer.Option("--torque-share", help="Of the rated torque; repeatable: the worst counts."),
+        list[float] | None, Option(help="Of the rated torque; repeatable: the worst counts.")
     ] = None,
-    relief: Annotated[
-        bool, typer.Option("--relief", help="Tip relief of the planets, too.")
-    ] = False,
+    relief: Annotated[bool, Option("--relief", help="Tip relief of the planets, too.")] = False,
     trials: Annotated[
-        int, typer.Option(min=2, help="Series of equilibria for each amount that is sought.")
+        int, Option(min=2, help="Series of equilibria for each amount that is sought.")
     ] = TRIALS,
     picture: Annotated[
-        Path | None,
-        typer.Option("--picture", help="Draw it before and after (.png, .svg, .pdf)."),
+        Path | None, Option(help="Draw it before and after (.png, .svg, .pdf).")
     ] = None,
     force: options.Force = False,
     rigid: options.Rigid = None,
@@ -75,10 +72,8 @@ def modify(
         )
     if picture is not None:
         options.save_or_rescue(partial(save_figure, before_and_after(*proposal.data)), picture)
-    if as_json:
-        typer.echo(as_json_text(_figures(proposal)))
-    else:
-        _show(proposal, keys_to_copy(source, name, proposal))
+    words = partial(_show, proposal, keys_to_copy(source, name, proposal))
+    show(_figures(proposal), words, as_json)
 
 
 def _show(proposal: Proposal, keys: str) -> None:

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Annotated, TypeVar
 
 import typer
+from typer import Argument, Option
 
 from flexgear.cli import options
 from flexgear.files.atomic import write_bytes
@@ -23,43 +24,35 @@ T = TypeVar("T")
 
 
 def new(
-    out: Annotated[Path, typer.Argument(metavar="FILE", help="The case to write.")],
+    out: Annotated[Path, Argument(metavar="FILE", help="The case to write.")],
     ratio: Annotated[
-        str | None, typer.Option(metavar="X[,X]", help="Ratio of each stage, the slowest first.")
+        str | None, Option(metavar="X[,X]", help="Ratio of each stage, the slowest first.")
     ] = None,
     planets: Annotated[
-        str | None,
-        typer.Option(metavar="N[,N]", help="Planets of each stage, or of all."),
+        str | None, Option(metavar="N[,N]", help="Planets of each stage, or of all.")
     ] = None,
     torque: Annotated[
-        float | None,
-        typer.Option("--torque-nm", help="Rated torque of the slow end, driven."),
+        float | None, Option("--torque-nm", help="Rated torque of the slow end, driven.")
     ] = None,
     speed: Annotated[
-        float | None, typer.Option("--speed-rpm", help="Rated speed of the slow end.")
+        float | None, Option("--speed-rpm", help="Rated speed of the slow end.")
     ] = None,
     sun_torque: Annotated[
-        float | None,
-        typer.Option("--sun-torque-nm", help="Instead that of the last sun, driven."),
+        float | None, Option("--sun-torque-nm", help="Instead that of the last sun, driven.")
     ] = None,
     sun_speed: Annotated[
-        float | None, typer.Option("--sun-speed-rpm", help="Instead that of the last sun.")
+        float | None, Option("--sun-speed-rpm", help="Instead that of the last sun.")
     ] = None,
     arrangement: Annotated[
-        str,
-        typer.Option(
-            metavar="NAME[,NAME]", help="planetary, star (carrier held), solar (sun held)."
-        ),
+        str, Option(metavar="NAME[,NAME]", help="planetary, star (carrier held), solar (sun held).")
     ] = "planetary",
     module: Annotated[
         str | None,
-        typer.Option("--module-mm", metavar="M[,M]", help="Normal module; follows if left out."),
+        Option("--module-mm", metavar="M[,M]", help="Normal module; follows if left out."),
     ] = None,
-    helix: Annotated[
-        str, typer.Option("--helix-deg", metavar="DEG[,DEG]", help="Helix angle.")
-    ] = "0",
+    helix: Annotated[str, Option("--helix-deg", metavar="DEG[,DEG]", help="Helix angle.")] = "0",
     double: Annotated[
-        bool, typer.Option("--double-helical", help="Two halves of opposite hand.")
+        bool, Option("--double-helical", help="Two halves of opposite hand.")
     ] = False,
     force: options.ForceNew = False,
 ) -> None:

@@ -6,6 +6,8 @@ An output replaces only what flexgear wrote for the same case, and anything wher
 
 from __future__ import annotations
 
+import functools
+import inspect
 import os
 import shutil
 import tempfile
@@ -15,6 +17,7 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
+from typer import Argument, Option
 
 from flexgear.coupling.build import require_workable
 from flexgear.files.atomic import file_target, folder_target, try_file
@@ -24,32 +27,51 @@ from flexgear.model.load import load_case
 from flexgear.results.origin import Origin, is_picture, origin_of
 
 CaseName = Annotated[
-    str, typer.Argument(metavar="CASE", help="A TOML file, or the name of a bundled case.")
+    str, Argument(metavar="CASE", help="A TOML file, or the name of a bundled case.")
 ]
 Settings = Annotated[
     list[str] | None,
-    typer.Option(
+    Option(
         "--set",
         metavar="KEY=VALUE",
         help="Change a key of the case; KEY= takes it out. Repeatable.",
     ),
 ]
-AsJson = Annotated[bool, typer.Option("--json", help="Print JSON, for programs.")]
-Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress, only the outcome.")]
+AsJson = Annotated[bool, Option("--json", help="Print JSON, for programs.")]
+Quiet = Annotated[bool, Option("--quiet", "-q", help="No progress, only the outcome.")]
 Rigid = Annotated[
     list[str] | None,
-    typer.Option("--rigid", metavar="PART", help="Make ring, planet, carrier, shaft or all rigid."),
+    Option("--rigid", metavar="PART", help="Make ring, planet, carrier, shaft or all rigid."),
 ]
 Workers = Annotated[
     int | None,
-    typer.Option("--workers", min=1, metavar="N", help="Processes; as many as pay if left out."),
+    Option("--workers", min=1, metavar="N", help="Processes; as many as pay if left out."),
 ]
 Scheduler = Annotated[
     str | None,
-    typer.Option(
-        "--scheduler", metavar="ADDRESS", help="A Dask cluster instead, e.g. tls://host:8786."
-    ),
+    Option("--scheduler", metavar="ADDRESS", help="A Dask cluster instead, e.g. tls://host:8786."),
 ]
+
+
+def expanded(command: Callable[..., None]) -> Callable[..., None]:
+    """A command whose first argument is a dataclass of options, with these as arguments of its own,
+    as typer takes them; any other command as it is."""
+    signature = inspect.signature(command, eval_str=True)
+    shared, *others = signature.parameters.values()
+    group: Callable[..., Any] = shared.annotation
+    if not hasattr(group, "__dataclass_fields__"):
+        return command
+    fields = list(inspect.signature(group, eval_str=True).parameters.values())
+
+    @functools.wraps(command)
+    def called(**values: Any) -> None:
+        command(group(**{field.name: values.pop(field.name) for field in fields}), **values)
+
+    needed = [p for p in (*fields, *others) if p.default is p.empty]
+    left = [p for p in (*others, *fields) if p.default is not p.empty]
+    called.__signature__ = signature.replace(parameters=[*needed, *left])  # type: ignore[attr-defined]
+    called.__annotations__ = {p.name: p.annotation for p in (*needed, *left)}
+    return called
 
 
 def settings_of(settings: list[str] | None) -> dict[str, str]:
@@ -103,12 +125,11 @@ def rigid_parts(names: list[str] | None, case: Case) -> tuple[str, ...]:
 
 
 Force = Annotated[
-    bool,
-    typer.Option("--force", help="Replace files that are no earlier result of the same case, too."),
+    bool, Option("--force", help="Replace files that are no earlier result of the same case, too.")
 ]
 
 
-ForceNew = Annotated[bool, typer.Option("--force", help="Replace a file that is there.")]
+ForceNew = Annotated[bool, Option("--force", help="Replace a file that is there.")]
 
 
 def require_new(
@@ -138,11 +159,10 @@ def file_option(flag: str, about: str) -> Any:
 
 
 OutFolder = Annotated[
-    Path | None,
-    typer.Option("--out", metavar="DIR", help="Folder for results.", parser=folder_named),
+    Path | None, Option("--out", metavar="DIR", help="Folder for results.", parser=folder_named)
 ]
 Interactive = Annotated[
-    bool, typer.Option(help="Plots in the report that zoom and turn; static pictures without.")
+    bool, Option(help="Plots in the report that zoom and turn; static pictures without.")
 ]
 OutFile = Annotated[Path | None, file_option("--out", "Write the dataset (netCDF).")]
 SCHEMA = "flexgear.schema.json"

@@ -29,34 +29,34 @@ TITLE = 85  # characters in a line of a title
 def draw(
     content: Folder,
     source: Path,
-    place: Path,
+    target: Path,
     report: Report,
     workers: EarlyWorkers,
     interactive: bool = True,
 ) -> list[str]:
-    """Draw the pictures of the run in the folder ``source`` and write the report into ``place``;
+    """Draw the pictures of the run in the folder ``source`` and write the report into ``target``;
     returns what was left out and why."""
-    side, notes = drawn_side(content, source, place, report, workers)
+    side, notes = drawn_side(content, source, target, report, workers)
     title = content.case.title or content.case.name
-    write_report(place / "report.html", title, content.case.name, [side], interactive)
+    write_report(target / "report.html", title, content.case.name, [side], interactive)
     report("pictures", 1.0)
     return notes
 
 
 def drawn_side(
-    content: Folder, source: Path, place: Path, report: Report, workers: EarlyWorkers
+    content: Folder, source: Path, target: Path, report: Report, workers: EarlyWorkers
 ) -> tuple[Side, list[str]]:
     """Draw the pictures: their side of the report, and what was left out and why."""
     report("pictures", 0.0)
     pictures: dict[str, Picture] = {}
-    _known[source, place] = drawn = Pictures(content, place)
+    _known[source, target] = drawn = Pictures(content, target)
     try:
-        for k, outcome in workers.completed(_picture, (source, place), drawn.names):
+        for k, outcome in workers.completed(_picture, (source, target), drawn.names):
             # what another process could not draw fails here again, with its own error
             pictures[drawn.names[k]] = outcome.value or drawn.picture(drawn.names[k])
             report("pictures", len(pictures) / (len(drawn.names) + 1))
     finally:
-        del _known[source, place]
+        del _known[source, target]
     ordered = [pictures[name] for name in drawn.plan]
     notes = [picture.caption for picture in ordered if picture.file is None][:1]
     if content.rings and not content.fields:
@@ -97,10 +97,10 @@ def _lead(case: Case, flow: PowerFlow, summary: Mapping[str, Any]) -> str:
 
 @dataclass(frozen=True)
 class Pictures:
-    """All pictures of a run, by file name. place: the folder that gets them below "pictures"."""
+    """All pictures of a run, by file name. target: the folder that gets them below "pictures"."""
 
     content: Folder
-    place: Path
+    target: Path
 
     @cached_property
     def plan(self) -> dict[str, Planned]:
@@ -115,7 +115,7 @@ class Pictures:
     def picture(self, name: str) -> Picture:
         """Draw one; without a file where it is left out, and its caption says why."""
         chart, caption = self.plan[name].chart, self.plan[name].caption
-        path = self.place / "pictures" / f"{name}{chart.suffix}"
+        path = self.target / "pictures" / f"{name}{chart.suffix}"
         path.parent.mkdir(parents=True, exist_ok=True)
         picture = Picture(name, chart.section, caption, chart.sentence, path)
         try:
@@ -130,11 +130,11 @@ class Pictures:
         return replace(picture, plots=panels_of(drawn))
 
 
-_known: dict[tuple[Path, Path], Pictures] = {}  # that this process draws, by source and place
+_known: dict[tuple[Path, Path], Pictures] = {}  # that this process draws, by source and target
 
 
 def _picture(folders: tuple[Path, Path], name: str) -> Picture:
-    """The picture of a name, in whatever process; it reads the run once. folders: source and place
+    """The picture of a name, in whatever process; it reads the run once. folders: source and target
     of ``draw``."""
     if folders not in _known:
         _known[folders] = Pictures(read_folder(folders[0]), folders[1])

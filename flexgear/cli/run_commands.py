@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
+from typer import Argument, Option
 
 from flexgear.cli import options
 from flexgear.cli.display import Report, as_json_text, progress, show_verdicts, warn
@@ -28,7 +29,7 @@ def run(
     case: options.CaseName,
     out: options.OutFolder = None,
     settings: options.Settings = None,
-    pictures: Annotated[bool, typer.Option(help="Draw pictures and the report.")] = True,
+    pictures: Annotated[bool, Option(help="Draw pictures and the report.")] = True,
     interactive: options.Interactive = True,
     force: options.Force = False,
     as_json: options.AsJson = False,
@@ -51,7 +52,7 @@ def run(
         notes: list[str] = []
         lost: list[str] = []
         with watch.stage("saving"):
-            options.save_or_rescue(lambda place: save_run(result, place, report), stage)
+            options.save_or_rescue(lambda target: save_run(result, target, report), stage)
         if pictures:
             with watch.stage("pictures"), options.without_pictures(lost):
                 from flexgear.cli.pictures import draw
@@ -104,7 +105,7 @@ def save_run(result: Run, stage: Path, report: Report) -> None:
 
 
 def render(
-    folder: Annotated[Path, typer.Argument(metavar="DIR", help="Folder of a run.")],
+    folder: Annotated[Path, Argument(metavar="DIR", help="Folder of a run.")],
     out: options.OutFolder = None,
     interactive: options.Interactive = True,
     force: options.Force = False,

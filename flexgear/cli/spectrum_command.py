@@ -7,6 +7,7 @@ from typing import Annotated, Any
 
 import numpy as np
 import typer
+from typer import Option
 
 from flexgear.cli.display import as_json_text, columns, evenly_spaced, progress
 from flexgear.cli.options import AsJson, CaseName, Quiet, Settings, file_option, settings_of
@@ -31,7 +32,7 @@ def spectrum(
         Path | None, file_option("--out", "Table for [spectrum] (CSV); a picture goes beside it.")
     ] = None,
     settings: Settings = None,
-    force: Annotated[bool, typer.Option("--force", help="Replace files that are there.")] = False,
+    force: Annotated[bool, Option("--force", help="Replace files that are there.")] = False,
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
@@ -55,10 +56,9 @@ def spectrum(
         return
     _print(bins, ports[0])
     if series is not None:
-        ratios = _damage(series)
+        ratios = (f"{x:.4f} (exponent {p:.3g})" for p, x in _damage(series).items())
         typer.echo(
-            "\ndamage of the bins of series over that of their samples: "
-            + ", ".join(f"{ratio:.4f} (exponent {p:.3g})" for p, ratio in ratios.items())
+            f"\ndamage of the bins of series over that of their samples: {', '.join(ratios)}"
         )
     if out is not None:
         typer.echo(f"\nwrote {out} and {picture}")

@@ -10,18 +10,12 @@ import numpy as np
 import typer
 import xarray as xr
 from numpy.typing import NDArray
+from typer import Argument, Option
 
 from flexgear.cli import options
-from flexgear.cli.display import (
-    Report,
-    as_json_text,
-    columns,
-    evenly_spaced,
-    progress,
-    resumable,
-    value_text,
-)
-from flexgear.files.atomic import file_target, staged_folder
+from flexgear.cli.display import Report, columns, evenly_spaced, resumable, show, value_text, warn
+from flexgear.cli.study import Study
+from flexgear.files.atomic import file_target
 from flexgear.model.errors import InputError
 from flexgear.results.dataset_file import write_netcdf
 from flexgear.results.origin import origin_of_case
@@ -36,9 +30,10 @@ MOST_ROWS = 24  # of a table on a terminal
 ROUNDING = 1e-9  # of its largest value, by which a measure that does not change may differ
 MOST_MESSAGES = 3  # of failed points that are printed
 KNOWN = ", ".join(MEASURES)
+
 Keys = Annotated[
     list[str],
-    typer.Argument(
+    Argument(
         metavar="KEY=VALUES [KEY2=VALUES2]",
         help="One or two keys of the case; values as 1,2,3 or start:stop:count or "
         "start:stop:count:log. A number at the end picks an element of a list.",
@@ -46,60 +41,36 @@ Keys = Annotated[
 ]
 Measures = Annotated[
     list[str] | None,
-    typer.Option(
-        "--measure",
-        metavar="NAME",
-        help=f"What to take down; repeatable: {KNOWN}.",
-    ),
+    Option("--measure", metavar="NAME", help=f"What to take down; repeatable: {KNOWN}."),
 ]
 
 
 def sweep(
-    case: options.CaseName,
+    study: Study,
     keys: Keys,
     measure: Measures = None,
-    settings: options.Settings = None,
-    modes: Annotated[int, typer.Option("--modes", min=1, help="Natural modes to list.")] = 10,
-    workers: options.Workers = None,
-    scheduler: options.Scheduler = None,
-    out: Annotated[
-        Path | None,
-        typer.Option(
-            "--out",
-            metavar="DIR|FILE",
-            help="Folder, or .nc file with pictures beside.",
-            parser=options.folder_named,
-        ),
-    ] = None,
-    pictures: Annotated[bool, typer.Option(help="Draw a picture of each measure.")] = True,
-    force: options.Force = False,
-    as_json: options.AsJson = False,
-    quiet: options.Quiet = False,
+    modes: Annotated[int, Option(min=1, help="Natural modes to list.")] = 10,
 ) -> None:
-    """Parameter study over one key or a grid of two, in parallel; dataset and pictures."""
-    swept = _keys(keys)
+    """Parameter study over one key or a grid of two, in parallel; dataset and pictures.
+
+    --out names a folder, or a .nc file beside which pictures go.
+    """
+    swept, settings = _keys(keys), options.settings_of(study.settings)
     names = [n.strip() for text in measure or [] for n in text.split(",") if n.strip()]
-    target = Path("results") / f"sweep-{Path(case).stem}" if out is None else out
-    plan = planned(case, swept, settings=options.settings_of(settings), measures=names, modes=modes)
-    place, start = _place(target)
-    options.claim_folder(place, (f"{start}.nc", f"{start}_*.png"), origin_of_case(plan.base), force)
+    target = study.out or Path("results") / f"sweep-{Path(study.case).stem}"
+    plan = planned(study.case, swept, settings=settings, measures=names, modes=modes)
+    parent, start = _files_of(target)
+    files = (f"{start}.nc", f"{start}_*.png")
     with (
         resumable(lambda: finished(plan), f"{len(plan.grid)} points"),
-        staged_folder(place) as folder,
-        progress(quiet) as report,
+        study.results(parent, files, origin_of_case(plan.base)) as (folder, report),
     ):
-        data = run_sweep(
-            plan, workers=workers, scheduler=scheduler, progress=report, keep_points=True
-        )
+        data = run_sweep(plan, **study.where, progress=report, keep_points=True)
         write_netcdf(data, folder / f"{start}.nc")
-        if pictures:
+        if study.pictures:
             _draw(data, folder, start, report)
     plan.store.clear()
-    if as_json:
-        typer.echo(as_json_text(plain(data)))
-    else:
-        _tables(data)
-        typer.echo(f"\nwrote {target}")
+    show(plain(data), lambda: _tables(data), study.as_json, target)
     _complain(data)
 
 
@@ -118,7 +89,7 @@ def _keys(settings: list[str]) -> dict[str, Values]:
     return swept
 
 
-def _place(target: Path) -> tuple[Path, str]:
+def _files_of(target: Path) -> tuple[Path, str]:
     """Folder to write to and how file names start: for a file beside it, else inside ``target``."""
     if target.suffix.lower() in (".png", ".svg", ".pdf", ".csv", ".json"):
         raise InputError(
@@ -214,19 +185,14 @@ def _table(part: xr.DataArray, titles: list[str], values: NDArray[np.float64]) -
     points = list(np.ndindex(*(part.sizes[k] for k in keys)))
     lines = evenly_spaced(len(points), MOST_ROWS)
     rows = [
-        [*(value_text(part[k][i].item()) for k, i in zip(keys, points[p], strict=True)),
-         *map(value_text, values[p, :MOST_COLUMNS].tolist())]
+        [*(part[k][i].item() for k, i in zip(keys, points[p], strict=True)),
+         *values[p, :MOST_COLUMNS].tolist()]
         for p in lines
     ]  # fmt: skip
-    columns([[*(_headed(part[k]) for k in keys), *titles[:MOST_COLUMNS]], *rows], ">")
-    cut = [
-        f"{shown} of {count} {what}"
-        for shown, count, what in (
-            (len(lines), len(points), "points"),
-            (MOST_COLUMNS, len(titles), "columns"),
-        )
-        if shown < count
-    ]
+    head = [*(_headed(part[k]) for k in keys), *titles[:MOST_COLUMNS]]
+    columns([head, *([*map(value_text, row)] for row in rows)], ">")
+    counts = {"points": (len(lines), len(points)), "columns": (MOST_COLUMNS, len(titles))}
+    cut = [f"{some} of {count} {what}" for what, (some, count) in counts.items() if some < count]
     if cut:
         typer.echo(f"  {' and '.join(cut)}; the dataset has all")
 
@@ -243,8 +209,8 @@ def _complain(data: xr.Dataset) -> None:
         lines = failures(data, name)
         if not lines:
             continue
-        typer.echo(f"flexgear: {len(lines)} of {data.attrs['points']} points {how}:", err=True)
-        for where, message in lines[:MOST_MESSAGES]:
-            typer.echo(f"  {where}: {message}", err=True)
+        warn([f"{len(lines)} of {data.attrs['points']} points {how}:"])
+        texts = [f"{where}: {message}" for where, message in lines[:MOST_MESSAGES]]
         if len(lines) > MOST_MESSAGES:
-            typer.echo(f"  … and {len(lines) - MOST_MESSAGES} more in the dataset", err=True)
+            texts.append(f"… and {len(lines) - MOST_MESSAGES} more in the dataset")
+        typer.echo("\n".join(f"  {text}" for text in texts), err=True)

@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
+from typer import Option
 
 from flexgear.cli import options
 from flexgear.cli.display import as_json_text, size_text, table
@@ -145,19 +146,19 @@ def _threads() -> Finding:
 def _places() -> Iterator[Finding]:
     """Cache and working folder: writable, and room on their disks."""
     cache = cache_directory()
-    for what, place, mend in (
+    for what, path, mend in (
         ("cache", cache, "export FLEXGEAR_CACHE=/a/folder/that/you/may/write"),
         ("results", Path.cwd(), "work in a folder that you may write"),
     ):
-        there = next(p for p in (place, *place.absolute().parents) if p.exists())
+        there = next(p for p in (path, *path.absolute().parents) if p.exists())
         free = shutil.disk_usage(there).free
         if not _writable(there):
-            yield Finding(what, f"{place} cannot be written", mend)
+            yield Finding(what, f"{path} cannot be written", mend)
         elif free < LEAST_FREE:
             mend = "flexgear cache --clear, or make room"
-            yield Finding(what, f"{place}: only {size_text(free)} free", mend)
+            yield Finding(what, f"{path}: only {size_text(free)} free", mend)
         else:
-            yield Finding(what, f"{place}: {size_text(free)} free")
+            yield Finding(what, f"{path}: {size_text(free)} free")
 
 
 def _writable(folder: Path) -> bool:
@@ -169,16 +170,16 @@ def _writable(folder: Path) -> bool:
 
 
 def cache(
-    clear: Annotated[bool, typer.Option("--clear", help="Remove all of it.")] = False,
+    clear: Annotated[bool, Option("--clear", help="Remove all of it.")] = False,
     as_json: options.AsJson = False,
 ) -> None:
     """Place, size and entries of the cache; a body that is missing there is made again."""
-    place = store.cache_directory()
+    folder = store.cache_directory()
     try:
         entries = store.clear() if clear else store.entries()
     except OSError as error:
         text = error.strerror or error
-        raise FlexgearError(f"the cache {place}: {error.filename or ''}: {text}") from error
+        raise FlexgearError(f"the cache {folder}: {error.filename or ''}: {text}") from error
     kinds = {
         name: [entry.size for entry in entries if entry.kind == kind]
         for kind, name in store.KINDS.items()
@@ -186,10 +187,10 @@ def cache(
     if as_json:
         figures = {n: {"entries": len(s), "size_bytes": sum(s)} for n, s in kinds.items()}
         size = sum(entry.size for entry in entries)
-        out = {"place": str(place), "cleared": clear, "size_bytes": size, "kinds": figures}
+        out = {"place": str(folder), "cleared": clear, "size_bytes": size, "kinds": figures}
         typer.echo(as_json_text(out))
         return
     rows = {n: f"{len(s)} in {size_text(sum(s))}" for n, s in kinds.items()}
-    table(f"{'removed from' if clear else 'kept in'} {place}", rows)
+    table(f"{'removed from' if clear else 'kept in'} {folder}", rows)
     if not clear:
         typer.echo("\nFLEXGEAR_CACHE names another place; flexgear cache --clear empties it")

@@ -12,9 +12,7 @@ import typer
 import xarray as xr
 from scipy.signal import find_peaks
 
-from flexgear.cli import options
-from flexgear.cli.analysis_commands import model_of
-from flexgear.cli.analysis_views import Output
+from flexgear.cli.analysis import Analysis
 from flexgear.cli.display import columns, table
 from flexgear.coupling.laws import LAW_NUMBERS
 from flexgear.model.units import RPM
@@ -51,7 +49,7 @@ SpeedRange = Annotated[
 
 
 def response(
-    case: options.CaseName,
+    analysis: Analysis,
     speed_range: SpeedRange = None,
     torque_range: Annotated[
         tuple[float, float] | None,
@@ -76,16 +74,9 @@ def response(
             "--linear", help="At mean stiffness, to the transmission error; modal shares."
         ),
     ] = False,
-    out: options.OutFile = None,
-    force: options.Force = False,
-    rigid: options.Rigid = None,
-    settings: options.Settings = None,
-    as_json: options.AsJson = False,
-    quiet: options.Quiet = False,
 ) -> None:
     """Frequency response with all branches: peaks, jumps, lost contact over speed or torque."""
-    output = Output(as_json, out, linear_response_chart if linear else response_chart)
-    with model_of(case, settings, rigid, output, force, quiet) as (model, report):
+    with analysis.model(pictured=True) as (model, report):
         if linear:
             data = linear_response(model, speed_range, progress=report)
         else:
@@ -99,17 +90,17 @@ def response(
                 harmonics=harmonics,
                 progress=report,
             )
-    output.keep(data)
+    analysis.keep(data, linear_response_chart if linear else response_chart)
     if linear:
         peaks = [_linear_peak(data.isel(peak=k)) for k in range(data.sizes.get("peak", 0))]
-        output.show({"peaks": peaks}, partial(_show_linear, model, peaks))
+        analysis.show({"peaks": peaks}, partial(_show_linear, model, peaks))
     else:
         figures = response_figures(data)
-        output.show(figures, partial(show_response, model, data, figures))
+        analysis.show(figures, partial(show_response, model, data, figures))
 
 
 def stability(
-    case: options.CaseName,
+    analysis: Analysis,
     speed_range: SpeedRange = None,
     count: Annotated[
         int, typer.Option("--count", min=3, help="Speeds, to which expected bands add some.")
@@ -118,20 +109,13 @@ def stability(
         float | None,
         typer.Option("--limit-hz", help="Highest natural frequency of modes that are kept."),
     ] = None,
-    out: options.OutFile = None,
-    force: options.Force = False,
-    rigid: options.Rigid = None,
-    settings: options.Settings = None,
-    as_json: options.AsJson = False,
-    quiet: options.Quiet = False,
 ) -> None:
     """Parametric instability: speeds at which varying gear-mesh stiffness lets vibration grow."""
-    output = Output(as_json, out, stability_chart)
-    with model_of(case, settings, rigid, output, force, quiet) as (model, report):
+    with analysis.model(pictured=True) as (model, report):
         data = over_speed(model, speed_range, count=count, limit_hz=limit_hz, progress=report)
-    output.keep(data)
+    analysis.keep(data, stability_chart)
     bands = _bands(data)
-    output.show({"bands": bands}, partial(_show_stability, model, data, bands))
+    analysis.show({"bands": bands}, partial(_show_stability, model, data, bands))
 
 
 def _show_linear(model: Model, peaks: list[dict[str, Any]]) -> None:

@@ -85,6 +85,6 @@ def reduce_mesh(
             )
         sample = facet_sample(model, solid.facets[name])
         centre = sample.weights @ sample.points / sample.weights.sum()
-        place = centre if position is None else np.asarray(position, dtype=float)
-        ties.append(averaging_tie(name, place, sample))
+        at = centre if position is None else np.asarray(position, dtype=float)
+        ties.append(averaging_tie(name, at, sample))
     return reduce(model, interface_of(model, ties), modes).body

@@ -83,8 +83,7 @@ class Model(model.Model):
         """
         limit = usual_limit(self) if limit_hz is None else limit_hz
         if angle_deg is not None:
-            angle = float(self._reference_angles(angle_deg, member)[0])
-            return modes(self, angle=angle, limit_hz=limit)
+            return modes(self, angle=self._reference_angle(angle_deg, member), limit_hz=limit)
         over_speed = campbell(self, limit_hz=limit)
         at_rest = modes(self, limit_hz=limit)
         return at_rest.merge(over_speed).assign_attrs({**at_rest.attrs, **over_speed.attrs})
@@ -240,7 +239,7 @@ class Model(model.Model):
         body (``fields=["stage.ring"]``). Rolling is taken off; stress is smooth where the mesh does
         not resolve it, as in tooth roots.
         """
-        angle = float(self._reference_angles(angle_deg, member)[0])
+        angle = self._reference_angle(angle_deg, member)
         return deformed.deformed(self, body, angle, torque, run=run, time=time)
 
     @checked
@@ -259,9 +258,7 @@ class Model(model.Model):
         largest: displacement of the vertex that moves most, m. InputError for a mode that there is
         not, or in which the body is at rest.
         """
-        angle = None
-        if angle_deg is not None:
-            angle = float(self._reference_angles(angle_deg, member)[0])
+        angle = None if angle_deg is None else self._reference_angle(angle_deg, member)
         return deformed.mode_field(self, body, mode, angle, largest)
 
     def _reference_angles(self, angle_deg: ArrayLike, member: str) -> NDArray[np.float64]:
@@ -273,6 +270,9 @@ class Model(model.Model):
         if member not in turning:
             raise InputError("--member", echo(member), "does not turn", nearest(member, turning))
         return lead_angles(self.case, self.flow, angles, member)
+
+    def _reference_angle(self, angle_deg: float, member: str) -> float:
+        return float(self._reference_angles(angle_deg, member)[0])
 
     def _repr_html_(self) -> str:
         return html_table({**self.facts, "angles of": self.reference_member})

@@ -42,7 +42,7 @@ def run_case(case: Case, out: str | Path | None, force: bool, progress: Progress
     options.claim_folder(folder, options.RUN, origin_of_case(case, "run"), force)
     with staged_folder(folder, options.earlier(options.RUN)) as stage:
         result = run.run(case, progress, folder=stage)
-        options.save_or_rescue(lambda place: save_run(result, place, progress), stage)
+        options.save_or_rescue(lambda target: save_run(result, target, progress), stage)
     return read_run(folder)
 
 
@@ -65,7 +65,7 @@ def rate_case(
     options.claim_folder(folder, options.RATING, origin_of_case(case, "rating"), force)
     with staged_folder(folder, options.earlier(options.RATING)) as stage:
         rated = rate(case, workers=workers, progress=progress)
-        options.save_or_rescue(lambda place: save_rating(rated, place), stage)
+        options.save_or_rescue(lambda target: save_rating(rated, target), stage)
     return Rating(**vars(rated))
 
 
@@ -84,6 +84,6 @@ def report(
     interactive: plots that zoom and bodies that turn; else static pictures. InputError for a folder
     without a finished run.
     """
-    place = Path(folder)
-    draw_again(read_folder(place), place, place, interactive, progress_or_bars(progress))
-    return place / "report.html"
+    at = Path(folder)
+    draw_again(read_folder(at), at, at, interactive, progress_or_bars(progress))
+    return at / "report.html"

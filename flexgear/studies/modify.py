@@ -1,19 +1,14 @@
 """A proposal of flank modifications: helix slope, crowning and tip relief of the planets' flanks.
 
-Gaps of slices are linear in amounts of the lead, and nearly of second order in those of relief,
-which turns the flank (``gears.profile_contact``). So each amount is a table of gaps or two, made
-once: with
-
-    g = g_0 + Σ_i p_i g_i + p_i² q_i
-
-every trial is a series of equilibria over a gear-mesh cycle and nothing else. The search is
-Nelder and Mead's (SciPy): the largest line load is the largest of many, and has kinks. What is
-proposed is put together anew, so that its figures are those of the case with its keys.
+With gaps of slices as sums over amounts (``ground_flanks``) every trial is a series of equilibria
+over a gear-mesh cycle and nothing else. The search is Nelder and Mead's (SciPy): the largest line
+load is the largest of many, and has kinks. What is proposed is put together anew, so that its
+figures are those of the case with its keys.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -24,7 +19,7 @@ from scipy.optimize import minimize
 
 from flexgear.analysis.equilibrium import Equilibrium, revolution
 from flexgear.arrays import Array
-from flexgear.coupling.pair_data import PairData, gap_columns, slice_gaps
+from flexgear.coupling.pair_data import PairData, gap_columns
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
 from flexgear.model.faults import require_sound
@@ -34,39 +29,27 @@ from flexgear.solve.angles import lead_speed, one_turn, stage_motions
 from flexgear.solve.bodies import Progress, silent
 from flexgear.solve.dataset import equilibrium_data
 from flexgear.solve.face_load import worst_figures
-from flexgear.solve.model import Model, assemble, rated_rotations
+from flexgear.solve.model import Model, rated_rotations
+from flexgear.studies.ground_flanks import UNIT, Ground, gap_factors, ground_pairs
 
 Aim = Literal["line-load", "transmission-error"]
-LEAD = ("helix_slope", "lead_crowning", "end_relief")  # turn no flank across its profile
-UNIT = 1e-6  # m: amounts are whole micrometres
 POSITIONS = 12  # of a gear-mesh cycle
 TRIALS = 60  # series of equilibria for each amount
 
 
 @dataclass(frozen=True)
 class Amount:
-    """One amount that is sought.
+    """One amount that is sought. start: what is added where the search begins, m; signed: may leave
+    material standing."""
 
-    gear, flank, name: where it stands; base: what the case has there, m; start: what is added
-    where the search begins, m; signed: may leave material standing.
-    """
-
-    gear: str
-    flank: str
-    name: str
-    base: float
+    ground: Ground
     start: float
-    signed: bool
-
-    @property
-    def section(self) -> str:
-        """Where it stands below its stage: a key, or of relief the section of its amount."""
-        return f"{self.gear}.modifications.{self.flank}.{self.name}"
+    signed: bool = False
 
     @property
     def key(self) -> str:
         """Of the case, below its stage."""
-        return self.section + (".amount" if self.name == "tip_relief" else "")
+        return self.ground.key + (".amount" if self.ground.relief else "")
 
 
 @dataclass(frozen=True)
@@ -120,9 +103,9 @@ def propose_modifications(
     trial = _Trial(model, angles, tuple(shares), of_stage)
     flat = trial.data(model.system.pairs, shares[0])
     amounts = _amounts(case, stage, flat, relief)
-    tables = [_factors(model, stage, a) for a in amounts]
+    tables = [gap_factors(model, a.ground, max(2.0 * abs(a.start), UNIT)) for a in amounts]
     start = np.array([a.start for a in amounts]) / UNIT
-    least = np.array([-np.inf if a.signed else -a.base / UNIT for a in amounts])
+    least = np.array([-np.inf if a.signed else -a.ground.base / UNIT for a in amounts])
     scale = max(float(np.abs(start).max()), 5.0)
 
     def cost(p: Array) -> float:
@@ -142,10 +125,11 @@ def propose_modifications(
     if cost(best) > cost(np.zeros_like(best)):
         best = np.zeros_like(best)
     progress("flanks", 1.0)
-    ground = _assembled(model, stage, amounts, best)
+    added = [(a.ground, float(x) * UNIT) for a, x in zip(amounts, best, strict=True)]
+    ground = ground_pairs(model, added)
     return Proposal(
-        amounts={a.key: a.base + float(x) * UNIT for a, x in zip(amounts, best, strict=True)},
-        reliefs={a.section: _relief(case, stage, a) for a in amounts if a.name == "tip_relief"},
+        amounts={a.key: g.base + more for a, (g, more) in zip(amounts, added, strict=True)},
+        reliefs={g.key: g.relief for g, _ in added if g.relief is not None},
         before={s: face_figures(trial.data(model.system.pairs, s)) for s in shares},
         after={s: face_figures(trial.data(ground, s)) for s in shares},
         data=(flat, trial.data(ground, shares[0])),
@@ -211,76 +195,18 @@ def _amounts(case: Case, stage: str, flat: xr.Dataset, relief: bool) -> list[Amo
         if str(labels["flank_stage"].item()) != stage or int(labels["flank_planet"]) != 1:
             continue
         flank = "drive" if gear == "gear" else str(labels["flank_kind"].item())
-        has = ground.of(flank)
+        has, at = ground.of(flank), f"{gear}.modifications.{flank}"
         tilt, give = figures["misalignment_um"] * UNIT, figures["transmission_error_um"] * UNIT
-        starts = {"helix_slope": tilt, "lead_crowning": 0.1 * abs(tilt) + UNIT}
-        for what, start in starts.items():
-            base = getattr(has, what) or 0.0
-            amounts.append(Amount(gear, flank, what, base, start, signed=what == "helix_slope"))
+        slope = Ground(stage, f"{at}.helix_slope", has.helix_slope or 0.0)
+        crowning = Ground(stage, f"{at}.lead_crowning", has.lead_crowning or 0.0)
+        amounts += [Amount(slope, tilt, signed=True), Amount(crowning, 0.1 * abs(tilt) + UNIT)]
         if relief:
-            base = has.tip_relief.amount if has.tip_relief is not None else 0.0
-            start = max(0.3 * abs(give), UNIT)
-            amounts.append(Amount(gear, flank, "tip_relief", base, start, signed=False))
+            module = stage_section.normal_module
+            tip = has.tip_relief or Relief(amount=UNIT, length=module, form="parabolic")
+            base = tip.amount if has.tip_relief else 0.0
+            of_tip = Ground(stage, f"{at}.tip_relief", base, tip)
+            amounts.append(Amount(of_tip, max(0.3 * abs(give), UNIT)))
     return amounts
-
-
-def _relief(case: Case, stage: str, amount: Amount) -> Relief:
-    """Tip relief of a flank: the case's, or over a module of the path where it has none."""
-    stage_section = case.stage(stage)
-    has: Relief | None = (
-        getattr(stage_section, amount.gear).modifications.of(amount.flank).tip_relief
-    )
-    return has or Relief(amount=UNIT, length=stage_section.normal_module, form="parabolic")
-
-
-def _value(case: Case, stage: str, amount: Amount, added: float) -> object:
-    """What the section of an amount says with so much more, m."""
-    if amount.name != "tip_relief":
-        return amount.base + added
-    return _relief(case, stage, amount).model_copy(update={"amount": amount.base + added})
-
-
-def _assembled(model: Model, stage: str, amounts: Sequence[Amount], added: Array) -> PairData:
-    """Pairs of the model with flanks ground by so much more, µm."""
-    keys = {
-        f"stages.{stage}.{a.section}": _value(model.case, stage, a, float(x) * UNIT)
-        for a, x in zip(amounts, added, strict=True)
-    }
-    return _ground(model, **keys)
-
-
-def _factors(model: Model, stage: str, amount: Amount) -> Array:
-    """``gap_factors`` of what is added to an amount."""
-    key = f"stages.{stage}.{amount.section}"
-
-    def value_at(total: float) -> object:
-        return _value(model.case, stage, amount, total - amount.base)
-
-    return gap_factors(model, key, value_at, amount.base, max(2.0 * abs(amount.start), UNIT))
-
-
-def gap_factors(
-    model: Model, key: str, value: Callable[[float], object], base: float, most: float
-) -> Array:
-    """Factors (2, K, T, n) of an amount and of its square, m/m and 1/m, in what it adds to the gaps
-    of slices; value: of a key of the case, by the whole amount, m; most: that is mostly added."""
-    before = slice_gaps(model.system.pairs)
-
-    def by(added: float) -> Array:
-        return (slice_gaps(_ground(model, **{key: value(base + added)})) - before) / added
-
-    far = by(most)
-    if key.rpartition(".")[2] in LEAD:
-        return np.stack([far, np.zeros_like(far)])
-    near = by(0.5 * most)
-    square = (far - near) / (0.5 * most)
-    return np.stack([near - 0.5 * most * square, square])
-
-
-def _ground(model: Model, **keys: object) -> PairData:
-    """Pairs of the model with other values of keys of the case."""
-    case = model.case.with_(**keys)
-    return assemble(case, bodies=model.bodies, variant=model.system.rigid_bodies).system.pairs
 
 
 def _gaps(pairs: PairData, tables: Sequence[Array], amounts: Array) -> PairData:

@@ -47,8 +47,8 @@ from flexgear.solve.bodies import Progress, reduced_bodies, silent
 from flexgear.solve.face_load import along_face, largest_line_load, sections
 from flexgear.solve.model import Model, assemble, rated_rotations
 from flexgear.studies.dask_pool import reach
+from flexgear.studies.ground_flanks import UNIT, gap_factors
 from flexgear.studies.job_pool import StudyStore, stored_or_run, study_folder
-from flexgear.studies.modify import UNIT, gap_factors
 from flexgear.studies.tolerance_samples import (
     DrawnError,
     StagePaths,
@@ -203,11 +203,9 @@ def _ground(put: Model, drawn: Sequence[DrawnError]) -> Array:
     for error in drawn:
         if error.ground is None:
             continue
-        key, base = error.ground.key, error.ground.base
         assert isinstance(error.distribution, SizeDistribution)
-        most = max(UNIT, *(abs(end - base) for end in error.distribution.usual))
-        key = f"stages.{error.stage}.{key}"
-        amounts.append(gap_factors(put, key, error.ground.with_amount, base, most))
+        most = max(abs(end - error.ground.base) for end in error.distribution.usual)
+        amounts.append(gap_factors(put, error.ground, max(UNIT, most)))
     return np.stack(amounts, axis=1) if amounts else np.zeros(0)
 
 

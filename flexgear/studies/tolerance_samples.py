@@ -34,26 +34,11 @@ from flexgear.model.tolerance import (
     SizeDistribution,
     ground_flank,
 )
+from flexgear.studies.ground_flanks import Ground
 
 Values = Mapping[tuple[str, str], Array]  # (stage, key) -> (J, count)
 TINY = 1e-30  # m; a size of zero would leave its place in the gear meshes out
 PITCHES = ("ring_pitch", "planet_pitch", "sun_pitch")
-
-
-@dataclass(frozen=True)
-class Ground:
-    """A modification of a flank that is drawn: its key below the stage, the amount that the case
-    has there, m, and the relief that it belongs to, if any."""
-
-    key: str
-    base: float
-    relief: Relief | None = None
-
-    def with_amount(self, amount: float) -> float | Relief:
-        """What stands at the key with another amount, m."""
-        if self.relief is None:
-            return amount
-        return self.relief.model_copy(update={"amount": amount})
 
 
 @dataclass(frozen=True)
@@ -115,7 +100,7 @@ def _ground(case: Case, stage: Stage) -> list[DrawnError]:
         modification = getattr(getattr(stage, part).modifications.of(side), name)
         relief = modification if isinstance(modification, Relief) else None
         base = float(relief.amount if relief else modification or 0.0)
-        ground = Ground(f"{part}.modifications.{side}.{name}", base, relief)
+        ground = Ground(stage.name, f"{part}.modifications.{side}.{name}", base, relief)
         planets = stage.planets if part in ("planet", "gear") else 0
         errors.append(DrawnError(stage.name, f"{flank}_{name}", planets, distribution, ground))
     return errors

@@ -9,7 +9,9 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from flexgear.gears.paths import modified_flanks, stage_paths
+from flexgear.gears.power_flow import StageFlow
 from flexgear.model.errors import FlexgearError
+from flexgear.model.stage_view import StageView
 from flexgear.results.quantities import Figure
 from flexgear.results.report.wording import of_stage, window_words, with_unit
 from flexgear.results.run_folder import Folder, prefix_of
@@ -66,11 +68,8 @@ class Chart:
         """The dataset that is drawn, empty where none is named; None where there is no picture."""
         if not self.data:
             return ()
-        name = self.data.format(**words)
-        if name != self.data and name not in run.datasets:
-            return None  # not every stage has one
-        data = run.datasets[name]
-        return (data,) if not self.variable or self.variable in data else None
+        data = run.datasets.get(self.data.format(**words))
+        return None if data is None or (self.variable and self.variable not in data) else (data,)
 
 
 class Planned(NamedTuple):
@@ -97,15 +96,14 @@ def planned(run: Folder, charts: Iterable[tuple[Subjects, Sequence[Chart]]]) -> 
     return dict(sorted(plan.items(), key=lambda item: item[1].chart.slow))
 
 
+def having(subjects: Subjects, condition: Callable[..., object]) -> Subjects:
+    """Those subjects for which something holds of what they are of."""
+    return lambda run: (subject for subject in subjects(run) if condition(*subject.of))
+
+
 def runs(run: Folder) -> Iterator[Subject]:
     """The run itself; draws take nothing but a dataset."""
     yield Subject({"window": _window(run)})
-
-
-def with_dataset(name: str, run: Folder) -> Iterator[Subject]:
-    """The dataset of a name, which not every run has."""
-    if name in run.datasets:
-        yield Subject({})
 
 
 def trains(run: Folder) -> Iterator[Subject]:
@@ -122,39 +120,40 @@ def figures(figure: Figure, run: Folder) -> Iterator[Subject]:
         yield Subject({}, (by_stage,))
 
 
+@dataclass(frozen=True)
+class StageOfRun:
+    """One stage of a run."""
+
+    run: Folder
+    name: str
+
+    @property
+    def view(self) -> StageView:
+        """As the case gives it."""
+        return self.run.case.view(self.name)
+
+    @property
+    def flow(self) -> StageFlow:
+        """Its speeds, torques and forces."""
+        return self.run.flow.stage(self.name)
+
+    @property
+    def is_shared(self) -> bool:
+        """Whether its planets share a load."""
+        shared = self.run.datasets["transient"]["group_stage"].to_numpy()
+        return self.flow.kind == "planetary" and self.name in shared
+
+    @property
+    def has_roots(self) -> bool:
+        """Whether there is stress in the roots of its teeth."""
+        return bool(root_extremes(self.run.datasets["equilibrium"], self.name))
+
+
 def stages(run: Folder) -> Iterator[Subject]:
-    """Every stage; its charts draw a dataset and take nothing else."""
-    for stage in run.case.stages:
-        yield Subject(_words(run, stage.name))
-
-
-def stage_views(run: Folder) -> Iterator[Subject]:
-    """Stages as the case gives them."""
-    for stage in run.case.stages:
-        yield Subject(_words(run, stage.name), (run.case.view(stage.name),))
-
-
-def turning_stages(run: Folder) -> Iterator[Subject]:
-    """Stages whose gears mesh, by power flow; hz: how often."""
+    """Every stage; hz: how often its gears mesh."""
     for stage in run.flow.stages:
-        if stage.gear_mesh_frequency:
-            hz = f"{stage.gear_mesh_frequency:.5g}"
-            yield Subject({**_words(run, stage.name), "hz": hz}, (stage,))
-
-
-def sharing_stages(run: Folder) -> Iterator[Subject]:
-    """Stages whose planets share a load, by name."""
-    shared = run.datasets["transient"]["group_stage"].to_numpy()
-    for stage in run.flow.stages:
-        if stage.kind == "planetary" and stage.name in shared:
-            yield Subject(_words(run, stage.name), (stage.name,))
-
-
-def rooted_stages(run: Folder) -> Iterator[Subject]:
-    """Stages with stress in the roots of their teeth, by name."""
-    for stage in run.case.stages:
-        if root_extremes(run.datasets["equilibrium"], stage.name):
-            yield Subject(_words(run, stage.name), (stage.name,))
+        hz = f"{stage.gear_mesh_frequency:.5g}"
+        yield Subject({**_words(run, stage.name), "hz": hz}, (StageOfRun(run, stage.name),))
 
 
 def flanks(run: Folder) -> Iterator[Subject]:
@@ -188,16 +187,6 @@ def rings(run: Folder) -> Iterator[Subject]:
         yield Subject(_words(run, ring.name) | words, (ring,))
 
 
-def rings_at_rest(run: Folder) -> Iterator[Subject]:
-    """FE rings in equilibrium."""
-    return (ring for ring in rings(run) if ring.of[0].equilibria)
-
-
-def rings_in_time(run: Folder) -> Iterator[Subject]:
-    """FE rings in transients at rated torque."""
-    return (ring for ring in rings(run) if ring.of[0].steady)
-
-
 def torque_drops(run: Folder) -> Iterator[Subject]:
     """FE rings in every torque drop: ring and depth."""
     for subject in rings(run):
@@ -213,11 +202,6 @@ def fields(run: Folder) -> Iterator[Subject]:
         words = {"prefix": prefix_of(body.stage), "body": body.part, "Body": title}
         words["deformed"] = title.lower()
         yield Subject(words, (title, field, len(run.fields)))
-
-
-def mode_fields(run: Folder) -> Iterator[Subject]:
-    """The same of bodies whose modes were kept, which earlier runs did not."""
-    return (x for x in fields(run) if x.of[1].sizes.get("mode", 0))
 
 
 def _words(run: Folder, stage: str) -> dict[str, str]:

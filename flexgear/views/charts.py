@@ -20,6 +20,7 @@ from flexgear.views.style import (
     MICRO,
     NEUTRAL,
     PLANET_COLOURS,
+    labelled_bars,
     panels,
     styled,
 )
@@ -123,15 +124,10 @@ def figure_bars(figure: declared.Figure, stages: Mapping[str, Any]) -> Figure:
     ]
     labels = [words(f"{stage} {name}") or words(stage) for stage, name, _ in bars]
     drawing, axes = panels(1, 1, height_mm=26 + 7.0 * len(bars))
-    ax, at = axes[0, 0], np.arange(len(bars))
-    drawn = ax.barh(at, sizes, 0.7, color=colours)
-    ax.bar_label(drawn, [number(size) for size in sizes], padding=2, fontsize=7.5)
-    ax.set_yticks(at, labels)
-    ax.invert_yaxis()
+    ax = axes[0, 0]
+    labelled_bars(ax, sizes, labels, list(map(number, sizes)), colours)
     ax.set_xlabel(f"{figure.bars.label if figure.bars else figure.meaning} ({unit})")
     ax.xaxis.set_major_locator(MaxNLocator(5))
     ax.xaxis.set_major_formatter(lambda value, _: number(value))
-    ax.grid(axis="y", visible=False)
     ax.margins(x=0.15)
-    ax.tick_params(axis="y", length=0)
     return drawing

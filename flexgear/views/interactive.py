@@ -118,10 +118,10 @@ def _texts(axes: Axes) -> Iterator[dict[str, Any]]:
         log = [s == "log" for s in (axes.get_xscale(), axes.get_yscale())]
         if any(on and not v > 0 for on, v in zip(log, (x, y), strict=True)):
             continue
-        place = [float(np.log10(v)) if on else float(v) for on, v in zip(log, (x, y), strict=True)]
+        at = [float(np.log10(v)) if on else float(v) for on, v in zip(log, (x, y), strict=True)]
         yield {
-            "x": place[0],
-            "y": place[1],
+            "x": at[0],
+            "y": at[1],
             "text": plain_math(text.get_text()),
             "showarrow": False,
             **_anchor(text, in_data),

@@ -93,15 +93,17 @@ def modes_chart(data: xr.Dataset) -> Figure:
 
 def _distinct(frequency: Array, kinds: list[str]) -> list[list[int]]:
     """Modes by row: those of one frequency and type together."""
-    rows: list[list[int]] = []
-    for i, f in enumerate(frequency):
-        same = [r for r in rows if kinds[r[0]] == kinds[i]
-                and abs(f - frequency[r[0]]) <= 1e-6 * max(f, 1e-9)]  # fmt: skip
-        if same:
-            same[-1].append(i)
-        else:
-            rows.append([i])
-    return rows
+    rows: dict[tuple[int, str], list[int]] = {}
+    for k, modes in enumerate(_repeated(frequency, 1e-6)):
+        for i in modes.tolist():
+            rows.setdefault((k, kinds[i]), []).append(i)
+    return list(rows.values())
+
+
+def _repeated(frequency: Array, share: float) -> list[np.ndarray]:
+    """Modes by rising frequency, those together that differ by so small a share of it."""
+    apart = np.diff(frequency) > share * frequency[:-1]
+    return np.split(np.arange(len(frequency)), np.flatnonzero(apart) + 1)
 
 
 def _frequencies(ax: Axes, frequency: Array, kinds: list[str], rows: list[list[int]]) -> None:
@@ -306,21 +308,17 @@ def _order_index(data: xr.Dataset, number: int) -> int:
 
 def _number_modes(ax: Axes, values: Array, index: np.ndarray, top: float, start: float) -> None:
     """Numbers of the modes at rest, those of one frequency together, where there is room."""
-    at_rest = values[0]
-    free, i = -np.inf, 0
-    while i < len(at_rest):
-        last = i
-        while last + 1 < len(at_rest) and at_rest[last + 1] - at_rest[i] <= 1e-3 * at_rest[i]:
-            last += 1
-        f = float(at_rest[i])
-        if LABEL_ROOM * top <= f < 0.99 * top and index[i] != ABSENT and f >= free:
-            text = f"{i + 1}" + (f"–{last + 1}" if last > i else "")
+    free = LABEL_ROOM * top
+    for modes in _repeated(values[0], 1e-3):
+        first, last = int(modes[0]), int(modes[-1])
+        f = float(values[0, first])
+        if free <= f < 0.99 * top and index[first] != ABSENT:
+            text = f"{first + 1}" + (f"–{last + 1}" if last > first else "")
             ax.annotate(
                 text, (start, f), textcoords="offset points", xytext=(2, 1), fontsize=6,
                 color=NEUTRAL, va="bottom",
             )  # fmt: skip
             free = f + LABEL_ROOM * top
-        i = last + 1
 
 
 def _meetings(ax: Axes, data: xr.Dataset, stage: str, top: float) -> None:
@@ -374,10 +372,9 @@ def _legend(data: xr.Dataset, kinds: list[int], whirls: bool) -> list[Line2D]:
     if data.sizes["meeting"]:
         within = f"within {100 * float(data.attrs['margin']):.0f} %"
         for fill, cause in (("black", "equal planets excite it"), ("white", "errors alone do")):
-            dot = Line2D([], [], color="black", ls="", marker="o", ms=3.6)
-            dot.set_markerfacecolor(fill)
-            dot.set_label(f"{within}, {cause}")
-            out.append(dot)
+            label = f"{within}, {cause}"
+            dot: Any = {"color": "black", "ls": "", "marker": "o", "ms": 3.6, "mfc": fill}
+            out.append(Line2D([], [], label=label, **dot))
     return out
 
 

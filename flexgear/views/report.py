@@ -13,7 +13,7 @@ import json
 import os
 import re
 import zlib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from importlib.resources import files
@@ -89,20 +89,20 @@ def write_report(
         name: (folder / f"report.{name}").read_text("utf-8") for name in ("html.j2", "css", "js")
     }
     script = plotly_script() if interactive else None
-    plots: dict[str, Any] = {}
-    pictures = [p.file for s in sides for p in s.pictures if p.file]
+    pictures = [p for side in sides for p in side.pictures]
+    every = [plot for p in pictures for plot in p.plots] if script is not None else []
+    names = {id(plot): f"plot{k}" for k, plot in enumerate(every)}
     with ThreadPoolExecutor() as pool:  # what compresses lets go of the interpreter lock
-        packed = [pool.submit(_packed, file) for file in pictures]
+        packed = {p.file: pool.submit(_packed, p.file) for p in pictures if p.file}
         small_script = pool.submit(deflated, script or "")
-        sections = [
-            chapter
-            for key in SECTIONS
-            if (chapter := _section(key, sides, plots, script is not None))
-        ]
-        data, left_out, thinned = within(plots, MOST_PLOTS)
-        whole = {file: picture.result() for file, picture in zip(pictures, packed, strict=True)}
+        data, left_out, thinned = within(dict(zip(names.values(), every, strict=True)), MOST_PLOTS)
+        whole = {file: picture.result() for file, picture in packed.items()}
     media, smaller = embedded(whole, MOST_PICTURES)
-    _fill_places(sections, media, left_out)
+
+    def embed(picture: Picture | None) -> dict[str, Any] | None:
+        return None if picture is None else _place(picture, names, left_out, media)
+
+    sections = [chapter for key in SECTIONS if (chapter := _section(key, sides, embed))]
     environment = Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True)
     environment.filters["symbols"] = symbols
     page = environment.from_string(source["html.j2"]).render(
@@ -116,8 +116,8 @@ def write_report(
         coarse=[text for text, so in ((SMALLER, smaller), (THINNED, thinned)) if so],
         style=Markup(source["css"]),
         code=Markup(source["js"]),
-        plotly=small_script.result() if script is not None and plots else None,
-        plots=data if script is not None and plots else None,
+        plotly=small_script.result() if every else None,
+        plots=data if every else None,
     )
     with atomic_file(target) as temporary:
         temporary.write_text(page, encoding="utf-8", errors="backslashreplace")
@@ -218,20 +218,6 @@ def within(plots: Mapping[str, Any], most: int) -> tuple[str, set[str], bool]:
     return text, set(plots) - set(left), thin
 
 
-def _fill_places(
-    sections: Sequence[Mapping[str, Any]], media: Mapping[Path, str], left_out: set[str]
-) -> None:
-    """Put pictures in their places, static ones alone where plots of theirs are left out."""
-    places = [x for s in sections for picture in s["pictures"] for x in picture["places"] if x]
-    for place in places:
-        file = place.pop("file")
-        place["image"] = media.get(file) if file else None
-        if left_out & set(place["plots"]):
-            place |= {"plots": [], "note": TOO_LARGE}
-        elif file and file not in media and not place["plots"]:
-            place["note"] = NO_ROOM
-
-
 def _halved(value: Any) -> Any:
     if isinstance(value, Mapping):
         halve = value.get("type") == "scatter" and len(value.get("x", ())) > LEAST_POINTS
@@ -276,13 +262,16 @@ def _cells(rows: Sequence[Row | None]) -> tuple[list[str], str]:
 
 
 def _section(
-    key: str, sides: Sequence[Side], plots: dict[str, Any], interactive: bool
+    key: str, sides: Sequence[Side], embed: Callable[[Picture | None], dict[str, Any] | None]
 ) -> dict[str, Any] | None:
-    """A section of the page with its tables and pictures; None where it has neither. plots: the
-    pictures of the section are added to it, by name."""
+    """A section of the page with its tables and pictures; None where it has neither. embed: a
+    picture as the page needs it, of one side."""
     tables = side_by_side(sides, key)
-    plots_of_section = plots if interactive else None
-    pictures = [_places(row, plots_of_section) for row in _by_name(sides, key)]
+    pictures = []
+    for of_sides in _by_name(sides, key):
+        first = next(p for p in of_sides if p is not None)
+        words = {"caption": first.caption, "sentence": first.sentence}
+        pictures.append(words | {"places": list(map(embed, of_sides))})
     if not tables and not pictures:
         return None
     heading, about = SECTIONS[key]
@@ -296,24 +285,19 @@ def _by_name(sides: Sequence[Side], section: str) -> Iterator[list[Picture | Non
         yield [pictures.get(name) for pictures in by_side]
 
 
-def _places(pictures: Sequence[Picture | None], plots: dict[str, Any] | None) -> dict[str, Any]:
-    """A picture as the page needs it, of every side."""
-    first = next(p for p in pictures if p is not None)
-    places = [None if p is None else _place(p, plots) for p in pictures]
-    return {"caption": first.caption, "sentence": first.sentence, "places": places}
-
-
-def _place(picture: Picture, plots: dict[str, Any] | None) -> dict[str, Any]:
-    names: list[str] = []
-    if plots is not None:
-        names = [f"plot{len(plots) + k}" for k in range(len(picture.plots))]
-        plots |= zip(names, picture.plots, strict=True)
-    return {
-        "plots": names,
-        "file": picture.file,
-        "note": "",
-        "shape": "tall" if any("scene" in p.get("layout", {}) for p in picture.plots) else "",
-    }
+def _place(
+    picture: Picture, names: Mapping[int, str], left_out: set[str], media: Mapping[Path, str]
+) -> dict[str, Any]:
+    """A picture as the page needs it, static where plots of it are left out. names: of plots by
+    their id."""
+    plots = [names[id(plot)] for plot in picture.plots if id(plot) in names]
+    image, note = media.get(picture.file) if picture.file else None, ""
+    if left_out.intersection(plots):
+        plots, note = [], TOO_LARGE
+    elif picture.file and image is None and not plots:
+        note = NO_ROOM
+    tall = any("scene" in p.get("layout", {}) for p in picture.plots)
+    return {"plots": plots, "image": image, "note": note, "shape": "tall" if tall else ""}
 
 
 def _counts(side: Side) -> list[tuple[str, int, str]]:

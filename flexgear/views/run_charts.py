@@ -14,7 +14,6 @@ import xarray as xr
 
 from flexgear.gears.expected_lines import TOOTH_FAULT, expected_lines
 from flexgear.gears.geometry import stage_geometry
-from flexgear.gears.power_flow import StageFlow
 from flexgear.model.errors import FlexgearError, InputError
 from flexgear.model.names import GEAR_MESH, SHAFT
 from flexgear.results.orders import HIGHEST, case_of, gear_mesh_orders
@@ -27,7 +26,7 @@ from flexgear.results.time_figures import ORDERS, radial_harmonics
 from flexgear.results.tooth_pattern import ToothPattern, gear_pattern, planet_pattern
 from flexgear.views import chart as each
 from flexgear.views import charts, face_load_charts, histories, sharing_charts, star, style
-from flexgear.views.chart import Chart, Drawing, NotDrawn, Subjects
+from flexgear.views.chart import Chart, Drawing, NotDrawn, StageOfRun, Subjects, having
 from flexgear.views.charts import figure_bars
 from flexgear.views.face_load_charts import root_stress_chart, tooth_rows_chart
 from flexgear.views.mode_charts import campbell_chart, modes_chart
@@ -57,10 +56,10 @@ ROWS = (
 )
 
 
-def _forces(data: xr.Dataset, stage: StageFlow) -> Any:
+def _forces(data: xr.Dataset, stage: StageOfRun) -> Any:
     """Gear-mesh forces of a stage in its last cycles."""
     end = float(data.variables["time"][-1])
-    near = between(data, end - CYCLES_SHOWN / stage.gear_mesh_frequency)
+    near = between(data, end - CYCLES_SHOWN / stage.flow.gear_mesh_frequency)
     return sharing_charts.gear_mesh_forces(_gear_meshes(near, stage.name))
 
 
@@ -69,11 +68,11 @@ def _gear_meshes(data: xr.Dataset, stage: str) -> xr.Dataset:
     return data.isel(gear_mesh=np.flatnonzero(data["stage"].to_numpy() == stage))
 
 
-def _spectrum(data: xr.Dataset, stage: StageFlow) -> Any:
+def _spectrum(data: xr.Dataset, stage: StageOfRun) -> Any:
     """Order spectra of a stage's gear-mesh forces in the settled part of a run."""
     every = expected_lines(case_of(data), harmonics=int(HIGHEST))
     lines = [
-        (line, line.frequency / stage.gear_mesh_frequency)
+        (line, line.frequency / stage.flow.gear_mesh_frequency)
         for line in every
         if (line.stage == stage.name and line.kind in (GEAR_MESH, SHAFT, TOOTH_FAULT))
         or (line.kind == GEAR_MESH and line.harmonic == 1)
@@ -84,9 +83,9 @@ def _spectrum(data: xr.Dataset, stage: StageFlow) -> Any:
         return style.text_only(str(refusal))
 
 
-def _sharing(data: xr.Dataset, stage: str) -> Any:
+def _sharing(data: xr.Dataset, stage: StageOfRun) -> Any:
     """Load sharing of a stage in the settled window."""
-    settled_part = _gear_meshes(settled(data, MOST_READ), stage)
+    settled_part = _gear_meshes(settled(data, MOST_READ), stage.name)
     return sharing_charts.sharing_chart(settled_part[["planet_load_factor"]].load())
 
 
@@ -210,15 +209,16 @@ FLANK = Chart(
     "Material missing on a flank, normal to it in the transverse section.", flank_drawing,
 )  # fmt: skip
 RUN_CHARTS: Sequence[tuple[Subjects, Sequence[Chart]]] = (
-    (each.stage_views, (
+    (each.stages, (
         Chart("drawing_front_{stage}", "geometry", "{Stage} to scale, front",
             "Gears and what holds them to scale, seen along the axis: teeth, bolts, pins and bores "
-            "as the case gives them.", front_drawing),
+            "as the case gives them.", lambda stage: front_drawing(stage.view)),
         Chart("drawing_section_{stage}", "geometry", "{Stage} to scale, section",
-            "The upper half of the stage cut along its axis, to scale.", section_drawing),
+            "The upper half of the stage cut along its axis, to scale.",
+            lambda stage: section_drawing(stage.view)),
     )),
     (each.flanks, (FLANK,)),
-    (each.rings_at_rest, (
+    (having(each.rings, lambda ring: ring.equilibria), (
         Chart("{prefix}ring_star", "deflections",
             "{ring}Ring at two carrier angles, equilibrium without errors",
             "The ring bends into a star with a point at each planet, which turns with the carrier. "
@@ -232,7 +232,7 @@ RUN_CHARTS: Sequence[tuple[Subjects, Sequence[Chart]]] = (
             "The ring's shape taken apart into waves round the circle; with equal planets only "
             "multiples of their number may be there.", _harmonics),
     )),
-    (each.rings_in_time, (
+    (having(each.rings, lambda ring: ring.steady), (
         Chart("{prefix}tooth_node_1", "deflections",
             "{ring}Displacement of ring tooth node 1, {window}", NODE,
             lambda ring: histories.tooth_node_displacement(ring.steady)),
@@ -279,24 +279,18 @@ RUN_CHARTS: Sequence[tuple[Subjects, Sequence[Chart]]] = (
             "Power that enters is above zero, power that leaves below.",
             sharing_charts.power_flow_chart),
     )),
-    (partial(each.with_dataset, "stability"), (
+    (each.runs, (
         Chart("stability", "modes", "Speeds at which vibration grows by itself",
             "Growth of free vibration under the varying stiffness of the gear meshes, with the "
             "modes i and j and the order l that meet, f_i + f_j = l f_z.",
             stability_chart, "stability"),
-    )),
-    (partial(each.with_dataset, "linear_response"), (
         Chart("linear_response", "dynamics", "Response to the static transmission error",
             "Gear-mesh force by order at mean stiffness, with the mode that has most of each peak.",
             linear_response_chart, "linear_response"),
-    )),
-    (partial(each.with_dataset, "response"), (
         Chart("response", "dynamics", "Steady states over speed or torque, with all branches",
             "Largest and smallest gear-mesh force, and swing of the transmission error. Solid: "
             "stable, dashed: unstable; arrows: where a sweep jumps, and to what force.",
             response_chart, "response"),
-    )),
-    (each.runs, (
         Chart("modes", "modes", "Natural modes by type and energy",
             "Each mode by its frequency, and what share of its energy lies where.",
             modes_chart, "modes"),
@@ -335,29 +329,31 @@ RUN_CHARTS: Sequence[tuple[Subjects, Sequence[Chart]]] = (
             "Contact pattern of planet 1 with {teeth_words}, tooth by tooth", ROWS,
             partial(_rows, planet_pattern), "equilibrium"),
     )),
-    (each.rooted_stages, (
+    (having(each.stages, lambda stage: stage.has_roots), (
         Chart("root_stress_{stage}", "face",
             "Root stress of {plain} over the positions and along the face (thin: fillets on the "
             "other side of the teeth)",
             "Stress in the fillets at the roots of the teeth. Left: over a turn, in the roots that "
             "carry with planet 1; right: along the face where it is largest. Above zero a fillet "
             "is stretched, where cracks grow; thin lines below: the fillets that are pressed.",
-            root_stress_chart, "equilibrium"),
+            lambda data, stage: root_stress_chart(data, stage.name), "equilibrium"),
     )),
     (each.stages, (
         Chart("face_transmission_error_{stage}", "face",
             "Transmission error{of}, planet 1, over a gear-mesh cycle without errors",
             "How far the gears stay behind where they would be if they were rigid and perfect; its "
             "swing is what is heard, order by order. Unloaded: by ground flanks alone.",
-            face_load_charts.transmission_error_chart, "gear_mesh_cycles_{stage}"),
+            lambda data, _: face_load_charts.transmission_error_chart(data),
+            "gear_mesh_cycles_{stage}"),
         Chart("face_stiffness_{stage}", "face",
             "Stiffness of the gear meshes{of} over a cycle",
             "Slope of the force as all tooth pairs close alike, under load: of the teeth, without "
-            "gear bodies.", face_load_charts.stiffness_chart, "gear_mesh_cycles_{stage}"),
+            "gear bodies.", lambda data, _: face_load_charts.stiffness_chart(data),
+            "gear_mesh_cycles_{stage}"),
         Chart("sharing_{stage}", "sharing", "Load sharing{of}, quasi-static, over one turn", SHARES,
-            sharing_charts.sharing_chart, "sharing_{stage}"),
+            lambda data, _: sharing_charts.sharing_chart(data), "sharing_{stage}"),
     )),
-    (each.turning_stages, (
+    (having(each.stages, lambda stage: stage.flow.gear_mesh_frequency), (
         Chart("transient_forces_{stage}", "meshes",
             "Gear-mesh forces{of} in time, the last " f"{CYCLES_SHOWN} gear-mesh cycles",
             "Normal force of every gear mesh; equal lines share the load.",
@@ -368,7 +364,7 @@ RUN_CHARTS: Sequence[tuple[Subjects, Sequence[Chart]]] = (
             "sidebands stand beside an order by turns of what is uneven. Expected: orders of "
             "gear meshes, shafts and tooth faults.", _spectrum, "transient"),
     )),
-    (each.sharing_stages, (
+    (having(each.stages, lambda stage: stage.is_shared), (
         Chart("transient_sharing_{stage}", "sharing", "Load sharing{of} in time, {window}", SHARES,
             _sharing, "transient"),
     )),
@@ -377,14 +373,15 @@ RUN_CHARTS: Sequence[tuple[Subjects, Sequence[Chart]]] = (
             "Turn it with the mouse or a finger; colour is the size of the displacement, the shape "
             "is drawn larger as stated.", _deformed, slow=True),
     )),
-    (each.mode_fields, (
+    # earlier runs kept no modes
+    (having(each.fields, lambda _, field, count: field.sizes.get("mode", 0)), (
         Chart("{prefix}{body}_mode_shapes", "modes",
             "{Body} in the lowest natural modes that move it",
             "Choose a mode, let it swing, turn it; colour is the displacement in per cent of the "
             "largest. A mode has no size of its own, so it is drawn to be seen.",
             _mode_shapes, slow=True),
     )),
-    (each.rings_at_rest, (
+    (having(each.rings, lambda ring: ring.equilibria), (
         Chart("{prefix}ring_star_turning", "deflections", "The star turns with the carrier",
             "One planet spacing of the carrier: press to turn. " f"{ENLARGED}; gears are shown "
             "undeformed.", _animation, slow=True, suffix=".gif"),

@@ -29,6 +29,7 @@ TRIANGLES = 40_000  # of a body on the page
 PAGE_TRIANGLES = 80_000  # of all bodies of a page
 MODE_SIZE = 0.06  # of a body that its largest displacement in a mode is drawn as
 EYE = {"eye": {"x": 0.8, "y": -1.4, "z": 1.3}}
+CORNER = {"direction": "left", "x": 0.02, "y": 0.98, "xanchor": "left", "yanchor": "top"}
 FRAMES = 24  # of the star
 CIRCLE = np.linspace(0, 2 * np.pi, 73)
 
@@ -53,15 +54,9 @@ def body_scene(
         **{name: _short(deformed[:, k], 4) for k, name in enumerate("xyz")},
         **_coloured(corners, size, "µm"),
     }
-    axis = {"showbackground": False, "title": {"text": ""}, "showspikes": False}
     shape = f"displacement {factor_text(factor)}"
     caption = f"{shape}, largest {size.max():.1f} µm"
-    layout: dict[str, Any] = {
-        "title": {"text": caption},
-        "scene": {"aspectmode": "data", "camera": EYE,
-                  "xaxis": axis, "yaxis": axis, "zaxis": axis},
-        "margin": {"l": 0, "r": 0, "t": 0, "b": 0},
-    }  # fmt: skip
+    layout = _layout([{}, {}, {}]) | {"title": {"text": caption}}
     stress = MEGA * np.asarray(von_mises)[vertex]
     layout["updatemenus"] = [_colours_of(trace, shape, caption, stress)]
     return [{"data": [trace], "layout": layout}]
@@ -86,13 +81,8 @@ def mode_scene(
         for label, shape, size in zip(labels, drawn, sizes, strict=True)
     ]
     low, high = at.min(axis=0) - by, at.max(axis=0) + by
-    axes = {
-        f"{name}axis": {"showbackground": False, "title": {"text": ""}, "showspikes": False,
-                        "range": _short((low[k], high[k]), 4)}
-        for k, name in enumerate("xyz")
-    }  # fmt: skip
-    view = {"aspectmode": "data", "camera": EYE, "uirevision": "kept"}
-    layout = {"scene": view | axes, "margin": {"l": 0, "r": 0, "t": 0, "b": 0}}
+    layout = _layout([{"range": _short(ends, 4)} for ends in zip(low, high, strict=True)])
+    layout["scene"]["uirevision"] = "kept"
     trace = {
         "type": "mesh3d",
         **_coloured(corners, np.array(sizes[0]), "%"),
@@ -101,6 +91,14 @@ def mode_scene(
     }
     rest = [_short(at[:, k], 4) for k in range(3)]
     return [{"data": [trace], "layout": layout, "swing": {"rest": rest, "modes": modes}}]
+
+
+def _layout(axes: Sequence[dict[str, Any]]) -> dict[str, Any]:
+    """A panel with a body in equal scales; axes: what x, y and z have beside."""
+    bare = {"showbackground": False, "title": {"text": ""}, "showspikes": False}
+    named = {f"{name}axis": bare | axis for name, axis in zip("xyz", axes, strict=True)}
+    scene = {"aspectmode": "data", "camera": EYE, **named}
+    return {"scene": scene, "margin": {"l": 0, "r": 0, "t": 0, "b": 0}}
 
 
 def _coloured(corners: NDArray[np.integer], size: Array, unit: str) -> dict[str, Any]:
@@ -152,27 +150,19 @@ def _decimated(surface: Any, triangles: int) -> Any:
 
 def _colours_of(trace: dict[str, Any], shape: str, caption: str, stress: Array) -> dict[str, Any]:
     """Buttons that colour a body by displacement, as it is drawn first, or by stress in MPa."""
-    quantities = {
-        "displacement": (trace["intensity"], "µm", caption),
-        "stress": (
-            _short(stress, 1),
-            "MPa",
-            f"equivalent stress, largest {stress.max():.1f} MPa; {shape}",
-        ),
-    }
+    of_stress = f"equivalent stress, largest {stress.max():.1f} MPa; {shape}"
     buttons = []
-    for label, (values, unit, title) in quantities.items():
+    for label, values, unit, title in (
+        ("displacement", trace["intensity"], "µm", caption),
+        ("stress", _short(stress, 1), "MPa", of_stress),
+    ):
         hover = f"{label}: %{{intensity:.1f}} {unit}<extra></extra>"
         changes = {
-            "intensity": [values],
-            "colorbar.title.text": [unit],
-            "hovertemplate": [hover],
-        }
-        buttons.append(
-            {"label": label, "method": "update", "args": [changes, {"title.text": title}]}
-        )
-    return {"type": "buttons", "direction": "left", "buttons": buttons, "x": 0.02, "y": 0.98,
-            "xanchor": "left", "yanchor": "top"}  # fmt: skip
+            "intensity": [values], "colorbar.title.text": [unit], "hovertemplate": [hover],
+        }  # fmt: skip
+        args = [changes, {"title.text": title}]
+        buttons.append({"label": label, "method": "update", "args": args})
+    return {"type": "buttons", "buttons": buttons, **CORNER}
 
 
 def star_scene(displacement: Array, carrier_angles: Array, outline: StageOutline) -> list[Panel]:
@@ -184,8 +174,7 @@ def star_scene(displacement: Array, carrier_angles: Array, outline: StageOutline
          "data": _star(displacement[k], float(carrier_angles[k]), outline, factor)}
         for k in at
     ]  # fmt: skip
-    circle = _line(outline.ring_radius * np.cos(CIRCLE), outline.ring_radius * np.sin(CIRCLE),
-                   ORIGINAL_COLOUR, "undeformed", dash="dot")  # fmt: skip
+    circle = _circle((0.0, 0.0), outline.ring_radius, ORIGINAL_COLOUR, "undeformed", "dot")
     moving = {"traces": list(range(1, 1 + len(frames[0]["data"])))}
     frames = [frame | moving for frame in frames]
     still = {"frame": {"duration": 0, "redraw": False}, "mode": "immediate"}
@@ -205,8 +194,7 @@ def star_scene(displacement: Array, carrier_angles: Array, outline: StageOutline
         "yaxis": {"range": [-reach, reach], "scaleanchor": "x", "title": {"text": "Y (m)"}},
         "sliders": [{"steps": steps, "currentvalue": {"prefix": "carrier angle "},
                      "pad": {"t": 42}}],
-        "updatemenus": [{"type": "buttons", "direction": "left", "buttons": buttons, "x": 0.02,
-                         "y": 0.98, "xanchor": "left", "yanchor": "top", "showactive": False}],
+        "updatemenus": [{"type": "buttons", "buttons": buttons, "showactive": False, **CORNER}],
         "height": 640,
     }  # fmt: skip
     return [{"data": [circle, *frames[0]["data"]], "layout": layout, "frames": frames}]
@@ -218,29 +206,35 @@ def _star(
     """Lines of one position: ring, sun, planets."""
     ring = ring_points(displacement, outline.ring_radius, factor)
     ring = np.vstack([ring, ring[:1]])
-    lines = [_line(ring[:, 0], ring[:, 1], DEFORMED_COLOUR, "ring", width=2.5)]
-    circles = [(np.zeros(2), outline.sun_radius, NEUTRAL, "sun")]
-    for i in range(len(outline.planet_angles)):
-        centre = outline.planet_centre(i, angle)
-        circles.append((centre, outline.planet_radius, planet_colour(i + 1), f"planet {i + 1}"))
-    for centre, radius, colour, name in circles:
-        x, y = centre[0] + radius * np.cos(CIRCLE), centre[1] + radius * np.sin(CIRCLE)
-        lines.append(_line(x, y, colour, name))
-    return lines
+    planets = range(len(outline.planet_angles))
+    return [
+        _line(ring, DEFORMED_COLOUR, "ring", width=2.5),
+        _circle((0.0, 0.0), outline.sun_radius, NEUTRAL, "sun"),
+        *(
+            _circle(
+                outline.planet_centre(i, angle), outline.planet_radius, planet_colour(i + 1),
+                f"planet {i + 1}",
+            )
+            for i in planets
+        ),
+    ]  # fmt: skip
+
+
+def _circle(
+    centre: Array | tuple[float, float], radius: float, colour: str, name: str, dash: str = "solid"
+) -> dict[str, Any]:
+    edge = np.column_stack([np.cos(CIRCLE), np.sin(CIRCLE)])
+    return _line(np.asarray(centre) + radius * edge, colour, name, dash=dash)
 
 
 def _line(
-    x: Array, y: Array, colour: str, name: str, width: float = 1.5, dash: str = "solid"
+    points: Array, colour: str, name: str, width: float = 1.5, dash: str = "solid"
 ) -> dict[str, Any]:
     return {
-        "type": "scatter",
-        "mode": "lines",
-        "x": _short(x, 4),
-        "y": _short(y, 4),
-        "name": name,
-        "showlegend": False,
+        "type": "scatter", "mode": "lines", "name": name, "showlegend": False,
+        "x": _short(points[:, 0], 4), "y": _short(points[:, 1], 4),
         "line": {"color": colour, "width": width, "dash": dash},
-    }
+    }  # fmt: skip
 
 
 def _short(values: Any, digits: int) -> list[float]:

@@ -7,8 +7,8 @@ or time. Modes have charts of their own in ``mode_charts``.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
@@ -30,6 +30,7 @@ from flexgear.views.style import (
     MICRO,
     NEUTRAL,
     PLANET_COLOURS,
+    labelled_bars,
     least_span,
     legend_below,
     legend_lines,
@@ -60,58 +61,57 @@ GAP = 1.5  # of the usual step: a longer one is a gap, not a line
 @styled
 def sharing_chart(data: xr.Dataset) -> Figure:
     """Load factor K_γ = N F / ΣF of every planet, a panel for each stage and kind of gear mesh."""
-    rows = gear_mesh_groups(data, "planet_load_factor")
-
-    def title(part: xr.DataArray) -> str:
-        return f"largest {float(np.nanmax(part.to_numpy(), initial=1.0)):.3f}"
-
-    return _planets_chart(data, rows, 1.0, "$K_γ$ (–)", title, lambda _: 1.0)
+    return _planets_chart(data, "planet_load_factor", "$K_γ$", 1.0)
 
 
 @styled
 def gear_mesh_forces(data: xr.Dataset) -> Figure:
     """Normal force of every planet (kN), a panel for each stage and kind of gear mesh."""
-    rows = gear_mesh_groups(data, "gear_mesh_force")
-
-    def title(part: xr.DataArray) -> str:
-        mean, most = KILO * float(part.mean()), KILO * float(part.max())
-        return f"mean {mean:.4g} kN, largest {most:.4g} kN"
-
-    return _planets_chart(
-        data, rows, KILO, "force (kN)", title, lambda part: KILO * float(part.mean())
-    )
+    return _planets_chart(data, "gear_mesh_force", "force", KILO, "kN")
 
 
 def _planets_chart(
-    data: xr.Dataset,
-    rows: Mapping[str, xr.DataArray],
-    factor: float,
-    label: str,
-    title: Callable[[xr.DataArray], str],
-    middle: Callable[[xr.DataArray], float],
+    data: xr.Dataset, name: str, symbol: str, factor: float, unit: str = ""
 ) -> Figure:
-    """A line a planet in a panel for each of ``rows``; where there are more oscillations than a
-    picture shows their envelopes, and beside them a close-up where the value is largest."""
+    """A line a planet in a panel for each stage and kind of gear mesh, and at the mean of them;
+    where there are more oscillations than a picture shows their envelopes, and beside them a
+    close-up where the value is largest."""
+    rows = gear_mesh_groups(data, name)
     every = np.column_stack([part.to_numpy() for part in rows.values()])
     dense = is_dense(every)
     near = {str(next(iter(rows.values())).dims[0]): close_up(every)} if dense else {}
-    figure, axes = _stacked(len(rows), 2 if dense else 1)
-    every_alike = True
-    for row, (name, part) in zip(axes, rows.items(), strict=True):
+    columns, height = 1 + dense, 18 + (58 if len(rows) == 1 else 36 * len(rows))
+    figure, axes = panels(
+        len(rows), columns, height_mm=height, sharex="col", width_ratios=[2, 1][:columns]
+    )
+    planets: set[int] = set()
+    for row, (title, part) in zip(axes, rows.items(), strict=True):
         alike = _planet_lines(row[0], data, part, factor, dense)
-        every_alike = every_alike and bool(alike)
-        row[0].set_title(f"{name}:{chr(10) if dense else ' '}{title(part)}{alike}")
-        row[0].set_ylabel(label)
+        planets |= set() if alike else set(part["planet"].to_numpy().tolist())
+        mean, most = (f"{factor * float(x):.4g} {unit}".strip() for x in (part.mean(), part.max()))
+        row[0].set_title(
+            f"{title}:{chr(10) if dense else ' '}mean {mean}, largest {most}"
+            f"{', all planets alike' if alike else ''}"
+        )
+        row[0].set_ylabel(f"{symbol} ({unit or '–'})")
         if dense:
             _planet_lines(row[1], data.isel(near), part.isel(near), factor, False)
-            row[1].set_title(
-                "closer, where it is largest", weight="normal", fontsize=8, loc="right"
-            )
+            closer = "closer, where it is largest"
+            row[1].set_title(closer, weight="normal", fontsize=8, loc="right")
             say_envelope(row[0])
         for ax in row:
-            ax.axhline(middle(part), color=NEUTRAL, lw=0.7, zorder=1)
+            ax.axhline(factor * float(part.mean()), color=NEUTRAL, lw=0.7, zorder=1)
             least_span(ax, 0.01)
-    return _finished(figure, axes, data, {} if every_alike else rows)
+    at, label = sample_axis(data)
+    if len(at) > 1:
+        axes[-1, 0].set_xlim(at.min(), at.max())
+    for ax in axes[-1]:
+        ax.set_xlabel(label)
+    figure.align_ylabels(axes[:, 0])
+    if len(planets) > 1:
+        lines = legend_lines({f"planet {p}": planet_colour(p) for p in sorted(planets)})
+        legend_below(figure, lines, 8)
+    return figure
 
 
 @styled
@@ -153,7 +153,6 @@ def power_flow_chart(flow: PowerFlow) -> Figure:
     """Speeds (r/min), torques and powers of all members as bars; ports and held members marked."""
     names = [MemberName.parse(n) for n in flow.speed]
     figure, axes = panels(1, 3, height_mm=26 + 7.0 * len(names), sharey=True)
-    at = np.arange(len(names))
     stages = list(dict.fromkeys(n.stage for n in names))
     colours = [PLANET_COLOURS[stages.index(n.stage) % 8] for n in names]
     quantities = (
@@ -161,17 +160,13 @@ def power_flow_chart(flow: PowerFlow) -> Figure:
         ("torque on the stage", *_in_unit([flow.branch_torque[n] for n in names], "N m")),
         ("power into the stage", *_in_unit([flow.branch_power[n] for n in names], "W")),
     )
+    labels = [_marked(n, flow) for n in names]
     for ax, (title, unit, values) in zip(axes[0], quantities, strict=True):
-        bars = ax.barh(at, values, 0.7, color=colours)
-        ax.bar_label(bars, [_signed(v) for v in values], padding=2, fontsize=7.5)
+        labelled_bars(ax, values, labels, list(map(_signed, values)), colours)
         ax.axvline(0, color="black", lw=0.7)
         ax.set_xlabel(f"{title} ({unit})")
         ax.xaxis.set_major_locator(MaxNLocator(4))
-        ax.grid(axis="y", visible=False)
         ax.margins(x=0.45)
-        ax.tick_params(axis="y", length=0)
-    axes[0, 0].set_yticks(at, [_marked(n, flow) for n in names])
-    axes[0, 0].invert_yaxis()
     unit, (enters, circles) = _in_unit([flow.input_power, flow.circulating_power], "W")
     figure.suptitle(
         f"power in {enters:.4g} {unit}, circulating {circles:.4g} {unit}; "
@@ -200,25 +195,19 @@ def gear_mesh_groups(data: xr.Dataset, name: str) -> dict[str, xr.DataArray]:
 
 def _planet_lines(
     ax: Axes, data: xr.Dataset, part: xr.DataArray, factor: float, envelope: bool
-) -> str:
-    """A line a planet, or its envelope; one for all where they are alike, which is said for the
-    title."""
-
-    def line(values: Array, colour: str, width: float) -> None:
-        at, y = _broken(data, values)
+) -> bool:
+    """A line a planet, or its envelope; one for all where they are alike, which is returned."""
+    values = part.to_numpy() * factor
+    spread = float(np.nanmax(np.ptp(values, axis=1), initial=0.0))
+    alike = values.shape[1] > 1 and spread < ALIKE * np.nanmax(np.abs(values), initial=0.0)
+    lines = [(planet_colour(int(p)), v, 1.0) for p, v in zip(part["planet"], values.T, strict=True)]
+    for colour, line, width in [("black", values.mean(axis=1), 1.2)] if alike else lines:
+        at, y = _broken(data, line)
         if envelope:
             draw(ax, at, y, colour, fill=False, lw=width)
         else:
             ax.plot(at, y, color=colour, lw=width)
-
-    values = part.to_numpy() * factor
-    spread = float(np.nanmax(np.ptp(values, axis=1), initial=0.0))
-    if values.shape[1] > 1 and spread < ALIKE * float(np.nanmax(np.abs(values), initial=0.0)):
-        line(values.mean(axis=1), "black", 1.2)
-        return ", all planets alike"
-    for k, planet in enumerate(part["planet"].to_numpy()):
-        line(values[:, k], planet_colour(int(planet)), 1.0)
-    return ""
+    return bool(alike)
 
 
 def sample_axis(data: xr.Dataset) -> tuple[Array, str]:
@@ -239,28 +228,6 @@ def _broken(data: xr.Dataset, values: Array) -> tuple[Array, Array]:
     step = np.abs(np.diff(at))
     gaps = np.flatnonzero(step > GAP * np.median(step)) + 1
     return np.insert(at, gaps, np.nan), np.insert(values, gaps, np.nan)
-
-
-def _stacked(count: int, columns: int) -> tuple[Figure, Any]:
-    height = 18 + (58 if count == 1 else 36 * count)
-    ratios = [2, 1][:columns]
-    return panels(count, columns, height_mm=height, sharex="col", width_ratios=ratios)
-
-
-def _finished(
-    figure: Figure, axes: Any, data: xr.Dataset, rows: Mapping[str, xr.DataArray]
-) -> Figure:
-    """Common abscissa and the legend of planets."""
-    at, label = sample_axis(data)
-    if len(at) > 1:
-        axes[-1, 0].set_xlim(at.min(), at.max())
-    for ax in axes[-1]:
-        ax.set_xlabel(label)
-    figure.align_ylabels(axes[:, 0])
-    planets = sorted({int(p) for part in rows.values() for p in part["planet"].to_numpy()})
-    if len(planets) > 1:
-        legend_below(figure, legend_lines({f"planet {p}": planet_colour(p) for p in planets}), 8)
-    return figure
 
 
 def _moving(data: xr.Dataset) -> dict[str, dict[tuple[str, str], Array]]:

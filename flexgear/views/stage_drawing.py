@@ -81,11 +81,11 @@ def section_drawing(view: StageView) -> Figure:
     ax = figure.subplots()
     for left, right, inner, outer, colour in boxes:
         z, r = np.array([left, right, right, left]), np.array([inner, inner, outer, outer])
-        ax.fill(MILLI * z, MILLI * r, fc=colour, **LINE)
-    for left, right, inner, outer in _bearing_boxes(view):
-        z = MILLI * np.array([left, right, right, left, left, right, np.nan, left, right])
-        r = MILLI * np.array([inner, inner, outer, outer, inner, outer, np.nan, outer, inner])
-        ax.plot(z, r, color=BEARING, lw=1.0)
+        if colour == BEARING:  # its edge and its diagonals
+            corners = [0, 1, 2, 3, 0, 2, 1, 3]
+            ax.plot(MILLI * z[corners], MILLI * r[corners], color=BEARING, lw=1.0)
+        else:
+            ax.fill(MILLI * z, MILLI * r, fc=colour, **LINE)
     for circle in view.ring.bolt_circles if view.stage.form("ring") == "fe" else ():
         half, stage = view.stage.face_width / 2, view.stage
         sign = 1.0 if view.ring.bolted_end(circle) == "+z" else -1.0
@@ -212,40 +212,30 @@ def _gear_boxes(view: StageView) -> Iterator[Box]:
 
 
 def _carrier_boxes(view: StageView) -> Iterator[Box]:
-    """Plates, hub, seats and a pin, from the drive side."""
+    """Plates, seats and the bearings on them, hub and a pin."""
     body = _fe_carrier(view)
     if body is None:
         return
-    g, side = stage_geometry(view), -1.0 if body.drive_side == "-z" else 1.0
-    inner, half = body.hub_bore / 2, body.plate_gap / 2
+    side, inner, half = (
+        -1.0 if body.drive_side == "-z" else 1.0,
+        body.hub_bore / 2,
+        body.plate_gap / 2,
+    )
     drive, far = half + body.plate_thickness_drive, half + body.plate_thickness_far
-    hub = drive + body.seat_drive.width
-    pieces = [
-        (side * half, side * drive, inner, body.plate_diameter / 2),
-        (-side * half, -side * far, inner, body.plate_diameter / 2),
-        (side * drive, side * hub, inner, body.seat_drive.diameter / 2),
-        (side * hub, side * (drive + body.hub_length), inner, body.hub_outer_diameter / 2),
-        (-side * far, -side * (far + body.seat_far.width), inner, body.seat_far.diameter / 2),
-    ]
-    radius, bore = body.pin_diameter / 2, body.pin_bore / 2
-    pieces += [(-half, half, g.center_distance + bore, g.center_distance + radius)]
-    pieces += [(-half, half, g.center_distance - radius, g.center_distance - bore)]
-    for one, other, low, high in pieces:
-        yield min(one, other), max(one, other), low, high, CARRIER
-
-
-def _bearing_boxes(view: StageView) -> Iterator[tuple[float, float, float, float]]:
-    """Bearings on the carrier's seats, outside of them."""
-    body = _fe_carrier(view)
-    if body is None:
-        return
-    side, half = -1.0 if body.drive_side == "-z" else 1.0, body.plate_gap / 2
-    drive = side * (half + body.plate_thickness_drive)
-    far = -side * (half + body.plate_thickness_far)
-    for start, sign, seat in ((drive, side, body.seat_drive), (far, -side, body.seat_far)):
-        ends = sorted((start, start + sign * seat.width))
-        radius = seat.diameter / 2
-        yield ends[0], ends[1], radius, radius + 0.6 * seat.width
+    for sign, start, seat in ((side, drive, body.seat_drive), (-side, far, body.seat_far)):
+        ends, radius = (sign * start, sign * (start + seat.width)), seat.diameter / 2
+        yield sign * half, sign * start, inner, body.plate_diameter / 2, CARRIER
+        yield *ends, inner, radius, CARRIER
+        yield *ends, radius, radius + 0.6 * seat.width, BEARING
+    hub = drive + body.seat_drive.width, drive + body.hub_length
+    yield side * hub[0], side * hub[1], inner, body.hub_outer_diameter / 2, CARRIER
+    axis, radius, bore = (
+        stage_geometry(view).center_distance,
+        body.pin_diameter / 2,
+        body.pin_bore / 2,
+    )
+    yield -half, half, axis + bore, axis + radius, CARRIER
+    yield -half, half, axis - radius, axis - bore, CARRIER
 
 
 def _shaft_boxes(view: StageView) -> Iterator[Box]:

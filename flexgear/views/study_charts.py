@@ -27,6 +27,7 @@ from flexgear.views.style import (
     KILO,
     NEUTRAL,
     PLANET_COLOURS,
+    labelled_bars,
     legend_of,
     panels,
     styled,
@@ -143,22 +144,18 @@ def safety_chart(data: xr.Dataset) -> Figure:
     if not weakest:
         return text_only("No part is assessed")
     figure, axes = panels(1, 1, height_mm=24 + 6.5 * len(weakest))
-    ax, at = axes[0, 0], np.arange(len(weakest))
-    sizes = reserve[weakest]
+    ax, sizes = axes[0, 0], reserve[weakest]
+    names = [words(str(data["part"].to_numpy()[k])) for k in weakest]
     colours = [DEFORMED_COLOUR if size < 1.0 else PLANET_COLOURS[0] for size in sizes]
-    drawn = ax.barh(at, sizes, 0.7, color=colours)
+    labelled_bars(ax, sizes.tolist(), names, [f"{size:.3g}" for size in sizes], colours)
     ax.set_xscale("log")
     ax.set_xlim(min(0.5, 0.7 * sizes.min()), max(2.0, 1.5 * sizes.max()))
     ax.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
     ax.xaxis.set_major_formatter(lambda value, _: f"{value:g}")
     ax.xaxis.set_minor_locator(NullLocator())
-    ax.bar_label(drawn, [f"{size:.3g}" for size in sizes], padding=2, fontsize=7.5)
     ax.axvline(1.0, color=NEUTRAL, lw=1.2, ls="--")
-    ax.set_yticks(at, [words(str(data["part"].to_numpy()[k])) for k in weakest])
-    ax.invert_yaxis()
     ax.set_title("Factor on all loads that parts bear within their limits")
     ax.set_xlabel("factor on all loads within the limits (–)")
-    ax.grid(axis="y", visible=False)
     return figure
 
 

@@ -11,10 +11,11 @@ from __future__ import annotations
 
 import itertools
 import os
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from fractions import Fraction
 from functools import wraps
 from io import BytesIO
-from math import gcd, pi
+from math import pi
 from pathlib import Path
 from typing import Any, Literal, ParamSpec, TypeVar
 
@@ -164,6 +165,22 @@ def legend_of(figure: Figure, axes: NDArray[Any], columns: int = 6) -> Legend:
     return legend_below(figure, by_label.values(), columns)
 
 
+def labelled_bars(
+    axes: Axes,
+    sizes: Sequence[float],
+    names: Sequence[str],
+    texts: Sequence[str],
+    colours: Sequence[str],
+) -> None:
+    """Bars to the right, the first one uppermost, each with its name before and a text behind."""
+    bars = axes.barh(range(len(sizes)), sizes, 0.7, color=colours)
+    axes.bar_label(bars, texts, padding=2, fontsize=7.5)
+    axes.set_yticks(range(len(sizes)), names)
+    axes.set_ylim(len(sizes) - 0.5, -0.5)
+    axes.grid(axis="y", visible=False)
+    axes.tick_params(axis="y", length=0)
+
+
 def least_span(axes: Axes, share: float) -> None:
     """Widen the vertical scale to at least this share of its middle value, so that noise of a
     nearly constant quantity does not fill the panel."""
@@ -195,14 +212,12 @@ def variant_colours(names: Iterable[str]) -> dict[str, str]:
 
 def pi_label(value: float, denominator: int) -> str:
     """``value`` (rad) as a multiple of π/denominator: 1.2566, 5 -> "2π/5"."""
-    n = round(value * denominator / pi)
-    if n == 0:
+    share = Fraction(round(value * denominator / pi), denominator)
+    top, bottom = abs(share.numerator), share.denominator
+    if not top:
         return "0"
-    common = gcd(abs(n), denominator)
-    top, bottom = n // common, denominator // common
-    sign, top = ("−" if top < 0 else ""), abs(top)
-    head = "π" if top == 1 else f"{top}π"
-    return f"{sign}{head}" if bottom == 1 else f"{sign}{head}/{bottom}"
+    head = ("−" if share < 0 else "") + ("π" if top == 1 else f"{top}π")
+    return head if bottom == 1 else f"{head}/{bottom}"
 
 
 def angle_axis(axes: Axes, planets: int) -> None:

@@ -85,10 +85,8 @@ def sweep_chart(data: xr.Dataset, name: str) -> Figure:
     factor, unit = scale_of(field)
     field = field.copy(data=field.to_numpy() * factor)  # keeps what it says of itself
     label = f"{_title_of_key(name)} ({unit})" if unit else _title_of_key(name)
-    if len(keys) == 1:
-        figure = _lines(data, field, keys[0], label)
-    elif field.sizes[keys[1]] <= LINES_BY_KEY:
-        figure = _lines_by_key(field, keys, label)
+    if len(keys) == 1 or field.sizes[keys[1]] <= LINES_BY_KEY:
+        figure = _lines(data, field, keys, label)
     else:
         figure = _maps(field, keys, label)
     failed = int((data["message"] != "").sum()) if "message" in data else 0
@@ -99,56 +97,42 @@ def sweep_chart(data: xr.Dataset, name: str) -> Figure:
     return figure
 
 
-def _lines(data: xr.Dataset, field: xr.DataArray, key: str, label: str) -> Figure:
-    """A panel for each label but the last dimension's, whose labels are the lines."""
-    parts = list(_panels(field, [key], keep=2 if "number" in field.dims else 1))[:MOST_PANELS]
-    figure, axes = panels(
-        len(parts), 1, height_mm=30 + (62 if len(parts) == 1 else 42 * len(parts)), sharex=True
-    )
+def _lines(data: xr.Dataset, field: xr.DataArray, keys: list[str], label: str) -> Figure:
+    """A panel for each label but the last dimension's, whose labels are the lines; with a second
+    key its values are the lines. Modes always share a panel."""
+    by_key = len(keys) == 2
+    bundled = any(d in field.dims for d in ("mode", "number"))
+    keep = bundled + (not by_key and "mode" not in field.dims)
+    chosen = _first_definition(field) if by_key else field
+    parts = list(_panels(chosen, keys, keep))[:MOST_PANELS]
+    height = 30 + (62 if len(parts) == 1 else 42 * len(parts))
+    figure, axes = panels(len(parts), 1, height_mm=height, sharex=True)
     handles: dict[str, Line2D] = {}
     for ax, (title, part) in zip(axes[:, 0], parts, strict=True):
-        curves = _curves(part, key)
-        _draw(ax, part[key], curves, _spreads(field))
+        curves = _curves(part, *keys)
+        _draw(ax, part[keys[0]], curves, _spreads(field))
         ax.set_title(title)
         ax.set_ylabel(label)
         handles |= {c.label: _handle(c) for c in curves if c.label}
-    if "mode" in field.dims and "mode_type" in data:
-        handles = _marked_types(axes[-1, 0], data, field, key)
-    axes[-1, 0].set_xlabel(_key_label(field[key]))
-    _legend(figure, list(handles.values()))
-    return figure
-
-
-def _lines_by_key(field: xr.DataArray, keys: list[str], axis_label: str) -> Figure:
-    """A panel for each label, a colour for each value of the second key; modes share a panel."""
-    bundle = next((d for d in ("mode", "number") if d in field.dims), "")
-    parts = list(_panels(_first_definition(field), keys, keep=1 if bundle else 0))[:MOST_PANELS]
-    figure, axes, flat = _grid(len(parts))
-    unit, handles = field[keys[1]].attrs.get("units", ""), dict[str, Line2D]()
-    for ax, (title, part) in zip(flat, parts, strict=False):
-        curves: list[Curve] = []
-        for k, tick in enumerate(part[keys[1]].to_numpy().tolist()):
-            label, colour = f"{_tick(tick)} {unit}".strip(), PLANET_COLOURS[k % len(PLANET_COLOURS)]
-            line = part.isel({keys[1]: k}).transpose(..., keys[0]).to_numpy()
-            lines = [v for v in line.reshape(-1, line.shape[-1]) if np.isfinite(v).any()]
-            curves += [Curve(label, values, colour) for values in lines]
-        handles |= {c.label: _handle(c) for c in curves}
-        _draw(ax, part[keys[0]], curves, _spreads(field))
-        ax.set_title(title)
-    for row in axes:
-        row[0].set_ylabel(axis_label)
-    room = NARROW_LABEL if len(parts) > 1 else WIDE_LABEL
-    for ax in flat[: len(parts)]:
-        ax.set_xlabel(_key_label(field[keys[0]], room))
-    _legend(figure, list(handles.values()), _key_label(field[keys[1]]))
+    if not by_key and "mode" in field.dims and "mode_type" in data:
+        handles = _marked_types(axes[-1, 0], data, field, keys[0])
+    axes[-1, 0].set_xlabel(_key_label(field[keys[0]]))
+    if handles:
+        legend = legend_below(figure, handles.values(), LINES_BY_KEY if by_key else 4)
+        legend.set_title(_key_label(field[keys[1]]) if by_key else "")
     return figure
 
 
 def _maps(field: xr.DataArray, keys: list[str], label: str) -> Figure:
-    """A filled map for each label, second key upwards; white where a point failed."""
+    """A filled map for each label, second key upwards; white where a point failed. In two columns,
+    the last place left empty where their number is odd."""
     parts = list(_panels(_first_definition(field), keys, keep=0))[:MOST_PANELS]
-    figure, _, flat = _grid(len(parts))
-    for ax, (title, part) in zip(flat, parts, strict=False):
+    columns = min(len(parts), 2)
+    rows = -(-len(parts) // columns)
+    figure, axes = panels(rows, columns, height_mm=30 + 62 * rows)
+    for ax in axes.flat[len(parts) :]:
+        ax.set_axis_off()
+    for ax, (title, part) in zip(axes.flat, parts, strict=False):
         x, y = (
             np.exp(cell_edges(np.log(at))) if _logarithmic(part[key]) else cell_edges(at)
             for key in keys
@@ -186,8 +170,8 @@ def _panels(field: xr.DataArray, keys: list[str], keep: int) -> Iterator[tuple[s
             yield ", ".join(_label(d, part[d].item()) for d in inner), part
 
 
-def _curves(part: xr.DataArray, key: str) -> list[Curve]:
-    """Lines over one key; modes of one type share their colour."""
+def _curves(part: xr.DataArray, key: str, other: str = "") -> list[Curve]:
+    """Lines over one key, a colour for each value of another; modes of one type share theirs."""
     inner = [str(d) for d in part.dims if d != key]
     if not inner:
         return [Curve("", np.asarray(part, dtype=float), PLANET_COLOURS[0])]
@@ -198,16 +182,20 @@ def _curves(part: xr.DataArray, key: str) -> list[Curve]:
         size = float(np.nanmax(np.abs(values), initial=0.0))
         if not np.isfinite(values).any() or (largest > 0 and size <= NEGLIGIBLE * largest):
             continue
-        if inner[-1] == "number":
+        if other:
+            k = at[inner.index(other)]
+            label = f"{_tick(curve[other].item())} {part[other].attrs.get('units', '')}".strip()
+        elif inner[-1] == "number":
             kind = str(curve[inner[0]].item())
             out.append(Curve(kind, values, TYPE_COLOURS.get(kind, NEUTRAL)))
+            continue
         elif inner[-1] == "mode":
             out.append(Curve("", values, NEUTRAL))
+            continue
         else:
-            colour = PLANET_COLOURS[k % len(PLANET_COLOURS)]
-            style = STYLES[(k // len(PLANET_COLOURS)) % len(STYLES)]
             label = ", ".join(_label(d, curve[d].item()) for d in inner)
-            out.append(Curve(label, values, colour, style))
+        style = STYLES[(k // len(PLANET_COLOURS)) % len(STYLES)]
+        out.append(Curve(label, values, PLANET_COLOURS[k % len(PLANET_COLOURS)], style))
     return out
 
 
@@ -288,17 +276,6 @@ def _positions(ticks: xr.DataArray) -> Array:
     return np.arange(ticks.size, dtype=float)
 
 
-def _grid(count: int) -> tuple[Figure, Any, list[Axes]]:
-    """Panels in two columns, the last left empty where their number is odd."""
-    columns = 1 if count == 1 else 2
-    rows = -(-count // columns)
-    figure, axes = panels(rows, columns, height_mm=30 + 62 * rows)
-    flat = list(axes.flat)
-    for ax in flat[count:]:
-        ax.set_axis_off()
-    return figure, axes, flat
-
-
 def _first_definition(field: xr.DataArray) -> xr.DataArray:
     """One definition of load sharing and one statistic, so that the panels stay few."""
     for dim, chosen in (("definition", "instantaneous"), ("statistic", "largest")):
@@ -314,11 +291,6 @@ def scale_of(field: xr.DataArray) -> tuple[float, str]:
         return SCALES[unit]
     printed, factor = scale(field.to_numpy().ravel(), unit)
     return factor, printed
-
-
-def _legend(figure: Figure, handles: list[Line2D], title: str = "") -> None:
-    if handles:
-        legend_below(figure, handles, LINES_BY_KEY if title else 4).set_title(title)
 
 
 def _handle(curve: Curve) -> Line2D:

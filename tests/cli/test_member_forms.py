@@ -4,141 +4,52 @@ import json
 
 import pytest
 from report_pages import OF_RUNS, require_sound
+from small_train import SMALL_STAGE
 from stage_samples import made_of, stiff_stage
 
 from flexgear.cli import exchange_commands
 
-STAGE = """
-title = "Small stage"
-[material]
-young_modulus_gpa = 206
-poisson_ratio = 0.3
-density_kg_per_m3 = 7850
-[stage]
-planets = 3
-normal_module_mm = 1.8
-pressure_angle_deg = 20
-face_width_mm = 20
-backlash_ring_mm = 0.05
-backlash_sun_mm = 0.05
-planet_bearing = { radial_n_per_m = 2e8, axial_n_per_m = 5e7, tilt_nm_per_rad = 1e4 }
-errors = { pin_tangential_um = [20, 0, 0] }
-[stage.planet]
-teeth = 21
-bore_diameter_mm = 16
-[stage.sun]
-teeth = 18
-support = { radial_n_per_m = 1e6, axial_n_per_m = 1e8, tilt_nm_per_rad = 1e3 }
-[stage.ring]
-teeth = 60
-[stage.carrier]
-[[inputs]]
-member = "stage.carrier"
-speed_rpm = 1500
-torque_nm = 300
-[output]
-member = "stage.sun"
-[solver]
-fidelity = "quick"
-gear_mesh_orders = 1
-settle_s = 2e-4
-duration_s = 1e-3
-"""
-LUMPED = {
-    "ring": """
-[stage.ring.support]
-radial_n_per_m = 1e9
-tangential_n_per_m = 1e9
-axial_n_per_m = 1e9
-tilt_nm_per_rad = 1e6
-""",
-    "carrier": """
-[stage.carrier.support]
-radial_n_per_m = 3e8
-axial_n_per_m = 1e8
-tilt_nm_per_rad = 2e4
-""",
-    "sun": "",
-    "planet": "",
-}
-BODIES = {
-    "ring": """
-[stage.ring.fe]
-rim_thickness_mm = 9
-end = "-z"
-[stage.ring.fe.bolts]
-number = 8
-circle_diameter_mm = 122
-diameter_mm = 4
-stiffness_radial_n_per_m = 2e8
-stiffness_tangential_n_per_m = 2e8
-stiffness_axial_n_per_m = 3e8
-""",
-    "carrier": """
-[stage.carrier]
-bearing_drive = { radial_n_per_m = 3e8, axial_n_per_m = 1e8, tilt_nm_per_rad = 2e4 }
-bearing_far = { radial_n_per_m = 3e8, axial_n_per_m = 5e7, tilt_nm_per_rad = 2e4 }
-[stage.carrier.fe]
-drive_side = "-z"
-plate_diameter_mm = 98
-plate_thickness_drive_mm = 8
-plate_thickness_far_mm = 8
-plate_gap_mm = 24
-web_width_mm = 16
-web_clearance_mm = 1
-pin_diameter_mm = 12
-hub_outer_diameter_mm = 46
-hub_bore_mm = 26
-hub_length_mm = 14
-seat_drive = { diameter_mm = 50, width_mm = 8 }
-seat_far = { diameter_mm = 45, width_mm = 6 }
-""",
-    "sun": """
-[stage.sun.shaft]
-direction = "+z"
-[[stage.sun.shaft.sections]]
-length_mm = 60
-outer_diameter_mm = 22
-[stage.sun.shaft.spline]
-radial_n_per_m = 1e8
-axial_n_per_m = 1e8
-tilt_nm_per_rad = 1e3
-torsion_nm_per_rad = 1e5
-""",
-    "planet": "[stage.planet.fe]\n",
-}
-BEHIND_A_SHAFT = """inertia_kg_m2 = 0.002
-mass_kg = 1
-tilt_inertia_kg_m2 = 0.001
-bearing = { radial_n_per_m = 2e8, axial_n_per_m = 1e8, tilt_nm_per_rad = 1e4 }
-"""
+SHORT = (
+    "stage.errors.pin_tangential_um=[20, 0, 0, 0]", "solver.fidelity=quick",
+    "solver.gear_mesh_orders=1", "solver.settle_s=2e-4", "solver.duration_s=1e-3",
+)  # fmt: skip
+LUMPED = {  # in the place of what the file has
+    "ring": (
+        "stage.ring.fe=", "stage.ring.support.radial_n_per_m=1e9",
+        "stage.ring.support.tangential_n_per_m=1e9", "stage.ring.support.axial_n_per_m=1e9",
+        "stage.ring.support.tilt_nm_per_rad=1e6",
+    ),
+    "carrier": (
+        "stage.carrier.fe=", "stage.carrier.bearing_drive=", "stage.carrier.bearing_far=",
+        "stage.carrier.support.radial_n_per_m=3e8", "stage.carrier.support.axial_n_per_m=1e8",
+        "stage.carrier.support.tilt_nm_per_rad=2e4",
+    ),
+    "sun": (
+        "stage.sun.shaft=", "output.inertia_kg_m2=", "output.mass_kg=",
+        "output.tilt_inertia_kg_m2=", "output.bearing=", "stage.sun.support.radial_n_per_m=1e6",
+        "stage.sun.support.axial_n_per_m=1e8", "stage.sun.support.tilt_nm_per_rad=1e3",
+    ),
+}  # fmt: skip
 CHOICES = {  # of any two members all four combinations
     "+".join(bends): bends
-    for bends in (("ring", "carrier", "sun"), ("ring",), ("carrier",), ("sun",))
+    for bends in (("ring", "carrier", "sun"), ("ring",), ("carrier",), ("sun",), ("planet",))
 }
-
-
-def text(flexible):
-    """The case with the members that ``flexible`` names as bodies of their own, others lumped."""
-    case = STAGE
-    if "carrier" in flexible:
-        case = case.replace("[stage.carrier]\n", "")
-    if "sun" in flexible:
-        case = case.replace('"stage.sun"\n', f'"stage.sun"\n{BEHIND_A_SHAFT}')
-    return case + "".join((BODIES if m in flexible else LUMPED)[m] for m in BODIES)
+*FORMS, FE_PLANETS = CHOICES
 
 
 @pytest.fixture
 def case(request, flexgear, tmp_path, monkeypatch):
-    """The case file of a choice of what has a body of its own; no body is reduced."""
+    """A file and settings that make lumped members of all but those of a choice; no body is
+    reduced."""
     monkeypatch.setenv("FLEXGEAR_CACHE", str(tmp_path / "cache"))
     for place in ("solve.bodies", "studies.sweep"):
         monkeypatch.setattr(f"flexgear.{place}.stage_bodies", lambda s, *_: stiff_stage(s))
     monkeypatch.setattr(exchange_commands, "fe_sources", made_of(stiff_stage))
-    path = tmp_path / "mine.toml"
-    path.write_text(text(CHOICES.get(request.param, (request.param,))))
     monkeypatch.chdir(tmp_path)
-    return path
+    bends = CHOICES[request.param]
+    keys = [*SHORT, *(key for name, of in LUMPED.items() if name not in bends for key in of)]
+    keys += ["stage.planet.fe.fixed_interface_modes=4"] * ("planet" in bends)
+    return SMALL_STAGE, *(word for key in keys for word in ("--set", key))
 
 
 DRAWN = "tolerance.errors.pin_tangential.standard_deviation_um=10"
@@ -160,37 +71,42 @@ OF_FE_BODIES = {
 }
 
 
+def worked(flexgear, command, case, options):
+    file, *keys = case
+    code, out, err = flexgear(command, file, *options, *keys)
+    assert (code, bool(out)) == (0, True), (command, err)
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("case", CHOICES, indirect=True)
+@pytest.mark.parametrize("case", FORMS, indirect=True)
 def test_every_command_takes_it(case, flexgear):
     for command, options in COMMANDS.items():
-        code, out, err = flexgear(command, case, *options)
-        assert (code, bool(out)) == (0, True), (command, err)
-    has_fe_bodies = ".fe]" in case.read_text()
+        worked(flexgear, command, case, options)
+    file, *keys = case
+    has_fe_bodies = not {"stage.ring.fe=", "stage.carrier.fe="} <= set(keys)
     for command, options in OF_FE_BODIES.items():
-        code, _, err = flexgear(command, case, *options)
+        code, _, err = flexgear(command, file, *options, *keys)
         assert code == (0 if has_fe_bodies else 2), (command, err)
         assert has_fe_bodies or err.count("\n") == 1
 
 
-@pytest.mark.parametrize("case", ["planet"], indirect=True)
+@pytest.mark.parametrize("case", [FE_PLANETS], indirect=True)
 def test_commands_take_fe_planets_beside_lumped_members(case, flexgear):
     for command in ("check", "static", "modes", "simulate", "compare"):
-        code, out, err = flexgear(command, case, *COMMANDS[command])
-        assert (code, bool(out)) == (0, True), (command, err)
+        worked(flexgear, command, case, COMMANDS[command])
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("case", ["carrier"], indirect=True)
-def test_a_run_is_drawn_and_replaced_as_a_whole(case, flexgear):
+def test_a_run_is_drawn_and_replaced_as_a_whole(case, flexgear, tmp_path):
     """A run in place of another leaves nothing of that: no report, no pictures, no datasets."""
-    out = case.parent / "out"
-    flexgear.out("run", case, "-q", "--out", out, "--no-pictures")
+    out = tmp_path / "out"
+    flexgear.out("run", *case, "-q", "--out", out, "--no-pictures")
     first = json.loads((out / "summary.json").read_text())
     flexgear.out("render", out, "-q")
     require_sound(out / "report.html", *OF_RUNS)
-    changed = ("--set", "stage.errors.pin_tangential_um=[0, 0, 0]", "--no-pictures")
-    assert flexgear("run", case, "-q", "--out", out, *changed)[0] == 0
+    changed = ("--set", "stage.errors.pin_tangential_um=[0, 0, 0, 0]", "--no-pictures")
+    assert flexgear("run", *case, "-q", "--out", out, *changed)[0] == 0
     assert not (out / "report.html").exists() and not (out / "pictures").exists()
     assert "transient_without_errors.nc" not in {f.name for f in out.iterdir()}
     assert json.loads((out / "summary.json").read_text())["content_hash"] != first["content_hash"]

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from flexgear.cli import analysis_commands, run_commands
+from flexgear.cli import analysis, analysis_commands, run_commands
 from flexgear.cli.display import by_figure
 from flexgear.files import atomic
 from flexgear.model.load import bundled_text
@@ -34,7 +34,8 @@ def no_work(monkeypatch):
     def worked(*_, **__):
         raise AssertionError("the work began")
 
-    monkeypatch.setattr(analysis_commands, "put_together", worked)
+    for module in (analysis, analysis_commands):
+        monkeypatch.setattr(module, "put_together", worked)
     monkeypatch.setattr(run_commands, "reduced_bodies", worked)
     monkeypatch.setattr("flexgear.cli.sweep_command.run_sweep", worked)
     monkeypatch.setattr("flexgear.studies.tolerance.tolerance", worked)

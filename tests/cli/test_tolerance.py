@@ -34,8 +34,8 @@ def test_figures_dataset_and_picture(flexgear, tmp_path, place):
         "tolerance", "lin-parker", "--samples", 40, "--set", PIN, "--out", out, "-q"
     )
     assert "lin-parker, lumped: 40 samples" in text
-    assert "stage ring\n  mean" in text
-    assert "99 %" in text and " … –)" in text  # too few samples for its upper end
+    assert "ring, largest load sharing factor K" in text and "\n  mean" in text
+    assert "99 %" in text and " … –" in text  # too few samples for its upper end
     assert f"wrote {out}" in text
     names = sorted(p.name for p in out.iterdir())
     assert names == ["report.html", "summary.json", "tolerance.nc", "tolerance.png"]

@@ -163,25 +163,6 @@ def test_a_flexible_stage_in_a_train(flexgear, tmp_path):
     )
 
 
-REFUSED = [
-    (
-        ["--set", "stage.allow_unassemblable=false", "--set", "stage.sun.teeth=27"],
-        "do not assemble",
-    ),
-    (["--set", "stage.errors.planet_eccentricity_um=[1,2]"], "planets"),
-    (["--set", "output.speed_rpm=3"], "overdetermined"),
-    (["--set", "stage.planet_bearing.clearance_mm=3"], "clearance"),
-    (["--set", "stage.ring.support.tangential_n_per_m=0"], "nothing takes the torque"),
-]
-
-
-@pytest.mark.parametrize(("settings", "said"), REFUSED)
-def test_trains_that_cannot_be(flexgear, settings, said):
-    err = flexgear.refused("static", "lin-parker", *settings, "--quiet")
-    assert said in err
-    assert " -- " in err
-
-
 @pytest.mark.parametrize(
     "settings",
     [

@@ -119,10 +119,6 @@ def test_results_errors_and_lost_workers(tmp_path):
     assert sorted(os.listdir(tmp_path)) == ["-1_0", "-99_0", "-99_1", "-99_2"]
 
 
-def test_no_jobs_for_workers():
-    assert outcomes(("", 0), [], workers=2) == []
-
-
 SLEEPERS = """
 import os, time
 

@@ -12,9 +12,8 @@ from trains import stage_train
 from flexgear.analysis.modes import modes, springs_at
 from flexgear.coupling.build import build_system
 from flexgear.gears.power_flow import power_flow
-from flexgear.model.errors import FlexgearError, FlexgearWarning
+from flexgear.model.errors import FlexgearError
 from flexgear.model.load import load_case
-from flexgear.results.dataset_file import load, write_netcdf
 from flexgear.solve import bodies as solve_bodies
 from flexgear.solve.model import assemble
 from flexgear.solve.static import stages_sharing
@@ -65,12 +64,6 @@ class TestGrid:
         assert bearings["frequency"].attrs["units"] == "Hz"
         assert bearings["message"].dims == (BEARING, "stage.planets")
         assert bearings.attrs["failed"] == 0
-
-    def test_stiffer_bearings_never_lower_a_frequency(self, bearings):
-        """Rayleigh: adding stiffness raises every frequency or leaves it."""
-        rise = bearings["frequency"].diff(BEARING)
-        assert float(rise.min()) > -1e-6
-        assert float(rise.max()) > 100
 
     def test_a_point_is_the_run_of_its_case(self, bearings):
         case = load_case("lin-parker", {BEARING: "100000000", "stage.planets": "5"})
@@ -177,12 +170,6 @@ class TestInterrupted:
         assert measured == 4
         xr.testing.assert_identical(data, whole)
 
-    def test_a_disk_that_keeps_nothing_costs_no_point(self, monkeypatch, place):
-        place.write_text("no folder")
-        with pytest.warns(FlexgearWarning, match="cannot keep what is done"):
-            data, measured = self.run(monkeypatch, self.plan("stage.planets=3,4"), 99)
-        assert (measured, data.attrs["failed"]) == (2, 0)
-
     @pytest.mark.parametrize(
         ("case", "key"),
         [("pitch-drive", "inputs.0.power_kw=3,6"), ("wind-5mw", "inputs.0.torque_nm=2e6")],
@@ -215,14 +202,6 @@ def test_power_grows_with_torque_and_life_falls_with_its_power():
         np.testing.assert_allclose(ratio, np.outer([2**exponent, 1, 2**-exponent], np.ones(3)))
 
 
-def test_speed_ratios_of_a_stage_follow_its_teeth():
-    """Ring held: the sun turns 1 + z_r/z_s times as fast as the carrier."""
-    data = swept("lin-parker", "stage.sun.teeth=24,26,28", measures=["speeds"],
-                 settings={"stage.ring.teeth": "94"})  # fmt: skip
-    speed = data["speed"].sel(member="stage.sun") / data["speed"].sel(member="stage.carrier")
-    np.testing.assert_allclose(speed, 1 + 94 / np.array([24, 26, 28]))
-
-
 class TestFailures:
     def test_a_failed_point_is_a_gap_with_its_message(self, tmp_path):
         path = tmp_path / "train.toml"
@@ -234,17 +213,6 @@ class TestFailures:
         assert "planets" in message
         assert np.isnan(data["speed"].sel({"stage.planets": 7})).all()
         assert not np.isnan(data["speed"].sel({"stage.planets": [4, 5]})).any()
-
-    def test_a_value_the_model_refuses_is_a_gap(self):
-        data = swept("lin-parker", "stage.planets=4,99", measures=["speeds"])
-        ((_, message),) = failures(data)
-        assert "99" in message
-
-
-def test_saved_and_read_again(tmp_path, bearings):
-    path = write_netcdf(bearings, tmp_path / "a.nc")
-    xr.testing.assert_identical(load(path), bearings)
-    assert list(tmp_path.iterdir()) == [path]
 
 
 class TestFlexibleStage:
@@ -312,20 +280,6 @@ class TestLoadSharing:
 
     PIN = "stage.errors.pin_tangential_um.0=0:40:3"
 
-    def test_three_planets_on_a_free_sun_share_evenly_whatever_the_error(self, tmp_path):
-        data = self.pins(tmp_path, 3, "0")
-        np.testing.assert_allclose(data["load_sharing"], 1.0, atol=1e-9)
-
-    def test_four_planets_share_worse_with_the_error(self, tmp_path):
-        data = self.pins(tmp_path, 4, "0")
-        factor = data["load_sharing"].sel(definition="instantaneous")
-        np.testing.assert_allclose(factor[0], 1.0, atol=1e-9)
-        assert float(factor.diff(factor.dims[0]).min()) > 0.01
-        # linear in the error: statics of springs
-        np.testing.assert_allclose(factor[2] - 1, 2 * (factor[1] - 1), rtol=1e-6)
-        force = data["gear_mesh_force_max"]
-        np.testing.assert_allclose(force / force[0], factor, rtol=1e-9)
-
     def test_a_point_is_the_run_of_its_case(self, tmp_path):
         data = self.pins(tmp_path, 4, "0")
         train = stage_train(
@@ -334,6 +288,8 @@ class TestLoadSharing:
         alone = stages_sharing(assemble(train), "stage")
         point = data["load_sharing"].isel({data["load_sharing"].dims[0]: 2})
         np.testing.assert_array_equal(point, alone["load_sharing_coefficient"])
+        forces = data["gear_mesh_force_max"].isel({data["load_sharing"].dims[0]: 2})
+        assert float(forces.max()) == float(alone["cycle_maximum"].max())
 
     def pins(self, folder, planets, sun):
         stage_train(folder, planets=planets, sun=sun)

@@ -2,7 +2,6 @@
 
 import json
 import math
-import zipfile
 
 import load_sharing_theory as theory
 import numpy as np
@@ -28,7 +27,7 @@ from flexgear.solve.model import assemble
 from flexgear.studies import job_pool
 from flexgear.studies import tolerance as study
 from flexgear.studies.early_workers import Outcome
-from flexgear.studies.tolerance import batch_store, finished, forget, tolerance
+from flexgear.studies.tolerance import batch_store, finished, tolerance
 from flexgear.studies.tolerance_samples import drawn_errors, sample_values, with_sample
 
 PIN = "tolerance.errors.pin_tangential.standard_deviation_um"
@@ -63,20 +62,6 @@ def lumped(tmp_path, **settings):
 
 
 class TestPhysics:
-    def test_three_planets_on_a_free_sun_share_evenly_whatever_is_drawn(self, tmp_path):
-        drawn = {
-            PIN: "30",
-            "tolerance.errors.pin_radial.standard_deviation_um": "30",
-            "tolerance.errors.planet_thickness.standard_deviation_um": "20",
-            "tolerance.errors.sun_eccentricity.distribution": "rayleigh",
-            "tolerance.errors.sun_eccentricity.standard_deviation_um": "30",
-            "tolerance.errors.sun_eccentricity_phase.low_deg": "0",
-            "tolerance.samples": "200",
-        }
-        data = tolerance(stage_train(tmp_path, planets=3, **drawn), workers=1)
-        assert np.abs(data["load_sharing_max"] - 1).max() < 1e-9
-        assert np.abs(data["load_sharing_quantile_high"].sel(quantile=0.5) - 1).max() < 1e-9
-
     @pytest.mark.parametrize("planets", [4, 5])
     def test_normal_pins_make_normal_forces(self, tmp_path, planets):
         """Sun held: F_i − F̄ = k (e_i − ē), so its standard deviation is k |t| σ √(1 − 1/N), with
@@ -100,15 +85,6 @@ class TestPhysics:
             e = theory.path_errors(paths, pin_tangential=data["error_size"][j].to_numpy())
             expected = theory.fixed_sun(paths, e, torque) / force - 1
             assert np.allclose(share[j], expected, atol=1e-4 * deviation, rtol=1e-4)
-
-    def test_larger_errors_share_worse(self, tmp_path):
-        """The same directions of the same pins, twice as far."""
-        half, whole = (
-            tolerance(lumped(tmp_path, **{PIN: size}), workers=1) for size in ("5", "10")
-        )
-        assert np.allclose(2 * half["error_size"], whole["error_size"], rtol=1e-12)
-        grown = (whole["load_sharing_max"] - 1) / (half["load_sharing_max"] - 1)
-        assert np.allclose(grown, 2, rtol=1e-6)  # linear contact
 
     def test_a_sample_is_the_revolution_of_its_case(self, cheap):
         case = load_case("wind-5mw", {"tolerance.samples": "4"})
@@ -222,24 +198,6 @@ class TestInterrupted:
         self.stopped(monkeypatch, lumped(tmp_path), 2)
         longer = lumped(tmp_path, **{"tolerance.samples": "80"})
         assert finished(longer) == 20
-
-    def test_a_damaged_batch_is_made_again(self, tmp_path, monkeypatch):
-        train = lumped(tmp_path)
-        whole = tolerance(train, workers=1)
-        self.stopped(monkeypatch, train, 3)
-        files = sorted(batch_store(train).folder.iterdir())
-        files[0].write_bytes(b"no archive")
-        with zipfile.ZipFile(files[1], "w") as empty:
-            empty.writestr("sizes.npy", b"")
-        assert finished(train) == 10
-        xr.testing.assert_identical(tolerance(train, workers=1), whole)
-
-    def test_kept_until_forgotten(self, tmp_path):
-        train = lumped(tmp_path)
-        tolerance(train, workers=1, keep_batches=True)
-        assert finished(train) == 60
-        forget(train)
-        assert finished(train) == 0
 
     def test_failed_batches_are_an_error_and_the_others_stay(self, tmp_path, monkeypatch):
         train = lumped(tmp_path)

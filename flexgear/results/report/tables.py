@@ -191,10 +191,10 @@ def _modes(summary: Summary) -> Iterator[Table]:
     yield Table("modes", "lowest modes at rest or rated speed", lines)
     kinds = summary["modes"]["types"].items()
     yield Table("modes", "modes found by type", [Row(words(kind), n) for kind, n in kinds])
-    yield from _meetings(summary["resonance"])
+    yield from meetings(summary["resonance"])
 
 
-def _meetings(resonance: Mapping[str, Any]) -> Iterator[Table]:
+def meetings(resonance: Mapping[str, Any]) -> Iterator[Table]:
     """Excitations within the margin of natural frequencies at the operating speeds."""
     within = with_unit(resonance["margin"], "share")
     for cause, title in (
