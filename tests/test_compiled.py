@@ -28,9 +28,10 @@ with warnings.catch_warnings(record=True) as heard:
     import numba
     import numpy as np
     from flexgear.compiled import code_folder
-    from flexgear.coupling import laws
+    from flexgear.coupling.laws.coupled_slices import forces_of
     folder = code_folder()
-    _, force, _ = laws.respond(laws.LINEAR_LAW, [3.0, 0.0], np.ones((2, 1)))
+    one_slice = np.ones((1, 1)), np.zeros((1, 1)), np.array([[0.0, 1.0, 0.25]])
+    force, _ = forces_of(*one_slice)
 own = [str(w.message) for w in heard if w.category.__name__ == "FlexgearWarning"]
 kept = folder is not None and any(folder.rglob("*.nbi"))
 print(force[0, 0], kept, len(own), numba.config.CACHE_DIR)
@@ -60,17 +61,15 @@ def copied(tmp_path):
 def test_an_edit_of_any_source_of_loops_compiles_anew_and_no_other_does(copied):
     cache = copied / "cache"
     # without a folder of its own: numba's setting is as empty as before
-    assert ran(copied, cache) == ["3.0", "True", "0"]
+    assert ran(copied, cache) == ["4.0", "True", "0"]
     kept = list((cache / "compiled").iterdir())
     for edited in ("gears/power_flow.py", "coupling/system.py", "analysis/equilibrium.py"):
         (copied / "flexgear" / edited).open("a").write("\n# edited\n")
     ran(copied, cache)
     assert list((cache / "compiled").iterdir()) == kept
-    basic = copied / "flexgear" / "coupling" / "laws" / "basic.py"
-    basic.write_text(
-        basic.read_text().replace("k, c = parameters[0]", "k, c = 2 * parameters[0]", 1)
-    )
-    assert ran(copied, cache)[:3] == ["6.0", "True", "0"]
+    law = copied / "flexgear" / "coupling" / "laws" / "coupled_slices.py"
+    law.write_text(law.read_text().replace("left[j] = x[j]", "left[j] = 2 * x[j]", 1))
+    assert ran(copied, cache)[:3] == ["8.0", "True", "0"]
     assert len(list((cache / "compiled").iterdir())) == 2
 
 
@@ -117,7 +116,7 @@ def test_without_room_code_is_compiled_in_memory_and_it_is_said_once(tmp_path, l
     cache = tmp_path / "cache"
     if limit == "pass":
         cache.write_text("a file in its place")
-    assert ran(ROOT.parent, cache, limit)[:3] == ["3.0", "False", "1"]
+    assert ran(ROOT.parent, cache, limit)[:3] == ["4.0", "False", "1"]
 
 
 def test_code_of_another_level_of_optimisation_is_kept_apart():

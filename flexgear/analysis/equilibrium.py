@@ -14,12 +14,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from flexgear.analysis.kernels.samples import PairLoads, empty_pair_loads
+from flexgear.analysis.kernels.samples import empty_pair_loads
 from flexgear.analysis.kernels.static_position import (
     Held,
     Positions,
@@ -70,12 +69,6 @@ class Equilibrium(Solution):
 
     input_angles: Array
     closure: Array
-
-
-def pair_arrays(loads: PairLoads) -> dict[str, Any]:
-    """Loads of pairs and supports by the names of ``Solution``."""
-    names = {"far": "far_load", "supports": "support_load"}
-    return {names.get(name, f"pair_{name}"): v for name, v in loads._asdict().items()}
 
 
 def held(modal: ModalSystem) -> Held:
@@ -162,7 +155,7 @@ def revolution(
             progress(stop / count)
     samples = positions._asdict()
     del samples["port_torques"]
-    return Equilibrium(modal, input_angles=input_angles, **samples, **pair_arrays(loads))
+    return Equilibrium(modal, input_angles=input_angles, **samples, **loads._asdict())
 
 
 def _refusal(angle: float, torque: float, closure: float) -> str:

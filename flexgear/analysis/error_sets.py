@@ -36,7 +36,7 @@ from flexgear.analysis.kernels.static_position import (
 from flexgear.arrays import Array
 from flexgear.coupling.kernels.elements import law_functions
 from flexgear.coupling.modal import ModalSystem
-from flexgear.coupling.pair_data import PairData, gap_columns, rows_of_pair
+from flexgear.coupling.pair_data import PairData, gap_columns, largest_errors, rows_of_pair
 from flexgear.model.errors import FlexgearError
 
 
@@ -94,21 +94,18 @@ class ErrorSets:
 
     def pairs(self, base: PairData, j: int) -> PairData:
         """The pair data with the errors of set j."""
-        gear, planet, runout = self.gear[j], self.planet[j], self.runout_amplitude[j]
-        largest = self.offset[j] + np.abs(self.amplitude[j]) + np.abs(runout).sum(axis=1)
-        largest = largest + np.abs(self.slope[j]) * base.half_face
         ground = base if self.gaps is None else self.gaps.pairs(base, j)
-        return ground._replace(
+        pairs = ground._replace(
             error_amplitude=self.amplitude[j],
             error_phase=self.phase[j],
             error_offset=self.offset[j],
             error_slope=self.slope[j],
-            error_gear=gear,
-            error_planet=planet,
-            runout_amplitude=runout,
+            error_gear=self.gear[j],
+            error_planet=self.planet[j],
+            runout_amplitude=self.runout_amplitude[j],
             runout_phase=self.runout_phase[j],
-            largest_error=largest + np.abs(gear).max(axis=1) + np.abs(planet).max(axis=1),
         )
+        return pairs._replace(largest_error=largest_errors(pairs))
 
 
 def no_errors(base: PairData) -> ErrorSets:

@@ -102,7 +102,8 @@ def _of_gear_mesh(
 ) -> None:
     at = np.nonzero(result.pair_tooth[:, m] >= 0)  # samples and slots
     s, approaches = result.pair_position[:, m][at], result.pair_approach[:, m][at]
-    tables = pair_tables(pairs, m, s, result.theta[at[0], pairs.angle[m]])
+    teeth = teeth_of_pairs(pairs, m, s, result.theta[at[0], pairs.angle[m]])
+    tables = pairs.table[m] + pairs.gear_table[m, teeth[0]] + pairs.planet_table[m, teeth[1]]
     values = interpolated(pairs, m, s, tables)
     radius = values[:, 0]
     z, stiffness, gap = np.split(values[:, OF_LINE : OF_LINE + 3 * count], 3, axis=1)
@@ -133,19 +134,17 @@ def _of_gear_mesh(
     out.approach[place], out.tilt[place] = approach - turned * centre, turned
 
 
-def pair_tables(pairs: PairData, m: int, s: Array, theta: Array) -> Ints:
-    """Numbers (n,) of the tables of pairs of gear mesh m at path coordinates s (n,), m, when the
-    stage's angle is theta (n,), rad: faulty teeth have tables of their own."""
+def teeth_of_pairs(pairs: PairData, m: int, s: Array, theta: Array) -> tuple[Ints, Ints]:
+    """Teeth of the gear and of the planet, from 0, of pairs of gear mesh m at path coordinates s,
+    m, when the stage's angle is theta, rad."""
     k = np.rint((s - pairs.s0[m] - pairs.rate[m] * theta) / pairs.pitch[m]).astype(np.int64)
     tooth = (pairs.gear_tooth0[m] + pairs.gear_step[m] * k) % pairs.gear_teeth[m]
-    other = (pairs.planet_tooth0[m] + pairs.planet_step[m] * k) % pairs.planet_teeth[m]
-    of_teeth = pairs.gear_table[m, tooth] + pairs.planet_table[m, other]
-    return np.asarray(pairs.table[m] + of_teeth)
+    return tooth, (pairs.planet_tooth0[m] + pairs.planet_step[m] * k) % pairs.planet_teeth[m]
 
 
 def line_centres(pairs: PairData, m: int, s: Array, tables: Ints | None = None) -> Array:
     """Places (n,) m along the face of the centres of contact lines of gear mesh m at s (n,), m:
-    the rows of a pair stand beside it; tables (n,): of ``pair_tables``, of sound teeth if left out.
+    the rows of a pair stand beside it; tables (n,): by the pairs' teeth, of sound ones if left out.
     """
     return _at(pairs, m, pairs.z_table, s, tables)
 

@@ -101,8 +101,7 @@ class ContactSprings:
     @cached_property
     def stiffness(self) -> Array:
         """Sum of all springs, (d, d)."""
-        total = sum(s.stiffness for s in (*self.gear_meshes, *self.others.values()))
-        return np.asarray(total)
+        return np.asarray(sum(s.stiffness for s in (*self.gear_meshes, *self.others.values())))
 
 
 def springs_at(system: System, input_angles: Array | float = 0.0) -> ContactSprings:
@@ -110,10 +109,8 @@ def springs_at(system: System, input_angles: Array | float = 0.0) -> ContactSpri
     with their nominal stiffness."""
     rows, n = rows_at(system, input_angles)
     vectors, stiffness = row_vectors(system, rows, n), row_stiffness(rows, n)
-    kinds, owner = rows.row["kind"][:n], rows.row["owner"][:n]
-    rows_of_mesh = [
-        np.flatnonzero((kinds >= 0) & (owner == m)) for m in range(len(system.pairs.s0))
-    ]
+    owner = np.where(rows.row["kind"][:n] >= 0, rows.row["owner"][:n], -1)
+    rows_of_mesh = [np.flatnonzero(owner == m) for m in range(len(system.pairs.s0))]
     return ContactSprings(
         tuple(Springs(vectors[at], stiffness[np.ix_(at, at)]) for at in rows_of_mesh),
         other_springs(system, rows, n),
@@ -122,13 +119,12 @@ def springs_at(system: System, input_angles: Array | float = 0.0) -> ContactSpri
 
 def other_springs(system: System, rows: Rows, n: int) -> dict[int, Springs]:
     """Springs of the supports and bearings among the first n rows, with nominal stiffness."""
-    springs = {}
-    for kind in (SUPPORT, BEARING):
-        at = np.flatnonzero(rows.row["kind"][:n] == kind)
-        if len(at):
-            vectors = row_vectors(system, rows, n)[at]
-            springs[kind] = Springs(vectors, np.diag(rows.row["stiffness"][at]))
-    return springs
+    kinds, vectors = rows.row["kind"][:n], row_vectors(system, rows, n)
+    return {
+        kind: Springs(vectors[at], np.diag(rows.row["stiffness"][at]))
+        for kind in (SUPPORT, BEARING)
+        if len(at := np.flatnonzero(kinds == kind))
+    }
 
 
 def rows_at(system: System, input_angles: float | Array = 0.0) -> tuple[Rows, int]:
@@ -263,10 +259,10 @@ def classify(
         at = list(group)
         apart = _separated(parts, shapes[:, at])
         # a planet mode mixed into a rotational one looks like two rotational modes
-        if _counted(parts, apart) != _counted(parts, shapes[:, at]):
+        if Counter(_kinds(_shares(parts, apart))) != Counter(_kinds(_shares(parts, shapes[:, at]))):
             shapes[:, at] = apart
     shares = _shares(parts, shapes)
-    kinds = [_kind(s) for s in _each(shares, len(f))]
+    kinds = _kinds(shares)
     kinds[:n_rigid] = ["rigid"] * n_rigid
     energies = body_energies(mass, bodies, shapes)
     lost = np.abs(sum(energies.values()) - 1.0).max(initial=0.0)
@@ -282,13 +278,9 @@ def repeated(frequencies: ArrayLike, rigid: int | None = None) -> tuple[tuple[in
     """Groups of neighbouring modes within 1e-6 of each other; rigid motions are one group."""
     f = np.asarray(frequencies, dtype=float)
     first = _rigid_count(f, rigid)
-    groups = [list(range(first))] if first else []
-    for i in range(first, len(f)):
-        if i > first and f[i] - f[i - 1] <= EQUAL * f[i]:
-            groups[-1].append(i)
-        else:
-            groups.append([i])
-    return tuple(tuple(g) for g in groups)
+    apart = np.flatnonzero(np.diff(f) > EQUAL * f[1:]) + 1
+    groups = np.split(np.arange(len(f)), [first, *apart[apart > first]])
+    return tuple(tuple(g.tolist()) for g in groups if len(g))
 
 
 def strain_shares(
@@ -364,8 +356,9 @@ def _shares(parts: Mapping[str, Array], shapes: Array) -> dict[str, Array]:
     return {p: np.sum((rows @ shapes) ** 2, axis=0) for p, rows in parts.items()}
 
 
-def _each(shares: Mapping[str, Array], count: int) -> list[dict[str, float]]:
-    return [{p: float(s[i]) for p, s in shares.items()} for i in range(count)]
+def _kinds(shares: Mapping[str, Array]) -> list[str]:
+    of_modes = np.stack(list(shares.values()), axis=1)
+    return [_kind(dict(zip(shares, values, strict=True))) for values in of_modes]
 
 
 def _kind(shares: Mapping[str, float]) -> str:
@@ -381,10 +374,6 @@ def _kind(shares: Mapping[str, float]) -> str:
         if moving == set(pair):
             return "-".join(pair)
     return "mixed"
-
-
-def _counted(parts: Mapping[str, Array], shapes: Array) -> Counter[str]:
-    return Counter(_kind(s) for s in _each(_shares(parts, shapes), shapes.shape[1]))
 
 
 def _separated(parts: Mapping[str, Array], shapes: Array) -> Array:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexgear.analysis.equilibrium import Equilibrium, pair_arrays
+from flexgear.analysis.equilibrium import Equilibrium
 from flexgear.analysis.harmonic_balance import Balance, Orbit, in_time
 from flexgear.analysis.kernels.samples import empty_pair_loads
 from flexgear.analysis.orbit_receptance import CondensedTrain
@@ -27,7 +27,7 @@ def recovery_of(
     loads = empty_pair_loads(pairs, count)
     bearings = elements.bearing_rows
     first = q - len(bearings)
-    loads.supports[:, bearings] = -in_time(f[:, first:], count)
+    loads.support_load[:, bearings] = -in_time(f[:, first:], count)
     result = Equilibrium(
         modal=modal,
         theta=np.zeros((count, len(system.angles))),
@@ -36,7 +36,7 @@ def recovery_of(
         active_flanks=np.broadcast_to(elements.flanks, (count, len(elements.flanks))),
         input_angles=np.zeros((count, len(system.input_rows))),
         closure=np.zeros(count),
-        **pair_arrays(loads),
+        **loads._asdict(),
     )
     return Recovery(result, outputs, forces)
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -24,40 +23,6 @@ class FineWindow:
     start: float
     stop: float
     time_step: float
-
-
-@dataclass(frozen=True)
-class Segment:
-    """Equal steps between two times without a jump inside."""
-
-    start: float
-    time_step: float
-    steps: int
-
-
-def plan_segments(
-    duration: float,
-    time_step: float,
-    jumps: Sequence[float],
-    windows: Sequence[FineWindow],
-    start: float = 0.0,
-) -> list[Segment]:
-    """Cut ``duration`` s from ``start`` s on at jumps and window edges; each piece gets a whole
-    number of steps."""
-    end = start + duration
-    cuts = {start, end, *jumps}
-    for w in windows:
-        cuts.update((w.start, w.stop))
-    edges = sorted(c for c in cuts if start <= c <= end)
-    segments = []
-    for a, b in pairwise(edges):
-        if b - a < 1e-12 * duration:
-            continue
-        middle = 0.5 * (a + b)
-        h = min([time_step, *(w.time_step for w in windows if w.start <= middle <= w.stop)])
-        steps = max(1, int(np.ceil((b - a) / h - 1e-9)))
-        segments.append(Segment(a, (b - a) / steps, steps))
-    return segments
 
 
 @dataclass(frozen=True)
@@ -111,29 +76,6 @@ class Plan:
         return self.start + float(self.sizes[0]) * count.astype(np.float64)
 
 
-def fixed_plan(segment: Segment, interval: float, between: float = math.inf) -> Plan:
-    """Steps of the segment's size, an output about every ``interval`` s, and samples at most
-    ``between`` s apart, or at every step."""
-    h = segment.time_step
-    output = min(max(1, round(interval / h)), segment.steps)
-    parts = [n for n in range(1, output + 1) if output % n == 0]
-    sparse = next((n for n in parts if output // n * h <= between * _ROUNDED), output)
-    every = output // sparse
-    levels = control(1, every=every)
-    return Plan(segment.start, np.array([h]), segment.steps, every, levels, sparse)
-
-
-def graded_plan(
-    segment: Segment, interval: float, adaptive: Adaptive, load: float, between: float = math.inf
-) -> Plan:
-    """Steps of several sizes, judged by a share of ``load``, N; samples as of ``fixed_plan``."""
-    span = segment.time_step * segment.steps
-    sparse = math.ceil(interval / between / _ROUNDED) if between < interval else 1
-    sizes, every = adaptive.sizes(span, interval / sparse)
-    levels = control(len(sizes), adaptive.tolerance, load, every)
-    return Plan(segment.start, sizes, round(span / sizes[0]), every, levels, sparse)
-
-
 @dataclass(frozen=True)
 class Stepping:
     """How a run is cut into steps and samples, s.
@@ -155,13 +97,37 @@ class Stepping:
 
     def plans(self, load: float = np.inf) -> list[Plan]:
         """A plan for each piece between two jumps; load: N, that errors of steps are held to."""
+        stop = self.start + self.duration
+        edges = [edge for w in self.windows for edge in (w.start, w.stop)]
+        edges = edges if self.adaptive is None else []
+        cuts = sorted(c for c in {self.start, stop, *self.jumps, *edges} if self.start <= c <= stop)
+        pieces = [(a, b) for a, b in pairwise(cuts) if b - a >= 1e-12 * self.duration]
         if self.adaptive is None:
-            steps = (self.duration, self.time_step, self.jumps, self.windows)
-            cut = plan_segments(*steps, self.start)
-            return [fixed_plan(s, self.output_interval, self.between) for s in cut]
-        cut = plan_segments(self.duration, self.duration, self.jumps, (), self.start)
-        interval = self.output_interval
-        return [graded_plan(s, interval, self.adaptive, load, self.between) for s in cut]
+            return [self._equal_steps(a, b) for a, b in pieces]
+        return [self._graded_steps(a, b, self.adaptive, load) for a, b in pieces]
+
+    def _equal_steps(self, start: float, stop: float) -> Plan:
+        """A whole number of steps between two times, an output about every interval, and samples
+        at most ``between`` apart, or at every step."""
+        middle, span = 0.5 * (start + stop), stop - start
+        fine = [w.time_step for w in self.windows if w.start <= middle <= w.stop]
+        steps = max(1, int(np.ceil(span / min([self.time_step, *fine]) - 1e-9)))
+        h = span / steps
+        output = min(max(1, round(self.output_interval / h)), steps)
+        parts = [n for n in range(1, output + 1) if output % n == 0]
+        at_most = self.between * _ROUNDED
+        sparse = next((n for n in parts if output // n * h <= at_most), output)
+        every = output // sparse
+        return Plan(start, np.array([h]), steps, every, control(1, every=every), sparse)
+
+    def _graded_steps(self, start: float, stop: float, adaptive: Adaptive, load: float) -> Plan:
+        """Steps of several sizes, judged by a share of ``load``, N; samples as of equal ones."""
+        interval, span = self.output_interval, stop - start
+        several = self.between < interval
+        sparse = math.ceil(interval / self.between / _ROUNDED) if several else 1
+        sizes, every = adaptive.sizes(span, interval / sparse)
+        levels = control(len(sizes), adaptive.tolerance, load, every)
+        return Plan(start, sizes, round(span / sizes[0]), every, levels, sparse)
 
     @property
     def least_steps(self) -> float:

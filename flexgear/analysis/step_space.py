@@ -44,12 +44,18 @@ from flexgear.analysis.kernels.step_arrays import (
 )
 from flexgear.analysis.kernels.vectors import SIMD, aligned, rounded_up
 from flexgear.arrays import Array, Ints
-from flexgear.coupling.kernels.elements import law_functions, packed, pair_rows, widest
+from flexgear.coupling.kernels.elements import (
+    law_functions,
+    packed,
+    pair_rows,
+    row_motions,
+    widest,
+)
+from flexgear.coupling.kernels.pairs import build_rows
 from flexgear.coupling.machines import Brake, Controller, GivenSpeed
 from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.pair_data import PairData, action_lines, covered
 from flexgear.coupling.system import System
-from flexgear.structures.bodies import rotation
 
 ANGLES = (0.0, 0.7, 2.3, 4.4)  # rad, of the first angle of a system; each further one turns on
 SAME = 1e-11  # of the receptances of two rows by themselves
@@ -67,7 +73,8 @@ def eliminated_springs(pairs: PairData, channels: Channels, ports: int) -> Elimi
     count, size = len(stiffness), rounded_up(len(stiffness))
     at = np.unique(pairs.support_block[pairs.support_block >= 0])
     at = (6 * at[:, None] + np.arange(6)).ravel()
-    rows = np.array([_rows(pairs, angle, first)[:, at] for angle in ANGLES])
+    unit = np.eye(first)[:, at]
+    rows = np.array([_rows(pairs, angle, unit) for angle in ANGLES])
     shape = (levels, head.stop - head.start, size)
     condensed, *tables = aligned(levels, count, size), *(aligned(*shape) for _ in range(3))
     displacement, modal, force = tables
@@ -93,17 +100,14 @@ def _all_same(values: Array, scale: Array) -> bool:
     return bool((np.abs(values - values[0]) <= SAME * scale + np.finfo(float).tiny).all())
 
 
-def _rows(pairs: PairData, angle: float, channels: int) -> Array:
-    """Rows (B, channels) of the supports where every angle of the system is a multiple of one."""
-    out = np.zeros((len(pairs.support_block), channels))
-    for row, blocks, angles, vectors in zip(
-        out, pairs.support_block, pairs.support_angle, pairs.support_vector, strict=True
-    ):
-        for block, index, vector in zip(blocks, angles, vectors, strict=True):
-            if block >= 0:
-                turn = rotation(angle * (index + 1)) if index >= 0 else np.eye(3)
-                row[6 * block : 6 * block + 6] += (vector.reshape(2, 3) @ turn).ravel()
-    return out
+def _rows(pairs: PairData, angle: float, motion: Array) -> Array:
+    """Motion (B, c) of the supports' rows, from that of the blocks (6 n_b, c), where every angle of
+    the system is a multiple of one."""
+    rows, none = pair_rows(pairs), np.zeros(len(pairs.s0), dtype=np.int64)
+    angles = pairs.support_angle, pairs.bearing_angle, pairs.load_angle, pairs.bearing_turned
+    count = 1 + max(numbers.max(initial=0) for numbers in angles)
+    n, _ = build_rows(pairs, rows, angle * np.arange(1, count + 1), none)
+    return row_motions(rows, n, motion)[n - len(pairs.support_block) :]
 
 
 def step_data(modal: ModalSystem, sizes: float | Array) -> StepData:
@@ -326,32 +330,21 @@ def at_rest(data: StepData, modal_system: ModalSystem) -> StepData:
     return data._replace(modal=modal, channels=channels, springs=springs)
 
 
-def accelerate(
-    modal: ModalSystem, resting: StepData, state: State, prescribed: Array, space: Space
-) -> int:
-    """Set accelerations and stored forces by a step of no duration; ``space`` is ready for such.
-
-    prescribed (P + L,): of the machines, rates rad/s² of given speeds, and of loads. Returns 0,
-    or 1 without a solution.
-    """
-    status, _ = advance(
-        resting, law_functions(modal.system.pairs), prescribed[None], 0, state, space,
-        empty_samples(modal, 0), control(1, every=NEVER),
-    )  # fmt: skip
-    return int(status)
-
-
 def consistent_acceleration(
     modal: ModalSystem, data: StepData, state: State, prescribed: Array, space: Space
 ) -> int:
-    """Set accelerations (and stored forces) so that the equation of motion holds now.
+    """Set accelerations (and stored forces) by a step of no duration, so that the equation of
+    motion holds now.
 
-    prescribed (P + L,): as of ``accelerate``. A jump of a torque moves the quasi-static part at
-    once; the ledger books it. Returns 0, or 1 without a solution. ``space`` is then ready for
-    ``data``.
+    prescribed (P + L,): of the machines, rates rad/s² of given speeds, and of loads. A jump of a
+    torque moves the quasi-static part at once; the ledger books it. Returns 0, or 1 without a
+    solution. ``space`` is then ready for ``data``.
     """
-    resting = at_rest(data, modal)
+    resting, laws = at_rest(data, modal), law_functions(modal.system.pairs)
     begin(space, resting)
-    status = accelerate(modal, resting, state, prescribed, space)
+    status, _ = advance(
+        resting, laws, prescribed[None], 0, state, space, empty_samples(modal, 0),
+        control(1, every=NEVER),
+    )  # fmt: skip
     begin(space, data)
-    return status
+    return int(status)

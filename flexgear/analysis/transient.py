@@ -22,7 +22,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from flexgear.analysis.equilibrium import Solution, pair_arrays, revolution
+from flexgear.analysis.equilibrium import Solution, revolution
 from flexgear.analysis.kernels.energy import ENERGIES, LEFT_OVER
 from flexgear.analysis.kernels.step import RUNAWAY, advance
 from flexgear.analysis.kernels.step_arrays import Samples, State, StepData
@@ -309,7 +309,7 @@ class _Run:
 
 def by_name(time: Array, samples: Samples, is_output: NDArray[np.bool_]) -> dict[str, Array]:
     """A chunk of samples at times (t,) by the names of ``Transient``."""
-    arrays = samples._asdict() | pair_arrays(samples.pairs)
+    arrays = samples._asdict() | samples.pairs._asdict()
     arrays |= {"time": time, "is_output": is_output}
     del arrays["pairs"]
     return arrays

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from flexgear.analysis.line_loads import teeth_of_pairs
 from flexgear.analysis.recovery import Recovery
 from flexgear.arrays import Array
 from flexgear.coupling.pair_data import PairData, action_lines, covered
@@ -72,9 +73,8 @@ def _of_planet_teeth(recovery: Recovery, m: int) -> Array:
     pairs, result = recovery.modal.system.pairs, recovery.result
     normal, place = _pitch_point(pairs, m)
     n, c = (_turned(v, -result.theta[:, pairs.planet_turns[m]]) for v in (normal, place))
-    base = pairs.s0[m] + pairs.rate[m] * result.theta[:, pairs.angle[m]]
-    pair = np.rint((result.pair_position[:, m] - base[:, None]) / pairs.pitch[m]).astype(int)
-    tooth = np.mod(pairs.planet_tooth0[m] + pairs.planet_step[m] * pair, pairs.planet_teeth[m])
+    theta = result.theta[:, pairs.angle[m], None]
+    _, tooth = teeth_of_pairs(pairs, m, result.pair_position[:, m], theta)
     return _of_teeth(recovery, m, pairs.planet_tooth_block[m] + tooth, n, c)
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import replace
 from functools import cached_property
 
@@ -12,7 +11,7 @@ from scipy import linalg
 
 from flexgear.arrays import Array
 from flexgear.coupling.connections import Connection
-from flexgear.coupling.gear_meshes import GearMeshSet
+from flexgear.coupling.gear_meshes import GearMeshSet, SupportRow
 from flexgear.coupling.laws.dampers import DAMPERS
 from flexgear.coupling.laws.law import CENTERING
 from flexgear.coupling.laws.rollers import ROLLERS, RaceRates, with_defects
@@ -67,7 +66,7 @@ class Assembly(BodyCoordinates):
         self.contact_nodes: list[Array] = []
         self.node_angles: list[int] = []
         self.stands: dict[str, Array] = {}  # of a stage in an FE housing, m
-        self.support_rows: list[tuple[float, list[tuple[int, Array]]]] = []
+        self.support_rows: list[SupportRow] = []
         self.support_names: list[str] = []  # of each of these rows
 
     @cached_property
@@ -292,10 +291,8 @@ class Assembly(BodyCoordinates):
         self.rotating_frame_supports.append(
             RotatingFrameSupport(c.name, rows, housing, c.matrix, angle)
         )
-        nodes = [self.contact_node(rows, angle)]
-        if moves:
-            nodes.append(self.contact_node(housing, -1))
-        self._turning_rows(c.name, rest, nodes)
+        ends = self.contact_node(rows, angle), self.contact_node(housing, -1) if moves else -1
+        self._turning_rows(c.name, rest, ends)
 
     def _turning_link(self, c: Connection, first: Array, second: Array, angle: int) -> None:
         """A spring on the motion first − R(θ) second (6, d), θ being the system's ``angle``.
@@ -305,9 +302,9 @@ class Assembly(BodyCoordinates):
         """
         centering = CENTERING * (c.matrix if c.bearing is None else c.bearing.matrix)
         add_spring(self.stiffness, first, centering)
-        ends = [self.contact_node(first, -1), self.contact_node(second, angle)]
+        ends = self.contact_node(first, -1), self.contact_node(second, angle)
         for value, vector in zip(*rotating_rows(c.matrix - centering), strict=True):
-            self.support_rows.append((float(value), [(ends[0], vector), (ends[1], -vector)]))
+            self.support_rows.append(SupportRow(float(value), ends, np.array([vector, -vector])))
             self.support_names.append(c.name)
         self.rotating_frame_supports.append(
             RotatingFrameSupport(c.name, first, second, c.matrix, -1, angle)
@@ -325,13 +322,12 @@ class Assembly(BodyCoordinates):
         mean, rest = joint_parts(matrix) if angles[0] != angles[1] else (matrix, np.zeros(1))
         self.link(name, np.vstack([first, second]), mean)
         if np.abs(rest).max() > 1e-12 * np.abs(matrix).max():
-            ends = [self.contact_node(*end) for end in zip((first, second), angles, strict=True)]
+            ends = self.contact_node(first, angles[0]), self.contact_node(second, angles[1])
             self._turning_rows(name, rest, ends)
 
-    def _turning_rows(self, name: str, rest: Array, nodes: Sequence[int]) -> None:
+    def _turning_rows(self, name: str, rest: Array, ends: tuple[int, int]) -> None:
         for value, vector in zip(*rotating_rows(rest), strict=True):
-            ends = [(n, vector[6 * k : 6 * k + 6]) for k, n in enumerate(nodes)]
-            self.support_rows.append((float(value), ends))
+            self.support_rows.append(SupportRow(float(value), ends, vector.reshape(2, 6)))
             self.support_names.append(name)
 
     def add_inertia(self, row: Array, inertia: float) -> None:

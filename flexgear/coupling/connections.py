@@ -10,7 +10,7 @@ from typing import Literal
 import numpy as np
 
 from flexgear.arrays import Array
-from flexgear.coupling.gear_meshes import MODELS, FaultyTeeth, GearMeshSet
+from flexgear.coupling.gear_meshes import MODELS, GearMeshSet, PairPaths
 from flexgear.coupling.members import body_names, can_turn, mass_properties
 from flexgear.coupling.pair_data import WAVE
 from flexgear.coupling.springs import linear_part
@@ -257,9 +257,6 @@ def stage_sets(
         force, bend = flow.gear_mesh_forces[kind.gear], None
         if bending and bend_each_other(view):
             bend = _bending(view, path, force, rim if kind.internal else None)
-        faulty = faulty_teeth(view, path, force, bend, bending)
-        if bend is not None:
-            path = bend(path, None)
 
         def block(part: str, planet: int, side: str = side) -> GearBlock:
             return blocks.get((part, planet, side)) or blocks[part, planet, ""]
@@ -270,7 +267,7 @@ def stage_sets(
         floating = [p for p in planets if p.rigid is not None]
         out.append(
             GearMeshSet(
-                path=path,
+                pair_paths=_pair_paths(view, path, force, bend, bending),
                 errors=errors[kind, side],
                 stage=number,
                 angle=frame.theta,
@@ -288,7 +285,6 @@ def stage_sets(
                 planet_teeth=[p.first for p in floating],
                 planet_tooth_positions=[p.teeth for p in floating if p.teeth is not None],
                 planet_turns=frame.planets if floating else -1,
-                faulty=faulty,
             )
         )
     return out
@@ -327,19 +323,16 @@ def _softness(
     return np.sum([crack_flexibility(view, path, lines, fault) for fault in cracked], axis=0)
 
 
-def faulty_teeth(
+def _pair_paths(
     view: StageView, path: GearMeshPath, force: float, bend: Bent | None, cracks: bool
-) -> FaultyTeeth | None:
-    """Those of a stage's gear meshes of one kind; None where all teeth are sound.
+) -> PairPaths:
+    """Those of a stage's gear meshes of one kind.
 
     path: of sound teeth, as slices are before they bend each other; force: of the gear mesh, N;
     bend: makes them so with ΔC (S, K, K) m/N of cracks besides, None where they are springs beside
     each other; cracks: whether what they yield is computed (half a minute each, kept).
     """
-    groups = fault_groups(view, path)
-    if not groups.gear and not groups.planets:
-        return None
-    paths = []
+    groups, paths = fault_groups(view, path), []
     for of_planet in ((), *groups.planets):
         for of_gear in ((), *groups.gear):
             faults = (*of_gear, *of_planet)
@@ -351,7 +344,7 @@ def faulty_teeth(
             assert path.slices is not None
             more = softness(path, path.slices) if softness else None
             paths.append(bend(with_faults(view, path, force, faults, None), more))
-    return FaultyTeeth(tuple(paths), tuple(groups.gear.values()), tuple(groups.planets.values()))
+    return PairPaths(tuple(paths), tuple(groups.gear.values()), tuple(groups.planets.values()))
 
 
 def bend_each_other(view: StageView) -> bool:

@@ -20,6 +20,7 @@ from flexgear.coupling.pair_data import (
     SUMMED,
     WAVE,
     PairData,
+    largest_errors,
 )
 from flexgear.coupling.springs import LawBearing
 from flexgear.gears.contact import GearMeshKind, GearMeshPath
@@ -27,13 +28,12 @@ from flexgear.gears.errors import PairErrors
 from flexgear.gears.slices import Slices
 from flexgear.model.errors import FlexgearError
 
-SupportRow = tuple[float, Sequence[tuple[int, Array]]]
 MODELS = {"per_pair": PER_PAIR, "lumped": SUMMED, "face_load": FACE_LOAD}  # all others: WAVE
 
 
 @dataclass(frozen=True)
-class FaultyTeeth:
-    """Teeth of one kind of gear mesh whose pairs have tables of their own, and their numbers.
+class PairPaths:
+    """Paths of the pairs of one kind of gear mesh: of sound teeth, then of those with faults.
 
     With A groups of faulty teeth of the gear and B of planets' teeth, each group one fault or one
     set of them, the tables of the kind lie side by side from its first one on: of sound teeth, of
@@ -43,8 +43,7 @@ class FaultyTeeth:
         first + a + (1 + A) b ,   a, b: groups of its teeth, 0 of sound ones.
 
     gear: (A,) groups of tooth numbers of the gear; planets: (B,) groups of (planet, tooth number);
-    all from 0. paths: (1 + B) (1 + A), in the order of the tables; the first is that of sound
-    teeth.
+    all from 0. paths: (1 + B) (1 + A), in the order of the tables.
     """
 
     paths: tuple[GearMeshPath, ...]
@@ -78,11 +77,10 @@ class GearMeshSet:
     of all where every tooth of the planets is a block, planet_turns: angle by which these have
     turned in the planets' axes; one_sided: pairs only push; equivalent_mass: kg on the line of
     action, for pair damping c = 2 ζ √(k m); always_damped: whether it acts without contact, too, k
-    being the mean of the gear mesh; model: PER_PAIR, SUMMED, WAVE or FACE_LOAD; faulty: teeth with
-    faults, None where all are sound.
+    being the mean of the gear mesh; model: PER_PAIR, SUMMED, WAVE or FACE_LOAD.
     """
 
-    path: GearMeshPath
+    pair_paths: PairPaths
     errors: PairErrors
     stage: int
     angle: int
@@ -100,7 +98,11 @@ class GearMeshSet:
     planet_teeth: Sequence[int] = ()
     planet_tooth_positions: Sequence[Array] = ()
     planet_turns: int = -1
-    faulty: FaultyTeeth | None = None
+
+    @property
+    def path(self) -> GearMeshPath:
+        """That of sound teeth."""
+        return self.pair_paths.paths[0]
 
 
 @dataclass(frozen=True)
@@ -130,6 +132,15 @@ class GivenLoad(NamedTuple):
     history: int = -1
 
 
+class SupportRow(NamedTuple):
+    """Row of a spring between nodes whose frames turn: N/m of either sign; contact nodes, −1: none;
+    vectors (2, 6) in fixed axes."""
+
+    stiffness: float
+    nodes: tuple[int, int]
+    vectors: Array
+
+
 def labels(sets: Sequence[GearMeshSet]) -> tuple[GearMeshLabel, ...]:
     """Labels in the order of the gear meshes: set by set, planet by planet."""
     return tuple(
@@ -150,12 +161,10 @@ def pair_data(
     nodes as its gear has teeth.
 
     blocks: number of contact blocks; first, angles: block of the first contact node that is not of
-    gear meshes, and by node which angle its frame has turned by (−1: fixed); supports: stiffness
-    and ends (node, 6-vector) of turning supports.
+    gear meshes, and by node which angle its frame has turned by (−1: fixed).
     """
-    of_sets = [(s.path,) if s.faulty is None else s.faulty.paths for s in sets]
-    paths = [path for group in of_sets for path in group]
-    first_table = np.cumsum([0, *(len(group) for group in of_sets)])
+    paths = [path for s in sets for path in s.pair_paths.paths]
+    first_table = np.cumsum([0, *(len(s.pair_paths.paths) for s in sets)])
     start, step, k_table, z_table, gap_table = stiffness_tables(paths)
     rows = [
         _gear_mesh(s, int(table), i, _opposite(sets, s, i))
@@ -163,12 +172,11 @@ def pair_data(
         for i in range(len(s.phi))
     ]
     columns = {name: _stacked([row[name] for row in rows]) for name in rows[0]}
-    tilted = np.abs(columns["error_slope"]) * columns["half_face"]
-    block, vector, stiffness, turning = _supports(first, angles, supports)
-    bearing_blocks = [
-        [first + node if node >= 0 else -1 for node in (b.inner, b.outer)] for b in bearings
-    ]
-    return PairData(
+    nodes, rings = (
+        np.array(ends, np.int64).reshape(-1, 2)
+        for ends in ([s.nodes for s in supports], [(b.inner, b.outer) for b in bearings])
+    )
+    data = PairData(
         one_sided=any(s.one_sided for s in sets),
         slots=max([FEWEST_SLOTS, *(_most_pairs(s) for s in sets)]),
         tooth_position=_tooth_positions(sets, blocks),
@@ -178,18 +186,13 @@ def pair_data(
         z_table=z_table,
         gap_table=gap_table,
         slice_table=slice_tables(paths, k_table.shape[1]),
-        largest_error=columns["error_offset"]
-        + tilted
-        + np.abs(columns["error_amplitude"])
-        + np.abs(columns["runout_amplitude"]).sum(axis=1)
-        + np.abs(columns["error_gear"]).max(axis=1)
-        + np.abs(columns["error_planet"]).max(axis=1),
-        support_block=block,
-        support_vector=vector,
-        support_stiffness=stiffness,
-        support_angle=turning,
+        largest_error=np.zeros(len(rows)),
+        support_block=np.where(nodes >= 0, first + nodes, -1),
+        support_vector=np.array([s.vectors for s in supports], float).reshape(-1, 2, 6),
+        support_stiffness=np.array([s.stiffness for s in supports], float),
+        support_angle=np.array([*angles, -1], np.int64)[nodes],
         bearing_law=np.array([LAW_NUMBERS[b.law] for b in bearings], np.int64),
-        bearing_block=np.array(bearing_blocks, np.int64).reshape(-1, 2),
+        bearing_block=np.where(rings >= 0, first + rings, -1),
         bearing_angle=np.array([(b.angle, -1) for b in bearings], np.int64).reshape(-1, 2),
         bearing_parameters=_padded([b.parameters for b in bearings]),
         bearing_turned=np.array([b.turned for b in bearings], np.int64),
@@ -201,6 +204,7 @@ def pair_data(
         load_history=np.array([x.history for x in loads], np.int64),
         **columns,
     )
+    return data._replace(largest_error=largest_errors(data))
 
 
 def _tooth_positions(sets: Sequence[GearMeshSet], blocks: int) -> Array:
@@ -224,7 +228,7 @@ def _tooth_positions(sets: Sequence[GearMeshSet], blocks: int) -> Array:
 def _gear_mesh(s: GearMeshSet, table: int, i: int, opposite: int) -> dict[str, Any]:
     """What ``PairData`` has of planet i in one set, by column."""
     p, e = s.path, s.errors
-    cos_b, faulty = p.cos_base_helix, s.faulty or FaultyTeeth((p,))
+    cos_b = p.cos_base_helix
     angles = np.where(np.asarray(e.runout_angle, dtype=int) == 0, s.angle, s.carrier_angle)
     rates = np.where(angles < 0, 0.0, e.runout_rate)  # what stands in space before a held carrier
     damping = 2 * s.damping_ratio * math.sqrt(s.equivalent_mass)
@@ -263,8 +267,8 @@ def _gear_mesh(s: GearMeshSet, table: int, i: int, opposite: int) -> dict[str, A
         "s_pitch": p.base_radius_planet * math.tan(p.alpha),
         "gap": 0.0 if p.carries else p.backlash,
         "table": table,
-        "gear_table": faulty.gear_table(p.gear_teeth),
-        "planet_table": faulty.planet_table(i, p.planet_teeth),
+        "gear_table": s.pair_paths.gear_table(p.gear_teeth),
+        "planet_table": s.pair_paths.planet_table(i, p.planet_teeth),
         "gear_tooth0": p.gear_tooth0[i],
         "gear_step": p.gear_step,
         "gear_teeth": p.gear_teeth,
@@ -337,19 +341,6 @@ def _padded(lines: Sequence[NDArray[Any]]) -> NDArray[Any]:
     for row, line in zip(out, lines, strict=True):
         row[: len(line)] = line
     return out
-
-
-def _supports(
-    first: int, angles: Sequence[int], supports: Sequence[SupportRow]
-) -> tuple[Ints, Array, Array, Ints]:
-    count = len(supports)
-    block = np.full((count, 2), -1, dtype=np.int64)
-    vector = np.zeros((count, 2, 6))
-    turning = np.full((count, 2), -1, dtype=np.int64)
-    for r, (_, ends) in enumerate(supports):
-        for e, (node, w) in enumerate(ends):
-            block[r, e], vector[r, e], turning[r, e] = first + node, w, angles[node]
-    return block, vector, np.array([r[0] for r in supports], dtype=float), turning
 
 
 def stiffness_tables(paths: Sequence[GearMeshPath]) -> tuple[Array, ...]:

@@ -10,8 +10,6 @@ of the loaded channels,
 f being the forces on the contact blocks and the torques at the ports (B selects them). The residual
 never enters a velocity (PHYSICS: it would add damping that is not there).
 
-How many elastic modes the second reduction keeps for a wanted accuracy.
-
 A dropped mode answers statically, p pᵀ/ω_j² instead of p pᵀ/(ω_j² − w² + iwd_j), p its motion in
 the contact rows V and d_j = 2ζω_j. Under excitation up to w the flexibility of the contact is then
 wrong by at most
@@ -33,7 +31,7 @@ frequencies only rise (Rayleigh). Gyroscopic terms are not judged.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,6 +50,10 @@ EQUAL = 1e-6  # relative gap below which frequencies are equal
 POSITIONS = 4  # of the train; rows of other positions differ by about one per cent
 GOLDEN = 0.5 * (np.sqrt(5.0) - 1.0)
 CHUNK = 64  # cuts judged at a time
+LOOSE = (
+    "the coupled system can move freely somewhere ({}): a body has no support; check bearing, bolt "
+    "and spline stiffnesses"
+)
 
 
 @dataclass(frozen=True)
@@ -80,13 +82,9 @@ def cuts(omega: Array) -> NDArray[np.int64]:
 
 
 def choose_modes(
-    omega: Array,
-    estimates: Array,
-    band_hz: float,
-    *,
-    accuracy: float | None = None,
-    limit_hz: float | None = None,
-) -> ModeChoice:
+    omega: Array, estimates: Array, band_hz: float, *,
+    accuracy: float | None = None, limit_hz: float | None = None,
+) -> ModeChoice:  # fmt: skip
     """The fewest modes whose estimate is at most ``accuracy``; without it all up to ``limit_hz``.
 
     omega: (m,) rad/s, rising; estimates: (m + 1,). Given both, ``limit_hz`` is an upper bound:
@@ -121,7 +119,9 @@ def mode_estimates(system: System, omega: Array, phi: Array, band_hz: float) -> 
     out[:first] = np.inf
     if first == m:
         return out
-    loss = _loss(omega[first:], system.damping.rate(omega[first:]), w)
+    dropped = omega[first:]
+    turn = 1j * w * system.damping.rate(dropped)
+    loss = np.abs((w**2 - turn) / (dropped**2 * (dropped**2 - w**2 + turn)))  # e_j, s²
     blocks = system.blocks @ np.hstack([system.rigid, phi])
     for rows, n in _positions(system):
         stiffness = rows.row["stiffness"][:n]
@@ -132,12 +132,6 @@ def mode_estimates(system: System, omega: Array, phi: Array, band_hz: float) -> 
     # exact sums fall with every mode; rounding may not
     out[first:] = np.maximum.accumulate(out[first:][::-1])[::-1]
     return out
-
-
-def _loss(omega: Array, damping: Array, w: float) -> Array:
-    """e_j of modes above the excitation w, s²."""
-    turn = 1j * w * damping
-    return np.asarray(np.abs((w**2 - turn) / (omega**2 * (omega**2 - w**2 + turn))))
 
 
 def _positions(system: System) -> Iterator[tuple[Rows, int]]:
@@ -283,16 +277,13 @@ def elastic_modes(system: System) -> tuple[Array, Array]:
 
     Each belongs to one of the ``independent_parts`` and is exactly zero in the others.
     """
-    omegas, modes = [np.zeros(0)], [np.zeros((len(system.mass), 0))]
-    for part in independent_parts(system):
-        omega, phi = _modes_of_part(system, part)
-        whole = np.zeros((len(system.mass), len(omega)))
-        whole[part] = phi
-        omegas.append(omega)
-        modes.append(whole)
+    parts = independent_parts(system)
+    omegas, shapes = zip(*(_modes_of_part(system, part) for part in parts), strict=True)
     omega = np.concatenate(omegas)
+    phi = np.zeros((system.size, len(omega)))
+    phi[np.concatenate(parts)] = linalg.block_diag(*shapes)
     order = np.argsort(omega, kind="stable")
-    return omega[order], np.hstack(modes)[:, order]
+    return omega[order], phi[:, order]
 
 
 def _modes_of_part(system: System, part: NDArray[np.int64]) -> tuple[Array, Array]:
@@ -305,15 +296,8 @@ def _modes_of_part(system: System, part: NDArray[np.int64]) -> tuple[Array, Arra
         return np.zeros(0), np.zeros((len(part), 0))
     values, vectors = linalg.eigh(0.5 * (k + k.T), 0.5 * (m + m.T))
     if values[0] <= 1e-9 * values[-1] * 1e-6:
-        raise FlexgearError(_loose(f"lowest elastic eigenvalue {values[0]:.3g} rad²/s²"))
+        raise FlexgearError(LOOSE.format(f"lowest elastic eigenvalue {values[0]:.3g} rad²/s²"))
     return np.sqrt(values), null @ vectors
-
-
-def _loose(why: str) -> str:
-    return (
-        f"the coupled system can move freely somewhere ({why}): a body has no support; check "
-        "bearing, bolt and spline stiffnesses"
-    )
 
 
 def modal_system(
@@ -345,13 +329,13 @@ def modal_system(
     rest = phi[:, keep:]
     motion = (rest / omega[keep:] ** 2) @ (channels @ rest).T
     kept_omega = np.concatenate([np.zeros(system.rigid.shape[1]), omega[order]])
-    modal = _reduced(system, modes, kept_omega, motion, channels)
-    return replace(modal, choice=choice)
+    return _reduced(system, modes, kept_omega, motion, channels, choice)
 
 
 def _reduced(
-    system: System, modes: Array, omega: Array, motion: Array, channels: Array
-) -> ModalSystem:
+    system: System, modes: Array, omega: Array, motion: Array, channels: Array,
+    choice: ModeChoice | None = None,
+) -> ModalSystem:  # fmt: skip
     """The system in modes (d, n) of ω (n,) and the motion (d, n_c) that all others answer with."""
     residual = channels @ motion
     gyroscopic, centripetal = np.zeros((0, 0)), np.zeros((0, 0))
@@ -373,6 +357,7 @@ def _reduced(
         gyroscopic=gyroscopic,
         centripetal=centripetal,
         dropped=system.size - modes.shape[1],
+        choice=choice,
     )
 
 
@@ -389,7 +374,7 @@ def static_system(system: System) -> ModalSystem:
     try:
         factor = linalg.cho_factor(system.stiffness + middle * held @ held.T, lower=True)
     except linalg.LinAlgError:
-        raise FlexgearError(_loose("K is not positive definite")) from None
+        raise FlexgearError(LOOSE.format("K is not positive definite")) from None
     motion = linalg.cho_solve(factor, right)
     motion -= system.rigid @ (held.T @ motion)
     return _reduced(system, system.rigid, np.zeros(system.rigid.shape[1]), motion, channels)

@@ -224,36 +224,33 @@ def too_coarse(pace: Pace, solver: Solver) -> list[str]:
         f"order {pace.orders} of the gear mesh frequency lies at {pace.highest_frequency:.5g} Hz"
     )
     swing = f"gears swing on their gear mesh at {pace.resonance:.5g} Hz"
-    notes = []
+    notes = list[str]()
+
+    def say(key: str, value: float, fault: str, remedy: str) -> None:
+        notes.append(f"solver.{key} = {value:.4g} is {fault}; {remedy}, or leave it out")
+
     steps = {order: ENOUGH_STEPS * pace.highest_frequency, swing: LEAST_STEPS * pace.resonance}
     why, least = max(steps.items(), key=lambda item: item[1])
     if solver.step_tolerance == 0.0 and pace.time_step * least > 1 + EVEN:
-        notes.append(
-            f"solver.time_step_s = {pace.time_step:.4g} is too coarse: {why}; at most "
-            f"{1 / least:.3g} s, or leave it out"
-        )
+        say("time_step_s", pace.time_step, f"too coarse: {why}", f"at most {1 / least:.3g} s")
     finest = FINE_STEPS * pace.band
     if pace.series and solver.step_tolerance == 0.0 and pace.series_time_step * finest > 1 + EVEN:
-        key = "time_step_s" if solver.step_time_step is None else "step_time_step_s"
-        notes.append(
-            f"solver.{key} = {pace.series_time_step:.4g} is taken under the series that "
-            f"{' and '.join(pace.series)} follows, and is too coarse for what changes there as "
-            f"fast as the band's top of {pace.band:.5g} Hz; at most {1 / finest:.3g} s, or leave "
-            "it out"
+        say(
+            "time_step_s" if solver.step_time_step is None else "step_time_step_s",
+            pace.series_time_step,
+            f"taken under the series that {' and '.join(pace.series)} follows, and is too coarse "
+            f"for what changes there as fast as the band's top of {pace.band:.5g} Hz",
+            f"at most {1 / finest:.3g} s",
         )
     least = ENOUGH_SAMPLES * pace.highest_frequency
     if pace.output_interval * least > 1 + EVEN:
-        notes.append(
-            f"solver.output_interval_s = {pace.output_interval:.4g} is too coarse: {order}, and "
-            f"peaks fall between the samples; at most {1 / least:.3g} s, or leave it out"
-        )
+        fault = f"too coarse: {order}, and peaks fall between the samples"
+        say("output_interval_s", pace.output_interval, fault, f"at most {1 / least:.3g} s")
     modes = min(pace.band, pace.modes_to or math.inf)
     if modes < pace.highest_frequency:
         key = "modes_to_hz" if modes != pace.band else "modes_band_hz"
-        notes.append(f"solver.{key} = {modes:.4g} is too low: {order}; raise it, or leave it out")
+        say(key, modes, f"too low: {order}", "raise it")
     if solver.duration is not None and 0 < solver.duration * pace.gear_mesh < 1:
-        notes.append(
-            f"solver.duration_s = {solver.duration:.4g} is too short: a period of the gear mesh "
-            f"takes {1 / pace.gear_mesh:.3g} s; raise it, or leave it out"
-        )
+        period = f"a period of the gear mesh takes {1 / pace.gear_mesh:.3g} s"
+        say("duration_s", solver.duration, f"too short: {period}", "raise it")
     return notes

@@ -131,6 +131,14 @@ class PairData(NamedTuple):
     load_history: Ints  # (n_l,) place among the load histories, −1: constant
 
 
+def largest_errors(data: PairData) -> Array:
+    """Largest sum (M,) of errors of a pair, m."""
+    largest = data.error_offset + np.abs(data.error_amplitude)
+    largest = largest + np.abs(data.error_slope) * data.half_face
+    largest += np.abs(data.runout_amplitude).sum(axis=1)
+    return largest + np.abs(data.error_gear).max(axis=1) + np.abs(data.error_planet).max(axis=1)
+
+
 def rows_of_pair(data: PairData) -> int:
     """Most rows that a tooth pair has: two where its contact line is cut into slices."""
     return 2 if np.any(data.model == FACE_LOAD) else 1

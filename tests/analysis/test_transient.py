@@ -7,7 +7,7 @@ from reference_transient import reference_transient
 from stepped import energy_closes, jump, stepped
 
 from flexgear.analysis.start import start_state
-from flexgear.analysis.step_plan import FineWindow, plan_segments
+from flexgear.analysis.step_plan import FineWindow, Stepping
 from flexgear.analysis.transient import Drive
 from flexgear.coupling.modal import modal_system
 from flexgear.coupling.pair_data import KINDS
@@ -123,10 +123,9 @@ def test_reversal_crosses_the_backlash_before_the_coast_flank_takes_load(one_sid
 
 
 def test_windows_and_jumps_cut_the_run_into_whole_steps():
-    segments = plan_segments(1.0, 1e-2, (0.333,), [FineWindow(0.3, 0.5, 1e-3)])
-    ends = [s.start + s.steps * s.time_step for s in segments]
-    assert ends == pytest.approx([0.3, 0.333, 0.5, 1.0])
-    assert all(s.time_step <= 1e-3 + 1e-15 for s in segments[1:3])
+    plans = Stepping(1.0, 1e-2, 1e-2, (0.333,), (FineWindow(0.3, 0.5, 1e-3),)).plans()
+    assert [p.start + p.ticks * p.sizes[0] for p in plans] == pytest.approx([0.3, 0.333, 0.5, 1.0])
+    assert all(p.sizes[0] <= 1e-3 + 1e-15 for p in plans[1:3])
 
 
 def test_the_case_s_own_drop_is_seen_at_once_after_its_jump():

@@ -4,6 +4,7 @@ import itertools
 
 import numpy as np
 import pytest
+from law_response import respond
 from scipy.integrate import quad
 from scipy.linalg import expm
 from scipy.optimize import brentq
@@ -16,7 +17,7 @@ from flexgear.analysis.start import start_state
 from flexgear.coupling.build import build_system
 from flexgear.coupling.kernels.elements import pair_rows
 from flexgear.coupling.kernels.pairs import build_rows
-from flexgear.coupling.laws import LAW_NUMBERS, respond
+from flexgear.coupling.laws import LAW_NUMBERS
 from flexgear.coupling.modal import modal_system
 from flexgear.coupling.pair_data import carrying_flanks
 from flexgear.model.errors import FlexgearError, InputError

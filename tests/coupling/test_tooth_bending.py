@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
+from law_response import respond
 from train_contexts import coarse_teeth, rigid_stage
 
-from flexgear.coupling.laws import COUPLED_SLICES_LAW, respond
+from flexgear.coupling.laws import COUPLED_SLICES_LAW
 from flexgear.coupling.pair_data import OF_LINE
 from flexgear.model.load import load_case
 from flexgear.solve.static import static
@@ -39,7 +40,7 @@ def test_the_nominal_tangent_is_that_of_lines_that_touch_evenly(assembled):
         radius, own = table[middle, 0], table[middle, OF_LINE:].copy()
         centre, nominal = of_case.z_table[of_case.table[m], middle], table[middle, 1]
         own[:count] = 0.5 * (1.0 + (own[:count] - centre) / radius)
-        parameters = np.concatenate([[count, 0.0], own])
+        parameters = np.concatenate([[count, 0.0, 0.0], own])
         approach = 0.5 * model.rated[0] / nominal
         _, force, tangent = respond(
             COUPLED_SLICES_LAW, parameters, np.array([[approach] * 2, [0.0] * 2])

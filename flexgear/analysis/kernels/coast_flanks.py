@@ -16,7 +16,7 @@ import numpy as np
 
 from flexgear.analysis.kernels.active_dofs import channel_motion, dof_motion
 from flexgear.compiled import INNER, PART, njit
-from flexgear.coupling.kernels.pairs import of_blocks
+from flexgear.coupling.kernels.elements import of_blocks
 
 GAP = 0.3  # of the backlash: what else than the look may close until the next one
 PITCH = 4e-4  # of the base pitch: the same where there is hardly a backlash

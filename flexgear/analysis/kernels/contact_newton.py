@@ -41,7 +41,7 @@ from flexgear.coupling.kernels.elements import (
     packed,
     places,
     places_of_gear_mesh,
-    rolling_rate,
+    rolling_rates,
     widest,
 )
 from flexgear.coupling.laws import BASIC, HELD_RATE_LAW, ONE_SIDED_LAW
@@ -118,9 +118,10 @@ def first_memory(data: PairData, rates: Array) -> Array:
     first = places_of_gear_mesh(data) * len(data.s0)
     memory[:first, 0] = np.repeat(touch, places_of_gear_mesh(data))[:, None]
     fixed = packed(data).fixed
+    of_rows = rolling_rates(fixed, rates)
     for e, element in enumerate(fixed.element):
-        for a in range(element["rows"]):
-            memory[first + e, 1, a] = rolling_rate(fixed, element["first"] + a, rates)
+        count = element["rows"]
+        memory[first + e, 1, :count] = of_rows[element["first"] : element["first"] + count]
     return memory
 
 
@@ -134,15 +135,15 @@ def _evaluate(laws, rows, e, motion, force, tangent):
 
 
 @njit(**PART)
-def linearise(laws, rows, e, motion, space):
+def linearise(laws, rows, e, motion, space, place):
     """Evaluate the law of element e at the motion (2, R) of all rows: its force and tangent go to
-    place e of ``space``, its potential (J) is returned."""
+    a place of ``space``, its potential (J) is returned."""
     element = rows.element[e]
-    at_element = space.motion[e]
+    at_element = space.motion[place]
     for a in range(element.rows):
         at_element[0, a] = motion[0, element.first + a]
         at_element[1, a] = motion[1, element.first + a]
-    return _evaluate(laws, rows, e, at_element, space.force[e], space.tangent[e])
+    return _evaluate(laws, rows, e, at_element, space.force[place], space.tangent[place])
 
 
 @njit(**INNER)
@@ -302,11 +303,8 @@ def _disagrees(laws, rows, e, problem, space, least):
     element = rows.element[e]
     if element.law == HELD_RATE_LAW:
         return False
+    linearise(laws, rows, e, problem.motion, space, spare)
     trial, force = space.motion[spare], space.force[spare]
-    for a in range(element.rows):
-        trial[0, a] = problem.motion[0, element.first + a]
-        trial[1, a] = problem.motion[1, element.first + a]
-    _evaluate(laws, rows, e, trial, force, space.tangent[spare])
     for a in range(element.rows):
         steep = ROUNDING * abs(space.tangent[spare, 1, a, a] * trial[1, a])
         if abs(force[0, a] - problem.force[element.first + a]) > least + steep:

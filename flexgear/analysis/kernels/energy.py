@@ -72,7 +72,7 @@ def _potential(laws, rows, count, motion, space, elastic):
     """Potential of all elements at rest at a motion (2, R), J; elastic (R,) gets its forces."""
     total = 0.0
     for e in range(count):
-        total += linearise(laws, rows, e, motion, space)
+        total += linearise(laws, rows, e, motion, space, e)
         element = rows.element[e]
         for a in range(element.rows):
             elastic[element.first + a] = space.force[e, 1, a]

@@ -6,19 +6,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from flexgear.analysis.kernels.static_contact import (
-    EXACT,
-    MAX_SETS,
-    solve_dense,
-    solve_set,
-    with_right,
-)
+from flexgear.analysis.kernels.static_contact import EXACT, ContactSet, solve_set, with_right
 from flexgear.analysis.kernels.static_position import CLOSURE, solve_position
 from flexgear.arrays import Array
 from flexgear.compiled import njit
 
-ROUND_OFF = 1e-11  # of the largest force: pull below which a row counts as unloaded
-GROWTH = 1e15  # of it: gaps beyond 1e4 times the forces come from a singular choice of rows
+GROWTH = 1e4  # times the forces: gaps beyond come from a singular choice of rows
 
 
 class Waves(NamedTuple):
@@ -174,36 +167,47 @@ def _base(q0, influence, places, errors):
 
 
 @njit()
+def _gaps(influence, places, loaded, rows):
+    """The complementary problem of rows of S that pull, w = x + Q z, w ≥ 0, z ≥ 0, w·z = 0, as one
+    of contact: z are its forces."""
+    c = len(places)
+    q, sided, small = np.empty((c, c)), np.zeros(c, dtype=np.int64), np.empty((c, c))
+    for b in range(c):
+        row = rows.row[places[b]]
+        for a in range(c):
+            q[a, b] = influence[a, b] / row.stiffness if loaded[b] == 1 else 0.0
+        sided[b] = loaded[b] * row.sided
+    vectors = np.zeros((3, c))
+    return ContactSet(q, vectors[0], sided, np.zeros_like(sided), q, vectors[1], small, vectors[2])
+
+
+@njit()
 def _let_go(x, influence, places, loaded, errors, work, n, extra, out):
     """Turn x_S and y_B (c, J) into forces: those of S, and 0 in B where nothing parts."""
-    (c, count), rows, active = x.shape, work.rows, work.contact.active
-    wrong = np.zeros(count, dtype=np.int64)
-    for a in range(c):
-        if rows.row[places[a]].sided == 1:
-            for j in range(count):
-                if not x[a, j] >= 0.0:
-                    wrong[j] = 1
-    w = np.empty(c)
+    (c, count), rows = x.shape, work.rows
+    gaps, z = _gaps(influence, places, loaded, rows), np.zeros(c)
     for j in range(count):
-        if wrong[j] == 0:
+        w, pulls = x[:, j], False
+        for a in range(c):
+            pulls = pulls or (rows.row[places[a]].sided == 1 and not w[a] >= 0.0)
+        if pulls:
+            largest = np.abs(w).max()
+            gaps.right[:], gaps.active[:] = -w, 0
+            settled = solve_set(gaps, c, 0, z, EXACT, EXACT) >= 0.0
+            settled = settled and np.abs(z).sum() < GROWTH * largest
             for a in range(c):
-                if loaded[a] == 0:
-                    x[a, j] = 0.0
-            continue
-        w[:] = x[:, j]
-        chosen, settled = _complement(influence, places, loaded, rows, w, False)
-        if not settled:
-            w[:] = x[:, j]
-            chosen, settled = _complement(influence, places, loaded, rows, w, True)
-        for a in range(c):
-            active[places[a]] = 1 if loaded[a] == 1 and chosen[a] == 0 else 0
-            if loaded[a] == 0:
-                settled = settled and w[a] >= 0.0
-                w[a] = 0.0
-        if not settled:
-            _solve_whole(places, errors[:, j], n, extra, work, out, w)
-        for a in range(c):
-            x[a, j] = w[a]
+                for b in range(c):
+                    w[a] += gaps.matrix[a, b] * z[b]
+            for a in range(c):
+                carries = loaded[a] == 1 and gaps.active[a] == 0
+                work.contact.active[places[a]] = 1 if carries else 0
+                settled = settled and (loaded[a] == 1 or w[a] >= 0.0)
+                w[a] = max(w[a], 0.0) if carries else 0.0
+            if not settled:
+                _solve_whole(places, errors[:, j], n, extra, work, out, w)
+        else:
+            for a in range(c):
+                w[a] *= loaded[a]
 
 
 @njit()
@@ -223,50 +227,3 @@ def _solve_whole(places, errors, n, extra, work, out, w):
             share = solve_set(contact, n, extra, out, first, EXACT)
     for a in range(len(w)):
         w[a] = out[places[a]] if share >= 0.0 else np.nan
-
-
-@njit()
-def _complement(influence, places, loaded, rows, w, careful):
-    """Let go what pulls among rows of S; w (c,): x_S and y_B before and after. Which, and whether
-    that settled.
-
-    All wrong rows change sides at once, or careful only the first (Murty's rule), which cannot
-    cycle and leaves a planet that carries nothing its last row, without force.
-    """
-    c = len(w)
-    q, chosen = w.copy(), np.zeros(c, dtype=np.int64)
-    index, z, small = np.empty(c, dtype=np.int64), np.empty(c), np.empty((c, c))
-    least = -ROUND_OFF * np.abs(q).max()
-    for _ in range(4 * MAX_SETS if careful else MAX_SETS):
-        m = 0
-        for i in range(c):
-            if chosen[i] == 1:
-                index[m], z[m] = i, -q[i]
-                m += 1
-        for b in range(m):
-            k = rows.row[places[index[b]]].stiffness
-            for a in range(m):
-                small[a, b] = influence[index[a], index[b]] / k
-        if not solve_dense(small, z, m) or not np.abs(z[:m]).sum() < -GROWTH * least:
-            return chosen, False
-        w[:] = q
-        for a in range(m):
-            gap = z[a] / rows.row[places[index[a]]].stiffness
-            for i in range(c):
-                w[i] += influence[i, index[a]] * gap
-        wrong, m = 0, 0
-        for i in range(c):
-            bad = loaded[i] == 1 and not w[i] >= least
-            if chosen[i] == 1:
-                w[i], bad = 0.0, not z[m] >= least
-                m += 1
-            elif loaded[i] == 1:
-                w[i] = max(w[i], 0.0)
-            if bad:
-                wrong += 1
-                chosen[i] = 1 - chosen[i]
-                if careful:
-                    break
-        if wrong == 0:
-            return chosen, True
-    return chosen, False

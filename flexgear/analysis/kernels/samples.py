@@ -11,20 +11,21 @@ from numpy.typing import NDArray
 
 from flexgear.arrays import Array
 from flexgear.compiled import INNER, UNCOUNTED, njit
-from flexgear.coupling.kernels.pairs import contact_forces, fill_rows
+from flexgear.coupling.kernels.elements import add_to_blocks
+from flexgear.coupling.kernels.pairs import fill_rows
 from flexgear.coupling.pair_data import PairData, extra_rows, two_rows
 
 
 class PairLoads(NamedTuple):
-    """t samples of M gear meshes; a slot that holds no pair stays as it was made."""
+    """t samples of M gear meshes, see ``Solution``; a slot without a pair stays as it was made."""
 
-    load: Array  # (t, M, slots) N
-    tooth: NDArray[np.int16]  # (t, M, slots) of the gear, 0-based; −1 none
-    stiffness: Array  # (t, M, slots) N/m
-    position: Array  # (t, M, slots) path coordinate, m
-    far: Array  # (t, M, slots) load of a pair's second row, N; without length where no pair has two
-    approach: Array  # (t, M, slots, 4) m, likewise: δ of both rows, and of the bodies alone
-    supports: Array  # (t, extra rows) N
+    pair_load: Array  # (t, M, slots) N
+    pair_tooth: NDArray[np.int16]  # (t, M, slots) of the gear, 0-based; −1 none
+    pair_stiffness: Array  # (t, M, slots) N/m
+    pair_position: Array  # (t, M, slots) path coordinate, m
+    far_load: Array  # (t, M, slots) N, of a pair's second row; without length where none has two
+    pair_approach: Array  # (t, M, slots, 4) m, likewise: δ of both rows, and of the bodies alone
+    support_load: Array  # (t, extra rows) N
 
 
 def empty_pair_loads(data: PairData, count: int) -> PairLoads:
@@ -32,13 +33,13 @@ def empty_pair_loads(data: PairData, count: int) -> PairLoads:
     shape = (count, len(data.s0), data.slots)
     load, stiffness, position = np.zeros((3, *shape))
     return PairLoads(
-        load=load,
-        tooth=np.full(shape, -1, dtype=np.int16),
-        stiffness=stiffness,
-        position=position,
-        far=np.zeros(two_rows(data, count)),
-        approach=np.zeros((*two_rows(data, count), 4)),
-        supports=np.zeros((count, extra_rows(data))),
+        pair_load=load,
+        pair_tooth=np.full(shape, -1, dtype=np.int16),
+        pair_stiffness=stiffness,
+        pair_position=position,
+        far_load=np.zeros(two_rows(data, count)),
+        pair_approach=np.zeros((*two_rows(data, count), 4)),
+        support_load=np.zeros((count, extra_rows(data))),
     )
 
 
@@ -48,29 +49,45 @@ def note_loads(rows, n, pairs, force, delta, at, loads):
     for q in range(pairs):
         pair = rows.pair[q]
         m, slot, first = pair.mesh, pair.slot, pair.row
-        loads.load[at, m, slot] = pair.share * force[first]
+        loads.pair_load[at, m, slot] = pair.share * force[first]
         if pair.rows == 2:
-            loads.far[at, m, slot] = force[first + 1]
-            loads.load[at, m, slot] += force[first + 1]
+            loads.far_load[at, m, slot] = force[first + 1]
+            loads.pair_load[at, m, slot] += force[first + 1]
             for a in range(2):
                 approach = delta[first + a]
-                loads.approach[at, m, slot, a] = approach
-                loads.approach[at, m, slot, 2 + a] = approach - rows.row[first + a].offset
-        loads.tooth[at, m, slot] = pair.tooth
-        loads.stiffness[at, m, slot] = pair.stiffness
-        loads.position[at, m, slot] = pair.s
+                loads.pair_approach[at, m, slot, a] = approach
+                loads.pair_approach[at, m, slot, 2 + a] = approach - rows.row[first + a].offset
+        loads.pair_tooth[at, m, slot] = pair.tooth
+        loads.pair_stiffness[at, m, slot] = pair.stiffness
+        loads.pair_position[at, m, slot] = pair.s
     for i in range(n):
         if rows.row[i].kind < 0:
-            loads.supports[at, rows.row[i].owner] = force[i]
+            loads.support_load[at, rows.row[i].owner] = force[i]
 
 
 @njit(**UNCOUNTED)
 def all_forces(elements, rows, angles, active_flanks, loads, out):
-    """Forces of contact rows on the blocks; ``out`` (t, n_c) starts with them."""
+    """Generalised contact forces −Σ V F on the blocks, which ``out`` (t, n_c) starts with, from
+    stored loads: of pairs (t, M, slots) N, what of it their second rows carry (t, M, slots), or
+    (t, 0, slots) where none has two, and of other rows (t, extra rows) N. ``out`` is overwritten.
+    """
     pair_load, far_load, other_load = loads
     for t in range(angles.shape[0]):
-        loads_now = (pair_load[t], far_load[t], other_load[t])
-        contact_forces(elements, rows, angles[t], active_flanks[t], loads_now, out[t])
+        forces = out[t]
+        n, _, pairs = fill_rows(elements, angles[t], active_flanks[t], rows)
+        for c in range(forces.shape[0]):
+            forces[c] = 0.0
+        for q in range(pairs):  # loads of pairs that share a row add up to its force
+            pair = rows.pair[q]
+            load = pair_load[t, pair.mesh, pair.slot]
+            if pair.rows == 2:
+                far = far_load[t, pair.mesh, pair.slot]
+                add_to_blocks(rows, pair.row + 1, -far, forces)
+                load -= far
+            add_to_blocks(rows, pair.row, -load, forces)
+        for r in range(n):
+            if rows.row[r].kind < 0:
+                add_to_blocks(rows, r, -other_load[t, rows.row[r].owner], forces)
 
 
 @njit(**UNCOUNTED)

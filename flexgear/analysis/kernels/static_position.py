@@ -46,12 +46,14 @@ from flexgear.coupling.kernels.elements import (
     Elements,
     Rows,
     add_neighbours,
+    add_to_blocks,
     freeze_neighbours,
+    of_blocks,
     packed,
     pair_rows,
     yield_to_neighbours,
 )
-from flexgear.coupling.kernels.pairs import add_to_blocks, fill_rows, of_blocks
+from flexgear.coupling.kernels.pairs import fill_rows
 from flexgear.coupling.pair_data import PairData
 
 CLOSURE = 1e-8

@@ -20,14 +20,10 @@ from numpy.typing import NDArray
 from flexgear.arrays import Array, Ints
 from flexgear.compiled import INNER, njit
 from flexgear.coupling.laws import (
-    COUPLED_SLICES_ALWAYS_LAW,
     COUPLED_SLICES_LAW,
     GIVEN_FORCE_LAW,
     LAWS,
     LINEAR_LAW,
-    ONE_SIDED_ALWAYS_LAW,
-    ONE_SIDED_LAW,
-    SLICES_ALWAYS_LAW,
     SLICES_LAW,
     functions,
 )
@@ -201,14 +197,12 @@ def _fixed_rows(data: PairData) -> FixedRows:
     return FixedRows(row, end, vector, element, parameters)
 
 
-def rolling_rate(fixed: FixedRows, row: int, rates: Array) -> float:
-    """Rate of one of the rows that are always there when blocks move at ``rates`` (6 B,) in
-    rolling: along and about the axis, as bodies that orbit do so together."""
-    rate = 0.0
-    for end, vector in zip(fixed.end["block"][row], fixed.vector[row], strict=True):
-        if end >= 0:
-            rate += sum(vector[o] * rates[6 * end + o] for o in (2, 5))
-    return float(rate)
+def rolling_rates(fixed: FixedRows, rates: Array) -> Array:
+    """Rates (F,) of the rows that are always there when blocks move at ``rates`` (6 B,) in rolling:
+    along and about the axis, as bodies that orbit do so together."""
+    block, axial = fixed.end["block"][:, :, None], np.array([2, 5])
+    moved = np.where(block >= 0, rates[6 * np.maximum(block, 0) + axial], 0.0)
+    return np.asarray((fixed.vector[:, :, axial] * moved).sum(axis=(1, 2)))
 
 
 def law_functions(data: PairData) -> tuple[object, ...]:
@@ -216,8 +210,8 @@ def law_functions(data: PairData) -> tuple[object, ...]:
 
     A law that the filling of rows (``pairs``) gives to tooth pairs has to be named here.
     """
-    lines = data.model == FACE_LOAD
-    slices = SLICE_LAWS[data.bent[lines], (data.constant_damping[lines] > 0.0).astype(int)]
+    bent = data.bent[data.model == FACE_LOAD]
+    slices = np.where(bent == 1, COUPLED_SLICES_LAW, SLICES_LAW)
     return functions({*slices.tolist(), *data.bearing_law.tolist()})
 
 
@@ -264,11 +258,24 @@ def widest(data: PairData) -> int:
     return max([rows_of_pair(data), *(len(LAWS[law].components) for law in data.bearing_law)])
 
 
-PAIR_LAWS = (LINEAR_LAW, ONE_SIDED_LAW, ONE_SIDED_ALWAYS_LAW)
-# whether slices bend each other, whether their damper acts always
-SLICE_LAWS = np.array(
-    [[SLICES_LAW, SLICES_ALWAYS_LAW], [COUPLED_SLICES_LAW, COUPLED_SLICES_ALWAYS_LAW]]
-)
+@njit(**INNER)
+def add_to_blocks(rows, r, load, out):
+    """out += V_r load."""
+    for a in range(rows.row[r].width):
+        b = 6 * rows.blocks[r, a]
+        for o in range(6):
+            out[b + o] += load * rows.coef[r, a, o]
+
+
+@njit(**INNER)
+def of_blocks(rows, r, vector):
+    """V_rᵀ u for a vector u of the channels."""
+    total = 0.0
+    for a in range(rows.row[r].width):
+        b = 6 * rows.blocks[r, a]
+        for o in range(6):
+            total += rows.coef[r, a, o] * vector[b + o]
+    return total
 
 
 @njit(**INNER)

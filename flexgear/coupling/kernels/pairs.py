@@ -27,8 +27,9 @@ import numpy as np
 
 from flexgear.arrays import Array, Ints
 from flexgear.compiled import INNER, PART, UNCOUNTED, ZERO, as_read, njit
-from flexgear.coupling.kernels.elements import PAIR_LAWS, SLICE_LAWS, Rows, packed
-from flexgear.coupling.laws.slices import COUNT, FIRST, RELAXATION
+from flexgear.coupling.kernels.elements import Rows, packed
+from flexgear.coupling.laws import COUPLED_SLICES_LAW, LINEAR_LAW, ONE_SIDED_LAW, SLICES_LAW
+from flexgear.coupling.laws.slices import COUNT, DAMPER, FIRST, RELAXATION
 from flexgear.coupling.pair_data import FACE_LOAD, FOLLOWING, OF_LINE, PER_PAIR, WAVE, PairData
 
 
@@ -75,19 +76,17 @@ def fixed_rows(fixed, places, theta, rows, counts):
     return count + fixed.row.shape[0], element_count + fixed.element.shape[0]
 
 
-LINEAR_PAIR, ONE_SIDED_PAIR, ONE_SIDED_ALWAYS_PAIR = PAIR_LAWS
 BESIDE = 2  # column of a table of slices where B begins
 
 
 @njit(**INNER)
-def _tabled(table, start, step, s):
-    """Stiffness, centroid and gap over the path, between the samples of a table (T, 3)."""
+def _between(table, mesh, s):
+    """Neighbouring rows of a table over the path, and the share of the way from one to the
+    other."""
     last = table.shape[0] - 1
-    y = min(max((s - start) / step, 0.0), float(last))
-    j = min(int(y), last - 1)
-    w = y - j
-    a, b, v = table[j], table[j + 1], 1.0 - w
-    return v * a[0] + w * b[0], v * a[1] + w * b[1], v * a[2] + w * b[2]
+    y = min(max((s - mesh.table_start) / mesh.table_step, 0.0), float(last))
+    at = min(int(y), last - 1)
+    return table[at], table[at + 1], y - at
 
 
 @njit(**INNER)
@@ -161,7 +160,9 @@ def _find_pairs(gears, m, theta, pairs, p):
             if high > low:  # handed over from tooth to tooth as they pass the pitch point
                 stiffness *= 1.0 - abs(s - mesh.s_pitch) / mesh.pitch
         else:
-            stiffness, z, gap = _tabled(table, mesh.table_start, mesh.table_step, s)
+            a, b, w = _between(table, mesh, s)
+            v = 1.0 - w
+            stiffness, z, gap = v * a[0] + w * b[0], v * a[1] + w * b[1], v * a[2] + w * b[2]
         if mesh.model == FACE_LOAD:
             a, b, w = _between(gears.slices[number], mesh, s)
             touches = (1.0 - w) * a[1] + w * b[1] > 0.0
@@ -193,18 +194,9 @@ def _shares(pairs, first, stop):
 
 
 @njit(**INNER)
-def _planet_end(mesh, coef, cx, cy, cz):
-    """−[N; C × N] in planet axes; the moment about the axis is the same all along the path."""
-    nx, ny, nz = mesh.cos_b * mesh.normal_x, mesh.cos_b * mesh.normal_y, mesh.sin_b
-    coef[0], coef[1], coef[2] = -nx, -ny, -nz
-    coef[3] = -(cy * nz - cz * ny)
-    coef[4] = -(cz * nx - cx * nz)
-    coef[5] = -mesh.planet_arm
-
-
-@njit(**INNER)
-def _gear_end(coef, share, n, at, arm):
-    """share · [N; (C − X) × N] in the gear's frame; n: N, at: C − X, arm: of N about the axis."""
+def _end(coef, share, n, at, arm):
+    """share · [N; (C − X) × N] in a body's frame; n: N, at: C − X, arm: of N about the axis, the
+    same all along the path."""
     nx, ny, nz = n
     x, y, z = at
     coef[0], coef[1], coef[2] = share * nx, share * ny, share * nz
@@ -218,7 +210,7 @@ def _tooth_end(gears, coef, block, share, n, at):
     """The same at the node of a tooth; at: C, in its body's frame."""
     centre = gears.tooth_position[block]
     x, y, z = at[0] - centre[0], at[1] - centre[1], at[2] - centre[2]
-    _gear_end(coef, share, n, (x, y, z), x * n[1] - y * n[0])
+    _end(coef, share, n, (x, y, z), x * n[1] - y * n[0])
 
 
 @njit(**INNER)
@@ -255,7 +247,7 @@ def _fill_row(gears, m, turn, rows, n, span, away, share):
     total, error = _shares(pairs, first, stop)
     width = 1
     blocks[0] = mesh.planet_block
-    _planet_end(mesh, coef[0], cx, cy, cz)
+    _end(coef[0], -1.0, (bx, by, nz), (cx, cy, cz), mesh.planet_arm)
     row.beyond = 1 if mesh.per_tooth == 1 or mesh.turns >= 0 else 2
     for q in range(first, stop):
         pair = pairs[q]
@@ -266,7 +258,7 @@ def _fill_row(gears, m, turn, rows, n, span, away, share):
             width += 1
     if mesh.per_tooth == 0:
         blocks[width] = mesh.gear_block
-        _gear_end(coef[width], 1.0, normal, (x, y, cz), mesh.gear_arm)
+        _end(coef[width], 1.0, normal, (x, y, cz), mesh.gear_arm)
         width += 1
     if mesh.planet_turns >= 0:
         normal = (cp * bx + sp * by, cp * by - sp * bx, nz)
@@ -281,15 +273,6 @@ def _fill_row(gears, m, turn, rows, n, span, away, share):
     row.stiffness, row.damping = total, damping
     row.offset = error + mesh.error_slope * away - mesh.gap
     return total, damping
-
-
-@njit(**INNER)
-def _between(table, mesh, s):
-    """Neighbouring rows of a table of slices, and the share of the way from one to the other."""
-    last = table.shape[0] - 1
-    y = min(max((s - mesh.table_start) / mesh.table_step, 0.0), float(last))
-    at = min(int(y), last - 1)
-    return table[at], table[at + 1], y - at
 
 
 @njit(**INNER)
@@ -317,9 +300,11 @@ def _slices_of_pair(gears, m, turn, rows, n, e, q, share):
             at = BESIDE + FOLLOWING * i + k
             rows.yields[n + i, k] = v * a[at] + w * b[at]
     pair.row, pair.rows = n, 2
-    parameters[COUNT] = count
-    parameters[RELAXATION] = _damping_of(mesh, whole, share) / whole
-    element.law = SLICE_LAWS[mesh.bent, 1 if mesh.constant_damping > 0.0 else 0]
+    damping = _damping_of(mesh, whole, share)
+    parameters[COUNT], parameters[RELAXATION], parameters[DAMPER] = count, damping / whole, 0.0
+    if mesh.constant_damping > 0.0:
+        parameters[RELAXATION], parameters[DAMPER] = 0.0, 0.5 * damping
+    element.law = COUPLED_SLICES_LAW if mesh.bent == 1 else SLICES_LAW
     element.first, element.rows = n, 2
     element.place = mesh.places * m + pair.place
     return rows.yields[n, 0] != 0.0
@@ -350,15 +335,14 @@ def _rows_of_pairs(gears, m, gear_turn, planet_turn, rows, counts, span):
         share = share if mesh.model == PER_PAIR else 1.0
         stiffness, damping = _fill_row(gears, m, turn, rows, count, (first, after), 0.0, share)
         parameters, element = rows.parameters[element_count], rows.element[element_count]
-        element.law = LINEAR_PAIR
-        if mesh.sided == 1:
-            constant = mesh.constant_damping > 0.0
-            element.law = ONE_SIDED_ALWAYS_PAIR if constant else ONE_SIDED_PAIR
+        element.law = ONE_SIDED_LAW if mesh.sided == 1 else LINEAR_LAW
         element.first, element.rows = count, 1
         element.place = mesh.places * m
         if mesh.model == PER_PAIR:
             element.place += rows.pair[first].place
-        parameters[0], parameters[1] = stiffness, damping
+        parameters[0], parameters[1], parameters[2] = stiffness, damping, 0.0
+        if mesh.sided == 1 and mesh.constant_damping > 0.0:
+            parameters[1], parameters[2] = 0.0, damping
         count, element_count, first = count + 1, element_count + 1, after
     return count, element_count
 
@@ -403,47 +387,3 @@ def build_rows(data: PairData, rows: Rows, theta: Array, active_flanks: Ints) ->
     theta = np.ascontiguousarray(theta, dtype=float)
     n, _, pairs = fill_rows(as_read(packed(data)), theta, active_flanks, as_read(rows))
     return int(n), int(pairs)
-
-
-@njit(**PART)
-def contact_forces(elements, rows, theta, active_flanks, loads, out):
-    """Generalised contact forces −Σ V F on the blocks, (≥ 6 n_blocks,), from stored loads.
-
-    loads: of pairs (M, slots) N, what of it their second rows carry (M, slots), or (0, slots) where
-    none has two, and of other rows (extra rows,) N. ``out`` is overwritten.
-    """
-    pair_load, far_load, other_load = loads
-    n, _, pairs = fill_rows(elements, theta, active_flanks, rows)
-    for c in range(out.shape[0]):
-        out[c] = 0.0
-    for q in range(pairs):  # loads of pairs that share a row add up to its force
-        pair = rows.pair[q]
-        load = pair_load[pair.mesh, pair.slot]
-        if pair.rows == 2:
-            far = far_load[pair.mesh, pair.slot]
-            add_to_blocks(rows, pair.row + 1, -far, out)
-            load -= far
-        add_to_blocks(rows, pair.row, -load, out)
-    for r in range(n):
-        if rows.row[r].kind < 0:
-            add_to_blocks(rows, r, -other_load[rows.row[r].owner], out)
-
-
-@njit(**INNER)
-def add_to_blocks(rows, r, load, out):
-    """out += V_r load."""
-    for a in range(rows.row[r].width):
-        b = 6 * rows.blocks[r, a]
-        for o in range(6):
-            out[b + o] += load * rows.coef[r, a, o]
-
-
-@njit(**INNER)
-def of_blocks(rows, r, vector):
-    """V_rᵀ u for a vector u of the channels."""
-    total = 0.0
-    for a in range(rows.row[r].width):
-        b = 6 * rows.blocks[r, a]
-        for o in range(6):
-            total += rows.coef[r, a, o] * vector[b + o]
-    return total

@@ -23,10 +23,6 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
-import numpy as np
-
-from flexgear.arrays import Array
-from flexgear.compiled import njit
 from flexgear.coupling.laws.basic import (
     GIVEN_FORCE,
     HELD_RATE,
@@ -34,29 +30,24 @@ from flexgear.coupling.laws.basic import (
     LINEAR_RATE,
     NOT_COMPILED,
     ONE_SIDED,
-    ONE_SIDED_ALWAYS,
 )
 from flexgear.coupling.laws.clearance import CLEARANCE
-from flexgear.coupling.laws.coupled_slices import COUPLED_SLICES, COUPLED_SLICES_ALWAYS
+from flexgear.coupling.laws.coupled_slices import COUPLED_SLICES
 from flexgear.coupling.laws.dampers import DAMPERS
 from flexgear.coupling.laws.journal import JOURNAL
 from flexgear.coupling.laws.law import Law
 from flexgear.coupling.laws.rollers import ROLLERS
-from flexgear.coupling.laws.slices import SLICES, SLICES_ALWAYS
+from flexgear.coupling.laws.slices import SLICES
 
-BASIC = (LINEAR, ONE_SIDED, GIVEN_FORCE, LINEAR_RATE, HELD_RATE, ONE_SIDED_ALWAYS)
-OF_SLICES = (SLICES, COUPLED_SLICES, SLICES_ALWAYS, COUPLED_SLICES_ALWAYS)
-LAWS: tuple[Law, ...] = (*BASIC, *OF_SLICES, CLEARANCE, ROLLERS, JOURNAL, DAMPERS)
+BASIC = (LINEAR, ONE_SIDED, GIVEN_FORCE, LINEAR_RATE, HELD_RATE)
+LAWS: tuple[Law, ...] = (*BASIC, SLICES, COUPLED_SLICES, CLEARANCE, ROLLERS, JOURNAL, DAMPERS)
 LAW_NUMBERS = {law.name: number for number, law in enumerate(LAWS)}
 ROOM = 16  # the number of laws is part of what the solvers are compiled for
 
 (
     LINEAR_LAW, ONE_SIDED_LAW, GIVEN_FORCE_LAW, LINEAR_RATE_LAW, HELD_RATE_LAW,
-    ONE_SIDED_ALWAYS_LAW,
-) = range(len(BASIC))  # fmt: skip
-SLICES_LAW, COUPLED_SLICES_LAW, SLICES_ALWAYS_LAW, COUPLED_SLICES_ALWAYS_LAW = (
-    LAWS.index(law) for law in OF_SLICES
-)
+    SLICES_LAW, COUPLED_SLICES_LAW,
+) = range(len(BASIC) + 2)  # fmt: skip
 
 
 def functions(used: Collection[int]) -> tuple[object, ...]:
@@ -65,18 +56,3 @@ def functions(used: Collection[int]) -> tuple[object, ...]:
     needed = [n < len(BASIC) or n in used for n in range(len(LAWS))]
     laws = [law if there else NOT_COMPILED for law, there in zip(LAWS, needed, strict=True)]
     return tuple(law.function() for law in laws + [NOT_COMPILED] * (ROOM - len(LAWS)))
-
-
-@njit()
-def _respond(laws, number, parameters, motion, force, tangent):
-    return laws[number](parameters, motion, force, tangent)
-
-
-def respond(number: int, parameters: Array, motion: Array) -> tuple[float, Array, Array]:
-    """Potential J, force (2, r) and tangent (2, r, r) of a law at one motion (2, r)."""
-    r = motion.shape[1]
-    force, tangent = np.zeros((2, r)), np.zeros((2, r, r))
-    energy = _respond(
-        functions([number]), number, np.asarray(parameters, float), motion, force, tangent
-    )
-    return float(energy), force, tangent

@@ -9,9 +9,9 @@ switched on at δ = 0 would jump at an impact, where steps were then of first or
 continuous, and what it needs follows from k and c. At rest it is k ⟨δ⟩, the law of equilibria.
 Under the linear law F = k δ + c δ̇ always. Parameters of both: k, c.
 
-Laws "…_always" have a damper that acts always, F = elastic force + c δ̇, in contact or not: so
-oscillators with clearance are damped in most publications. A pair that parts is then slowed and,
-where flanks leave each other fast, pulled. Parameters: as of the law of the same elastic force.
+Laws of tooth pairs that only push have one parameter more, a damper c₀ that acts always, F + c₀ δ̇,
+in contact or not: so oscillators with clearance are damped in most publications. A pair that parts
+is then slowed and, where flanks leave each other fast, pulled. It is zero where c is not.
 """
 
 from __future__ import annotations
@@ -43,20 +43,20 @@ def _linear(parameters, motion, force, tangent):
 
 @njit(**INNER)
 def one_sided(parameters, motion, force, tangent):
-    """Open, damped (k δ + c δ̇) or limited (2 k δ)."""
-    k, c = parameters[0], parameters[1]
+    """Open, damped (k δ + c δ̇) or limited (2 k δ), and the damper that acts always."""
+    k, c, always = parameters[0], parameters[1], parameters[2]
     delta = motion[0, 0]
-    force[0, 0], force[1, 0] = 0.0, 0.0
-    tangent[0, 0, 0], tangent[1, 0, 0] = 0.0, 0.0
+    force[0, 0], force[1, 0] = always * motion[1, 0], 0.0
+    tangent[0, 0, 0], tangent[1, 0, 0] = 0.0, always
     if not delta > 0.0:
         return 0.0
     elastic = k * delta
     damped = elastic + c * motion[1, 0]
     force[1, 0] = elastic
     if damped > 2.0 * elastic:
-        force[0, 0], tangent[0, 0, 0] = 2.0 * elastic, 2.0 * k
+        force[0, 0], tangent[0, 0, 0] = 2.0 * elastic + force[0, 0], 2.0 * k
     elif damped > 0.0:
-        force[0, 0], tangent[0, 0, 0], tangent[1, 0, 0] = damped, k, c
+        force[0, 0], tangent[0, 0, 0], tangent[1, 0, 0] = damped + force[0, 0], k, c + always
     return 0.5 * elastic * delta
 
 
@@ -72,17 +72,6 @@ def add_damper(damper, motion, force, tangent):
     for i in range(motion.shape[1]):
         force[0, i] += damper * motion[1, i]
         tangent[1, i, i] += damper
-
-
-@compiled_law
-def _one_sided_always(parameters, motion, force, tangent):
-    """k ⟨δ⟩ + c δ̇."""
-    k, delta = parameters[0], motion[0, 0]
-    touches = 1.0 if delta > 0.0 else 0.0
-    force[0, 0] = force[1, 0] = touches * k * delta
-    tangent[0, 0, 0], tangent[1, 0, 0] = touches * k, 0.0
-    add_damper(parameters[1], motion, force, tangent)
-    return 0.5 * touches * k * delta * delta
 
 
 @compiled_law
@@ -116,7 +105,6 @@ def _not_compiled(parameters, motion, force, tangent):
 
 LINEAR = Law("linear", _linear)
 ONE_SIDED = Law("one_sided", _one_sided)
-ONE_SIDED_ALWAYS = Law("one_sided_always", _one_sided_always)
 GIVEN_FORCE = Law("given_force", _given_force)
 LINEAR_RATE = Law("linear_rate", _linear_rate)
 HELD_RATE = Law("held_rate", _linear_rate)  # of a row that is held: what the law gives is zero

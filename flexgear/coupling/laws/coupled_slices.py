@@ -10,9 +10,10 @@ positive definite, so there is one answer; it is found by Newton's method on the
 which are changed until none pulls and none that does not touch overlaps. The forces are the slope
 of J = ½ fᵀ C f + Σ ∫ f dh, and their tangent is that of the slices that touch. Damping τ k_j ẋ_j
 takes nominal stiffnesses k_j and neither pulls nor exceeds the force, as in ``slices``. Parameters:
-number of slices, τ s, then t, nominal stiffness N/m and g m of all, a m/N, d N, and the lower
-triangle of C by rows, m/N; behind them, where there is room, the forces of the last solution, from
-which the next one starts: they save corrections and do not change the answer.
+number of slices, τ s, the damper that acts always, then t, nominal stiffness N/m and g m of all,
+a m/N, d N, and the lower triangle of C by rows, m/N; behind them, where there is room, the forces
+of the last solution, from which the next one starts: they save corrections and do not change the
+answer.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ from flexgear.arrays import Array
 from flexgear.compiled import INNER, njit
 from flexgear.coupling.laws.basic import add_damper, clear
 from flexgear.coupling.laws.law import Law, compiled_law
-from flexgear.coupling.laws.slices import COUNT, FIRST, LOOSE, RELAXATION, damper_of_line
+from flexgear.coupling.laws.slices import COUNT, DAMPER, FIRST, LOOSE, RELAXATION
 
 TRIES = 60
 ONE = np.uint64(1)
@@ -162,9 +163,10 @@ def _guess(most, share, d):
 
 
 @njit(error_model="numpy")
-def coupled_slices(parameters, tau, motion, force, tangent):
-    """Sums over the slices that touch; a pair in the air keeps a small tangent, and no force."""
-    count = int(parameters[COUNT])
+def coupled_slices(parameters, motion, force, tangent):
+    """Sums over the slices that touch; a pair in the air keeps a small tangent, and no elastic
+    force."""
+    count, tau = int(parameters[COUNT]), parameters[RELAXATION]
     share, nominal = parameters[FIRST : FIRST + count], parameters[FIRST + count :]
     last = FIRST + 5 * count + count * (count + 1) // 2
     bending, before = parameters[FIRST + 3 * count : last], parameters[last:]
@@ -207,21 +209,14 @@ def coupled_slices(parameters, tau, motion, force, tangent):
         tangent[1, 1, 1] += damper * b * b
     if n == 0:
         tangent[0, 0, 0] = tangent[0, 1, 1] = 0.5 * LOOSE * stiffness
+    add_damper(parameters[DAMPER], motion, force, tangent)
     return energy
 
 
 @compiled_law
 def _coupled_slices(parameters, motion, force, tangent):
     """The same, to be called by its address."""
-    return coupled_slices(parameters, parameters[RELAXATION], motion, force, tangent)
-
-
-@compiled_law
-def _coupled_slices_always(parameters, motion, force, tangent):
-    """Slices that bend each other without damping of their own."""
-    energy = coupled_slices(parameters, 0.0, motion, force, tangent)
-    add_damper(damper_of_line(parameters), motion, force, tangent)
-    return energy
+    return coupled_slices(parameters, motion, force, tangent)
 
 
 @njit()
@@ -243,4 +238,3 @@ def forces_of(overlap: Array, share: Array, bending: Array) -> tuple[Array, Arra
 
 
 COUPLED_SLICES = Law("coupled_slices", _coupled_slices)
-COUPLED_SLICES_ALWAYS = Law("coupled_slices_always", _coupled_slices_always)

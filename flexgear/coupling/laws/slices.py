@@ -12,25 +12,23 @@ are two springs of half its stiffness each, not coupled: so z_c and ρ are chose
 
 Slices are springs f = k ⟨x⟩ beside each other. Damping takes the rate of the elastic force, τ ḟ,
 and neither pulls nor exceeds it; with one slice that is the law of pairs that are one spring.
-Parameters: number of slices, τ s, then t, k N/m and g m of all. A damper that acts always (see
-``basic``) is τ K on the whole contact line, K being its nominal stiffness: ½ τ K on each of the two
-rows.
+Parameters: number of slices, τ s, a damper on each of the two rows that acts always (see
+``basic``), N s/m, then t, k N/m and g m of all.
 """
 
 from __future__ import annotations
 
-from flexgear.compiled import INNER, njit
 from flexgear.coupling.laws.basic import add_damper, clear
 from flexgear.coupling.laws.law import Law, compiled_law
 
-COUNT, RELAXATION, FIRST = range(3)
+COUNT, RELAXATION, DAMPER, FIRST = range(4)
 LOOSE = 1e-9  # share of its stiffness in the tangent of a pair that does not touch
 
 
-@njit(**INNER)
-def slices(parameters, relaxation, motion, force, tangent):
-    """Sums over the slices; a pair in the air keeps a small tangent, and no force."""
-    count = int(parameters[COUNT])
+@compiled_law
+def _slices(parameters, motion, force, tangent):
+    """Sums over the slices; a pair in the air keeps a small tangent, and no elastic force."""
+    count, relaxation = int(parameters[COUNT]), parameters[RELAXATION]
     clear(force, tangent)
     energy = stiffness = touching = 0.0
     for j in range(count):
@@ -63,31 +61,8 @@ def slices(parameters, relaxation, motion, force, tangent):
     if touching == 0.0:
         tangent[0, 0, 0] = tangent[0, 1, 1] = 0.5 * LOOSE * stiffness
     tangent[0, 1, 0], tangent[1, 1, 0] = tangent[0, 0, 1], tangent[1, 0, 1]
-    return energy
-
-
-@compiled_law
-def _slices(parameters, motion, force, tangent):
-    """The same, to be called by its address."""
-    return slices(parameters, parameters[RELAXATION], motion, force, tangent)
-
-
-@njit(**INNER)
-def damper_of_line(parameters):
-    """½ τ K of a contact line; its slices' stiffnesses stand behind their places."""
-    count, stiffness = int(parameters[COUNT]), 0.0
-    for j in range(count):
-        stiffness += parameters[FIRST + count + j]
-    return 0.5 * parameters[RELAXATION] * stiffness
-
-
-@compiled_law
-def _slices_always(parameters, motion, force, tangent):
-    """Slices beside each other without damping of their own."""
-    energy = slices(parameters, 0.0, motion, force, tangent)
-    add_damper(damper_of_line(parameters), motion, force, tangent)
+    add_damper(parameters[DAMPER], motion, force, tangent)
     return energy
 
 
 SLICES = Law("slices", _slices)
-SLICES_ALWAYS = Law("slices_always", _slices_always)
