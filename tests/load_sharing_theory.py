@@ -58,11 +58,14 @@ def equal_paths(planets, *, sun_stiffness, ring_stiffness, planet_bearing=math.i
     )
 
 
-def stage_paths(planets):
-    """Those of ``trains.stage_train``."""
+def stage_paths(planets, helix=0.0):
+    """Those of ``trains.stage_train``; helix angle, rad."""
+    transverse = math.atan(math.tan(ANGLE) / math.cos(helix))
     return equal_paths(
         planets, sun_stiffness=6e8, ring_stiffness=8e8, planet_bearing=5e8,
-        sun_base_radius=0.004 * 26 / 2 * math.cos(ANGLE),
+        sun_angle=transverse, ring_angle=transverse,
+        sun_base_radius=0.004 / math.cos(helix) * 26 / 2 * math.cos(transverse),
+        base_helix_angle=math.asin(math.sin(helix) * math.cos(ANGLE)),
     )  # fmt: skip
 
 

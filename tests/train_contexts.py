@@ -87,6 +87,33 @@ output_interval_ms = 1
 )
 
 
+TWO_FLEXIBLE = (
+    STEEL
+    + """
+[[stages]]
+name = "first"
+case = "wind-5mw"
+[[stages]]
+name = "second"
+case = "wind-5mw"
+[[joints]]
+first = "first.sun"
+second = "second.carrier"
+torsion_nm_per_rad = 1e9
+axial_n_per_m = 1e8
+radial_n_per_m = 1e8
+tilt_nm_per_rad = 1e7
+[[inputs]]
+member = "first.carrier"
+speed_rpm = 2
+torque_knm = 4000
+inertia_kg_m2 = 1e6
+[output]
+member = "second.sun"
+"""
+)
+
+
 def mixed(folder):
     """A train with a flexible stage and its cheap bodies."""
     train = load_case(write(folder, MIXED, 'kinematics = "spatial"\n'))

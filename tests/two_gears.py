@@ -1,14 +1,11 @@
-"""Two gears on soft bearings, and their motion by an integrator that stops at every contact event.
-
-The law of tooth pairs is written down here once more, as four states and the events between them.
-"""
+"""Two gears on soft bearings, and their motion from event to event of their contact."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 
 import numpy as np
-from scipy.integrate import solve_ivp
+from contact_events import EventIntegrator
 from stepped import jump
 from trains import spur_pair, write
 
@@ -49,12 +46,8 @@ def reversal(torque, at):
     return jump(TORQUE, torque, at)
 
 
-class Exact:
-    """The same gears, pairs in place, between events of their contact.
-
-    States of a row: apart (δ < 0), pulling (δ > 0, k δ + c δ̇ < 0, no load), damped (k δ + c δ̇),
-    limited (2 k δ, as c δ̇ > k δ).
-    """
+class Exact(EventIntegrator):
+    """The same gears, pairs in place, under another torque."""
 
     def __init__(self, modal, torque):
         self.system, self.torque = modal.system, torque
@@ -64,82 +57,33 @@ class Exact:
         self.rows = row_vectors(modal.system, rows, n)
         self.k, self.c = rows.row["stiffness"][:n].copy(), rows.row["damping"][:n].copy()
         self.gap = -rows.row["offset"][:n]
+        self.inverse = np.linalg.inv(modal.system.mass)
 
     def approach(self, y):
         """δ and δ̇ of the rows."""
         d = len(y) // 2
         return self.rows @ y[:d] - self.gap, self.rows @ y[d:]
 
-    def state_of(self, y):
+    def contact(self, t, y):
         delta, rate = self.approach(y)
-        damped = self.k * delta + self.c * rate
-        return tuple(
-            "apart" if x < 0 else "pulling" if f < 0 else "limited" if f > 2 * k * x else "damped"
-            for x, f, k in zip(delta, damped, self.k, strict=True)
-        )
+        return self.k * delta, self.c * rate
 
-    def loads(self, y, states):
-        delta, rate = self.approach(y)
-        of = {
-            "apart": 0.0 * delta, "pulling": 0.0 * delta, "limited": 2 * self.k * delta,
-            "damped": self.k * delta + self.c * rate,
-        }  # fmt: skip
-        return np.array([of[state][i] for i, state in enumerate(states)])
-
-    def run(self, y, times):
-        """Loads (t, rows) at ``times`` from the state y at times[0]; how many events there were."""
+    def slope(self, t, y, loads):
         s, d = self.system, len(y) // 2
-        solve = np.linalg.inv(s.mass)
         brake = s.machines[-1].rated_torque / s.machines[-1].rated_speed
         output = s.ports[-1].row
-
-        def slope(_, y, states):
-            force = s.ports[0].row * self.torque - output * (brake * (output @ y[d:]))
-            force = force - s.stiffness @ y[:d] - self.rows.T @ self.loads(y, states)
-            return np.concatenate([y[d:], solve @ force])
-
-        def event(i, of):
-            def at(_, y, states):
-                delta, rate = (part[i] for part in self.approach(y))
-                k, c = self.k[i], self.c[i]
-                return {
-                    "touch": delta,
-                    "pull": k * delta + c * rate,
-                    "limit": k * delta - c * rate,
-                }[of]
-
-            at.terminal = True
-            return at
-
-        watched = {"apart": ["touch"], "pulling": ["touch", "pull"],
-                   "damped": ["pull", "limit"], "limited": ["limit", "touch"]}  # fmt: skip
-        out, t, count = np.zeros((len(times), len(self.k))), times[0], 0
-        states = self.state_of(y)
-        while True:
-            events = [event(i, of) for i, state in enumerate(states) for of in watched[state]]
-            late = times[times >= t]
-            if t > times[0]:  # off the event that has just been
-                step = 1e-6 * (times[1] - times[0])
-                y, t = y + step * slope(t, y, states), t + step
-            if t >= times[-1]:
-                return out, count
-            found = solve_ivp(
-                slope, (t, times[-1]), y, method="DOP853", rtol=1e-10, atol=1e-14, args=(states,),
-                t_eval=late[late >= t], events=events,
-            )  # fmt: skip
-            at = np.searchsorted(times, found.t)
-            out[at] = [self.loads(one, states) for one in found.y.T] if len(at) else out[at]
-            if found.status == 0:
-                return out, count
-            pairs = zip(found.t_events, found.y_events, strict=True)
-            t, y = next((t[0], y[0]) for t, y in pairs if len(t))
-            after = 1e-6 * (times[1] - times[0])
-            states = self.state_of(y + after * slope(t, y, states))
-            count += 1
+        force = s.ports[0].row * self.torque - output * (brake * (output @ y[d:]))
+        force = force - s.stiffness @ y[:d] - self.rows.T @ loads
+        return np.concatenate([y[d:], self.inverse @ force])
 
 
 def exact_after(modal, torque, times):
-    """Loads of flexgear's start when the torque is another at once: (t, rows)."""
-    start = start_state(modal, TORQUE)
+    """Loads (t, rows) of flexgear's start when the torque is another at once; how many events there
+    were."""
+    start, exact = start_state(modal, TORQUE), Exact(modal, torque)
     y = np.concatenate([modal.modes @ start.eta, modal.modes @ start.velocity])
-    return Exact(modal, torque).run(y, times)
+    out, events = np.zeros((len(times), len(exact.k))), -1
+    for states, at, motion, _ in exact.pieces(y, times, times[-1]):
+        out[at] = [exact.loads(0.0, y, states) for y in motion] if len(at) else out[at]
+        events += 1
+    return out, events

@@ -101,22 +101,6 @@ def test_products_on_active_dofs_are_the_dense_ones(modal):
     assert changes > 2
 
 
-def test_rows_of_the_last_step_stay_among_the_dofs(modal):
-    """The account of energy looks back at them."""
-    data, space = step_data(modal, STEP), work_space(modal)
-    begin(space, data)
-    front, work, last = carrying_flanks(modal.system.pairs), space.work, space.ledger.rows
-    old, _, _ = fill_rows(data.elements, np.zeros(len(modal.angles)), front, last)
-    n, _, _ = fill_rows(data.elements, np.full(len(modal.angles), 0.3), front, work.rows)
-    assert gathered(work.active, data.channels, work.rows, n, last, old)
-    blocks = {
-        int(last.blocks[i, a])
-        for i in range(old)
-        for a in range(last.row["beyond"][i], last.row["width"][i])
-    }
-    assert (work.active.place[list(blocks)] >= 0).all()
-
-
 @pytest.mark.parametrize("n", [1, 2, 3, 7, 15, 16, 17, 28, 44])
 def test_elimination_solves_with_and_without_room_behind_the_rows(n):
     rng = np.random.default_rng(n)

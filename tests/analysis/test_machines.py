@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.linalg import eigh, expm
+from scipy.linalg import expm
 from stepped import Jumping, stepped
 from two_gears import TORQUE, Exact, two_gears
 
@@ -63,30 +63,6 @@ def left_over(run):
     """Energy that appears from nowhere, over the largest elastic energy."""
     total = sum(LEFT_OVER[name] * values for name, values in run.energy.items())
     return np.abs(total - total[0]).max() / np.abs(run.energy["elastic"]).max()
-
-
-@pytest.mark.parametrize("port", [INPUT, OUTPUT])
-def test_a_rotor_under_a_controller_is_a_damped_oscillator(gears, port):
-    """J ω̇ = ΔT − k_p ω − k_i ∫ω:  ω = ΔT/(J ω_d) e^(−ζω₀t) sin ω_d t."""
-    own, zeta, j = 8.0, 0.3, inertia(gears, port)
-    modal = one_end(gears, port, Controller(2 * zeta * own * j, own**2 * j))
-    ends = rated(modal, port)
-    other = 1 - port
-    step = 0.1 * ends[other]
-    ends[other] = lambda t: np.where(t > 0, 1.1, 1.0) * step / 0.1
-    run = stepped(modal, told(*ends, jumps=(0.0,)), 1.0, 5e-5, interval=1e-3)
-    rows = modal.system.port_rows @ modal.system.rolling[:, 0]
-    push, damped = step * rows[other] / rows[port], own * np.sqrt(1 - zeta**2)
-    wave = np.exp(-zeta * own * run.time) * np.sin(damped * run.time)
-    error = run.speeds[:, port] - ends[port] - push / (j * damped) * wave
-    exact = Exact(modal, 0.0)
-    stiffness = modal.system.stiffness + (exact.rows.T * exact.k) @ exact.rows
-    elastic = np.sqrt(eigh(stiffness, modal.system.mass, eigvals_only=True)[1])
-    assert elastic > 500 * own
-    # the gears swing on their teeth beside it, with the torque's jump as amplitude
-    assert np.abs(error).max() < 2 * abs(push) / (j * elastic)
-    held = -1.1 * step / 0.1 * rows[other] / rows[port]
-    assert run.torques[-1, port] == pytest.approx(held, rel=1e-2)
 
 
 @pytest.mark.parametrize("port", [INPUT, OUTPUT])
@@ -174,24 +150,6 @@ def test_a_speed_as_found_in_a_free_run_takes_the_torque_of_that_run(tmp_path):
     assert np.abs(run.pair_load - free.pair_load).max() < 1e-6 * free.pair_load.max()
 
 
-def test_a_stiff_controller_is_a_given_speed(tmp_path):
-    """What its speed is off falls as 1/k_p."""
-    modal, _ = free_run(tmp_path)
-    speed = float(modal.system.rated_input_speeds[0])
-    drive = told(lambda t: speed * (1 + 0.02 * np.sin(200 * t)), 0.0,
-                 rates=(lambda t: 4 * speed * np.cos(200 * t), 0.0))  # fmt: skip
-    held = stepped(with_ends(modal, GivenSpeed(), modal.system.machines[-1]), drive, 0.01, 2e-5)
-    errors = []
-    for size in (1e4, 1e6):
-        gain = size * inertia(modal, INPUT) / 2e-5
-        run = stepped(
-            with_ends(modal, Controller(gain, 0.0), modal.system.machines[-1]), drive, 0.01, 2e-5
-        )
-        errors.append(np.abs(run.speeds[:, 0] - held.speeds[:, 0]).max() / speed)
-    assert errors[0] < 1e-4
-    assert errors[1] < 0.02 * errors[0]
-
-
 def test_a_run_goes_on_from_its_state(gears):
     """What a controller carries on is in the state: two halves are the whole."""
     j, own = inertia(gears, INPUT), 300.0
@@ -224,29 +182,6 @@ def test_energy_closes_under_controllers_and_given_speeds(gears):
     done = run.energy["input_work"], -run.energy["brake_work"]
     for a, b in zip(work, done, strict=True):
         assert a == pytest.approx(b[-1] - b[0], rel=1e-3)
-
-
-def test_time_runs_backwards_with_a_given_speed(tmp_path):
-    """Average acceleration keeps the symmetry of undamped motion."""
-    modal = two_gears(tmp_path, law="linear", damping=0.0)
-    held = one_end(modal, INPUT, GivenSpeed())
-    speed, load = rated(held, INPUT)
-    start = start_state(held, np.array([speed, load]))
-    state, end = deepcopy(start), 4e-3
-
-    def at(t):
-        return speed + 30.0 * t + 4.0 * np.sin(1500 * t)
-
-    def rate(t):
-        return 30.0 + 6000.0 * np.cos(1500 * t)
-
-    stepped(held, told(at, load, rates=(rate, 0.0)), end, 1e-5, start=state)
-    state.velocity[:] *= -1
-    back = told(lambda t: -at(end - t), load, rates=(lambda t: rate(end - t), 0.0))
-    stepped(held, back, end, 1e-5, start=state)
-    moved = np.abs(state.eta - start.eta).max()
-    assert moved < 1e-6 * speed * end
-    assert np.abs(state.velocity + start.velocity).max() < 1e-6 * np.abs(start.velocity).max()
 
 
 def test_a_controller_at_its_limit_does_not_wind_up(gears):

@@ -17,11 +17,6 @@ from flexgear.solve.model import model_of
 from flexgear.structures.bodies import turn
 
 WEIGHED = {**SMALL, "gravity_m_per_s2": "[0, -9.81, 0]"}
-KEYS = {  # by the ends of the bearings' names
-    "carrier_drive": "stage.carrier.bearing_drive",
-    "carrier_far": "stage.carrier.bearing_far",
-    "output": "output.bearing",
-}
 ANGLES = np.array([0.0, 0.7, 3.0])
 
 
@@ -34,49 +29,79 @@ HOUSING = housing("3e8")
 ROLLERS = {"count": "30", "rows": "2", "length_mm": "80", "spacing_mm": "90", "clearance_um": "20"}
 
 
-def with_seats(bodies=None, **settings):
+def with_seats(_=None, **settings):
     case = make_case(**WEIGHED, **settings)
-    system = build_system(case.case, bodies or make_bodies(case))
+    system = build_system(case.case, make_bodies(case))
     return revolution(modal_system(system), ANGLES, case.case.inputs[0].torque)
 
 
-@pytest.mark.parametrize(("more", "z"), [({}, "0"), (HOUSING, "40")], ids=["ground", "housing"])
-def test_without_a_gap_it_is_the_linear_bearing(more, z):
+def star(folder, **settings):
+    """On a hub that turns with its FE ring, its carrier held."""
+    case = held_case(folder, "carrier", "sun", "ring", **SUPPORT, **STANDS, **settings)
+    system = build_system(case.with_(gravity=(0.0, -9.81, 0.0)), cheap(case))
+    return revolution(modal_system(system), ANGLES, system.rated_torque)
+
+
+SEATS = ("stage.carrier.bearing_drive", "stage.carrier.bearing_far", "output.bearing")
+FORTY_ROLLERS = ROLLERS | {"count": "40", "length_mm": "60", "spacing_mm": "80"}
+MOVING = housing("1e9")
+LOAD = {"member": "stage.carrier", "force": (2e5, -4e5, 0.0), "moment": (1e5, 3e5, 0.0)}
+
+
+def gaps(size_um, places=SEATS):
+    return {f"{at}.clearance_um": size_um for at in places}
+
+
+LIGHT_HOUSING = lumped_housing("50", "[2, 2, 3]", "3e8", "2e8", "4e6", "5e6")
+SPATIAL = {
+    "kinematics": '"spatial"',
+    "stage.sun.support.axial_n_per_m": "1e8",
+    "stage.sun.support.tilt_nm_per_rad": "1e5",
+    "stage.ring.support.axial_n_per_m": "1e9",
+    "stage.ring.support.tilt_nm_per_rad": "1e7",
+    "stage.carrier.support.axial_n_per_m": "1e9",
+    "stage.carrier.support.tilt_nm_per_rad": "1e7",
+    "stage.planet_bearing.axial_n_per_m": "1e8",
+    "stage.planet_bearing.tilt_nm_per_rad": "1e5",
+}
+LUMPED_ANGLES = np.array([0.0, 0.4, 2.0])
+PLACES = ("stage.carrier.support", "stage.sun.support", "stage.planet_bearing")
+
+
+def lumped(folder, **settings):
+    weight = {"gravity_m_per_s2": "[0, -9.81, 0]"}
+    case = stage_train(
+        folder, sun="1e8", helix=10, **SPATIAL, **LIGHT_HOUSING, **weight, **settings
+    )
+    system = build_system(case)
+    return revolution(modal_system(system), LUMPED_ANGLES, system.rated_torque)
+
+
+STIFF = {f"{at}.radial_n_per_m": "3e9" for at in ("stage.planet_bearing", "stage.sun.support")}
+
+
+@pytest.mark.parametrize(
+    ("make", "places", "number", "more"),
+    [
+        (with_seats, SEATS, 3, {}),
+        (with_seats, SEATS, 3, {**HOUSING, **{f"{seat}.z_mm": "40" for seat in SEATS}}),
+        (with_seats, ("stage.planet_bearing",), 5, STIFF),
+        (with_seats, ("stage.sun.support",), 1, STIFF),
+        (star, ("stage.ring.hub.bearing",), 1, {}),
+        (star, ("stage.carrier.bearing_drive",), 1, {}),
+        (lumped, PLACES, 6, {f"{place}.z_mm": "15" for place in PLACES}),
+    ],
+)
+def test_without_a_gap_it_is_the_linear_bearing(tmp_path, make, places, number, more):
     """The limit c → 0, also off the middle of the seat and between frames that turn: to the share
     that the gap has of what the bearing closes by."""
-    places = {f"{KEYS[seat]}.z_mm": z for seat in KEYS}
-    gaps = {f"{KEYS[seat]}.clearance_um": "1e-7" for seat in KEYS}
-    linear, tight = with_seats(**more, **places), with_seats(**more, **places, **gaps)
-    scale = np.abs(linear.pair_load).max()
-    assert np.abs(tight.pair_load - linear.pair_load).max() < 1e-8 * scale
-    for seat in KEYS:
-        forces = [Recovery(e).link_force(f"stage.{seat}") for e in (linear, tight)]
-        weight = np.abs(forces[0]).max(axis=0)
-        assert np.abs(forces[1] - forces[0]).max() < 1e-7 * weight.max()
-
-
-@pytest.mark.parametrize(("at", "number"), [("stage.planet_bearing", 5), ("stage.sun.support", 1)])
-def test_without_a_gap_planets_and_sun_stand_on_linear_bearings(at, number):
-    stiff = {f"{at}.radial_n_per_m": "3e9"}
-    linear, tight = with_seats(**stiff), with_seats(**stiff, **{f"{at}.clearance_um": "1e-7"})
+    linear, tight = make(tmp_path, **more), make(tmp_path, **more, **gaps("1e-7", places))
     assert len(tight.modal.system.bearings) == number
     scale = np.abs(linear.pair_load).max()
     assert np.abs(tight.pair_load - linear.pair_load).max() < 1e-8 * scale
-
-
-@pytest.mark.parametrize("at", ["ring.hub.bearing", "carrier.bearing_drive"])
-def test_without_a_gap_a_star_stands_on_linear_bearings(tmp_path, at):
-    """Of the hub that turns with its FE ring, and of the carrier that is held."""
-    found = []
-    for gap in ({}, {f"stage.{at}.clearance_um": "1e-7"}):
-        case = held_case(tmp_path, "carrier", "sun", "ring", **SUPPORT, **STANDS, **gap)
-        case = case.with_(gravity=(0.0, -9.81, 0.0))
-        system = build_system(case, cheap(case))
-        found.append(revolution(modal_system(system), ANGLES, system.rated_torque))
-    linear, tight = found
-    assert len(tight.modal.system.bearings) == 1
-    scale = np.abs(linear.pair_load).max()
-    assert np.abs(tight.pair_load - linear.pair_load).max() < 1e-8 * scale
+    for bearing in tight.modal.system.bearings:
+        wanted, found = (Recovery(e).link_force(bearing.name) for e in (linear, tight))
+        assert np.abs(found - wanted).max() < 1e-7 * np.abs(wanted).max()
 
 
 @pytest.mark.parametrize("more", [{}, HOUSING], ids=["ground", "housing"])
@@ -100,23 +125,13 @@ def test_forces_balance_with_gaps_and_rollers(more):
     assert (np.hypot(force[:, 0], force[:, 1]) <= inward * (1 + 1e-3) + 1e-6).all()
 
 
-SEATS = ("stage.carrier.bearing_drive", "stage.carrier.bearing_far", "output.bearing")
-FORTY_ROLLERS = ROLLERS | {"count": "40", "length_mm": "60", "spacing_mm": "80"}
-MOVING = housing("1e9")
-
-
-def gaps(size_um, places=SEATS):
-    return {f"{at}.clearance_um": size_um for at in places}
-
-
 def rollers(places=SEATS):
     return {f"{at}.rollers.{key}": value for at in places for key, value in FORTY_ROLLERS.items()}
 
 
 def loaded_system(bodies=None, **given):
     """The small stage with a force and a moment in space on its carrier."""
-    load = {"member": "stage.carrier", "force": (2e5, -4e5, 0.0), "moment": (1e5, 3e5, 0.0)}
-    case = make_case(**SMALL, **given).with_(loads=(load,))
+    case = make_case(**SMALL, **given).with_(loads=(LOAD,))
     return build_system(case.case, bodies or make_bodies(case))
 
 
@@ -172,8 +187,7 @@ def test_results_hold_the_rows_of_seats_beside_those_of_planets():
     planets = {
         f"stage.planet_bearing.rollers.{k}": v for k, v in (FORTY_ROLLERS | {"rows": "1"}).items()
     }
-    load = {"member": "stage.carrier", "force": (2e5, -4e5, 0.0), "moment": (1e5, 3e5, 0.0)}
-    case = make_case(**SMALL, **rollers(SEATS[1:2]), **planets).with_(loads=(load,)).case
+    case = make_case(**SMALL, **rollers(SEATS[1:2]), **planets).with_(loads=(LOAD,)).case
     bodies = make_bodies(case.view())
     model = model_of(case, build_system(case, bodies))
     found = revolution(model.modal, np.array([0.0, 0.7]), TORQUE)
@@ -185,41 +199,6 @@ def test_results_hold_the_rows_of_seats_beside_those_of_planets():
     assert np.isnan(data.planet_bearing_row_load[:, :, 1]).all()
     recovered = Recovery(found).row_loads(["stage.carrier_far"])[:, 0]
     np.testing.assert_allclose(seat, recovered, rtol=1e-12)
-
-
-LIGHT_HOUSING = lumped_housing("50", "[2, 2, 3]", "3e8", "2e8", "4e6", "5e6")
-SPATIAL = {
-    "kinematics": '"spatial"',
-    "stage.sun.support.axial_n_per_m": "1e8",
-    "stage.sun.support.tilt_nm_per_rad": "1e5",
-    "stage.ring.support.axial_n_per_m": "1e9",
-    "stage.ring.support.tilt_nm_per_rad": "1e7",
-    "stage.carrier.support.axial_n_per_m": "1e9",
-    "stage.carrier.support.tilt_nm_per_rad": "1e7",
-    "stage.planet_bearing.axial_n_per_m": "1e8",
-    "stage.planet_bearing.tilt_nm_per_rad": "1e5",
-}
-LUMPED_ANGLES = np.array([0.0, 0.4, 2.0])
-PLACES = ("carrier.support", "sun.support", "planet_bearing")
-
-
-def lumped(folder, **settings):
-    weight = {"gravity_m_per_s2": "[0, -9.81, 0]"}
-    case = stage_train(
-        folder, sun="1e8", helix=10, **SPATIAL, **LIGHT_HOUSING, **weight, **settings
-    )
-    system = build_system(case)
-    return revolution(modal_system(system), LUMPED_ANGLES, system.rated_torque)
-
-
-def test_without_a_gap_lumped_members_stand_on_linear_bearings(tmp_path):
-    """The limit c → 0 of bearings to a housing that gives way, and of planets on their pins."""
-    places = {f"stage.{place}.z_mm": "15" for place in PLACES}
-    gaps = {f"stage.{place}.clearance_um": "1e-7" for place in PLACES}
-    linear, tight = lumped(tmp_path, **places), lumped(tmp_path, **places, **gaps)
-    assert len(tight.modal.system.bearings) == 6
-    scale = np.abs(linear.pair_load).max()
-    assert np.abs(tight.pair_load - linear.pair_load).max() < 1e-8 * scale
 
 
 def test_a_gap_that_stays_open_leaves_the_carrier_to_the_teeth(tmp_path):

@@ -7,7 +7,7 @@ import pytest
 from cut_teeth.of_case import gear_of
 from plane_crack import crack_compliance
 from plane_teeth import load_at
-from trains import STEEL, spur_pair, write
+from trains import STAGE, spur_pair, write
 
 from flexgear import load_case
 from flexgear.analysis.orbit import orbit_elements
@@ -17,38 +17,11 @@ from flexgear.solve.angles import stage_motions
 from flexgear.structures.fe_mesh.tooth_segment import SegmentDivisions
 from flexgear.structures.tooth_influence import of_case
 
-PLANETARY = (
-    STEEL
-    + """
-[stage]
-planets = 3
-normal_module_mm = 4
-pressure_angle_deg = 20
-face_width_mm = 30
-sun = { teeth = 26, mass_kg = 3, inertia_kg_m2 = 0.004, support = { radial_n_per_m = 1e8 } }
-planet = { teeth = 34, mass_kg = 4, inertia_kg_m2 = 0.01 }
-carrier = { mass_kg = 25, inertia_kg_m2 = 0.3, support = { radial_n_per_m = 1e9 } }
-planet_bearing = { radial_n_per_m = 5e8 }
-[stage.ring]
-teeth = 94
-mass_kg = 30
-inertia_kg_m2 = 1.2
-support = { radial_n_per_m = 1e9, tangential_n_per_m = 1e10 }
-[stage.gear_mesh]
-model = "MODEL"
-contact_law = "one-sided"
-slices = 8
-[[inputs]]
-member = "stage.carrier"
-speed_rpm = 100
-torque_nm = 3000
-[output]
-member = "stage.sun"
-"""
-)
-PAIR = spur_pair(
-    gear_mesh='model = "MODEL"\ncontact_law = "one-sided"\npath_only = true\nslices = 10'
-)
+GEAR_MESH = 'model = "MODEL"\ncontact_law = "one-sided"\n'
+PLANETARY = STAGE.format(planets=3, sun="1e8", helix=0)
+PLANETARY = PLANETARY.replace('model = "constant"', f"{GEAR_MESH}slices = 8")
+PLANETARY = PLANETARY.replace("face_width_mm = 60", "face_width_mm = 30")
+PAIR = spur_pair(gear_mesh=f"{GEAR_MESH}path_only = true\nslices = 10")
 RING_PITCH = 360 / 94
 ANGLES = RING_PITCH * np.linspace(0.0, 4.0, 41)
 

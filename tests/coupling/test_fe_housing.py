@@ -7,7 +7,7 @@ import pytest
 from cheap_bodies import Joints
 from coupled import make_bodies, make_case
 from heavy_stage import SMALL, G, mass_of
-from trains import STEEL, mount, write
+from trains import mount, spur_pair, write
 
 from flexgear.analysis.equilibrium import revolution
 from flexgear.analysis.recovery import Recovery
@@ -119,32 +119,17 @@ def test_where_a_stage_stands_in_it_changes_nothing_without_tilt(tmp_path, place
     assert np.abs(a - b).max() < 1e-4 * a.max()
 
 
-PAIR = (
-    STEEL
-    + """
-[stage]
-kind = "parallel"
-position_deg = 40
-normal_module_mm = 4
-pressure_angle_deg = 20
-face_width_mm = 60
-pinion = { teeth = 21, support = { radial_n_per_m = 3e8 } }
-gear = { teeth = 63, support = { radial_n_per_m = 5e8 } }
-[[inputs]]
-member = "stage.pinion"
-speed_rpm = 500
-torque_nm = 800
-[output]
-member = "stage.gear"
-"""
-)
+GEARS = {"pinion": (21, 3e8), "gear": (63, 5e8)}  # teeth and radial stiffness of the bearing, N/m
+PAIR = spur_pair(
+    *(f"teeth = {z}, support = {{ radial_n_per_m = {k} }}" for z, k in GEARS.values())
+).replace("[[stages]]", "[[stages]]\nposition_deg = 40")
 
 
 def test_its_walls_and_the_bearings_are_springs_in_series(tmp_path):
     """Each gear stands on a wall of stiffness w, and on a bearing k on it: k w/(k + w) together."""
     wall, force = 4e8, {}
-    nodes = {"mount_1": (0.0, 0.0, 0.0), "stage.pinion": (0.0, 0.0, 0.3)}
-    nodes["stage.gear"] = (0.17, 0.1, 0.3)
+    nodes = {"mount_1": (0.0, 0.0, 0.0), "stage_1.pinion": (0.0, 0.0, 0.3)}
+    nodes["stage_1.gear"] = (0.17, 0.1, 0.3)
     x = np.array(list(nodes.values()))
     joints = Joints(x)
     for k in (1, 2):  # walls that shift at their own node, and do not tilt
@@ -162,14 +147,14 @@ def test_its_walls_and_the_bearings_are_springs_in_series(tmp_path):
         **dict.fromkeys(MOUNT, "1e14"),
     }
     series = {
-        f"stage.{gear}.support.radial_n_per_m": repr(k * wall / (k + wall))
-        for gear, k in (("pinion", 3e8), ("gear", 5e8))
+        f"stages.stage_1.{gear}.support.radial_n_per_m": repr(k * wall / (k + wall))
+        for gear, (_, k) in GEARS.items()
     }
     for name, keys in (("fe", fe), ("series", series)):
         system = build_system(load_case(write(tmp_path, PAIR), keys))
         found = revolution(modal_system(system), np.array([0.0, 0.2]), system.rated_torque)
         recovery = Recovery(found)
-        moved = [recovery.node(f"stage.{g}", f"stage.{g}")[:, :2] for g in ("pinion", "gear")]
+        moved = [recovery.node(f"stage_1.{g}", f"stage_1.{g}")[:, :2] for g in GEARS]
         force[name] = np.hstack([*moved, 1e-9 * found.pair_load.sum(axis=-1)])
     assert np.abs(force["fe"] - force["series"]).max() < 1e-5 * np.abs(force["series"]).max()
 

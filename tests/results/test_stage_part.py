@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 import xarray as xr
 from stage_samples import cheap_stage
-from train_contexts import put_together
-from trains import STEEL, write
+from train_contexts import TWO_FLEXIBLE, put_together
+from trains import write
 
 from flexgear.model.load import load_case
 from flexgear.results.dataset_file import open_lazily, save
@@ -21,35 +21,13 @@ from flexgear.results.stage_part import (
 from flexgear.solve.static import static
 
 LARGE = {"tooth_displacement", "pair_load", "body_displacement"}
-TWO = (
-    STEEL
-    + """
-[[stages]]
-name = "first"
-case = "wind-5mw"
-[[stages]]
-name = "second"
-case = "wind-5mw"
-[[joints]]
-first = "first.sun"
-second = "second.carrier"
-torsion_nm_per_rad = 1e9
-axial_n_per_m = 1e8
-[[inputs]]
-member = "first.carrier"
-speed_rpm = 2
-torque_knm = 4000
-[output]
-member = "second.sun"
-"""
-)
 
 
 @pytest.fixture(scope="module")
 def two_stages(tmp_path_factory):
     """Equilibria of two flexible stages, one behind the other, both with errors."""
     folder = tmp_path_factory.mktemp("two")
-    case = load_case(write(folder, TWO, 'kinematics = "spatial"\n'))
+    case = load_case(write(folder, TWO_FLEXIBLE, 'kinematics = "spatial"\n'))
     first, second = (cheap_stage(stage) for stage in case.flexible_stages.values())
     return static(put_together(case, bodies=first | second), [0.0, 0.1, 0.2])
 
