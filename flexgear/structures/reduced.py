@@ -77,13 +77,9 @@ class ToothLine:
 
     def shapes(self, points: Array) -> Array:
         """S (m, 3, COUNT) at points (m, 3) m: translations 1, turn m."""
-        angle = self.angle + self.helix_rate * points[:, 2]
-        zero, one = np.zeros_like(angle), np.ones_like(angle)
-        radial = np.stack([np.cos(angle), np.sin(angle), zero], axis=1)
-        across = np.stack([-np.sin(angle), np.cos(angle), zero], axis=1)
-        along = np.stack([zero, zero, one], axis=1)
-        turned = np.cross(along, points - self.radius * radial)
-        motion = np.stack([radial, across, along, turned], axis=2)
+        axes = rotation(self.angle + self.helix_rate * points[:, 2])  # e_r, e_t, e_z in columns
+        turned = np.cross(axes[..., 2], points - self.radius * axes[..., 0])
+        motion = np.concatenate([axes, turned[..., None]], axis=2)
         orders = legvander(2 * points[:, 2] / self.face_width, max(ORDERS))[:, ORDERS]
         return np.einsum("mci,mk->mcki", motion, orders).reshape(len(points), 3, COUNT)
 

@@ -118,28 +118,21 @@ def shaft_body(
     direction: +1 or −1, the way the shaft leaves the gear along z. Nodes between are
     "shaft_1", "shaft_2" … ``end_masses`` adds a 6 × 6 mass to a named node (the gear itself).
     """
-    stations = [0.0]
-    parts: list[tuple[BeamSection, float]] = []
-    for section in sections:
-        step = section.length / elements_per_section
-        for _ in range(elements_per_section):
-            parts.append((section, step))
-            stations.append(stations[-1] + step)
-    n = len(stations)
+    parts = [section for section in sections for _ in range(elements_per_section)]
+    lengths = [section.length / elements_per_section for section in parts]
+    n = len(parts) + 1
     mass, stiffness = np.zeros((6 * n, 6 * n)), np.zeros((6 * n, 6 * n))
-    flip = np.eye(12)
-    if direction < 0:  # elements run along +z: swap the two nodes
-        flip = np.roll(np.eye(12), 6, axis=0)
-    for e, (section, length) in enumerate(parts):
+    order = np.roll(np.arange(12), 6 if direction < 0 else 0)  # elements run along +z
+    for e, (section, length) in enumerate(zip(parts, lengths, strict=True)):
         k, m = beam_element(section, length, young, poisson, density)
-        at = slice(6 * e, 6 * e + 12)
-        stiffness[at, at] += flip.T @ k @ flip
-        mass[at, at] += flip.T @ m @ flip
+        at = np.ix_(6 * e + order, 6 * e + order)
+        stiffness[at] += k
+        mass[at] += m
     names = ("sun", *(f"shaft_{i}" for i in range(1, n - 1)), "end")
     for name, extra in (end_masses or {}).items():
         i = 6 * names.index(name)
         mass[i : i + 6, i : i + 6] += extra
     positions = np.zeros((n, 3))
-    positions[:, 2] = np.sign(direction) * np.array(stations)
+    positions[1:, 2] = np.sign(direction) * np.cumsum(lengths)
     motions = node_motions(positions, 6 * n)
     return Body(BodyName.of("", "shaft"), names, positions, mass, stiffness, np.eye(6 * n), motions)

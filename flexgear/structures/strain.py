@@ -47,12 +47,14 @@ def vertex_gradient(points: Array, cells: NDArray[np.integer]) -> sp.csr_matrix:
     fits, determined = _fits(points, around, np.flatnonzero(used), determined_only=True)
     lending = (around @ sp.diags_array(determined.astype(float))).tocsr()
     lending.eliminate_zeros()
-    alone = np.flatnonzero(used & (np.diff(lending.indptr) == 0))
-    wider, _ = _fits(points, (around @ around).tocsr(), alone, determined_only=False)
-    fitted = np.concatenate([np.flatnonzero(determined), alone])
-    lent = np.flatnonzero(~determined & (np.diff(lending.indptr) > 0))
-    gradient = _values(fitted, len(points)) + _lent(points, lending, lent)
-    return (gradient @ (fits + wider)).tocsr()
+    alone = used & (np.diff(lending.indptr) == 0)
+    wider, _ = _fits(
+        points, (around @ around).tocsr(), np.flatnonzero(alone), determined_only=False
+    )
+    fitted = (determined | alone).astype(float)
+    lenders = (sp.diags_array(fitted) + sp.diags_array(1.0 - fitted) @ lending).tocsr()
+    lenders.eliminate_zeros()
+    return (_mean_of(points, lenders) @ (fits + wider)).tocsr()
 
 
 def strain_of_gradient(gradient: Array) -> Array:
@@ -105,15 +107,9 @@ def _fits(
             )
             terms, back = _terms(points[near] - points[at][:, None])
             solvable = determined[at] = _determine(terms)
-            if determined_only:
-                at, near, terms, back = (
-                    at[solvable],
-                    near[solvable],
-                    terms[solvable],
-                    back[solvable],
-                )
-                solvable = solvable[solvable]
-            weights = _derivatives(terms, back, solvable)
+            fitted = solvable if determined_only else np.ones_like(solvable)
+            at, near = at[fitted], near[fitted]
+            weights = _derivatives(terms[fitted], back[fitted], solvable[fitted])
             lines = (12 * at[:, None] + np.arange(12))[..., None]
             lines, near = np.broadcast_to(lines, weights.shape), near[:, None]
             parts.append((weights, lines, np.broadcast_to(near, weights.shape)))
@@ -166,24 +162,18 @@ def _derivatives(terms: Array, back: Array, determined: NDArray[np.bool_]) -> Ar
     return np.concatenate([back @ inverse[:, 1:4], second], axis=1)
 
 
-def _values(vertices: NDArray[np.integer], count: int) -> sp.csr_matrix:
-    """(3p, 12p): gradients of vertices' own fits."""
-    rows = (3 * vertices[:, None] + np.arange(3)).ravel()
-    columns = (12 * vertices[:, None] + np.arange(3)).ravel()
-    return sp.csr_matrix((np.ones(rows.size), (rows, columns)), shape=(3 * count, 12 * count))
-
-
-def _lent(points: Array, lending: sp.csr_matrix, vertices: NDArray[np.integer]) -> sp.csr_matrix:
-    """(3p, 12p): gradients at vertices as the mean over neighbours of their fits, carried there
-    with the second derivatives."""
-    count, lenders = len(points), lending[vertices]
-    share = np.diff(lenders.indptr)
-    to, of = np.repeat(vertices, share), lenders.indices
+def _mean_of(points: Array, lenders: sp.csr_matrix) -> sp.csr_matrix:
+    """(3p, 12p): gradients at vertices as the mean of fits, carried there with the second
+    derivatives; lenders (p, p): whose, the vertex itself or neighbours."""
+    count, share, of = len(points), np.diff(lenders.indptr), lenders.indices
+    to = np.repeat(np.arange(count), share)
     arm = points[to] - points[of]  # (k, 3)
     axis = np.arange(3)
     columns = 12 * of[:, None, None] + np.stack([axis, *(3 + 3 * axis + j for j in axis)], axis=1)
     weights = np.concatenate([np.ones((len(to), 1)), arm], axis=1)[:, None]  # (k, 1, 4)
-    weights = np.broadcast_to(weights / np.repeat(share, share)[:, None, None], columns.shape)
+    weights = np.broadcast_to(weights / share[to][:, None, None], columns.shape)
     rows = np.broadcast_to(3 * to[:, None, None] + axis[:, None], columns.shape)
     table = (weights.ravel(), (rows.ravel(), columns.ravel()))
-    return sp.csr_matrix(table, shape=(3 * count, 12 * count))
+    out = sp.csr_matrix(table, shape=(3 * count, 12 * count))
+    out.eliminate_zeros()
+    return out

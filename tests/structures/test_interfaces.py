@@ -23,8 +23,7 @@ def case() -> StageView:
 
 
 def interface(case: StageView, fe_mesh: FeMesh) -> tuple[Interface, FeModel]:
-    m = case.material
-    model = FeModel(fe_mesh, m.young_modulus, m.poisson_ratio, m.density)
+    model = FeModel.of(fe_mesh, case.material)
     return tied(model, ring_source(case).nodes(model.fe_mesh)), model
 
 
@@ -63,8 +62,7 @@ def test_a_pin_yields_to_two_rows_as_the_unreduced_carrier_does():
     opposite ones tilt it. The displacement of the unreduced carrier is a solution of K + BᵀSB
     itself. An average over all of the displacement was 19 % too stiff against tilting."""
     view = load_case("wind-5mw", {"solver.fidelity": "quick"}).view()
-    m = view.material
-    model = FeModel(carrier_source(view).fe_mesh(), m.young_modulus, m.poisson_ratio, m.density)
+    model = FeModel.of(carrier_source(view).fe_mesh(), view.material)
     interface = tied(model, carrier_source(view).nodes(model.fe_mesh))
     condensation = condense(model, interface)
     supports = carrier_source(view).supports(interface.node_names, condensation.stiffness)

@@ -151,8 +151,7 @@ def _cell_image(cells: Ints, image: Ints) -> Ints | None:
         key = number[cells].sum(axis=1)
         turned = number[image[cells]].sum(axis=1)
     order = np.argsort(key)
-    place = np.minimum(np.searchsorted(key[order], turned), len(order) - 1)
-    target = order[place]
+    target = order[np.minimum(np.searchsorted(key[order], turned), len(order) - 1)]
     same = np.sort(image[cells], axis=1) == np.sort(cells[target], axis=1)
     return target if same.all() else None
 
@@ -252,9 +251,9 @@ def sector_matrices(model: FeModel, sectors: Sectors) -> tuple[Circulant, Circul
     """Stiffness and mass of a body of equal sectors, assembled over one sector only."""
     n, b = len(sectors.nodes), sectors.border
     part, numbers = model.part(sectors.cells)
-    place = np.empty(len(model.nodes), dtype=np.int64)
-    place[numbers] = np.arange(len(numbers))
-    at = place[np.concatenate([sectors.nodes[:, 0], sectors.nodes[sectors.interior :, 1]])]
+    in_part = np.empty(len(model.nodes), dtype=np.int64)
+    in_part[numbers] = np.arange(len(numbers))
+    at = in_part[np.concatenate([sectors.nodes[:, 0], sectors.nodes[sectors.interior :, 1]])]
     dofs = (3 * at[:, None] + np.arange(3)).ravel()
     q = rotation(sectors.pitch)
     turned = sp.block_diag([sp.identity(3 * n), sp.kron(sp.identity(b), q)]).tocsr()

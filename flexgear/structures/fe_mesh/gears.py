@@ -344,8 +344,6 @@ def _section(p: RingMeshParameters) -> ToothedSection:
 
 def _twist(p: RingMeshParameters, radius: Array) -> Array:
     """κ f(r), rad/m: f = 1 to the root circle, 0 from the straight radius on, C¹ between."""
-    if not p.has_holes:
-        return np.full_like(radius, p.helix_rate)
     root = p.tooth.root_radius
     t = np.clip((radius - root) / (p.straight_radius - root), 0.0, 1.0)
     return p.helix_rate * (1.0 - 3.0 * t**2 + 2.0 * t**3)

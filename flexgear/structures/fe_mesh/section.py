@@ -37,7 +37,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from itertools import pairwise
 from math import ceil, pi
 
 import numpy as np
@@ -153,7 +152,7 @@ class ToothedSection:
     @property
     def points(self) -> Array:
         """(n, 2) m."""
-        return np.column_stack([self.radius * np.cos(self.angle), self.radius * np.sin(self.angle)])
+        return _cartesian(self.radius, self.angle)
 
 
 def toothed_section(
@@ -239,59 +238,40 @@ def with_bolt_holes(
     # wide enough for a hole that is half a column off the block's middle
     across = max(round((high - low) / column), ceil(1.0 + 2.6 * hole_radius / column))
     first = _first_columns(bolt_angles - inner.angle[start[0]], columns, across, where)
+    taken = (first[:, None] + np.arange(across + 1)) % columns
     solid = np.ones((len(radii), columns), dtype=bool)
-    points, quads, holes = (
-        [np.column_stack([radius * np.cos(angle), radius * np.sin(angle)])],
-        [],
-        [],
-    )
-    for at, bolt_angle in zip(first, bolt_angles, strict=True):
-        taken = (at + np.arange(across + 1)) % columns
-        solid[:block_rows, taken[:-1]] = False
-        border = _counter_clockwise_border(node[: block_rows + 1, taken])
-        centre = bolt_circle_radius * np.array([np.cos(bolt_angle), np.sin(bolt_angle)])
-        new_points, layers = _o_grid(
-            points[0][border], border, centre, hole_radius, rings, sum(map(len, points))
-        )
-        points.append(new_points)
-        quads += [
-            np.column_stack([outside, np.roll(outside, -1), np.roll(within, -1), within])
-            for outside, within in pairwise(layers)
-        ]
+    solid[:block_rows, taken[:, :-1]] = False
+    border = _counter_clockwise_border(np.moveaxis(node[: block_rows + 1, taken], 1, 0))
+    around = _cartesian(radius[border], angle[border])
+    centre = _cartesian(bolt_circle_radius, bolt_angles)[:, None]
+    places, layers = _o_grids(around, border, centre, hole_radius, rings, len(radius))
+    ahead_of, hole = np.roll(layers, -1, axis=2), layers[:, -1]
+    corners = (layers[:, :-1], ahead_of[:, :-1], ahead_of[:, 1:], layers[:, 1:])
+    quads = np.concatenate([inner.quads, grid[solid], np.stack(corners, axis=-1).reshape(-1, 4)])
+    used, quads = np.unique(quads, return_inverse=True)
+    x, y = places.T
+    number = np.full(len(radius) + len(places), -1, dtype=np.int64)
+    number[used] = np.arange(len(used))
+    return ToothedSection(
+        np.concatenate([radius, np.hypot(x, y)])[used],
+        np.concatenate([angle, np.arctan2(y, x)])[used],
+        quads.reshape(-1, 4),
+        {name: number[ids] for name, ids in inner.tooth_lines.items()},
+        number[np.column_stack([node[-1], ahead[-1]])],
         # the wall's outward normal points to the bolt's axis: clockwise round the hole
-        holes.append(np.column_stack([np.roll(layers[-1], -1), layers[-1]]))
-    x, y = np.concatenate(points[1:]).T
-    return _without_unused_nodes(
-        ToothedSection(
-            np.concatenate([radius, np.hypot(x, y)]),
-            np.concatenate([angle, np.arctan2(y, x)]),
-            np.concatenate([inner.quads, grid[solid], *quads]),
-            inner.tooth_lines,
-            np.column_stack([node[-1], ahead[-1]]),
-            np.stack(holes),
-        )
+        number[np.stack([np.roll(hole, -1, axis=1), hole], axis=2)],
     )
+
+
+def _cartesian(radius: Array | float, angle: Array) -> Array:
+    """(..., 2) m."""
+    return np.stack([radius * np.cos(angle), radius * np.sin(angle)], axis=-1)
 
 
 def _counter_clockwise_border(block: Ints) -> Ints:
-    """Nodes round a block (rows, columns), from the inner far corner."""
-    sides = [block[0, ::-1][:-1], block[:-1, 0], block[-1, :-1], block[::-1, -1][:-1]]
-    return np.concatenate(sides)
-
-
-def _without_unused_nodes(section: ToothedSection) -> ToothedSection:
-    """The section with those nodes alone that are in its quadrilaterals."""
-    used, quads = np.unique(section.quads, return_inverse=True)
-    number = np.full(len(section.radius), -1, dtype=np.int64)
-    number[used] = np.arange(len(used))
-    return ToothedSection(
-        section.radius[used],
-        section.angle[used],
-        quads.reshape(-1, 4),
-        {name: number[ids] for name, ids in section.tooth_lines.items()},
-        number[section.rim],
-        number[section.holes],
-    )
+    """Nodes round blocks (n_b, rows, columns), from the inner far corner (n_b, b)."""
+    sides = (block[:, 0, :0:-1], block[:, :-1, 0], block[:, -1, :-1], block[:, :0:-1, -1])
+    return np.concatenate(sides, axis=1)
 
 
 def _first_columns(angles: Array, columns: int, across: int, where: str) -> Ints:
@@ -308,20 +288,20 @@ def _first_columns(angles: Array, columns: int, across: int, where: str) -> Ints
     return first
 
 
-def _o_grid(
+def _o_grids(
     around: Array, border: Ints, centre: Array, radius: float, rings: int, first: int
-) -> tuple[Array, list[Ints]]:
-    """Places (rings b, 2) of new nodes from a block's border to a hole, and the numbers (b,) of all
-    rings of nodes from the border inward; new ones count from ``first``.
+) -> tuple[Array, Ints]:
+    """Places (n, 2) of new nodes from the borders of blocks to their holes, and the numbers
+    (n_b, rings + 1, b) of all rings of nodes from the border inward; new ones count from ``first``.
 
-    around: places (b, 2) of the border's nodes; centre, radius: of the hole, m.
+    around: places (n_b, b, 2) of borders (n_b, b); centre (n_b, 1, 2), radius: of the holes, m.
     """
     spoke = around - centre
-    on_hole = centre + radius * spoke / np.linalg.norm(spoke, axis=1)[:, None]
-    shares = np.arange(1, rings + 1) / rings
-    places = [(1.0 - t) * around + t * on_hole for t in shares]
-    numbers = first + np.arange(rings * len(border)).reshape(rings, -1)
-    return np.concatenate(places), [border, *numbers]
+    on_hole = centre + radius * spoke / np.linalg.norm(spoke, axis=2, keepdims=True)
+    share = (np.arange(1, rings + 1) / rings)[:, None, None]
+    places = (1.0 - share) * around[:, None] + share * on_hole[:, None]
+    numbers = first + np.arange(places[..., 0].size).reshape(places.shape[:3])
+    return places.reshape(-1, 2), np.concatenate([border[:, None], numbers], axis=1)
 
 
 def extruded(

@@ -8,7 +8,7 @@ import os
 import signal
 import threading
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from types import ModuleType
 
 from flexgear.model.errors import FlexgearError
@@ -34,31 +34,22 @@ def gmsh_session(name: str) -> Iterator[ModuleType]:
     Ctrl-C stays Python's. An already running gmsh of the caller is left running.
     """
     gmsh = _load()
-    with _ONE_AT_A_TIME:
-        nested = bool(gmsh.isInitialized())
-        if not nested:
+    with _ONE_AT_A_TIME, ExitStack() as stack:
+        if gmsh.isInitialized():
+            stack.callback(lambda: gmsh.model.remove())
+        else:
             with _python_signals():
                 gmsh.initialize(argv=[], readConfigFiles=False, interruptible=False)
+            stack.callback(gmsh.finalize)
+        gmsh.option.setNumber("General.Terminal", 0)
+        gmsh.option.setNumber("General.NumThreads", 1)
+        gmsh.model.add(name)
         try:
-            gmsh.option.setNumber("General.Terminal", 0)
-            gmsh.option.setNumber("General.NumThreads", 1)
-            gmsh.model.add(name)
-            try:
-                yield gmsh
-            except FlexgearError:
+            yield gmsh
+        except Exception as error:
+            if type(error) is not Exception:  # gmsh raises nothing more specific
                 raise
-            except Exception as error:
-                if type(error) is not Exception:
-                    raise
-                raise FlexgearError(
-                    f"gmsh could not make the FE mesh of {name}: {error}"
-                ) from error
-            finally:
-                if nested:
-                    gmsh.model.remove()
-        finally:
-            if not nested:
-                gmsh.finalize()
+            raise FlexgearError(f"gmsh could not make the FE mesh of {name}: {error}") from error
 
 
 @contextmanager

@@ -231,8 +231,8 @@ class SegmentSection:
         share = 1 - across / y[:flank]
         share = np.concatenate([share, np.full(len(y) - flank, share[-1])])
         inner = share[:, None] * np.linspace(-1, 1, self.div.tooth + 1)
-        one = np.ones((len(y), 1))
-        return np.concatenate([-one, inner, one], axis=1)
+        edge = np.ones((len(y), 1))
+        return np.concatenate([-edge, inner, edge], axis=1)
 
     def _layer_depth(self, block: Array) -> Array:
         """Depth of the layer along the normal of the −θ flank, row by row, m."""

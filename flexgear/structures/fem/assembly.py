@@ -206,19 +206,13 @@ def plane_strain(
 
 
 def edge_nodes(model: FeModel, first: Ints, second: Ints) -> Ints:
-    """Nodes at the middles of edges between vertices, arrays of one shape; FlexgearError for linear
-    elements, which have none."""
-    mesh, n = model.basis.mesh, len(model.nodes)
-    if not len(model.basis.edge_dofs):
-        raise FlexgearError("linear finite elements have no nodes at the middles of edges")
-    ends = np.sort(mesh.edges.astype(np.int64), axis=0)
-    keys = ends[0] * n + ends[1]
-    of_pairs = np.minimum(first, second).astype(np.int64) * n + np.maximum(first, second)
-    order = np.argsort(keys)
-    edges = order[np.minimum(np.searchsorted(keys[order], of_pairs), len(keys) - 1)]
-    if not np.array_equal(keys[edges], of_pairs):
-        raise FlexgearError("two vertices of the FE mesh have no edge between them")
-    return model.basis.edge_dofs[0].astype(np.int64)[edges]
+    """Nodes at the middles of edges between vertices, arrays of one shape; FlexgearError where
+    there are none."""
+    middles = 0.5 * (model.nodes[first] + model.nodes[second])
+    gap, nodes = cKDTree(model.nodes).query(middles)
+    if gap.max() > 1e-9 * np.abs(model.nodes).max():
+        raise FlexgearError("an edge of the FE mesh has no node at its middle")
+    return np.asarray(nodes, dtype=np.int64)
 
 
 def facet_nodes(model: FeModel, facets: Ints) -> Ints:
@@ -273,8 +267,8 @@ def facet_sample(model: FeModel, facets: Ints) -> Sample:
     corners = mesh.p.T[facets]
     points = value @ corners  # (f, q, 3)
     normal = np.cross(slope[0] @ corners, slope[1] @ corners)
-    place = (mesh.t[:, cells].T[:, None] == facets[:, :, None]).argmax(axis=2)
-    local = value @ elem.refdom.p.T[place]  # (f, q, 3) reference coordinates in the cells
+    corner = (mesh.t[:, cells].T[:, None] == facets[:, :, None]).argmax(axis=2)
+    local = value @ elem.refdom.p.T[corner]  # (f, q, 3) reference coordinates in the cells
     nodes = model.basis.element_dofs[:, cells].T  # (f, a)
     shape, _ = _functions(elem, local.reshape(-1, 3).T)
     return Sample(
@@ -328,8 +322,8 @@ def facet_numbers(model: FeModel, facets: Ints) -> Ints:
     """scikit-fem's numbers of facets given by their vertices (k, c), in any order."""
     sorted_facets = np.sort(np.asarray(facets, dtype=np.int64), axis=1)
     keys, order, vertices = model.facet_keys
-    place = np.searchsorted(keys, facet_keys(sorted_facets, len(model.nodes)))
-    numbers = order[np.minimum(place, len(order) - 1)]
+    after = np.searchsorted(keys, facet_keys(sorted_facets, len(model.nodes)))
+    numbers = order[np.minimum(after, len(order) - 1)]
     if not np.array_equal(vertices[numbers], sorted_facets):
         raise FlexgearError("a named patch holds facets that are not faces of the mesh's cells")
     return numbers
@@ -405,10 +399,10 @@ def element_gradient(model: FeModel, vertices: Ints) -> sp.csr_matrix:
     """D (3k, n): rows 3i + j give ∂f/∂x_j at vertex i of nodal values f (n,), the mean over the
     elements that meet there of the derivative of their functions."""
     cells, basis = model.basis.mesh.t, model.basis
-    place = np.full(len(model.nodes), -1)
-    place[vertices] = np.arange(len(vertices))
+    row = np.full(len(model.nodes), -1)
+    row[vertices] = np.arange(len(vertices))
     rows, columns, values = [], [], []
-    for corner, at in enumerate(place[cells]):
+    for corner, at in enumerate(row[cells]):
         inside = np.flatnonzero(at >= 0)
         local = basis.elem.refdom.p[:, [corner]]
         inverse = basis.mapping.invDF(local, inside)[..., 0]  # (reference, x, cell)
@@ -419,5 +413,5 @@ def element_gradient(model: FeModel, vertices: Ints) -> sp.csr_matrix:
             values.append(np.einsum("ijc,i->jc", inverse, slope).ravel())
     table = (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns)))
     total = sp.csr_matrix(table, shape=(3 * len(vertices), len(model.nodes)))
-    count = np.bincount(place[cells].ravel() + 1, minlength=len(vertices) + 1)[1:]
+    count = np.bincount(row[cells].ravel() + 1, minlength=len(vertices) + 1)[1:]
     return (sp.diags_array(np.repeat(1.0 / count, 3)) @ total).tocsr()

@@ -212,10 +212,10 @@ class ToothInfluence(FlankCompliance):
         if self.neighbour is None:
             raise ValueError("neighbouring teeth of this body couple through its own FE model")
         shape, other = np.shape(slices[0]), np.shape(beside[0])[-1]
-        one, two = (self.coarse_averages(*(np.ravel(a) for a in s)) for s in (slices, beside))
+        here, there = (self.coarse_averages(*(np.ravel(a) for a in s)) for s in (slices, beside))
         between = self.neighbour[apart - 1]
-        motion = (one @ between).reshape(-1, shape[-1], len(between))
-        means = two.toarray().reshape(-1, other, len(between))
+        motion = (here @ between).reshape(-1, shape[-1], len(between))
+        means = there.toarray().reshape(-1, other, len(between))
         return np.asarray(motion @ means.swapaxes(1, 2)).reshape(*shape, other)
 
     def contact_body(self, roll: Array) -> ContactBody:

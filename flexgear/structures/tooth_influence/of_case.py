@@ -372,23 +372,18 @@ def crack_parameters(
     """Segment of a gear with a crack; sense: +1 where z of the segment counts as in the case."""
     tooth = stage_geometry(view).gears[role]
     require_teeth(view, role, tooth, "take the crack out")
-    one = one_tooth(view, role, tooth)
-    divisions = replace(CRACK_DIVISIONS, layers=one.divisions.layers)
-    borders = one.layer_positions
+    cut_off = one_tooth(view, role, tooth)
+    borders = cut_off.layer_positions
     share = (np.arange(WITHIN_LAYER) + 0.5) / WITHIN_LAYER
     depths = fault.depth_at(sense * (borders[:-1, None] + np.diff(borders)[:, None] * share))
-    return CrackedSegmentParameters(
-        tooth=tooth,
-        face_width=one.face_width,
-        helix_rate=one.helix_rate,
+    whole = replace(  # teeth beside it change what a crack adds by less than 1 %
+        cut_off,
         held_radius=held_radius(view, role, tooth, DEEPEST),
-        flank_layer=one.flank_layer,
-        teeth=1,  # those beside it change what a crack adds by less than 1 %
-        divisions=divisions,
+        divisions=replace(CRACK_DIVISIONS, layers=cut_off.divisions.layers),
         margin=MARGIN,
-        angle=fault.angle,
-        depths=tuple(depths.mean(axis=1).tolist()),
     )
+    mean_depths = tuple(depths.mean(axis=1).tolist())
+    return CrackedSegmentParameters(**vars(whole), angle=fault.angle, depths=mean_depths)
 
 
 def added_compliance(

@@ -223,8 +223,9 @@ def _root(model: FeModel, tooth: int) -> Ints:
     return model.fe_mesh.facets[f"tooth_root_{tooth + 1:03d}"]
 
 
-def _inner(sample: Sample, one: Array, two: Array) -> Array:
-    return np.asarray(np.einsum("m,mci,mcj->ij", sample.weights, one, two))
+def _inner(sample: Sample, u: Array, v: Array) -> Array:
+    """∫ uᵀ v dA."""
+    return np.asarray(np.einsum("m,mci,mcj->ij", sample.weights, u, v))
 
 
 Condensed = Callable[[], tuple[FeModel, AnyCondensation]]
