@@ -52,61 +52,14 @@ def _to_drive_flange(runs: Runs, parts: Mapping[str, xr.Dataset]) -> Mapping[str
     return relative
 
 
-@dataclass(frozen=True)
-class Redrawn:
-    """One of the paper's figures: number, title, how to draw it, a footnote about the drawing."""
-
-    number: int
-    title: str
-    draw: Callable[[Runs], Figure]
-    note: str = ""
-
-
-PICTURES: list[Redrawn] = []
-
-
-def picture(
-    number: int, title: str, note: str = ""
-) -> Callable[[Callable[[Runs], Figure]], Callable[[Runs], Figure]]:
-    """Enter the decorated function into the list."""
-
-    def enter(draw: Callable[[Runs], Figure]) -> Callable[[Runs], Figure]:
-        PICTURES.append(Redrawn(number, title, draw, note))
-        return draw
-
-    return enter
-
-
-def drawn(fidelity: str) -> Iterator[Drawn]:
-    """All figures."""
-    for one in PICTURES:
-        title = f"Figure {one.number}. {one.title}"
-        picture = Picture(f"figure_{one.number:02d}.png", title, one.note)
-        yield one.draw(shared_runs(fidelity)), picture
-
-
-@picture(7, "Pair stiffness and gear-mesh error", "Stiffness along the 3D line of action over the "
-         "position of the contact line at mid-face.")  # fmt: skip
-def figure_7(runs: Runs) -> Figure:
-    return pair_stiffness_and_error(pair_curves(runs))
-
-
-@picture(
-    8,
-    "Equilibrium positions at rated torque",
-    "Magnifications are the paper's; equilibria without errors. Tilt is left out: 50 000 times, "
-    "a planet's would leave the picture. In Y–Z the wavy line is the ring, the line above is the "
-    "sun, the others are planets with their pins.",
-)
-def figure_8(runs: Runs) -> Figure:
+def equilibria(runs: Runs) -> Figure:
     data = runs.star.isel(position=[1, 2]).copy(deep=True)
     for name in ("body_displacement", "carrier_displacement"):
         data[name][{"dof": [3, 4]}] = 0.0
     return equilibrium_positions(data, runs.outline, runs.pin_radius)
 
 
-@picture(9, "Carrier held at the drive flange under clockwise pin forces")
-def figure_9(runs: Runs) -> Figure:
+def held_carrier(runs: Runs) -> Figure:
     body = runs.carrier
     q, _ = carrier_under_pin_forces(runs)
     motion = body.recover(q)
@@ -139,9 +92,7 @@ def pins_only(runs: Runs, q: np.ndarray) -> Figure:
     return figure
 
 
-@picture(10, "Speed from rest, and in torque drops", "Drops begin at 1 s from steady running and "
-         "last 0.2 s; the start-up begins at rest under rated torque.")  # fmt: skip
-def figure_10(runs: Runs) -> Figure:
+def speeds(runs: Runs) -> Figure:
     named = {f"to {t / 1e6:g} MN·m": runs.drops[t] for t in (2e6, MAIN_DROP, 2e5)}
     return histories.carrier_speed(
         within_window({"from rest": runs.start_up.data, **named}, "time", (0.0, 2.2)),
@@ -149,84 +100,101 @@ def figure_10(runs: Runs) -> Figure:
     )
 
 
-@picture(11, "Ring teeth in contact and their pair stiffness, five planets")
-def figure_11(runs: Runs) -> Figure:
-    return histories.engagement_map(runs.steady["flexible"])
+@dataclass(frozen=True)
+class Redrawn:
+    """One of the paper's figures: number, title, how to draw it, a footnote about the drawing."""
+
+    number: int
+    title: str
+    draw: Callable[[Runs], Figure]
+    note: str = ""
 
 
-@picture(12, "Tooth loads of ring and planet 1")
-def figure_12(runs: Runs) -> Figure:
-    return numbered_pair_loads(_steady(runs)["flexible"], "ring", 1)
+PULL = "Linear contact, as in the paper: pairs on the path of contact may pull."
+PICTURES = (
+    Redrawn(
+        7, "Pair stiffness and gear-mesh error",
+        lambda runs: pair_stiffness_and_error(pair_curves(runs)),
+        "Stiffness along the 3D line of action over the position of the contact line at mid-face.",
+    ),
+    Redrawn(
+        8, "Equilibrium positions at rated torque", equilibria,
+        "Magnifications are the paper's; equilibria without errors. Tilt is left out: 50 000 "
+        "times, a planet's would leave the picture. In Y–Z the wavy line is the ring, the line "
+        "above is the sun, the others are planets with their pins.",
+    ),
+    Redrawn(9, "Carrier held at the drive flange under clockwise pin forces", held_carrier),
+    Redrawn(
+        10, "Speed from rest, and in torque drops", speeds,
+        "Drops begin at 1 s from steady running and last 0.2 s; the start-up begins at rest under "
+        "rated torque.",
+    ),
+    Redrawn(
+        11, "Ring teeth in contact and their pair stiffness, five planets",
+        lambda runs: histories.engagement_map(runs.steady["flexible"]),
+    ),
+    Redrawn(
+        12, "Tooth loads of ring and planet 1",
+        lambda runs: numbered_pair_loads(_steady(runs)["flexible"], "ring", 1),
+    ),
+    Redrawn(
+        13, "X displacement of all ring tooth nodes",
+        lambda runs: histories.tooth_displacement_map(runs.steady["flexible"], "x"),
+    ),
+    Redrawn(
+        14, "Sun displacement, steady",
+        lambda runs: histories.sun_displacement(_steady(runs)), CUT,
+    ),
+    Redrawn(
+        15, "Planet 1 displacement, steady",
+        lambda runs: histories.planet_displacement(_to_drive_flange(runs, _steady(runs))),
+        "Against the carrier's drive flange, whose rotation is taken out; x radial, y tangential "
+        f"(positive with the rotation), z axial. {CUT}",
+    ),
+    Redrawn(
+        16, "Ring tooth node 1, steady",
+        lambda runs: histories.tooth_node_displacement(runs.steady),
+    ),
+    Redrawn(
+        17, "Tooth loads of sun and planet 1, steady",
+        lambda runs: histories.pair_loads(_steady(runs, 0.3), "sun"),
+    ),
+    Redrawn(
+        18, "Tooth loads of ring and planet 1, steady",
+        lambda runs: histories.pair_loads(_steady(runs, 0.3), "ring"),
+    ),
+    Redrawn(19, "Load sharing, steady", lambda runs: histories.load_sharing(_steady(runs)), CUT),
+    Redrawn(
+        20, "Sun displacement in a torque drop to 4e5 N·m",
+        lambda runs: histories.sun_displacement(_drop(runs), x="time"),
+    ),
+    Redrawn(
+        21, "Planet 1 displacement in a torque drop to 4e5 N·m",
+        lambda runs: histories.planet_displacement(_to_drive_flange(runs, _drop(runs)), x="time"),
+        "Against the carrier's drive flange, as in Figure 15.",
+    ),
+    Redrawn(
+        22, "Ring tooth node 1 in a torque drop to 4e5 N·m",
+        lambda runs: histories.tooth_node_displacement(_drop(runs), x="time"),
+    ),
+    Redrawn(
+        23, "Tooth loads of sun and planet 1 in the torque drop",
+        lambda runs: histories.pair_loads(_drop(runs, CLOSE), "sun", x="time"), PULL,
+    ),
+    Redrawn(
+        24, "Tooth loads of ring and planet 1 in the torque drop",
+        lambda runs: histories.pair_loads(_drop(runs, CLOSE), "ring", x="time"), PULL,
+    ),
+    Redrawn(
+        25, "Load sharing in the torque drop",
+        lambda runs: histories.load_sharing(_drop(runs), x="time", spread=True),
+    ),
+)  # fmt: skip
 
 
-@picture(13, "X displacement of all ring tooth nodes")
-def figure_13(runs: Runs) -> Figure:
-    return histories.tooth_displacement_map(runs.steady["flexible"], "x")
-
-
-@picture(14, "Sun displacement, steady", CUT)
-def figure_14(runs: Runs) -> Figure:
-    return histories.sun_displacement(_steady(runs))
-
-
-@picture(
-    15,
-    "Planet 1 displacement, steady",
-    "Against the carrier's drive flange, whose rotation is taken out; x radial, y tangential "
-    f"(positive with the rotation), z axial. {CUT}",
-)
-def figure_15(runs: Runs) -> Figure:
-    return histories.planet_displacement(_to_drive_flange(runs, _steady(runs)))
-
-
-@picture(16, "Ring tooth node 1, steady")
-def figure_16(runs: Runs) -> Figure:
-    return histories.tooth_node_displacement(runs.steady)
-
-
-@picture(17, "Tooth loads of sun and planet 1, steady")
-def figure_17(runs: Runs) -> Figure:
-    return histories.pair_loads(_steady(runs, 0.3), "sun")
-
-
-@picture(18, "Tooth loads of ring and planet 1, steady")
-def figure_18(runs: Runs) -> Figure:
-    return histories.pair_loads(_steady(runs, 0.3), "ring")
-
-
-@picture(19, "Load sharing, steady", CUT)
-def figure_19(runs: Runs) -> Figure:
-    return histories.load_sharing(_steady(runs))
-
-
-@picture(20, "Sun displacement in a torque drop to 4e5 N·m")
-def figure_20(runs: Runs) -> Figure:
-    return histories.sun_displacement(_drop(runs), x="time")
-
-
-@picture(21, "Planet 1 displacement in a torque drop to 4e5 N·m", "Against the carrier's drive "
-         "flange, as in Figure 15.")  # fmt: skip
-def figure_21(runs: Runs) -> Figure:
-    return histories.planet_displacement(_to_drive_flange(runs, _drop(runs)), x="time")
-
-
-@picture(22, "Ring tooth node 1 in a torque drop to 4e5 N·m")
-def figure_22(runs: Runs) -> Figure:
-    return histories.tooth_node_displacement(_drop(runs), x="time")
-
-
-@picture(23, "Tooth loads of sun and planet 1 in the torque drop", "Linear contact, as in the "
-         "paper: pairs on the path of contact may pull.")  # fmt: skip
-def figure_23(runs: Runs) -> Figure:
-    return histories.pair_loads(_drop(runs, CLOSE), "sun", x="time")
-
-
-@picture(24, "Tooth loads of ring and planet 1 in the torque drop", "Linear contact, as in the "
-         "paper: pairs on the path of contact may pull.")  # fmt: skip
-def figure_24(runs: Runs) -> Figure:
-    return histories.pair_loads(_drop(runs, CLOSE), "ring", x="time")
-
-
-@picture(25, "Load sharing in the torque drop")
-def figure_25(runs: Runs) -> Figure:
-    return histories.load_sharing(_drop(runs), x="time", spread=True)
+def drawn(fidelity: str) -> Iterator[Drawn]:
+    """All figures."""
+    for one in PICTURES:
+        title = f"Figure {one.number}. {one.title}"
+        picture = Picture(f"figure_{one.number:02d}.png", title, one.note)
+        yield one.draw(shared_runs(fidelity)), picture
