@@ -47,13 +47,13 @@ def statement(
     published: str,
     tolerance: str = "reported",
     demanded: bool = True,
+    name: str = "",
 ) -> Callable[[Callable[[Runs], Finding]], Callable[[Runs], Finding]]:
-    """Enter the decorated measurement into the list."""
+    """Enter the decorated measurement into the list; name: its own if left out."""
 
     def enter(measure: Callable[[Runs], Finding]) -> Callable[[Runs], Finding]:
-        STATEMENTS.append(
-            Statement(measure.__name__, figures, published, tolerance, measure, demanded)
-        )
+        called = name or measure.__name__
+        STATEMENTS.append(Statement(called, figures, published, tolerance, measure, demanded))
         return measure
 
     return enter

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 import xarray as xr
 
@@ -44,24 +46,14 @@ def _larger_when_flexible(runs: Runs, body: str) -> Finding:
     return Finding(f"largest in µm: {text}", bool(size["flexible"] > size["rigid"]), TUNING)
 
 
-@statement(
-    14,
-    published="the sun moves more when bodies bend",
-    tolerance="largest in-plane displacement, flexible over rigid; reported",
-    demanded=False,
-)
-def sun_moves_more_when_flexible(runs: Runs) -> Finding:
-    return _larger_when_flexible(runs, "sun")
-
-
-@statement(
-    15,
-    published="planet 1 moves more when bodies bend",
-    tolerance="largest in-plane displacement, flexible over rigid; reported",
-    demanded=False,
-)
-def planet_moves_more_when_flexible(runs: Runs) -> Finding:
-    return _larger_when_flexible(runs, "planet 1")
+for figure, body in ((14, "sun"), (15, "planet 1")):
+    statement(
+        figure,
+        published=f"{'the sun' if body == 'sun' else body} moves more when bodies bend",
+        tolerance="largest in-plane displacement, flexible over rigid; reported",
+        demanded=False,
+        name=f"{body.removesuffix(' 1')}_moves_more_when_flexible",
+    )(partial(_larger_when_flexible, body=body))
 
 
 @statement(
@@ -113,19 +105,14 @@ def _near(runs: Runs, axis: int) -> Finding:
     return Finding(text, bool(abs(off) <= wanted.tolerance), CALIBRATED)
 
 
-@statement(16, published="x peak 36.8 µm", tolerance="5 %, by labelled calibration")
-def tooth_x_peak(runs: Runs) -> Finding:
-    return _near(runs, 0)
-
-
-@statement(16, published="y peak 118.4 µm", tolerance="5 %, by labelled calibration")
-def tooth_y_peak(runs: Runs) -> Finding:
-    return _near(runs, 1)
-
-
-@statement(16, published="z peak 12.5 µm")
-def tooth_z_peak(runs: Runs) -> Finding:
-    return _near(runs, 2)
+CALIBRATED_PEAK = "5 %, by labelled calibration"
+for axis, peak, accepted in (
+    (0, 36.8, CALIBRATED_PEAK), (1, 118.4, CALIBRATED_PEAK), (2, 12.5, "reported"),
+):  # fmt: skip
+    name = "xyz"[axis]
+    statement(
+        16, published=f"{name} peak {peak:g} µm", tolerance=accepted, name=f"tooth_{name}_peak"
+    )(partial(_near, axis=axis))
 
 
 def tooth_humps(runs: Runs) -> measures.Humps:
@@ -239,26 +226,15 @@ def _falls_in_the_drop(runs: Runs, body: str) -> Finding:
     return Finding("mean in-plane displacement before and in the drop: " + "; ".join(parts), good)
 
 
-@statement(
-    20, published="the sun's displacement falls with the torque", tolerance="mean, both variants"
-)
-def sun_calms_in_the_drop(runs: Runs) -> Finding:
-    return _falls_in_the_drop(runs, "sun")
-
-
-@statement(
-    21, published="the planet's displacement falls with the torque", tolerance="mean, both variants"
-)
-def planet_calms_in_the_drop(runs: Runs) -> Finding:
-    return _falls_in_the_drop(runs, "planet 1")
-
-
-@statement(
-    22, published="the ring tooth's displacement falls with the torque",
-    tolerance="mean, both variants",
-)  # fmt: skip
-def tooth_calms_in_the_drop(runs: Runs) -> Finding:
-    return _falls_in_the_drop(runs, "tooth 1")
+for figure, body, words in (
+    (20, "sun", "the sun's"), (21, "planet 1", "the planet's"), (22, "tooth 1", "the ring tooth's"),
+):  # fmt: skip
+    statement(
+        figure,
+        published=f"{words} displacement falls with the torque",
+        tolerance="mean, both variants",
+        name=f"{body.removesuffix(' 1')}_calms_in_the_drop",
+    )(partial(_falls_in_the_drop, body=body))
 
 
 @statement(
