@@ -88,6 +88,14 @@ class Balance:
         f[1:] = both[:, 0] + 1j * both[:, 1]
         return f, unknown[self.forces :]
 
+    def together(self, f: Complex, a: Array) -> Array:
+        """Unknowns (m,) of the first harmonics f (h + 1, q), h ≤ H, and rigid amplitudes a."""
+        out = np.zeros(self.size)
+        both = np.stack([f[1:].real, f[1:].imag], axis=1).ravel()
+        out[: self.q], out[self.q : self.q + len(both)] = f[0].real, both
+        out[self.forces :] = a
+        return out
+
     def residual(self, unknown: Array) -> tuple[Array, Orbit]:
         """What is left over (m,), and the state it belongs to, without point."""
         waves = self.waves(unknown)
@@ -102,10 +110,7 @@ class Balance:
         r, (f, a) = self.receptance, self.parts(unknown)
         answer = np.fft.rfft(on_channels, axis=0)[: self.harmonics + 1] / len(on_channels)
         answer[1:] *= 2.0
-        rest = f + answer
-        both = np.stack([rest[1:].real, rest[1:].imag], axis=1)
-        balance = r.rigid.T @ f[0].real - r.yielding @ a + r.balance
-        return np.concatenate([rest[0].real, both.ravel(), balance])
+        return self.together(f + answer, r.rigid.T @ f[0].real - r.yielding @ a + r.balance)
 
     def change(self, other: Balance, orbit: Orbit) -> Array:
         """How much more (m,) the equations of another point leave over of a state of these ones, to

@@ -13,18 +13,10 @@ Above, where the centrifugal term has taken all stiffness of some direction away
 eigenvalue problem of (q, q̇) is solved; a real part is then the growth of an unstable motion.
 Frequencies are those seen in the frame in which a body's coordinates are described.
 
-Steady state under harmonic loads and gear-mesh errors at constant stiffness.
-
-    M q̈ + (C + G) q̇ + K q + Vᵀ F = Σ_k Re(f_k e^{iω_k t}),   F = k (V q + e) + c (V q̇ + ė),
-
-with e = Σ_k Re(E_k e^{iω_k t}). One linear solve per frequency gives the amplitudes
-
-    (K_t − ω² M + iω C_t) Q = f − Vᵀ (k + iωc) E,   F = (k + iωc)(V Q + E),
-    K_t = K + Vᵀ k V,   C_t = C + G + Vᵀ c V.
-
-Free rolling R (K_t R = 0) is split off, q = R a + N b with Rᵀ M N = 0: it carries no stiffness at
-all, so that slow excitation of a train that can roll loses no digits, and at ω = 0, where only
-balanced loads have a steady state, a = 0.
+Steady state under harmonic loads, M q̈ + C q̇ + K q = Σ_k Re(f_k e^{iω_k t}), C with gyroscopic
+terms: one linear solve a frequency, (K − ω² M + iω C) Q = f. Free rolling R (K R = 0) is split off,
+q = R a + N b with Rᵀ M N = 0: it carries no stiffness at all, so that slow excitation of a train
+that can roll loses no digits, and at ω = 0, where only balanced loads have a steady state, a = 0.
 """
 
 from __future__ import annotations
@@ -235,33 +227,6 @@ LOST = 1e12  # amplification in scaled coordinates that leaves no digits
 RESISTED = 1e-6  # of the largest stiffness: what may resist it
 
 
-@dataclass(frozen=True)
-class GearMeshRows:
-    """Gear meshes of constant stiffness: rows V (n, d), k (n,) N/m, c (n,) N s/m."""
-
-    rows: Array
-    stiffness: Array
-    damping: Array
-
-
-@dataclass(frozen=True)
-class SteadyState:
-    """Amplitudes of a steady state: x(t) = Σ_k Re(x_k e^{iω_k t}).
-
-    omega: (K,) rad/s; motion: (d, K) complex; forces: (n, K) complex, gear-mesh forces, N,
-    positive when they compress.
-    """
-
-    omega: Array
-    motion: Complex
-    forces: Complex
-
-    def forces_at(self, time: ArrayLike) -> Array:
-        """Gear-mesh forces (t, n) in N at times (t,) in s."""
-        turn = np.exp(1j * np.multiply.outer(np.asarray(time, dtype=float), self.omega))
-        return np.asarray((turn @ self.forces.T).real)
-
-
 def harmonic_response(
     mass: Array,
     damping: Array,
@@ -289,39 +254,6 @@ def harmonic_response(
         else:
             out[:, i] = basis @ _solve(k - w**2 * m + 1j * w * c, forces[:, i], w)
     return out
-
-
-def steady_state(
-    mass: Array,
-    damping: Array,
-    stiffness: Array,
-    gear_meshes: GearMeshRows,
-    omega: ArrayLike,
-    errors: ArrayLike,
-    loads: ArrayLike | None = None,
-    rigid: Array | None = None,
-) -> SteadyState:
-    """Motion and gear-mesh forces under errors E (n, K) in m and loads f (d, K) in N, N m.
-
-    mass, damping (C + G), stiffness: (d, d) without the gear meshes; rigid: (d, r) motions that
-    strain neither springs nor gear meshes. A mean load or a mean error is the column of ω = 0,
-    a real number; at ω = 0 the loads must balance along the rigid motions.
-    """
-    w = np.atleast_1d(np.asarray(omega, dtype=float))
-    v, k, c = gear_meshes.rows, gear_meshes.stiffness, gear_meshes.damping
-    error = np.asarray(errors, dtype=complex).reshape(len(k), len(w))
-    shape = (len(mass), len(w))
-    external = np.zeros(shape, dtype=complex) if loads is None else np.asarray(loads, dtype=complex)
-    complex_stiffness = k[:, None] + 1j * np.multiply.outer(c, w)
-    motion = harmonic_response(
-        mass,
-        damping + (v.T * c) @ v,
-        stiffness + (v.T * k) @ v,
-        w,
-        external.reshape(shape) - v.T @ (complex_stiffness * error),
-        rigid,
-    )
-    return SteadyState(w, motion, complex_stiffness * (v @ motion + error))
 
 
 def _split(mass: Array, stiffness: Array, rigid: Array | None) -> tuple[Array, int]:

@@ -40,7 +40,7 @@ LOCAL_TRIES = 40  # of the rows of one sample that yield to each other
 
 @dataclass(frozen=True)
 class Springs:
-    """Linear rows (s, n_c) over the channels: stiffness (s, s) N/m and damping (s, s) N s/m."""
+    """Linear rows (s, n_c) over the channels: stiffness (s,) N/m and damping (s,) N s/m."""
 
     rows: Array
     stiffness: Array
@@ -207,8 +207,8 @@ def orbit_elements(
         offset=offset,
         owner=owner,
         nominal=nominal,
-        elements=np.array(filled.elements, dtype=np.int64).reshape(-1, 4),
-        parameters=np.array(filled.parameters).reshape(len(filled.elements), -1),
+        elements=np.vstack(filled.elements).astype(np.int64),
+        parameters=np.vstack(filled.parameters),
         between=filled.between(rows.shape[1]),
         springs=_springs(modal, filled, stage),
         load=_loads(modal, pairs),
@@ -257,10 +257,10 @@ class _Filling:
         self.modal, self.pairs, self.flanks = modal, pairs, flanks
         self.data, self.work = packed(pairs), pair_rows(pairs)
         self.ends = {int(m): FlankEnds(pairs, int(m)) for m in np.flatnonzero(flanks)}
-        self.elements: list[tuple[int, int, int, int]] = []
+        self.elements: list[Array] = []
         self.parameters: list[Array] = []
         self.coefficients: dict[int, list[Array]] = {m: [] for m in self.ends}
-        self.of_rows: list[list[tuple[int, int, Array]]] = []  # owner, place there, its numbers
+        self.of_rows: list[tuple[Ints, Array]] = []  # flank or −3 − bearing row, its numbers
         self.source: list[int] = []  # flank of every channel
         self.bearing_rows: dict[int, Array] = {}
         self.support_rows: list[tuple[Array, float]] = []
@@ -272,31 +272,22 @@ class _Filling:
         n, count, _ = fill_rows(self.data, angles, self.flanks, work)
         kinds = work.row["kind"][:n]
         taken = np.flatnonzero((kinds != SUPPORT) & (kinds != LOAD))
-        place = {int(i): k for k, i in enumerate(taken)}
-        of_sample = []
-        for i in taken:
-            owner = int(work.row["owner"][i])
-            carries = 1.0 if kinds[i] < 0 else float(self.pairs.carries[owner])
-            values = np.array(
-                [
-                    work.row["offset"][i],
-                    carries * work.row["stiffness"][i],
-                    carries * work.row["damping"][i],
-                ]
-            )
-            if kinds[i] >= 0:
-                rows = self.coefficients[owner]
-                rows.append(self.ends[owner].coefficients(work, np.array([i]), angles, start)[0])
-                of_sample.append((owner, len(rows) - 1, values))
-            else:
-                self.bearing_rows.setdefault(owner, self._on_channels(work, int(i)))
-                of_sample.append((-1, owner, values))
-        self.of_rows.append(of_sample)
-        for element, parameters in zip(work.element[:count], work.parameters, strict=False):
-            if int(element["first"]) in place:
-                first = place[int(element["first"])]
-                self.elements.append((int(element["law"]), j, first, int(element["rows"])))
-                self.parameters.append(parameters.copy())
+        row, of_teeth = work.row[taken], kinds[taken] >= 0
+        owner = row["owner"].astype(np.int64)
+        carries = np.where(of_teeth, self.pairs.carries[np.where(of_teeth, owner, 0)], 1.0)
+        numbers = np.array([row["offset"], carries * row["stiffness"], carries * row["damping"]])
+        self.of_rows.append((np.where(of_teeth, owner, -3 - owner), numbers))
+        for m in np.unique(owner[of_teeth]).tolist():
+            at = taken[of_teeth & (owner == m)]
+            self.coefficients[m].append(self.ends[m].coefficients(work, at, angles, start))
+        for i, number in zip(taken[~of_teeth], owner[~of_teeth].tolist(), strict=True):
+            self.bearing_rows.setdefault(number, self._on_channels(work, int(i)))
+        element = work.element[:count]
+        here = np.isin(element["first"], taken)
+        first = np.searchsorted(taken, element["first"])
+        columns = np.column_stack([element["law"], 0 * first + j, first, element["rows"]])
+        self.elements.append(columns[here])
+        self.parameters.append(work.parameters[:count][here])
         if work.row["following"][:n].any():
             self._yields.append(between_rows(work, n)[np.ix_(taken, taken)])
         if j == 0:
@@ -343,36 +334,29 @@ class _Filling:
 
     def condensed(self) -> tuple[Array, Array, Array, Ints, Array]:
         """Channels (q, n_c), rows (N, n, q), offsets, owners (N, n) and nominal (2, N, n)."""
-        n_c, parts, weights, first, q = len(self.modal.channels), [], {}, {}, 0
-        for m, rows in self.coefficients.items():
-            if not rows:
+        n = max((len(owner) for owner, _ in self.of_rows), default=0)
+        owners = np.full((len(self.of_rows), n), -2, dtype=np.int64)
+        numbers = np.zeros((3, *owners.shape))
+        for j, (owner, values) in enumerate(self.of_rows):
+            owners[j, : len(owner)], numbers[:, j, : len(owner)] = owner, values
+        channels, blocks = [np.zeros((0, len(self.modal.channels)))], list[tuple[int, Array]]()
+        for m, parts in self.coefficients.items():
+            if not parts:
                 continue
-            vectors = np.array(rows)
+            vectors = np.vstack(parts)
             shares = self._directions(m, vectors)
-            count = shares.shape[1]
-            part = np.zeros((count, n_c))
+            part = np.zeros((shares.shape[1], len(self.modal.channels)))
             part[:, self.ends[m].columns] = shares.T @ vectors
-            parts.append(part)
-            self.source += [m] * count
-            weights[m], first[m] = shares, q
-            q += count
-        bearings = {owner: q + k for k, owner in enumerate(self.bearing_rows)}
-        parts += [row[None] for row in self.bearing_rows.values()]
-        q += len(bearings)
-        n = max((len(rows) for rows in self.of_rows), default=0)
-        shape = (len(self.of_rows), n)
-        rows_of_samples, numbers = np.zeros((*shape, q)), np.zeros((3, *shape))
-        owners = np.full(shape, -2, dtype=np.int64)
-        for j, of_sample in enumerate(self.of_rows):
-            for i, (m, place, values) in enumerate(of_sample):
-                numbers[:, j, i], owners[j, i] = values, m
-                if m >= 0:
-                    at = slice(first[m], first[m] + weights[m].shape[1])
-                    rows_of_samples[j, i, at] = weights[m][place]
-                else:
-                    rows_of_samples[j, i, bearings[place]] = 1.0
-        channels = np.vstack(parts) if parts else np.zeros((0, n_c))
-        return channels, rows_of_samples, numbers[0], owners, numbers[1:]
+            channels.append(part)
+            blocks.append((m, shares))
+            self.source += [m] * len(part)
+        blocks += [(-3 - number, np.ones((1, 1))) for number in self.bearing_rows]
+        channels += [row[None] for row in self.bearing_rows.values()]
+        rows, q = np.zeros((*owners.shape, sum(map(len, channels)))), 0
+        for owner, shares in blocks:
+            rows[owners == owner, q : q + shares.shape[1]] = shares
+            q += shares.shape[1]
+        return np.vstack(channels), rows, numbers[0], np.where(owners < -2, -1, owners), numbers[1:]
 
 
 def _springs(modal: ModalSystem, filled: _Filling, stage: int) -> Springs:
@@ -380,14 +364,12 @@ def _springs(modal: ModalSystem, filled: _Filling, stage: int) -> Springs:
     rows, k = [r for r, _ in filled.support_rows], [k for _, k in filled.support_rows]
     c = [0.0] * len(k)
     for columns, of_flank, damping in mean_channel_springs(modal, stage):
-        for row in of_flank:
-            full = np.zeros(len(modal.channels))
-            full[columns] = row
-            rows.append(full)
-            k.append(1.0)
-            c.append(damping)
-    shape = (len(rows), len(modal.channels))
-    return Springs(np.array(rows).reshape(shape), np.diag(k), np.diag(c))
+        full = np.zeros((len(of_flank), len(modal.channels)))
+        full[:, columns] = of_flank
+        rows += [*full]
+        k += [1.0] * len(full)
+        c += [damping] * len(full)
+    return Springs(np.reshape(rows, (-1, len(modal.channels))), np.array(k), np.array(c))
 
 
 def _loads(modal: ModalSystem, pairs: PairData) -> Array:

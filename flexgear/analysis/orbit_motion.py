@@ -54,10 +54,10 @@ def _harmonics(
     on_linear[1:] = np.einsum("hsq,hq->hs", train.follow(whole, w, point), f[1:])
     constant = train.given_forces(point)
     flexibility, moved = train.still_motions(point, constant)
-    k = train.still_stiffness
     free = train.modes[q:, :r] @ train.free @ a
     motion = flexibility[q:, :q] @ f[0].real + free + moved[q:]
-    on_linear[0] = -np.linalg.solve(np.eye(len(k)) + k @ flexibility[q:, q:], k @ motion)
+    k, eye = train.steady, np.eye(len(train.steady))
+    on_linear[0] = -np.linalg.solve(eye + k[:, None] * flexibility[q:, q:], k * motion)
     every = np.hstack([f, on_linear])
     eta = np.zeros((harmonics + 1, len(modal.omega)), dtype=complex)
     eta[1:] = np.einsum("hnq,hq->hn", answers, every[1:])

@@ -20,10 +20,12 @@ Y being what linear rows hold of them.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import linalg
 
 from flexgear.analysis.orbit import OrbitElements
@@ -77,9 +79,10 @@ class Receptance:
 class CondensedTrain:
     """What receptances at any point are made of: the linear part of a train with its channels.
 
-    linear (s, n_c): linear rows, those of the elements' springs, then of machines, which do nothing
-    at a steady speed; stiffness, damping (s, s) of them, and braking (s, s): damping of brakes at
-    rated speed and torque; free (r, k): amplitudes of the rigid modes but rolling.
+    linear (s, n_c): linear rows, those of the elements' springs, then of machines; stiffness,
+    damping (s,) of them; braking (s,): damping of brakes at rated speed and torque; steady (s,):
+    stiffness at a steady speed, at which machines do nothing; held (s,): ports of given speed;
+    free (r, k): amplitudes of the rigid modes but rolling.
     """
 
     elements: OrbitElements
@@ -88,6 +91,8 @@ class CondensedTrain:
     stiffness: Array
     damping: Array
     braking: Array
+    steady: Array
+    held: NDArray[np.bool_]
     free: Array
 
     @property
@@ -154,21 +159,13 @@ class CondensedTrain:
         """Forces (H, s, q) on the linear rows by unit forces on the channels, at ω (H,), from the
         receptances (H, q + s, q + s) of all rows."""
         q = len(self.elements.channels)
-        y = self.stiffness + 1j * omega[:, None, None] * self.damping_at(point)
+        y = (self.stiffness + 1j * omega[:, None] * self.damping_at(point))[:, :, None]
         eye = np.eye(len(self.stiffness))
-        return np.asarray(-np.linalg.solve(eye + y @ whole[:, q:, q:], y @ whole[:, q:, :q]))
+        return np.asarray(-np.linalg.solve(eye + y * whole[:, q:, q:], y * whole[:, q:, :q]))
 
     def damping_at(self, point: Point) -> Array:
-        """Damping (s, s) of the linear rows; slopes of brakes go with their torque over speed."""
+        """Damping (s,) of the linear rows; slopes of brakes go with their torque over speed."""
         return self.damping + self.braking * (point.load / point.speed)
-
-    @property
-    def still_stiffness(self) -> Array:
-        """Stiffness (s, s) of the linear rows at a steady speed."""
-        count = len(self.elements.springs.rows)
-        out = np.zeros_like(self.stiffness)
-        out[:count, :count] = self.stiffness[:count, :count]
-        return out
 
     def _still(self, point: Point) -> tuple[Array, Array, Array, Array, Array]:
         """S, Z, Y, g and e of ``Receptance``."""
@@ -176,8 +173,8 @@ class CondensedTrain:
         flexibility, moved = self.still_motions(point, forces)
         z = self.modes[:, : self.modal.rigid_count] @ self.free
         push = self.free.T @ (self.modal.channel_modes[:, : self.modal.rigid_count].T @ forces)
-        k = self.still_stiffness
-        held = np.linalg.solve(np.eye(len(k)) + k @ flexibility[q:, q:], k)
+        k = self.steady
+        held = np.linalg.solve(np.eye(len(k)) + k[:, None] * flexibility[q:, q:], np.diag(k))
         across = flexibility[:q, q:] @ held
         return (
             flexibility[:q, :q] - across @ flexibility[q:, :q],
@@ -204,44 +201,35 @@ class CondensedTrain:
 def condensed_train(elements: OrbitElements, harmonics: int) -> CondensedTrain:
     """The linear part of a train for the force elements of one of its stages."""
     modal, springs = elements.modal, elements.springs
-    machines = _machines(modal)
-    stiffness, damping, braking = (np.diag([x[k] for x in machines]) for k in (1, 2, 3))
-    still = np.zeros_like(springs.stiffness)
-    r = modal.rigid_count
+    none, machines, r = np.zeros(len(springs.rows)), list(_machines(modal)), modal.rigid_count
+    stiffness, damping, braking, held = np.reshape([x[1:] for x in machines], (-1, 4)).T
     return CondensedTrain(
         elements=elements,
         harmonics=harmonics,
-        linear=np.vstack([springs.rows, *(x[0] for x in machines)]),
-        stiffness=_both(springs.stiffness, stiffness),
-        damping=_both(springs.damping, damping),
-        braking=_both(still, braking),
+        linear=np.vstack([springs.rows, *(row for row, *_ in machines)]),
+        stiffness=np.r_[springs.stiffness, stiffness],
+        damping=np.r_[springs.damping, damping],
+        braking=np.r_[none, braking],
+        steady=np.r_[springs.stiffness, 0.0 * stiffness],
+        held=np.r_[none, held] > 0.0,
         free=linalg.null_space(modal.rolling[:r].T),
     )
 
 
-def _both(first: Array, second: Array) -> Array:
-    """Block-diagonal matrix of two, either of which may be empty."""
-    n, size = len(first), len(first) + len(second)
-    out = np.zeros((size, size))
-    out[:n, :n], out[n:, n:] = first, second.reshape(size - n, size - n)
-    return out
-
-
-def _machines(modal: ModalSystem) -> list[tuple[Array, float, float, float]]:
+def _machines(modal: ModalSystem) -> Iterator[tuple[Array, float, float, float, bool]]:
     """Rows (n_c,) of ports whose torque follows their motion, with stiffness N·m/rad, damping
-    N·m·s/rad, and that of brakes at rated speed."""
-    system, out = modal.system, list[tuple[Array, float, float, float]]()
+    N·m·s/rad, that of brakes at rated speed, and whether their speed is given."""
+    system = modal.system
     for p, machine in enumerate(system.machines):
         row = np.zeros(len(modal.channels))
         row[len(row) - len(system.ports) + p] = 1.0
         if isinstance(machine, GivenSpeed):
-            out.append((row, HELD * _stiffest(modal, row), 0.0, 0.0))
+            yield row, HELD * _stiffest(modal, row), 0.0, 0.0, True
         elif isinstance(machine, Controller):
-            out.append((row, machine.integral, machine.proportional, 0.0))
+            yield row, machine.integral, machine.proportional, 0.0, False
         elif isinstance(machine, Brake) and machine.rated_speed > 0.0:
             slope = machine.exponent * machine.rated_torque / machine.rated_speed
-            out.append((row, 0.0, 0.0, slope))
-    return out
+            yield row, 0.0, 0.0, slope, False
 
 
 def _stiffest(modal: ModalSystem, row: Array) -> float:

@@ -14,11 +14,10 @@ gives. The first and the last of a run are left out, where a filter would have t
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
-from typing import Protocol
 
 import numpy as np
 import scipy
@@ -109,16 +108,20 @@ def _grid_end(time: float, rate: float) -> int:
     return math.floor(time * rate * (1 + 1e-12)) + 1
 
 
-class Quantity(Protocol):
+def first_column(derivative: Array, position: Array) -> Array:
+    """Of a position that is one number."""
+    return derivative[:, 0]
+
+
+@dataclass(frozen=True)
+class Quantity:
     """What a sensor makes of recovered values (n, c): ``position`` (n, k), of which the derivative
-    of that ``order`` is taken, and the ``part`` (n,) of it that it measures."""
+    of that ``order`` is taken, and the ``part`` (n,) of derivative and position that it
+    measures."""
 
-    @property
-    def order(self) -> int: ...
-
-    def position(self, values: Array) -> Array: ...
-
-    def part(self, derivative: Array, position: Array) -> Array: ...
+    position: Callable[[Array], Array]
+    order: int = 0
+    part: Callable[[Array, Array], Array] = first_column
 
 
 class Recorder:

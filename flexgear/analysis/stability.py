@@ -16,12 +16,10 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import linalg
 
 from flexgear.analysis.orbit_receptance import CondensedTrain, Point
 from flexgear.arrays import Array, Complex
-from flexgear.coupling.machines import GivenSpeed
 
 SMALL = 8  # coordinates up to which all steps of a period are matrices of their own
 
@@ -45,38 +43,19 @@ def vibrating(train: CondensedTrain, point: Point) -> Vibrating:
     if modal.gyroscopic.size:
         damping = damping + point.speed * modal.gyroscopic
         stiffness = stiffness - point.speed**2 * modal.centripetal
-    held = _held(train)
-    rows = train.modes[q:][~held]
-    k, c = (m[np.ix_(~held, ~held)] for m in (train.stiffness, train.damping_at(point)))
-    residual = train.residual[q:, q:][np.ix_(~held, ~held)]
-    flexible = np.linalg.solve(np.eye(len(k)) + k @ residual, k)
-    stiffness = free.T @ (stiffness + rows.T @ flexible @ rows) @ free
-    damping = free.T @ (damping + rows.T @ c @ rows) @ free
+    moves = ~train.held
+    rows, k, c = train.modes[q:][moves], train.stiffness[moves], train.damping_at(point)[moves]
+    residual = train.residual[q:, q:][np.ix_(moves, moves)]
+    flexible = np.linalg.solve(np.eye(len(k)) + k[:, None] * residual, k[:, None] * rows)
+    stiffness = free.T @ (stiffness + rows.T @ flexible) @ free
+    damping = free.T @ (damping + rows.T @ (c[:, None] * rows)) @ free
     return Vibrating(stiffness, damping, train.modes[:q] @ free, train.residual[:q, :q])
-
-
-def _held(train: CondensedTrain) -> NDArray[np.bool_]:
-    """Which of the linear rows (s,) are ports of given speed."""
-    machines = [m for m in train.modal.system.machines if isinstance(m, GivenSpeed)]
-    held = np.zeros(len(train.linear), dtype=bool)
-    if machines:
-        held[np.diag(train.stiffness) > 0.0] = _ports_of_given_speed(train)
-    return held
-
-
-def _ports_of_given_speed(train: CondensedTrain) -> NDArray[np.bool_]:
-    """Of the linear rows that have stiffness."""
-    system = train.modal.system
-    at = len(train.modal.channels) - len(system.ports)
-    ports = [at + p for p, m in enumerate(system.machines) if isinstance(m, GivenSpeed)]
-    stiff = train.linear[np.diag(train.stiffness) > 0.0]
-    return np.asarray(stiff[:, ports].any(axis=1))
 
 
 def _free_coordinates(train: CondensedTrain) -> Array:
     """Orthonormal basis (n, x) of what neither rolls nor is held at a port of given speed."""
     modal, q = train.modal, len(train.elements.channels)
-    fixed = np.vstack([modal.rolling.T, train.modes[q:][_held(train)]])
+    fixed = np.vstack([modal.rolling.T, train.modes[q:][train.held]])
     if not fixed[:, modal.rigid_count :].any():  # rigid motions alone: elastic modes stay apart
         rigid = linalg.null_space(fixed[:, : modal.rigid_count])
         return linalg.block_diag(rigid, np.eye(len(modal.omega) - modal.rigid_count))

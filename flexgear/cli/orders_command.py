@@ -86,45 +86,48 @@ def orders(
 ) -> None:  # fmt: skip
     """Order analysis of a transient: spectrum over the turn of a member, whatever its speed does,
     lines that are expected there, run-up maps, envelopes and averages over turns."""
-    path = file / TRANSIENT if file.is_dir() else file
-    if not path.is_file():
-        raise InputError(
-            SOURCE, str(path), "is no file", "name a transient, or the folder of a run"
-        )
-    whole = reopened(path)
-    case = case_of(whole)
+    data = _opened(file)
+    case = case_of(data)
     if out is not None:
         options.claim_folder(out, FILES, origin_of_case(case), force)
-    part = _part(over_time(whole, of), from_s, to_s, block_turns is not None)
-    data, of_member = part.assign({of: _only(part[of], only)}), member or first_input(part)
+    part = _part(over_time(data, of), from_s, to_s, block_turns is not None)
+    part, member = part.assign({of: _only(part[of], only)}), member or first_input(part)
     with progress(quiet) as report:
         report("orders", 0.0)
         if planets:
             at = np.radians(sensor_angle_deg)
-            result = planet_averages(data, of, planets, sensor_angle=at)
+            result = planet_averages(part, of, planets, sensor_angle=at)
         else:
             history = history_over_turns(
-                data, of, of_member, against, highest=highest, band_hz=envelope_hz
+                part, of, member, against, highest=highest, band_hz=envelope_hz
             )
-            if average:
-                result = synchronous_average(history)
-            elif block_turns is not None:
-                result = order_map(history, block_turns, window)
-            else:
-                result = order_spectrum(history, window)
+            result = (
+                synchronous_average(history) if average
+                else order_spectrum(history, window) if block_turns is None
+                else order_map(history, block_turns, window)
+            )  # fmt: skip
         report("orders", 1.0)
-    is_mean = "phase" in result.dims
-    expected = [] if is_mean else _expected(case, result, of_member, against)
-    rows = [] if is_mean else list(_strongest(result, expected))
+    expected = [] if "phase" in result.dims else _expected(case, result, member, against)
     if out is not None:
         _write(out, case, result, expected)
+    rows = [] if "phase" in result.dims else list(_strongest(result, expected))
     if as_json:
-        typer.echo(as_json_text({"of": of, "member": of_member, "against": against or None,
+        typer.echo(as_json_text({"of": of, "member": member, "against": against or None,
                                  "turns": result.attrs["turns"], "lines": rows}))  # fmt: skip
         return
     _print(case, result, rows)
     if out is not None:
         typer.echo(f"\nwrote {out}")
+
+
+def _opened(file: Path) -> xr.Dataset:
+    """The transient of a file, or of the folder of a run."""
+    path = file / TRANSIENT if file.is_dir() else file
+    if not path.is_file():
+        raise InputError(
+            SOURCE, str(path), "is no file", "name a transient, or the folder of a run"
+        )
+    return reopened(path)
 
 
 def _part(data: xr.Dataset, first: float | None, last: float | None, run_up: bool) -> xr.Dataset:
@@ -145,35 +148,25 @@ def _part(data: xr.Dataset, first: float | None, last: float | None, run_up: boo
 
 def _only(history: xr.DataArray, text: str) -> xr.DataArray:
     """Columns of a variable as one axis, those with a text in their labels. InputError where there
-    are none, or more than a picture shows."""
+    are none, more than a picture shows, or of several units."""
     others = [str(d) for d in history.dims if d != "time"]
     if not others:
         return history
-    flat = history.stack(column=others)
-    names = np.array([_label(label) for label in flat["column"].to_numpy()])
-    at = np.array([k for k, name in enumerate(names) if text in name], dtype=int)
-    if not 0 < len(at) <= MOST_CURVES:
-        problem = f"are {len(at)} columns" if len(at) else "is no label"
-        some = ", ".join(names[:4])
-        raise InputError(
-            SOURCE, f"{history.name} {text}".strip(), problem,
-            f"name up to {MOST_CURVES} with --only, e.g. of {some}",
-        )  # fmt: skip
-    values, attrs = flat.transpose("time", "column").to_numpy()[:, at], dict(history.attrs)
-    if "sensor_unit" in flat.coords:
-        units = {str(unit) for unit in flat["sensor_unit"].to_numpy()[at]}
-        if len(units) > 1:
-            raise InputError(
-                SOURCE, f"{history.name} {text}".strip(), f"is in {' and '.join(sorted(units))}",
-                "name sensors of one unit with --only",
-            )  # fmt: skip
-        attrs["units"] = units.pop()
-    coords = {"time": history["time"], "column": names[at]}
-    return xr.DataArray(values, coords, ("time", "column"), history.name, attrs)
-
-
-def _label(label: Any) -> str:
-    return " ".join(map(str, label)) if isinstance(label, tuple) else str(label)
+    flat = history.stack(column=others).transpose("time", "column")
+    names = np.array([" ".join(map(str, np.atleast_1d(x))) for x in flat["column"].to_numpy()])
+    flat = flat[:, np.char.find(names, text) >= 0]
+    units = {str(x) for x in np.ravel(flat.coords.get("sensor_unit", history.attrs["units"]))}
+    problem, remedy = "", f"name up to {MOST_CURVES} with --only, e.g. of {', '.join(names[:4])}"
+    if not 0 < flat.shape[1] <= MOST_CURVES:
+        problem = f"are {flat.shape[1]} columns" if flat.size else "is no label"
+    elif len(units) > 1:
+        problem = f"is in {' and '.join(sorted(units))}"
+        remedy = "name sensors of one unit with --only"
+    if problem:
+        raise InputError(SOURCE, f"{history.name} {text}".strip(), problem, remedy)
+    coords = {"time": history["time"], "column": names[np.char.find(names, text) >= 0]}
+    attrs = {**history.attrs, "units": units.pop()}
+    return xr.DataArray(flat.to_numpy(), coords, ("time", "column"), history.name, attrs)
 
 
 def _expected(
@@ -195,19 +188,18 @@ def _strongest(
     window tells apart."""
     order, turns = result["order"].to_numpy(), float(result.attrs["turns"])
     others = [d for d in result.dims if d != "order"]
-    flat = result.transpose("order", *others).to_numpy().reshape(len(order), -1)
-    largest = flat.max(axis=1)
+    largest = result.max(others).to_numpy()
     apart = max(1, int(RESOLVED / turns / (order[1] - order[0])))
     peaks, _ = find_peaks(largest, distance=apart)
     peaks = peaks[largest[peaks] > 0]
     for k in sorted(peaks, key=lambda k: -largest[k])[:LINES]:
-        column = np.unravel_index(int(flat[k].argmax()), [result.sizes[d] for d in others])
-        where = dict(zip(others, column, strict=True))
         row: dict[str, Any] = {"order": float(order[k]), "amplitude": float(largest[k])}
-        if "column" in where:
-            row["column"] = str(result["column"].to_numpy()[where["column"]])
-        if "block" in where:
-            row["speed_rpm"] = float(result["speed"].to_numpy()[where["block"]]) * RPM
+        at = result[{"order": k}]
+        at = at[at.argmax(others)] if others else at
+        if "column" in others:
+            row["column"] = str(at["column"].item())
+        if "block" in others:
+            row["speed_rpm"] = float(at["speed"]) * RPM
         yield row | {"expected": _nearest(float(order[k]), expected, 1.0 / turns)}
 
 
@@ -252,16 +244,16 @@ def _write(
         figure = order_map_chart(_loudest(result), expected)
     else:
         figure = order_chart(result, expected)
+    about = {
+        "title": f"flexgear {case.name}", "case": case.name,
+        "parameters": as_json_text(case.to_dict()), "content_hash": case.content_hash(),
+    }  # fmt: skip
+    caption = f"{words(str(result.name)).capitalize()} over turns of {result.attrs['of']}"
+    text = f"{str(result.attrs.get('long_name', '')).capitalize()}."
     with staged_folder(folder, options.earlier(FILES)) as stage:
-        attrs = {
-            "title": f"flexgear {case.name}", "case": case.name,
-            "parameters": as_json_text(case.to_dict()), "content_hash": case.content_hash(),
-        }  # fmt: skip
-        write_netcdf(result.to_dataset(name=str(result.name)).assign_attrs(attrs),
-                     stage / "orders.nc")  # fmt: skip
-        caption = f"{words(str(result.name)).capitalize()} over turns of {result.attrs['of']}"
-        about = str(result.attrs.get("long_name", "")).capitalize()
-        picture = saved_picture(figure, stage, "orders", "dynamics", caption, f"{about}.")
+        data = result.to_dataset(name=str(result.name)).assign_attrs(about)
+        write_netcdf(data, stage / "orders.nc")
+        picture = saved_picture(figure, stage, "orders", "dynamics", caption, text)
         write_study(stage, case, "orders", caption, [picture])
 
 

@@ -3,6 +3,7 @@ which vibration grows by itself."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from functools import partial
 from typing import Annotated, Any
@@ -153,12 +154,14 @@ def _linear_peak(row: xr.Dataset) -> dict[str, Any]:
 def response_figures(data: xr.Dataset) -> dict[str, Any]:
     """Resonances, jumps, changes of stability and ranges without contact of a response."""
     over = data.attrs["over"]
-    name = f"response_{over}_share"
-    parameter, stable = data[name].to_numpy(), data["stable"].to_numpy() == 1
+    share = f"{over}_share"
+    parameter, branch = (data[f"response_{n}"].to_numpy() for n in (share, "branch"))
+    stable = data["stable"].to_numpy() == 1
     force = data["response_gear_mesh_force"].sel(measure="maximum").max("gear_mesh").to_numpy()
-    lost = data["lost_contact_share"].max("gear_mesh").to_numpy() > 0.0
-    back = data["back_contact_share"].max("gear_mesh").to_numpy() > 0.0
-    branch = data["response_branch"].to_numpy()
+    contact = {
+        name: data[f"{name}_share"].max("gear_mesh").to_numpy() > 0.0
+        for name in ("lost_contact", "back_contact")
+    }
     return {
         "over": over,
         "stage": data.attrs["stage"],
@@ -169,33 +172,32 @@ def response_figures(data: xr.Dataset) -> dict[str, Any]:
         "states": len(parameter),
         "curves": int(branch.max()),
         "peaks": [
-            {f"{over}_share": float(parameter[k]), "force_n": float(force[k])}
+            {share: float(parameter[k]), "force_n": float(force[k])}
             for k in _peaks(force, branch, stable)
         ],
         "jumps": [
             {
-                f"{over}_share": float(p["turning_point_parameter"]),
-                "sense": "up" if int(p["turning_point_sense"]) > 0 else "down",
-                "force_n": float(p["turning_point_force"]),
-                "to_force_n": number(p["turning_point_target_force"]),
+                share: at,
+                "sense": "up" if sense > 0 else "down",
+                "force_n": top,
+                "to_forces_n": [to for to in targets if math.isfinite(to)],
             }
-            for p in _rows(data, "turning_point")
+            for at, sense, top, targets in _rows(
+                data, "turning_point", "parameter", "sense", "force", "target_force"
+            )
         ],
         "stability_changes": [
-            {
-                f"{over}_share": float(p["stability_change_parameter"]),
-                "kind": KINDS[int(p["stability_change_kind"])],
-            }
-            for p in _rows(data, "stability_change")
+            {share: at, "kind": KINDS[kind]}
+            for at, kind in _rows(data, "stability_change", "parameter", "kind")
         ],
         "several_stable": _several(parameter, branch, stable),
-        "lost_contact": _ranges(parameter, branch, lost & stable),
-        "back_contact": _ranges(parameter, branch, back & stable),
+        **{name: _ranges(parameter, branch, here & stable) for name, here in contact.items()},
     }
 
 
-def _rows(data: xr.Dataset, dim: str) -> Iterator[xr.Dataset]:
-    return (data.isel({dim: k}) for k in range(data.sizes[dim]))
+def _rows(data: xr.Dataset, dim: str, *names: str) -> Iterator[tuple[Any, ...]]:
+    """Values of variables by number of a turning point or change."""
+    return zip(*(data[f"{dim}_{name}"].to_numpy().tolist() for name in names), strict=True)
 
 
 def _peaks(force: np.ndarray, branch: np.ndarray, stable: np.ndarray) -> list[int]:
@@ -271,8 +273,8 @@ def _lines(figures: dict[str, Any]) -> Iterator[str]:
         force = with_unit(row["force_n"], "N")
         yield f"  peak at {row[share]:.4g}: gear-mesh force up to {force}"
     for row in figures["jumps"]:
-        to = row["to_force_n"]
-        target = f" to {with_unit(to, 'N')}" if to else ", to none or to one of several states here"
+        targets = " or ".join(with_unit(to, "N") for to in row["to_forces_n"])
+        target = f" to {targets}" if targets else ", to no state of this range"
         moving = "rising" if row["sense"] == "up" else "falling"
         yield (
             f"  jump of a sweep of {moving} {over} at {row[share]:.4g}: from "

@@ -14,7 +14,7 @@ window is low by 0.07 % at most. Two lines are told apart from 2/turns on (Hann)
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from typing import Any, TypeVar
 
 import numpy as np
@@ -163,7 +163,7 @@ def synchronous(
     ]
     shape = (last - first + 1, *values.shape[1:])
     grid = np.arange(first, last + 1) / count
-    coords = {n: c for n, c in values.coords.items() if TIME not in c.dims}
+    coords: dict[Hashable, Any] = {**coords_beside(values, TIME)}
     coords[TURN] = xr.Variable(TURN, grid, {"units": "1", "long_name": turns.attrs["long_name"]})
     clock = interpolate.make_interp_spline(phase, turns[TIME].to_numpy().astype(float), DEGREE)
     coords[TIME] = xr.Variable(TURN, clock(grid), {"units": "s"})
@@ -258,61 +258,7 @@ def _window(name: str, count: int) -> Array:
 
 def order_spectrum(history: xr.DataArray, window: str = "hann") -> xr.DataArray:
     """Amplitudes (order, …) of a history (turn, …), its mean taken off; in its unit."""
-    values = history.transpose(..., TURN).to_numpy()
-    highest = float(history.attrs["highest_order"])
-    orders, flat = _amplitudes(
-        values.reshape(-1, values.shape[-1]), history.attrs["per_turn"], highest, window, PADDING
-    )
-    dims = [d for d in history.dims if d != TURN]
-    shape = (*(history.sizes[d] for d in dims), len(orders))
-    return _spectrum_of(history, flat.reshape(shape), (*dims, ORDER), orders, window).transpose(
-        ORDER, ...
-    )
-
-
-def _amplitudes(
-    values: Array, per_turn: int, highest: float, window: str, padding: int
-) -> tuple[Array, Array]:
-    """Orders (k,) and amplitudes (n, k) of histories (n, t)."""
-    w = _window(window, values.shape[-1])
-    count = fft.next_fast_len(padding * values.shape[-1], real=True)
-    orders = fft.rfftfreq(count, 1.0 / per_turn)
-    stop = int(np.searchsorted(orders, highest, side="right"))
-    out = np.empty((len(values), stop))
-    for k, x in enumerate(values):
-        mean = float(w @ x) / w.sum()
-        out[k] = 2.0 / w.sum() * np.abs(fft.rfft((x - mean) * w, count)[:stop])
-    return orders[:stop], out
-
-
-def _spectrum_of(
-    history: xr.DataArray, values: Array, dims: Sequence[object], orders: Array, window: str
-) -> xr.DataArray:
-    """Labelled amplitudes of a history."""
-    of = str(history.attrs["of"])
-    coords = {n: c for n, c in history.coords.items() if TURN not in c.dims}
-    coords[ORDER] = xr.Variable(ORDER, orders, {"units": "1", "long_name": f"order of {of}"})
-    name = history.attrs.get("long_name", history.name)
-    attrs = {
-        "units": history.attrs.get("units", ""), "long_name": f"amplitude of {name}",
-        "window": window, "of": of, "turns": len(history[TURN]) / history.attrs["per_turn"],
-        "largest_mean": float(np.abs(history.mean(TURN)).max()),
-    }  # fmt: skip
-    return xr.DataArray(values, coords, dims, history.name, attrs)
-
-
-def amplitudes_at(
-    history: xr.DataArray, orders: Sequence[float], window: str = "hann"
-) -> xr.DataArray:
-    """Amplitudes (order, …) of a history (turn, …) exactly at some orders."""
-    values = history.transpose(..., TURN).to_numpy()
-    w, turn = _window(window, values.shape[-1]), history[TURN].to_numpy()
-    x = values - (values @ w / w.sum())[..., None]
-    waves = (np.exp(-2j * np.pi * order * turn) * w for order in orders)
-    amplitude = np.stack([2.0 / w.sum() * np.abs(x @ wave) for wave in waves], axis=-1)
-    dims = [d for d in history.dims if d != TURN]
-    at = np.asarray(orders, dtype=float)
-    return _spectrum_of(history, amplitude, (*dims, ORDER), at, window).transpose(ORDER, ...)
+    return _spectra(history, [0], history.sizes[TURN], window, PADDING).isel(block=0)
 
 
 def order_map(
@@ -323,8 +269,7 @@ def order_map(
     block_turns: of a block, a thirtieth of all if left out, but two periods of order 1 at least.
     Coordinates: speed (block,) rad/s, mean of the block; time (block,) s, its middle.
     """
-    per_turn = int(history.attrs["per_turn"])
-    total = history.sizes[TURN]
+    per_turn, total = int(history.attrs["per_turn"]), history.sizes[TURN]
     wished = max(2.0, total / per_turn / 30) if block_turns is None else block_turns
     size = round(wished * per_turn)
     if not 16 <= size <= total:
@@ -332,27 +277,74 @@ def order_map(
             SOURCE, f"blocks of {wished:g} turns", f"do not fit {total / per_turn:.4g} turns",
             "take shorter ones, or simulate longer",
         )  # fmt: skip
-    starts = np.arange(0, total - size + 1, max(1, size // OVERLAP))
-    values = np.moveaxis(history.transpose(TURN, ...).to_numpy(), 0, -1)
-    flat = values.reshape(-1, total)
-    highest = float(history.attrs["highest_order"])
-    parts = [
-        _amplitudes(flat[:, s : s + size], per_turn, highest, window, MAP_PADDING) for s in starts
-    ]
-    orders = parts[0][0]
-    shape = (len(starts), *values.shape[:-1], len(orders))
-    dims = ("block", *(d for d in history.dims if d != TURN), ORDER)
-    blocks = np.stack([amplitude for _, amplitude in parts]).reshape(shape)
-    amplitude = _spectrum_of(history, blocks, dims, orders, window)
+    starts = range(0, total - size + 1, max(1, size // OVERLAP))
+    spectra = _spectra(history, starts, size, window, MAP_PADDING)
     time = history[TIME].to_numpy()
-    begin, end = time[starts], time[starts + size - 1]
+    begin, end = time[starts], time[np.array(starts) + size - 1]
     rate = 2 * np.pi * history.attrs["sense"] * (size - 1) / per_turn / (end - begin)
-    amplitude = amplitude.assign_coords(
-        speed=("block", rate, {"units": "rad/s", "long_name": f"speed of {amplitude.attrs['of']}"}),
+    return spectra.assign_coords(
+        speed=("block", rate, {"units": "rad/s", "long_name": f"speed of {spectra.attrs['of']}"}),
         time=("block", 0.5 * (begin + end), {"units": "s"}),
     )
-    amplitude.attrs["turns"] = size / per_turn
-    return amplitude.transpose("block", ORDER, ...)
+
+
+def _spectra(
+    history: xr.DataArray, starts: Sequence[int], size: int, window: str, padding: int
+) -> xr.DataArray:
+    """Amplitudes (block, order, …) of blocks of ``size`` samples."""
+    per_turn, values = int(history.attrs["per_turn"]), history.transpose(..., TURN)
+    w, x = _window(window, size), values.to_numpy()
+    count = fft.next_fast_len(padding * size, real=True)
+    orders = fft.rfftfreq(count, 1.0 / per_turn)
+    orders = orders[: np.searchsorted(orders, history.attrs["highest_order"], side="right")]
+    out = np.empty((len(starts), *x.shape[:-1], len(orders)))
+    for k, *at in np.ndindex(out.shape[:-1]):
+        block = x[*at, starts[k] : starts[k] + size]
+        mean = float(w @ block) / w.sum()
+        spectrum = fft.rfft((block - mean) * w, count)[: len(orders)]
+        out[k, *at] = 2.0 / w.sum() * np.abs(spectrum)
+    dims = ("block", *values.dims[:-1], ORDER)
+    labelled = _spectrum_of(history, out, dims, orders, window, size / per_turn)
+    return labelled.transpose("block", ORDER, ...)
+
+
+def amplitudes_at(
+    history: xr.DataArray, orders: Sequence[float], window: str = "hann"
+) -> xr.DataArray:
+    """Amplitudes (order, …) of a history (turn, …) exactly at some orders."""
+    values, turn = history.transpose(..., TURN), history[TURN].to_numpy()
+    w, x = _window(window, len(turn)), values.to_numpy()
+    x = x - (x @ w / w.sum())[..., None]
+    waves = (np.exp(-2j * np.pi * order * turn) * w for order in orders)
+    amplitude = np.stack([2.0 / w.sum() * np.abs(x @ wave) for wave in waves], axis=-1)
+    at, turns = np.asarray(orders, dtype=float), len(turn) / history.attrs["per_turn"]
+    dims = (*values.dims[:-1], ORDER)
+    return _spectrum_of(history, amplitude, dims, at, window, turns).transpose(ORDER, ...)
+
+
+def _spectrum_of(
+    history: xr.DataArray,
+    values: Array,
+    dims: Sequence[Hashable],
+    orders: Array,
+    window: str,
+    turns: float,
+) -> xr.DataArray:
+    """Labelled amplitudes of a history."""
+    of, name = str(history.attrs["of"]), history.attrs.get("long_name", history.name)
+    about = {"units": "1", "long_name": f"order of {of}"}
+    attrs = {
+        "units": history.attrs.get("units", ""), "long_name": f"amplitude of {name}",
+        "window": window, "of": of, "turns": turns,
+        "largest_mean": float(np.abs(history.mean(TURN)).max()),
+    }  # fmt: skip
+    coords = {**coords_beside(history, TURN), ORDER: xr.Variable(ORDER, orders, about)}
+    return xr.DataArray(values, coords, dims, history.name, attrs)
+
+
+def coords_beside(history: xr.DataArray, dim: str) -> dict[Hashable, xr.DataArray]:
+    """Coordinates of the other axes."""
+    return {name: values for name, values in history.coords.items() if dim not in values.dims}
 
 
 def envelope(history: xr.DataArray, band: tuple[float, float]) -> xr.DataArray:

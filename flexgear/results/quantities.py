@@ -143,6 +143,7 @@ RESULT_COORDINATES: dict[str, Coordinate] = {
     "point": Coordinate("1", "steady state, from 0, in the order of its curve"),
     "measure": Coordinate("", "over a period: maximum, minimum, mean, rms of what is not mean"),
     "turning_point": Coordinate("1", "number of a turning point of a curve, from 1"),
+    "target": Coordinate("1", "number of a stable state to which a sweep may jump, from 1"),
     "stability_change": Coordinate("1", "number of a change of stability, from 1"),
 }
 

@@ -26,6 +26,7 @@ from flexgear.results.orders import (
     SOURCE,
     TURN,
     case_of,
+    coords_beside,
     highest_order,
     member_turns,
     over_time,
@@ -54,10 +55,10 @@ def synchronous_average(history: xr.DataArray) -> xr.DataArray:
 def _over_phase(
     history: xr.DataArray, values: Array, dims: Sequence[object], turns: int
 ) -> xr.DataArray:
-    coords = {n: c for n, c in history.coords.items() if TURN not in c.dims}
     count = values.shape[list(dims).index("phase")]
     about = {"units": "1", "long_name": f"share of a turn of {history.attrs['of']}"}
-    coords["phase"] = xr.Variable("phase", np.arange(count) / count, about)
+    phase = xr.Variable("phase", np.arange(count) / count, about)
+    coords = {**coords_beside(history, TURN), "phase": phase}
     attrs = {**history.attrs, "turns": turns, "per_turn": count}
     return xr.DataArray(values, coords, dims, history.name, attrs)
 

@@ -19,9 +19,10 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
+from numpy.typing import ArrayLike
 
 from flexgear.analysis.kernels.samples import read_offsets
-from flexgear.analysis.linear_dynamics import GearMeshRows, SteadyState, steady_state
+from flexgear.analysis.linear_dynamics import harmonic_response
 from flexgear.analysis.modes import row_vectors, rows_at
 from flexgear.arrays import Array, Complex
 from flexgear.coupling.kernels.elements import packed, pair_rows
@@ -134,6 +135,24 @@ def linear_train(system: System) -> LinearTrain:
     return LinearTrain(system, vectors[at][order], k, c, load, tuple(turning))
 
 
+@dataclass(frozen=True)
+class SteadyState:
+    """Amplitudes of a steady state: x(t) = Σ_k Re(x_k e^{iω_k t}).
+
+    omega: (K,) rad/s; motion: (d, K) complex; forces: (n, K) complex, gear-mesh forces, N,
+    positive when they compress.
+    """
+
+    omega: Array
+    motion: Complex
+    forces: Complex
+
+    def forces_at(self, time: ArrayLike) -> Array:
+        """Gear-mesh forces (t, n) in N at times (t,) in s."""
+        turn = np.exp(1j * np.multiply.outer(np.asarray(time, dtype=float), self.omega))
+        return np.asarray((turn @ self.forces.T).real)
+
+
 def error_harmonics(system: System) -> tuple[Array, Complex]:
     """ω (K,) rad/s rising, the first 0, and E (M, K) with e(t) = Σ Re(E e^{iωt}) at rated speed.
 
@@ -172,33 +191,28 @@ def train_harmonic(model: Model) -> SteadyState:
     """Steady state of a train at rated speed under its errors and rated torques. FlexgearError,
     with the reason, where it has none.
 
-    As in the time stepping, damping of gear meshes acts on the motion and not on the errors' own
-    rate, structural damping on the modes of the constant part, and the brake's torque follows its
-    law, linearised at rated speed.
+    F = (k + iωc) V Q + k E: as in the time stepping, damping of gear meshes acts on the motion and
+    not on the errors' own rate, structural damping on the modes of the constant part, and the
+    brake's torque follows its law, linearised at rated speed.
     """
     system, reason = model.system, why_not_linear(model.system)
     if reason is not None:
         raise FlexgearError(f"there is no harmonic steady state: {reason}")
     train = linear_train(system)
-    damping = structural_damping(model.modal)
-    stiffness = system.stiffness.copy()
+    v, k, c = train.rows, train.k[:, None], train.c[:, None]
+    damping = structural_damping(model.modal) + v.T @ (c * v)
+    stiffness = system.stiffness + v.T @ (k * v)
     if system.gyroscopic is not None and system.centripetal is not None:
         damping = damping + system.gyroscopic
         stiffness = stiffness - system.centripetal
     omega, errors = error_harmonics(system)
     omega, loads = _loads_in_time(train, omega)
-    errors = np.hstack([errors, np.zeros((len(errors), len(omega) - errors.shape[1]))])
-    complex_stiffness = train.k[:, None] + 1j * np.multiply.outer(train.c, omega)
-    return steady_state(
-        system.mass,
-        damping,
-        stiffness,
-        GearMeshRows(train.rows, train.k, train.c),
-        omega,
-        errors * train.k[:, None] / complex_stiffness,
-        loads,
-        rigid=system.rolling,
+    pull = np.zeros((len(k), len(omega)), dtype=complex)
+    pull[:, : errors.shape[1]] = k * errors
+    motion = harmonic_response(
+        system.mass, damping, stiffness, omega, loads - v.T @ pull, system.rolling
     )
+    return SteadyState(omega, motion, (k + 1j * omega * c) * (v @ motion) + pull)
 
 
 def structural_damping(modal: ModalSystem) -> Array:

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from flexgear.analysis.continuation import Cut, Over, Range, curves
+from flexgear.analysis.continuation import Cut, Range, curves
 from flexgear.analysis.harmonic_balance import SAMPLES, Balance, Orbit, converge
 from flexgear.analysis.orbit import OrbitElements, orbit_elements
 from flexgear.analysis.orbit_motion import recovery_of
@@ -40,6 +40,10 @@ LEAST_STEPS = (
 )
 BESIDE = 0.03  # of the range: what is beside a turning point
 DOUBLING = "response, a state with twice as many harmonics"
+REVERSED = (
+    "shares of the rated ones are positive: turn round torques or speeds in the case, whose rated "
+    "ones say which flanks carry"
+)
 STABLE = 1e-5  # by which a multiplier of a stable state may exceed one: undamped modes have one
 
 
@@ -81,17 +85,16 @@ def response(
     count = _harmonics(model, number, span, harmonics)
     elements = _elements(model, number, count)
     train = condensed_train(elements, count)
-    figures = _Figures(model, train)
-    watch = _Watch(figures, span, progress)
+    figures = _Figures(model, train, span, progress)
     branches, states, cuts = list[int](), list[State](), list[Cut]()
     resonance = model.pace.resonance / elements.frequency
     try:
-        for k, curve in enumerate(curves(train, span, watch, resonance), 1):
+        for k, curve in enumerate(curves(train, span, figures.take, resonance), 1):
             of_curve = [state for state in curve.states if isinstance(state, State)]
             states += of_curve
             branches += [k] * len(of_curve)
             cuts += curve.cuts
-            watch.next_curve()
+            figures.end_curve()
     except KeyboardInterrupt:  # between two curves
         if not states:
             raise
@@ -101,7 +104,7 @@ def response(
             "no steady state was found in this range: try another one, more --harmonics, or give "
             "the gear meshes damping"
         )
-    return _dataset(model, figures, span, states, np.array(branches), cuts, progress)
+    return _dataset(figures, states, np.array(branches), cuts, progress)
 
 
 def _range(
@@ -113,23 +116,22 @@ def _range(
             "--torque-range", _words(torques), "is given beside a range of speeds",
             "take one of them out: one is followed, the other fixed",
         )  # fmt: skip
-    name, ends = ("torque", torques) if torques is not None else ("speed", speeds or RANGE)
-    low, high = (float(x) for x in ends)
-    if not (math.isfinite(low) and math.isfinite(high)) or low * high <= 0.0:
+    over, ends = ("speed", speeds or RANGE) if torques is None else ("torque", torques)
+    other, fixed = ("torque", torque) if torques is None else ("speed", speed)
+    low, high = sorted(map(float, ends))
+    if not (math.isfinite(low) and math.isfinite(high)) or low <= 0.0 <= high:
+        problem = f"goes through zero {over}, or touches it"
+    else:
+        problem = "is below zero" if low < 0.0 else "" if low < high else "is no range"
+    if problem:
+        remedy = "take a range of one sign, over rated, e.g. 0.2 1.5"
         raise InputError(
-            f"--{name}-range", _words(ends), f"goes through zero {name}, or touches it",
-            "take a range of one sign, e.g. 0.2 1.5 of rated",
-        )  # fmt: skip
-    if low < 0.0 or low == high:
-        problem = "is negative" if low < 0.0 else "is no range"
-        raise InputError(
-            f"--{name}-range", _words(ends), problem, "give its ends over rated, e.g. 0.2 1.5"
+            f"--{over}-range", _words(ends), problem, REVERSED if high < 0.0 else remedy
         )
-    fixed, other = (speed, "speed") if name == "torque" else (torque, "torque")
     if not (math.isfinite(fixed) and fixed > 0.0):
-        raise InputError(f"--{other}", f"{fixed:g}", "is not positive", "e.g. 1, the rated one")
-    over: Over = "speed" if name == "speed" else "load"
-    return Range(over, min(low, high), max(low, high), fixed)
+        remedy = REVERSED if fixed < 0.0 else "e.g. 1, the rated one"
+        raise InputError(f"--{other}", f"{fixed:g}", "is not positive", remedy)
+    return Range("load" if over == "torque" else "speed", low, high, fixed)
 
 
 def _words(ends: Sequence[float]) -> str:
@@ -173,39 +175,14 @@ def _elements(model: Model, stage: int, harmonics: int) -> OrbitElements:
     return orbit_elements(model.modal, stage, each * harmonics, one_sided)
 
 
-class _Watch:
-    """Takes figures of every state as it is found, and reports how much of the range each curve
+class _Figures:
+    """Figures of every state of one train as it is found. Reports how much of the range each curve
     has passed; how many curves there are is not known before they are found."""
 
-    def __init__(self, figures: _Figures, span: Range, progress: Progress) -> None:
-        self.figures, self.span, self.progress = figures, span, progress
-        self.number, self.passed = 0, (math.inf, -math.inf)
-        self.next_curve()
-
-    def next_curve(self) -> None:
-        """Report the end of a curve and the search for the next one."""
-        if self.number:
-            self.progress(self._stage, 1.0)
-        self.number, self.passed = self.number + 1, (math.inf, -math.inf)
-
-    @property
-    def _stage(self) -> str:
-        return f"response, curve {self.number}"
-
-    def __call__(self, orbit: Orbit) -> Orbit:
-        """The state without its arrays over time."""
-        value, (low, high) = self.span.value(orbit.point), self.passed
-        self.passed = min(low, value), max(high, value)
-        share = (self.passed[1] - self.passed[0]) / (self.span.high - self.span.low)
-        self.progress(self._stage, min(share, 0.999))
-        return self.figures.take(orbit)
-
-
-class _Figures:
-    """Figures of states of one train."""
-
-    def __init__(self, model: Model, train: CondensedTrain) -> None:
-        self.model, self.train = model, train
+    def __init__(
+        self, model: Model, train: CondensedTrain, span: Range, progress: Progress
+    ) -> None:
+        self.model, self.train, self.span, self._progress = model, train, span, progress
         elements = train.elements
         stage = model.case.stages[elements.stage].name
         self.meshes = model.gear_meshes.of_stage(stage)
@@ -215,9 +192,19 @@ class _Figures:
         self.drive = elements.owner[:, :, None] == carrying
         self.coast = (elements.owner[:, :, None] == opposite) & (opposite >= 0)
         self.supports = support_names(model)
+        self._curve, self._passed = 1, (math.inf, -math.inf)
+
+    def end_curve(self) -> None:
+        """Report the end of a curve; the next state is one of the next curve."""
+        self._progress(f"response, curve {self._curve}", 1.0)
+        self._curve, self._passed = self._curve + 1, (math.inf, -math.inf)
 
     def take(self, orbit: Orbit) -> State:
-        """A state with its figures."""
+        """A state with its figures, without its arrays over time."""
+        value, (low, high) = self.span.value(orbit.point), self._passed
+        low, high = self._passed = min(low, value), max(high, value)
+        share = (high - low) / (self.span.high - self.span.low)
+        self._progress(f"response, curve {self._curve}", min(share, 0.999))
         values = {**self._stability(orbit), **self._of_meshes(orbit), **self._of_bearings(orbit)}
         nothing = np.zeros((2, 0, 0, 0))
         small = replace(orbit, force=nothing[0], displacement=nothing[0], tangents=nothing)
@@ -266,15 +253,9 @@ def _measured(name: str, values: Array, harmonics: int) -> dict[str, Array]:
 
 
 def _dataset(
-    model: Model,
-    figures: _Figures,
-    span: Range,
-    states: list[State],
-    branches: Array,
-    cuts: list[Cut],
-    progress: Progress,
+    figures: _Figures, states: list[State], branches: Array, cuts: list[Cut], progress: Progress
 ) -> xr.Dataset:
-    elements = figures.train.elements
+    model, elements, span = figures.model, figures.train.elements, figures.span
     speed = np.array([s.point.speed for s in states])
     load = np.array([s.point.load for s in states])
     arrays = {name: np.array([s.values[name] for s in states]) for name in states[0].values}
@@ -339,14 +320,9 @@ def _doubling(train: CondensedTrain, state: State | None) -> float:
     elements: OrbitElements = orbit_elements(old.modal, old.stage, 2 * old.samples, flanks)
     finer = condensed_train(elements, 2 * train.harmonics)
     balance = Balance(elements, finer.at(state.point))
-    unknown, coarse = np.zeros(balance.size), state.unknown
     mixed = _between_bases(elements, old)
-    f, a = Balance(old, train.at(state.point)).parts(coarse)
-    of_new = f @ np.linalg.pinv(mixed)
-    unknown[: balance.q] = of_new[0].real
-    both = np.stack([of_new[1:].real, of_new[1:].imag], axis=1).ravel()
-    unknown[balance.q : balance.q + len(both)] = both
-    unknown[balance.forces :] = a
+    f, a = Balance(old, train.at(state.point)).parts(state.unknown)
+    unknown = balance.together(f @ np.linalg.pinv(mixed), a)
     orbit = converge(balance, state.point, unknown)
     if orbit is None:
         return math.nan

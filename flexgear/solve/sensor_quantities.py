@@ -12,11 +12,13 @@ displacement of what passes there, and its rates at that place.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 
-from flexgear.analysis.recording import AROUND, local_weights
+from flexgear.analysis.recording import AROUND, Quantity, local_weights
 from flexgear.analysis.recovery import Recovery
 from flexgear.arrays import Array
 from flexgear.coupling.system import System
@@ -79,22 +81,13 @@ def turned(vectors: Array, angles: Array) -> Array:
     return np.stack([c * x - s * y, s * x + c * y, np.broadcast_to(z, c.shape)], axis=1)
 
 
-class _Single:
-    """A quantity whose position is one number."""
-
-    def part(self, derivative: Array, position: Array) -> Array:
-        return derivative[:, 0]
+def sum_of(columns: Sequence[int], order: int = 0) -> Quantity:
+    """Of columns, or its rate: strain, torque, speed of rotation."""
+    return Quantity(partial(_sum, list(columns)), order)
 
 
-@dataclass(frozen=True)
-class ScalarQuantity(_Single):
-    """A sum of columns, or its rate: strain, torque, speed of rotation."""
-
-    columns: tuple[int, ...]
-    order: int = 0
-
-    def position(self, values: Array) -> Array:
-        return np.asarray(values[:, self.columns].sum(axis=1, keepdims=True))
+def _sum(columns: list[int], values: Array) -> Array:
+    return np.asarray(values[:, columns].sum(axis=1, keepdims=True))
 
 
 @dataclass(frozen=True)
@@ -113,69 +106,59 @@ class Axes:
         """ψ (n,) rad."""
         return np.asarray(values[:, self.spin] + self.start)
 
+    def displacement(self, values: Array, motion: int, lever: Array) -> Array:
+        """u + r × lever (n, 3) of the six columns u_f, r_f from ``motion`` on; lever (3,) or
+        (n, 3) m in fixed axes."""
+        alpha = self.of_frame(values)
+        u, r = (turned(values[:, k : k + 3], alpha) for k in (motion, motion + 3))
+        return np.asarray(u + np.cross(r, lever))
 
-@dataclass(frozen=True)
-class PointQuantity:
+
+def of_body_point(
+    motion: int, axes: Axes, center: Array, lever: Array, direction: Array, order: int
+) -> Quantity:
     """Of a point along a direction (3,) that turn with the body, by ψ in the last column of its
     position. motion: first of six columns u_f, r_f; center, lever (3,): c and X, m."""
-
-    motion: int
-    axes: Axes
-    center: Array
-    lever: Array
-    direction: Array
-    order: int
-
-    def position(self, values: Array) -> Array:
-        alpha, psi, at = self.axes.of_frame(values), self.axes.of_body(values), self.motion
-        lever = turned(self.lever, psi)
-        place = turned(values[:, at : at + 3], alpha)
-        place += np.cross(turned(values[:, at + 3 : at + 6], alpha), lever)
-        if self.order > 0:
-            place += lever + turned(self.center, alpha)
-        return np.column_stack([place, psi])
-
-    def part(self, derivative: Array, position: Array) -> Array:
-        along = turned(self.direction, position[:, 3])
-        return np.asarray(np.einsum("ni,ni->n", derivative[:, :3], along))
+    rigid = np.array([center, lever]) if order > 0 else np.array([0.0 * center, 0.0 * lever])
+    return Quantity(
+        partial(_body_point, motion, axes, lever, rigid), order, partial(_along, direction)
+    )
 
 
-@dataclass(frozen=True)
-class FixedQuantity(_Single):
+def _body_point(motion: int, axes: Axes, lever: Array, rigid: Array, values: Array) -> Array:
+    psi = axes.of_body(values)
+    place = axes.displacement(values, motion, turned(lever, psi))
+    place += turned(rigid[0], axes.of_frame(values)) + turned(rigid[1], psi)
+    return np.column_stack([place, psi])
+
+
+def _along(direction: Array, derivative: Array, position: Array) -> Array:
+    along = turned(direction, position[:, 3])
+    return np.asarray(np.einsum("ni,ni->n", derivative[:, :3], along))
+
+
+def at_place(motion: int, axes: Axes, place: Array, direction: Array, order: int) -> Quantity:
     """Of a rigid body that turns, at a place (3,) and along a direction (3,) in space."""
-
-    motion: int
-    axes: Axes
-    place: Array
-    direction: Array
-    order: int
-
-    def position(self, values: Array) -> Array:
-        alpha, at = self.axes.of_frame(values), self.motion
-        moved = turned(values[:, at : at + 3], alpha)
-        moved += np.cross(turned(values[:, at + 3 : at + 6], alpha), self.place)
-        return np.asarray(moved @ self.direction)[:, None]
+    return Quantity(partial(_at_place, motion, axes, place, direction), order)
 
 
-@dataclass(frozen=True)
-class PassingQuantity(_Single):
+def _at_place(motion: int, axes: Axes, place: Array, direction: Array, values: Array) -> Array:
+    return np.asarray((axes.displacement(values, motion, place) @ direction)[:, None])
+
+
+def passing(first: int, count: int, axes: Axes, angle: float, order: int) -> Quantity:
     """Displacement that a sensor fixed in space sees of a body turning past it, at an angle, rad.
 
     It is interpolated between ``count`` points spread evenly round the body, the first at angle
     zero, whose displacements are the recovered columns from ``first`` on.
     """
+    return Quantity(partial(_passing, first, count, axes, angle), order)
 
-    first: int
-    count: int
-    axes: Axes
-    angle: float
-    order: int
 
-    def position(self, values: Array) -> Array:
-        places = (self.angle - self.axes.of_body(values)) * self.count / (2 * np.pi)
-        below = np.floor(places).astype(int)
-        around = below[:, None] + np.arange(AROUND) - (AROUND // 2 - 1)
-        weights = local_weights(around.astype(float), places)
-        field = values[:, self.first : self.first + self.count]
-        near = np.take_along_axis(field, around % self.count, axis=1)
-        return np.einsum("nk,nk->n", weights, near)[:, None]
+def _passing(first: int, count: int, axes: Axes, angle: float, values: Array) -> Array:
+    places = (angle - axes.of_body(values)) * count / (2 * np.pi)
+    below = np.floor(places).astype(int)
+    around = below[:, None] + np.arange(AROUND) - (AROUND // 2 - 1)
+    weights = local_weights(around.astype(float), places)
+    near = np.take_along_axis(values[:, first : first + count], around % count, axis=1)
+    return np.einsum("nk,nk->n", weights, near)[:, None]

@@ -29,10 +29,10 @@ from flexgear.solve.bodies import Bodies
 from flexgear.solve.sensor_quantities import (
     Axes,
     Columns,
-    FixedQuantity,
-    PassingQuantity,
-    PointQuantity,
-    ScalarQuantity,
+    at_place,
+    of_body_point,
+    passing,
+    sum_of,
     turned,
 )
 from flexgear.structures.bodies import Body
@@ -67,9 +67,9 @@ class SensorPlace:
         sensor, system = self.sensor, self.system
         if sensor.measures == "speed":
             row = system.node_rows(self.body.name, self.node)[5]
-            return ScalarQuantity((columns.motion(row[None]), columns.rolling(row)), order=1)
+            return sum_of((columns.motion(row[None]), columns.rolling(row)), order=1)
         if sensor.measures == "strain":
-            return ScalarQuantity((columns.motion(self._strain()),))
+            return sum_of((columns.motion(self._strain()),))
         self._require_place()
         axes = self._axes(columns)
         turns = bool(np.any(columns.angles[-1]))  # of the body, entered last
@@ -78,7 +78,7 @@ class SensorPlace:
         lever, rows = self.point
         motion = columns.motion(rows)
         direction = self._direction(lever)
-        return PointQuantity(motion, axes, self._center, lever, direction, sensor.order)
+        return of_body_point(motion, axes, self._center, lever, direction, sensor.order)
 
     @cached_property
     def body(self) -> Body:
@@ -238,12 +238,12 @@ class SensorPlace:
         if body.rigid or mesh is None:
             start = np.full(1, axes.start)
             place, direction = turned(place, start)[0], turned(direction, start)[0]
-            return FixedQuantity(columns.motion(rows), axes, place, direction, sensor.order)
+            return at_place(columns.motion(rows), axes, place, direction, sensor.order)
         angle, height = math.atan2(place[1], place[0]), float(place[2])
         angles = 2 * np.pi * np.arange(AROUND) / AROUND
         surface, of_body = Surface(mesh), self.system.slice_of(body.name)
-        passing = np.zeros((AROUND, self.system.size))
-        for row, at in zip(passing, angles, strict=True):
+        rows = np.zeros((AROUND, self.system.size))
+        for row, at in zip(rows, angles, strict=True):
             meeting = surface.meeting(Ray(float(at), height))
             if meeting is None:
                 problem = f"is fixed, and {sensor.on} has gaps around its axis at this height"
@@ -253,8 +253,8 @@ class SensorPlace:
             row[of_body] = np.array([c * x - s * y, s * x + c * y, z]) @ surface.motion(
                 *meeting[:2]
             )
-        first = columns.motion(passing)
-        return PassingQuantity(first, AROUND, axes, angle + axes.start, sensor.order)
+        first = columns.motion(rows)
+        return passing(first, AROUND, axes, angle + axes.start, sensor.order)
 
     def _strain(self) -> Array:
         """Row (1, d) of a strain gauge; zero on a rigid body."""
@@ -340,7 +340,7 @@ class Sensors:
     def recorder(self, step: float) -> Recorder:
         """What takes samples of a run, which are ``step`` s apart where they are closest, and gives
         signals and independent rotations."""
-        rotations = [ScalarQuantity((column,)) for column in self.inputs]
+        rotations = [sum_of((column,)) for column in self.inputs]
         return Recorder(replace(self.clock, step=step), [*self.quantities, *rotations])
 
     def record(self, recorder: Recorder, recovery: Recovery) -> tuple[Array, Array, Array]:
@@ -390,6 +390,6 @@ def _quantities(case: Case, system: System, bodies: Bodies, columns: Columns) ->
                 problem = f"{sensor.on} is no port, joint or bearing that passes a torque"
                 remedy = nearest(sensor.on, names)
                 raise InputError(case.source, f"sensors[{k}].on", problem, remedy)
-            yield ScalarQuantity((columns.torque(sensor.on),))
+            yield sum_of((columns.torque(sensor.on),))
         else:
             yield SensorPlace(case, system, bodies, sensor, k).quantity(columns)

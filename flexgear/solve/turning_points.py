@@ -21,18 +21,21 @@ def turning_points(parameter: Array, branches: Array, arrays: Mapping[str, Any])
     """
     force = arrays["response_gear_mesh_force"][:, :, 0].max(axis=1)
     stable = arrays["stable"] == 1
-    rows = [
-        (value, top, sense, _target(parameter, branches, stable, force, k, value))
-        for k, value, top, sense in _folds(parameter, branches, force)
-        if stable[max(k - BESIDE, 0) : k + BESIDE + 1].any()
+    folds = [
+        fold
+        for fold in _folds(parameter, branches, force)
+        if stable[max(fold[0] - BESIDE, 0) : fold[0] + BESIDE + 1].any()
     ]
+    targets = [_targets(parameter, branches, stable, force, k, at) for k, at, _, _ in folds]
+    most = max(map(len, targets), default=0)
     changes = list(_changes(parameter, branches, stable, arrays))
-    columns = np.array(rows, dtype=float).reshape(-1, 4).T
     return {
-        "turning_point_parameter": columns[0],
-        "turning_point_force": columns[1],
-        "turning_point_sense": columns[2].astype(int),
-        "turning_point_target_force": columns[3],
+        "turning_point_parameter": np.array([at for _, at, _, _ in folds]),
+        "turning_point_force": np.array([top for _, _, top, _ in folds]),
+        "turning_point_sense": np.array([sense for *_, sense in folds], dtype=int),
+        "turning_point_target_force": np.array(
+            [[*forces, *[np.nan] * (most - len(forces))] for forces in targets]
+        ).reshape(len(folds), most),
         "stability_change_parameter": np.array([x[0] for x in changes]),
         "stability_change_kind": np.array([x[1] for x in changes], dtype=int),
     }
@@ -67,19 +70,16 @@ def _vertex(parameter: Array, force: Array) -> tuple[float, float]:
     return float(c + b * x + a * x * x), float(middle + spread * x)
 
 
-def _target(
+def _targets(
     parameter: Array, branches: Array, stable: Array, force: Array, fold: int, value: float
-) -> float:
-    """Force of the only other stable state at λ; NaN where there is none or are several."""
-    forces = []
-    for k in range(len(parameter) - 1):
-        low, high = parameter[k], parameter[k + 1]
-        crosses = branches[k] == branches[k + 1] and (low - value) * (high - value) <= 0.0
-        beside = branches[k] == branches[fold] and abs(k + 0.5 - fold) < 2
-        if crosses and low != high and not beside and stable[k] and stable[k + 1]:
-            w = (value - low) / (high - low)
-            forces.append((1 - w) * force[k] + w * force[k + 1])
-    return float(forces[0]) if len(forces) == 1 else float("nan")
+) -> list[float]:
+    """Forces of all other stable states at λ, rising; the way of a sweep decides among them."""
+    low, high, near = parameter[:-1], parameter[1:], branches[:-1] == branches[fold]
+    crosses = ((low <= value) != (high <= value)) & (branches[:-1] == branches[1:])
+    crosses &= stable[:-1] & stable[1:]
+    k = np.flatnonzero(crosses & ~(near & (np.abs(np.arange(len(low)) + 0.5 - fold) < 2)))
+    w = (value - low[k]) / (high[k] - low[k])
+    return sorted(map(float, (1 - w) * force[k] + w * force[k + 1]))
 
 
 TURNING, DOUBLED, SECOND_FREQUENCY = range(3)  # kinds of a loss of stability

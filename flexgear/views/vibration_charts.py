@@ -13,6 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
+from numpy.typing import NDArray
 
 from flexgear.arrays import Array
 from flexgear.views.style import (
@@ -31,8 +32,9 @@ from flexgear.views.style import (
 UP, DOWN, CHANGE = "#C5221F", "#2166AC", "#444444"
 LOST, BACK = "#F7CFA3", "#E59C8C"
 BROAD = 6.0  # points
+FORCE, ERROR = "response_gear_mesh_force", "response_transmission_error"
 MOST_GEAR_MESHES = len(PLANET_COLOURS)
-HIGHEST = 20.0  # times the middle force of stable states: what grows beyond is cut off, and said
+HIGHEST = 20.0  # times the median of stable states: what grows beyond is cut off, and said
 
 
 @styled
@@ -44,19 +46,16 @@ def response_chart(data: xr.Dataset) -> Figure:
     figure, axes = panels(2, 1, height_mm=150, sharex=True, height_ratios=[1.6, 1.0])
     force, error = axes[:, 0]
     names = [str(n) for n in data["gear_mesh"].to_numpy()][:MOST_GEAR_MESHES]
-    error_range = _measure(data, "response_transmission_error", "maximum")
-    error_range = error_range - _measure(data, "response_transmission_error", "minimum")
-    for k in range(len(names)):
-        colour = PLANET_COLOURS[k]
-        for measure, width in (("maximum", 1.4), ("minimum", 0.8)):
-            values = KILO * _measure(data, "response_gear_mesh_force", measure)[:, k]
-            _curve(force, data, x, values, colour, width)
-            if measure == "maximum":
-                _contact(force, data, x, values, k)
-        _curve(error, data, x, MICRO * error_range[:, k], colour, 1.2)
-        _contact(error, data, x, MICRO * error_range[:, k], k)
-    for ax in (force, error):
-        _limit(ax)
+    most, least = (KILO * _measure(data, FORCE, m)[:, : len(names)] for m in ("maximum", "minimum"))
+    swing = _measure(data, ERROR, "maximum") - _measure(data, ERROR, "minimum")
+    swing = MICRO * swing[:, : len(names)]
+    for k, colour in enumerate(PLANET_COLOURS[: len(names)]):
+        for ax, y, width in ((force, most, 1.4), (force, least, 0.8), (error, swing, 1.2)):
+            _curve(ax, data, x, y[:, k], colour, width)
+        for ax, y in ((force, most), (error, swing)):
+            _contact(ax, data, x, y[:, k], k)
+    for ax, y in ((force, most), (error, swing)):
+        _limit(ax, y, data["stable"].to_numpy() == 1)
         ax.set_xlim(float(x.min()), float(x.max()))
     _jumps(force, data)
     _changes(force, data)
@@ -83,31 +82,17 @@ def _curve(ax: Axes, data: xr.Dataset, x: Array, y: Array, colour: str, width: f
         ax.plot(x[at], y[at], linestyle=style, color=colour, lw=width * faint)
 
 
-def _limit(ax: Axes) -> None:
-    """From zero up to the highest state, or to ``HIGHEST`` and a line that says so."""
-    highest = max(float(np.max(line.get_ydata())) for line in ax.lines)
-    top = HIGHEST * _middle(ax)
+def _limit(ax: Axes, values: Array, stable: NDArray[np.bool_]) -> None:
+    """From zero up to the highest of values (states, g), or to ``HIGHEST`` and a line that says
+    so."""
+    highest = float(values.max())
+    top = HIGHEST * float(np.median(values[stable])) if stable.any() else 0.0
     if highest <= top or top <= 0.0:
         ax.set_ylim(0.0, 1.06 * highest)
         return
     ax.set_ylim(0.0, top)
     ax.text(0.99, 0.97, f"states go on up to {highest:.3g}", transform=ax.transAxes, ha="right",
             va="top", fontsize=7.5, color=NEUTRAL)  # fmt: skip
-
-
-def _middle(ax: Axes) -> float:
-    """Median of what solid lines show, each value by its share of the parameter."""
-    values, widths = [np.zeros(0)], [np.zeros(0)]
-    solid = (n for n in ax.lines if n.get_linestyle() == "-" and n.get_linewidth() < BROAD)
-    for line in solid:
-        x, y = (np.asarray(v, dtype=float) for v in line.get_data())
-        values.append(0.5 * (y[1:] + y[:-1]))
-        widths.append(np.abs(np.diff(x)))
-    value, width = np.concatenate(values), np.concatenate(widths)
-    if not width.sum():
-        return 0.0
-    order = np.argsort(value)
-    return float(value[order][np.searchsorted(np.cumsum(width[order]), 0.5 * width.sum())])
 
 
 def _contact(ax: Axes, data: xr.Dataset, x: Array, y: Array, mesh: int) -> None:
@@ -121,16 +106,16 @@ def _contact(ax: Axes, data: xr.Dataset, x: Array, y: Array, mesh: int) -> None:
 
 
 def _jumps(ax: Axes, data: xr.Dataset) -> None:
-    """An arrow from each turning point to the force that a sweep jumps to; a triangle alone where
-    that is not known."""
+    """An arrow from each turning point to every stable state to which a sweep may jump; a triangle
+    alone where none is stable."""
     for k in range(data.sizes.get("turning_point", 0)):
         row = data.isel(turning_point=k)
         rising = int(row["turning_point_sense"]) > 0
         colour, marker = (UP, ">") if rising else (DOWN, "<")
         x, y = float(row["turning_point_parameter"]), KILO * float(row["turning_point_force"])
         ax.plot([x], [y], marker, color=colour, ms=4.5, zorder=4)
-        target = KILO * float(row["turning_point_target_force"])
-        if np.isfinite(target):
+        targets = row["turning_point_target_force"].to_numpy()
+        for target in KILO * targets[np.isfinite(targets)]:
             arrow = {"arrowstyle": "-|>", "color": colour, "lw": 0.9, "shrinkA": 3, "shrinkB": 0}
             ax.annotate("", (x, target), (x, y), arrowprops=arrow, zorder=4).set_in_layout(False)
 

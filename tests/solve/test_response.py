@@ -13,6 +13,7 @@ from flexgear.analysis.orbit_motion import recovery_of
 from flexgear.analysis.orbit_receptance import Point, condensed_train
 from flexgear.model.errors import InputError
 from flexgear.solve.dataset import body_rows
+from flexgear.solve.turning_points import turning_points
 
 PLANETS = 4
 WAVES = {
@@ -94,6 +95,8 @@ def test_a_gear_mesh_that_excites_nothing_carries_its_mean_force(pair):
         ({"speeds": (1.0, 1.0)}, "is no range"),
         ({"speeds": (0.5, 1.0), "torques": (0.5, 1.0)}, "beside a range of speeds"),
         ({"torques": (0.5, 1.0), "speed": 0.0}, "is not positive"),
+        ({"torques": (-1.0, -0.5)}, "is below zero -- .*: turn round torques"),
+        ({"speeds": (0.5, 1.0), "torque": -1.0}, "is not positive -- .*: turn round torques"),
         ({"speeds": (0.5, 1.0), "stage": "stage_9"}, "is not a stage"),
         ({"speeds": (0.5, 1.0), "harmonics": 0}, "is not from 1 to 200"),
     ],
@@ -101,6 +104,30 @@ def test_a_gear_mesh_that_excites_nothing_carries_its_mean_force(pair):
 def test_what_is_no_range_is_one_line(pair, asked, problem):
     with pytest.raises(InputError, match=problem):
         pair.response(**asked)
+
+
+def test_a_torque_that_is_turned_round_loads_the_other_flanks_alike(tmp_path):
+    """Teeth are symmetric, and this wave has every flank at once."""
+    forces = []
+    for torque in (100.0, -100.0):
+        path = tmp_path / "pair.toml"
+        path.write_text(case_text(damping=0.05, torque=torque, backlash=10.0, error=0.0))
+        data = flexgear.load_case(path).assemble().response((0.45, 0.6), harmonics=6)
+        forces.append(forces_at(data, "speed", 0.5))
+    np.testing.assert_allclose(forces[1], forces[0], rtol=1e-4)
+
+
+def test_a_sweep_may_jump_to_each_stable_state_that_waits():
+    """A curve that folds at 1.2 and 0.9, its last stretch stable as the first, and another one."""
+    speed = np.r_[np.linspace(0.5, 1.2, 8), np.linspace(1.1, 0.9, 3), np.linspace(1, 2, 11), 0.5, 2]
+    force = np.r_[np.linspace(1, 8, 8), [9, 10, 11], np.linspace(12, 22, 11), 30, 30]
+    stable = np.repeat([1, 0, 1], [8, 3, 13])
+    arrays = {"response_gear_mesh_force": force[:, None, None], "stable": stable,
+              "multiplier_real": 2.0 - stable, "multiplier_imag": 0.0 * stable}  # fmt: skip
+    found = turning_points(speed, np.repeat([1, 2], [22, 2]), arrays)
+    assert found["turning_point_sense"].tolist() == [1, -1]
+    expected = [[14.0, 30.0], [5.0, 30.0]]
+    np.testing.assert_allclose(found["turning_point_target_force"], expected, rtol=1e-9)
 
 
 @pytest.fixture(scope="module", params=[2e-6, 0.0])

@@ -29,8 +29,9 @@ def curve():
         "back_contact_share": (of_mesh[:2], 0 * parted),
     }
     turning = {"parameter": [1.2, 0.9], "force": [5e3, 6e3], "sense": [1, -1],
-               "target_force": [7e3, np.nan]}  # fmt: skip
-    data |= {f"turning_point_{k}": ("turning_point", v) for k, v in turning.items()}
+               "target_force": [[4e3, 7e3], [np.nan, np.nan]]}  # fmt: skip
+    dims = "turning_point", "target"
+    data |= {f"turning_point_{k}": (dims[: np.ndim(v)], v) for k, v in turning.items()}
     data |= {"stability_change_parameter": ("stability_change", [1.2, 0.9]),
              "stability_change_kind": ("stability_change", [0, 0])}  # fmt: skip
     coords = {"gear_mesh": ["pair sun 1"], "measure": ["maximum", "minimum", "mean", "rms"]}
@@ -47,7 +48,7 @@ def test_unstable_states_are_dashed_and_jumps_are_marked(curve):
         line.get_marker(): line.get_xdata()[0] for line in force.lines if len(line.get_xdata()) == 1
     }
     assert marks == {">": 1.2, "<": 0.9}
-    assert len(force.texts) == 1  # an arrow where the force after the jump is known
+    assert len(force.texts) == 2  # an arrow to each stable state, none where there is none
     labels = [text.get_text() for text in figure.legends[0].get_texts()]
     assert labels == ["stable", "unstable", "jump as speed rises", "jump as speed falls",
                       "teeth lose contact"]  # fmt: skip
