@@ -12,7 +12,8 @@ turning points are states like all others (Keller 1977). Steps get shorter where
 tries or the tangent turns fast, as where teeth begin to part.
 
 Curves that reach into a range from beyond it, such as the one of parted teeth over a range within
-the hysteresis, are entered by following those at its ends round the resonance and back.
+the hysteresis, are entered by following those at its ends round the resonance and back, and those
+at the far ends of the resonance to the range.
 """
 
 from __future__ import annotations
@@ -95,18 +96,16 @@ def curves(
     seen: Callable[[Orbit], Orbit] = lambda orbit: orbit,
     resonance: float = 0.0,
 ) -> Iterator[Curve]:
-    """All curves that states without a curve near them, at ``SEEDS``, lead to.
+    """All curves that states without a curve near them (``_starts``) lead to.
 
     seen: is called with every state as it is found, and gives what is kept of it. resonance: speed
     over rated at which the gear-mesh frequency is that on which gears vibrate on their gear mesh;
     0 where no curve is to be followed beyond the range. Ends with a curve that a user stopped.
     """
-    followed, returning = list[Curve](), deque[tuple[Orbit, int]]()
-    ahead = deque(span.low + share * (span.high - span.low) for share in SEEDS)
-    while returning or ahead:
-        start, origin = (
-            returning.popleft() if returning else (_state(train, span, ahead.popleft()), 0)
-        )
+    followed, returning = list[Curve](), deque[tuple[Orbit | None, int]]()
+    starts = _starts(train, span, resonance)
+    while entry := returning.popleft() if returning else next(starts, None):
+        start, origin = entry
         if start is None or any(_on_curve(curve, span, start) for curve in followed):
             continue
         curve = _follow(train, span, start, seen)
@@ -115,13 +114,29 @@ def curves(
         if any(cut.reason == "stopped" for cut in curve.cuts):
             return
         for end, sense in _outward(curve, span):
-            if resonance and not (end.unknown is start.unknown and sense == origin):
-                back = _returned(train, end, sense, resonance)
-                returning += [] if back is None else [(back, sense)]
+            beyond = _beyond(end.point, sense, resonance)
+            if beyond and not (end.unknown is start.unknown and sense == origin):
+                returning.append((_entering(train, beyond, end, sense, end.point), sense))
 
 
-def _state(train: CondensedTrain, span: Range, value: float) -> Orbit | None:
-    point = span.point(value)
+def _starts(
+    train: CondensedTrain, span: Range, resonance: float
+) -> Iterator[tuple[Orbit | None, int]]:
+    """States that are found without a curve, at ``SEEDS`` and at the far ends of the resonance,
+    from where curves are followed to the range; 1 or −1: the speeds that they come from are higher
+    or lower."""
+    for share in SEEDS:
+        yield _state(train, span.point(span.low + share * (span.high - span.low))), 0
+    last = span.high if span.over == "speed" else span.low
+    for value, sense in ((last, 1), (span.low, -1)):
+        point = span.point(value)
+        beyond = _beyond(point, sense, resonance)
+        if beyond:
+            start = _state(train, beyond.point(beyond.high if sense > 0 else beyond.low))
+            yield start and _entering(train, beyond, start, -sense, point), sense
+
+
+def _state(train: CondensedTrain, point: Point) -> Orbit | None:
     balance = Balance(train.elements, train.at(point))
     return converge(balance, point, balance.start())
 
@@ -170,18 +185,24 @@ def _outward(curve: Curve, span: Range) -> Iterator[tuple[Orbit, int]]:
                 yield end, 1
 
 
-def _returned(train: CondensedTrain, end: Orbit, sense: int, resonance: float) -> Orbit | None:
-    """The other state at the same point to which the curve through ``end`` comes back over speed
-    within the resonance around it; None where it does not, or where none is near."""
-    speed = end.point.speed
+def _beyond(point: Point, sense: int, resonance: float) -> Range | None:
+    """Speeds from a point's on, rising or falling, up to the end of the resonance around it; None
+    where it is outside all of them."""
+    speed = point.speed
     for low, high in RESONANT:
-        edge = (high if sense > 0 else low) * resonance
         if low * resonance < speed < high * resonance:
-            span = Range("speed", min(speed, edge), max(speed, edge), end.point.load)
-            states = list[Orbit]()
-            cut = _Walk(train, span, end).along(sense, states, lambda orbit: orbit)
-            return states[-1] if cut is None and states[-1].point.speed == speed else None
+            edge = (high if sense > 0 else low) * resonance
+            return Range("speed", min(speed, edge), max(speed, edge), point.load)
     return None
+
+
+def _entering(
+    train: CondensedTrain, beyond: Range, start: Orbit, sense: int, point: Point
+) -> Orbit | None:
+    """The state at ``point`` if the curve through ``start`` comes to it over speed."""
+    states = list[Orbit]()
+    cut = _Walk(train, beyond, start).along(sense, states, lambda orbit: orbit)
+    return states[-1] if cut is None and states[-1].point == point else None
 
 
 @dataclass(frozen=True)

@@ -35,6 +35,7 @@ from flexgear.model.errors import FlexgearError
 DIRECTIONS = 1e-9  # of the largest singular value: directions of rows that count
 # the same where teeth are blocks: flexibility, which goes with the square, is right to 1e-4
 TOOTH_DIRECTIONS = 1e-2
+WITHIN = 8  # places of a step over which tangents are averaged
 LOCAL_TRIES = 40  # of the rows of one sample that yield to each other
 
 
@@ -165,6 +166,13 @@ class OrbitElements:
         j, a, b = np.hstack([np.zeros((3, 0), dtype=np.int64), *pairs])
         target = (j[:, None, None] * q + columns[j, a][:, :, None]) * q + columns[j, b][:, None]
         return (j * n + a) * n + b, target, entries[j, a][:, :, None] * entries[j, b][:, None]
+
+    def tangents_around(self, motion: Array, rate: Array, step: float) -> Array:
+        """Tangents (2, N, q, q) on the channels under u and its rate (N, q), each the mean over a
+        ``step``, s, around its sample, within which rows may begin or cease to touch."""
+        shares = (np.arange(WITHIN) + 0.5) / WITHIN - 0.5
+        tangents = [self.row_forces(motion + share * step * rate, rate)[1] for share in shares]
+        return np.array([self.on_channels(t) for t in np.mean(tangents, axis=0)])
 
     def channel_forces(self, force: Array) -> Array:
         """Wᵀ F (N, q) of forces (N, n) of the rows: what resists the motion u."""
@@ -353,8 +361,8 @@ class _Filling:
         blocks += [(-3 - number, np.ones((1, 1))) for number in self.bearing_rows]
         channels += [row[None] for row in self.bearing_rows.values()]
         rows, q = np.zeros((*owners.shape, sum(map(len, channels)))), 0
-        for owner, shares in blocks:
-            rows[owners == owner, q : q + shares.shape[1]] = shares
+        for number, shares in blocks:
+            rows[owners == number, q : q + shares.shape[1]] = shares
             q += shares.shape[1]
         return np.vstack(channels), rows, numbers[0], np.where(owners < -2, -1, owners), numbers[1:]
 

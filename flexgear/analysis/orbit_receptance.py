@@ -8,7 +8,8 @@ to forces f on the channels at harmonic l, ω_l = 2π l f_z, with
 
 R being the residual flexibility, which never enters a velocity, as in time steps. Linear rows
 (supports that turn, mean springs of other stages, machines at ports whose torque follows their
-motion, −Y_l u_L) are eliminated, H = H_qq − H_qL (1 + Y H_LL)⁻¹ Y H_Lq.
+motion, −Y_l u_L) are eliminated, H = H_qq − H_qL (1 + Y H_LL)⁻¹ Y H_Lq; ports of given speed do not
+move.
 
 At l = 0 rolling is free, and no row of a force element sees it: the mean angle is zero, and the
 torques of the ports balance. The other rigid motions are unknown, and in balance:
@@ -32,8 +33,6 @@ from flexgear.analysis.orbit import OrbitElements
 from flexgear.arrays import Array, Complex, Ints
 from flexgear.coupling.machines import Brake, Controller, GivenSpeed
 from flexgear.coupling.modal import ModalSystem
-
-HELD = 1e6  # times the stiffness that a port has against the train, of one of given speed
 
 
 @dataclass(frozen=True)
@@ -159,9 +158,10 @@ class CondensedTrain:
         """Forces (H, s, q) on the linear rows by unit forces on the channels, at ω (H,), from the
         receptances (H, q + s, q + s) of all rows."""
         q = len(self.elements.channels)
-        y = (self.stiffness + 1j * omega[:, None] * self.damping_at(point))[:, :, None]
-        eye = np.eye(len(self.stiffness))
-        return np.asarray(-np.linalg.solve(eye + y * whole[:, q:, q:], y * whole[:, q:, :q]))
+        y = self.stiffness + 1j * omega[:, None] * self.damping_at(point)
+        y = np.where(self.held, 1.0, y)[:, :, None]  # held rows do not move, H_LL f = −H_Lq
+        loose = np.diag(np.where(self.held, 0.0, 1.0))
+        return np.asarray(-np.linalg.solve(loose + y * whole[:, q:, q:], y * whole[:, q:, :q]))
 
     def damping_at(self, point: Point) -> Array:
         """Damping (s,) of the linear rows; slopes of brakes go with their torque over speed."""
@@ -224,16 +224,9 @@ def _machines(modal: ModalSystem) -> Iterator[tuple[Array, float, float, float, 
         row = np.zeros(len(modal.channels))
         row[len(row) - len(system.ports) + p] = 1.0
         if isinstance(machine, GivenSpeed):
-            yield row, HELD * _stiffest(modal, row), 0.0, 0.0, True
+            yield row, 0.0, 0.0, 0.0, True
         elif isinstance(machine, Controller):
             yield row, machine.integral, machine.proportional, 0.0, False
         elif isinstance(machine, Brake) and machine.rated_speed > 0.0:
             slope = machine.exponent * machine.rated_torque / machine.rated_speed
             yield row, 0.0, 0.0, slope, False
-
-
-def _stiffest(modal: ModalSystem, row: Array) -> float:
-    """Stiffness that holds a port against all that the train does at its highest frequency."""
-    p = row @ modal.channel_modes
-    top = float(modal.omega.max(initial=0.0)) or 1.0
-    return top**2 / float(p @ p)

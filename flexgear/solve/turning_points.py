@@ -74,10 +74,10 @@ def _targets(
     parameter: Array, branches: Array, stable: Array, force: Array, fold: int, value: float
 ) -> list[float]:
     """Forces of all other stable states at λ, rising; the way of a sweep decides among them."""
-    low, high, near = parameter[:-1], parameter[1:], branches[:-1] == branches[fold]
-    crosses = ((low <= value) != (high <= value)) & (branches[:-1] == branches[1:])
-    crosses &= stable[:-1] & stable[1:]
-    k = np.flatnonzero(crosses & ~(near & (np.abs(np.arange(len(low)) + 0.5 - fold) < 2)))
+    low, high, same = parameter[:-1], parameter[1:], branches[:-1] == branches[1:]
+    beside = (branches[:-1] == branches[fold]) & (np.abs(np.arange(len(low)) + 0.5 - fold) < 2)
+    crosses = same & ((low <= value) != (high <= value)) & ~beside
+    k = np.flatnonzero(crosses & (stable[:-1] == 1) & (stable[1:] == 1))
     w = (value - low[k]) / (high[k] - low[k])
     return sorted(map(float, (1 - w) * force[k] + w * force[k + 1]))
 
@@ -85,13 +85,16 @@ def _targets(
 TURNING, DOUBLED, SECOND_FREQUENCY = range(3)  # kinds of a loss of stability
 KINDS = ("turning point", "doubled period", "second frequency")
 REAL = 1e-6  # imaginary part of a multiplier that is real
+LEAST = 1e-12  # modulus of a multiplier
 
 
 def _changes(
     parameter: Array, branches: Array, stable: Array, arrays: Mapping[str, Any]
 ) -> list[tuple[float, int]]:
-    """λ and kind of changes of stability."""
+    """λ, where the modulus of the largest multiplier is one between two states, and kind of
+    changes of stability."""
     real, imag = arrays["multiplier_real"], arrays["multiplier_imag"]
+    over = np.log(np.maximum(np.hypot(real, imag), LEAST))
     out = list[tuple[float, int]]()
     for k in range(len(parameter) - 1):
         if branches[k] != branches[k + 1] or stable[k] == stable[k + 1]:
@@ -100,7 +103,8 @@ def _changes(
         kind = SECOND_FREQUENCY
         if abs(imag[loose]) <= REAL:
             kind = TURNING if real[loose] > 0.0 else DOUBLED
-        value = 0.5 * (parameter[k] + parameter[k + 1])
+        w = float(np.clip(over[k] / (over[k] - over[k + 1]), 0.0, 1.0))
+        value = float((1.0 - w) * parameter[k] + w * parameter[k + 1])
         if out and abs(value / out[-1][0] - 1.0) < NARROW:
             out.pop()
         else:

@@ -51,7 +51,9 @@ def radius(train, curve):
 
 def largest(train, orbit):
     period = 1.0 / (GEAR_MESH_HZ * orbit.point.speed)
-    steps = fewer_steps(orbit.tangents, 16 * train.harmonics)
+    elements = train.elements
+    tangents = elements.tangents_around(*orbit.waves, period / elements.samples)
+    steps = fewer_steps(tangents, 16 * train.harmonics)
     return float(np.abs(multipliers(monodromy(vibrating(train, orbit.point), period, steps))[0]))
 
 

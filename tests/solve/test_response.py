@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 from dead_zone import case_text
@@ -115,6 +117,22 @@ def test_a_torque_that_is_turned_round_loads_the_other_flanks_alike(tmp_path):
         data = flexgear.load_case(path).assemble().response((0.45, 0.6), harmonics=6)
         forces.append(forces_at(data, "speed", 0.5))
     np.testing.assert_allclose(forces[1], forces[0], rtol=1e-4)
+
+
+def test_a_gear_of_given_speed_vibrates_as_one_of_enormous_inertia(tmp_path):
+    """Its equivalent mass is twice that of two gears alike: a smaller ratio is the same damper."""
+    forces = []
+    for gear, damping, machine in ((2e8, 0.05 / math.sqrt(2), "torque"), (2, 0.05, "speed")):
+        text = case_text(damping=damping).replace("mass_kg = 2", f"mass_kg = {gear:g}")
+        text = text.replace(f"mass_kg = {gear:g}", "mass_kg = 2", 1)
+        text = text.replace("[output]", f'machine = {{ law = "{machine}" }}\n[output]')
+        (tmp_path / "pair.toml").write_text(text)
+        data = (
+            flexgear.load_case(tmp_path / "pair.toml").assemble().response((0.5, 0.75), harmonics=8)
+        )
+        forces.append([forces_at(data, "speed", speed) for speed in (0.53, 0.74)])
+    for inertia, held in zip(*forces, strict=True):
+        np.testing.assert_allclose(held, inertia, rtol=2e-3)
 
 
 def test_a_sweep_may_jump_to_each_stable_state_that_waits():
