@@ -42,7 +42,8 @@ import numpy as np
 from flexgear.gears.geometry import GearMeshGeometry, StageGeometry, stage_geometry
 from flexgear.gears.hertz import ContactBody, line_contact, relative_radius
 from flexgear.gears.radii import gears_by_role
-from flexgear.gears.tool import CriticalSection, CutterTool, plain_tool
+from flexgear.gears.root import CriticalSection
+from flexgear.gears.tool import CutterTool, plain_tool
 from flexgear.gears.tooth import (
     PlainRack,
     Rack,

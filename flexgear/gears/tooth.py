@@ -31,7 +31,8 @@ from typing import Protocol
 import numpy as np
 
 from flexgear.arrays import Array
-from flexgear.gears.tool import CutterTool, GeneratingTool, PlainTool, RackTool, ToothRoot, rounded
+from flexgear.gears.root import ToothRoot
+from flexgear.gears.tool import CutterTool, GeneratingTool, PlainTool, RackTool, rounded
 from flexgear.model.member import Tool
 from flexgear.model.section import Refusal
 

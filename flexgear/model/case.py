@@ -115,21 +115,17 @@ def _check_held(case: Case) -> None:
     """What is held has a support against turning, and nothing else has but in free vibration."""
     held = case.held_members()
     for name in case.member_names():
-        k = case.stage_index(name)
-        part = name.part
-        if case.stages[k].form(part) == "fe":
+        k, part = case.stage_index(name), name.part
+        form, support = case.stages[k].form(part), case.member(name).support
+        if form == "fe":
             continue  # its own supports, or the hub
-        support = case.member(name).support
-        turns = case.kinematics_of(name) != "fixed"
-        held_output = case.output is None and name in case.held  # there is no torque to take
-        splined = case.stages[k].form(part) == "beam"  # the shaft's end stands in the housing
-        if (
-            name in held
-            and turns
-            and not support.holds_rotation
-            and not held_output
-            and not splined
-        ):
+        needs_none = (
+            support.holds_rotation
+            or form == "beam"  # the shaft's end stands in the housing
+            or case.kinematics_of(name) == "fixed"
+            or (case.output is None and name in case.held)  # there is no torque to take
+        )
+        if name in held and not needs_none:
             raise Refusal(
                 f"stages.{k}.{part}.support.tangential",
                 f"is zero, so nothing takes the torque of the held {name}",

@@ -281,6 +281,12 @@ class GearErrors(Section):
                 f"give one for each planet{one_for_all}",
             )
 
+    def refuse_parallel(self) -> None:
+        """Refusal of errors of parts that a parallel stage does not have."""
+        keys = [key for key in NOT_PARALLEL if not key.endswith("_phase")]
+        problem = "is an error of a part that a parallel stage does not have"
+        self._refuse_set(keys, problem, "use sun_… for the pinion and planet_… for the gear")
+
     def of_planets(self, name: str, planets: int) -> tuple[float, ...]:
         """One value a planet of one of the lists; zeros where it is empty."""
         values: tuple[float, ...] = getattr(self, name)

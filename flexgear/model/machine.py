@@ -11,7 +11,7 @@ import scipy  # which loads its parts as they are named
 from numpy.typing import ArrayLike
 from pydantic import Field
 
-from flexgear.arrays import Array, Ints
+from flexgear.arrays import Array
 from flexgear.model.errors import InputError
 from flexgear.model.input_file import read_table
 from flexgear.model.section import Missing, Refusal, Section
@@ -156,36 +156,30 @@ class TimeHistory(Section):
         if self.kind == "steps":
             at = np.searchsorted(times + _SAME_TIME * np.abs(times), t, side="left") - 1
             return values[np.clip(at, 0, len(values) - 1)]
-        if self._smooth:
-            curve = scipy.interpolate.PchipInterpolator(times, values)
-            return np.asarray(curve(np.clip(t, times[0], times[-1])))
-        if self.kind == "soft":
-            piece, share = self._place(t)
-            rise = np.diff(values, append=values[-1])
-            return np.asarray(values[piece] + rise[piece] * 0.5 * (1.0 - np.cos(np.pi * share)))
-        return np.interp(t, times, values)
+        return self._curve(t)[0]
 
     def rate_at(self, time: ArrayLike) -> Array:
         """Its rate of change, in N m/s or rad/s², at times beside jumps and kinks; same shape."""
         t = np.asarray(time, dtype=float)
-        if self.kind in ("constant", "steps"):
-            return np.zeros(t.shape)
+        return self._curve(t)[1] if self.is_series else np.zeros(t.shape)
+
+    def _curve(self, t: Array) -> tuple[Array, Array]:
+        """Values between the points of time and their rates, at times (…) beside kinks."""
         times, values = np.asarray(self.times), np.asarray(self.values)
         within = (t > times[0]) & (t < times[-1])
         if self._smooth:
-            return np.where(within, scipy.interpolate.PchipInterpolator(times, values)(t, 1), 0.0)
-        slopes = np.append(np.diff(values) / np.diff(times), 0.0)
-        piece, share = self._place(t)
-        if self.kind == "soft":
-            return np.asarray(slopes[piece] * 0.5 * np.pi * np.sin(np.pi * share))
-        return np.where(within, slopes[piece], 0.0)
-
-    def _place(self, t: Array) -> tuple[Ints, Array]:
-        """The last point before times (…), and the share of the way from there to the next one."""
-        times = np.asarray(self.times)
+            curve = scipy.interpolate.PchipInterpolator(times, values)
+            inside = np.clip(t, times[0], times[-1])
+            return np.asarray(curve(inside)), np.where(within, curve(inside, 1), 0.0)
         piece = np.clip(np.searchsorted(times, t, side="right") - 1, 0, len(times) - 1)
         length = np.diff(times, append=np.inf)[piece]
-        return piece, np.clip((t - times[piece]) / length, 0.0, 1.0)
+        rise = np.diff(values, append=values[-1])[piece]
+        share = np.clip((t - times[piece]) / length, 0.0, 1.0)
+        slope = np.ones_like(share)
+        if self.kind == "soft":
+            slope = 0.5 * np.pi * np.sin(np.pi * share)
+            share = 0.5 * (1.0 - np.cos(np.pi * share))
+        return values[piece] + rise * share, np.where(within, rise / length * slope, 0.0)
 
     @property
     def _smooth(self) -> bool:

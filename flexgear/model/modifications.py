@@ -152,12 +152,9 @@ class FlankModifications(Section):
 
     def of(self, flank: str) -> FlankModifications:
         """Modifications of one flank: keys of that flank first, then keys that hold for both."""
-        modifications = getattr(self, flank) or FlankModifications()
-        names = FlankModifications.model_fields
-        fields = {name: getattr(modifications, name) for name in names}
-        return FlankModifications(
-            **{n: getattr(self, n) if x is None else x for n, x in fields.items()}
-        )
+        of_both = self._stated(FlankModifications.model_fields)
+        of_one = getattr(self, flank) or FlankModifications()
+        return FlankModifications(**{**of_both, **of_one._stated()})
 
     def key(self, flank: str, name: str) -> str:
         """Where the key ``name`` of one of its flanks stands: in its own section, or for both."""

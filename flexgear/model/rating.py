@@ -168,11 +168,10 @@ class Rating(ForcedFactors):
     def forced(self, stage: str, kind: str) -> ForcedFactors:
         """Those of the gear meshes "sun" or "ring" of a stage; of several that name them the last
         one."""
-        stated = {name: getattr(self, name) for name in ForcedFactors.model_fields}
+        stated = self._stated(ForcedFactors.model_fields)
         for some in self.gear_meshes:
             if some.stage in (None, stage) and some.kind in (None, kind):
-                values = {name: getattr(some, name) for name in ForcedFactors.model_fields}
-                stated |= {name: value for name, value in values.items() if value is not None}
+                stated |= some._stated(ForcedFactors.model_fields)
         return ForcedFactors(**stated)
 
     def least(self, name: str) -> float:

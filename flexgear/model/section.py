@@ -47,6 +47,11 @@ class Section(BaseModel):
             if getattr(self, key) in (None, ""):
                 raise Missing(key, problem, remedy)
 
+    def _stated(self, keys: Iterable[str] = ()) -> dict[str, Any]:
+        """Values of these keys, or of all, where they are not None."""
+        values = {key: getattr(self, key) for key in keys or type(self).model_fields}
+        return {key: value for key, value in values.items() if value is not None}
+
     def _keep_one(self, key: str, other: str, because: str = "") -> None:
         """Refusal of a key where another one is set, too."""
         if getattr(self, key) is not None and getattr(self, other) is not None:

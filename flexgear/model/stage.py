@@ -10,7 +10,7 @@ from typing import Any, Literal
 from pydantic import Field, model_validator
 
 from flexgear.model.bodies import Material
-from flexgear.model.gear_mesh import NOT_PARALLEL, GearErrors, GearMesh
+from flexgear.model.gear_mesh import GearErrors, GearMesh
 from flexgear.model.member import (
     CarrierMember,
     Gear,
@@ -25,7 +25,7 @@ from flexgear.model.member import (
     required_hand,
 )
 from flexgear.model.ring import Ring
-from flexgear.model.section import Missing, Refusal, Section, raw_value
+from flexgear.model.section import Missing, Refusal, Section, below, raw_value
 from flexgear.model.units import Angle, Length
 
 Form = Literal["lumped", "fe", "beam"]
@@ -217,7 +217,10 @@ class Stage(Section):
         return {**data, "errors": GearErrors.for_each(errors, planets)}
 
     def _check(self) -> None:
-        self._check_parts()
+        parts = _PARTS[self.kind]
+        others = [name for name in (*_PARTS["planetary"], *PARALLEL) if name not in parts]
+        remedy = f"take it out; its parts are {', '.join(parts)}"
+        self._refuse_set(others, f"is no part of a {self.kind} stage", remedy)
         if self.kind == "parallel":
             self._check_parallel()
         else:
@@ -227,13 +230,14 @@ class Stage(Section):
                 check_bore(name, gear, self.normal_module)
         if self.double_helical and self.helix_angle == 0:
             raise Refusal("helix_angle", "is zero in a double-helical stage", "give it")
-        self._check_errors()
+        self.errors.require_planets(self.planets)
         self._check_clearances()
 
     def _check_parallel(self) -> None:
-        if self.planets != 1 or self.planet_positions is not None:
-            key = "planets" if self.planets != 1 else "planet_positions"
-            raise Refusal(key, "a parallel stage has no planets", "take it out, or use position")
+        keys, remedy = ("planets", "planet_positions"), "take it out, or use position"
+        self._refuse_set(keys, "a parallel stage has no planets", remedy)
+        with below("errors"):
+            self.errors.refuse_parallel()
 
     def _check_planetary(self) -> None:
         self._check_gears()
@@ -328,27 +332,6 @@ class Stage(Section):
                     f"±{half * 1e3:.1f} mm",
                     "move it or make it narrower",
                 )
-
-    def _check_parts(self) -> None:
-        parts = _PARTS[self.kind]
-        for name in (*_PARTS["planetary"], *PARALLEL):
-            if name not in parts and getattr(self, name) is not None:
-                raise Refusal(
-                    name,
-                    f"is no part of a {self.kind} stage",
-                    f"take it out; its parts are {', '.join(parts)}",
-                )
-
-    def _check_errors(self) -> None:
-        self.errors.require_planets(self.planets)
-        if self.kind == "parallel":
-            for key in NOT_PARALLEL:
-                if getattr(self.errors, key) and not key.endswith("_phase"):
-                    raise Refusal(
-                        f"errors.{key}",
-                        "is an error of a part that a parallel stage does not have",
-                        "use sun_… for the pinion and planet_… for the gear",
-                    )
 
     def _check_clearances(self) -> None:
         """Bearings let no gear move by more than one module: beyond it gears lose contact."""

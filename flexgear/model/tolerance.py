@@ -113,12 +113,6 @@ class PhaseDistribution(Section):
             raise Refusal("high", "is not above the low end", "put them in order")
 
 
-def _present(section: Section) -> dict[str, Any]:
-    """Fields that are set, in their order."""
-    fields = {name: getattr(section, name) for name in type(section).model_fields}
-    return {name: value for name, value in fields.items() if value is not None}
-
-
 def _distributions_of(section: type[Section], *names: str) -> Any:
     """A section with a distribution for each of these fields of another one."""
     fields: dict[str, Any] = {
@@ -146,7 +140,7 @@ class ErrorDistributions(_ERRORS):
     @property
     def given(self) -> dict[str, SizeDistribution | PhaseDistribution]:
         """Errors that have a distribution, in the order of the fields."""
-        return _present(self)
+        return self._stated()
 
     def _check(self) -> None:
         for name, distribution in self.given.items():
@@ -187,7 +181,7 @@ class FlankDistributions(_GROUND):
     same_as: ClassVar = (FlankModifications,)
 
     def _check(self) -> None:
-        for name, distribution in _present(self).items():
+        for name, distribution in self._stated().items():
             if name == "tip_relief":
                 _refuse_negative(name, distribution)
             _refuse_large(name, distribution)
@@ -220,7 +214,7 @@ class ModificationDistributions(Section):
         return {
             (flank, name): distribution
             for flank in type(self).model_fields
-            for name, distribution in _present(getattr(self, flank)).items()
+            for name, distribution in getattr(self, flank)._stated().items()
         }
 
 

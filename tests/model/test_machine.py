@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from trains import STAGE, stage_train, write
+from trains import stage_train
 
 from flexgear.model.errors import InputError
 from flexgear.model.load import load_case
@@ -108,25 +108,6 @@ def test_a_speed_beyond_all_machines_is_refused(tmp_path):
     (tmp_path / "s.csv").write_text("time_s,speed_rpm\n0,1\n1,2000000\n", encoding="utf-8")
     with pytest.raises(InputError, match="are beyond 1e4 rad/s"):
         machine(tmp_path, law="speed", kind="csv", file="s.csv")
-
-
-def test_a_machine_in_a_file(tmp_path):
-    text = (
-        STAGE.format(planets=4, sun="0", helix=0)
-        + """
-[output.machine]
-law = "controller"
-speed_rpm = 450
-kp_nm_s_per_rad = 3
-ki_nm_per_rad = 40
-most_torque_nm = 0
-"""
-    )
-    case = load_case(write(tmp_path, text))
-    last = machines_of(case)[-1]
-    assert last.steady(0.0) == pytest.approx(15 * np.pi)
-    assert (last.kp, last.ki, last.most_torque) == (3.0, 40.0, 0.0)
-    assert case.content_hash() != stage_train(tmp_path).content_hash()
 
 
 RATED = 4e6  # N m, of the bundled case
