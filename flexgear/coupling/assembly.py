@@ -263,10 +263,6 @@ class Assembly(BodyCoordinates):
             LawBearing(name, first, second, node, other_node, DAMPERS.name, parameters)
         )
 
-    def bearing_rows(self) -> list[Array]:
-        """Rows (d,) that bearings with a law of their own hold in the end."""
-        return [row for b in self.bearings for row in b.held]
-
     def _rotating_frame_support(
         self, c: Connection, rows: Array, housing: Array, angle: int
     ) -> None:

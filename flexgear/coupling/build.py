@@ -223,7 +223,8 @@ def _system(a: Assembly, rigid_bodies: Collection[BodyName]) -> System:
     pairs = pair_data(a.sets, len(blocks) // 6, *rows)
     rigid = orthonormal_rigid(a.mass, _loose_motions(a))
     angles = np.vstack(a.angles)
-    contact = holding_rows(pairs, blocks, len(angles), a.bearing_rows())
+    by_laws = [row for bearing in a.bearings for row in bearing.held]
+    contact = holding_rows(pairs, blocks, len(angles), by_laws)
     rolling, input_rows, speeds = _rolling(a, rigid, contact)
     gyroscopic, centripetal = frame_forces(a, rolling, input_rows)
     rotations = np.array([a.rotation(p.member) for p in case.ports]).reshape(-1, a.size)

@@ -198,22 +198,18 @@ def _body_text(name: BodyName) -> str:
 def _holder(bodies: Sequence[Body], name: BodyName, direction: str) -> str:
     """Key of the spring that would hold a body."""
     stage, part, key = name.stage, name.part, DIRECTIONS[direction][2]
-    if part == "housing":
-        return f"housing.mount.{key}"
-    names = [body.name for body in bodies]
-    if part == "shaft" and BodyName.of(stage, "output") not in names:
-        return f"joints.{key}"  # in series with its spline
-    if part == "output":
-        return f"output.bearing.{key}"
-    if part == "hub":
-        return stage_key(stage, f"ring.hub.bearing.{key}")
+    of_train = {"housing": "housing.mount", "output": "output.bearing"}
+    if BodyName.of(stage, "output") not in [body.name for body in bodies]:
+        of_train["shaft"] = "joints"  # in series with its spline
+    if part in of_train:
+        return f"{of_train[part]}.{key}"
+    holders = {"hub": "ring.hub.bearing", "planet": "planet_bearing", "shaft": "sun.shaft.spline"}
     body = next(b for b in bodies if b.name == name)
-    if part == "ring" and len(body.node_names) > 1:
-        return stage_key(stage, _ring_key(body, key))
-    if part == "carrier" and len(body.node_names) > 1:
-        return stage_key(stage, f"carrier.bearing_drive.{key}")
-    holder = {"planet": "planet_bearing", "shaft": "sun.shaft.spline"}.get(part, f"{part}.support")
-    return stage_key(stage, f"{holder}.{key}")
+    if len(body.node_names) > 1:
+        holders["carrier"] = "carrier.bearing_drive"
+        if part == "ring":
+            return stage_key(stage, _ring_key(body, key))
+    return stage_key(stage, f"{holders.get(part, f'{part}.support')}.{key}")
 
 
 def _ring_key(ring: Body, key: str) -> str:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import takewhile
 
 import numpy as np
 from numpy.typing import NDArray
@@ -130,12 +131,9 @@ class BodyCoordinates:
 
     def slice_of(self, body: str) -> slice:
         """Coordinates of one body."""
-        start = 0
-        for b in self.bodies:
-            if b.name == body:
-                return slice(start, start + b.size)
-            start += b.size
-        raise FlexgearError(f"there is no body {body!r} in the system")
+        this = self.body(body)
+        start = sum(b.size for b in takewhile(lambda b: b is not this, self.bodies))
+        return slice(start, start + this.size)
 
     def body(self, name: str) -> Body:
         """The body of this name."""

@@ -92,21 +92,6 @@ def test_a_set_does_not_depend_on_its_company(one_sided_modal):
         )
 
 
-def test_forces_are_linear_in_errors_where_contact_is(linear_modal):
-    study = error_study(linear_modal, ANGLES, TORQUE)
-    sets = random_sets(linear_modal.system.pairs, 2, 5e-5)
-    sets = picked(sets, [0, 1, 1])
-    sets.offset[2] = sets.offset[0] + sets.offset[1]
-    sets.slope[2] = sets.slope[0] + sets.slope[1]
-    sets.gear[2] = sets.gear[0] + sets.gear[1]
-    sets.planet[2] = sets.planet[0] + sets.planet[1]
-    sets.amplitude[:] = 0.0
-    sets.runout_amplitude[:] = 0.0
-    perfect = gear_mesh_forces(study, no_errors(linear_modal.system.pairs))
-    change = gear_mesh_forces(study, sets) - perfect
-    assert np.allclose(change[..., 2], change[..., 0] + change[..., 1], atol=1e-6)
-
-
 @pytest.mark.parametrize("law", ["linear", "one-sided"])
 @pytest.mark.parametrize("model", ["constant", "per_pair", "lumped"])
 def test_lumped_stage_with_runouts(tmp_path, law, model):

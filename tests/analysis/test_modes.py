@@ -211,13 +211,17 @@ def test_strain_energy_sums_to_one_and_finds_the_spring():
     np.testing.assert_allclose(shares["sun_1"][1:], (change / values)[1:], atol=1e-9)
 
 
-def test_rigid_motions_of_a_beam_leave_no_deformation():
-    """Rigid motion of a beam is translation and rotation about its centre of mass; bending is
-    deformation."""
-    beam = shaft_body(
+@pytest.fixture
+def beam():
+    return shaft_body(
         [BeamSection(0.5, 0.1, 0.0)], young=2e11, poisson=0.3, density=7850, direction=1.0,
         elements_per_section=4, end_masses={},
     )  # fmt: skip
+
+
+def test_rigid_motions_of_a_beam_leave_no_deformation(beam):
+    """Rigid motion of a beam is translation and rotation about its centre of mass; bending is
+    deformation."""
     values, shapes = linalg.eigh(beam.stiffness, beam.mass)
     f = np.sqrt(np.clip(values, 0, None))
     t = classify(f, shapes, beam.mass, [beam], rigid=6)
@@ -226,12 +230,8 @@ def test_rigid_motions_of_a_beam_leave_no_deformation():
     assert set(t.kinds[6:]) == {"elastic"}
 
 
-def test_slight_deformation_of_a_member_does_not_hide_its_type():
+def test_slight_deformation_of_a_member_does_not_hide_its_type(beam):
     """A beam on soft end springs bounces: translation with a little bending, its rigid shape."""
-    beam = shaft_body(
-        [BeamSection(0.5, 0.1, 0.0)], young=2e11, poisson=0.3, density=7850, direction=1.0,
-        elements_per_section=4, end_masses={},
-    )  # fmt: skip
     ends = np.vstack([beam.node(beam.node_names[i])[:3] for i in (0, -1)])
     held = beam.stiffness + 2e6 * ends.T @ ends
     held += 1e9 * beam.node(beam.node_names[0])[5:].T @ beam.node(beam.node_names[0])[5:]

@@ -7,7 +7,7 @@ import pytest
 from train_contexts import coarse_teeth, rigid_stage
 
 from flexgear.analysis.equilibrium import revolution
-from flexgear.analysis.line_loads import gear_mesh_stiffness, interpolated, line_loads
+from flexgear.analysis.line_loads import gear_mesh_stiffness, line_loads
 from flexgear.analysis.modes import rows_at
 from flexgear.coupling.kernels.elements import row_stiffness
 from flexgear.coupling.pair_data import OF_LINE
@@ -156,27 +156,6 @@ def test_modes_have_the_flexibility_that_rows_have(model):
     assert np.diag(beside) == pytest.approx(0.0, abs=1e-9 * own.max())
     table = model[0].system.pairs.slice_table
     assert 0.0 < beside.max() <= (1 + 1e-9) * table[:, :, 2:OF_LINE].max()
-
-
-def test_what_rows_yield_is_that_of_the_table(model, turned):
-    """Approach of the bodies less that of the slices is B times the neighbours' forces."""
-    system, m = model[0].system, 5
-    at = np.flatnonzero(turned.pair_tooth[0, m] >= 0)
-    at = at[np.argsort(turned.pair_position[0, m, at])]
-    b = interpolated(system.pairs, m, turned.pair_position[0, m, at])[:, 2:OF_LINE]
-    b = b.reshape(-1, 2, 2, 2)
-    far = turned.far_load[0, m, at]
-    force = np.column_stack([turned.pair_load[0, m, at] - far, far])
-    approach = turned.pair_approach[0, m, at]
-    expected = np.zeros_like(force)
-    for apart in (1, 2):
-        between = b[:-apart, :, apart - 1]
-        expected[:-apart] += np.einsum("kab,kb->ka", between, force[apart:])
-        expected[apart:] += np.einsum("kab,ka->kb", between, force[:-apart])
-    np.testing.assert_allclose(
-        approach[:, 2:] - approach[:, :2], expected, atol=1e-9 * approach.max()
-    )
-    assert expected.min() > 0.02 * approach.max()
 
 
 def test_a_torque_drop_keeps_its_energy(model):
