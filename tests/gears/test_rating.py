@@ -1,7 +1,6 @@
 """Rating of gears against hand calculations, limits and scaling laws."""
 
 import math
-from dataclasses import replace
 
 import pytest
 from gears.rated_gears import PAIR, PLANETARY, case_of, pair_of
@@ -61,18 +60,6 @@ def test_spur_gears_and_an_overlap_of_one_are_the_limits_of_helical_ones(tmp_pat
     expected = math.sqrt(1 / wide.transverse_contact_ratio)
     assert value(states["sun", "flank"], "Z_ε") == pytest.approx(expected, rel=1e-12)
     assert value(states["sun", "flank"], "Z_B") == 1.0
-
-
-def test_only_roots_of_planets_are_loaded_in_both_senses(tmp_path):
-    pair, load = pair_of(case_of(tmp_path, PLANETARY))
-    states = rate(pair, load, {})
-    assert value(states["sun", "root"], "Y_M") == 1.0
-    m = 0.8 - 0.15 * pair.gears["planet"].root.notch_factor
-    expected = 1 / (1 + 1.2 * (1 - m) / (1 + m))
-    assert value(states["planet", "root"], "Y_M") == pytest.approx(expected, rel=1e-12)
-    alone = {part: replace(gear, reversed=False) for part, gear in pair.gears.items()}
-    pulsating = rate(replace(pair, gears=alone), load, {})["planet", "root"]
-    assert value(pulsating, "Y_M") == 1.0
 
 
 def test_rims_count_where_no_fe_body_has_them(tmp_path):

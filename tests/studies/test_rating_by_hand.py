@@ -171,3 +171,21 @@ def test_every_factor_and_every_sum_is_that_of_a_calculation_by_hand(sheets):
     # fillets of the ring are followed point by point
     wrong = [line for line in ratios if line[0] != pytest.approx(1.0, rel=1e-4)]
     assert not wrong, wrong[:10]
+
+
+def test_loads_of_planets_bearings_are_those_of_their_gear_meshes(sheets):
+    """The force that turns the carrier, and of helical teeth the couple of both axial forces at the
+    pitch points, each times the key K_γ."""
+    edition, rows = sheets
+    for stage, data in STAGES.items():
+        hand = ByHand(stage, edition)
+        sun, planet, ring = (data[gear][0] for gear in ("sun", "planet", "ring"))
+        distance = hand.mesh["sun"]["a"]
+        for label, _, torque, speed in BINS:
+            force = hand.k_gamma * loads(torque, speed)[stage][0]
+            radial = force * hand.d["sun"] / 2 * (1 + ring / sun) / distance
+            moment = force * math.tan(hand.beta) * 2 * distance * planet / (planet + sun) / 1e3
+            for number in range(1, hand.n + 1):
+                owner = f"{stage}.planet_bearing_{number}"
+                computed = [rows[owner, label, symbol] for symbol in ("F_r", "M")]
+                assert computed == pytest.approx([radial, moment], rel=1e-6, abs=1.0)

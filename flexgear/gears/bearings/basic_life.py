@@ -52,17 +52,6 @@ def rating_life_hours(
     return math.inf if speed == 0 else life * 2 * math.pi / abs(speed) / 3600
 
 
-def life_ratio(
-    load: float,
-    speed: float,
-    reference_load: float,
-    reference_speed: float,
-    exponent: float = ROLLER,
-) -> float:
-    """Life in time over that of the same bearing under the reference load (N) and speed (rad/s)."""
-    return abs(reference_speed / speed) * abs(reference_load / load) ** exponent
-
-
 def planet_bearing_life_ratios(
     flow: PowerFlow, reference: PowerFlow, exponent: float = ROLLER
 ) -> dict[str, float]:
@@ -76,9 +65,10 @@ def planet_bearing_life_ratios(
         for each in (flow, reference)
     ]  # fmt: skip
     return {
-        name: life_ratio(*state, *states[1][name], exponent)
-        for name, state in states[0].items()
-        if name in states[1] and all((*state, *states[1][name]))
+        name: rating_life_hours(1.0, load, speed, exponent)
+        / rating_life_hours(1.0, *states[1][name], exponent)
+        for name, (load, speed) in states[0].items()
+        if load and speed and name in states[1] and all(states[1][name])
     }
 
 
