@@ -15,8 +15,9 @@ a life curve N ~ T^(−p).
 from __future__ import annotations
 
 import math
+from collections import defaultdict
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import NamedTuple
 
@@ -52,43 +53,107 @@ class Samples(NamedTuple):
         return HOUR * self.weight * np.abs(self.speed) / (2.0 * math.pi)
 
 
-@dataclass
 class SeriesBins:
-    """What series sum up to. load_cases: one for each bin, extreme ones last. hours, turns: of all
-    samples. duration: turns by torque, in intervals of ``fine_step`` N m that begin at its whole
-    multiples. damage: Σ n |T / T_rated|^p of all samples, by exponent."""
+    """Sums of samples by bin, and extreme samples.
 
-    rated_torque: float
-    fine_step: float
-    hours: float = 0.0
-    turns: float = 0.0
-    energy: float = 0.0
-    duration: dict[int, float] = field(default_factory=dict)
-    damage: dict[float, float] = field(default_factory=lambda: dict.fromkeys(EXPONENTS, 0.0))
-    load_cases: tuple[LoadCase, ...] = ()
+    hours, turns, energy: of all samples; duration: turns by torque, in intervals of ``fine_step``
+    N m that begin at its whole multiples; damage: Σ n |T / T_rated|^p of all samples, by exponent;
+    bins: by numbers of the lower edges of torque, speed and loads: hours, turns n, Σ n |T|^p,
+    Σ w |T|^p, Σ s and Σ s · load with the share s of a sample in the means of loads; extremes: size
+    and load case, by name.
+    """
+
+    def __init__(self, series: LoadSeries, torque: float, speed: float, source: str) -> None:
+        """torque, speed: rated ones of the first input; source: of the case, for messages."""
+        self.series, self.torque, self.speed, self.source = series, torque, speed, source
+        moment = series.moment_step or abs(torque) / 2.0
+        self.steps = np.array([
+            series.torque_step or abs(torque) / 20.0,
+            series.speed_step or abs(speed) / 4.0,
+            *[series.force_step or 1.0] * 3,
+            *[moment] * 2,
+        ])  # fmt: skip
+        self.fine_step = float(self.steps[0]) / FINE
+        self.hours = self.turns = self.energy = 0.0
+        self.duration = defaultdict[int, float](float)
+        self.damage = dict.fromkeys(EXPONENTS, 0.0)
+        self.bins: dict[tuple[int, ...], Array] = {}
+        self.extremes: dict[str, tuple[float, LoadCase]] = {}
 
     def add(self, samples: Samples) -> None:
-        """Add the sums of a file."""
-        turns = samples.turns
+        """Add samples to all sums, and to the bins that they fall into."""
+        turns, relative = samples.turns, np.abs(samples.torque / self.torque)
         self.hours += float(samples.weight.sum())
         self.turns += float(turns.sum())
         self.energy += float((samples.weight * samples.torque * samples.speed).sum())
         for exponent in EXPONENTS:
-            relative = np.abs(samples.torque / self.rated_torque) ** exponent
-            self.damage[exponent] += float((turns * relative).sum())
+            self.damage[exponent] += float((turns * relative**exponent).sum())
         at = np.floor(samples.torque / self.fine_step).astype(int)
         intervals, inverse = np.unique(at, return_inverse=True)
         for interval, more in zip(intervals.tolist(), np.bincount(inverse, turns), strict=True):
-            self.duration[interval] = self.duration.get(interval, 0.0) + float(more)
+            self.duration[interval] += float(more)
+        state = np.column_stack([samples.torque, samples.speed, samples.loads])
+        numbers = np.floor(state / self.steps).astype(int)
+        places, inverse = np.unique(numbers, axis=0, return_inverse=True)
+        power = relative**self.series.exponent
+        share = turns * power + 1e-9 * samples.weight  # hours decide where nothing turns
+        columns = [samples.weight, turns, turns * power, samples.weight * power, share]
+        columns += list(share * samples.loads.T)
+        sums = [np.bincount(inverse.ravel(), column, len(places)) for column in columns]
+        for place, row in zip(places.tolist(), np.column_stack(sums), strict=True):
+            self.bins[tuple(place)] = self.bins.get(tuple(place), 0.0) + row
+
+    def keep_extremes(self, samples: Samples, path: Path) -> None:
+        """Keep a sample that exceeds all before in torque, of either sense, or bending moment."""
+        relative = samples.torque / self.torque
+        sizes = {"largest torque": relative, "largest torque against the rated": -relative}
+        sizes["largest bending moment"] = np.hypot(samples.loads[:, 3], samples.loads[:, 4])
+        for name, size in sizes.items():
+            k = int(size.argmax())
+            if size[k] > self.extremes.get(name, (0.0,))[0]:
+                place = f"{path} at {samples.time[k]:g} s"
+                state = self._load_case(name, samples.torque[k], samples.speed[k], samples.loads[k])
+                self.extremes[name] = (
+                    float(size[k]), state.model_copy(update={"extreme": True, "source": place}),
+                )  # fmt: skip
 
     def damage_of_bins(self, exponent: float) -> float:
         """Σ n |T / T_rated|^p of the bins over that of the samples."""
         total = sum(
             HOUR * (c.hours or 0.0) * abs(c.speed or 0.0) / (2.0 * math.pi)
-            * abs((c.torque or 0.0) / self.rated_torque) ** exponent
+            * abs((c.torque or 0.0) / self.torque) ** exponent
             for c in self.load_cases
         )  # fmt: skip
         return total / self.damage[exponent] if self.damage[exponent] else 1.0
+
+    @cached_property
+    def load_cases(self) -> tuple[LoadCase, ...]:
+        """One for each bin, by rising torque, and the extreme ones."""
+        cases = []
+        for number, at in enumerate(sorted(self.bins), 1):
+            hours, turns, by_turns, by_hours, share = self.bins[at][:5]
+            loads = self.bins[at][5:] / share
+            ratio = by_turns / turns if turns > 0.0 else by_hours / hours
+            torque = math.copysign(
+                abs(self.torque) * ratio ** (1.0 / self.series.exponent), at[0] + 0.5
+            )
+            if self.series.value == "edge":
+                outer = np.array([k + 1 if k >= 0 else k for k in at]) * self.steps
+                torque, loads = outer[0], np.where(loads == 0.0, 0.0, outer[2:])
+            speed = math.copysign(2.0 * math.pi * turns / (HOUR * hours), at[1] + 0.5)
+            state = self._load_case(f"bin {number}", torque, speed, loads)
+            cases.append(state.model_copy(update={"hours": float(hours), "source": self.source}))
+        return (*cases, *(load_case for _, load_case in self.extremes.values()))
+
+    def _load_case(self, name: str, torque: float, speed: float, loads: Array) -> LoadCase:
+        x, y, z, bending_x, bending_y = (float(load) for load in loads)
+        sense = torque / self.torque * (speed / self.speed or 1.0)
+        return LoadCase.model_construct(
+            name=name, torque=float(torque), speed=float(speed),
+            force=(x, y, z) if any(self.series.force) else None,
+            moment=(bending_x, bending_y, 0.0) if any(self.series.moment) else None,
+            back_driven=bool(sense < 0.0),
+        )  # fmt: skip
 
 
 def bins_of_series(case: Case, report: Report | None = None) -> SeriesBins | None:
@@ -104,23 +169,20 @@ def bins_of_series(case: Case, report: Report | None = None) -> SeriesBins | Non
     if not torque or not speed:
         problem = f"needs a rated torque and speed of {first} to compare with"
         raise InputError(case.source, "load_series", problem, "give them in inputs and output")
-    sorter = _Sorter(series, torque, speed)
-    sums = SeriesBins(torque, sorter.steps[0] / FINE)
+    sums = SeriesBins(series, torque, speed, case.source)
     cases = series.design_load_cases
     for k, design in enumerate(cases):
         if report is not None:
             report("load series", k / len(cases))
         for path, samples in _samples(case, series, design):
-            sorter.keep_extremes(samples, path)
+            sums.keep_extremes(samples, path)
             if design.hours_per_year:
                 sums.add(samples)
-                sorter.sort(samples)
     if sums.energy * torque * speed < 0.0:
         problem = f"takes power out at {first} over all files, where the rated torque puts it in"
         negated = series.torque[1:] if series.torque.startswith("-") else f"-{series.torque}"
         remedy = f'name it with the other sign: torque = "{negated}"'
         raise InputError(case.source, "load_series.torque", problem, remedy)
-    sums.load_cases = sorter.load_cases(case.source)
     return sums
 
 
@@ -156,84 +218,6 @@ def _in_fixed_axes(loads: Array, azimuth: Array) -> Array:
         turned[:, x] = cos * loads[:, x] - sin * loads[:, y]
         turned[:, y] = sin * loads[:, x] + cos * loads[:, y]
     return turned
-
-
-class _Sorter:
-    """Sums of samples by bin, and extreme samples.
-
-    bins: by numbers of the lower edges of torque, speed and loads: hours, turns n, Σ n |T|^p,
-    Σ w |T|^p, Σ s and Σ s · load with the share s of a sample in the means of loads. extremes: size
-    and load case, by name.
-    """
-
-    def __init__(self, series: LoadSeries, torque: float, speed: float) -> None:
-        self.series, self.torque, self.speed = series, torque, speed
-        moment = series.moment_step or abs(torque) / 2.0
-        self.steps = np.array([
-            series.torque_step or abs(torque) / 20.0,
-            series.speed_step or abs(speed) / 4.0,
-            *[series.force_step or 1.0] * 3,
-            *[moment] * 2,
-        ])  # fmt: skip
-        self.bins: dict[tuple[int, ...], Array] = {}
-        self.extremes: dict[str, tuple[float, LoadCase]] = {}
-
-    def sort(self, samples: Samples) -> None:
-        """Add samples to the bins that they fall into."""
-        state = np.column_stack([samples.torque, samples.speed, samples.loads])
-        numbers = np.floor(state / self.steps).astype(int)
-        places, inverse = np.unique(numbers, axis=0, return_inverse=True)
-        power = np.abs(samples.torque / self.torque) ** self.series.exponent
-        turns = samples.turns
-        share = turns * power + 1e-9 * samples.weight  # hours decide where nothing turns
-        columns = [samples.weight, turns, turns * power, samples.weight * power, share]
-        columns += list(share * samples.loads.T)
-        sums = [np.bincount(inverse.ravel(), column, len(places)) for column in columns]
-        for place, row in zip(places.tolist(), np.column_stack(sums), strict=True):
-            at = tuple(place)
-            self.bins[at] = self.bins[at] + row if at in self.bins else row
-
-    def keep_extremes(self, samples: Samples, path: Path) -> None:
-        """Keep a sample that exceeds all before in torque, of either sense, or bending moment."""
-        relative = samples.torque / self.torque
-        sizes = {"largest torque": relative, "largest torque against the rated": -relative}
-        sizes["largest bending moment"] = np.hypot(samples.loads[:, 3], samples.loads[:, 4])
-        for name, size in sizes.items():
-            k = int(size.argmax())
-            if size[k] > self.extremes.get(name, (0.0,))[0]:
-                place = f"{path} at {samples.time[k]:g} s"
-                state = self._load_case(name, samples.torque[k], samples.speed[k], samples.loads[k])
-                self.extremes[name] = (
-                    float(size[k]), state.model_copy(update={"extreme": True, "source": place}),
-                )  # fmt: skip
-
-    def load_cases(self, source: str) -> tuple[LoadCase, ...]:
-        """One for each bin, by rising torque, and the extreme ones."""
-        cases = []
-        for number, at in enumerate(sorted(self.bins), 1):
-            hours, turns, by_turns, by_hours, share = self.bins[at][:5]
-            loads = self.bins[at][5:] / share
-            ratio = by_turns / turns if turns > 0.0 else by_hours / hours
-            torque = math.copysign(
-                abs(self.torque) * ratio ** (1.0 / self.series.exponent), at[0] + 0.5
-            )
-            if self.series.value == "edge":
-                outer = np.array([k + 1 if k >= 0 else k for k in at]) * self.steps
-                torque, loads = outer[0], np.where(loads == 0.0, 0.0, outer[2:])
-            speed = math.copysign(2.0 * math.pi * turns / (HOUR * hours), at[1] + 0.5)
-            state = self._load_case(f"bin {number}", torque, speed, loads)
-            cases.append(state.model_copy(update={"hours": float(hours), "source": source}))
-        return (*cases, *(load_case for _, load_case in self.extremes.values()))
-
-    def _load_case(self, name: str, torque: float, speed: float, loads: Array) -> LoadCase:
-        x, y, z, bending_x, bending_y = (float(load) for load in loads)
-        sense = torque / self.torque * (speed / self.speed or 1.0)
-        return LoadCase.model_construct(
-            name=name, torque=float(torque), speed=float(speed),
-            force=(x, y, z) if any(self.series.force) else None,
-            moment=(bending_x, bending_y, 0.0) if any(self.series.moment) else None,
-            back_driven=bool(sense < 0.0),
-        )  # fmt: skip
 
 
 def load_bins(case: Case, report: Report | None = None) -> tuple[LoadBin, ...]:
