@@ -330,21 +330,29 @@ def at_rest(data: StepData, modal_system: ModalSystem) -> StepData:
     return data._replace(modal=modal, channels=channels, springs=springs)
 
 
+def accelerate(
+    modal: ModalSystem, resting: StepData, state: State, prescribed: Array, space: Space
+) -> int:
+    """Set accelerations and stored forces by a step of no duration; ``space`` is ready for such.
+
+    prescribed (P + L,): of the machines, rates rad/s² of given speeds, and of loads. Returns 0,
+    or 1 without a solution.
+    """
+    status, _ = advance(
+        resting, law_functions(modal.system.pairs), prescribed[None], 0, state, space,
+        empty_samples(modal, 0), control(1, every=NEVER),
+    )  # fmt: skip
+    return int(status)
+
+
 def consistent_acceleration(
     modal: ModalSystem, data: StepData, state: State, prescribed: Array, space: Space
 ) -> int:
-    """Set accelerations (and stored forces) by a step of no duration, so that the equation of
-    motion holds now.
-
-    prescribed (P + L,): of the machines, rates rad/s² of given speeds, and of loads. A jump of a
-    torque moves the quasi-static part at once; the ledger books it. Returns 0, or 1 without a
-    solution. ``space`` is then ready for ``data``.
-    """
-    resting, laws = at_rest(data, modal), law_functions(modal.system.pairs)
+    """``accelerate`` so that the equation of motion holds now, with a ``space`` that is for
+    ``data`` before and after. A jump of a torque moves the quasi-static part at once; the ledger
+    books it."""
+    resting = at_rest(data, modal)
     begin(space, resting)
-    status, _ = advance(
-        resting, laws, prescribed[None], 0, state, space, empty_samples(modal, 0),
-        control(1, every=NEVER),
-    )  # fmt: skip
+    status = accelerate(modal, resting, state, prescribed, space)
     begin(space, data)
-    return int(status)
+    return status
