@@ -295,27 +295,25 @@ def _outcomes(
     progress: Progress,
 ) -> list[Outcome[MeasuredValues]]:
     """Outcome of every point, stored or computed now: measured values, or why there are none."""
-    outcomes: dict[int, Outcome[MeasuredValues]] = {}
-    left: dict[int, Case] = {}
-    for k, case in enumerate(plan.cases):
-        if isinstance(case, InputError):
-            outcomes[k] = Outcome(None, str(case))
-            continue
-        keys = (stage.bodies_hash() for stage in case.flexible_stages.values())
-        faults = [broken[key] for key in keys if key in broken]
-        if faults:
-            outcomes[k] = Outcome(None, faults[0])
-        else:
-            left[k] = case
-    places, jobs = list(left), list(left.values())
+    outcomes = [Outcome[MeasuredValues](None, _fault(case, broken)) for case in plan.cases]
+    left = {k: plan.cases[k] for k, outcome in enumerate(outcomes) if not outcome.message}
+    jobs = [case for case in left.values() if isinstance(case, Case)]
     values, messages = stored_or_run(
         plan.store, [_file(case) for case in jobs], measured,
         (plan.base, plan.measures, plan.modes), jobs, workers=workers, scheduler=scheduler,
         progress=lambda share: progress("points", share),
     )  # fmt: skip
-    outcomes |= {places[k]: Outcome(value) for k, value in values.items()}
-    outcomes |= {places[k]: Outcome(None, message) for k, message in messages.items()}
-    return [outcomes[k] for k in range(len(plan.cases))]
+    for job, k in enumerate(left):
+        outcomes[k] = Outcome(values.get(job), messages.get(job, ""))
+    return outcomes
+
+
+def _fault(case: Case | InputError, broken: Mapping[str, str]) -> str:
+    """Why a point is not computed, empty where it is."""
+    if isinstance(case, InputError):
+        return str(case)
+    keys = (stage.bodies_hash() for stage in case.flexible_stages.values())
+    return next((broken[key] for key in keys if key in broken), "")
 
 
 def _coordinate(key: SweptKey) -> xr.Variable:

@@ -10,6 +10,7 @@ from stage_samples import made_of, stiff_stage
 from flexgear.cli import exchange_commands
 
 SHORT = (
+    "stage.errors.ring_tooth_um=", "stage.errors.planet_tooth_um=", "stage.errors.sun_tooth_um=",
     "stage.errors.pin_tangential_um=[20, 0, 0, 0]", "solver.fidelity=quick",
     "solver.gear_mesh_orders=1", "solver.settle_s=2e-4", "solver.duration_s=1e-3",
 )  # fmt: skip

@@ -56,11 +56,6 @@ def test_planet_motion(steady):
     np.testing.assert_allclose(tangential, 1e6 * planet, rtol=1e-6)
 
 
-def test_sun_motion(steady):
-    figure = histories.sun_displacement(steady)
-    assert [ax.get_ylabel() for ax in figure.axes] == ["x (µm)", "y (µm)", "z (µm)"]
-
-
 @pytest.mark.parametrize("axis", ["x", "y", "z"])
 def test_tooth_map_holds_every_tooth(steady, axis):
     figure = histories.tooth_displacement_map(steady["flexible"], axis)
