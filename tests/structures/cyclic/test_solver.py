@@ -45,30 +45,6 @@ def ring():
     return model, interface, parts
 
 
-@pytest.fixture(scope="module")
-def bordered(ring):
-    """[K B^T; B 0] of the whole body."""
-    model, interface, _ = ring
-    b = interface.rows.toarray()
-    return np.block([[model.stiffness.toarray(), b.T], [b, np.zeros((len(b), len(b)))]])
-
-
-@settings(max_examples=8, deadline=None)
-@given(seed=st.integers(0, 2**32 - 1), moved=st.booleans(), loaded=st.booleans())
-def test_any_load_and_any_interface_motion(ring, bordered, seed, moved, loaded):
-    model, interface, parts = ring
-    random = np.random.default_rng(seed)
-    g = loaded * random.standard_normal((model.dofs, 2)) * 1e6
-    q = moved * random.standard_normal((interface.size, 2))
-    exact = np.linalg.solve(bordered, np.vstack([g, q]))
-    load = parts.field_of(g).reshape(-1, TEETH, 2)
-    x, reactions = parts.solver.solve(load, q), parts.solver.reactions(load, q)
-    u, rho = exact[: model.dofs], -exact[model.dofs :]
-    scale = np.abs(u).max() + 1e-300
-    assert np.abs(parts.dofs_of(x.reshape(-1, 2), model.dofs) - u).max() <= 1e-9 * scale
-    assert np.abs(reactions - rho).max() <= 1e-8 * np.abs(rho).max()
-
-
 def test_interface_is_held_to_rounding(ring):
     model, _, parts = ring
     g = np.random.default_rng(0).standard_normal((model.dofs, 4))

@@ -40,3 +40,8 @@ def require_same(one: FeMesh, other: FeMesh) -> None:
     assert list(one.facets) == list(other.facets)
     for name, facets in one.facets.items():
         np.testing.assert_array_equal(facets, other.facets[name])
+
+
+def keys(facets: np.ndarray) -> set[tuple[int, ...]]:
+    """Of facets or cells, whatever the order of their vertices."""
+    return set(map(tuple, np.sort(facets, axis=1).tolist()))

@@ -11,7 +11,7 @@ from flexgear.structures.fe_mesh.carrier import CarrierMeshParameters
 from flexgear.structures.fe_mesh.carrier_mesh import carrier_fe_mesh
 from flexgear.structures.fe_mesh.fe_mesh import FeMesh
 
-from .small_bodies import small_carrier
+from .small_bodies import keys, small_carrier
 
 
 @pytest.fixture(scope="module")
@@ -22,10 +22,6 @@ def carrier() -> FeMesh:
 def rotation(angle: float) -> np.ndarray:
     c, s = cos(angle), sin(angle)
     return np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
-
-
-def keys(facets: np.ndarray) -> set[tuple[int, ...]]:
-    return set(map(tuple, np.sort(facets, axis=1).tolist()))
 
 
 @pytest.mark.parametrize("move", ["turn", "mirror"])

@@ -13,7 +13,7 @@ from flexgear.structures.fe_mesh.files import read_fe_mesh, write_fe_mesh
 from flexgear.structures.fe_mesh.gears import ring_fe_mesh
 from flexgear.structures.fe_mesh.inp import read_inp
 
-from .small_bodies import small_carrier, small_ring
+from .small_bodies import keys, small_carrier, small_ring
 
 FORMATS = ("vtu", "msh", "inp")
 CUBE = np.array(
@@ -28,10 +28,6 @@ def bodies() -> dict[str, FeMesh]:
         "ring": ring_fe_mesh(small_ring(bolt_holes=True)),
         "carrier": carrier_fe_mesh(small_carrier()),
     }
-
-
-def keys(facets: np.ndarray) -> set[tuple[int, ...]]:
-    return set(map(tuple, np.sort(facets, axis=1).tolist()))
 
 
 def save(path: Path, cells: list, data: dict | None = None, points: np.ndarray = CUBE) -> Path:

@@ -84,42 +84,6 @@ def parts():
     return stiffness[order][:, order].tocsr(), constraints.tocsr()
 
 
-@pytest.fixture(scope="module")
-def dense(parts):
-    stiffness, constraints = parts
-    return sp.bmat([[stiffness, constraints.T], [constraints, None]]).toarray()
-
-
-@pytest.fixture(scope="module")
-def eliminated(parts):
-    stiffness, constraints = parts
-    shift = np.diag(stiffness.diagonal()[INNER:])
-    return Elimination(stiffness, constraints, INNER, shift)
-
-
-def test_what_is_left_is_the_schur_complement(eliminated, dense):
-    i = INNER
-    schur = dense[i:, i:] - dense[i:, :i] @ np.linalg.solve(dense[:i, :i], dense[:i, i:])
-    assert np.abs(eliminated.rest - schur).max() < 1e-12 * np.abs(schur).max()
-
-
-@pytest.mark.parametrize("columns", [1, 3, 40])
-def test_both_halves(eliminated, dense, columns):
-    i, right = INNER, RANDOM.standard_normal((len(dense), columns))
-    x = right.copy()
-    eliminated.forward(x)
-    lower = np.linalg.cholesky(dense[:i, :i])
-    half = np.linalg.solve(lower, right[:i])
-    assert np.allclose(x[:i], half, atol=1e-11 * np.abs(half).max())
-    gathered = right[i:] - dense[i:, :i] @ np.linalg.solve(dense[:i, :i], right[:i])
-    assert np.abs(x[i:] - gathered).max() < 1e-11 * np.abs(gathered).max()
-    x[i:] = right[i:]
-    eliminated.backward(x)
-    expected = np.linalg.solve(dense[:i, :i], right[:i] - dense[:i, i:] @ right[i:])
-    assert np.abs(x[:i] - expected).max() < 1e-11 * np.abs(expected).max()
-    assert np.array_equal(x[i:], right[i:])
-
-
 def test_the_order_saves_fill(parts):
     inner, shuffled = parts[0][:INNER, :INNER], RANDOM.permutation(INNER)
     other = inner[shuffled][:, shuffled].tocsr()
