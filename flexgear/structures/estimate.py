@@ -180,6 +180,16 @@ def probed(reduction: Reduction, loads: Sequence[ProbeLoad]) -> ReducedBody:
     return reduction.body.with_(probe_cases=cases, probe_loads=both)
 
 
+def is_held(stiffness: Array) -> bool:
+    """Whether a stiffness (b, b) leaves no motion free."""
+    diagonal = np.diag(stiffness)
+    if not np.all(diagonal > 0.0):
+        return False
+    scale = 1 / np.sqrt(diagonal)
+    lowest = sla.eigvalsh(stiffness * scale * scale[:, None], subset_by_index=(0, 0))
+    return bool(lowest[0] >= _FREE)
+
+
 def static_errors(body: ReducedBody, supports: Array) -> dict[str, float]:
     """Worst error of the loaded nodes' translations by load case; supports (b, b) N/m.
 
@@ -187,8 +197,7 @@ def static_errors(body: ReducedBody, supports: Array) -> dict[str, float]:
     """
     b, count = body.interface_dofs, len(body.probe_cases)
     stiffness = body.stiffness[:b, :b] + supports
-    scale = 1 / np.sqrt(np.diag(stiffness))
-    if sla.eigvalsh(stiffness * scale * scale[:, None], subset_by_index=(0, 0))[0] < _FREE:
+    if not is_held(stiffness):
         return {}
     full, reduced = np.split(np.linalg.solve(stiffness, np.hstack([*body.probe_loads])), 2, axis=1)
     rows = np.array([body.node_slice(node).start for node, _ in body.probe_cases], dtype=int)

@@ -140,6 +140,12 @@ class FeMesh:
         """Areas of the facets of a patch (k,) m²; a quadrilateral as its two triangles."""
         return facet_areas(self.points, self.facets[name])
 
+    def centre(self, name: str) -> Array:
+        """Centre of area of a patch (3,) m; quadrilaterals as triangles."""
+        ids = triangles(self.facets[name])
+        areas = facet_areas(self.points, ids)
+        return np.asarray(areas @ self.points[ids].mean(axis=1) / areas.sum())
+
 
 def facets_of(vtk_cells: Ints) -> Ints:
     """(m·6, 4) or (m·4, 3) facets of cells in VTK order, outward from their cell."""

@@ -113,7 +113,7 @@ class _ActualPlacement:
         self.families = [f for f, _, _ in pairs]
         self.names = [name for _, name, _ in pairs]
         self.places = np.array([place for _, _, place in pairs])
-        self.centres = np.array([_centre(fe_mesh, name) for name in self.names])
+        self.centres = np.array([fe_mesh.centre(name) for name in self.names])
         self.side = np.array([f.side for f in self.families], dtype=float)
         self.radial = np.array([f.radial for f in self.families])
 
@@ -245,27 +245,15 @@ def _refuse_helix(fe_mesh: FeMesh, actual: _ActualPlacement, path: str) -> None:
             raise InputError(path, names[0], f"{problem}{expected:.2f}", remedy)
 
 
-def _centre(fe_mesh: FeMesh, name: str) -> Array:
-    """Centre of area of a group, (3,) m."""
-    middles, areas = _facets(fe_mesh, name)
-    return np.asarray(areas @ middles / areas.sum())
-
-
 def _twist(fe_mesh: FeMesh, name: str) -> float:
     """Slope dθ/dz of a group's facets, by area, rad/m."""
-    middles, areas = _facets(fe_mesh, name)
-    centre = areas @ middles / areas.sum()
-    away = middles - centre
+    ids, centre = triangles(fe_mesh.facets[name]), fe_mesh.centre(name)
+    areas = facet_areas(fe_mesh.points, ids)
+    away = fe_mesh.points[ids].mean(axis=1) - centre
     radius = np.hypot(*centre[:2])
     around = (away[:, 1] * centre[0] - away[:, 0] * centre[1]) / radius**2
     spread = float(areas @ away[:, 2] ** 2)
     return float(areas @ (around * away[:, 2])) / spread if spread > 0.0 else 0.0
-
-
-def _facets(fe_mesh: FeMesh, name: str) -> tuple[Array, Array]:
-    """Centres (k, 3) and areas (k,) of a group's facets, quadrilaterals as two triangles."""
-    ids = triangles(fe_mesh.facets[name])
-    return fe_mesh.points[ids].mean(axis=1), facet_areas(fe_mesh.points, ids)
 
 
 def _roundest(value: float, slack: float) -> float:

@@ -321,12 +321,11 @@ class CrackedSegmentParameters(SegmentParameters):
 
 @dataclass(frozen=True, eq=False)
 class CrackedSegment:
-    """The segment in one piece, and points (n, 3) m and cells (m, 8) of the cracked one, whose
-    first points are those of the other."""
+    """The segment in one piece, and the cracked one, whose first points are those of the other,
+    with the patch held alone."""
 
     whole: ToothSegment
-    points: Array
-    cells: Ints
+    fe_mesh: FeMesh
 
 
 def cracked_segment(p: CrackedSegmentParameters) -> CrackedSegment:
@@ -348,7 +347,8 @@ def cracked_segment(p: CrackedSegmentParameters) -> CrackedSegment:
     above = np.isin(cells, grid[row - 1] + level).any(axis=1)
     above &= np.isin(cells, grid[row] + level).any(axis=1)
     cells[above] = second[cells[above]]
-    return CrackedSegment(whole, np.vstack([points, points[first]]), cells)
+    held = {"held": whole.fe_mesh.facets["held"]}
+    return CrackedSegment(whole, FeMesh(np.vstack([points, points[first]]), cells, "hex", held))
 
 
 class _CrackedSection(SegmentSection):

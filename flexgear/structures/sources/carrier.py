@@ -68,7 +68,7 @@ class CarrierSource(FeBody):
         """
         heights = self.mesh.seat_heights
         if fe_mesh is not None:
-            heights = {name: _middle(fe_mesh, name) for name in SEATS}
+            heights = {name: float(fe_mesh.centre(name)[2]) for name in SEATS}
         nodes = [
             TiedNode(NodeName.parse(name), np.array([0.0, 0.0, z]), "averaging", name)
             for name, z in heights.items()
@@ -98,9 +98,3 @@ class CarrierSource(FeBody):
             "ties": "seats of pins",
             "pins": [list(self.pin_angles), self.mesh.center_distance],
         }
-
-
-def _middle(fe_mesh: FeMesh, patch: str) -> float:
-    """z of the centre of a patch, m."""
-    area = fe_mesh.facet_areas(patch)
-    return float(area @ fe_mesh.points[fe_mesh.facets[patch]][..., 2].mean(axis=1) / area.sum())

@@ -41,7 +41,7 @@ from flexgear.structures.fe_mesh.tooth_segment import (
     SegmentParameters,
     cracked_segment,
 )
-from flexgear.structures.fem.assembly import FeModel, SolidMesh
+from flexgear.structures.fem.assembly import FeModel
 from flexgear.structures.tooth_influence.influence import (
     FlankCompliance,
     ToothInfluence,
@@ -391,10 +391,9 @@ def added_compliance(
 ) -> FlankCompliance:
     """F_cracked − F_whole of the −θ flank of the middle tooth, zero without depth; E in Pa;
     plane_strain: as in ``influence_of``."""
-    segment = cracked_segment(p)
-    whole, held = segment.whole, {"held": segment.whole.fe_mesh.facets["held"]}
-    flexibility = []
-    for fe_mesh in (whole.fe_mesh, SolidMesh(segment.points, segment.cells, "hex", held)):
+    segment, flexibility = cracked_segment(p), []
+    whole = segment.whole
+    for fe_mesh in (whole.fe_mesh, segment.fe_mesh):
         model = FeModel(fe_mesh, young, poisson, density=1.0)
         free = free_displacements(model, plane_strain=plane_strain)
         loads = unit_loads(whole, model, flank_nodes(whole, model, p.middle))

@@ -36,12 +36,12 @@ from flexgear.gears.tooth import ToothGeometry
 from flexgear.model.bodies import Material
 from flexgear.structures.bodies import rigid_motion, turn
 from flexgear.structures.cache import cached_arrays
-from flexgear.structures.estimate import END_SHARE, PROMISED, judged, shape_errors
+from flexgear.structures.estimate import END_SHARE, PROMISED, is_held, judged, shape_errors
 from flexgear.structures.fe_mesh.section import base_section_angle
 from flexgear.structures.fe_mesh.tooth_segment import SegmentParameters
 from flexgear.structures.fem.assembly import FeModel, Sample, facet_sample
 from flexgear.structures.fem.ties import averaging_tie
-from flexgear.structures.linalg.dense import single_threaded_blas
+from flexgear.structures.linalg.dense import scaled_inverse, single_threaded_blas
 from flexgear.structures.linalg.sparse import flexibility
 from flexgear.structures.reduced import (
     BEYOND,
@@ -63,7 +63,6 @@ from flexgear.structures.tooth_influence.of_case import (
 )
 
 TEETH = 5  # whose answers are taken
-_FREE = 1e-12  # smallest pivot of a stiffness with unit diagonal that holds a body
 _SLICES = 20  # of the loads of the estimate
 _PLACES = 251  # contact lines that are computed; linear between
 _SLACK = 1e-6  # of a pitch and a radius, by which nodes are inside a border
@@ -108,9 +107,9 @@ def ring_shapes(
 def rim_flexibility(
     shapes: RingShapes, stiffness: Array, supports: Array, line: ToothLine
 ) -> RimFlexibility:
-    """On supports (b, b) at the ring's nodes, teeth first; stiffness: K_bb (b, b); line: of tooth
-    0. LinAlgError where they leave the ring free."""
-    held, teeth = _inverse(stiffness + supports), int(shapes.count)
+    """On supports (b, b) at the ring's nodes, teeth first, that hold it; stiffness: K_bb (b, b);
+    line: of tooth 0."""
+    held, teeth = scaled_inverse(stiffness + supports), int(shapes.count)
     same, beside = np.zeros((BOTH, BOTH)), np.zeros((BEYOND, BOTH, BOTH))
     for n, j in enumerate(shapes.teeth.astype(int)):
         here, at = _axes(j, teeth), slice(6 * j, 6 * j + 6)
@@ -127,18 +126,6 @@ def rim_flexibility(
     same[6:, :6] = same[:6, 6:].T
     number = len(shapes.teeth)
     return RimFlexibility(same / number, beside / number, shapes.less.mean(axis=0), line)
-
-
-def _inverse(stiffness: Array) -> Array:
-    """LinAlgError where a stiffness leaves a motion free."""
-    if not np.all(np.diag(stiffness) > 0.0):
-        raise np.linalg.LinAlgError("free")
-    scale = 1 / np.sqrt(np.diag(stiffness))
-    factor = np.linalg.cholesky(stiffness * scale * scale[:, None])
-    if np.diag(factor).min() ** 2 < _FREE:
-        raise np.linalg.LinAlgError("free")
-    half = np.linalg.inv(factor) * scale
-    return np.asarray(half.T @ half)
 
 
 def shape_tie(line: ToothLine, sample: Sample) -> tuple[sp.csr_matrix, Array]:
@@ -161,13 +148,11 @@ def _of_tooth(
 ) -> tuple[Array, Array, Array, Array]:
     """Ψᵀ L, answers with the interface held, T_c and N of one of so many teeth."""
     j, teeth = which
-    rows, lessened = [], []
-    for i in range(j, j + 1 + BEYOND):
-        tie, less = shape_tie(
-            _turned(first, i, teeth), facet_sample(model, _root(model, i % teeth))
-        )
-        rows.append(tie)
-        lessened.append(_axes(i, teeth).T @ less)
+    ties = [
+        shape_tie(_turned(first, i, teeth), facet_sample(model, _root(model, i % teeth)))
+        for i in range(j, j + 1 + BEYOND)
+    ]
+    rows = [tie for tie, _ in ties]
     loads = sp.hstack([row.T for row in rows]).toarray()
     form = condensation.field_of(loads)
     answers = form[:, :COUNT].T @ condensation.fixed_solve(form)
@@ -175,7 +160,7 @@ def _of_tooth(
         _by_tooth(condensation.constraint_load(loads)),
         _by_tooth(answers),
         _piece(model, _turned(first, j, teeth), rows[0], teeth, cut),
-        lessened[0],
+        _axes(j, teeth).T @ ties[0][1],
     )
 
 
@@ -263,12 +248,11 @@ def with_rim(
     in. segment: of its teeth; supports: (b, b) stiffness at its nodes, without effect where they
     leave the ring free; always: whether shapes count however little they are.
     """
-    b, line = body.interface_dofs, first_line(segment)
-    try:
-        with single_threaded_blas():
-            rim = rim_flexibility(shapes, body.stiffness[:b, :b], supports, line)
-    except np.linalg.LinAlgError:
-        return body
+    b, line = slice(0, body.interface_dofs), first_line(segment)
+    with single_threaded_blas():
+        if not is_held(body.stiffness[b, b] + supports):
+            return body
+        rim = rim_flexibility(shapes, body.stiffness[b, b], supports, line)
     influence = segment_influence(segment, material, tied=True)
     error = rim_error(rim, influence, segment.tooth)
     counts = always or error > PROMISED
