@@ -15,9 +15,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from flexgear.model.errors import FlexgearError
 from flexgear.model.names import GearMeshName, GroupName
-from flexgear.results.quantities import AXES, DOFS, RESULT_COORDINATES, S, quantity
+from flexgear.results.quantities import AXES, DOFS, RESULT_COORDINATES, S
 from flexgear.results.result_quantities import RESULT_QUANTITIES
-from flexgear.structures.strain import COMPONENTS, von_mises
 
 Labels = Mapping[str, Sequence[Any]]
 DIRECTIONS = ("radial", "tangential", "axial")
@@ -114,34 +113,3 @@ def _ticks(dim: str, size: int, labels: Labels) -> ArrayLike:
     if len(labels[dim]) != size:
         raise FlexgearError(f"axis '{dim}' has {size} entries but {len(labels[dim])} labels")
     return list(labels[dim])
-
-
-_HOW = "of the gradient fitted to displacements around a vertex, one value for all cells there"
-_FIELDS = {
-    "point": quantity("vertex axis", "m", "vertex of the FE mesh"),
-    "cell": quantity("element corner", "1", "vertices of a cell, in scikit-fem's order, from 0"),
-    "displacement": quantity("vertex axis", "m", "displacement, rolling taken off"),
-    "stress": quantity("vertex component", "Pa", f"stress, {_HOW}"),
-    "von_mises_stress": quantity("vertex", "Pa", f"equivalent stress (von Mises), {_HOW}"),
-}
-
-
-def field_dataset(
-    body: str,
-    points: ArrayLike,
-    cells: ArrayLike,
-    displacement: ArrayLike,
-    stress: NDArray[np.float64],
-    **attrs: Any,
-) -> xr.Dataset:
-    """points (p, 3) m, cells (c, 8 or 4) vertex numbers, displacement (p, 3) m, stress (p, 6) Pa.
-
-    attrs: beside the body's name, ``provenance`` of the result among them.
-    """
-    place, field = (np.asarray(vectors, dtype=float) for vectors in (points, displacement))
-    values = (place, np.asarray(cells, dtype=np.int32), field, stress, von_mises(stress))
-    return xr.Dataset(
-        {n: (q.dims, v, q.attrs) for (n, q), v in zip(_FIELDS.items(), values, strict=True)},
-        coords={"axis": list(AXES), "component": list(COMPONENTS)},
-        attrs={"body": body, **attrs},
-    )

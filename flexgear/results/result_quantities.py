@@ -19,6 +19,9 @@ UNSAID = (
 )
 SHARES_WITH_NONE = "of a gear mesh that shares its load with none"
 NO_LOAD, NO_PAIR = "without load", "without a pair"
+OF_GRADIENT = (
+    "of the gradient fitted to displacements around a vertex, one value for all cells there"
+)
 NO_ROOTS = "of stages without gear_mesh.root_stress"
 
 
@@ -298,4 +301,12 @@ RESULT_QUANTITIES: dict[str, Quantity] = {
     "stability_change_kind": quantity("stability_change", "1",
         "0: turning point, multiplier +1; 1: doubled period, multiplier -1; 2: second frequency, "
         "a pair of complex multipliers"),
+    "point": quantity("vertex axis", "m", "vertex of the FE mesh"),
+    "cell": quantity("element corner", "1",
+        "vertices of a cell, in scikit-fem's order, from 0"),
+    "displacement": quantity("vertex axis", "m", "displacement, rolling taken off"),
+    "stress": quantity("vertex component", "Pa", f"stress, {OF_GRADIENT}"),
+    "von_mises_stress": quantity("vertex", "Pa", f"equivalent stress (von Mises), {OF_GRADIENT}"),
+    "mode_displacement": quantity("mode vertex axis", "1",
+        "displacement in a mode over the largest of the body"),
 }  # fmt: skip

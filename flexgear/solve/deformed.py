@@ -15,12 +15,12 @@ from flexgear.analysis.transient import Transient
 from flexgear.model.errors import InputError
 from flexgear.model.names import BodyName
 from flexgear.model.read import nearest
-from flexgear.results.labelled_dataset import field_dataset, variable
-from flexgear.results.quantities import AXES, quantity
+from flexgear.results.labelled_dataset import variable
+from flexgear.results.quantities import AXES
 from flexgear.solve.dataset import result_attrs
 from flexgear.solve.model import Model, rated_rotations
 from flexgear.structures.reduced import ReducedBody, elastic_modes
-from flexgear.structures.strain import stress_of_strain
+from flexgear.structures.strain import COMPONENTS, stress_of_strain, von_mises
 
 LEAST_ENERGY = 1e-12  # share of a mode's kinetic energy: a body with less of it stands still
 
@@ -121,8 +121,18 @@ def _field(
     material = model.case.view(BodyName.parse(body).stage).material
     strain = reduced.strain(coordinates)
     stress = stress_of_strain(strain, material.young_modulus, material.poisson_ratio)
-    field, made_by = reduced.recover(coordinates), result_attrs(model)
-    return field_dataset(body, reduced.points, reduced.cells, field, stress, **made_by, **attrs)
+    fields = {
+        "point": np.asarray(reduced.points, dtype=float),
+        "cell": np.asarray(reduced.cells, dtype=np.int32),
+        "displacement": reduced.recover(coordinates),
+        "stress": stress,
+        "von_mises_stress": von_mises(stress),
+    }
+    return xr.Dataset(
+        {name: variable(name, values) for name, values in fields.items()},
+        {"axis": list(AXES), "component": list(COMPONENTS)},
+        {"body": body, **result_attrs(model), **attrs},
+    )
 
 
 def body_coordinates(run: Transient, bodies: Sequence[str]) -> xr.Dataset:
@@ -176,10 +186,9 @@ def mode_shapes(model: Model, body: str, modes: Modes) -> xr.Dataset:
     for shape, coordinates in zip(shapes, at_modes.T, strict=True):
         field = reduced.recover(coordinates)
         shape[:] = field / np.linalg.norm(field, axis=-1).max()
-    about = quantity("mode vertex axis", "1", "displacement in a mode over the largest of the body")
     return xr.Dataset(
         {
-            "mode_displacement": (about.dims, shapes, about.attrs),
+            "mode_displacement": variable("mode_displacement", shapes),
             "frequency": variable("frequency", modes.frequencies[numbers], "mode"),
         },
         coords={"mode": [k + 1 for k in numbers], "axis": list(AXES)},

@@ -314,7 +314,6 @@ def _of_cycles(name: str, every: Sequence[Mapping[str, Any]]) -> Iterator[Row]:
             yield Row(f"{name}, {label}, order {order}", 1e-6 * max(sizes), "m")
 
 
-NO_SUFFIX = {"angle": "angle", "life": "s", "temperature": "K"}  # printed otherwise than keys end
 MOST = 12  # entries of a list that are written out
 
 
@@ -359,8 +358,7 @@ def _rows(section: BaseModel, before: str = "") -> Iterator[Row]:
             for k, item in enumerate(value):
                 yield from _rows(item, f"{label} {k + 1} · ")
         elif value is not None and value != ():
-            unit = next(map(_si_unit, _marks(field)), "")
-            yield Row(label, _text(value, unit))
+            yield Row(label, _text(value, next(_marks(field), None)))
 
 
 def _marks(field: Any) -> Iterator[Quantity]:
@@ -375,16 +373,14 @@ def _inside(annotation: Any) -> Iterator[Quantity]:
         yield from _inside(part)
 
 
-def _si_unit(quantity: Quantity) -> str:
-    """Of numbers as the case holds them."""
-    suffix = next((s for s in quantity.suffixes if quantity.to_si(1.0, s) == 1.0), "")
-    return NO_SUFFIX.get(quantity.dimension, unit_name(suffix))
-
-
-def _text(value: Any, unit: str) -> str:
+def _text(value: Any, quantity: Quantity | None) -> str:
+    """A value with its unit: that of SI if keys may end in it, else the usual one."""
     if isinstance(value, tuple):
-        listed = ", ".join(_text(v, unit) for v in value[:MOST])
+        listed = ", ".join(_text(v, quantity) for v in value[:MOST])
         return listed if len(value) <= MOST else f"{listed}, … ({len(value)} values)"
-    if isinstance(value, bool | str | int | float):
-        return with_unit(float(value) if unit else value, unit)
-    return str(value)
+    if quantity is not None and isinstance(value, int | float):
+        usual, *_ = suffixes = quantity.suffixes
+        suffix = next((s for s in suffixes if quantity.to_si(1.0, s) == 1.0), usual)
+        unit = "angle" if quantity.dimension == "angle" else unit_name(suffix)
+        return with_unit(quantity.from_si(float(value), suffix), unit)
+    return with_unit(value) if isinstance(value, bool | str | int | float) else str(value)
