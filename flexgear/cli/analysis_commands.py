@@ -35,8 +35,7 @@ from flexgear.results.time_figures import (
 )
 from flexgear.solve.angles import lead_angles
 from flexgear.solve.campbell import campbell as over_speed
-from flexgear.solve.carried_state import end_of
-from flexgear.solve.long_run import TimedRun, refuse_endless
+from flexgear.solve.long_run import TimedRun, end_of, refuse_endless
 from flexgear.solve.model import Model
 from flexgear.solve.modes import mode_rows, usual_limit
 from flexgear.solve.modes import modes as natural_modes

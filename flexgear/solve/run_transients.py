@@ -7,7 +7,6 @@ time: three threads on two cores take longer than two.
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Future
 from contextlib import contextmanager
@@ -45,17 +44,16 @@ def drop_figures(case: Case, timed: TimedRun) -> dict[str, Any]:
     }
 
 
-Runs = dict[str, TimedRun]
-Drops = dict[tuple[float, str], TimedRun]
-
-
 class Ended(NamedTuple):
     """Runs by variant; torque drops by torque and variant, and their figures by the name of the
     depth and variant."""
 
-    runs: Runs
-    drops: Drops
+    runs: dict[str, TimedRun]
+    drops: dict[tuple[float, str], TimedRun]
     torque_steps: dict[str, dict[str, Any]]
+
+
+Job = Callable[[], TimedRun]
 
 
 @contextmanager
@@ -63,66 +61,51 @@ def transients(
     models: Mapping[str, Model], progress: Progress, workers: int, folder: Path | None
 ) -> Iterator[Callable[[], Ended]]:
     """Begin a transient of each variant in which anything moves, and the torque drops of those with
-    errors, ``workers`` at a time, the caller being one until it waits; yields what waits for all.
+    errors, ``workers`` at a time, the caller being one of them; yields what waits for all.
 
     folder: see ``shelved``. They end when the block fails, or they do.
     """
     first = next(iter(models.values()))
-    at_work = threading.Semaphore(max(1, workers - 1))
-    with stoppable_pool(workers, progress) as (pool, watched):
+    with stoppable_pool(max(1, workers - 1), progress) as (pool, watched):
         compiled = pool.submit(compile_transient, first, energy=_has_drops(first))
+
+        def begun(name: str, job: Callable[..., TimedRun]) -> TimedRun:
+            compiled.result()
+            return shelved(folder, name, job)
+
+        jobs = {key: partial(begun, *job) for key, job in _jobs(models, watched).items()}
         waiting = {
-            key: pool.submit(_begun, compiled, at_work, folder, name, job)
-            for key, (name, job) in _jobs(models, watched).items()
+            key: (pool.submit(job), job if workers > 1 else None) for key, job in jobs.items()
         }
-        try:
-            yield partial(_done, first.case, waiting, at_work)
-        except BaseException:
-            at_work.release()  # so that what waits finds that it is to stop
-            raise
+        yield partial(_ended, first.case, waiting)
 
 
-def _done(
-    case: Case, waiting: Mapping[Any, Future[TimedRun]], at_work: threading.Semaphore
-) -> Ended:
-    """Figures of a torque drop are taken while later runs still go on."""
-    at_work.release()
-    runs, drops, figures = Runs(), Drops(), dict[str, dict[str, Any]]()
-    for key, future in waiting.items():
+def _ended(case: Case, waiting: Mapping[Any, tuple[Future[TimedRun], Job | None]]) -> Ended:
+    """All runs, of which the caller does those that no thread has begun, if it has their jobs."""
+    ended = Ended({}, {}, {})
+    for key, (future, job) in waiting.items():
+        run = job() if job is not None and future.cancel() else future.result()
         if isinstance(key, str):
-            runs[key] = future.result()
+            ended.runs[key] = run
         else:
             torque, label = key
-            drops[key] = future.result()
-            figures.setdefault(depth_name(torque), {})[label] = drop_figures(case, drops[key])
-    return Ended(runs, drops, figures)
-
-
-Job = Callable[..., TimedRun]
-
-
-def _begun(
-    compiled: Future[None],
-    at_work: threading.Semaphore,
-    folder: Path | None,
-    name: str,
-    job: Job,
-) -> TimedRun:
-    """A run, once the loops of all of them are compiled and one more may work."""
-    compiled.result()
-    with at_work:
-        return shelved(folder, name, job)
+            ended.drops[key] = run
+            of_depth = ended.torque_steps.setdefault(depth_name(torque), {})
+            of_depth[label] = drop_figures(case, run)
+    return ended
 
 
 def _has_drops(model: Model) -> bool:
     return bool(model.case.drive.steps.torques)
 
 
-def _jobs(models: Mapping[str, Model], progress: Progress) -> dict[Any, tuple[str, Job]]:
+def _jobs(
+    models: Mapping[str, Model], progress: Progress
+) -> dict[Any, tuple[str, Callable[..., TimedRun]]]:
     """Files and runs, the longest first, so that no thread is idle for long at the end: steady
     running of every variant with the drive at its rated torque, whatever its history, then torque
     drops, those of the case as it is first."""
-    jobs: dict[Any, tuple[str, Job]] = {}
+    jobs: dict[Any, tuple[str, Callable[..., TimedRun]]] = {}
     as_it_is = next(iter(models))
     for label, model in models.items():
         if label == as_it_is or not is_static(model):

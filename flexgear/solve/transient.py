@@ -25,9 +25,8 @@ from flexgear.results.sinks import DatasetSink, Gathered
 from flexgear.results.time_figures import axis_distance
 from flexgear.solve.angles import stage_motions
 from flexgear.solve.bodies import Progress, silent
-from flexgear.solve.carried_state import carried_state
 from flexgear.solve.deformed import require_bending
-from flexgear.solve.long_run import LongRun, RunSharing, TimedRun
+from flexgear.solve.long_run import LongRun, RunSharing, TimedRun, carried_state
 from flexgear.solve.model import Model
 from flexgear.solve.sensors import clock_of
 

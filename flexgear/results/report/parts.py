@@ -225,12 +225,10 @@ _WORDS = {
     "fe_dofs": "degrees of freedom of the FE mesh",
     "interface_dofs": "of its interface",
     "fixed_interface_frequency_max_hz": "highest of them",
-    "static_error": "static error",
     "static_error_cases": "by load",
     "frequency_limit_hz": "compared up to",
     "frequency_error_on_these_supports": "on the supports of the case",
     "tie": "teeth or bores are tied to their node at",
-    "frequency_error": "frequency error",
     **{figure.path: figure.label for figure in STAGE_FIGURES if figure.label},
 }
 _UNITS = {  # of those that do not end in theirs
