@@ -6,11 +6,11 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from importlib.resources import files
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from jinja2 import Environment, StrictUndefined, Template
@@ -19,13 +19,17 @@ from flexgear.gears import surroundings as around
 from flexgear.gears.sizing import FACTOR, FLANK, FORM, ROOT, Proposal
 from flexgear.model.units import RPM
 
-if TYPE_CHECKING:
-    from flexgear.files.rexs.document import Datum
-
-
 Value = float | int | str | bool | list[float] | list[str]
 _KEPT = ("[stages.carrier]",)  # sections that a case needs though nothing stands in them
 COLUMN = 42  # of the comments
+
+
+@dataclass(frozen=True)
+class Datum:
+    """A number of a file and the place it comes from, as a comment says it."""
+
+    value: float
+    source: str
 
 
 @dataclass
@@ -52,14 +56,6 @@ class Section:
     def holds(self, key: str) -> bool:
         """Whether the table has the key."""
         return any(path == key for path, _, _ in self.lines)
-
-    def share(self, part: float, keys: Iterable[str], why: str) -> None:
-        """Multiply the values of these keys, and add why to their reasons."""
-        names = {*keys}
-        self.lines = [
-            (key, float(value) * part, f"{old}; {why}") if key in names else (key, value, old)  # type: ignore[arg-type]
-            for key, value, old in self.lines
-        ]
 
     def text(self) -> str:
         """The section as TOML."""

@@ -12,6 +12,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any, TypeVar
 
+from flexgear.files.case_text import Datum
 from flexgear.files.rexs.tables import SCHEMA_UNITS, Row, factor
 from flexgear.model.errors import InputError, echo
 
@@ -196,14 +197,6 @@ def _used(
             relation.used = True
             components.append(component)
     return components
-
-
-@dataclass(frozen=True)
-class Datum:
-    """A number of the file and the place it comes from, as a comment says it."""
-
-    value: float
-    source: str
 
 
 def number(components: Sequence[Component], ids: str | Iterable[str], unit: str) -> Datum | None:

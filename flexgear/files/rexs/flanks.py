@@ -12,10 +12,10 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from flexgear.files.case_text import CaseText, Section, Value
+from flexgear.files.case_text import CaseText, Datum, Section, Value
 from flexgear.files.rexs import tables as table
 from flexgear.files.rexs.assembly import Assembly
-from flexgear.files.rexs.document import SAME, Component, Datum, Document, read, text
+from flexgear.files.rexs.document import SAME, Component, Document, read, text
 from flexgear.files.rexs.stages import RexsStage, is_internal
 from flexgear.files.rexs.tables import Modification, Word, outward, tooth_side
 from flexgear.gears.paths import tooth_sides

@@ -15,9 +15,9 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from flexgear.files.case_text import CaseText, Section
+from flexgear.files.case_text import CaseText, Datum, Section
 from flexgear.files.rexs.assembly import Assembly, sections_of
-from flexgear.files.rexs.document import Component, Datum, number, read, value
+from flexgear.files.rexs.document import Component, number, read, value
 from flexgear.files.rexs.flanks import FlankReader
 from flexgear.files.rexs.stages import RexsStage
 from flexgear.files.rexs.tables import CUTTER, PROTUBERANCE, SCHEMA_UNITS

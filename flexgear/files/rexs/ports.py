@@ -20,18 +20,9 @@ from typing import Any
 import numpy as np
 
 from flexgear.arrays import Array
-from flexgear.files.case_text import CaseText, Section
+from flexgear.files.case_text import CaseText, Datum, Section
 from flexgear.files.rexs.assembly import Assembly
-from flexgear.files.rexs.document import (
-    Component,
-    Datum,
-    Document,
-    LoadCase,
-    flag,
-    number,
-    read,
-    value,
-)
+from flexgear.files.rexs.document import Component, Document, LoadCase, flag, number, read, value
 from flexgear.files.rexs.stages import Member
 from flexgear.files.rexs.tables import FORCES, INERTIA, MOMENTS, PORT, SCHEMA_UNITS
 from flexgear.gears.power_flow import power_flow
@@ -194,13 +185,13 @@ class PortWriter:
         """Inputs, output and forces on members, at the end of the case."""
         mobility = power_flow(self._case({})).mobility
         speeds = self._speeds(mobility) if self.ports else {}
-        if not self.ports:
-            self.case.warn(f"no external load transmits torque: {_FREE}")
-        elif speeds is None:
-            self.case.warn(f"no speed in the file: {_FREE}")
-        elif len(self.ports) < mobility:
-            self.case.warn(f"fewer loads than free speeds: {_FREE}")
-        if not self.ports or speeds is None or len(self.ports) < mobility:
+        why = "" if self.ports else "no external load transmits torque"
+        if speeds is None:
+            why = "no speed in the file"
+        elif self.ports and len(self.ports) < mobility:
+            why = "fewer loads than free speeds"
+        if why or speeds is None:
+            self.case.warn(f"{why}: {_FREE}")
             return
         for port in self.ports:
             if port.speed is None:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
-from flexgear.files.case_text import CaseText
-from flexgear.files.rexs.document import Component, Datum, mean, number
+from flexgear.files.case_text import CaseText, Datum
+from flexgear.files.rexs.document import Component, mean, number
 from flexgear.files.rexs.gears import GearReader, Rack
 from flexgear.files.rexs.stages import Mesh, RexsStage
 from flexgear.gears.geometry import RULE, least_backlash

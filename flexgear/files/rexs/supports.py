@@ -12,9 +12,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flexgear.files.case_text import CaseText, Section
+from flexgear.files.case_text import CaseText, Datum, Section
 from flexgear.files.rexs.assembly import Assembly, sections_of
-from flexgear.files.rexs.document import Component, Datum, flag, number, read, text, value
+from flexgear.files.rexs.document import Component, flag, number, read, text, value
 from flexgear.files.rexs.stages import Member, axial_place
 from flexgear.files.rexs.tables import RATING, SPRINGS
 
@@ -65,9 +65,8 @@ class SupportWriter:
         section = self.case.section(f"[stages.{member.role}.support]")
         torsion = bool(member.couplings) or "torsion" in needs
         directions = ("radial", "axial", "tilt") + (("torsion",) if torsion else ())
-        self._springs(section, joints, scale, directions, needs, member.z)
-        if member.role == "ring" and len(member.stage.halves["ring"]) == 2:
-            section.share(0.5, [row.key for row in SPRINGS], "half of it for each ring half")
+        halves = len(member.stage.halves["ring"]) if member.role == "ring" else 1
+        self._springs(section, joints, scale, directions, needs, member.z, halves)
 
     def planet(
         self, bearings: list[list[Component]], scale: Scale, z: float | None, needs: tuple[str, ...]
@@ -96,7 +95,10 @@ class SupportWriter:
         directions: tuple[str, ...],
         needs: tuple[str, ...],
         z: float | None,
+        halves: int = 1,
     ) -> None:
+        """Springs of all directions, shared by the halves of a ring."""
+        note = "; half of it for each ring half" * (halves == 2)
         radial: list[tuple[float, float]] = []
         for direction in directions:
             data = []
@@ -115,12 +117,12 @@ class SupportWriter:
             key = _SPRINGS[direction].key
             if sources and sources[0].startswith(_ASSUMED):
                 why = "; ".join(source.removeprefix(_ASSUMED) for source in sources)
-                self.case.assume(section, key, total, why)
+                self.case.assume(section, key, total / halves, f"{why}{note}")
             elif total > 0:
-                section.put(key, total, " + ".join(sources))
+                section.put(key, total / halves, f"{' + '.join(sources)}{note}")
             elif direction in needs:
                 why = "nothing in the file holds it; about the stiffness of a gear mesh"
-                self.case.assume(section, key, scale.guess(direction), why)
+                self.case.assume(section, key, scale.guess(direction) / halves, f"{why}{note}")
 
     def _spread(
         self, section: Section, radial: list[tuple[float, float]], tilt: float
