@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
 
@@ -45,31 +45,45 @@ class LoadedState(NamedTuple):
     part: str
 
 
+def direct_path(
+    trains: Sequence[SpectrumTrain],
+    pair: GearPair,
+    kind: Limit,
+    history: Mapping[int, LoadedState],
+    loads: Sequence[BinLoads],
+) -> DirectPath | None:
+    """Of one flank or root over all bins; None where the stresses in a bin, or what they are held
+    against, are not known, or different gear meshes load it. trains: that loads are of."""
+    first = next(iter(history.values()))
+    of_bins = {b: loads[b].groups[x.group].stresses for b, x in history.items()}
+    stresses = {b: s for b, s in of_bins.items() if s and (kind == "flank" or s.tension.size)}
+    states = {b: x.state for b, x in history.items()}
+    curves = {
+        # of the norm, without the mean stress factor, which is in the stress
+        b: replace(c, stress=tuple(s / value_of(state.factors, "Y_M", 1.0) for s in c.stress))
+        for b, state in states.items()
+        if (c := state.curve) is not None
+    }
+    influence = 0.0 if kind == "flank" else mean_stress_influence(pair.gears[first.part])
+    several = len({x.group.kind for x in history.values()}) > 1
+    if several or isinstance(influence, str) or not len(stresses) == len(curves) == len(history):
+        return None
+    return DirectPath(trains, pair, kind, history, loads, stresses, curves, influence)
+
+
 @dataclass(frozen=True)
 class DirectPath:
-    """One flank or root over all bins. trains: that loads are of; pair: of the gear mesh that loads
-    it."""
+    """One flank or root over all bins. pair: of the gear mesh that loads it; stresses, curves: by
+    bin; influence: (1 − M)/(1 + M)."""
 
     trains: Sequence[SpectrumTrain]
     pair: GearPair
     kind: Limit
     history: Mapping[int, LoadedState]
     loads: Sequence[BinLoads]
-
-    @property
-    def applies(self) -> bool:
-        """Whether stresses and what they are held against are known in every bin."""
-        stresses = [self._stresses(b) for b in self.history]
-        curves = [x.state.curve for x in self.history.values()]
-        if any(s is None for s in stresses) or any(c is None for c in curves):
-            return False
-        of_flank = self.kind == "flank"
-        return of_flank or (
-            all(s.tension.size for s in stresses if s) and self._influence is not None
-        )
-
-    def _stresses(self, b: int) -> GroupStresses | None:
-        return self.loads[b].groups[self.history[b].group].stresses
+    stresses: Mapping[int, GroupStresses]
+    curves: Mapping[int, LifeCurve]
+    influence: float
 
     @property
     def _part(self) -> str:
@@ -81,16 +95,10 @@ class DirectPath:
         group = next(iter(self.history.values())).group
         return self._part == "ring" and f"{group.stage}.ring" in self.trains[0].case.held_members()
 
-    @property
-    def _influence(self) -> float | None:
-        value = mean_stress_influence(self.pair.gears[self._part])
-        return None if isinstance(value, str) else value
-
     def _maps(self, b: int) -> tuple[Array, Array]:
         """Largest and least stress (passes, teeth, places …) Pa of a bin, the latter 0 where it is
         not looked at."""
-        loaded, of = self.history[b], self._stresses(b)
-        assert of is not None
+        loaded, of = self.history[b], self.stresses[b]
         beside = math.prod(loaded.factors[symbol].value for symbol in ("K_A", "K_v"))
         if self.kind == "flank":
             largest, least = math.sqrt(beside) * of.pressure, np.zeros((1, 1))
@@ -119,17 +127,7 @@ class DirectPath:
 
     def stress(self, b: int) -> Array:
         """(passes, teeth, places …) Pa that counts in a bin."""
-        largest, least = self._maps(b)
-        if self.kind == "flank":
-            return largest
-        return pulsating_stress(largest, least, self._influence or 0.0)
-
-    def _curve(self, b: int) -> LifeCurve:
-        """Of the norm, without the mean stress factor, which is in the stress."""
-        state = self.history[b].state
-        assert state.curve is not None
-        mean = value_of(state.factors, "Y_M", 1.0)
-        return LifeCurve(state.curve.cycles, tuple(s / mean for s in state.curve.stress))
+        return pulsating_stress(*self._maps(b), self.influence)
 
     @cached_property
     def _lasting(self) -> list[int]:
@@ -142,7 +140,7 @@ class DirectPath:
         """Under the bins that last."""
         return Places(
             lambda k: self._flat(self._lasting[k]),
-            tuple(self._curve(b) for b in self._lasting),
+            tuple(self.curves[b] for b in self._lasting),
             np.array([self.history[b].cycles for b in self._lasting]),
         )
 
@@ -157,7 +155,7 @@ class DirectPath:
         for b in alone:
             stress = self._flat(b).max(axis=0).reshape(teeth, -1)
             place = np.arange(teeth) * stress.shape[1] + stress.argmax(axis=1)
-            strength = self._curve(b).stress_at(self.history[b].at)
+            strength = self.curves[b].stress_at(self.history[b].at)
             with np.errstate(divide="ignore"):
                 each.append((place, strength / stress.max(axis=1), b))
         place, safety = (np.array([x[k] for x in each]) for k in range(2))
@@ -194,8 +192,7 @@ class DirectPath:
 
     def _where(self, b: int, place: int) -> list[Factor]:
         """Where on the tooth a place is, and on which."""
-        of, shape = self._stresses(b), self.stress(b).shape[1:]
-        assert of is not None
+        shape = self.stress(b).shape[1:]
         tooth, *at = np.unravel_index(place, shape)
         if self.kind == "flank":
             face, roll = (at[1] + 0.5) / shape[2], (at[0] + 0.5) / shape[1]
@@ -224,9 +221,8 @@ class DirectPath:
 
     def _of_flank(self, b: int, at: Sequence[np.intp], ratio: float) -> list[tuple[str, float]]:
         """Curvature where the pressure is largest against Z_B (Z_D) and Z_β; all else is load."""
-        of, factors = self._stresses(b), self.history[b].state.factors
-        assert of is not None
-        place = float(of.path[at[2]]) - self.pair.gears["planet"].roll_length
+        factors = self.history[b].state.factors
+        place = float(self.stresses[b].path[at[2]]) - self.pair.gears["planet"].roll_length
         radii = self.pair.relative_curvature / self.pair.relative_curvature_at(place)
         norm = math.prod(value_of(factors, symbol, 1.0) for symbol in ("Z_B", "Z_D", "Z_β"))
         form = math.sqrt(radii) / norm
@@ -236,8 +232,7 @@ class DirectPath:
         """Stress per load of a pair against Y_F/f_ε Y_S Y_β Y_DT; the load of a pair, that along
         the face, the bending of the body below the teeth and that of the other flank against K_γ
         K_Fα f_ε, K_Fβ, Y_B and Y_M. The first three of the pass on a body that stands still."""
-        loaded, of = self.history[b], self._stresses(b)
-        assert of is not None
+        loaded, of = self.history[b], self.stresses[b]
         cycles = of.azimuth.shape[1]
         planet, cycle = divmod(int(at[0]), cycles)
         if loaded.part == "planet":

@@ -34,7 +34,7 @@ from flexgear.model.names import GroupName
 from flexgear.results.load_sharing import ROUNDING
 from flexgear.results.rating import GearMeshRating, RatedPart
 from flexgear.solve.bin_loads import BinLoads, GroupLoads, SpectrumTrain
-from flexgear.studies.rating_direct import DirectPath, LoadedState
+from flexgear.studies.rating_direct import LoadedState, direct_path
 
 STATIC = 1.0  # load cycles of an extreme load, or of one at rest
 ENDLESS = 1e10  # of a load without duration: where the curves of ISO 6336 end
@@ -123,10 +123,10 @@ def rate_gears(
             missing |= _uneven(group, bins, flows, loads)
     parts = []
     for place, history in histories.items():
-        kinds = {x.group.kind for x in history.values()}  # under reversed torque planets' two
-        direct = DirectPath(trains, pairs[place.stage, min(kinds)], place.kind, history, loads)
+        pair = pairs[place.stage, next(iter(history.values())).group.kind]
         part = _part(case, place, history, bins)
-        if len(kinds) == 1 and direct.applies:
+        direct = direct_path(trains, pair, place.kind, history, loads)
+        if direct is not None:
             part = replace(part, direct=direct.sheet(), of_teeth=direct.safety_of_teeth)
         parts.append(part)
     return tuple(groups), tuple(parts), missing
