@@ -6,7 +6,9 @@ load case.
 
 from __future__ import annotations
 
+import cmath
 import math
+from collections import defaultdict
 from collections.abc import Iterable
 
 import numpy as np
@@ -208,34 +210,28 @@ def _force_attributes(load: Array) -> dict[str, float]:
 
 def places(case: Case) -> dict[str, Place]:
     """Place of every member (u, v, w in m): stages side by side along u, joined ones coaxial."""
-    across: dict[str, tuple[float, float]] = {}
-    offset: dict[tuple[str, str], tuple[float, float]] = {}
+    beside: dict[str, list[tuple[str, complex]]] = defaultdict(list)  # steps v + i w to others
+    steps = {(joint.first, joint.second): 0j for joint in case.joints}
     for stage in case.stages:
-        first = f"{stage.name}.{stage.members[0]}"
-        radii = stage_radii(case.view(stage.name))
-        arm, angle = radii.center_distance, stage.position
-        for part in stage.members[1:]:
-            apart = (0.0, 0.0)
-            if stage.kind == "parallel":
-                apart = (arm * math.cos(angle), arm * math.sin(angle))
-            offset[first, f"{stage.name}.{part}"] = apart
-    offset |= {(j.first, j.second): (0.0, 0.0) for j in case.joints}
+        first, *others = (f"{stage.name}.{part}" for part in stage.members)
+        arm = stage_radii(case.view(stage.name)).center_distance
+        step = cmath.rect(arm, stage.position) if stage.kind == "parallel" else 0j
+        steps |= {(first, other): step for other in others}
+    for (first, second), step in steps.items():
+        beside[first].append((second, step))
+        beside[second].append((first, -step))
+    across: dict[str, complex] = {}
     for start in case.member_names():
-        waiting: list[str] = [] if start in across else [start]
-        across.setdefault(start, (0.0, 0.0))
+        waiting: list[tuple[str, complex]] = [(start, 0j)]
         while waiting:
-            here = waiting.pop()
-            v, w = across[here]
-            for (a, b), (dv, dw) in offset.items():
-                for end, other, sign in ((a, b, 1.0), (b, a, -1.0)):
-                    if end == here and other not in across:
-                        across[other] = (v + sign * dv, w + sign * dw)
-                        waiting.append(other)
+            here, at = waiting.pop()
+            if here not in across:
+                across[here] = at
+                waiting += [(other, at + step) for other, step in beside[here]]
     placed, u = {}, 0.0
     for stage in case.stages:
-        width = stage.gear_width
         for part in stage.members:
             name = f"{stage.name}.{part}"
-            placed[name] = (u + width / 2, *across[name])
-        u += 2 * width
+            placed[name] = (u + stage.gear_width / 2, across[name].real, across[name].imag)
+        u += 2 * stage.gear_width
     return placed
