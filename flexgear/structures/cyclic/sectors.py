@@ -166,7 +166,7 @@ def _smallest(model: FeModel, count: int, image: Ints, cell_image: Ints) -> Sect
     return best
 
 
-def _orbits(start: Ints, image: Ints, count: int) -> Ints:
+def orbits(start: Ints, image: Ints, count: int) -> Ints:
     """(k, z): start, its image, its image's image ..."""
     out = np.empty((len(start), count), dtype=np.int64)
     out[:, 0] = start
@@ -178,22 +178,18 @@ def _orbits(start: Ints, image: Ints, count: int) -> Ints:
 def _choices(model: FeModel, count: int, cell_image: Ints) -> Iterator[Ints]:
     """Cells of a first sector: lowest numbers (as generators count), then windows of angle."""
     every = np.arange(len(cell_image))
-    at, least = every, every
-    for _ in range(1, count):
-        at = cell_image[at]
-        least = np.minimum(least, at)
-    lowest = np.flatnonzero(least == every)
+    lowest = np.flatnonzero(orbits(every, cell_image, count).min(axis=1) == every)
     if len(lowest) * count != len(every):  # some cell turns into itself before a full turn
         return
     yield lowest
-    orbits = _orbits(lowest, cell_image, count)
+    images = orbits(lowest, cell_image, count)
     centre = model.nodes[model.basis.element_dofs].mean(axis=0)
-    angle = np.arctan2(centre[:, 1], centre[:, 0])[orbits]
+    angle = np.arctan2(centre[:, 1], centre[:, 0])[images]
     pitch = 2 * np.pi / count
     for window in range(_WINDOWS):
         # an odd share keeps borders away from the symmetry lines where centres lie
         begin = (window + 0.4567) * pitch / _WINDOWS
-        yield orbits[every[: len(orbits)], np.argmin((angle - begin) % (2 * np.pi), axis=1)]
+        yield images[every[: len(images)], np.argmin((angle - begin) % (2 * np.pi), axis=1)]
 
 
 def _sectors(element_dofs: Ints, count: int, image: Ints, cells: Ints) -> Sectors | None:
@@ -210,7 +206,7 @@ def _sectors(element_dofs: Ints, count: int, image: Ints, cells: Ints) -> Sector
     if in_sector.sum() * count != len(image) or (border & ~in_sector).any():
         return None
     local = np.concatenate([np.flatnonzero(in_sector & ~border), np.flatnonzero(border)])
-    nodes = _orbits(local, image, count)
+    nodes = orbits(local, image, count)
     reached = np.zeros(len(image), dtype=bool)
     reached[nodes] = True
     if not reached.all() or border.sum() in (0, in_sector.sum()):

@@ -17,7 +17,7 @@ from scipy.spatial import cKDTree
 
 from flexgear.arrays import Array, Ints
 from flexgear.structures.bodies import rotation, six
-from flexgear.structures.cyclic.sectors import Sectors
+from flexgear.structures.cyclic.sectors import Sectors, orbits
 from flexgear.structures.fem.ties import Interface
 
 _TOLERANCE = 1e-9  # of the largest radius, or of a tie's largest row entry
@@ -95,40 +95,33 @@ def sector_ties(interface: Interface, sectors: Sectors) -> SectorTies | None:
     """Ties by sectors; None where no tie has the period or one reaches beyond its sector."""
     z = sectors.count
     ties = _TiesBySector(interface.rows, sectors)
-    orbits: list[Ints] = []
+    starts: list[Ints] = []
     rows: list[sp.csr_matrix] = []
-    for orbit in _orbits(interface.positions, sectors):
+    for orbit in _node_orbits(interface.positions, sectors):
         if not all(ties.alike(orbit[0], node, s) for s, node in enumerate(orbit)):
             continue
         begin = ties.home(orbit[0])
         if begin is None:
             return None
-        orbits.append(np.roll(orbit, begin))
+        starts.append(np.roll(orbit, begin))
         seen = ties.seen(orbit[0], begin)
         rows.append(sp.hstack([seen[:, ::z], seen[:, 1::z][:, 3 * sectors.interior :]]))
-    if not orbits:
+    if not starts:
         return None
-    periodic = np.stack(orbits, axis=1)
+    periodic = np.stack(starts, axis=1)
     rest = np.setdiff1d(np.arange(len(interface.node_names)), periodic)
     local = tuple(ties.of_sector(s, rest) for s in range(z))
     return SectorTies(sectors, periodic, sp.vstack(rows).tocsr(), rest, local)
 
 
-def _orbits(positions: Array, sectors: Sectors) -> list[Ints]:
-    """Interface nodes (z,) whose positions turn into one another, each set once."""
+def _node_orbits(positions: Array, sectors: Sectors) -> Ints:
+    """Interface nodes (k, z) whose positions turn into one another, each set once."""
     tolerance = _TOLERANCE * max(float(np.hypot(positions[:, 0], positions[:, 1]).max()), 1e-300)
     distance, image = cKDTree(positions).query(positions @ rotation(sectors.pitch).T)
-    image = np.where(distance <= tolerance, image, -1)
-    seen = np.zeros(len(positions), dtype=bool)
-    out = []
-    for first in range(len(positions)):
-        orbit = [first]
-        while not seen[first] and len(orbit) < sectors.count and image[orbit[-1]] >= 0:
-            orbit.append(int(image[orbit[-1]]))
-        if len(orbit) == sectors.count == len(set(orbit)) and not seen[orbit].any():
-            seen[orbit] = True
-            out.append(np.array(orbit))
-    return out
+    paths = orbits(np.arange(len(positions)), image, sectors.count)
+    rising = np.sort(paths, axis=1)
+    whole = (distance <= tolerance)[paths].all(axis=1) & (np.diff(rising) > 0).all(axis=1)
+    return paths[whole & (paths[:, 0] == rising[:, 0])]
 
 
 class _TiesBySector:
