@@ -302,6 +302,12 @@ def _of_stage(loads: BinLoads, stage: str) -> dict[str, Array]:
     return {name: force for name, force in names if MemberName.parse(name).stage == stage}
 
 
-def _largest(loads: BinLoads, stage: str) -> float:
-    forces = _of_stage(loads, stage).values()
-    return max((float(np.hypot(f[:, 0], f[:, 1]).max()) for f in forces), default=0.0)
+def _largest(loads: BinLoads, stage: str) -> tuple[float, float]:
+    """Largest radial force, N, in four digits, then moment, N m: deviations of flanks tilt planets
+    and hardly change forces, so that rounding would choose among trains."""
+    forces = list(_of_stage(loads, stage).values())
+    radial, moment = (
+        max((float(np.hypot(f[:, k], f[:, k + 1]).max()) for f in forces), default=0.0)
+        for k in (0, 3)
+    )
+    return float(f"{radial:.4g}"), moment

@@ -2,6 +2,7 @@
 
 import math
 
+import numpy as np
 import pytest
 from gears.rated_gears import PAIR, case_of, pair_of
 
@@ -10,7 +11,8 @@ from flexgear.model.errors import InputError
 from flexgear.model.gear_mesh import GearErrors
 from flexgear.model.load import load_case
 from flexgear.model.load_cases import LoadCase
-from flexgear.studies.rating import deviated_cases, finished, rate
+from flexgear.solve.bin_loads import BinLoads
+from flexgear.studies.rating import deviated_cases, finished, rate, worst_of
 
 KEYS = {
     **{f"stage.{b}.flexible": "false" for b in ("ring.fe", "carrier.fe", "sun.shaft")},
@@ -94,6 +96,18 @@ def test_drawn_deviations_are_those_of_tolerance():
     assert slopes == [x.stages[0].errors.sun_helix_slope for x in deviated_cases(case)]
     assert factors(case)["stage sun"].value > 1.0
     assert finished(case) == 0  # the end forgets the bins of all of them
+
+
+@pytest.mark.parametrize("noise", [1e-12, -1e-12])
+def test_of_trains_with_like_forces_bearings_take_the_one_with_the_largest_moment(noise):
+    """Not the one whose force is larger by rounding."""
+    tilted, straight = (
+        BinLoads({}, {"a.planet_bearing_1": np.array([[force, 0.0, 0.0, 0.0, moment, 0.0]])},
+                 {"a": np.zeros(1)}, 0.0)
+        for force, moment in ((5e4 * (1 + noise), 900.0), (5e4, 300.0))
+    )  # fmt: skip
+    for trains in ((tilted, straight), (straight, tilted)):
+        assert worst_of(trains).supports["a.planet_bearing_1"][0, 4] == 900.0
 
 
 def test_a_grade_that_is_missing_is_one_line():
