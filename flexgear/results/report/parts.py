@@ -223,7 +223,7 @@ _WORDS = {
     "radial_harmonic_{part}_um": "radial shape of the ring, order {part}",
     "star_angle_{part}_deg": "crest of that shape at",
     "fe_dofs": "degrees of freedom of the FE mesh",
-    "interface_dofs": "of its interface",
+    "interface_dofs": "degrees of freedom of the interface",
     "fixed_interface_frequency_max_hz": "highest of them",
     "static_error_cases": "by load",
     "frequency_limit_hz": "compared up to",
