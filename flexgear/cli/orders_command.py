@@ -20,6 +20,7 @@ from flexgear.model.errors import InputError
 from flexgear.model.units import RPM
 from flexgear.results.dataset_file import reopened, write_netcdf
 from flexgear.results.orders import (
+    PADDING,
     SOURCE,
     case_of,
     expected_orders,
@@ -28,6 +29,7 @@ from flexgear.results.orders import (
     order_map,
     order_spectrum,
     over_time,
+    side_lobes,
 )
 from flexgear.results.origin import origin_of_case
 from flexgear.results.report.wording import number, scale, words
@@ -39,6 +41,7 @@ FILES = ("orders.nc", "orders.png", "report.html")
 TRANSIENT = "transient.nc"
 USUAL = "gear_mesh_force"
 MOST_CURVES, LINES = 12, 12  # in a picture; strongest that are printed
+CANDIDATES, ABOVE = 400, 1.5  # peaks, and how far lines stand above the lobes of higher ones
 RESOLVED = 2.0  # lines of the transform between neighbours that Hann's window tells apart
 
 
@@ -110,7 +113,7 @@ def orders(
     expected = [] if "phase" in result.dims else _expected(case, result, member, against)
     if out is not None:
         _write(out, case, result, expected)
-    rows = [] if "phase" in result.dims else list(_strongest(result, expected))
+    rows = [] if "phase" in result.dims else list(strongest(result, expected))
     if as_json:
         typer.echo(as_json_text({"of": of, "member": member, "against": against or None,
                                  "turns": result.attrs["turns"], "lines": rows}))  # fmt: skip
@@ -181,18 +184,24 @@ def _expected(
     return [(line, order) for line, order in every if order <= highest]
 
 
-def _strongest(
+def strongest(
     result: xr.DataArray, expected: list[tuple[ExpectedLine, float]]
 ) -> Iterator[dict[str, Any]]:
-    """The highest peaks of all columns, with the expected line that is nearest within what the
-    window tells apart."""
+    """The highest peaks of all columns but side lobes of higher ones, and the expected line that is
+    nearest within what the window tells apart."""
     order, turns = result["order"].to_numpy(), float(result.attrs["turns"])
     others = [d for d in result.dims if d != "order"]
     largest = result.max(others).to_numpy()
     apart = max(1, int(RESOLVED / turns / (order[1] - order[0])))
     peaks, _ = find_peaks(largest, distance=apart)
     peaks = peaks[largest[peaks] > 0]
-    for k in sorted(peaks, key=lambda k: -largest[k])[:LINES]:
+    lines, lobes = list[int](), side_lobes(result.attrs["window"])
+    for k in sorted(peaks, key=lambda k: -largest[k])[:CANDIDATES]:
+        away = turns * np.abs([order[lines] - order[k], order[lines] + order[k]])
+        place = np.minimum(away * PADDING, len(lobes) - 1).astype(int)  # mirror image, too
+        if largest[k] > ABOVE * np.sum(largest[lines] * lobes[place]):
+            lines.append(k)
+    for k in lines[:LINES]:
         row: dict[str, Any] = {"order": float(order[k]), "amplitude": float(largest[k])}
         at = result[{"order": k}]
         at = at[at.argmax(others)] if others else at

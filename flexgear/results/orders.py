@@ -232,7 +232,9 @@ def _refuse(turns: xr.DataArray, steps: Array, highest: float | None) -> None:
             "take a part of the run in which it turns one way",
         )  # fmt: skip
     limit = highest_order(turns)
-    if highest is not None and not 0 < highest <= limit * (1 + 1e-9):
+    if highest is not None and not highest > 0:
+        raise InputError(SOURCE, f"order {highest:g}", "is not positive", f"at most {limit:.4g}")
+    if highest is not None and not highest <= limit * (1 + 1e-9):
         raise InputError(
             SOURCE, f"order {highest:g} of {_of(turns)}",
             f"has fewer than {LEAST:g} samples a period", f"at most {limit:.4g}, or sample more "
@@ -254,6 +256,14 @@ def _window(name: str, count: int) -> Array:
     except ValueError:
         remedy = "take hann, flattop, boxcar or another of scipy.signal.windows"
         raise InputError(SOURCE, f"window {name}", "is unknown", remedy) from None
+
+
+def side_lobes(window: str) -> Array:
+    """Largest amplitude that a line of amplitude one has from k / ``PADDING`` lines of a transform
+    on, by number k."""
+    count = 2**12
+    lobes = np.abs(fft.rfft(_window(window, count), PADDING * count))
+    return np.asarray(np.maximum.accumulate(lobes[::-1])[: 2 * PADDING : -1] / lobes[0])
 
 
 def order_spectrum(history: xr.DataArray, window: str = "hann") -> xr.DataArray:

@@ -4,14 +4,16 @@ import json
 
 import numpy as np
 import pytest
+import xarray as xr
 
 from flexgear.cli.entry import run
+from flexgear.cli.orders_command import strongest
 from flexgear.face import accessor as accessor  # gives datasets their ``fg``
 from flexgear.gears.expected_lines import expected_lines
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.load import load_case
 from flexgear.results.dataset_file import load
-from flexgear.results.orders import amplitudes_at, history_over_turns
+from flexgear.results.orders import amplitudes_at, history_over_turns, order_spectrum
 
 SETTINGS = {  # 95 ring teeth leave 3 over of 4 planets: order 1 is heard one pass above
     "stage.gear_mesh.model": "fourier",
@@ -117,6 +119,19 @@ def test_command_names_the_lines(flexgear, transient, tmp_path):
         assert "plotly" in (folder / "report.html").read_text()
 
 
+@pytest.mark.parametrize("window", ["hann", "boxcar", "blackman"])
+def test_side_lobes_of_a_line_are_no_lines(window):
+    """Two sines, whose lobes are higher than a third one only near to it."""
+    turn = np.arange(0.0, 20.0, 1 / 100)
+    waves = {10.0: 1.0, 20.03: 0.3, 32.0: 0.01}
+    signal = sum(a * np.cos(2 * np.pi * o * turn) for o, a in waves.items())
+    about = {"per_turn": 100, "highest_order": 37.5, "of": "sun", "units": "N"}
+    spectrum = order_spectrum(xr.DataArray(signal, {"turn": turn}, "turn", "force", about), window)
+    rows = list(strongest(spectrum, []))
+    assert [row["order"] for row in rows[:3]] == pytest.approx([*waves], abs=0.02)
+    assert max((row["amplitude"] for row in rows[3:]), default=0.0) < 1e-5
+
+
 @pytest.mark.parametrize(
     ("options", "text"),
     [
@@ -126,6 +141,7 @@ def test_command_names_the_lines(flexgear, transient, tmp_path):
         (["--of", "body_displacement", "--only", ""], "42 columns"),
         (["--only", "moon"], "is no label"),
         (["--highest", 1e5], "samples a period"),
+        (["--highest", -3], "order -3: is not positive"),
         (["--window", "door"], "window door: is unknown"),
         (["--map", 900], "do not fit"),
         (["--envelope-hz", 5, 1e9], "band"),
