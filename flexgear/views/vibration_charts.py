@@ -54,8 +54,8 @@ def response_chart(data: xr.Dataset) -> Figure:
             _curve(ax, data, x, y[:, k], colour, width)
         for ax, y in ((force, most), (error, swing)):
             _contact(ax, data, x, y[:, k], k)
-    for ax, y in ((force, most), (error, swing)):
-        _limit(ax, y, data["stable"].to_numpy() == 1)
+    for ax, y, low in ((force, most, least), (error, swing, swing)):
+        _limit(ax, y, float(low.min()), data["stable"].to_numpy() == 1)
         ax.set_xlim(float(x.min()), float(x.max()))
     _jumps(force, data)
     _changes(force, data)
@@ -82,15 +82,15 @@ def _curve(ax: Axes, data: xr.Dataset, x: Array, y: Array, colour: str, width: f
         ax.plot(x[at], y[at], linestyle=style, color=colour, lw=width * faint)
 
 
-def _limit(ax: Axes, values: Array, stable: NDArray[np.bool_]) -> None:
-    """From zero up to the highest of values (states, g), or to ``HIGHEST`` and a line that says
-    so."""
+def _limit(ax: Axes, values: Array, lowest: float, stable: NDArray[np.bool_]) -> None:
+    """From the lowest value, or zero if that is less, up to the highest of values (states, g), or
+    to ``HIGHEST`` on either side and a line that says so."""
     highest = float(values.max())
     top = HIGHEST * float(np.median(values[stable])) if stable.any() else 0.0
     if highest <= top or top <= 0.0:
-        ax.set_ylim(0.0, 1.06 * highest)
+        ax.set_ylim(1.06 * min(0.0, lowest), 1.06 * highest)
         return
-    ax.set_ylim(0.0, top)
+    ax.set_ylim(max(1.06 * min(0.0, lowest), -top), top)
     ax.text(0.99, 0.97, f"states go on up to {highest:.3g}", transform=ax.transAxes, ha="right",
             va="top", fontsize=7.5, color=NEUTRAL)  # fmt: skip
 

@@ -55,3 +55,11 @@ def test_unstable_states_are_dashed_and_jumps_are_marked(curve):
     assert force.get_ylim()[1] > 8.0 > 0.9 * force.get_ylim()[1]
     assert [len(panel["data"]) > 3 for panel in panels_of(figure)] == [True, True]
     assert np.ptp(error.get_ylim()) > 0.0
+
+
+def test_forces_of_backs_are_in_the_picture(curve):
+    curve["response_gear_mesh_force"].loc[{"measure": "minimum"}] *= -1.0
+    assert response_chart(curve).axes[0].get_ylim()[0] < -1.6
+    curve["response_gear_mesh_force"][{"point": [9], "measure": [0, 1]}] *= 1e3
+    low, high = response_chart(curve).axes[0].get_ylim()
+    assert -low == high == pytest.approx(20 * 5.5, rel=0.2)
