@@ -41,7 +41,7 @@ from __future__ import annotations
 import cmath
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -116,7 +116,23 @@ def stage_errors(
     """Errors of every gear mesh in ``paths``."""
     stage, e = view.stage, view.stage.errors
     pitch = _pitch_by_path(stage, e, {side for _, side in paths})
-    return {key: _errors_of(stage, e, path, pitch[key]) for key, path in paths.items()}
+    errors = {key: _errors_of(stage, e, path, pitch[key]) for key, path in paths.items()}
+    if e.harmonic_on_coast == "opposite":
+        drives = {(k.gear, side): (k, side) for (k, side), path in paths.items() if path.carries}
+        for key in [key for key, path in paths.items() if not path.carries]:
+            drive = drives[key[0].gear, key[1]]
+            errors[key] = _opposite(errors[key], paths[key], errors[drive], paths[drive])
+    return errors
+
+
+def _opposite(
+    coast: PairErrors, path: GearMeshPath, drive: PairErrors, drive_path: GearMeshPath
+) -> PairErrors:
+    """With the harmonic −A sin(π − x) where that of the drive flank is A sin x, x = 2π s/p_b + φ:
+    pairs go the other way along the coast flanks' path."""
+    starts = 2.0 * math.pi * (path.s0 + drive_path.s0) / path.base_pitch
+    phase = math.pi - drive.harmonic_phase - starts
+    return replace(coast, harmonic_amplitude=-drive.harmonic_amplitude, harmonic_phase=phase)
 
 
 def errors_closing(drive: PairErrors, coast: PairErrors, half_face: float) -> Array:
@@ -129,8 +145,7 @@ def errors_closing(drive: PairErrors, coast: PairErrors, half_face: float) -> Ar
         drive.offset
         + coast.offset
         + np.abs(phasors[0] + phasors[1]).sum(axis=1)
-        + np.abs(drive.harmonic_amplitude)
-        + np.abs(coast.harmonic_amplitude)
+        + np.abs(drive.harmonic_amplitude + coast.harmonic_amplitude)
         + np.abs(drive.slope + coast.slope) * half_face
         + teeth[0]
         + teeth[1]

@@ -216,6 +216,9 @@ class GearErrors(Section):
     ring_tooth, planet_tooth, sun_tooth: tooth-to-tooth (single-tooth) deviation f_i' of each gear;
     a gear mesh has the harmonic error 0.5 (f_i'1 + f_i'2) sin(2π s/p_b + phase), the same for all
     its teeth. ring_phase, sun_phase: its phase at the ring and at the sun gear mesh.
+    harmonic_on_coast: what all errors at gear-mesh frequency are on coast flanks: excess, material
+    there, too, at their own place on the path; opposite, they open a coast flank by what they close
+    the drive flank at the same instant, as the e(t) of oscillators with clearance.
     ring_pitch, planet_pitch, sun_pitch: standard deviation of random single-tooth deviations,
     drawn once a tooth with ``seed``. pin_tangential, pin_radial: position error of each pin
     (list, one value a planet; empty: none), + in the sense of rotation and outward.
@@ -255,6 +258,7 @@ class GearErrors(Section):
     ring_gear_mesh_phase: Angle = 0.0
     sun_gear_mesh: Length = Field(default=0.0, ge=-_LARGEST, le=_LARGEST)
     sun_gear_mesh_phase: Angle = 0.0
+    harmonic_on_coast: Literal["excess", "opposite"] = "excess"
 
     @staticmethod
     def for_each(data: Mapping[str, Any], planets: int) -> dict[str, Any]:

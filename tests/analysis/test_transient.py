@@ -1,11 +1,16 @@
 """Time stepping: order, agreement with the plain solution, energy, contact, speed."""
 
+import math
+
 import numpy as np
 import pytest
 from coupled import TORQUE, make_system
 from reference_transient import reference_transient
+from scipy.integrate import solve_ivp
 from stepped import energy_closes, jump, stepped
+from trains import spur_pair
 
+import flexgear
 from flexgear.analysis.start import start_state
 from flexgear.analysis.step_plan import FineWindow, Stepping
 from flexgear.analysis.transient import Drive
@@ -117,3 +122,51 @@ def test_brake_laws_hold_the_rated_speed_at_rated_torque(exponent):
     r = run(modal, STEADY, 0.2, 1e-4)
     assert r.input_motion[:, 0, 1].mean() == pytest.approx(modal.system.input_speeds[0], rel=1e-3)
     assert -r.torques[:, -1].mean() == pytest.approx(TORQUE * 27 / 120, rel=2e-3)
+
+
+def test_backs_touch_as_those_of_an_oscillator_whose_error_opens_them(tmp_path):
+    """m ẍ + c ẋ + k ⟨δ⟩ − k ⟨−δ − b⟩ = F, δ = x + A sin(ωt + ψ), by Runge–Kutta. Where
+    the error is material in excess on both flanks, backs are not hit like this."""
+    mass, stiffness, damping, amplitude, torque, teeth = 1.0, 4e8, 0.05, 2e-6, 20.0, 30
+    omega, backlash = 2 * math.pi * teeth * 4500 / 60, 8e-6
+    gear = f'teeth = {teeth}, equivalent_mass_kg = {2 * mass}, kinematics = "torsional"'
+    force = torque / (0.5 * teeth * 4e-3 * math.cos(math.radians(20)))
+    forces = {}
+    for kind in ("opposite", "excess"):
+        (tmp_path / "pair.toml").write_text(spur_pair(
+            gear, gear, f"""model = "constant"
+contact_law = "one-sided"
+damping_law = "always"
+damping_ratio = {damping}
+sun_stiffness_n_per_m = {stiffness}""",
+            backlash=1e6 * backlash, speed=4500, torque=torque,
+            output='machine = { law = "torque" }', sections=f"""[stages.errors]
+sun_gear_mesh_um = {1e6 * amplitude}
+harmonic_on_coast = "{kind}"
+[damping]
+ratio = 0.0""",
+        ))  # fmt: skip
+        model = flexgear.load_case(tmp_path / "pair.toml").assemble()
+        data = model.transient(duration=20 * 2 * math.pi / omega)
+        time, forces[kind] = data.time.to_numpy(), data.gear_mesh_force.to_numpy()[:, 0]
+
+    pairs = model.system.pairs
+    start = 2 * math.pi * pairs.s0[0] / pairs.pitch[0]
+
+    def closing(t, x):
+        return x + amplitude * np.sin(omega * t + start)
+
+    def contact(delta):
+        return stiffness * (np.maximum(delta, 0.0) - np.maximum(-delta - backlash, 0.0))
+
+    def slope(t, y):
+        return [y[1], (force - contact(closing(t, y[0])) - damper * y[1]) / mass]
+
+    damper = 2 * damping * math.sqrt(stiffness * mass)
+    steps = {"rtol": 1e-10, "atol": 1e-15, "max_step": 0.01 / omega}
+    begin = [force / stiffness - closing(0.0, 0.0), 0.0]
+    x, speed = solve_ivp(slope, (0, time[-1]), begin, t_eval=time, **steps).y
+    expected = contact(closing(time, x)) + damper * speed
+    assert expected.min() < -0.5 * expected.max()
+    np.testing.assert_allclose(forces["opposite"], expected, atol=5e-3 * expected.max())
+    assert np.abs(forces["excess"] - expected).max() > 0.1 * expected.max()
