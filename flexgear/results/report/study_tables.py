@@ -14,6 +14,7 @@ from flexgear.model.units import RPM
 from flexgear.results.rating import CAUSE, LIMITS, RatedPart, Rating
 from flexgear.results.report.parts import Level, Row, Table, Verdict
 from flexgear.results.report.wording import (
+    FACTOR,
     life_text,
     number,
     rounded,
@@ -210,28 +211,32 @@ def tolerance_tables(summary: Mapping[str, Any]) -> list[Table]:
         Row("seed of the random numbers", str(summary["seed"])),
     ]
     tables = [Table(TOLERANCE, "what was drawn", drawn)]
+    interval = f"{100 * summary['confidence']:g} % interval"
     for spread in SPREADS.values():
         for group, figures in summary.get(spread.key, {}).items():
-            rows = list(_spread(figures, spread.printed, summary["confidence"]))
-            tables.append(Table(TOLERANCE, f"{words(group)}, {spread.meaning}", rows))
+            caption = f"{words(group)}, {spread.meaning} ({interval})"
+            tables.append(Table(TOLERANCE, caption, list(_spread(figures, spread.printed))))
     return tables
 
 
-def _spread(figures: Mapping[str, Any], unit: str, confidence: float) -> Iterator[Row]:
-    yield Row("errors as stated", figures["as_stated"], unit)
-    yield Row("mean", (figures["mean"] or {}).get("value"), unit)
+def _spread(figures: Mapping[str, Any], unit: str) -> Iterator[Row]:
+    of_value = unit or FACTOR
+    yield Row("errors as stated", figures["as_stated"], of_value)
+    yield Row("mean", _estimate(figures["mean"], of_value))
     yield Row("standard deviation", figures["standard_deviation"], unit)
     for percent, quantile in figures["quantiles"].items():
-        yield Row(f"{percent} % of sets stay below", (quantile or {}).get("value"), unit)
-        if quantile is not None:
-            ends = " … ".join(with_unit(quantile[end]) for end in ("low", "high"))
-            yield Row(
-                f"{percent} % of sets, {100 * confidence:g} % interval", f"{ends} {unit}".rstrip()
-            )
+        yield Row(f"{percent} % of sets stay below", _estimate(quantile, of_value))
     if figures.get("iec_61400_4") is not None:
-        yield Row("assumed by IEC 61400-4", figures["iec_61400_4"])
-        above = figures["share_above_iec_61400_4"]
-        yield Row("sets above it", None if above is None else above["value"], "share")
+        yield Row("assumed by IEC 61400-4", figures["iec_61400_4"], FACTOR)
+        yield Row("sets above it", _estimate(figures["share_above_iec_61400_4"], "share"))
+
+
+def _estimate(estimate: Mapping[str, Any] | None, unit: str) -> str:
+    """What samples estimate, with its confidence interval."""
+    if estimate is None:
+        return "–"
+    value, low, high = (with_unit(estimate[name], unit) for name in ("value", "low", "high"))
+    return f"{value} ({low} … {high})"
 
 
 def tolerance_verdicts(summary: Mapping[str, Any]) -> list[Verdict]:
