@@ -18,7 +18,7 @@ GEAR_MESH_HZ = SPEED / 60 * TEETH
 RADIUS = 0.5 * TEETH * MODULE * math.cos(math.radians(20))
 
 
-def case_text(damping=0.1, share=SHARE, error=ERROR):
+def case_text(damping=0.1, share=SHARE, error=ERROR, torque=TORQUE, backlash=200.0):
     """TOML text; error in m."""
     gear = 'teeth = 30, equivalent_mass_kg = 2, kinematics = "torsional"'
     return spur_pair(
@@ -27,7 +27,7 @@ contact_law = "one-sided"
 damping_ratio = {damping}
 sun_stiffness_n_per_m = 4e8
 sun_harmonic_shares = [{share}]""",
-        backlash=200.0, speed=SPEED, torque=TORQUE, output='machine = { law = "torque" }',
+        backlash=backlash, speed=SPEED, torque=torque, output='machine = { law = "torque" }',
         sections=f"""[stages.errors]
 sun_gear_mesh_um = {1e6 * error}
 sun_gear_mesh_phase_deg = {math.degrees(PHASE)}

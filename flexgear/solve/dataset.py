@@ -273,9 +273,9 @@ def _row_loads(recovery: Recovery, bearings: list[str], supports: list[str]) -> 
     """Loads of rows of rollers of the planets' bearings, and of all supports if others have any."""
     others = [name for name in supports if name not in bearings]
     loads = {"planet_bearing_row_load": recovery.row_loads(bearings)}
-    if recovery.row_loads(others).size:
+    if recovery.row_loads(others).shape[2]:
         loads["bearing_row_load"] = recovery.row_loads(supports)
-    return {name: rows for name, rows in loads.items() if rows.size}
+    return {name: rows for name, rows in loads.items() if rows.shape[2]}
 
 
 def support_names(model: Model) -> list[str]:
