@@ -142,8 +142,8 @@ def _check_gauge(case: Case, sensor: Sensor, key: str) -> None:
     at = MemberName.parse(sensor.on)
     body = getattr(case.member(sensor.on), "fe", None) if at.part in ("ring", "carrier") else None
     if body is None or getattr(body, "fe_mesh", "") == "reduced":
-        problem = f"{sensor.on} has no FE mesh to measure strain on"
-        raise Refusal(f"{key}.on", problem, "name an FE ring or carrier with an FE mesh")
+        problem = f"strain is measured on FE rings and carriers with an FE mesh, not on {sensor.on}"
+        raise Refusal(f"{key}.on", problem, "name one of these")
     stage = case.stage(at.stage)
     if at.part == "ring" and stage.double_helical:
         raise Refusal(f"{key}.on", "is an FE ring in two halves, without gauges", "take it out")
