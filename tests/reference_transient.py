@@ -1,7 +1,7 @@
 """The plain solution of the same equations: full matrices, one dense factorisation a step.
 
 M q̈ + C q̇ + K q + Σ V F = e_d T − e_o T_b in physical coordinates with the average-acceleration
-rule, C = M Φ diag(2ζω) Φᵀ M, and the law of tooth pairs of ``basic_laws.py``. Slow and simple; the
+rule, C = M Φ diag(2ζω) Φᵀ M, and the ``law`` of tooth pairs. Slow and simple; the
 fast step is compared with it.
 """
 
