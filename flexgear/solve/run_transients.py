@@ -81,18 +81,27 @@ def transients(
 
 
 def _ended(case: Case, waiting: Mapping[Any, tuple[Future[TimedRun], Job | None]]) -> Ended:
-    """All runs, of which the caller does those that no thread has begun, if it has their jobs."""
+    """All runs. Threads take them from the front; the caller does, from the back, those that none
+    has begun, if it has their jobs."""
+    done = {}
+    for key, (future, job) in reversed([*waiting.items()]):
+        if job is not None and future.cancel():
+            done[key] = _with_figures(case, key, job())
     ended = Ended({}, {}, {})
-    for key, (future, job) in waiting.items():
-        run = job() if job is not None and future.cancel() else future.result()
+    for key, (future, _) in waiting.items():
+        run, figures = done.get(key) or _with_figures(case, key, future.result())
         if isinstance(key, str):
             ended.runs[key] = run
         else:
             torque, label = key
             ended.drops[key] = run
-            of_depth = ended.torque_steps.setdefault(depth_name(torque), {})
-            of_depth[label] = drop_figures(case, run)
+            ended.torque_steps.setdefault(depth_name(torque), {})[label] = figures
     return ended
+
+
+def _with_figures(case: Case, key: Any, run: TimedRun) -> tuple[TimedRun, dict[str, Any]]:
+    """A run and, of a torque drop, its figures."""
+    return run, {} if isinstance(key, str) else drop_figures(case, run)
 
 
 def _has_drops(model: Model) -> bool:
