@@ -22,6 +22,7 @@ from flexgear.model.errors import FlexgearError
 from flexgear.model.names import BodyName, MemberName
 from flexgear.model.units import RPM
 from flexgear.results.labelled_dataset import groups_in
+from flexgear.results.report import wording
 from flexgear.results.report.wording import scale
 from flexgear.views.histories import layer
 from flexgear.views.select import close_up, draw, is_dense, orbit, say_envelope, variable
@@ -88,11 +89,12 @@ def _planets_chart(
     for row, (title, part) in zip(axes, rows.items(), strict=True):
         alike = _planet_lines(row[0], data, part, factor, dense)
         planets |= set() if alike else set(part["planet"].to_numpy().tolist())
-        mean, most = (f"{factor * float(x):.4g} {unit}".strip() for x in (part.mean(), part.max()))
-        row[0].set_title(
-            f"{title}:{chr(10) if dense else ' '}mean {mean}, largest {most}"
-            f"{', all planets alike' if alike else ''}"
-        )
+        mean, most = (factor * float(x) for x in (part.mean(), part.max()))
+        sizes = f"mean {mean:.4g} {unit}, largest {most:.4g} {unit}"
+        if not unit:  # of load factors, whose mean is 1
+            sizes = f"largest {wording.factor(most)}"
+        alike_words = ", all planets alike" if alike else ""
+        row[0].set_title(f"{title}:{chr(10) if dense else ' '}{sizes}{alike_words}")
         row[0].set_ylabel(f"{symbol} ({unit or '–'})")
         if dense:
             _planet_lines(row[1], data.isel(near), part.isel(near), factor, False)
