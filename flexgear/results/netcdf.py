@@ -211,6 +211,10 @@ class _Stored(BackendArray):  # type: ignore[misc]
     def __init__(self, stored: h5py.Dataset) -> None:
         self._stored, self.shape, self.dtype = stored, stored.shape, stored.dtype
 
+    def __deepcopy__(self, memo: Any) -> _Stored:
+        """The same, as nothing writes to it: xarray copies coordinates of new arrays."""
+        return self
+
     def __getitem__(self, key: Any) -> Any:
         return indexing.explicit_indexing_adapter(
             key, self.shape, indexing.IndexingSupport.BASIC, self._stored.__getitem__

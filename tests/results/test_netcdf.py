@@ -87,6 +87,15 @@ def test_values_stay_in_the_file_until_they_are_wanted(data, tmp_path, monkeypat
     assert len(keys) == 1 and all(isinstance(k, slice) for k in keys[0])
 
 
+def test_coordinates_of_an_open_file_serve_new_arrays(data, tmp_path):
+    """xarray copies them, which an open file does not let it do."""
+    NewFile(tmp_path / "a.nc", data, {}, {}).close()
+    with h5py.File(tmp_path / "a.nc") as file:
+        force = read(file, whole=False)["force"]
+        new = xr.DataArray(np.zeros(force.shape), force.coords, force.dims)
+        np.testing.assert_array_equal(new["time"].to_numpy(), data["time"].to_numpy())
+
+
 def test_room_for_samples_that_come_later(data, tmp_path):
     empty = data.isel(time=slice(0, 0))
     file = NewFile(tmp_path / "a.nc", empty, {"force": SMALL}, {"time": 7})
