@@ -397,7 +397,8 @@ def _kernel(x: Array, count: int) -> Array:
 def _springs(
     system: System, flanks: dict[int, _FlankRows], theta: Array, cycles: bool
 ) -> ContactSprings:
-    """Means over the positions of ``flanks``; other springs at angles (A,)."""
+    """Springs of every flank, in the mean over its positions, and all other springs at angles
+    ``theta`` (A,); cycles: whether the stiffness at each position goes with them."""
     d, springs, over = system.size, {}, {}
     for m, flank in flanks.items():
         blocks = system.blocks[flank.columns]

@@ -115,9 +115,11 @@ def first_column(derivative: Array, position: Array) -> Array:
 
 @dataclass(frozen=True)
 class Quantity:
-    """What a sensor makes of recovered values (n, c): ``position`` (n, k), of which the derivative
-    of that ``order`` is taken, and the ``part`` (n,) of derivative and position that it
-    measures."""
+    """How a sensor's signal follows from recovered values (n samples, c columns).
+
+    position: makes k columns (n, k) of them; order: of the time derivative that is taken of these,
+    0 to 2; part: makes the signal (n,) of derivative and position.
+    """
 
     position: Callable[[Array], Array]
     order: int = 0

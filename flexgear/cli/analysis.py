@@ -46,7 +46,8 @@ class Analysis:
     def model(
         self, *, loaded: bool = True, pictured: bool = False
     ) -> Iterator[tuple[Model, Report]]:
-        """The coupled model of the case, and what reports progress in the block."""
+        """Assemble the coupled model of the case and show a progress bar while the block runs;
+        yields the model and the function that moves the bar."""
         case, parts = self.read(loaded=loaded, pictured=pictured)
         with progress(self.quiet) as report:
             yield put_together(case, parts, report), report

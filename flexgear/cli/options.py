@@ -54,8 +54,8 @@ Scheduler = Annotated[
 
 
 def expanded(command: Callable[..., None]) -> Callable[..., None]:
-    """A command whose first argument is a dataclass of options, with these as arguments of its own,
-    as typer takes them; any other command as it is."""
+    """Replaces the first argument of a command, a dataclass of options, by one argument for each of
+    its fields, which is what typer reads; a command without such an argument stays as it is."""
     signature = inspect.signature(command, eval_str=True)
     shared, *others = signature.parameters.values()
     group: Callable[..., Any] = shared.annotation

@@ -49,14 +49,14 @@ def drawn_side(
     """Draw the pictures: their side of the report, and what was left out and why."""
     report("pictures", 0.0)
     pictures: dict[str, Picture] = {}
-    _known[source, target] = drawn = Pictures(content, target)
+    _of_folders[source, target] = drawn = Pictures(content, target)
     try:
         for k, outcome in workers.completed(_picture, (source, target), drawn.names):
             # what another process could not draw fails here again, with its own error
             pictures[drawn.names[k]] = outcome.value or drawn.picture(drawn.names[k])
             report("pictures", len(pictures) / (len(drawn.names) + 1))
     finally:
-        del _known[source, target]
+        del _of_folders[source, target]
     ordered = [pictures[name] for name in drawn.plan]
     notes = [picture.caption for picture in ordered if picture.file is None][:1]
     if content.rings and not content.fields:
@@ -97,7 +97,7 @@ def _lead(case: Case, flow: PowerFlow, summary: Mapping[str, Any]) -> str:
 
 @dataclass(frozen=True)
 class Pictures:
-    """All pictures of a run, by file name. target: the folder that gets them below "pictures"."""
+    """Draws pictures of the run ``content``, by name, into the folder "pictures" of ``target``."""
 
     content: Folder
     target: Path
@@ -130,15 +130,15 @@ class Pictures:
         return replace(picture, plots=panels_of(drawn))
 
 
-_known: dict[tuple[Path, Path], Pictures] = {}  # that this process draws, by source and target
+_of_folders: dict[tuple[Path, Path], Pictures] = {}  # of this process, by source and target
 
 
 def _picture(folders: tuple[Path, Path], name: str) -> Picture:
     """The picture of a name, in whatever process; it reads the run once. folders: source and target
     of ``draw``."""
-    if folders not in _known:
-        _known[folders] = Pictures(read_folder(folders[0]), folders[1])
-    return _known[folders].picture(name)
+    if folders not in _of_folders:
+        _of_folders[folders] = Pictures(read_folder(folders[0]), folders[1])
+    return _of_folders[folders].picture(name)
 
 
 def imported() -> None:

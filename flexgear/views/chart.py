@@ -122,7 +122,7 @@ def figures(figure: Figure, run: Folder) -> Iterator[Subject]:
 
 @dataclass(frozen=True)
 class StageOfRun:
-    """One stage of a run."""
+    """A stage of a run as charts take it: run and name, with what follows from both."""
 
     run: Folder
     name: str

@@ -171,7 +171,8 @@ def _panels(field: xr.DataArray, keys: list[str], keep: int) -> Iterator[tuple[s
 
 
 def _curves(part: xr.DataArray, key: str, other: str = "") -> list[Curve]:
-    """Lines over one key, a colour for each value of another; modes of one type share theirs."""
+    """Lines of a measure over the swept key ``key``, one colour for each value of the key
+    ``other``; modes of one type have one colour."""
     inner = [str(d) for d in part.dims if d != key]
     if not inner:
         return [Curve("", np.asarray(part, dtype=float), PLANET_COLOURS[0])]

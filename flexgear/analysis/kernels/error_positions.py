@@ -168,8 +168,8 @@ def _base(q0, influence, places, errors):
 
 @njit()
 def _gaps(influence, places, loaded, rows):
-    """The complementary problem of rows of S that pull, w = x + Q z, w ≥ 0, z ≥ 0, w·z = 0, as one
-    of contact: z are its forces."""
+    """Which linear springs would pull and have to be let go, w = x + Q z, w ≥ 0, z ≥ 0, w·z = 0, in
+    the form of a contact problem whose forces are z; Q (c, c) from ``influence``."""
     c = len(places)
     q, sided, small = np.empty((c, c)), np.zeros(c, dtype=np.int64), np.empty((c, c))
     for b in range(c):

@@ -201,8 +201,8 @@ def rolling_rates(fixed: FixedRows, rates: Array) -> Array:
     """Rates (F,) of the rows that are always there when blocks move at ``rates`` (6 B,) in rolling:
     along and about the axis, as bodies that orbit do so together."""
     block, axial = fixed.end["block"][:, :, None], np.array([2, 5])
-    moved = np.where(block >= 0, rates[6 * np.maximum(block, 0) + axial], 0.0)
-    return np.asarray((fixed.vector[:, :, axial] * moved).sum(axis=(1, 2)))
+    axial_rates = np.where(block >= 0, rates[6 * np.maximum(block, 0) + axial], 0.0)
+    return np.asarray((fixed.vector[:, :, axial] * axial_rates).sum(axis=(1, 2)))
 
 
 def law_functions(data: PairData) -> tuple[object, ...]:

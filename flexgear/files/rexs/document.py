@@ -61,7 +61,8 @@ class Component:
 
 @dataclass(eq=False)
 class Relation:
-    """A relation: type, component's id by role (of several the first)."""
+    """A relation of a REXS file: its type, and the id of the component in each role, the first
+    where a role stands there several times."""
 
     id: int
     kind: str

@@ -122,6 +122,6 @@ def _text(value: float | int | bool | str) -> str:
 
 
 def located(place: Place) -> dict[str, Written | None]:
-    """Attributes of a place, with axes along those of the gear unit."""
+    """REXS attributes of a component's position; its axes are parallel to the gear unit's."""
     axes = {"u_axis_vector": (1.0, 0.0, 0.0), "w_axis_vector": (0.0, 0.0, 1.0)}
     return {"support_vector": place, **axes}

@@ -288,7 +288,7 @@ class _Builder(ET.TreeBuilder):
         self.where = where
 
     def doctype(self, *_: Any) -> None:
-        """Refuse it. InputError."""
+        """Refuse a document type. Raises InputError."""
         problem = "REXS files declare no document type or entities"
         raise InputError(self.where, "DOCTYPE", problem, "take it out")
 
