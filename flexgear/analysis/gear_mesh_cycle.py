@@ -11,16 +11,10 @@ follows, to first order, the mean
 over the cycle of each stage, all else standing still: what turns slower than teeth pass (supports
 that stand against a turning frame, bolts of a ring) is taken as it is, not smeared.
 
-Rows move with the planets. The teeth of an FE ring pass through the gear mesh instead, so that the
-mean is taken at a place that stands still against the planets: rows on teeth are turned back by
-the ring's advance δ, as those on the teeth of FE planets are by theirs,
-
-    u(φ_j − δ) = Σ_m D(φ_m − φ_j + δ) R(φ_j − φ_m) u_m,
-
-with the Dirichlet kernel D of z teeth, the band-limited interpolation of a field given at z equal
-places: it commutes with every matrix that is the same from tooth to tooth. N equal planets then see
-a ring alike wherever its teeth stand, and pairs of planet and translational modes stay pairs.
-P is a multiple of N, for the same reason.
+Rows move with the planets. The teeth of an FE ring pass through the gear mesh instead: rows on them
+are turned back by the ring's advance (``flank_ends``). N equal planets then see a ring alike
+wherever its teeth stand, and pairs of planet and translational modes stay pairs. P is a multiple of
+N, for the same reason.
 """
 
 from __future__ import annotations
@@ -37,10 +31,11 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from flexgear.analysis.equilibrium import Equilibrium, revolution
+from flexgear.analysis.flank_ends import FlankEnds
 from flexgear.analysis.line_loads import line_loads
 from flexgear.analysis.modes import ContactSprings, FlankCycle, Springs, other_springs
 from flexgear.arrays import Array, Ints
-from flexgear.coupling.kernels.elements import Records, Rows, between_rows, packed, pair_rows
+from flexgear.coupling.kernels.elements import Records, between_rows, packed, pair_rows
 from flexgear.coupling.kernels.pairs import build_rows, fill_rows
 from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.pair_data import PairData, carrying_flanks
@@ -314,84 +309,6 @@ def _fewest(rows: Array) -> Array:
     values, vectors = np.linalg.eigh(rows @ rows.T)
     significant = values > NOTHING * values[-1]
     return np.asarray(vectors[:, significant].T @ rows)
-
-
-@dataclass(frozen=True)
-class _Teeth:
-    """Teeth of a gear that are blocks from ``first`` on, at angles ``place`` (z,) rad; turns: angle
-    by which they pass their gear mesh, backwards where sense is 1, −1: they stand."""
-
-    first: int
-    place: Array
-    turns: int
-    sense: float
-
-    def turned_back(self, wrench: Array, tooth: Ints, turned: Array) -> Array:
-        """Wrenches (n, 6) on teeth (n,) as ones on all teeth (n, 6 z) that move them back by their
-        advance, at angles of the train since the start (n, A)."""
-        count = len(self.place)
-        advance = np.zeros(len(tooth)) if self.turns < 0 else self.sense * turned[:, self.turns]
-        away = self.place - self.place[tooth][:, None]
-        still = np.arange(count) == tooth[:, None]
-        turned_field = _kernel(away + advance[:, None], count)
-        share = np.where(advance[:, None] == 0.0, still, turned_field)[..., None]
-        c, s = share * np.cos(away)[..., None], share * np.sin(away)[..., None]
-        x, y, z = (wrench[:, None, k::3] for k in range(3))
-        out = np.empty((len(tooth), count, 6))
-        out[..., 0::3] = c * x - s * y
-        out[..., 1::3] = s * x + c * y
-        out[..., 2::3] = share * z
-        return out.reshape(len(tooth), 6 * count)
-
-
-class FlankEnds:
-    """Blocks that a flank's rows act on: its planet's and its gear's, and all teeth of either whose
-    teeth are blocks."""
-
-    def __init__(self, pairs: PairData, m: int) -> None:
-        gear, planet = int(pairs.gear_block[m]), int(pairs.planet_tooth_block[m])
-        self.teeth: list[_Teeth] = []
-        if pairs.per_tooth[m]:
-            place = _angles(pairs.tooth_position, gear, int(pairs.gear_teeth[m]))
-            self.teeth.append(_Teeth(gear, place, int(pairs.turns[m]), 1.0))
-        if pairs.planet_turns[m] >= 0:
-            place = _angles(pairs.tooth_position, planet, int(pairs.planet_teeth[m]))
-            self.teeth.append(_Teeth(planet, place, int(pairs.planet_turns[m]), -1.0))
-        alone = [int(pairs.planet_block[m]), *([] if pairs.per_tooth[m] else [gear])]
-        blocks = [*alone, *(t.first + k for t in self.teeth for k in range(len(t.place)))]
-        self.columns = (6 * np.array(blocks)[:, None] + np.arange(6)).ravel().astype(np.int64)
-        starts = np.cumsum([6 * len(alone), *(6 * len(t.place) for t in self.teeth)]).tolist()
-        self._of_teeth = [slice(a, b) for a, b in pairwise(starts)]
-        self._of_block = {block: 6 * k for k, block in enumerate(alone)}
-
-    def coefficients(self, rows: Rows | _TrainRows, at: Ints, angles: Array, start: Array) -> Array:
-        """Rows ``at`` on ``columns`` (n, c), teeth turned back by their advance from angles
-        ``start`` (A,) to those of all rows (A,) or of each (n, A)."""
-        out = np.zeros((len(at), len(self.columns)))
-        turned = np.broadcast_to(angles - start, (len(at), len(start)))
-        blocks, coef, width = rows.blocks[at], rows.coef[at], rows.row["width"][at]
-        for a in range(int(width.max(initial=0))):
-            for block, column in self._of_block.items():
-                here = (a < width) & (blocks[:, a] == block)
-                out[here, column : column + 6] += coef[here, a]
-            for teeth, columns in zip(self.teeth, self._of_teeth, strict=True):
-                tooth = blocks[:, a] - teeth.first
-                here = np.flatnonzero((a < width) & (tooth >= 0) & (tooth < len(teeth.place)))
-                out[here, columns] += teeth.turned_back(coef[here, a], tooth[here], turned[here])
-        return out
-
-
-def _angles(positions: Array, first: int, teeth: int) -> Array:
-    """Angles (z,) of the tooth nodes from block ``first`` on, rad."""
-    place = positions[first : first + teeth]
-    return np.arctan2(place[:, 1], place[:, 0])
-
-
-def _kernel(x: Array, count: int) -> Array:
-    """Dirichlet kernel of ``count`` equal places, 1 at x = 0 and 0 at the others."""
-    below = count * (np.sin(0.5 * x) if count % 2 else np.tan(0.5 * x))
-    here = np.abs(np.sin(0.5 * x)) < 1e-12
-    return np.where(here, 1.0, np.sin(0.5 * count * x) / np.where(here, 1.0, below))
 
 
 def _springs(

@@ -22,7 +22,8 @@ from typing import Any
 
 import numpy as np
 
-from flexgear.analysis.gear_mesh_cycle import FlankEnds, cycle_angles, mean_channel_springs
+from flexgear.analysis.flank_ends import FlankEnds
+from flexgear.analysis.gear_mesh_cycle import cycle_angles, mean_channel_springs
 from flexgear.analysis.kernels.contact_newton import first_memory
 from flexgear.analysis.kernels.samples import evaluate_laws
 from flexgear.arrays import Array, Ints
