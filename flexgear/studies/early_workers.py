@@ -14,11 +14,12 @@ import pickle
 import signal
 import sys
 import threading
+from collections import deque
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Future, ProcessPoolExecutor
-from concurrent.futures.process import BrokenProcessPool
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
+from queue import SimpleQueue
 from typing import Any, Generic, TypeVar
 
 from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
@@ -119,20 +120,30 @@ class EarlyWorkers:
 
         All must be picklable, of modules that workers can import.
         """
-        futures: dict[int, Future[Outcome[R]]] = {}
+        waiting = deque(range(len(jobs)))
+        answers: SimpleQueue[tuple[int, Outcome[R] | None]] = SimpleQueue()
+
+        def feed(pool: ProcessPoolExecutor) -> None:
+            """Keep one worker busy while jobs wait."""
+            outcome: Outcome[R] | None = Outcome(None)
+            with contextlib.suppress(IndexError):  # no job waits
+                while outcome is not None:
+                    k = waiting.popleft()
+                    try:
+                        outcome = pool.submit(on_one_thread, function, shared, jobs[k]).result()
+                    except RuntimeError:  # its worker died
+                        outcome = None
+                    answers.put((k, outcome))
+
         if self._pool is not None:
-            with contextlib.suppress(BrokenProcessPool):
-                for k, job in enumerate(jobs):
-                    futures[k] = self._pool.submit(on_one_thread, function, shared, job)
-        for k in reversed(range(len(jobs))):
-            if k not in futures or futures[k].cancel():
-                yield k, on_one_thread(function, shared, jobs[k])
-        for k, future in futures.items():
-            if not future.cancelled():
-                try:
-                    yield k, future.result()
-                except BrokenProcessPool:
-                    yield k, on_one_thread(function, shared, jobs[k])
+            for _ in range(self._count):
+                threading.Thread(target=feed, args=(self._pool,), daemon=True).start()
+        for _ in jobs:
+            with contextlib.suppress(IndexError):
+                k = waiting.pop()
+                answers.put((k, on_one_thread(function, shared, jobs[k])))
+            k, outcome = answers.get()
+            yield k, outcome or on_one_thread(function, shared, jobs[k])
 
 
 @contextlib.contextmanager

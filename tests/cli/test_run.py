@@ -110,14 +110,14 @@ def test_pictures_that_fail_leave_an_older_folder_alone(flexgear, finished, monk
 
 def test_any_process_draws_a_run_from_its_folder(finished, content, tmp_path, monkeypatch):
     """Pictures of a process that reads the folder are those of the one that has the run."""
-    monkeypatch.setattr(pictures, "_known", {})
+    monkeypatch.setattr(pictures, "_of_folders", {})
     folders = finished[0], tmp_path / "there"
     for name in ("load_sharing", "torque_step_2e6_energy"):
         there = pictures._picture(folders, name)
         here = pictures.Pictures(content, tmp_path / "here").picture(name)
         assert there.caption == here.caption
         assert there.file.read_bytes() == here.file.read_bytes()
-    assert list(pictures._known) == [folders]  # read once
+    assert list(pictures._of_folders) == [folders]  # read once
 
 
 def test_what_another_process_could_not_draw_is_drawn_here(
@@ -135,7 +135,7 @@ def test_what_another_process_could_not_draw_is_drawn_here(
     )
     pictures.drawn_side(content, finished[0], tmp_path, lambda *_: None, Lost())
     assert {"ring_3d", "ring_star", "ring_star_turning", "load_sharing"} <= set(drawn)
-    assert pictures._known == {}
+    assert pictures._of_folders == {}
 
 
 @pytest.mark.slow
