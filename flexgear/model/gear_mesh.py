@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Mapping
 from typing import Any, Literal
 
@@ -182,6 +183,28 @@ PLANET_LISTS = (
 )  # fmt: skip
 PIN_LISTS = ("pin_tangential", "pin_radial")
 OF_PLANETS = (*PIN_LISTS, *PLANET_LISTS)  # of which each planet has its own
+MOST_PLANETS = 20
+
+
+def equal_spacing(planets: int) -> tuple[float, ...]:
+    """Angles of equally spaced planets, rad."""
+    return tuple(2.0 * math.pi * i / planets for i in range(planets))
+
+
+def each_planet(name: str, values: Any, planets: Any) -> Any:
+    """SI values of a list of planets, read or not yet read, one for each: a number is that of all
+    of them, and one value, too, of errors that are not the pins'; where there is none, zeros, and
+    angles of equal spacing. Other fields stay as they are."""
+    count = planets if isinstance(planets, int) and planets <= MOST_PLANETS else 0
+    if name == "planet_positions":
+        return values or equal_spacing(count)
+    if name not in OF_PLANETS:
+        return values
+    if isinstance(values, (int, float)):
+        return (values,) * count
+    if values and len(values) == 1 and name in PLANET_LISTS:
+        return tuple(values) * count
+    return values or (0.0,) * count
 
 
 def _or_one_number(schema: dict[str, Any]) -> None:
@@ -263,12 +286,8 @@ class GearErrors(Section):
     @staticmethod
     def for_each(data: Mapping[str, Any], planets: int) -> dict[str, Any]:
         """Data of the section, not yet read, with numbers in place of lists said once a planet."""
-        numbers = {
-            key: (data[key],) * planets
-            for key in OF_PLANETS
-            if isinstance(data.get(key), (int, float))
-        }
-        return {**data, **numbers}
+        numbers = [key for key in OF_PLANETS if isinstance(data.get(key), (int, float))]
+        return {**data, **{key: each_planet(key, data[key], planets) for key in numbers}}
 
     def require_planets(self, planets: int) -> None:
         """Refusal where a list has another number of values than there are planets."""
@@ -293,10 +312,8 @@ class GearErrors(Section):
 
     def of_planets(self, name: str, planets: int) -> tuple[float, ...]:
         """One value a planet of one of the lists; zeros where it is empty."""
-        values: tuple[float, ...] = getattr(self, name)
-        if not values:
-            return (0.0,) * planets
-        return values * planets if len(values) == 1 else values
+        values: tuple[float, ...] = each_planet(name, getattr(self, name), planets)
+        return values
 
     def _check(self) -> None:
         for name in PLANET_LISTS:

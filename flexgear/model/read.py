@@ -8,12 +8,14 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from difflib import get_close_matches
 from typing import Any
 
 import numpy as np
 
 from flexgear.model.errors import InputError, echo
+from flexgear.model.gear_mesh import each_planet
 from flexgear.model.section import (
     Section,
     accepted_keys,
@@ -186,41 +188,67 @@ def _numbers(value: Any, quantity: Quantity, suffix: str, many: bool, where: str
         raise InputError(where, key, f"{echo(value)} is too large", "correct it") from None
 
 
-def override_data(
-    root: type[Section], key: str, value: object, written: Written
-) -> tuple[list[str | int], Any]:
-    """SI path and value of one override such as "stage.face_width_mm" = "400" or 400; for "" or
-    None ``UNSET``: the key, section or list element that ``changed`` then takes out.
+@dataclass(frozen=True)
+class FieldPath:
+    """The field that a dotted key names: names of fields and numbers of list elements on the way to
+    it; its section and its name there; unit of the key, "" for none."""
 
-    Whole numbers pick an element of a list: shaft.sections.0.length_mm.
-    """
+    path: tuple[str | int, ...]
+    section: type[Section]
+    name: str
+    suffix: str
+
+    @property
+    def is_element(self) -> bool:
+        """Whether the key ends in the number of an element of a list."""
+        return isinstance(self.path[-1], int)
+
+    @property
+    def is_section(self) -> bool:
+        """Whether there are keys below it."""
+        return section_of(self.section, self.name) is not None
+
+
+def field_path(root: type[Section], key: str, where: str) -> FieldPath:
+    """Of a key such as "stages.0.face_width_mm" or "stages.0.errors.pin_radial_um.2"; InputError
+    where there is no such field. Whole numbers pick an element of a list."""
     section: type[Section] | None = root
-    where, parts, path, seen = "--set", key.split("."), list[str | int](), ""
-    unset = value is None or (isinstance(value, str) and not value)
+    owner, parts, path, name, suffix = root, key.split("."), list[str | int](), "", ""
     for k, part in enumerate(parts):
-        seen = f"{seen}.{part}" if seen else part
-        if section is None:
-            raise InputError(where, key, f"{'.'.join(parts[:k])} has no keys below it", "cut it")
+        seen = ".".join(parts[:k])
         if is_place(part) and path and isinstance(path[-1], str):
+            if not is_list(owner, name):
+                raise InputError(where, key, f"{seen} is not a list", "cut the number")
             path.append(int(part))
             continue
-        name, suffix = match_key(section, part, where, seen)
-        path.append(name)
-        last, inner = k == len(parts) - 1, section_of(section, name)
-        if last and unset:
-            return path, UNSET
-        if last:
-            at = "".join(f"{p}." for p in path[:-1])
-            prefix = key[: len(key) - len(part)]
-            raw = _value(value, where, key) if isinstance(value, str) else lists_of(value)
-            data = to_si(section, {part: raw}, where, written, prefix, at)
-            return path, data[name]
-        if inner is None and suffix:
+        if section is None:
             raise InputError(where, key, f"{seen} has no keys below it", "cut it")
-        section = inner
-    if unset:
-        return path, UNSET
-    raise InputError(where, key, "ends in the number of a list element", "name a key of it")
+        owner = section
+        name, suffix = match_key(owner, part, where, ".".join(parts[: k + 1]))
+        path.append(name)
+        section = section_of(owner, name)
+    return FieldPath(tuple(path), owner, name, suffix)
+
+
+def override_data(
+    root: type[Section], key: str, value: object, written: Written
+) -> tuple[tuple[str | int, ...], Any]:
+    """SI path and value of one override such as "stages.0.face_width_mm" = "400" or 400; for "" or
+    None ``UNSET``: the key, section or list element that ``changed`` then takes out."""
+    where = "--set"
+    field = field_path(root, key, where)
+    if value is None or (isinstance(value, str) and not value):
+        return field.path, UNSET
+    parts, path = key.split("."), field.path
+    if field.is_element:
+        if field.is_section:
+            raise InputError(where, key, "ends in the number of a list element", "name a key of it")
+        parts, path = parts[:-1], path[:-1]
+    prefix, at = ("".join(f"{p}." for p in names[:-1]) for names in (parts, path))
+    raw = _value(value, where, key) if isinstance(value, str) else lists_of(value)
+    raw = [raw] if field.is_element else raw
+    data = to_si(field.section, {parts[-1]: raw}, where, written, prefix, at)[field.name]
+    return field.path, data[0] if field.is_element else data
 
 
 def lists_of(value: object) -> Any:
@@ -249,13 +277,21 @@ def _value(text: str, where: str, key: str) -> Any:
 
 
 def changed(
-    data: Any, path: Sequence[str | int], value: Any, where: str, key: str, name: str = ""
+    data: Any,
+    path: Sequence[str | int],
+    value: Any,
+    where: str,
+    key: str,
+    name: str = "",
+    planets: Any = 1,
 ) -> Any:
     """Nested SI data with one value at ``path``, or without what is there for ``UNSET``; sections
-    on the way are made, list elements are not. name: of the key that holds ``data``."""
+    on the way are made, list elements are not, but those of planets. name: of the key that holds
+    ``data``; planets: of the stage that does."""
     part, *rest = path
     if isinstance(part, int):
-        elements = [data] if isinstance(data, Mapping) else list(data or ())
+        data = each_planet(name, () if data is None else data, planets)
+        elements = list(data) if isinstance(data, (list, tuple)) else [data]
         if part >= len(elements):
             problem = f"{name} has {len(elements)} elements"
             raise InputError(where, key, problem, "elements are counted from 0")
@@ -268,8 +304,9 @@ def changed(
         problem, remedy = f"{name} is a list", f"name one of it: {name}.0.{part}"
         raise InputError(where, key, problem, remedy)
     section = dict(data or {})
+    planets = section.get("planets", planets)
     if rest and not (value is UNSET and not section.get(part)):
-        section[part] = changed(section.get(part), rest, value, where, key, part)
+        section[part] = changed(section.get(part), rest, value, where, key, part, planets)
     elif not rest and value is not UNSET:
         section[part] = value
     elif not rest:

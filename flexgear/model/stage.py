@@ -10,7 +10,7 @@ from typing import Any, Literal
 from pydantic import Field, model_validator
 
 from flexgear.model.bodies import Material
-from flexgear.model.gear_mesh import GearErrors, GearMesh
+from flexgear.model.gear_mesh import MOST_PLANETS, GearErrors, GearMesh, equal_spacing
 from flexgear.model.member import (
     CarrierMember,
     Gear,
@@ -72,7 +72,7 @@ class Stage(Section):
 
     name: str = Field(default="", pattern=r"^([A-Za-z][A-Za-z0-9_-]*)?$")
     kind: Literal["planetary", "parallel"] = "planetary"
-    planets: int = Field(default=1, ge=1, le=20)  # 1 stands for a parallel stage only
+    planets: int = Field(default=1, ge=1, le=MOST_PLANETS)  # 1 stands for a parallel stage only
     normal_module: Length = Field(ge=2e-4, le=0.1)
     pressure_angle: Angle = Field(ge=math.radians(10), le=math.radians(35))
     helix_angle: Angle = Field(default=0.0, ge=0.0, le=math.radians(45))
@@ -107,7 +107,7 @@ class Stage(Section):
             return (self.position,)
         if self.planet_positions is not None:
             return self.planet_positions
-        return tuple(2.0 * math.pi * i / self.planets for i in range(self.planets))
+        return equal_spacing(self.planets)
 
     @property
     def gear_width(self) -> float:

@@ -126,7 +126,7 @@ def planned(
     grid = tuple(points(swept))
     chosen = chosen_measures(base, measures)
     for key in swept:
-        if key.parent in (settings or {}):
+        if key.key in (settings or {}):
             raise InputError(WHERE, key.key, "is also given by --set", "keep one of them")
     cases = tuple(_case(source, settings, swept, point) for point in grid)
     _require_one_workable(cases)

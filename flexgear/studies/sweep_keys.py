@@ -17,10 +17,16 @@ import numpy as np
 
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError, echo
-from flexgear.model.gear_mesh import PLANET_LISTS
-from flexgear.model.read import is_place, match_key, numbered
-from flexgear.model.section import Section, is_list, quantity_of, section_of
-from flexgear.model.units import Quantity, unit_name
+from flexgear.model.read import (
+    FieldPath,
+    changed,
+    field_path,
+    is_place,
+    numbered,
+    of_only_stage,
+)
+from flexgear.model.section import Section, is_list
+from flexgear.model.units import unit_name
 from flexgear.model.upgrade import refuse_earlier_key
 
 WHERE = "sweep"
@@ -41,28 +47,18 @@ class Values:
 @dataclass(frozen=True)
 class SweptKey:
     """key: as written; values; units: as printed, "" for pure numbers and words; name: the key
-    without its unit; path: the field with stages by number; element: place in a list, None for the
-    whole field; whole: takes integers only; start: the list as the case has it, in the key's unit.
-    """
+    without its unit; path: the field, or the element of its list, with stages by number."""
 
     key: str
     values: Values
     units: str
     name: str
-    path: tuple[str, ...]
-    element: int | None = None
-    whole: bool = False
-    start: tuple[float, ...] = ()
+    path: tuple[str | int, ...]
 
     @property
     def ticks(self) -> tuple[float, ...] | tuple[str, ...]:
         """Values as a coordinate: numbers in the key's unit, or words."""
         return self.values.texts if self.values.numbers is None else self.values.numbers
-
-    @property
-    def parent(self) -> str:
-        """The key without the number of a list element."""
-        return self.key if self.element is None else self.key.rpartition(".")[0]
 
 
 Point = tuple[int, ...]  # number of the value of each key
@@ -108,41 +104,29 @@ def parse_values(key: str, text: str) -> Values:
 
 def swept_key(base: Case, key: str, values: Values) -> SweptKey:
     """The key as a field of the case; InputError for unknown keys and values of the wrong kind."""
-    words = key.split(".")
-    section: type[Section] | None = Case
     refuse_earlier_key(key, WHERE)
-    parts = numbered(key, base.model_dump(), WHERE)
-    extra = len(parts) - len(words)  # stage.planets is stages.0.planets
-    owner: type[Section] = Case
-    path, suffix, name = list[str](), "", ""
-    for k, part in enumerate(parts):
-        seen = ".".join(words[: max(k - extra, 0) + 1])
-        if is_place(part) and path:
-            path.append(part)
-            continue
-        if section is None:
-            raise InputError(WHERE, key, f"{'.'.join(words[:-1])} has no keys below it", "cut it")
-        owner = section
-        name, suffix = match_key(section, part, WHERE, seen)
-        path.append(name)
-        section = section_of(section, name)
-    element = int(path[-1]) if is_place(path[-1]) else None
-    quantity = quantity_of(owner, name)
-    if section is not None:
+    data = base.model_dump()
+    full = ".".join(numbered(key, data, WHERE))
+    try:
+        field = field_path(Case, full, WHERE)
+        if field.is_element:  # the case has that element
+            changed(data, field.path, 0.0, WHERE, key)
+    except InputError as fault:
+        raise of_only_stage(fault) if key.startswith("stage.") else fault from None
+    if field.is_section:
         raise InputError(WHERE, key, "is a section, not a key", f"name a key of it: {key}.…")
-    swept = SweptKey(
+    name, suffix = field.name, field.suffix
+    several = is_list(field.section, name) and not field.is_element
+    _require_kind(key, values, field, several)
+    if several and values.numbers is not None:  # every number is a list of one
+        values = replace(values, texts=tuple(f"[{t}]" for t in values.texts))
+    return SweptKey(
         key=key,
         values=values,
         units=unit_name(suffix) if suffix else "",
         name=key.replace(f"{name}_{suffix}", name) if suffix else key,
-        path=tuple(path),
-        element=element,
-        whole=int in _scalars(owner, name) and float not in _scalars(owner, name),
+        path=field.path,
     )
-    _require_kind(swept, owner, name, suffix)
-    if element is not None:
-        return replace(swept, start=_list_of(base, swept, quantity, suffix))
-    return _in_brackets(swept) if is_list(owner, name) else swept
 
 
 def points(keys: Sequence[SweptKey]) -> list[Point]:
@@ -158,15 +142,7 @@ def points(keys: Sequence[SweptKey]) -> list[Point]:
 
 def overrides_at(keys: Sequence[SweptKey], point: Point) -> dict[str, str]:
     """Keys and texts, as for ``--set``, that make the case of one point."""
-    out: dict[str, str] = {}
-    lists: dict[str, list[float]] = {}
-    for key, k in zip(keys, point, strict=True):
-        if key.element is None:
-            out[key.key] = key.values.texts[k]
-            continue
-        assert key.values.numbers is not None
-        lists.setdefault(key.parent, list(key.start))[key.element] = key.values.numbers[k]
-    return out | {k: "[" + ", ".join(_text(v) for v in row) + "]" for k, row in lists.items()}
+    return {key.key: key.values.texts[k] for key, k in zip(keys, point, strict=True)}
 
 
 def label_of(keys: Sequence[SweptKey], point: Point) -> str:
@@ -178,10 +154,6 @@ def _require_apart(key: SweptKey, other: SweptKey) -> None:
     short, long = sorted((key.path, other.path), key=len)
     if long[: len(short)] == short:
         raise InputError(WHERE, key.key, f"says the same as {other.key}", "sweep one of them")
-    if key.element is None or other.element is None or key.path[:-1] != other.path[:-1]:
-        return
-    if key.parent != other.parent:
-        raise InputError(WHERE, key.key, f"and {other.key} differ in unit", "use one unit")
 
 
 def _range(key: str, text: str) -> Values:
@@ -244,61 +216,21 @@ def _scalars(section: type[Section], name: str) -> set[Any]:
     return types
 
 
-def _require_kind(key: SweptKey, section: type[Section], name: str, suffix: str) -> None:
-    """InputError where values do not fit the key's type: numbers, whole numbers or words."""
-    takes, numbers = _scalars(section, name), key.values.numbers
-    numeric = bool(takes & {int, float})
-    if numbers is None and numeric and (key.element is not None or not is_list(section, name)):
-        unit = f" in {unit_name(suffix)}" if suffix else ""
-        raise InputError(
-            WHERE,
-            key.key,
-            f"{echo(key.values.texts[0])} is not a number",
-            f"give numbers{unit}; {FORMS}",
-        )
-    if numbers is not None and key.whole:
+def _require_kind(key: str, values: Values, field: FieldPath, several: bool) -> None:
+    """InputError where values do not fit the key's type: numbers, whole numbers or words.
+
+    several: whether the key takes lists."""
+    takes, numbers = _scalars(field.section, field.name), values.numbers
+    if numbers is None and takes & {int, float} and not several:
+        unit = f" in {unit_name(field.suffix)}" if field.suffix else ""
+        problem = f"{echo(values.texts[0])} is not a number"
+        raise InputError(WHERE, key, problem, f"give numbers{unit}; {FORMS}")
+    if numbers is not None and int in takes and float not in takes:
         broken = next((v for v in numbers if v != int(v)), None)
         if broken is not None:
-            raise InputError(
-                WHERE, key.key, f"takes whole numbers, {broken:g} is none",
-                "choose the count so that the steps are whole, or list the values",
-            )  # fmt: skip
-    if numbers is not None and not numeric:
-        raise InputError(
-            WHERE, key.key, f"takes words, not the number {key.values.texts[0]}",
-            "list the words: KEY=word,other",
-        )  # fmt: skip
-
-
-def _in_brackets(key: SweptKey) -> SweptKey:
-    """The key with every number written as a list of one, for a key that takes a list."""
-    if key.values.numbers is None:
-        return key
-    texts = tuple(f"[{t}]" for t in key.values.texts)
-    return replace(key, values=replace(key.values, texts=texts))
-
-
-def _list_of(
-    base: Case, key: SweptKey, quantity: Quantity | None, suffix: str
-) -> tuple[float, ...]:
-    """The list in the key's unit; where the case leaves it out, as long as there are planets."""
-    owners: list[Any] = [base]
-    for part in key.path[:-2]:
-        inner = owners[-1]
-        owners.append(inner[int(part)] if is_place(part) else getattr(inner, part))
-    planets = next((o.planets for o in owners if hasattr(o, "planets")), 0)
-    name = key.path[-2]
-    values = getattr(owners[-1], name)
-    if values is None and name == "planet_positions":
-        values = owners[-1].planet_angles
-    if not isinstance(values, tuple):
-        raise InputError(WHERE, key.key, f"{key.parent} is not a list", "cut the number")
-    if not values:
-        values = (0.0,) * planets
-    if len(values) == 1 and name in PLANET_LISTS:  # one for all planets
-        values = values * planets
-    if key.element is None or key.element >= len(values):
-        raise InputError(
-            WHERE, key.key, f"{key.parent} has {len(values)} elements", "they are counted from 0"
-        )
-    return tuple(quantity.from_si(v, suffix) if quantity else v for v in values)
+            problem = f"takes whole numbers, {broken:g} is none"
+            remedy = "choose the count so that the steps are whole, or list the values"
+            raise InputError(WHERE, key, problem, remedy)
+    if numbers is not None and not takes & {int, float}:
+        problem = f"takes words, not the number {values.texts[0]}"
+        raise InputError(WHERE, key, problem, "list the words: KEY=word,other")

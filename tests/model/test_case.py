@@ -199,3 +199,21 @@ def test_a_number_in_place_of_a_list_of_planets_is_for_all(name):
     assert again.content_hash() == case.content_hash()
     none = load_case("lin-parker", {f"stage.errors.{name}_um": "0"})
     assert none.stages[0].errors.of_planets(name, 4) == (0.0,) * 4
+
+
+@pytest.mark.parametrize("name", ["pin_tangential", "planet_thickness"])
+def test_one_element_of_a_list_of_planets(name):
+    """The others keep what the file has, a number for all of them, or nothing: zero."""
+    key, plain = f"stage.errors.{name}_um", load_case("lin-parker")
+    case = load_case("lin-parker", {f"{key}.0": "20"})
+    assert getattr(case.stages[0].errors, name) == pytest.approx([2e-5, 0, 0, 0])
+    assert plain.with_(**{f"stage.errors.{name}.0": 2e-5}).content_hash() == case.content_hash()
+    case = load_case("lin-parker", {key: 5, f"{key}.1": 7})
+    assert getattr(case.stages[0].errors, name) == pytest.approx([5e-6, 7e-6, 5e-6, 5e-6])
+    for place, says in (("4", "4 elements"), ("0.1", "no keys below"), ("x", "no keys below")):
+        with pytest.raises(InputError, match=says):
+            load_case("lin-parker", {f"{key}.{place}": "20"})
+    with pytest.raises(InputError, match="face_width_mm is not a list"):
+        load_case("lin-parker", {"stage.face_width_mm.0": "20"})
+    with pytest.raises(InputError, match="'x' is not a number"):
+        load_case("lin-parker", {f"{key}.0": "x"})

@@ -112,10 +112,10 @@ def test_stages_of_a_train_by_name_number_and_alias(pitch_drive):
     named, numbered = keys_of(
         pitch_drive, "stages.stage_2.face_width_mm=10,20", "stages.1.face_width_mm=10,20"
     )
-    assert named.path == numbered.path == ("stages", "1", "face_width")
+    assert named.path == numbered.path == ("stages", 1, "face_width")
     assert named.units == "mm"
     (alias,) = keys_of(load_case("lin-parker"), "stage.planet_bearing.radial_n_per_m=1e7,1e8")
-    assert alias.path == ("stages", "0", "planet_bearing", "radial")
+    assert alias.path == ("stages", 0, "planet_bearing", "radial")
     assert alias.units == "N/m"
     with pytest.raises(InputError, match="there are 3 stages"):
         keys_of(pitch_drive, "stage.face_width_mm=10,20")
@@ -176,9 +176,15 @@ class TestListElements:
 
     def test_elements_of_one_list_in_different_units(self, pitch_drive):
         keys = keys_of(pitch_drive, "stages.0.errors.pin_radial_um.0=5,6",
-                       "stages.0.errors.pin_radial_mm.2=7,8")  # fmt: skip
-        with pytest.raises(InputError, match="unit"):
-            points(keys)
+                       "stages.0.errors.pin_radial_mm.2=0.07,0.08")  # fmt: skip
+        case = load_case("pitch-drive", overrides_at(keys, points(keys)[2]))
+        np.testing.assert_allclose(case.stages[0].errors.pin_radial, [6e-6, 0, 7e-5])
+
+    def test_positions_that_are_left_out_are_those_of_equal_spacing(self, pitch_drive):
+        (key,) = keys_of(pitch_drive, "stages.0.planet_positions_deg.1=119,121")
+        sets = {"stages.0.allow_unassemblable": "true", **overrides_at([key], (1,))}
+        case = load_case("pitch-drive", sets)
+        np.testing.assert_allclose(np.degrees(case.stages[0].planet_angles), [0, 121, 240])
 
     def test_a_list_and_its_element(self, pitch_drive):
         keys = keys_of(pitch_drive, "stages.0.errors.pin_radial_um.0=5,6",
