@@ -33,7 +33,6 @@ from scipy.optimize import linear_sum_assignment
 from flexgear.arrays import Array, Complex
 from flexgear.model.errors import FlexgearError
 
-CIRCULAR = 0.05  # least |sense| that is called a direction
 SOFT = 1e-13  # of the largest stiffness over mass: below it a direction is free, not stiff
 ZERO = 1e-6  # of the largest |eigenvalue| of the general problem, where zeros are ill-conditioned
 
@@ -156,13 +155,6 @@ def whirl_sense(shapes: Complex, planes: Array, weights: ArrayLike | None = None
     size = w @ (np.abs(x) ** 2 + np.abs(y) ** 2)
     moves = size > 1e-9 * max(float(np.max(size, initial=0.0)), np.finfo(float).tiny)
     return np.divide(swept, size, out=np.full(len(size), np.nan), where=moves)
-
-
-def direction(sense: float) -> str:
-    """ "forward" (counter-clockwise, as the carrier turns), "backward" or "none"."""
-    if not abs(sense) > CIRCULAR:
-        return "none"
-    return "forward" if sense > 0 else "backward"
 
 
 def campbell(

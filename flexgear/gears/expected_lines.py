@@ -49,6 +49,7 @@ if TYPE_CHECKING:
     from flexgear.model.stage_view import StageView
 
 SIDEBAND, TOOTH_FAULT, BEARING = "sideband", "tooth fault", "bearing"
+PASS = "pass"  # row of the line of all planets that pass
 HARMONICS = 3  # of the gear mesh that are listed
 SHOWN, WHOLE = 0.1, 0.995  # least share that tables show; one that needs no mention
 CANCELLED = 1e-9  # share of N phasors that is rounding
@@ -121,18 +122,30 @@ def _of_stage(
     passing = (flow.carrier_speed - sensor) / TURN
     for harmonic in range(1, harmonics + 1 if rolling else 1):
         yield from _sidebands(stage, gear_mesh, passing, harmonic)
-    for part in ("sun", "carrier", "ring"):
-        yield _shaft(stage, part, getattr(flow, f"{part}_speed") - sensor)
-    for order, share in _orders_of_planets(stage):
-        row = "pass" if order == stage.planets else f"pass, order {order}"
-        frequency = abs(order * passing)
-        yield ExpectedLine(stage.name, PLANET_PASS, f"planets {row}", frequency, share, row=row)
+    yield from shaft_lines(stage, flow, sensor)
+    yield from pass_lines(stage, flow, sensor)
     yield from _tooth_faults(stage, abs(gear_mesh))
     relative = abs(flow.planet_relative_speed) / TURN if rolling else 0.0
     yield from _bearing(stage.name, "planet bearing", stage.planet_bearing, relative, "inner")
     for seat, bearing in view.stage.seat_bearings.items():
         name = f"carrier bearing {seat}"
         yield from _bearing(stage.name, name, bearing, abs(flow.carrier_speed) / TURN, "outer")
+
+
+def shaft_lines(stage: Stage, flow: StageFlow, sensor: float = 0.0) -> Iterator[ExpectedLine]:
+    """Turns of a stage's members against a sensor, labelled by their parts."""
+    for part in stage.members:
+        of_flow = {"pinion": "sun", "gear": "planet"}.get(part, part)
+        frequency = abs(getattr(flow, f"{of_flow}_speed") - sensor) / TURN
+        yield ExpectedLine(stage.name, SHAFT, part, frequency)
+
+
+def pass_lines(stage: Stage, flow: StageFlow, sensor: float) -> Iterator[ExpectedLine]:
+    """Planets of a planetary stage that pass a sensor; row PASS: all N in a turn."""
+    for order, share in _orders_of_planets(stage):
+        row = PASS if order == stage.planets else f"{PASS}, order {order}"
+        frequency = order * abs(flow.carrier_speed - sensor) / TURN
+        yield ExpectedLine(stage.name, PLANET_PASS, f"planets {row}", frequency, share, row=row)
 
 
 def _sidebands(
@@ -194,14 +207,10 @@ def _parallel(
             for sign, text in ((-1, "−"), (1, "+")):
                 frequency = centre + sign * abs(speed) / TURN
                 yield _order(stage, harmonic, frequency, beside=f"{text}{part}")
+    yield from shaft_lines(stage, flow, sensor)
     for part, speed in speeds.items():
-        yield _shaft(stage, part, speed - sensor)
         fault = abs(speed) / TURN
         yield ExpectedLine(stage.name, TOOTH_FAULT, f"tooth of {part}", fault, row=part)
-
-
-def _shaft(stage: Stage, part: str, speed: float) -> ExpectedLine:
-    return ExpectedLine(stage.name, SHAFT, part, abs(speed) / TURN)
 
 
 def _bearing(

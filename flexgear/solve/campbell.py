@@ -25,6 +25,7 @@ from flexgear.analysis.linear_dynamics import Campbell, crossings, whirl_sense
 from flexgear.analysis.linear_dynamics import campbell as whirl_over_speed
 from flexgear.analysis.modes import Modes, planar_rows
 from flexgear.arrays import Array, Ints
+from flexgear.gears.expected_lines import PASS, pass_lines, shaft_lines
 from flexgear.model.machine import machines_of
 from flexgear.model.names import GEAR_MESH, PLANET_PASS, SHAFT, ExcitationName
 from flexgear.results.labelled_dataset import coordinate, labelled_dataset
@@ -104,24 +105,21 @@ def _shares(model: Model, stage: int) -> np.ndarray:
 
 def _turning(model: Model) -> Iterator[Excitation]:
     """Shafts that turn, those of one speed once, and planets that pass a place of their ring."""
-    flow, frequencies = model.flow, list[float]()
-    for stage in model.case.stages:
-        for part in stage.members:
-            base = abs(flow.speed[f"{stage.name}.{part}"]) / (2 * math.pi)
-            if base == 0.0 or any(
-                abs(base - frequency) <= SAME * base for frequency in frequencies
-            ):
+    bases = list[float]()
+    for stage, flow in zip(model.case.stages, model.flow.stages, strict=True):
+        for line in shaft_lines(stage, flow):
+            base = line.frequency
+            if base == 0.0 or any(abs(base - other) <= SAME * base for other in bases):
                 continue
-            frequencies.append(base)
+            bases.append(base)
             for order in TURNS:
-                name = ExcitationName.of(SHAFT, stage.name, order, part)
+                name = ExcitationName.of(SHAFT, stage.name, order, line.label)
                 yield Excitation(float(order), base, name)
-        stage_flow = flow.stage(stage.name)
-        passes = (
-            stage.planets * abs(stage_flow.carrier_speed - stage_flow.ring_speed) / (2 * math.pi)
-        )
-        if stage.kind == "planetary" and passes > 0.0:
-            yield Excitation(1.0, passes, ExcitationName.of(PLANET_PASS, stage.name, 1))
+        if stage.kind == "planetary":
+            for line in pass_lines(stage, flow, flow.ring_speed):
+                if line.row == PASS and line.frequency > 0.0:
+                    name = ExcitationName.of(PLANET_PASS, stage.name, 1)
+                    yield Excitation(1.0, line.frequency, name)
 
 
 def operating_factors(model: Model) -> tuple[float, ...]:
