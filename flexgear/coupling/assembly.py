@@ -11,7 +11,7 @@ from scipy import linalg
 
 from flexgear.arrays import Array
 from flexgear.coupling.connections import Connection
-from flexgear.coupling.gear_meshes import GearMeshSet, SupportRow
+from flexgear.coupling.gear_meshes import GearMeshSet, StageFrame, SupportRow
 from flexgear.coupling.laws.dampers import DAMPERS
 from flexgear.coupling.laws.law import CENTERING
 from flexgear.coupling.laws.rollers import ROLLERS, RaceRates, with_defects
@@ -24,7 +24,7 @@ from flexgear.coupling.springs import (
     laws_of,
     rotating_rows,
 )
-from flexgear.coupling.system import BodyCoordinates, Link, RotatingFrameSupport, StageFrame
+from flexgear.coupling.system import BodyCoordinates, Link, RotatingFrameSupport
 from flexgear.gears.bearings.reference_life import dynamic_viscosity
 from flexgear.gears.power_flow import PowerFlow
 from flexgear.model.bearings import at_height
@@ -67,7 +67,6 @@ class Assembly(BodyCoordinates):
         self.node_angles: list[int] = []
         self.stands: dict[str, Array] = {}  # of a stage in an FE housing, m
         self.support_rows: list[SupportRow] = []
-        self.support_names: list[str] = []  # of each of these rows
 
     @cached_property
     def viscosity(self) -> float | None:
@@ -288,7 +287,7 @@ class Assembly(BodyCoordinates):
             RotatingFrameSupport(c.name, rows, housing, c.matrix, angle)
         )
         ends = self.contact_node(rows, angle), self.contact_node(housing, -1) if moves else -1
-        self._turning_rows(c.name, rest, ends)
+        self._support_rows(c.name, *rotating_rows(rest), ends)
 
     def _turning_link(self, c: Connection, first: Array, second: Array, angle: int) -> None:
         """A spring on the motion first − R(θ) second (6, d), θ being the system's ``angle``.
@@ -299,9 +298,8 @@ class Assembly(BodyCoordinates):
         centering = CENTERING * (c.matrix if c.bearing is None else c.bearing.matrix)
         add_spring(self.stiffness, first, centering)
         ends = self.contact_node(first, -1), self.contact_node(second, angle)
-        for value, vector in zip(*rotating_rows(c.matrix - centering), strict=True):
-            self.support_rows.append(SupportRow(float(value), ends, np.array([vector, -vector])))
-            self.support_names.append(c.name)
+        stiffness, vectors = rotating_rows(c.matrix - centering)
+        self._support_rows(c.name, stiffness, np.hstack([vectors, -vectors]), ends)
         self.rotating_frame_supports.append(
             RotatingFrameSupport(c.name, first, second, c.matrix, -1, angle)
         )
@@ -319,12 +317,14 @@ class Assembly(BodyCoordinates):
         self.link(name, np.vstack([first, second]), mean)
         if np.abs(rest).max() > 1e-12 * np.abs(matrix).max():
             ends = self.contact_node(first, angles[0]), self.contact_node(second, angles[1])
-            self._turning_rows(name, rest, ends)
+            self._support_rows(name, *rotating_rows(rest), ends)
 
-    def _turning_rows(self, name: str, rest: Array, ends: tuple[int, int]) -> None:
-        for value, vector in zip(*rotating_rows(rest), strict=True):
-            self.support_rows.append(SupportRow(float(value), ends, vector.reshape(2, 6)))
-            self.support_names.append(name)
+    def _support_rows(
+        self, name: str, stiffness: Array, vectors: Array, ends: tuple[int, int]
+    ) -> None:
+        """Rows of stiffness (m,) and vectors (m, 12) on both ends."""
+        for value, vector in zip(stiffness, vectors, strict=True):
+            self.support_rows.append(SupportRow(name, float(value), ends, vector.reshape(2, 6)))
 
     def add_inertia(self, row: Array, inertia: float) -> None:
         """Polar inertia (kg m²) on the rotation that row (d,) gives.

@@ -14,13 +14,7 @@ import numpy as np
 
 from flexgear.arrays import Array
 from flexgear.coupling.assembly import Assembly
-from flexgear.coupling.connections import (
-    GearBlock,
-    GearBlocks,
-    connections,
-    spline_matrix,
-    stage_sets,
-)
+from flexgear.coupling.connections import connections, spline_matrix, stage_sets
 from flexgear.coupling.determinacy import (
     free_motions,
     holding_rows,
@@ -28,7 +22,7 @@ from flexgear.coupling.determinacy import (
     rolling_motions,
     vibration_motions,
 )
-from flexgear.coupling.gear_meshes import labels, pair_data
+from flexgear.coupling.gear_meshes import GearBlock, GearBlocks, StageFrame, labels, pair_data
 from flexgear.coupling.loads import frame_forces, given_loads
 from flexgear.coupling.machines import (
     machine_words,
@@ -40,7 +34,6 @@ from flexgear.coupling.springs import behind_spline
 from flexgear.coupling.system import (
     Damping,
     Port,
-    StageFrame,
     System,
     orthonormal_rigid,
     variant_label,
@@ -264,7 +257,7 @@ def _system(a: Assembly, rigid_bodies: Collection[BodyName]) -> System:
             if m.frame == "ring" and not m.lumped
         },
         rotating_frame_supports=tuple(a.rotating_frame_supports),
-        support_names=tuple(a.support_names),
+        support_names=tuple(row.name for row in a.support_rows),
         damping=Damping(d.ratio, ratios=d.ratios) if modal else Damping(0.0, d.alpha, d.beta),
         machines=port_machines(case, flow),
         rated_torque=flow.torque.get(lead, 0.0),

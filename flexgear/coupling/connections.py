@@ -10,11 +10,14 @@ from typing import Literal
 import numpy as np
 
 from flexgear.arrays import Array
-from flexgear.coupling.gear_meshes import MODELS, GearMeshSet, PairPaths
+from flexgear.coupling.gear_meshes import (
+    GearBlock,
+    GearBlocks,
+    GearMeshSet,
+    StageFrame,
+)
 from flexgear.coupling.members import body_names, can_turn, mass_properties
-from flexgear.coupling.pair_data import WAVE
 from flexgear.coupling.springs import linear_part
-from flexgear.coupling.system import StageFrame
 from flexgear.gears.contact import GearMeshPath
 from flexgear.gears.errors import stage_errors
 from flexgear.gears.geometry import stage_geometry
@@ -23,7 +26,7 @@ from flexgear.gears.power_flow import StageFlow
 from flexgear.gears.radii import stage_radii
 from flexgear.gears.slices import Nominal, Slices, bent
 from flexgear.gears.stiffness import line_load
-from flexgear.gears.tooth_faults import fault_groups, with_faults
+from flexgear.gears.tooth_faults import FaultGroups, fault_groups, with_faults
 from flexgear.model.bearings import Bearing
 from flexgear.model.faults import Fault, bearing_defects
 from flexgear.model.names import BodyName, MemberName, SupportName
@@ -204,34 +207,19 @@ def _held(
     yield Connection(place, end, None, rest, frame="carrier", bearing=bearing, key=key)
 
 
-@dataclass(frozen=True, eq=False)
-class GearBlock:
-    """Contact block of a gear, or of its first tooth where each tooth is one: then their positions
-    (z, 3) m, and the block of the rigid motion beside which they have elastic displacements."""
-
-    first: int
-    teeth: Array | None = None
-    rigid: int | None = None
-
-
-GearBlocks = Mapping[tuple[str, int, str], GearBlock]
-"""Contact blocks of a stage's gears by part, planet (−1: none) and side, "" for both sides."""
-
-
 def flanks(
     view: StageView, paths: Mapping[PathKey, GearMeshPath]
 ) -> Iterator[tuple[GearMeshPath, float]]:
     """Paths of the flanks that may carry, with the linear law those of the rated torque alone, and
     the equivalent mass on their line of action, kg: 1/m = r_bp²/J_p + r_b²/J, without the second
     term where the gear is held."""
-    stage = view.stage
-    first, second = ("pinion", "gear") if stage.kind == "parallel" else ("sun", "planet")
+    planet = view.part("planet")
     for path in paths.values():
-        if not path.carries and stage.gear_mesh.contact_law == "linear":
+        if not path.carries and view.gear_mesh.contact_law == "linear":
             continue
-        part = "ring" if path.kind.internal else first
-        inverse = path.base_radius_planet**2 / mass_properties(view, second)[1]
-        if can_turn(view.case, stage, part):
+        part = view.part(path.kind.gear)
+        inverse = path.base_radius_planet**2 / mass_properties(view, planet)[1]
+        if can_turn(view.case, view.stage, part):
             inverse += path.base_radius_gear**2 / mass_properties(view, part)[1]
         yield path, 1.0 / inverse
 
@@ -248,43 +236,31 @@ def stage_sets(
     """Gear meshes of stage ``number`` of a train; bending: slices bend each other where the case
     says so, by influences from the cache or made (half a minute each); rim: what the teeth of its
     ring yield besides."""
-    stage, options, out = view.stage, view.gear_mesh, []
+    stage, out = view.stage, list[GearMeshSet]()
     paths = stage_paths(view, flow.gear_mesh_forces)
-    errors = stage_errors(view, paths)
-    first, second = ("pinion", "gear") if stage.kind == "parallel" else ("sun", "planet")
+    errors, planet = stage_errors(view, paths), view.part("planet")
     for path, mass in flanks(view, paths):
-        kind, side = path.kind, path.side
+        kind, side, faults = path.kind, path.side, fault_groups(view, path)
         force, bend = flow.gear_mesh_forces[kind.gear], None
         if bending and bend_each_other(view):
             bend = _bending(view, path, force, rim if kind.internal else None)
 
-        def block(part: str, planet: int, side: str = side) -> GearBlock:
-            return blocks.get((part, planet, side)) or blocks[part, planet, ""]
+        def block(part: str, number: int, side: str = side) -> GearBlock:
+            return blocks.get((part, number, side)) or blocks[part, number, ""]
 
-        gear = block("ring" if kind.internal else first, -1)
-        numbers = range(stage.planets) if second == "planet" else [-1]
-        planets = [block(second, i) for i in numbers]
-        floating = [p for p in planets if p.rigid is not None]
+        numbers = range(stage.planets) if planet == "planet" else [-1]
         out.append(
             GearMeshSet(
-                pair_paths=_pair_paths(view, path, force, bend, bending),
+                paths=list(_faulty_paths(view, path, force, faults, bend, bending)),
+                faults=faults,
                 errors=errors[kind, side],
                 stage=number,
-                angle=frame.theta,
-                carrier_angle=frame.carrier,
+                frame=frame,
                 phi=np.asarray(stage.planet_angles, dtype=float),
-                planet_blocks=[p.first if p.rigid is None else p.rigid for p in planets],
-                gear_block=gear.first,
-                tooth_positions=gear.teeth,
-                turns=-1 if gear.teeth is None else frame.theta,
-                one_sided=options.contact_law != "linear",
+                gear=block(view.part(kind.gear), -1),
+                planets=[block(planet, i) for i in numbers],
                 equivalent_mass=mass,
-                damping_ratio=options.damping_ratio,
-                model=MODELS.get(options.model, WAVE),
-                always_damped=options.damping_law == "always",
-                planet_teeth=[p.first for p in floating],
-                planet_tooth_positions=[p.teeth for p in floating if p.teeth is not None],
-                planet_turns=frame.planets if floating else -1,
+                options=view.gear_mesh,
             )
         )
     return out
@@ -323,28 +299,29 @@ def _softness(
     return np.sum([crack_flexibility(view, path, lines, fault) for fault in cracked], axis=0)
 
 
-def _pair_paths(
-    view: StageView, path: GearMeshPath, force: float, bend: Bent | None, cracks: bool
-) -> PairPaths:
-    """Those of a stage's gear meshes of one kind.
+def _faulty_paths(
+    view: StageView,
+    path: GearMeshPath,
+    force: float,
+    groups: FaultGroups,
+    bend: Bent | None,
+    cracks: bool,
+) -> Iterator[GearMeshPath]:
+    """Those of a stage's gear meshes of one kind, in the order of ``FaultGroups``.
 
     path: of sound teeth, as slices are before they bend each other; force: of the gear mesh, N;
     bend: makes them so with ΔC (S, K, K) m/N of cracks besides, None where they are springs beside
     each other; cracks: whether what they yield is computed (half a minute each, kept).
     """
-    groups, paths = fault_groups(view, path), []
-    for of_planet in ((), *groups.planets):
-        for of_gear in ((), *groups.gear):
-            faults = (*of_gear, *of_planet)
-            cracked = [f for _, f in faults if f.kind == "root_crack" and cracks]
-            softness = partial(_softness, view, cracked) if cracked else None
-            if bend is None:
-                paths.append(with_faults(view, path, force, faults, softness))
-                continue
-            assert path.slices is not None
-            more = softness(path, path.slices) if softness else None
-            paths.append(bend(with_faults(view, path, force, faults, None), more))
-    return PairPaths(tuple(paths), tuple(groups.gear.values()), tuple(groups.planets.values()))
+    for faults in groups.of_pairs:
+        cracked = [f for _, f in faults if f.kind == "root_crack" and cracks]
+        softness = partial(_softness, view, cracked) if cracked else None
+        if bend is None:
+            yield with_faults(view, path, force, faults, softness)
+            continue
+        assert path.slices is not None
+        more = softness(path, path.slices) if softness else None
+        yield bend(with_faults(view, path, force, faults, None), more)
 
 
 def bend_each_other(view: StageView) -> bool:

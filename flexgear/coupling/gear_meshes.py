@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from flexgear.arrays import Array, Ints
+from flexgear.arrays import Array
 from flexgear.coupling.laws import LAW_NUMBERS
 from flexgear.coupling.pair_data import (
     FACE_LOAD,
@@ -26,83 +26,72 @@ from flexgear.coupling.springs import LawBearing
 from flexgear.gears.contact import GearMeshKind, GearMeshPath
 from flexgear.gears.errors import PairErrors
 from flexgear.gears.slices import Slices
+from flexgear.gears.tooth_faults import FaultGroups
 from flexgear.model.errors import FlexgearError
+from flexgear.model.gear_mesh import GearMesh
 
 MODELS = {"per_pair": PER_PAIR, "lumped": SUMMED, "face_load": FACE_LOAD}  # all others: WAVE
 
 
 @dataclass(frozen=True)
-class PairPaths:
-    """Paths of the pairs of one kind of gear mesh: of sound teeth, then of those with faults.
+class StageFrame:
+    """Numbers of the system's angles by which the frames of a stage turn, −1 for a fixed frame.
 
-    With A groups of faulty teeth of the gear and B of planets' teeth, each group one fault or one
-    set of them, the tables of the kind lie side by side from its first one on: of sound teeth, of
-    the gear's groups 1 … A, and the same again for every group of planets' teeth. A pair takes the
-    table
-
-        first + a + (1 + A) b ,   a, b: groups of its teeth, 0 of sound ones.
-
-    gear: (A,) groups of tooth numbers of the gear; planets: (B,) groups of (planet, tooth number);
-    all from 0. paths: (1 + B) (1 + A), in the order of the tables.
+    theta: the stage's angle θ = φ_carrier − φ_ring, the gear's of a parallel stage; carrier: of
+    the carrier, in whose frame all lumped members and the sun are; ring: of the ring, whose own
+    frame holds it and its hub if it is an FE body; planets: in their axes, of FE
+    planets' frames and of outer races with defects.
     """
 
-    paths: tuple[GearMeshPath, ...]
-    gear: tuple[tuple[int, ...], ...] = ()
-    planets: tuple[tuple[tuple[int, int], ...], ...] = ()
+    theta: int
+    carrier: int
+    ring: int = -1
+    planets: int = -1
 
-    def gear_table(self, teeth: int) -> Ints:
-        """What each tooth of the gear adds to the number of the table (teeth,)."""
-        out = np.zeros(teeth, dtype=np.int64)
-        for a, group in enumerate(self.gear, 1):
-            out[list(group)] = a
-        return out
 
-    def planet_table(self, planet: int, teeth: int) -> Ints:
-        """What each tooth of a planet adds to it (teeth,)."""
-        out = np.zeros(teeth, dtype=np.int64)
-        for b, group in enumerate(self.planets, 1):
-            out[[tooth for of, tooth in group if of == planet]] = b * (1 + len(self.gear))
-        return out
+@dataclass(frozen=True, eq=False)
+class GearBlock:
+    """Contact block of a gear, or of its first tooth where each tooth is one: then their positions
+    (z, 3) m, and the block of the rigid motion beside which they have elastic displacements."""
+
+    first: int
+    teeth: Array | None = None
+    rigid: int | None = None
+
+
+GearBlocks = Mapping[tuple[str, int, str], GearBlock]
+"""Contact blocks of a stage's gears by part, planet (−1: none) and side, "" for both sides."""
 
 
 @dataclass(frozen=True)
 class GearMeshSet:
     """One kind of gear mesh of one stage (and half), for all its planets.
 
-    stage: number of the stage; angle: which of the system's angles is the stage's θ;
-    carrier_angle: which is the carrier's absolute angle; phi (N,) planet angles, rad;
-    planet_blocks (N,), gear_block: blocks; tooth_positions (z, 3): where every tooth of the gear
-    is a block, else None; turns: angle by which the gear's frame lags the planets', −1 for the
-    same frame; planet_teeth (N,), planet_tooth_positions (N, z_p, 3): block of tooth 0 and places
-    of all where every tooth of the planets is a block, planet_turns: angle by which these have
-    turned in the planets' axes; one_sided: pairs only push; equivalent_mass: kg on the line of
-    action, for pair damping c = 2 ζ √(k m); always_damped: whether it acts without contact, too, k
-    being the mean of the gear mesh; model: PER_PAIR, SUMMED, WAVE or FACE_LOAD.
+    paths: of sound teeth, then of those with faults in the order of ``faults``; stage: its number;
+    phi (N,) planet angles, rad; gear, planets (N,): what rows act on; equivalent_mass: m kg on the
+    line of action, for pair damping c = 2 ζ √(k m).
     """
 
-    pair_paths: PairPaths
+    paths: Sequence[GearMeshPath]
+    faults: FaultGroups
     errors: PairErrors
     stage: int
-    angle: int
-    carrier_angle: int
+    frame: StageFrame
     phi: Array
-    planet_blocks: Sequence[int]
-    gear_block: int
-    tooth_positions: Array | None
-    turns: int
-    one_sided: bool
+    gear: GearBlock
+    planets: Sequence[GearBlock]
     equivalent_mass: float
-    damping_ratio: float
-    model: int = PER_PAIR
-    always_damped: bool = False
-    planet_teeth: Sequence[int] = ()
-    planet_tooth_positions: Sequence[Array] = ()
-    planet_turns: int = -1
+    options: GearMesh
 
     @property
     def path(self) -> GearMeshPath:
         """That of sound teeth."""
-        return self.pair_paths.paths[0]
+        return self.paths[0]
+
+    @property
+    def model(self) -> int:
+        """PER_PAIR, SUMMED, WAVE or FACE_LOAD."""
+        return MODELS.get(self.options.model, WAVE)
 
 
 @dataclass(frozen=True)
@@ -133,9 +122,10 @@ class GivenLoad(NamedTuple):
 
 
 class SupportRow(NamedTuple):
-    """Row of a spring between nodes whose frames turn: N/m of either sign; contact nodes, −1: none;
-    vectors (2, 6) in fixed axes."""
+    """Row of a spring between nodes whose frames turn: name of the support or joint; N/m of either
+    sign; contact nodes, −1: none; vectors (2, 6) in fixed axes."""
 
+    name: str
     stiffness: float
     nodes: tuple[int, int]
     vectors: Array
@@ -163,21 +153,22 @@ def pair_data(
     blocks: number of contact blocks; first, angles: block of the first contact node that is not of
     gear meshes, and by node which angle its frame has turned by (−1: fixed).
     """
-    paths = [path for s in sets for path in s.pair_paths.paths]
-    first_table = np.cumsum([0, *(len(s.pair_paths.paths) for s in sets)])
+    paths, rows = list[GearMeshPath](), list[dict[str, Any]]()
+    first_mesh = np.cumsum([0, *(len(s.phi) for s in sets)]).tolist()
+    coast = {_place(s): m for s, m in zip(sets, first_mesh, strict=False) if not s.path.carries}
+    for s in sets:
+        opposite = coast.get(_place(s)) if s.path.carries else None
+        for i in range(len(s.phi)):
+            rows.append(_gear_mesh(s, len(paths), i, -1 if opposite is None else opposite + i))
+        paths += s.paths
     start, step, k_table, z_table, gap_table = stiffness_tables(paths)
-    rows = [
-        _gear_mesh(s, int(table), i, _opposite(sets, s, i))
-        for table, s in zip(first_table[:-1], sets, strict=True)
-        for i in range(len(s.phi))
-    ]
     columns = {name: _stacked([row[name] for row in rows]) for name in rows[0]}
     nodes, rings = (
         np.array(ends, np.int64).reshape(-1, 2)
         for ends in ([s.nodes for s in supports], [(b.inner, b.outer) for b in bearings])
     )
     data = PairData(
-        one_sided=any(s.one_sided for s in sets),
+        one_sided=any(s.options.contact_law != "linear" for s in sets),
         slots=max([FEWEST_SLOTS, *(_most_pairs(s) for s in sets)]),
         tooth_position=_tooth_positions(sets, blocks),
         table_start=start,
@@ -211,43 +202,43 @@ def _tooth_positions(sets: Sequence[GearMeshSet], blocks: int) -> Array:
     """Positions (B, 3) by block of all teeth that are blocks, m; zero of all other blocks."""
     positions = np.zeros((max(blocks, 1), 3))
     for s in sets:
-        teeth = [(s.gear_block, s.tooth_positions, s.path.gear_teeth)]
-        of_planets = zip(s.planet_teeth, s.planet_tooth_positions, strict=True)
-        teeth += [(first, places, s.path.planet_teeth) for first, places in of_planets]
-        for first, places, count in teeth:
-            if places is None:
+        p = s.path
+        teeth = [(s.gear, p.gear_teeth), *((planet, p.planet_teeth) for planet in s.planets)]
+        for block, count in teeth:
+            if block.teeth is None:
                 continue
-            if len(places) != count:
+            if len(block.teeth) != count:
                 raise FlexgearError(
-                    f"a body of the {s.path.kind} has {len(places)} tooth nodes for {count} teeth"
+                    f"a body of the {p.kind} has {len(block.teeth)} tooth nodes for {count} teeth"
                 )
-            positions[first : first + count] = places
+            positions[block.first : block.first + count] = block.teeth
     return positions
 
 
 def _gear_mesh(s: GearMeshSet, table: int, i: int, opposite: int) -> dict[str, Any]:
     """What ``PairData`` has of planet i in one set, by column."""
-    p, e = s.path, s.errors
-    cos_b = p.cos_base_helix
-    angles = np.where(np.asarray(e.runout_angle, dtype=int) == 0, s.angle, s.carrier_angle)
+    p, e, frame, planet = s.path, s.errors, s.frame, s.planets[i]
+    cos_b, floats = p.cos_base_helix, planet.rigid is not None
+    angles = np.where(np.asarray(e.runout_angle, dtype=int) == 0, frame.theta, frame.carrier)
     rates = np.where(angles < 0, 0.0, e.runout_rate)  # what stands in space before a held carrier
-    damping = 2 * s.damping_ratio * math.sqrt(s.equivalent_mass)
+    damping = 2 * s.options.damping_ratio * math.sqrt(s.equivalent_mass)
+    always = s.options.damping_law == "always"
     return {
-        "sided": int(s.one_sided),
+        "sided": int(s.options.contact_law != "linear"),
         "model": s.model,
         "kind": KINDS.index(p.kind),
         "carries": int(p.carries),
         "opposite": opposite,
-        "angle": s.angle,
-        "turns": s.turns,
+        "angle": frame.theta,
+        "turns": -1 if s.gear.teeth is None else frame.theta,
         "phi": s.phi[i],
         "radial": (math.cos(s.phi[i]), math.sin(s.phi[i])),
         "center_distance": p.center_distance,
-        "planet_block": s.planet_blocks[i],
-        "gear_block": s.gear_block,
-        "per_tooth": int(s.tooth_positions is not None),
-        "planet_tooth_block": s.planet_teeth[i] if s.planet_teeth else -1,
-        "planet_turns": s.planet_turns,
+        "planet_block": planet.rigid if floats else planet.first,
+        "gear_block": s.gear.first,
+        "per_tooth": int(s.gear.teeth is not None),
+        "planet_tooth_block": planet.first if floats else -1,
+        "planet_turns": frame.planets if floats else -1,
         "s0": p.s0[i],
         "rate": p.rate,
         "pitch": p.base_pitch,
@@ -267,8 +258,8 @@ def _gear_mesh(s: GearMeshSet, table: int, i: int, opposite: int) -> dict[str, A
         "s_pitch": p.base_radius_planet * math.tan(p.alpha),
         "gap": 0.0 if p.carries else p.backlash,
         "table": table,
-        "gear_table": s.pair_paths.gear_table(p.gear_teeth),
-        "planet_table": s.pair_paths.planet_table(i, p.planet_teeth),
+        "gear_table": s.faults.gear_table(p.gear_teeth),
+        "planet_table": s.faults.planet_table(i, p.planet_teeth),
         "gear_tooth0": p.gear_tooth0[i],
         "gear_step": p.gear_step,
         "gear_teeth": p.gear_teeth,
@@ -287,20 +278,17 @@ def _gear_mesh(s: GearMeshSet, table: int, i: int, opposite: int) -> dict[str, A
         "runout_rate": rates,
         "runout_phase": e.runout_phase[i],
         "runout_angle": np.maximum(angles, 0),
-        "damping": 0.0 if s.always_damped else damping,
-        "constant_damping": damping * math.sqrt(_mean_stiffness(s)) * p.carries * s.always_damped,
+        "damping": 0.0 if always else damping,
+        "constant_damping": damping * math.sqrt(_mean_stiffness(p)) * p.carries * always,
     }
 
 
-def _mean_stiffness(s: GearMeshSet) -> float:
+def _mean_stiffness(p: GearMeshPath) -> float:
     """Mean stiffness of all pairs of a gear mesh over a base pitch, N/m."""
-    p = s.path
     if p.wave is not None:
         return float(np.mean(p.wave))
-    grid, stiffness = p.s_grid, p.k_grid
-    if p.slices is not None:
-        grid, stiffness = p.slices.s, p.slices.on_path
-    return float(np.trapezoid(stiffness, grid) / p.base_pitch)
+    s, stiffness, *_ = _springs(p)
+    return float(np.trapezoid(stiffness, s) / p.base_pitch)
 
 
 def _most_pairs(s: GearMeshSet) -> int:
@@ -312,21 +300,9 @@ def _most_pairs(s: GearMeshSet) -> int:
     return math.floor(reach / p.base_pitch) + 1
 
 
-def _opposite(sets: Sequence[GearMeshSet], s: GearMeshSet, i: int) -> int:
-    """Number of the gear mesh on the other flank, or −1."""
-    if not s.path.carries:
-        return -1
-    at = 0
-    for other in sets:
-        if (
-            not other.path.carries
-            and other.stage == s.stage
-            and other.path.side == s.path.side
-            and other.path.kind.gear == s.path.kind.gear
-        ):
-            return at + i
-        at += len(other.phi)
-    return -1
+def _place(s: GearMeshSet) -> tuple[int, str, str]:
+    """Where both flanks of a gear mesh are: stage, side, gear."""
+    return s.stage, s.path.side, s.path.kind.gear
 
 
 def _stacked(values: Sequence[Any]) -> NDArray[Any]:
@@ -345,10 +321,16 @@ def _padded(lines: Sequence[NDArray[Any]]) -> NDArray[Any]:
 
 def stiffness_tables(paths: Sequence[GearMeshPath]) -> tuple[Array, ...]:
     """Tables of equal length on uniform grids: start, step, stiffness, centroid, gap."""
-    size = max((len(p.s_grid) for p in paths if p.wave is None), default=2)
-    size = max([size, *(len(p.slices.s) for p in paths if p.slices is not None)])
-    size = max([size, *(len(p.wave) for p in paths if p.wave is not None)])
+    size = max([2, *(len(_springs(p)[0] if p.wave is None else p.wave) for p in paths)])
     return tuple(map(np.array, zip(*(_table(p, size) for p in paths), strict=True)))
+
+
+def _springs(p: GearMeshPath) -> tuple[Array, Array, Array, Array]:
+    """Path coordinates of pairs, their stiffness, centre and gap; of slices as they are on the path
+    of contact, whose gaps are in their own tables."""
+    if p.slices is None:
+        return p.s_grid, p.k_grid, p.zc_grid, p.gap_grid
+    return p.slices.s, p.slices.on_path, p.slices.centre, np.zeros(len(p.slices.s))
 
 
 def _table(p: GearMeshPath, size: int) -> tuple[float, float, Array, Array, Array]:
@@ -357,11 +339,9 @@ def _table(p: GearMeshPath, size: int) -> tuple[float, float, Array, Array, Arra
         period = np.arange(len(p.wave) + 1) / len(p.wave)
         wave = np.interp(np.arange(size) / size, period, [*p.wave, p.wave[0]])
         return 0.0, 1.0, wave, np.zeros(size), np.zeros(size)
-    s, k, z, gap = p.s_grid, p.k_grid, p.zc_grid, p.gap_grid
-    if p.slices is not None:
-        s, k, z, gap = p.slices.s, p.slices.on_path, p.slices.centre, np.zeros(len(p.slices.s))
+    s, *columns = _springs(p)
     grid = np.linspace(s[0], s[-1], size)
-    k, z, gap = (np.interp(grid, s, values) for values in (k, z, gap))
+    k, z, gap = (np.interp(grid, s, values) for values in columns)
     return grid[0], grid[1] - grid[0], k, z, gap
 
 
@@ -374,10 +354,9 @@ def slice_tables(paths: Sequence[GearMeshPath], size: int) -> Array:
     for table, p in zip(out, paths, strict=True):
         if p.slices is None:
             continue
-        path_grid = p.slices.s
-        grid = np.linspace(path_grid[0], path_grid[-1], size)
-        for j, column in enumerate(_of_slices(p.slices).T):
-            table[:, j] = np.interp(grid, path_grid, column)
+        s, of_slices = p.slices.s, _of_slices(p.slices).T
+        grid = np.linspace(s[0], s[-1], size)
+        table[:, : len(of_slices)] = np.transpose([np.interp(grid, s, x) for x in of_slices])
     return out
 
 

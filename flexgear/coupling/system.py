@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy import linalg
 
 from flexgear.arrays import Array
-from flexgear.coupling.gear_meshes import GearMeshLabel
+from flexgear.coupling.gear_meshes import GearMeshLabel, StageFrame
 from flexgear.coupling.machines import MachineLaw
 from flexgear.coupling.pair_data import PairData
 from flexgear.coupling.springs import LawBearing
@@ -38,22 +38,6 @@ def variant_label(bodies: Iterable[BodyName], rigid: Collection[BodyName]) -> st
     if len(set(labels.values())) < 2:
         return next(iter(labels.values()), "lumped")
     return ", ".join(f"{stage}: {label}" for stage, label in labels.items())
-
-
-@dataclass(frozen=True)
-class StageFrame:
-    """Numbers of the system's angles by which the frames of a stage turn, −1 for a fixed frame.
-
-    theta: the stage's angle θ = φ_carrier − φ_ring, the gear's of a parallel stage; carrier: of
-    the carrier, in whose frame all lumped members and the sun are; ring: of the ring, whose own
-    frame holds it and its hub if it is an FE body; planets: in their axes, of FE
-    planets' frames and of outer races with defects.
-    """
-
-    theta: int
-    carrier: int
-    ring: int = -1
-    planets: int = -1
 
 
 @dataclass(frozen=True)

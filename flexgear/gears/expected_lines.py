@@ -40,6 +40,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from flexgear.gears.power_flow import PowerFlow, StageFlow, power_flow
+from flexgear.gears.radii import role_of
 from flexgear.model.names import GEAR_MESH, PLANET_PASS, SHAFT
 
 if TYPE_CHECKING:
@@ -135,8 +136,7 @@ def _of_stage(
 def shaft_lines(stage: Stage, flow: StageFlow, sensor: float = 0.0) -> Iterator[ExpectedLine]:
     """Turns of a stage's members against a sensor, labelled by their parts."""
     for part in stage.members:
-        of_flow = {"pinion": "sun", "gear": "planet"}.get(part, part)
-        frequency = abs(getattr(flow, f"{of_flow}_speed") - sensor) / TURN
+        frequency = abs(getattr(flow, f"{role_of(part)}_speed") - sensor) / TURN
         yield ExpectedLine(stage.name, SHAFT, part, frequency)
 
 

@@ -123,7 +123,7 @@ def stage_flow(
     speed rad/s, torque N m by the rest of the train on the member; circulating W.
     """
     stage, radii = view.stage, stage_radii(view)
-    first = "pinion" if stage.kind == "parallel" else "sun"
+    first = view.part("sun")
     carrier_speed = speed.get("carrier", 0.0)
     if stage.kind == "parallel":
         relative = speed["gear"]
@@ -226,32 +226,22 @@ def shafts(members: tuple[str, ...], joints: list[tuple[str, str]]) -> dict[str,
 
 def _shortest_cycle(branches: list[Branch]) -> list[Branch]:
     """Branches of a directed cycle with the fewest branches; empty where there is none."""
-    best: list[Branch] = []
-    for start in branches:
-        back = _path(branches, start.head, start.tail)
-        if back is not None and (not best or len(back) + 1 < len(best)):
-            best = [start, *back]
-    return best
+    cycles = (_cycle(branches, start) for start in branches)
+    return min(filter(None, cycles), key=len, default=[])
 
 
-def _path(branches: list[Branch], begin: Node, end: Node) -> list[Branch] | None:
-    """Shortest way from ``begin`` to ``end`` along the flow."""
-    came: dict[Node, Branch | None] = {begin: None}
-    queue = deque([begin])
-    while queue:
-        node = queue.popleft()
-        if node == end:
-            path: list[Branch] = []
-            step = came[node]
-            while step is not None:
-                path.insert(0, step)
-                step = came[step.tail]
-            return path
+def _cycle(branches: list[Branch], start: Branch) -> list[Branch]:
+    """Shortest way along the flow that begins with a branch and comes back to its tail."""
+    ways, reached = deque([[start]]), {start.head}
+    while ways:
+        way = ways.popleft()
+        if way[-1].head == start.tail:
+            return way
         for branch in branches:
-            if branch.tail == node and branch.head not in came:
-                came[branch.head] = branch
-                queue.append(branch.head)
-    return None
+            if branch.tail == way[-1].head and branch.head not in reached:
+                reached.add(branch.head)
+                ways.append([*way, branch])
+    return []
 
 
 NOISE = 1e-13

@@ -27,10 +27,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from flexgear.arrays import Array
+from flexgear.arrays import Array, Ints
 from flexgear.gears.contact import GearMeshPath
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.paths import PLACES, flank_name
+from flexgear.gears.radii import role_of
 from flexgear.gears.slices import Line, Slices, cut
 from flexgear.gears.stiffness import pair_law
 from flexgear.gears.tooth import ToothGeometry
@@ -55,10 +56,40 @@ Softness = Callable[[GearMeshPath, Slices], Array]  # ΔC (S, K, K) m/N between 
 @dataclass(frozen=True)
 class FaultGroups:
     """Teeth of a kind of gear mesh with the same faults, from 0: of the gear, and (planet, tooth)
-    of the planets, with the faults that act on its flanks."""
+    of the planets, with the faults that act on its flanks.
+
+    With A groups of teeth of the gear, tables of pairs lie side by side from the first one of the
+    kind on: of sound teeth, of the gear's groups 1 … A, and the same again for every group of
+    planets' teeth. A pair takes the table
+
+        first + a + (1 + A) b ,   a, b: groups of its teeth, 0 of sound ones.
+    """
 
     gear: dict[tuple[Numbered, ...], tuple[int, ...]]
     planets: dict[tuple[Numbered, ...], tuple[tuple[int, int], ...]]
+
+    @property
+    def of_pairs(self) -> list[tuple[Numbered, ...]]:
+        """Faults of pairs in the order of their tables; none of the first."""
+        return [
+            (*of_gear, *of_planet)
+            for of_planet in ((), *self.planets)
+            for of_gear in ((), *self.gear)
+        ]
+
+    def gear_table(self, teeth: int) -> Ints:
+        """What each tooth of the gear adds to the number of the table (teeth,)."""
+        out = np.zeros(teeth, dtype=np.int64)
+        for a, group in enumerate(self.gear.values(), 1):
+            out[list(group)] = a
+        return out
+
+    def planet_table(self, planet: int, teeth: int) -> Ints:
+        """What each tooth of a planet adds to it (teeth,)."""
+        out = np.zeros(teeth, dtype=np.int64)
+        for b, group in enumerate(self.planets.values(), 1):
+            out[[tooth for of, tooth in group if of == planet]] = b * (1 + len(self.gear))
+        return out
 
 
 def faults_of_stage(view: StageView) -> list[Numbered]:
@@ -74,8 +105,7 @@ def faults_of_stage(view: StageView) -> list[Numbered]:
 
 def faulty_gears(view: StageView) -> set[str]:
     """ "sun", "planet", "ring" where teeth have faults; pinion and gear count as sun and planet."""
-    roles = {"pinion": "sun", "gear": "planet"}
-    return {roles.get(fault.gear, fault.gear) for _, fault in faults_of_stage(view)}
+    return {role_of(fault.gear) for _, fault in faults_of_stage(view)}
 
 
 def fault_report(view: StageView, paths: Sequence[GearMeshPath]) -> dict[str, str]:
