@@ -221,7 +221,11 @@ def _train_rows(
                       np.full(pairs, p)))  # fmt: skip
         between.append(between_rows(work, n))
         starts.append(starts[-1] + n)
-    row, blocks, coef, pair, at = (np.concatenate(part) for part in zip(*parts, strict=True))
+    row, blocks, coef, pair, at = (
+        # of records, NumPy would else work out the type that all have in common, slowly
+        np.concatenate(part, dtype=part[0].dtype)
+        for part in zip(*parts, strict=True)
+    )
     between = between if row["following"].any() else []
     return _TrainRows(row, blocks, coef, np.array(starts), pair, at, between)
 

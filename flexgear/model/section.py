@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
+from functools import cache
 from typing import Annotated, Any, Self, TypeVar, get_args
 
 from pydantic import (
@@ -147,6 +148,7 @@ def _walk(annotation: Any) -> list[Any]:
     return annotations
 
 
+@cache
 def quantity_of(section: type[Section], name: str) -> Quantity | None:
     """The quantity a field states, or None for a bare number, a word or a sub-section."""
     field = section.model_fields[name]
@@ -154,18 +156,21 @@ def quantity_of(section: type[Section], name: str) -> Quantity | None:
     return next((x for x in inside if isinstance(x, Quantity)), None)
 
 
+@cache
 def section_of(section: type[Section], name: str) -> type[Section] | None:
     """The sub-section a field holds (directly or as a list), or None."""
     inside = _walk(section.model_fields[name].annotation)
     return next((x for x in inside if isinstance(x, type) and issubclass(x, Section)), None)
 
 
+@cache
 def is_list(section: type[Section], name: str) -> bool:
     """Whether a field holds a list."""
     inside = _walk(section.model_fields[name].annotation)
     return any(getattr(x, "__origin__", None) is tuple for x in inside)
 
 
+@cache
 def takes_one(section: type[Section], name: str) -> bool:
     """Whether a field that holds a list of sections takes a single one as well."""
     inside = _walk(section.model_fields[name].annotation)

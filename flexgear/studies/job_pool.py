@@ -54,7 +54,7 @@ J = TypeVar("J")
 R = TypeVar("R")
 
 LOST = 3  # workers that a run may lose
-STARTING = 8.0  # s that workers have to save before it pays to start them
+STARTING = 3.0  # s that workers have to save before it pays to start them
 
 
 def run_jobs(
@@ -68,7 +68,7 @@ def run_jobs(
     """Number of every job and outcome of function(shared, job), as they are done.
 
     workers: processes of this machine (1: this one alone; None: as many as there are processors,
-    but none beside this one where the first job shows that starting them takes longer);
+    but none beside this one while the last job shows that starting them takes longer);
     scheduler: address of a Dask cluster instead. Linear algebra runs on one thread everywhere, so
     that results do not depend on where. All three must be picklable, of modules that workers can
     import. Closing the iterator, or an exception in it such as Ctrl-C, stops all workers at once;
@@ -77,14 +77,15 @@ def run_jobs(
     here = 0  # jobs done in this process
     if scheduler is None and jobs and workers in (None, 1):
         with threadpool_limits(limits=1):
-            began = time.perf_counter()
-            first = outcome_of(function, shared, jobs[0])
-            left = (time.perf_counter() - began) * (len(jobs) - 1)
-            yield 0, first
-            here = 1
-            if workers == 1 or left * (1 - 1 / processors()) < STARTING:
-                for here, job in enumerate(jobs[1:], 2):
-                    yield here - 1, outcome_of(function, shared, job)
+            for here, job in enumerate(jobs, 1):
+                began = time.perf_counter()
+                outcome = outcome_of(function, shared, job)
+                taken = time.perf_counter() - began
+                yield here - 1, outcome
+                loading = here == 1 and taken < STARTING  # what all jobs need: the second one tells
+                saved = taken * (len(jobs) - here) * (1 - 1 / processors())
+                if workers is None and not loading and saved >= STARTING:
+                    break
     if here == len(jobs):
         return
     if scheduler is not None:

@@ -36,10 +36,10 @@ def commands(size: str) -> dict[str, tuple[int, tuple[str, ...]]]:
         "check": (1, ("check", "wind-5mw")),
         "static": (1, ("static", "wind-5mw", "--quiet")),
         "modes": (1, ("modes", "wind-5mw", "--quiet")),
-        "simulate, 2 s": (1, ("simulate", "wind-5mw", "--duration-s", "2", "--quiet")),
+        "simulate for 2 s": (1, ("simulate", "wind-5mw", "--duration-s", "2", "--quiet")),
         "run without pictures": (THREADS, (*run, "--no-pictures")),
         "run": (THREADS, run),
-        f"sweep of {POINTS[size]}, lumped": (
+        f"sweep of {POINTS[size]} lumped trains": (
             THREADS, ("sweep", "lin-parker", bearings, "--quiet", "--no-pictures", "--out", OUT),
         ),
     }  # fmt: skip
