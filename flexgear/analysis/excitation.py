@@ -72,7 +72,8 @@ ON_AXIS = 1e-9  # of the body's size
 
 
 def excited_index(order: float, sun_teeth: int, planets: int) -> int:
-    """k = l z_s mod N."""
+    """Nodal index k = l z_s mod N that order l of a gear mesh excites; N equal, evenly spaced
+    planets (Parker 2000, J. Sound Vib. 236:561)."""
     return round(order * sun_teeth) % planets
 
 

@@ -38,9 +38,9 @@ _BRAKE_TORQUE = getattr(brake_torque, "py_func", brake_torque)  # not compiled f
 
 
 def start_state(modal: ModalSystem, prescribed: float | Array) -> State:
-    """Equilibrium at zero angle plus rolling at the speeds that the machines require.
+    """Equilibrium at zero angle plus rigid-body rotation at the speeds that the machines require.
 
-    prescribed: torque of the first port, the others then as rated, or (P,) what is prescribed to
+    prescribed: torque of the first port, the others then as rated, or (P,) the prescribed value of
     every machine (``transient.Drive``).
     """
     system = modal.system
@@ -96,7 +96,7 @@ def _balanced(system: System) -> System:
 
 
 def _given_speeds(system: System, prescribed: Array, share: float) -> Array:
-    """Speeds (F,) with ports that follow a speed at theirs, else ``share`` of the rated ones."""
+    """Speeds (F,), prescribed where ports follow a speed, else ``share`` of the rated ones."""
     follows_speed, rated = _follow_speed(system), share * system.rated_input_speeds
     if not follows_speed:
         return np.asarray(rated)
@@ -105,7 +105,8 @@ def _given_speeds(system: System, prescribed: Array, share: float) -> Array:
 
 
 def _speeds(system: System, prescribed: Array, torques: Array) -> Array:
-    """The same with the share at which the last brake among the reactions takes its torque."""
+    """The same with the share at which the last brake among the reactions has its equilibrium
+    torque."""
     turns = _port_rolling(system)
     for p in reversed(system.reactions):
         machine = system.machines[p]
@@ -119,14 +120,14 @@ def _speeds(system: System, prescribed: Array, torques: Array) -> Array:
 
 
 def _share(modal: ModalSystem, speeds: Array) -> float:
-    """Share of rated speed, where loads go with it; else 1."""
+    """Share of rated speed, where loads depend on it; else 1."""
     if not modal.system.pairs.load_grows.any():
         return 1.0
     return float(rated_row(modal) @ modal.rolling @ speeds)
 
 
 def _at_speed(system: System, share: float, speeds: Array) -> System:
-    """The system at speeds (F,), with loads that go with the square of speed at a share of the
+    """The system at speeds (F,), with loads proportional to the square of speed at a share of the
     rated one."""
     pairs = system.pairs
     scale = np.where(pairs.load_grows == 1, share**2, 1.0)
@@ -146,7 +147,7 @@ def _known_torques(system: System, prescribed: Array, speeds: Array) -> Array:
 
 
 def _ports(system: System, prescribed: Array, torques: Array, speeds: Array) -> Any:
-    """What controllers carry on so that the start is stationary, (P,) PORT."""
+    """State (P,) PORT of controllers for which the start is stationary."""
     out = np.zeros(len(system.ports), dtype=PORT)
     for p, machine in enumerate(system.machines):
         if isinstance(machine, Controller):
@@ -166,14 +167,14 @@ def _first_energy(modal: ModalSystem, equilibrium: Equilibrium, velocity: Array)
 
 @dataclass(frozen=True)
 class CarriedState:
-    """The state that a run starts from at a time, s."""
+    """State at a time, s, from which a run starts."""
 
     state: State
     time: float
 
 
 def packed_state(modal: ModalSystem, state: State) -> Array:
-    """The vector (n,) of a state."""
+    """The state as one vector (n,)."""
     motion = [modal.modes @ part for part in (state.eta, state.velocity, state.acceleration)]
     ports = [state.ports[name] for name in PORT.names or ()]
     parts = [*motion, state.memory.ravel(), state.active_flanks, *ports]
@@ -181,12 +182,12 @@ def packed_state(modal: ModalSystem, state: State) -> Array:
 
 
 def state_size(modal: ModalSystem) -> int:
-    """Length of that vector."""
+    """Length n of that vector."""
     return int(sum(_sizes(modal)))
 
 
 def unpacked_state(modal: ModalSystem, values: Array) -> State:
-    """The state of such a vector (n,), in the modes of this computation."""
+    """The state from such a vector (n,), in the modes of this computation."""
     ends = np.cumsum([0, *_sizes(modal)])
     parts = [values[first:stop].copy() for first, stop in pairwise(ends)]
     project = modal.modes.T @ modal.system.mass
@@ -206,7 +207,7 @@ def unpacked_state(modal: ModalSystem, values: Array) -> State:
 
 
 def _sizes(modal: ModalSystem) -> list[int]:
-    """Of the parts of the vector."""
+    """Lengths of the parts of the vector."""
     pairs, ports = modal.system.pairs, len(modal.system.ports)
     memory = first_memory(pairs, modal.system.rolling_rates).size
     columns = [ports] * len(PORT.names or ())

@@ -18,7 +18,7 @@ _ROUNDED = 1 + 1e-9
 
 @dataclass(frozen=True)
 class FineWindow:
-    """A span of time with a finer step, s."""
+    """A time interval with a finer step, s."""
 
     start: float
     stop: float
@@ -27,11 +27,9 @@ class FineWindow:
 
 @dataclass(frozen=True)
 class Adaptive:
-    """Step sizes chosen by an error estimate (``kernels.refinement``).
-
-    tolerance: error of a pair's load that one step may make, as a share of the largest load at
-    rated torque; shortest, longest: s. Sizes are the longest one halved some times.
-    """
+    """Step sizes chosen by an error estimate (``kernels.refinement``). tolerance: error of a pair's
+    load in one step, relative to the largest load at rated torque; shortest, longest: s. Sizes are
+    halvings of the longest one."""
 
     tolerance: float
     shortest: float
@@ -49,8 +47,9 @@ class Adaptive:
 
 @dataclass(frozen=True)
 class Plan:
-    """A piece of time without a jump: ticks of the shortest size, a sample every so many, of which
-    every ``sparse``-th is an output and the others are for sensors alone."""
+    """A time interval without a jump: ``ticks`` steps of the shortest size, a sample after every
+    ``every`` of them, of which every ``sparse``-th is an output and the others are for sensors
+    only."""
 
     start: float
     sizes: Array
@@ -71,20 +70,17 @@ class Plan:
 
     @property
     def times(self) -> Array:
-        """Of all samples, s."""
+        """Times of all samples, s."""
         count = np.arange(1, self.ticks // self.every + 1) * self.every
         return self.start + float(self.sizes[0]) * count.astype(np.float64)
 
 
 @dataclass(frozen=True)
 class Stepping:
-    """How a run is cut into steps and samples, s.
-
-    There is a sample about every ``output_interval``, at least one between two jumps or window
-    edges. jumps: times at which a torque jumps or a given speed has a kink; adaptive: chooses step
-    sizes, ``time_step`` and windows then play no part; start: time at which the run begins;
-    between: of samples that sensors need, at most.
-    """
+    """Steps and samples of a run, s. There is a sample about every ``output_interval``, at least
+    one between two jumps or window edges. jumps: times at which a torque jumps or a given speed has
+    a kink; adaptive: chooses step sizes, ``time_step`` and windows are then not used; start: time
+    at which the run begins; between: largest interval of samples for sensors."""
 
     duration: float
     time_step: float
@@ -96,7 +92,8 @@ class Stepping:
     between: float = math.inf
 
     def plans(self, load: float = np.inf) -> list[Plan]:
-        """A plan for each piece between two jumps; load: N, that errors of steps are held to."""
+        """A plan for each interval between two jumps; load: N, to which the tolerated error of
+        steps refers."""
         stop = self.start + self.duration
         edges = [edge for w in self.windows for edge in (w.start, w.stop)]
         edges = edges if self.adaptive is None else []
@@ -121,7 +118,7 @@ class Stepping:
         return Plan(start, np.array([h]), steps, every, control(1, every=every), sparse)
 
     def _graded_steps(self, start: float, stop: float, adaptive: Adaptive, load: float) -> Plan:
-        """Steps of several sizes, judged by a share of ``load``, N; samples as of equal ones."""
+        """Steps of several sizes, with errors relative to ``load``, N; samples as of equal ones."""
         interval, span = self.output_interval, stop - start
         several = self.between < interval
         sparse = math.ceil(interval / self.between / _ROUNDED) if several else 1
@@ -131,18 +128,18 @@ class Stepping:
 
     @property
     def least_steps(self) -> float:
-        """About as many steps, were there no windows of finer ones; infinite beyond all bounds."""
+        """About the number of steps without finer windows; infinite above any limit."""
         longest = self.time_step if self.adaptive is None else self.adaptive.longest
         return self.duration / longest
 
     @property
     def samples(self) -> int:
-        """Outputs that are saved."""
+        """Number of outputs that are saved."""
         return sum(plan.outputs for plan in self.plans())
 
     @property
     def interval(self) -> float:
-        """Time between two outputs of the first piece, s."""
+        """Interval between two outputs of the first plan, s."""
         first = self.plans()[0]
         return first.every * first.sparse * float(first.sizes[0])
 
@@ -153,7 +150,7 @@ class Stepping:
 
     @property
     def sampled(self) -> Array:
-        """Times of the first sample and of some of the last ones, s."""
+        """Times of the first sample and of the last few (``LAST``), s."""
         plans = self.plans()
         last = np.zeros(0)
         for plan in reversed(plans):

@@ -135,13 +135,13 @@ ForceNew = Annotated[bool, Option("--force", help="Replace a file that is there.
 def require_new(
     path: Path, option: str, force: bool, remedy: str = "choose a new name, or --force"
 ) -> None:
-    """InputError for an output that is there already, unless it may be replaced."""
+    """InputError for an output that exists, unless it may be replaced."""
     if file_target(path).exists() and not force:
         raise InputError(option, str(path), "is there already", remedy)
 
 
 def folder_named(text: str) -> Path:
-    """The folder that an option names."""
+    """Path of the folder that --out names; InputError for an empty name."""
     if not text:
         raise InputError("--out", '""', "names no folder", "name a folder")
     return Path(text)
@@ -205,18 +205,16 @@ def claim_file(path: Path | None, origin: Origin, force: bool) -> None:
 
 
 def claim_folder(path: Path, names: Sequence[str], origin: Origin, force: bool) -> None:
-    """InputError if the folder ``path`` holds files called ``names`` that are of something else.
-
-    names: patterns. Pictures belong to the case of the results, or of the report, beside them.
-    """
+    """InputError if the folder ``path`` holds files called ``names`` of another origin. names:
+    patterns. Pictures belong to the case of the results, or of the report, beside them."""
     target = folder_target(path)
     if not force and target.is_dir():
         _require_own(_named(target, names), origin)
 
 
 def earlier(names: Sequence[str]) -> Callable[[Path], list[Path]]:
-    """Function: a folder -> its files called ``names`` (patterns) that flexgear wrote, and the
-    pictures among them; new results take the place of all of them."""
+    """Function of a folder that lists its files called ``names`` (patterns) that flexgear wrote,
+    pictures included; new results replace all of them."""
 
     def files_in(folder: Path) -> list[Path]:
         return [f for f in _named(folder, names) if is_picture(f) or origin_of(f) is not None]
@@ -225,7 +223,7 @@ def earlier(names: Sequence[str]) -> Callable[[Path], list[Path]]:
 
 
 def _named(folder: Path, names: Sequence[str]) -> list[Path]:
-    """Files in ``folder`` that match a pattern of ``names``, but for hidden ones."""
+    """Files in ``folder`` that match a pattern of ``names``, without hidden ones."""
     files = (f for name in names for f in sorted(folder.glob(name)))
     return [f for f in files if not f.name.startswith(".")]
 
@@ -250,10 +248,8 @@ def save_or_rescue(save: Callable[[Path], object], path: Path) -> None:
 
 @contextmanager
 def without_pictures(lost: list[str]) -> Iterator[None]:
-    """Pictures that cannot be drawn cost no results: ``lost`` says why they are missing.
-
-    A stop by the user still ends everything.
-    """
+    """Within it a picture that cannot be drawn costs no results: ``lost`` collects the reasons. A
+    stop by the user still ends everything."""
     try:
         yield
     except Exception as error:
@@ -262,7 +258,7 @@ def without_pictures(lost: list[str]) -> Iterator[None]:
 
 
 def require_pictures(lost: Sequence[str], folder: Path) -> None:
-    """FlexgearError if pictures are missing beside results that are whole."""
+    """FlexgearError if pictures are missing beside complete results."""
     if lost:
         raise FlexgearError(
             f"the pictures could not be drawn ({lost[0]}); the results are whole in {folder}: "
@@ -287,7 +283,7 @@ def _require_own(files: Iterable[Path], origin: Origin) -> None:
 
 
 def with_schema(text: str, case: Path) -> bytes:
-    """A case file's bytes; where flexgear.schema.json (``flexgear schema --out``) stands beside it,
-    the first line names that for editors."""
+    """Bytes of a case file; where flexgear.schema.json (``flexgear schema --out``) is beside it,
+    the first line names it for editors."""
     header = f"#:schema ./{SCHEMA}\n" if (file_target(case).parent / SCHEMA).exists() else ""
     return (header + text).encode()

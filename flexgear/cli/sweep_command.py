@@ -75,7 +75,7 @@ def sweep(
 
 
 def _keys(settings: list[str]) -> dict[str, Values]:
-    """Keys and values of the command line; one or two."""
+    """Swept keys and their values from the command line; one or two."""
     swept: dict[str, Values] = {}
     for setting in settings:
         key, values = parse_setting(setting)
@@ -90,7 +90,8 @@ def _keys(settings: list[str]) -> dict[str, Values]:
 
 
 def _files_of(target: Path) -> tuple[Path, str]:
-    """Folder to write to and how file names start: for a file beside it, else inside ``target``."""
+    """Folder of the outputs, and the stem of their names: those of ``target`` if it is a .nc file,
+    else the folder ``target`` and "sweep"."""
     if target.suffix.lower() in (".png", ".svg", ".pdf", ".csv", ".json"):
         raise InputError(
             "--out",
@@ -113,7 +114,7 @@ def _draw(data: xr.Dataset, folder: Path, start: str, report: Report) -> None:
 
 
 def plain(data: xr.Dataset) -> dict[str, Any]:
-    """A dataset of a parameter study for programs: keys, measures, what failed; SI units."""
+    """A dataset of a parameter study for ``--json``: keys, measures, failed points; SI units."""
     keys = keys_of(data["message"])
     return {
         "case": data.attrs["case"],
@@ -180,7 +181,7 @@ def _is_constant(values: NDArray[np.float64]) -> bool:
 
 
 def _table(part: xr.DataArray, titles: list[str], values: NDArray[np.float64]) -> None:
-    """A line for each point; of many points so many lines, evenly spaced, with both ends."""
+    """One line for each point, at most so many, evenly spaced and with both ends."""
     keys = keys_of(part)
     points = list(np.ndindex(*(part.sizes[k] for k in keys)))
     lines = evenly_spaced(len(points), MOST_ROWS)
@@ -198,13 +199,13 @@ def _table(part: xr.DataArray, titles: list[str], values: NDArray[np.float64]) -
 
 
 def _headed(ticks: xr.DataArray) -> str:
-    """A key without its unit's suffix, and the unit."""
+    """Heading of a swept key: its name without the unit's suffix, and the unit."""
     name, unit = str(ticks.attrs["long_name"]), str(ticks.attrs["units"])
     return f"{name}, {unit}" if unit else name
 
 
 def _complain(data: xr.Dataset) -> None:
-    """Failed points and warnings, on stderr."""
+    """Print failed points and warnings to stderr."""
     for name, how in (("message", "failed"), (WARNING, "have a warning")):
         lines = failures(data, name)
         if not lines:

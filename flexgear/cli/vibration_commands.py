@@ -120,7 +120,7 @@ def stability(
 
 
 def _show_linear(model: Model, peaks: list[dict[str, Any]]) -> None:
-    """The highest peaks of gear-mesh forces, and the modes that make them."""
+    """Print the highest peaks of gear-mesh forces, and the modes with the largest shares."""
     typer.echo(f"{model.case.name}: response to the static transmission error, mean stiffness")
     for peak in peaks[:LISTED]:
         modes = ", ".join(f"mode {m} {100 * s:.0f} %" for m, s in peak["modes"].items())
@@ -132,13 +132,13 @@ def _show_linear(model: Model, peaks: list[dict[str, Any]]) -> None:
 
 
 def _tell_dampers(model: Model) -> None:
-    """Say that a linear analysis leaves out dampers, where the case has some."""
+    """Say that a linear analysis neglects dampers, where the case has some."""
     if LAW_NUMBERS["dampers"] in model.system.pairs.bearing_law:
         typer.echo("left out: dampers of bearings, supports, joints and ports")
 
 
 def _linear_peak(row: xr.Dataset) -> dict[str, Any]:
-    """A peak, with the shares of the three modes that have most of it."""
+    """A peak, with its three largest modal shares."""
     share = row["peak_mode_share"].to_numpy()
     most = np.argsort(-np.abs(share))[:3]
     numbers = row["kept_mode"].to_numpy()
@@ -201,8 +201,8 @@ def _rows(data: xr.Dataset, dim: str, *names: str) -> Iterator[tuple[Any, ...]]:
 
 
 def _peaks(force: np.ndarray, branch: np.ndarray, stable: np.ndarray) -> list[int]:
-    """States at peaks of the force along curves that are stable, or beside stable ones; the largest
-    first."""
+    """Indices of states at peaks of the force along curves, stable or next to stable ones; the
+    largest first."""
     out: list[int] = []
     for curve in np.unique(branch):
         at = np.flatnonzero(branch == curve)
@@ -213,7 +213,7 @@ def _peaks(force: np.ndarray, branch: np.ndarray, stable: np.ndarray) -> list[in
 
 
 def _several(parameter: np.ndarray, branch: np.ndarray, stable: np.ndarray) -> list[list[float]]:
-    """Lowest and highest λ of ranges in which more than one steady state is stable."""
+    """Lowest and highest λ of ranges with more than one stable steady state."""
     along = (branch[1:] == branch[:-1]) & stable[1:] & stable[:-1]
     pairs = np.sort(np.stack([parameter[1:], parameter[:-1]], axis=1)[along], axis=1)
     at = np.r_[pairs[:, 0], pairs[:, 1]]
@@ -224,8 +224,8 @@ def _several(parameter: np.ndarray, branch: np.ndarray, stable: np.ndarray) -> l
 
 
 def _ranges(parameter: np.ndarray, branch: np.ndarray, where: np.ndarray) -> list[list[float]]:
-    """Lowest and highest λ of pieces of curves in which something holds, joined where the curve has
-    but a kink between them."""
+    """Lowest and highest λ of the pieces of curves on which ``where`` is true, joined across kinks
+    of a curve."""
     cuts = np.flatnonzero((np.diff(where.astype(int)) != 0) | (np.diff(branch) != 0)) + 1
     split = (np.split(values, cuts) for values in (parameter, where))
     pieces = [piece for piece, holds in zip(*split, strict=True) if holds[0]]
@@ -239,7 +239,7 @@ def _ranges(parameter: np.ndarray, branch: np.ndarray, where: np.ndarray) -> lis
 
 
 def show_response(model: Model, data: xr.Dataset, figures: dict[str, Any]) -> None:
-    """Print what a response says."""
+    """Print the figures of a response."""
     over = figures["over"]
     low, high = (float(f(data[f"response_{over}_share"])) for f in (np.min, np.max))
     change = figures["doubling_change"]
@@ -291,7 +291,7 @@ def _lines(figures: dict[str, Any]) -> Iterator[str]:
 
 
 def _bands(data: xr.Dataset) -> list[dict[str, Any]]:
-    """Bands of all stages as plain rows, for programs."""
+    """Bands of all stages as plain rows, for ``--json``."""
     return [
         {"stage": stage, "growth_rate_per_s": band.pop("growth_rate"), **band}
         for stage in map(str, data["turning_stage"].to_numpy())
@@ -300,7 +300,7 @@ def _bands(data: xr.Dataset) -> list[dict[str, Any]]:
 
 
 def _show_stability(model: Model, data: xr.Dataset, bands: list[dict[str, Any]]) -> None:
-    """A line a band, and what was looked at."""
+    """Print one line for each band, and the analysed range."""
     factor, frequency = (data[n].to_numpy() for n in ("speed_factor", "kept_frequency"))
     typer.echo(
         f"{model.case.name}: parametric instability from {factor[0]:.4g} to {factor[-1]:.4g} times "

@@ -79,7 +79,8 @@ def _mass_key(name: BodyName, direction: str) -> str:
 
 
 def holding_rows(pairs: PairData, blocks: Array, angles: int, more: Sequence[Array] = ()) -> Array:
-    """Rows (n, d) of what holds the bodies beside constant springs, at θ = 0: gear meshes, more."""
+    """Rows (n, d) of the gear meshes at θ = 0, and of ``more``, which constrain the bodies beside
+    constant springs."""
     rows = pair_rows(pairs)
     n, _ = build_rows(pairs, rows, np.zeros(angles), carrying_flanks(pairs))
     return np.array([*row_motions(rows, n, blocks)[rows.row["kind"][:n] >= 0], *more])
@@ -120,19 +121,17 @@ def rolling_motions(
 
 
 def vibration_motions(mass: Array, rigid: Array, contact: Array) -> tuple[Array, Array]:
-    """Motions (d, F) that nothing resists in free vibration, M-orthonormal, and the rows (F, d)
-    that give their share of a motion. Where supports resist all turning, there are none."""
+    """Motions (d, F) without resistance in free vibration, M-orthonormal, and the rows (F, d) that
+    give their share of a motion. There are none where supports resist all rotations."""
     free = free_motions(rigid, contact)
     rolled = orthonormal_rigid(mass, free)
     return rolled, rolled.T @ mass
 
 
 def loose_fault(bodies: Sequence[Body], source: str, free: Array, allowed: int) -> InputError:
-    """Names the bodies and directions in which springs would leave only ``allowed`` free motions.
-
-    free (d, k): all free motions. Springs are put in, one after the other, where they stop most of
-    them; at members before planets, and against turning only where nothing else helps.
-    """
+    """InputError that names the bodies and directions in which springs would leave only ``allowed``
+    free motions. free (d, k): all free motions. Springs are added one by one where they constrain
+    most motions; at members before planets, and against rotation only where nothing else helps."""
     loose: list[tuple[Body, str]] = []
     places = _places(bodies)
     while free.shape[1] > allowed:
@@ -164,7 +163,7 @@ def _is_lumped(key: str) -> bool:
 
 
 def _places(bodies: Sequence[Body]) -> list[tuple[Body, str, Array]]:
-    """Where springs could be: body, direction, rows (m, d); in the order of preference."""
+    """Possible springs: body, direction, rows (m, d); in the order of preference."""
     size = sum(body.size for body in bodies)
     ordered: dict[tuple[bool, int, int], tuple[Body, str, Array]] = {}
     start = 0
@@ -183,7 +182,7 @@ def _places(bodies: Sequence[Body]) -> list[tuple[Body, str, Array]]:
 
 
 def _rank(motions: Array, free: Array) -> int:
-    """How many of the free motions a spring on rows would stop: rank of rows @ free."""
+    """Number of free motions that a spring on rows would constrain: rank of rows @ free."""
     values = np.linalg.svd(motions, compute_uv=False)
     return int((values > MOVES * np.abs(free).max(initial=1e-300)).sum())
 
@@ -196,7 +195,7 @@ def _body_text(name: BodyName) -> str:
 
 
 def _holder(bodies: Sequence[Body], name: BodyName, direction: str) -> str:
-    """Key of the spring that would hold a body."""
+    """Key of the spring that would support a body."""
     stage, part, key = name.stage, name.part, DIRECTIONS[direction][2]
     of_train = {"housing": "housing.mount", "output": "output.bearing"}
     if BodyName.of(stage, "output") not in [body.name for body in bodies]:
@@ -213,7 +212,7 @@ def _holder(bodies: Sequence[Body], name: BodyName, direction: str) -> str:
 
 
 def _ring_key(ring: Body, key: str) -> str:
-    """Key of what holds a flexible ring: its bolts, or bands where it has none."""
+    """Key of the supports of a flexible ring: its bolts, or bands where it has none."""
     kinds = {node.kind for node in ring.nodes}
     if "bolt" in kinds:
         return f"ring.fe.bolts.{_BOLTS[key]}"

@@ -38,7 +38,7 @@ _TITLE = re.compile(r"\s*(.*?)\s*[\[(]([^\[\]()]*)[\])]\s*")
 
 
 class Table(NamedTuple):
-    """Names and units of all channels of a file, and values (samples, n) of those asked for."""
+    """Names and units of all channels of a file, and values (samples, n) of the requested ones."""
 
     names: list[str]
     units: list[str]
@@ -97,7 +97,7 @@ def _suffix(path: Path, key: str, channel: Channel, unit: str, dimension: str) -
 
 
 def _columns(path: Path, names: Sequence[str], wanted_names: Sequence[str]) -> list[int]:
-    """Places of channels among those of a file."""
+    """Indices of the requested channels among those of a file."""
     for name in wanted_names:
         if name not in names:
             raise InputError(str(path), name, "is not in the file", nearest(name, list(names)))
@@ -105,12 +105,13 @@ def _columns(path: Path, names: Sequence[str], wanted_names: Sequence[str]) -> l
 
 
 def _printable(name: str) -> str:
-    """A name without what fills it up; what cannot be printed as a question mark."""
+    """A name without padding blanks and NUL bytes; unprintable characters as question marks."""
     return "".join(sign if sign.isprintable() else "?" for sign in name.strip(" \0"))
 
 
 def _text(path: Path, names: Sequence[str]) -> Table:
-    """Text file of OpenFAST: lines of description, names from Time on, units, a line a sample."""
+    """Channels of an OpenFAST text file: lines of description, names from Time on, units, one line
+    for each sample."""
     text = read_text(path, WHAT, MOST)
     lines = text.splitlines()
     before, last = (len((line.split() or [""])[-1].lstrip("-")) for line in ["", "", *lines][-2:])
@@ -136,7 +137,7 @@ def _text(path: Path, names: Sequence[str]) -> Table:
 def _numbers(
     path: Path, titles: list[str], columns: list[int], body: list[tuple[int, str]]
 ) -> Array:
-    """Values of lines one by one; InputError names the line that is wrong."""
+    """Values (samples, n) of lines of text; InputError names the line that is wrong."""
     values = []
     for k, line in body:
         words = line.split()
@@ -149,7 +150,7 @@ def _numbers(
 
 
 class _Bytes:
-    """A binary file that is read from its beginning on; InputError where it ends too early."""
+    """A binary file read sequentially; InputError where it ends too early."""
 
     def __init__(self, path: Path) -> None:
         self.path, self.content, self.at = path, read_bytes(path, WHAT, MOST), 0
@@ -159,7 +160,7 @@ class _Bytes:
         return np.frombuffer(self.text(count * struct.calcsize(form)), f"<{form}")
 
     def text(self, size: int) -> bytes:
-        """So many bytes."""
+        """``size`` bytes."""
         if not 0 <= size <= len(self.content) - self.at:
             problem = f"ends after {len(self.content)} bytes, and needs {self.at + size}"
             raise InputError(str(self.path), WHAT, problem, CUT_SHORT)
@@ -257,11 +258,9 @@ LOADS = (*(f"force_{axis}_n" for axis in AXES), *(f"moment_{axis}_nm" for axis i
 
 
 def table_of_bins(bins: Sequence[LoadBin], ports: Sequence[str]) -> str:
-    """CSV text with a row for each bin; ports: members of inputs and output.
-
-    Speed and torque are those of the first input, and of the others where there are more than two
-    ports. Constant loads stand under their members; those over time stay in the case.
-    """
+    """CSV text with a row for each bin; ports: members of inputs and output. Speed and torque are
+    those of the first input, and of the others where there are more than two ports. Constant loads
+    have columns under their members; histories stay in the case."""
     others = ports[1:] if len(ports) > 2 else ()
     loads = [
         {load.member: load for load in load_bin.loads if not load.is_history} for load_bin in bins
@@ -295,7 +294,7 @@ def table_of_bins(bins: Sequence[LoadBin], ports: Sequence[str]) -> str:
 
 
 def _keys(member: str, ports: Sequence[str]) -> list[str]:
-    """Components of a load on a member; about the axis of a port there is its torque alone."""
+    """Components of a load on a member; about the axis of a port it is its torque."""
     return [key for key in LOADS if key != "moment_z_nm" or member not in ports]
 
 

@@ -42,16 +42,14 @@ class Tie:
 
     @property
     def label(self) -> str:
-        """How messages call it: "joint a – b", "held a", "stage s"."""
+        """The tie in messages: "joint a – b", "held a", "stage s"."""
         return f"{self.kind} {self.name}"
 
 
 @dataclass(frozen=True)
 class Port:
-    """A member that outside drives or loads: rad/s and N m (on the member); None if not given.
-
-    key: "inputs[0]" … or "output".
-    """
+    """A member with an external torque or speed: rad/s and N m (on the member); None if not given.
+    key: "inputs[0]" … or "output"."""
 
     member: str
     key: str
@@ -61,10 +59,8 @@ class Port:
 
 @dataclass(frozen=True)
 class Members:
-    """Names of all members in the order of the stages, ties of their speeds, ports.
-
-    loads: moments about z that are given on top (N m) by member, those of histories at t = 0.
-    """
+    """Names of all members in the order of the stages, ties of their speeds, ports. loads:
+    additional moments about z (N m) by member, those of histories at t = 0."""
 
     source: str
     names: tuple[MemberName, ...]
@@ -137,7 +133,7 @@ def null_space(matrix: Array) -> Array:
 
 
 def require_free_ties(members: Members) -> int:
-    """The mobility. InputError where ties repeat each other or nothing can turn."""
+    """The mobility. InputError where ties are redundant or nothing can turn."""
     rows = members.tie_rows
     if rank(rows) < len(rows):
         involved = [members.ties[k] for k in _first_loop(rows)]
@@ -160,7 +156,7 @@ def require_free_ties(members: Members) -> int:
 
 
 def _first_loop(rows: Array) -> list[int]:
-    """Rows of which the last follows from the others; the shortest such beginning."""
+    """Shortest leading set of rows whose last one depends on the others."""
     for end in range(1, len(rows) + 1):
         repeated = null_space(rows[:end].T)
         if repeated.shape[1]:
@@ -240,7 +236,8 @@ def _listed(ports: list[Port], noun: str) -> str:
 
 
 def _clash(members: Members, driven: list[Port]) -> str:
-    """What the speeds given first make of the first one that is too many."""
+    """Clause of a message: the speed of the first surplus port that follows from the other given
+    speeds; "" without one."""
     ties = members.tie_rows
     for k, port in enumerate(driven):
         conditions = np.vstack([ties, members.port_rows(driven[:k])])

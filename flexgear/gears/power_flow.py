@@ -108,7 +108,7 @@ class StageFlow:
 
     @property
     def planet_bearing_force(self) -> float:
-        """Size of the in-plane force on a planet's bearing, N."""
+        """Magnitude of the in-plane force on a planet's bearing, N."""
         return math.hypot(self.planet_bearing_radial, self.planet_bearing_tangential)
 
 
@@ -166,7 +166,7 @@ def stage_flow(
 
 
 def _gear_mesh_frequency(stage: Stage, speed: dict[str, float]) -> float:
-    """Teeth that pass a gear mesh in a second, Hz."""
+    """Gear-mesh frequency, Hz."""
     if stage.pinion is not None:
         return abs(stage.pinion.teeth * speed["pinion"]) / (2 * math.pi)
     assert stage.ring is not None  # the model refuses a planetary stage without one
@@ -189,11 +189,8 @@ class Branch:
 def circulating_power(
     branch_power: dict[str, float], shaft_of: dict[str, str], stage_of: dict[str, str]
 ) -> tuple[float, dict[str, float]]:
-    """Sum over all cycles, and how much runs through each stage; W.
-
-    branch_power: power into the stage at each member; shaft_of, stage_of: the member's shaft and
-    stage.
-    """
+    """Circulating power, W: total over all closed loops, and by stage. branch_power: power into the
+    stage at each member; shaft_of, stage_of: the member's shaft and stage."""
     largest = max((abs(p) for p in branch_power.values()), default=0.0)
     branches = []
     for member, power in branch_power.items():
@@ -275,11 +272,9 @@ class PowerFlow:
 
 
 def power_flow(case: Case) -> PowerFlow:
-    """Speeds, torques, powers and mean forces of a case.
-
-    In free vibration (no output) nothing is loaded, and without inputs all is at rest. Raises
-    InputError where the train has no or more than one answer.
-    """
+    """Speeds, torques, powers and mean forces of a case. A case of free vibration (no output) has
+    no loads, and without inputs no speeds. Raises InputError where the train has no or more than
+    one solution."""
     members = members_of(case)
     ties = members.tie_rows
     if members.ports:
@@ -338,10 +333,8 @@ def _speeds(members: Members, stated: Array) -> Array:
 
 def speed_ratios(case: Case) -> dict[str, Array]:
     """Speed of every member, and of the planets as "<stage>.planet", per speed of each independent
-    rotation, (F,) in the order of the ports of given speed.
-
-    InputError where the train has no or more than one answer.
-    """
+    rotation, (F,) in the order of the ports of given speed. InputError where the train has no or
+    more than one solution."""
     members = members_of(case)
     require_speeds(members, require_free_ties(members))
     count = sum(p.speed is not None for p in members.ports)
@@ -380,7 +373,7 @@ def _torques(members: Members) -> tuple[dict[str, float], Array]:
 
 
 def _branch_torques(members: Members, ties_torque: Array) -> dict[str, float]:
-    """Torque by the rest of the train on each member: against what its stage does, N m."""
+    """Torque by the rest of the train on each member: opposite to that of its stage, N m."""
     stage_rows = [k for k, tie in enumerate(members.ties) if tie.kind == "stage"]
     torques = -members.tie_rows[stage_rows].T @ ties_torque[stage_rows] + 0.0
     return dict(zip(members.names, torques.tolist(), strict=True))

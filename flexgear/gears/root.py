@@ -38,8 +38,9 @@ _HALVINGS = 50
 
 @dataclass(frozen=True)
 class CriticalSection:
-    """Where a tooth breaks: thickness s_Fn, distance from the gear's centre along the middle line,
-    radius of curvature ρ_F of the root there; m, in the section that is looked at."""
+    """The critical section of a tooth: thickness s_Fn, distance from the gear's centre along the
+    middle line, radius of curvature ρ_F of the root there; m, in the section (transverse or normal)
+    of the tooth's curve."""
 
     thickness: float
     distance: float
@@ -69,12 +70,12 @@ class ToothRoot:
 
     @property
     def end(self) -> float:
-        """t_end."""
+        """t_end, where the curve ends in the flank."""
         return self.tooth.tool.end(self.tooth.rolling_radius)
 
     @cached_property
     def form(self) -> float:
-        """t_F."""
+        """t_F, where the involute begins. ValueError where the tool leaves no involute."""
         tooth, end = self.tooth, self.end
         t = np.linspace(0.0, end, _PLACES)
         gap = self._gap(t) * tooth.reference_radius
@@ -99,7 +100,8 @@ class ToothRoot:
 
     @property
     def freed(self) -> bool:
-        """Whether the tool has taken off some of the flank above it: undercut, or protuberance."""
+        """Whether the tool has removed part of the flank above the root: undercut, or
+        protuberance."""
         return self.form < self.end
 
     @cached_property
@@ -113,8 +115,8 @@ class ToothRoot:
         return max(-float(self.proud(radius).min()), 0.0)
 
     def proud(self, radius: Array | float) -> Array:
-        """By how much the root stands beyond the involute at radii of any shape, normal to it, m;
-        below zero where the flank is freed, 0 from the form circle on."""
+        """Distance by which the root lies outside the involute at radii of any shape, normal to it,
+        m; negative where the flank is undercut, 0 from the form circle on."""
         half = self.half_angle(radius) - self.tooth.half_angle(radius)
         return np.asarray(half * self.tooth.base_radius)
 
@@ -171,7 +173,7 @@ class ToothRoot:
 
     @cached_property
     def section(self) -> CriticalSection:
-        """At the root section."""
+        """The critical section at ``section_place``."""
         t = self.section_place
         point = complex(self.at(t))
         low, high = max(t - _STEP, 0.0), min(t + _STEP, self.form)

@@ -42,14 +42,11 @@ STIFFEST = 0.5  # least compliance of ground flanks over that of involutes
 
 @dataclass(frozen=True)
 class Bending:
-    """How the slices of contact lines bend each other, over the path coordinate (S,).
-
-    lower: (S, K (K + 1)/2) lower triangles, row by row, of the flexibility between them, m/N, of
-    both flanks together and without line contact; scale, limit: (S, K) a m/N and d N of its
-    approach a f ln(d/f) under the force f of a slice. beside: (S, 2, 4) m/N, by which both rows of
-    the line yield to forces on those of the next two, a base pitch further on each
-    (``rows_yield``).
-    """
+    """Flexibility between the slices of a contact line, over the path coordinate (S,). lower: (S, K
+    (K + 1)/2) m/N, lower triangles, row by row, for both flanks together and without line contact;
+    scale, limit: (S, K) a m/N and d N of the approach a f ln(d/f) of a slice under its force f.
+    beside: (S, 2, 4) m/N, displacement of both rows of the line per force on those of the next two,
+    one base pitch apart each (``rows_yield``)."""
 
     scale: Array
     limit: Array
@@ -59,16 +56,14 @@ class Bending:
 
 @dataclass(frozen=True)
 class Slices:
-    """Slices of the pairs of a gear mesh over its path coordinate s (S,), m; K slices.
-
-    z, stiffness, gap, width: (S, K) m, N/m, m, m; gap along the 3D normal, positive where material
-    is missing. centre, radius: (S,) m of the stiffness along z, its centre and its radius of
-    gyration. on_path: (S,) N/m, stiffness of what of the line is on the path of contact. span: path
-    coordinates between which a point of a line may touch, m. bending: None where slices are springs
-    beside each other; else stiffness is their nominal share of that of the line. profile: contact
-    of modified flanks across the profile, narrowing (S, K): half widths of contacts over those of
-    Hertz's at the mean line load; None of involutes.
-    """
+    """Slices of the pairs of a gear mesh over its path coordinate s (S,), m; K slices. z,
+    stiffness, gap, width: (S, K) m, N/m, m, m; gap along the 3D normal, positive where material is
+    missing. centre, radius: (S,) m, centre and radius of gyration of the stiffness along z.
+    on_path: (S,) N/m, stiffness of the part of the line on the path of contact. span: path
+    coordinates between which a point of a line may touch, m. bending: None for independent slices;
+    else stiffness is the nominal share of each slice in that of the line. profile: contact of
+    modified flanks across the profile, None for involutes. narrowing: (S, K) half widths of
+    contacts over those of Hertz's at the mean line load."""
 
     s: Array
     z: Array
@@ -85,24 +80,22 @@ class Slices:
 
     @property
     def count(self) -> int:
-        """K."""
+        """Number of slices K."""
         return int(self.z.shape[1])
 
     @property
     def mean_gap(self) -> Array:
-        """Gap (S,) m of pairs that are one spring, F = ∫ k' (δ − h) dz = k (δ − h̄): the mean by
-        stiffness, exact while all of a line touches; 0 where a line holds nothing."""
+        """Gap (S,) m of a pair that is one spring, F = ∫ k' (δ − h) dz = k (δ − h̄): the mean
+        weighted by stiffness, exact while the whole line touches; 0 where a line has no
+        stiffness."""
         total = self.stiffness.sum(axis=1)
         weighted = (self.stiffness * self.gap).sum(axis=1)
         return np.divide(weighted, total, out=np.zeros_like(total), where=total > 0)
 
     def ground(self, profile: ProfileContact, law: Law, line: Line) -> Slices:
-        """The same lines on modified flanks, whose gaps ``profile`` knows in the place of these;
-        law, line: as of ``cut``.
-
-        Slices have the stiffness of where they touch, and yield by the secant c of ``profile``
-        more, k' → k'/(1 + k' c cos β_b).
-        """
+        """The same lines on modified flanks with the gaps of ``profile``; law, line: as of ``cut``.
+        Slices have the stiffness of the point where they touch, reduced by the secant compliance c
+        of ``profile``: k' → k'/(1 + k' c cos β_b)."""
         place = np.clip(self.s[:, None] + line.slope * self.z, *self.span)  # lines end there
         gap = profile.gap_at(place, self.z)
         if not profile.turns:
@@ -140,8 +133,8 @@ class Slices:
 
 @dataclass(frozen=True)
 class Line:
-    """Contact lines of a gear mesh: ends of the path of contact and of what may touch, m; slope
-    ds/dz; half of the face width, m."""
+    """Contact lines of a gear mesh: ends of the path of contact and of the range in which tips
+    touch, too, m; slope ds/dz; half of the face width, m."""
 
     path: tuple[float, float]
     span: tuple[float, float]
@@ -186,7 +179,7 @@ def cut(law: Law, line: Line, count: int, gap: Gap | None = None) -> Slices:
 
 
 def line_ends(s: Array, line: Line) -> tuple[Array, Array]:
-    """z₁ and z₂ (S,) of contact lines, m; equal where a line has left what may touch."""
+    """z₁ and z₂ (S,) of contact lines, m; equal where a line has left the range of contact."""
     (low, high), half = line.span, line.half_face
     if abs(line.slope) * half < 1e-9 * (high - low):  # spur: whole face at one place
         on = (s >= low) & (s <= high)
@@ -198,8 +191,8 @@ def line_ends(s: Array, line: Line) -> tuple[Array, Array]:
 
 @dataclass(frozen=True)
 class Nominal:
-    """Contact lines at which nominal stiffness is taken: line_load N/m along z, even on all of the
-    line; base_pitch m between them."""
+    """Loads at which nominal stiffness is taken: line_load N/m along z, uniform along the line;
+    base_pitch m between contact lines."""
 
     line_load: float
     base_pitch: float
@@ -208,13 +201,10 @@ class Nominal:
 def bent(
     slices: Slices, flexibility: Array, beside: Array, contact: tuple[Array, Array], at: Nominal
 ) -> Slices:
-    """The same lines with slices that bend each other.
-
-    flexibility: (S, K, K) m/N of both flanks without line contact; beside: (S, 2, K, K) m/N,
-    displacement of slices per force on those of the next two lines; contact: scale a m/N and limit
-    d N of the line contact of every slice, (S, K) each. With G = (C + diag h'(f))⁻¹: k = 1ᵀG1,
-    z_c = 1ᵀGz/k, ρ² = zᵀGz/k − z_c².
-    """
+    """The same lines with flexibility between slices. flexibility: (S, K, K) m/N of both flanks
+    without line contact; beside: (S, 2, K, K) m/N, displacement of slices per force on those of the
+    next two lines; contact: scale a m/N and limit d N of the line contact of every slice, (S, K)
+    each. With G = (C + diag h'(f))⁻¹: k = 1ᵀG1, z_c = 1ᵀGz/k, ρ² = zᵀGz/k − z_c²."""
     scale, limit = contact
     even = np.maximum(at.line_load * slices.width, 1e-9 * limit)
     slope = scale * (np.log(limit / np.minimum(even, limit / 8.0)) - 1.0)
@@ -245,14 +235,11 @@ def bent(
 def rows_yield(
     slices: Slices, solved: tuple[Array, Array], beside: Array, base_pitch: float
 ) -> Array:
-    """B (S, 2, 4) m/N: what both rows of a line, at z_c ∓ ρ, yield to forces on those of the next
-    two.
-
-    Teeth below a loaded one move as bodies do, smoothly along the face, so that resultants are
-    enough: the forces of rows lie on slices as they do where the line is pressed on by rigid
-    bodies, P = G T (TᵀGT)⁻¹ with T = (1 − t, t), and B = Pᵀ C P' between a line and another.
-    solved: G 1 and G z (S, K); beside: C (S, 2, K, K) m/N.
-    """
+    """B (S, 2, 4) m/N: displacement of both rows of a line, at z_c ∓ ρ, per force on those of the
+    next two lines. Loaded teeth deflect their neighbours rigidly and smoothly along the face, so
+    resultants are enough: forces of rows are distributed over slices as under rigid approach, P = G
+    T (TᵀGT)⁻¹ with T = (1 − t, t), and B = Pᵀ C P' between two lines. solved: G 1 and G z (S, K);
+    beside: C (S, 2, K, K) m/N."""
     extended = slices.radius > 0
     reach = np.where(extended, slices.radius, 1.0)
     even, lever = solved[0], solved[1] - slices.centre[:, None] * solved[0]
@@ -271,13 +258,10 @@ def rows_yield(
 
 
 def with_ends(line_load: Array, held: Array | float = 0.0) -> Array:
-    """Line load (…, K + 2) with its values at both ends, not below zero.
-
-    line_load: (…, K) at the middles of equal slices; held (…): length up to the end over which the
-    load holds, in slices. Continued is the parabola through the three slices at the end, or the
-    line through two where the third does not touch; that line, too, where it has not far to go
-    because the load holds.
-    """
+    """Line load (…, K + 2), extrapolated to both ends of the line, not below zero. line_load: (…,
+    K) at the middles of equal slices; held (…): length next to the end over which the load is
+    constant, in slices. The extrapolation is the parabola through the three slices at the end, or
+    the line through two where the third does not touch or ``held`` is not 0."""
     w, held = np.asarray(line_load, dtype=float), np.asarray(held, dtype=float)
     reach = np.maximum(0.5 - held, 0.0)
     ends = []
@@ -294,15 +278,15 @@ def with_ends(line_load: Array, held: Array | float = 0.0) -> Array:
 
 
 def factor_along(load: Array, section: float = 0.0) -> float:
-    """Largest over mean of a line load (F,) at evenly spaced places, the ends of the face included;
-    largest of the means over sections, a share of the face, wherever they lie; linear between the
-    places."""
+    """Largest over mean of a line load (F,) at evenly spaced points, ends of the face included,
+    linear between them. section: share of the face over which the largest is averaged, 0 for the
+    largest at a point."""
     return float(means_over(load, section).max() / mean_along(load))
 
 
 def means_over(load: Array, section: float) -> Array:
-    """Means of a line load (F,) as in ``factor_along`` over sections that begin or end at one of
-    its places; itself where a section has no length."""
+    """Means of a line load (F,) as in ``factor_along`` over all sections that begin or end at one
+    of its points; the load itself for a section of no length."""
     if section <= 0.0:
         return load
     places, steps = np.arange(len(load)), min(section, 1.0) * (len(load) - 1)
@@ -320,5 +304,5 @@ def means_over(load: Array, section: float) -> Array:
 
 
 def mean_along(load: Array) -> float:
-    """Mean of a line load (F,) at evenly spaced places, the ends of the face included."""
+    """Mean of a line load (F,) at evenly spaced points, ends of the face included."""
     return float((load[1:] + load[:-1]).sum() / (2 * (len(load) - 1)))

@@ -46,6 +46,7 @@ def shortened(text: str) -> str:
 
 
 def _middle(text: str, most: int) -> str:
-    """Both ends of a text: of a path the name at its end counts."""
+    """Shorten a text to ``most`` characters by cutting out its middle: of a path the file name
+    matters."""
     half = (most - 1) // 2
     return f"{text[:half]}…{text[-half:]}"

@@ -34,12 +34,12 @@ class MemberName(_Name):
 
     @classmethod
     def of(cls, stage: str, part: str) -> Self:
-        """The part of a stage."""
+        """Name of a part of a stage."""
         return cls(f"{stage}.{part}", stage=stage, part=part)
 
     @classmethod
     def parse(cls, text: str) -> Self:
-        """What a user wrote."""
+        """Name from a user's text."""
         stage, _, part = text.partition(".")
         return cls(text, stage=stage, part=part)
 
@@ -50,8 +50,8 @@ Member = Annotated[str, AfterValidator(MemberName.parse)]  # in a section of a c
 class SupportName(_Name):
     """A spring between a body and the housing: "<place>", or "<place>_support", "<place>_torsion".
 
-    place: node of an FE housing on which it stands; kind: "support" of a lumped member, "torsion",
-    what resists its rotation, or "" of a bearing.
+    place: node of an FE housing on which it stands; kind: "support" of a lumped member, "torsion"
+    for the spring against its rotation, or "" of a bearing.
     """
 
     place: str
@@ -59,7 +59,7 @@ class SupportName(_Name):
 
     @classmethod
     def of(cls, place: str, kind: str = "") -> Self:
-        """At a place of the housing."""
+        """Name of a support at a place of the housing."""
         return cls(f"{place}_{kind}" if kind else place, place=place, kind=kind)
 
 
@@ -77,19 +77,19 @@ class BodyName(_Name):
 
     @classmethod
     def of(cls, stage: str, part: str, planet: int = -1, side: str = "") -> Self:
-        """The body of a part, of one planet, of one half."""
+        """Name of the body of a part, of one planet, of one half."""
         which = f"_{planet + 1}" if planet >= 0 else f"_{side}" if side else ""
         text = f"{stage}.{part}{which}" if stage else f"{part}{which}"
         return cls(text, stage=stage, part=part, planet=planet, side=side)
 
     @property
     def alike(self) -> Self:
-        """What it is one of: "<stage>.planet" of a planet, the body itself of any other."""
+        """Name shared by equal bodies: "<stage>.planet" for a planet, itself for any other body."""
         return self if self.planet < 0 else self.of(self.stage, self.part)
 
     @classmethod
     def parse(cls, text: str) -> Self:
-        """A label of a result."""
+        """Name from a label of a result."""
         stage, _, last = str(text).rpartition(".")
         part, _, which = last.partition("_")
         if which.isdecimal():
@@ -109,18 +109,18 @@ class NodeName(_Name):
 
     @classmethod
     def of(cls, kind: str, number: int, digits: int = 1) -> Self:
-        """One of several nodes of a kind."""
+        """Name of one of several nodes of a kind."""
         return cls(f"{kind}_{number:0{digits}}", kind=kind, side="", number=number)
 
     @classmethod
     def parse(cls, text: str) -> Self:
-        """A name of an FE mesh or of a result."""
+        """Name from that of an FE mesh or of a result."""
         match = _NUMBERED.fullmatch(text)
         kind, side, number = match.groups("") if match else (text, "", 0)
         return cls(text, kind=kind, side=side, number=int(number))
 
     def of_half(self, side: str) -> NodeName:
-        """Its name where both halves are one body: "tooth_001" -> "tooth_left_001"."""
+        """Name of the node in a body of both halves: "tooth_001" -> "tooth_left_001"."""
         return self.parse(f"{self.kind}_{side}{self.removeprefix(self.kind)}")
 
 
@@ -137,18 +137,19 @@ class GroupName(_Name):
 
     @classmethod
     def of(cls, stage: str, kind: str, side: str = "") -> Self:
-        """The group of a stage."""
+        """Name of a group of a stage."""
         part = f"{kind} {side}" if side else kind
         return cls(f"{stage} {part}", stage=stage, kind=kind, side=side, part=part)
 
     @classmethod
     def parse(cls, text: str) -> Self:
-        """A label of a result."""
+        """Name from a label of a result."""
         return cls.of(*str(text).split(" "))
 
 
 class GearMeshName(_Name):
-    """A planet against ring or sun: "<group> <planet from 1>"; group: that shares the load."""
+    """A planet against ring or sun: "<group> <planet from 1>"; group: gear meshes that share the
+    load."""
 
     group: GroupName
     stage: str
@@ -158,7 +159,7 @@ class GearMeshName(_Name):
 
     @classmethod
     def of(cls, stage: str, kind: str, side: str, planet: int) -> Self:
-        """The gear mesh of one planet."""
+        """Name of the gear mesh of one planet."""
         group = GroupName.of(stage, kind, side)
         return cls(f"{group} {planet}", **vars(group), group=group, planet=planet)
 
@@ -171,15 +172,15 @@ class FlankName(_Name):
 
     @classmethod
     def parse(cls, text: str) -> Self:
-        """A label of a result."""
+        """Name from a label of a result."""
         group, _, sense = str(text).rsplit(" ", 2)
         return cls(text, group=GroupName.parse(group), sense=sense)
 
 
 class ExcitationName(_Name):
-    """What excites a train, "<cause> x <order>": the gear meshes of a stage, by its name; the turn
-    of a member, "<stage>.<part>"; the planets of a stage that pass a place of its ring, "<stage>
-    planet pass".
+    """An excitation of a train, "<cause> x <order>": the gear meshes of a stage, by its name; the
+    rotation of a member, "<stage>.<part>"; planets that pass a point of the ring, "<stage> planet
+    pass".
 
     kind: GEAR_MESH, SHAFT or PLANET_PASS; stage; part: of a shaft, else ""; order: of the cause's
     frequency, as printed.
@@ -192,14 +193,14 @@ class ExcitationName(_Name):
 
     @classmethod
     def of(cls, kind: str, stage: str, order: float, part: str = "") -> Self:
-        """An order of a cause."""
+        """Name of an order of a cause."""
         cause = f"{stage}.{part}" if part else stage
         text = f"{cause}{_PASS if kind == PLANET_PASS else ''} x {order:g}"
         return cls(text, kind=kind, stage=stage, part=part, order=f"{order:g}")
 
     @classmethod
     def parse(cls, text: str) -> Self:
-        """From a label in a dataset: "stage_1 x 3", "stage_1.sun x 1"."""
+        """Name from a label of a result: "stage_1 x 3", "stage_1.sun x 1"."""
         cause, _, order = str(text).rpartition(" x ")
         member = MemberName.parse(cause)
         kind = GEAR_MESH

@@ -21,7 +21,7 @@ _WORD = re.compile(r"^([a-z][a-z0-9_-]*) {2,}(\S.*)$", re.MULTILINE)
 
 
 def meaning(section: type[Section], name: str) -> str:
-    """What a field means, "" where nobody says."""
+    """Meaning of a field from the docstrings, "" where none states it."""
     description = section.model_fields[name].description
     for cls in _sources(section):
         description = description or _meanings(cls).get(name)
@@ -29,13 +29,13 @@ def meaning(section: type[Section], name: str) -> str:
 
 
 def prose(section: type[Section]) -> str:
-    """What a section's docstring says of it as a whole."""
+    """The part of a section's docstring about the section as a whole."""
     paragraphs = _paragraphs(section)
     return "\n\n".join(p for p in (_before_keys(section, p) for p in paragraphs) if p)
 
 
 def words(section: type[Section], name: str) -> dict[str, str]:
-    """Words that a field takes, with what they mean where a docstring lists them."""
+    """Words that a field accepts, with their meanings where a docstring lists them."""
     annotation = str(section.model_fields[name].annotation)
     meanings: dict[str, str] = {}
     for cls in reversed(_sources(section)):
@@ -56,7 +56,7 @@ def _paragraphs(section: type[Section]) -> list[str]:
 
 
 def _before_keys(section: type[Section], paragraph: str) -> str:
-    """What a paragraph says before it says of the first field."""
+    """The part of a paragraph before the first field's description."""
     if _is_list(paragraph):
         return ""
     text = " ".join(paragraph.split())
@@ -65,20 +65,20 @@ def _before_keys(section: type[Section], paragraph: str) -> str:
 
 
 def _heads(section: type[Section], text: str) -> list[re.Match[str]]:
-    """Beginnings "name: " or "one, other: " of what is said of fields."""
+    """Matches of "name: " or "one, other: ", which begin the descriptions of fields."""
     fields = section.model_fields
     return [m for m in _HEAD.finditer(text) if _names(m).keys() <= fields.keys()]
 
 
 def _names(head: re.Match[str]) -> dict[str, str]:
-    """Fields that a head names, with the remark behind each."""
+    """Fields of such a match, each with its remark."""
     parts = (re.fullmatch(r"(\w+)(?: \((.*)\))?", p) for p in re.findall(_NAME, head[1]))
     return {p[1]: p[2] or "" for p in parts if p}
 
 
 @cache
 def _meanings(section: type[Section]) -> dict[str, str]:
-    """Field and what the section's own docstring says of it."""
+    """Fields described by the section's own docstring, with their meanings."""
     meanings: dict[str, str] = {}
     for paragraph in _paragraphs(section):
         text = " ".join(paragraph.split())
@@ -96,7 +96,7 @@ def _is_list(paragraph: str) -> bool:
 
 @cache
 def _listed(section: type[Section]) -> dict[str, str]:
-    """Words with their meanings that the section's own docstring lists."""
+    """Words listed by the section's own docstring, with their meanings."""
     meanings: dict[str, str] = {}
     for paragraph in filter(_is_list, _paragraphs(section)):
         word = ""
@@ -115,11 +115,9 @@ NOT_WRITTEN = {(Case, "source"), (LoadCase, "source"), (LoadCase, "line")}
 
 @dataclass(frozen=True)
 class Key:
-    """One field of a section, in the words of a case file.
-
-    schema: JSON schema of its value in SI. inner: the section that it holds; several: a list of
-    them, or one where one_too. meaning: without unit and range.
-    """
+    """One field of a section, in the words of a case file. schema: JSON schema of its value in SI.
+    inner: the section that it holds; several: a list of them, or one where one_too. meaning:
+    without unit and range."""
 
     name: str
     quantity: Quantity | None
@@ -132,14 +130,14 @@ class Key:
 
     @property
     def spellings(self) -> dict[str, str]:
-        """Key as it is written and its unit's suffix ("" for none), the usual one first."""
+        """Names of the key in a file with their unit suffix ("" for none), the usual one first."""
         if self.quantity is None:
             return {self.name: ""}
         return {f"{self.name}_{s}": s for s in self.quantity.suffixes}
 
     @property
     def default(self) -> Any:
-        """In SI; None where the key has none that can be written."""
+        """Default in SI; None where the key has none that can be written."""
         return self.schema.get("default")
 
     def in_unit(self, suffix: str) -> dict[str, Any]:
@@ -171,7 +169,7 @@ def keys(section: type[Section]) -> Iterator[Key]:
 
 
 def sections(root: type[Section] = Case) -> list[type[Section]]:
-    """The section and all below it, each once, in the order in which they are met."""
+    """The section and all below it, each once, in the order of first use."""
     classes: list[type[Section]] = []
     rest = [root]
     while rest:
@@ -186,7 +184,8 @@ def sections(root: type[Section] = Case) -> list[type[Section]]:
 
 
 def _writable(schema: dict[str, Any]) -> dict[str, Any]:
-    """A field's schema without what TOML cannot write (null) and what is said elsewhere."""
+    """A field's schema without null, which TOML cannot write, and without titles and
+    descriptions."""
     choices = [choice for choice in schema.get("anyOf", ()) if choice != {"type": "null"}]
     content = {k: v for k, v in schema.items() if k not in ("title", "description", "anyOf")}
     if content.get("default", 0) in (None, "", []):
@@ -245,7 +244,7 @@ def json_schema() -> Schema:
 
 
 def _whole(section: type[Section]) -> Schema:
-    """A section with all that it must have."""
+    """Schema of a complete section, with its required keys."""
     needed = [
         {"anyOf": [{"required": [name]} for name in key.spellings]}
         for key in keys(section)
@@ -255,7 +254,8 @@ def _whole(section: type[Section]) -> Schema:
 
 
 def _table(section: type[Section], of: str) -> Schema:
-    """A section's keys, none of them necessary. of: which definitions it refers to."""
+    """Schema of a section's keys, none of them required. of: suffix of the definitions that it
+    refers to."""
     properties: Schema = {}
     for key in keys(section):
         properties |= _spelled(key, of)
@@ -263,7 +263,7 @@ def _table(section: type[Section], of: str) -> Schema:
 
 
 def _spelled(key: Key, of: str) -> Schema:
-    """Key as it may be written, and the schema of its value."""
+    """Every name of a key, one for each unit, with the schema of its value."""
     if key.inner is None:
         schemas = {}
         for written, suffix in key.spellings.items():

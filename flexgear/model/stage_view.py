@@ -25,19 +25,19 @@ _PARALLEL_WORDS = {"sun": "pinion", "planet": "gear"}
 
 @dataclass(frozen=True)
 class StageView:
-    """One stage of a case: its gears and members, and what holds for them."""
+    """One stage of a case: its gears and members, and the keys of the case that concern it."""
 
     case: Case
     stage: Stage
 
     @property
     def name(self) -> str:
-        """Of the stage."""
+        """Name of the stage."""
         return self.stage.name
 
     @property
     def material(self) -> Material:
-        """Of all its bodies."""
+        """Material of all its bodies."""
         return self.stage.material or self.case.material
 
     @property
@@ -79,20 +79,19 @@ class StageView:
 
     @property
     def flexible_bodies(self) -> dict[BodyName, Ring | Planet | Carrier | Shaft]:
-        """Sections of what of it may bend: its FE bodies, and the shaft of its sun."""
+        """Sections of bodies that may be flexible: its FE bodies, and the shaft of its sun."""
         shaft = self.stage.sun and self.stage.sun.shaft
         return self.fe_bodies | ({BodyName.of(self.name, "shaft"): shaft} if shaft else {})
 
     def fe_tie(self, role: str) -> Literal["root", "flank"] | None:
-        """How the contact nodes of "ring" or "planet" are tied to an FE body that bends; None of
-        another gear or one that does not bend, so that nothing of its teeth's compliance is in a
-        body."""
+        """Where the contact nodes of "ring" or "planet" are tied to a flexible FE body; None for
+        other gears and for rigid bodies, which have no part of the teeth's compliance."""
         body = getattr(getattr(self.stage, role), "fe", None)
         tie: Literal["root", "flank"] | None = body.tie if body and body.flexible else None
         return tie
 
     def with_rigid(self, parts: Collection[str]) -> StageView:
-        """The same stage with FE bodies of some members that do not bend."""
+        """The same stage with the FE bodies of some members rigid."""
         changes = {f"stages.{self.name}.{part}.fe.flexible": False for part in parts}
         return self.with_(**changes) if changes else self
 
@@ -102,7 +101,8 @@ class StageView:
         return self.stage.gear_mesh
 
     def bodies_hash(self) -> str:
-        """SHA-256 of what its FE bodies depend on, and of some keys beside, 64 hex digits."""
+        """SHA-256, 64 hex digits, of the keys that its FE bodies depend on (stage geometry, ``fe``,
+        material, solver)."""
         data: dict[str, Any] = {"stage": self.stage.dump_geometry()}
         data |= {body.part: {"fe": fe.model_dump()} for body, fe in self.fe_bodies.items()}
         digest_files(data)
@@ -114,7 +114,8 @@ class StageView:
         return self.case.with_(**changes).view(self.name)
 
     def key(self, name: str = "") -> str:
-        """A key of the stage as messages write it: "stages.stage_2.planets"; itself for ""."""
+        """A key of the stage as messages write it: "stages.stage_2.planets"; the stage itself for
+        ""."""
         return stage_key(self.name, name)
 
     def part(self, role: str) -> str:
@@ -133,14 +134,15 @@ def _there(part: Any, what: str) -> Any:
 
 
 def stage_key(name: str, key: str) -> str:
-    """A key of a stage as --set takes it: "stages.stage_2.planets"; the stage alone for ""."""
+    """A key of a stage in the form of --set: "stages.stage_2.planets"; the stage itself for ""."""
     alone = name in ("", "stage")  # written [stage]
     return f"{'stage' if alone else f'stages.{name}'}.{key}".rstrip(".")
 
 
 @contextmanager
 def inside(case: Case, stage: Stage) -> Iterator[None]:
-    """Within it, an InputError about FE bodies, with keys "stage.ring.fe", names the stage."""
+    """Context in which an InputError about FE bodies, with keys "stage.ring.fe", names the
+    stage."""
     try:
         yield
     except InputError as fault:

@@ -41,7 +41,7 @@ from flexgear.results.version import version
 def provenance(
     *, case: str, variant: str, content_hash: str, parameters: Mapping[str, Any], **more: Any
 ) -> dict[str, Any]:
-    """Attributes every result carries: case, variant, version, content hash, all parameters."""
+    """Attributes of every result: case, variant, version, content hash, all parameters."""
     text = json.dumps(parameters, sort_keys=True, ensure_ascii=False)
     return {
         "title": f"flexgear {case}, {variant}",
@@ -87,14 +87,14 @@ DAMAGED = (
 
 
 def load(path: PathLike) -> xr.Dataset:
-    """Read a dataset into memory; one clear line where that is not possible."""
+    """Read a dataset into memory; an unreadable one raises an error of one line."""
     with readable(path), h5py.File(path) as file:
         return read(file, whole=True)
 
 
 @contextlib.contextmanager
 def readable(path: PathLike) -> Iterator[None]:
-    """One clear line where the block cannot read a dataset."""
+    """Context in which an unreadable dataset raises an error of one line."""
     if not Path(path).is_file():
         raise FlexgearError(f"cannot read {path}: there is no such file")
     try:
@@ -129,12 +129,12 @@ def dataset_file(
 
 
 def reopened(path: PathLike) -> xr.Dataset:
-    """A dataset read whole, or lazily where it is large."""
+    """A dataset in memory, or read lazily where it is large."""
     return load(path) if Path(path).stat().st_size <= WHOLE else open_lazily(path)
 
 
 def open_lazily(path: PathLike) -> xr.Dataset:
-    """A dataset whose variables, time too, are read from the file each time they are wanted."""
+    """A dataset whose variables, time included, are read from the file on access."""
     with readable(path):
         data = read(h5py.File(path), whole=False)
         for label in {*map(str, data.dims)} & {*map(str, data.coords)} - {*CLOCKS}:
@@ -143,7 +143,7 @@ def open_lazily(path: PathLike) -> xr.Dataset:
 
 
 class DatasetFile(DatasetSink):
-    """A sink that writes netCDF as it comes."""
+    """A sink that writes samples to netCDF as they are computed."""
 
     def __init__(self, path: Path, names: Sequence[str] = (), in_memory: int = 0) -> None:
         self._path, self._names, self._in_memory = path, tuple(names), in_memory
@@ -152,12 +152,13 @@ class DatasetFile(DatasetSink):
         self._samples = dict.fromkeys(CLOCKS, 0)
 
     def dataset(self, path: PathLike) -> xr.Dataset:
-        """What was written: from memory where it is small, else from the file, now at ``path``."""
+        """The written dataset: from memory where it is small, else from the file, now at
+        ``path``."""
         return open_lazily(path) if self._memory is None else self._memory.data
 
     def begin(self, coming: Coming) -> None:
-        """Write all but the samples. InputError for unknown names, and where the disk is too small
-        for what is coming."""
+        """Write everything but the samples. InputError for unknown names, and where the disk is too
+        small."""
         pattern = chosen(coming.pattern, self._names)
         coming = replace(coming, pattern=pattern)
         self._refuse_too_much(coming)
@@ -174,7 +175,7 @@ class DatasetFile(DatasetSink):
             self._memory.begin(coming)
 
     def append(self, data: xr.Dataset) -> None:
-        """Write some samples more."""
+        """Write the next samples."""
         assert self._file is not None
         data = as_stored(chosen(data, self._names))
         for clock, before in self._samples.items():
@@ -185,7 +186,7 @@ class DatasetFile(DatasetSink):
             self._memory.append(data)
 
     def finish(self, last: xr.Dataset) -> None:
-        """Write what is known only now."""
+        """Write variables and attributes that are known only after the last sample."""
         assert self._file is not None
         for name, variable in last.data_vars.items():
             self._file.put(str(name), variable.to_numpy())
@@ -195,7 +196,7 @@ class DatasetFile(DatasetSink):
         self.close()
 
     def close(self) -> None:
-        """Let go of the file, whatever state it is in."""
+        """Close the file in any state."""
         if self._file is not None:
             file, self._file = self._file, None
             file.close()
@@ -213,7 +214,7 @@ class DatasetFile(DatasetSink):
 def _in_chunks(
     variable: xr.Variable, clock: str, count: int, stored: Mapping[str, Any]
 ) -> dict[str, Any]:
-    """How a variable of ``count`` samples is stored."""
+    """Encoding of a variable of ``count`` samples, with chunks along ``clock``."""
     rows = max(1, min(count, CHUNK // sample_size(variable, clock)))
     shape = tuple(rows if d == clock else n for d, n in variable.sizes.items())
     if variable.dtype == np.float64 and PLACES not in variable.dims:

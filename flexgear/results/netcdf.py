@@ -31,11 +31,9 @@ WIDE = ("v110", "v114")  # versions of HDF5 whose attributes may be longer than 
 
 
 class NewFile:
-    """A new file with a dataset, open for more.
-
-    path: a file that exists is emptied. encoding: dtype and keywords of ``h5py.Group
-    .create_dataset`` by variable. long: axes whose variables get so many places, and no values yet.
-    """
+    """A new file with a dataset, open for appending. path: an existing file is overwritten.
+    encoding: dtype and keywords of ``h5py.Group.create_dataset`` by variable. long: final length of
+    axes along which values are appended later."""
 
     def __init__(
         self, path: Path, data: xr.Dataset, encoding: Encoding, long: Mapping[str, int]
@@ -49,17 +47,17 @@ class NewFile:
             raise
 
     def put(self, name: str, values: NDArray[Any], rows: slice | None = None) -> None:
-        """Values of a variable, or some rows of it along its first axis. OSError where the disk
-        refuses."""
+        """Write values of a variable, or some rows of it along its first axis. OSError where the
+        disk refuses."""
         self._file[name][... if rows is None else rows] = values
         self._disk.require()
 
     def set_attributes(self, attrs: Mapping[Any, Any]) -> None:
-        """More attributes of the dataset."""
+        """Add attributes of the dataset."""
         set_attributes(self._file, attrs)
 
     def close(self) -> None:
-        """No more is to come. OSError where the disk refused."""
+        """Close the file. OSError where the disk refused something."""
         self._close()
         self._disk.require()
 
@@ -69,8 +67,8 @@ class NewFile:
 
 
 class _Disk:
-    """What HDF5 writes to. It does not hear that the disk refuses, as it would try again when the
-    process ends, and end it with a fault; ``require`` says so."""
+    """The file object that HDF5 writes to. HDF5 is not told of a refused write, as it would repeat
+    it at the end of the process and crash; ``require`` raises the error instead."""
 
     def __init__(self, path: Path) -> None:
         self._file = open(path, "w+b", buffering=0)  # noqa: SIM115 (closed by ``close``)
@@ -105,7 +103,7 @@ class _Disk:
             return size or 0
 
     def flush(self) -> None:
-        """Nothing is held back."""
+        """Nothing to do: writes are not buffered."""
 
 
 def _fill(file: h5py.File, data: xr.Dataset, encoding: Encoding, long: Mapping[str, int]) -> None:
@@ -164,7 +162,7 @@ def _stored(
 
 
 def set_attributes(target: h5py.File | h5py.Dataset, attrs: Mapping[Any, Any]) -> None:
-    """Attributes as netCDF has them: text, lists of text, numbers as vectors."""
+    """Set attributes in the form of netCDF: text, lists of text, numbers as vectors."""
     attributes = target.attrs
     for name, value in attrs.items():
         if isinstance(value, str):
@@ -179,8 +177,8 @@ def set_attributes(target: h5py.File | h5py.Dataset, attrs: Mapping[Any, Any]) -
 
 
 def read(file: h5py.File, whole: bool) -> xr.Dataset:
-    """The dataset of a file. whole: in memory; else values are read, by slices, each time they are
-    wanted, as long as the file is open, and axes that are read so have no index."""
+    """The dataset of a file. whole: in memory; else values are read by slices on access, as long as
+    the file is open, and axes that are read so have no index."""
     variables: dict[str, xr.Variable] = {}
     coordinates = set(_text(file.attrs.get(COORDINATES, "")).split())
     for name, stored in file.items():
@@ -199,20 +197,20 @@ def read(file: h5py.File, whole: bool) -> xr.Dataset:
 
 
 def _dims(file: h5py.File, name: str, stored: h5py.Dataset) -> tuple[str, ...]:
-    """Axes of a variable: those of the scales that it refers to; a scale is its own."""
+    """Axes of a variable: those of the scales that it refers to; of a scale the scale itself."""
     references = (refs[0] for refs in stored.attrs.get("DIMENSION_LIST", ()))
     names = (h5py.h5r.get_name(reference, file.id).decode() for reference in references)
     return tuple(scale.lstrip("/") for scale in names) or (name,) * stored.ndim
 
 
 class _Stored(BackendArray):  # type: ignore[misc]
-    """Numbers of a file that is open, read by slices."""
+    """Numbers of an open file, read by slices."""
 
     def __init__(self, stored: h5py.Dataset) -> None:
         self._stored, self.shape, self.dtype = stored, stored.shape, stored.dtype
 
     def __deepcopy__(self, memo: Any) -> _Stored:
-        """The same, as nothing writes to it: xarray copies coordinates of new arrays."""
+        """The object itself, as nothing writes to it; xarray copies coordinates of new arrays."""
         return self
 
     def __getitem__(self, key: Any) -> Any:

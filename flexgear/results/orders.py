@@ -45,7 +45,7 @@ Value = TypeVar("Value", Array, float)
 
 
 def case_of(data: xr.Dataset) -> Case:
-    """The case whose result a dataset is. FlexgearError where it is no result of flexgear."""
+    """The case of a dataset. FlexgearError where it is no result of flexgear."""
     if "parameters" not in data.attrs:
         raise FlexgearError("orders: the dataset is none of flexgear, or lost its attrs")
     return Case.model_validate(tuples_of(json.loads(data.attrs["parameters"])))
@@ -67,7 +67,8 @@ def member_turns(data: xr.Dataset, member: str, against: str = "") -> xr.DataArr
 
 
 def _of_member(values: Mapping[str, Value], member: str) -> Value:
-    """Of values by member that of one; where there is one stage, its name may be left out."""
+    """The value of a member from values by member; where there is one stage, its name may be left
+    out."""
     stages = {name.partition(".")[0] for name in values}
     alone = f"{next(iter(stages))}.{member}" if len(stages) == 1 else member
     name = member if member in values else alone
@@ -79,9 +80,9 @@ def _of_member(values: Mapping[str, Value], member: str) -> Value:
 def expected_orders(
     case: Case, member: str, against: str = "", **options: Any
 ) -> tuple[tuple[ExpectedLine, float], ...]:
-    """Lines that a spectrum over the turn of a member is expected to have, with their orders, those
-    of gear meshes that planets cancel on the housing, too; options: of ``expected_lines``. Of a
-    train with several independent speeds at their rated ratio."""
+    """Expected lines of a spectrum over the rotation of a member, with their orders; those of gear
+    meshes that planets cancel on the housing are included. options: of ``expected_lines``. Several
+    independent speeds have their rated ratio. InputError for a member without rotation."""
     flow = power_flow(case)
     speed = flow.speed | {f"{s.name}.planet": s.planet_speed for s in flow.stages}
     turns = _of_member(speed, member) - (_of_member(speed, against) if against else 0.0)
@@ -124,10 +125,10 @@ def synchronous(
 ) -> xr.DataArray:
     """A history (time, …) at equal steps of turns (time,): (turn, …), rising.
 
-    highest: order up to which it is true, all that the sampling allows if left out; per_turn:
-    samples of a turn, as many as that takes if 0. Coordinates: turn, time (turn,) s. A member that
-    turns backward has attrs["sense"] = −1, and turn its turns so counted. InputError where the
-    speed goes through zero or a period of the highest order has fewer than four samples.
+    highest: highest order that is resolved, all that the sampling allows if left out; per_turn:
+    samples of a turn, as many as that needs if 0. Coordinates: turn, time (turn,) s. A member that
+    turns backward has attrs["sense"] = −1 and positive turns. InputError where the speed goes
+    through zero or a period of the highest order has fewer than four samples.
     """
     phase = turns.to_numpy()
     sense = 1 if phase[-1] > phase[0] else -1
@@ -178,8 +179,8 @@ def synchronous(
 
 
 def over_time(data: xr.Dataset, name: str) -> xr.Dataset:
-    """A history of a transient and ``input_angle``, both over time: over that of sensors what is
-    sampled by their clock. InputError for a name that is no history."""
+    """A history of a transient and ``input_angle``, both over time; signals of sensors over their
+    own time. InputError for a name that is no history."""
     clocks = [c for c in CLOCKS if name in data and c in data[name].dims]
     if not clocks:
         names = ", ".join(str(n) for n, v in data.data_vars.items() if {*CLOCKS} & {*v.dims})
@@ -243,7 +244,7 @@ def _refuse(turns: xr.DataArray, steps: Array, highest: float | None) -> None:
 
 
 def _thinned(fine: Array, times: int) -> Array:
-    """Every so many-th of samples after a low-pass that keeps ``PASSED`` of the new rate."""
+    """Every ``times``-th sample after a low-pass that keeps ``PASSED`` of the new rate."""
     if times == 1:
         return fine
     taps = signal.firwin(2 * LENGTH * times + 1, CUT / times, window=("kaiser", STOP_BAND))
@@ -259,15 +260,15 @@ def _window(name: str, count: int) -> Array:
 
 
 def side_lobes(window: str) -> Array:
-    """Largest amplitude that a line of amplitude one has from k / ``PADDING`` lines of a transform
-    on, by number k."""
+    """Largest spectral amplitude of a line of amplitude one at a distance of k / ``PADDING`` lines
+    or more, by k."""
     count = 2**12
     lobes = np.abs(fft.rfft(_window(window, count), PADDING * count))
     return np.asarray(np.maximum.accumulate(lobes[::-1])[: 2 * PADDING : -1] / lobes[0])
 
 
 def order_spectrum(history: xr.DataArray, window: str = "hann") -> xr.DataArray:
-    """Amplitudes (order, …) of a history (turn, …), its mean taken off; in its unit."""
+    """Amplitudes (order, …) of a history (turn, …) without its mean; in its unit."""
     return _spectra(history, [0], history.sizes[TURN], window, PADDING).isel(block=0)
 
 
@@ -276,8 +277,8 @@ def order_map(
 ) -> xr.DataArray:
     """Amplitudes (block, order, …) of blocks of a history (turn, …), a quarter of a block apart.
 
-    block_turns: of a block, a thirtieth of all if left out, but two periods of order 1 at least.
-    Coordinates: speed (block,) rad/s, mean of the block; time (block,) s, its middle.
+    block_turns: length of a block, a thirtieth of the history if left out, but at least two periods
+    of order 1. Coordinates: speed (block,) rad/s, mean of the block; time (block,) s, its middle.
     """
     per_turn, total = int(history.attrs["per_turn"]), history.sizes[TURN]
     wished = max(2.0, total / per_turn / 30) if block_turns is None else block_turns
@@ -358,9 +359,9 @@ def coords_beside(history: xr.DataArray, dim: str) -> dict[Hashable, xr.DataArra
 
 
 def envelope(history: xr.DataArray, band: tuple[float, float]) -> xr.DataArray:
-    """|x_b + j H x_b| of a history over time or turns, x_b being the part of it in a band of
-    frequencies, Hz, or of orders (Butterworth, 4th order, forward and backward) and H Hilbert's
-    transform. InputError for a band that the sampling does not hold."""
+    """|x_b + j H x_b| of a history over time or turns; x_b: its part in a band of frequencies, Hz,
+    or of orders (Butterworth, 4th order, forward and backward), H: Hilbert's transform. InputError
+    for a band above the sampling."""
     axis = TURN if TURN in history.dims else TIME
     rate = (history.sizes[axis] - 1) / float(history[axis][-1] - history[axis][0])
     low, high = band

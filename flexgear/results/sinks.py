@@ -20,10 +20,8 @@ CLOCKS = (TIME, SENSOR_TIME)  # axes that grow with a run
 
 @dataclass(frozen=True)
 class Coming:
-    """What a run is going to give.
-
-    pattern: its dataset without a sample; samples: how many; recorded: how many by sensors.
-    """
+    """Size of a run before it starts. pattern: its dataset without a sample; samples: number of
+    samples; recorded: number of samples of sensors."""
 
     pattern: xr.Dataset
     samples: int
@@ -51,14 +49,14 @@ class DatasetSink:
         """Before the first sample."""
 
     def append(self, data: xr.Dataset) -> None:
-        """Some samples more."""
+        """Take the next samples."""
 
     def finish(self, last: xr.Dataset) -> None:
         """After the last sample: variables without time, attributes."""
 
 
 def with_last(data: xr.Dataset, last: xr.Dataset) -> xr.Dataset:
-    """A dataset with what is known only after the last sample."""
+    """A dataset completed by variables and attributes that are known only after the last sample."""
     variables = {n: v for n, v in last.variables.items() if n in last.data_vars}
     return data.assign(variables).assign_coords(last.coords).assign_attrs(last.attrs)
 
@@ -69,7 +67,7 @@ def histories(data: xr.Dataset, clock: str = TIME) -> dict[str, xr.Variable]:
 
 
 def as_stored(data: xr.Dataset) -> xr.Dataset:
-    """With numbers as exact as a file holds them."""
+    """A dataset rounded to the precision of a file: single precision where ``is_single``."""
     variables = {n: data.variables[n] for n in data.data_vars}
     return data.assign({n: v.astype("f4") for n, v in variables.items() if is_single(v)})
 
@@ -81,9 +79,9 @@ def sample_size(variable: xr.Variable, clock: str = TIME) -> int:
 
 
 def is_single(variable: xr.Variable) -> bool:
-    """Whether a file holds it in single precision: of more than one axis, but no angles, which
-    grow from turn to turn and tell orders apart, and no signals, whose weak lines stand beside
-    strong ones."""
+    """Whether a file holds a variable in single precision: with more than one axis, except angles,
+    which grow from turn to turn and separate orders, and signals of sensors, which have weak lines
+    beside strong ones."""
     exact = variable.attrs.get("units") == "rad" or SENSOR_TIME in variable.dims
     return variable.ndim > 1 and variable.dtype == np.float64 and not exact
 
@@ -97,15 +95,15 @@ class Gathered(DatasetSink):
         self.data = xr.Dataset()
 
     def begin(self, coming: Coming) -> None:
-        """Begin anew."""
+        """Drop the samples of an earlier run."""
         self._chunks = [self._part(coming.pattern)]
 
     def append(self, data: xr.Dataset) -> None:
-        """Keep some samples more."""
+        """Keep the next samples."""
         self._chunks.append(self._part(data))
 
     def finish(self, last: xr.Dataset) -> None:
-        """Join all of it."""
+        """Join all samples into one dataset."""
         parts = [
             xr.concat(
                 [chunk.drop_dims(other, errors="ignore") for chunk in self._chunks], clock,
@@ -121,12 +119,12 @@ class Gathered(DatasetSink):
 
 
 def recorded(data: xr.Dataset) -> xr.Dataset:
-    """What sensors record alone, over their time."""
+    """The part recorded by sensors, over their own time."""
     return data.drop_dims(TIME, errors="ignore")[list(histories(data, SENSOR_TIME))]
 
 
 class Several(DatasetSink):
-    """The same for several sinks."""
+    """Passes a run to several sinks."""
 
     def __init__(self, sinks: Sequence[DatasetSink]) -> None:
         self._sinks = tuple(sinks)
@@ -137,28 +135,26 @@ class Several(DatasetSink):
             sink.begin(coming)
 
     def append(self, data: xr.Dataset) -> None:
-        """Some samples more for all of them."""
+        """Pass the next samples to all of them."""
         for sink in self._sinks:
             sink.append(data)
 
     def finish(self, last: xr.Dataset) -> None:
-        """All of them are done."""
+        """Finish all of them."""
         for sink in self._sinks:
             sink.finish(last)
 
 
 class Ranges(DatasetSink):
-    """First, least, largest and mean value over time of all that ``watched`` makes of a chunk.
-
-    What is not a number does not count.
-    """
+    """First, least, largest and mean value over time of the variables that ``watched`` makes of a
+    chunk. NaN do not count."""
 
     def __init__(self, watched: Callable[[xr.Dataset], xr.Dataset]) -> None:
         self._watched = watched
         self._sum = self._count = self.first = self.least = self.largest = xr.Dataset()
 
     def append(self, data: xr.Dataset) -> None:
-        """Look at some samples more."""
+        """Take the next samples into account."""
         values = self._watched(data)
         if not values.sizes[TIME]:
             return
@@ -169,7 +165,7 @@ class Ranges(DatasetSink):
         self.join(ranges)
 
     def join(self, later: Ranges) -> None:
-        """Take in the samples of another one, which come after its own."""
+        """Add the ranges of the samples that follow."""
         if not later.first.data_vars:
             return
         if not self.first.data_vars:
@@ -182,7 +178,7 @@ class Ranges(DatasetSink):
 
     @property
     def mean(self) -> xr.Dataset:
-        """Mean values; NaN where there was no number."""
+        """Mean values; NaN where there were none."""
         return self._sum / self._count
 
 
@@ -207,7 +203,7 @@ def ranges_of(data: xr.Dataset, watched: Callable[[xr.Dataset], xr.Dataset]) -> 
 
 
 def between(data: xr.Dataset, begin: float, end: float | None = None) -> xr.Dataset:
-    """Samples with begin ≤ time ≤ end, s; the times are looked at one by one, not all."""
+    """Samples with begin ≤ time ≤ end, s, found without reading all times."""
     samples, time = range(data.sizes[TIME]), data.variables[TIME]
 
     def at(sample: int) -> float:

@@ -26,8 +26,8 @@ if TYPE_CHECKING:  # which ``check`` does not load
 
 
 def root_figures(data: xr.Dataset, stage: str) -> dict[str, dict[str, float]]:
-    """By gear ("planet", "sun", "ring"), MPa: largest and least stress in its fillets, and how far
-    it ranges at one place along the face where it ranges farthest; none of a stage without."""
+    """Largest and least stress in the fillets by gear ("planet", "sun", "ring"), MPa, and the
+    largest range at one place along the face; empty for a stage without root stress."""
     extremes = root_extremes(data, stage)
     for gear, of_gear in gears_of(data, stage) if extremes else ():
         far = _range_of_teeth(of_gear, stage) if _by_tooth(gear, of_gear) else _range(of_gear)
@@ -36,7 +36,8 @@ def root_figures(data: xr.Dataset, stage: str) -> dict[str, dict[str, float]]:
 
 
 def root_extremes(data: xr.Dataset, stage: str) -> dict[str, dict[str, float]]:
-    """The same without the range, of any positions."""
+    """Largest and least stress in the fillets by gear, MPa, over all positions: ``root_figures``
+    without the range."""
     if "face_root_stress" not in data:
         return {}
     return {
@@ -49,7 +50,7 @@ def root_extremes(data: xr.Dataset, stage: str) -> dict[str, dict[str, float]]:
 
 
 def gears_of(data: xr.Dataset, stage: str) -> Iterator[tuple[str, xr.Dataset]]:
-    """Gears of a stage that have root stress, and their part of the data: (…, flank, …)."""
+    """Gears of a stage that have root stress, with their part of the data: (…, flank, …)."""
     of_stage = data.isel(flank=data["flank_stage"].to_numpy() == stage)
     for kind in dict.fromkeys(map(str, of_stage["flank_kind"].to_numpy())):
         mate = of_stage.isel(flank=of_stage["flank_kind"].to_numpy() == kind).sel(
@@ -67,19 +68,19 @@ def _loaded(gear: str, of_gear: xr.Dataset) -> Iterator[tuple[str, xr.Dataset]]:
 
 
 def _by_tooth(gear: str, of_gear: xr.Dataset) -> bool:
-    """Whether the stress of each tooth is known at all positions, with load and without."""
+    """Whether the stress of each tooth is there at all positions, loaded or not."""
     return gear == "ring" and "tooth_root_range" in of_gear
 
 
 def _range_of_teeth(of_gear: xr.Dataset, stage: str) -> float:
-    """Pa, the largest of the fillets that are stretched, of all teeth of a ring."""
+    """Largest range in the tensile fillets of all teeth of a ring, Pa."""
     teeth = of_gear["tooth_root_range"].to_numpy()[of_gear["tooth_stage"].to_numpy() == stage]
     stretched = np.isin([-1, 1], of_gear["root_side"].to_numpy())
     return float(teeth[:, stretched].max())
 
 
 def _range(of_gear: xr.Dataset) -> float:
-    """Pa, the largest of the fillets that are stretched and all places along the face."""
+    """Largest range in the tensile fillets, over all places along the face, Pa."""
     side, stresses = of_gear["root_side"].to_numpy(), []
     for fillet in np.unique(side):
         stretched = of_gear["face_root_stress"].isel(flank=side == fillet)
@@ -89,15 +90,15 @@ def _range(of_gear: xr.Dataset) -> float:
 
 
 def _over_all(stress: xr.DataArray, extreme: np.ufunc) -> Array:
-    """Extremes (face,) over flanks and positions, and over the tooth without load, Pa."""
+    """Extremes (face,) over flanks and positions, including the unloaded tooth, Pa."""
     values = stress.transpose(..., "face").to_numpy()
     return np.asarray(extreme.reduce(values.reshape(-1, values.shape[-1]), axis=0, initial=0.0))
 
 
 @dataclass(frozen=True)
 class StageRun:
-    """A stage in a run. equilibria: from whose positions the loads of bearings are; cycles:
-    gear-mesh cycles until errors come back together; least: force that is not rounding, N."""
+    """A stage in a run. equilibria: positions for the loads of bearings; cycles: gear-mesh cycles
+    in a common period of the errors; least: force below which values are rounding, N."""
 
     view: StageView
     flow: StageFlow
@@ -106,11 +107,11 @@ class StageRun:
     least: float
 
     def of_planets(self, value: float) -> Any:
-        """A value that parallel stages do not have."""
+        """``value`` for a planetary stage; absent for a parallel one."""
         return value if self.view.stage.kind == "planetary" else ABSENT
 
     def contact_ratios(self) -> dict[str, float]:
-        """ε_γ of the gear meshes, by the gear that is no planet."""
+        """ε_γ of the gear meshes, by the gear other than the planet."""
         gear_meshes = stage_geometry(self.view).gear_meshes
         ratios = {self.view.part(k): x.total_contact_ratio for k, x in gear_meshes.items()}
         return {gear: ratio for gear, ratio in ratios.items() if math.isfinite(ratio)}
@@ -126,7 +127,8 @@ class StageRun:
         return {self.view.part(role): stress for role, stress in stresses.items()}
 
     def nominal_life(self) -> Any:
-        """L₁₀ₕ of a planet's bearing under the nominal load, h; absent without rating or wear."""
+        """L₁₀ₕ of a planet's bearing under the nominal load, h; absent without a rating or at zero
+        relative speed."""
         if self.view.stage.kind != "planetary":
             return ABSENT
         force, speed = self.flow.planet_bearing_force, self.flow.planet_relative_speed
@@ -149,7 +151,7 @@ class StageRun:
 
     def lives(self) -> dict[str, float]:
         """L₁₀ₕ, h, of the bearings of planets and of a carrier's seats, under the constant loads of
-        the same damage over the positions; without those that have no rating or do not wear."""
+        equal damage over the positions; without bearings that have no rating or do not turn."""
         lives = {}
         bearing = self.view.stage.planet_bearing
         if self.view.stage.kind == "planetary" and isinstance(bearing, PlanetBearing):
@@ -164,7 +166,7 @@ class StageRun:
         return {n: life for n, life in lives.items() if life is not None and math.isfinite(life)}
 
     def _radial(self, force: Array) -> Array:
-        """Sizes (p,) of forces (p, 2), zero where they are rounding."""
+        """Magnitudes (p,) of forces (p, 2), zero where they are rounding."""
         x, y = np.where(np.abs(force) > self.least, force, 0.0).T
         return np.asarray(np.hypot(x, y))
 

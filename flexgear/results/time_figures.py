@@ -53,15 +53,16 @@ def axis_distance(data: xr.Dataset) -> xr.DataArray:
 
 
 def central_distance(far: xr.DataArray, largest: xr.DataArray) -> xr.DataArray:
-    """Of distances from the axis (…, body) those of central members, none where the largest (body,)
-    is rounding beside that of other bodies."""
+    """Distances from the axis (…, body) of the central members; zero for members whose largest
+    distance (body,) is rounding compared with that of other bodies."""
     names = [str(n) for n in far["body"].to_numpy()]
     central = [n for n in names if BodyName.parse(n).part in CENTRAL]
     return far.where(largest > UNMOVED * largest.max(), 0.0).sel(body=central)
 
 
 def distance_summary(largest: xr.DataArray) -> dict[str, float]:
-    """Largest distances from the axis of central members, µm, of those (body,) of all bodies, m."""
+    """Largest distances from the axis of central members, µm, from those (body,) of all bodies,
+    m."""
     return _by_label(central_distance(largest, largest), MICRO)
 
 
@@ -101,7 +102,7 @@ TRANSIENT = (*FORCES, *DISTANCES)
 
 
 def stage_histories(data: xr.Dataset) -> xr.Dataset:
-    """What of a transient of a stage the command line gives the range of."""
+    """Histories of a stage of which the command line prints the range."""
     histories = data[["stage_speed"]].assign(
         ring_force=of_kind(data, "ring")["gear_mesh_force"],
         load_sharing=ring_sharing(data),
@@ -114,8 +115,8 @@ def stage_histories(data: xr.Dataset) -> xr.Dataset:
 
 
 def sharing_summary(data: xr.Dataset, stage: str) -> dict[str, float | None]:
-    """Mean and largest load sharing factor at a stage's ring where it is defined, None where
-    nowhere; of a double-helical one the mean is that of the half where it is largest."""
+    """Mean and largest load sharing factor at a stage's ring where it is defined, None where it is
+    nowhere; for a double-helical stage the larger mean of both halves."""
 
     def of_ring(piece: xr.Dataset) -> xr.Dataset:
         return of_kind(stage_part(piece[["load_sharing"]], stage, ""), "ring")
@@ -142,14 +143,14 @@ DROP = (  # of ranges from the drop on
 
 
 def drop_summary(data: xr.Dataset) -> dict[str, Any]:
-    """``DROP`` of one torque drop of any case."""
+    """Figures (``DROP``) of one torque drop of any case."""
     names = ["input_speed", "gear_mesh_force", "load_sharing"]
     return values(DROP, ranges_of(data, lambda piece: piece[names]))
 
 
 @dataclass(frozen=True)
 class StageDrop:
-    """A torque drop of a flexible stage, of both halves of a double-helical one."""
+    """A torque drop of a flexible stage, with both halves of a double-helical one."""
 
     data: xr.Dataset
     stage: str
@@ -167,8 +168,8 @@ class StageDrop:
         return [of_half(half) for half in halves(data, self.stage)]
 
     def lowest_load(self) -> float:
-        """Of all pairs at work on the flank that carries, N (negative with linear contact only);
-        slots without a pair do not count."""
+        """Lowest load of all active pairs on the flank that carries, N (negative with linear
+        contact only); slots without a pair do not count."""
         loads = [float(part.least[f"{gear}_load"].min()) for part in self.parts for gear in GEARS]
         lowest = [load for load in loads if np.isfinite(load)]
         if not lowest:
@@ -209,7 +210,7 @@ def radial_harmonics(displacement: ArrayLike) -> NDArray[np.complex128]:
 
 
 def star_angle(coefficients: NDArray[np.complex128], order: int) -> Array:
-    """arg(c_order)/order (...,) in rad, in [0, 2π/order): where a crest of that order stands."""
+    """arg(c_order)/order (...,) in rad, in [0, 2π/order): angle of a crest of that order."""
     period = 2 * np.pi / order
     return np.asarray(np.mod(np.angle(coefficients[..., order]) / order, period))
 
@@ -217,7 +218,7 @@ def star_angle(coefficients: NDArray[np.complex128], order: int) -> Array:
 @dataclass(frozen=True)
 class SteadyRun:
     """A flexible stage in steady running. runs: over one revolution, by variant, that of the case
-    as it is first; star: equilibria at rated torque, of which the first shows the ring's shape."""
+    first; star: equilibria at rated torque, the first of which gives the ring's shape."""
 
     stage: str
     runs: Mapping[str, xr.Dataset]
@@ -225,7 +226,7 @@ class SteadyRun:
 
     @cached_property
     def ranges(self) -> Ranges:
-        """Of the case as it is."""
+        """Ranges of the case's own variant."""
         return ranges_of(next(iter(self.runs.values())), self._histories)
 
     def _histories(self, whole: xr.Dataset) -> xr.Dataset:
@@ -273,8 +274,8 @@ STEADY = (
 
 
 def rim_stress(equilibria: xr.Dataset, stage: str) -> dict[str, float]:
-    """Stress along the circumference on the outer surface of a ring, MPa, over all teeth and
-    positions; empty without FE mesh."""
+    """Hoop stress on the outer surface of a ring over all teeth and positions, MPa: "min", "max",
+    largest and mean range over the positions ("range_max", "range_mean"); empty without FE mesh."""
     if "rim_stress" not in equilibria:
         return {}
     stress = stage_part(equilibria[["rim_stress"]], stage, "")["rim_stress"].to_numpy()
@@ -311,8 +312,8 @@ def energy_residual(data: xr.Dataset) -> NDArray[np.float64]:
 
 
 def energy_account(data: xr.Dataset) -> xr.Dataset:
-    """Over the samples of a dataset with energy_*: "left", what is stored less what entered, and
-    "elastic", of structure and tooth pairs, J."""
+    """Over the samples of a dataset with energy_*: "left", stored energy less work done on the
+    train, and "elastic", of structure and tooth pairs, J."""
     missing = [n for e in LEFT_OVER if (n := f"energy_{e}") not in data]
     if missing:
         raise FlexgearError(f"no energy balance without {', '.join(missing)}")
@@ -322,7 +323,7 @@ def energy_account(data: xr.Dataset) -> xr.Dataset:
 
 
 def largest_residual(ranges: Ranges) -> float:
-    """Largest size of the residual, of ``Ranges(energy_account)``."""
+    """Largest absolute residual, from ``Ranges(energy_account)``."""
     first = float(ranges.first["left"])
     most = max(float(ranges.largest["left"]) - first, first - float(ranges.least["left"]))
     return most / _peak(ranges.largest["elastic"])

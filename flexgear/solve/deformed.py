@@ -26,7 +26,7 @@ LEAST_ENERGY = 1e-12  # share of a mode's kinetic energy: a body with less of it
 
 
 def bending_bodies(model: Model) -> list[BodyName]:
-    """Finite-element bodies that bend: "stage.ring", "stage.planet_1"; those with an FE mesh."""
+    """Flexible finite-element bodies with an FE mesh: "stage.ring", "stage.planet_1"."""
     return [
         body.name
         for body in model.system.bodies
@@ -39,8 +39,8 @@ def bending_bodies(model: Model) -> list[BodyName]:
 def reduced_field(
     model: Model, body: str, coordinates: NDArray[np.float64]
 ) -> tuple[ReducedBody, NDArray[np.float64]]:
-    """The reduced body of one of ``bending_bodies``, and its coordinates at those (d[, k]) that the
-    body has in the system: of a planet its elastic displacement in its own frame alone."""
+    """The reduced body of one of ``bending_bodies``, and its coordinates from those (d[, k]) of the
+    system: of a planet the elastic displacement in its own frame."""
     name = BodyName.parse(body)
     reduced = model.bodies[name.alike]
     if name == name.alike:
@@ -64,14 +64,13 @@ def deformed(
     run: xr.Dataset | None = None,
     time: float = 0.0,
 ) -> xr.Dataset:
-    """Displacement (p, 3) m and stress (p, 6) Pa at the vertices of a body's FE mesh, rolling taken
-    off.
+    """Elastic displacement (p, 3) m and stress (p, 6) Pa at the vertices of a body's FE mesh.
 
-    In equilibrium at carrier_angle, rotation of the lead, rad, under torque, N m on the first
-    input, rated unless given; or at the sample of ``run`` nearest to ``time``, s: a transient that
-    was asked to keep the body (``transient(model, fields=[body])``).
-    body: one of ``bending_bodies``. u = Φ_r q with the recovery Φ_r of the reduction; stress by
-    ``structures/strain.py``, which smooths what the body's mesh does not resolve (tooth roots).
+    In equilibrium at carrier_angle, rotation of the reference member, rad, under torque, N m on the
+    first input, rated if left out; or at the sample of ``run`` nearest to ``time``, s: a transient
+    that keeps the body (``transient(model, fields=[body])``). body: one of ``bending_bodies``. u =
+    Φ_r q with the recovery Φ_r of the reduction; stress by ``structures/strain.py``, which smooths
+    what the body's FE mesh does not resolve (tooth roots).
     """
     require_bending(model, body)
     if run is not None:
@@ -93,10 +92,10 @@ def mode_field(
     """Displacement (p, 3) m and stress (p, 6) Pa of a body in a natural mode of the train.
 
     mode: its number from 1, rigid rotations first, as in ``modes``; carrier_angle: rotation of the
-    lead, rad, at which gear meshes stand, which have their mean stiffness unless it is given;
-    largest: displacement of the vertex that moves most, m, which a mode leaves open. The attribute
-    frequency has Hz. InputError for a mode that the train does not have, or in which the body
-    stands still.
+    reference member, rad, for gear meshes at that angle instead of their mean stiffness; largest:
+    displacement of the vertex that moves most, m, to which the mode is scaled. The attribute
+    frequency has Hz. InputError for a mode that the train does not have, or in which the body does
+    not move.
     """
     require_bending(model, body)
     modes = model.natural_modes(angle=carrier_angle)
@@ -145,7 +144,8 @@ def body_coordinates(run: Transient, bodies: Sequence[str]) -> xr.Dataset:
 
 
 def _at(run: xr.Dataset, body: str, time: float) -> tuple[NDArray[np.float64], dict[str, float]]:
-    """Coordinates of a body at the sample of a transient nearest to a time, and what was found."""
+    """Coordinates of a body at the sample of a transient nearest to a time, s, and the time of that
+    sample."""
     bodies = run["fe_coordinate_of"].to_numpy().tolist() if "fe_coordinate" in run else []
     if body not in bodies:
         problem = (
@@ -164,7 +164,7 @@ APART = 0.01  # of a frequency: modes nearer to each other are one shape, turned
 
 def moving_modes(modes: Modes, body: str) -> list[int]:
     """Indices of the lowest modes in which a body has a tenth of the kinetic energy or more; of
-    modes that turn into each other, as those of round bodies do in pairs, the first."""
+    pairs of equal frequency, as round bodies have, the first."""
     indices: list[int] = []
     for k in np.flatnonzero((modes.energy[body] >= LEAST_SHARE) & (modes.frequencies > 0.0)):
         if not indices or modes.frequencies[k] > (1.0 + APART) * modes.frequencies[indices[-1]]:

@@ -46,7 +46,7 @@ COMPARED = 100_000  # samples of a transient beside the harmonic solution
 
 
 def why_not_linear(system: System) -> str | None:
-    """What makes the train depend on its errors other than linearly, or None."""
+    """Reason why the train is not linear in its errors, or None."""
     pairs = system.pairs
     if pairs.one_sided:
         return "its gear meshes are one-sided"
@@ -64,8 +64,8 @@ def why_not_linear(system: System) -> str | None:
 @dataclass(frozen=True)
 class LinearTrain:
     """rows (M, d) of the gear meshes, k (M,) N/m, c (M,) N s/m; load (d,): constant forces and
-    rated torques on the given ports; turning: (angle, f_cos, f_sin) of forces that stand in space,
-    f_cos cos θ + f_sin sin θ in the frames that turn."""
+    rated torques on the ports of given torque; turning: (angle, f_cos, f_sin) of forces fixed in
+    space, f_cos cos θ + f_sin sin θ in the frames that turn."""
 
     system: System
     rows: Array
@@ -75,8 +75,8 @@ class LinearTrain:
     turning: tuple[tuple[int, Array, Array], ...]
 
     def influence(self) -> Array:
-        """Forces (M, 1 + 2 n_l + M) of equilibria: N, under the constant load and under each part
-        of those that stand in space; N/m, per metre of error of each gear mesh."""
+        """Forces (M, 1 + 2 n_l + M) of equilibria: N, under the constant load and under each
+        component of forces fixed in space; N/m, per metre of error of each gear mesh."""
         s, free = self.system, len(self.system.input_rows)
         held = np.array([p.row for p in s.ports if p.reaction])
         stiffness = s.stiffness + (self.rows.T * self.k) @ self.rows
@@ -154,10 +154,8 @@ class SteadyState:
 
 
 def error_harmonics(system: System) -> tuple[Array, Complex]:
-    """ω (K,) rad/s rising, the first 0, and E (M, K) with e(t) = Σ Re(E e^{iωt}) at rated speed.
-
-    Random deviations of single teeth, which jump, are left out.
-    """
+    """ω (K,) rad/s rising, the first 0, and E (M, K) with e(t) = Σ Re(E e^{iωt}) at rated speed,
+    without random deviations of single teeth, which jump."""
     pairs = system.pairs
     speed = system.angles @ system.rolling @ system.rated_input_speeds
     waves: list[tuple[int, float, complex]] = [
@@ -180,7 +178,8 @@ def error_harmonics(system: System) -> tuple[Array, Complex]:
 
 
 def _sine(m: int, rate: float, amplitude: float, phase: float) -> tuple[int, float, complex]:
-    """A sin(rate t + phase) as (m, |rate|, E)."""
+    """The error A sin(rate t + phase) of gear mesh m as (m, ω, E) with ω = |rate| and Re(E
+    e^{iωt})."""
     if rate == 0:
         return m, 0.0, complex(amplitude * math.sin(phase))
     value = -1j * amplitude * np.exp(1j * phase)
@@ -216,7 +215,7 @@ def train_harmonic(model: Model) -> SteadyState:
 
 
 def structural_damping(modal: ModalSystem) -> Array:
-    """Modal damping of the structure, and the slopes of brakes at rated speed, (d, d)."""
+    """Modal damping of the structure and slopes of the brakes' torques at rated speed, (d, d)."""
     system = modal.system
     momentum = system.mass @ modal.modes
     out = (momentum * modal.damping) @ momentum.T
@@ -228,7 +227,7 @@ def structural_damping(modal: ModalSystem) -> Array:
 
 
 def _loads_in_time(train: LinearTrain, omega: Array) -> tuple[Array, Complex]:
-    """Frequencies with those of loads that stand in space behind, and f (d, K)."""
+    """Frequencies of errors, followed by those of forces fixed in space, and f (d, K)."""
     system = train.system
     mean = train.load.copy()
     for port in system.ports:
@@ -285,12 +284,12 @@ def harmonic_data(
 
 
 def _share(part: float, whole: float) -> float:
-    """part / whole; nothing of nothing is nothing, and something of nothing all."""
+    """part / whole; 0 for 0/0, 1 for a part of nothing."""
     return part / whole if whole else float(part > 0)
 
 
 def _merged(omega: Array, values: Complex) -> tuple[Array, Complex]:
-    """Frequencies once each, rising; amplitudes (K, n) of one frequency added."""
+    """Each frequency once, rising; amplitudes (K, n) of equal frequencies are added."""
     largest = omega.max(initial=0.0) or 1.0
     _, first, place = np.unique(
         np.round(omega / largest, SAME), return_index=True, return_inverse=True
@@ -302,7 +301,8 @@ def _merged(omega: Array, values: Complex) -> tuple[Array, Complex]:
 
 
 def fitted_amplitudes(time: Array, values: Array, omega: Array) -> Array:
-    """Amplitudes (K, n) of Σ Re(X_k e^{iω_k t}) that fit values (t, n) best; ω = 0 is the mean."""
+    """Amplitudes (K, n) of Σ Re(X_k e^{iω_k t}), the least-squares fit of values (t, n); ω = 0 is
+    the mean."""
     turning = omega[omega > 0]
     angle = np.multiply.outer(time, turning)
     columns = np.column_stack([np.ones(len(time)), np.cos(angle), np.sin(angle)])

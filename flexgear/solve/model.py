@@ -36,12 +36,9 @@ from flexgear.solve.stresses import RootTables, rim_stress_rows
 
 @dataclass(frozen=True, repr=False)
 class Model:
-    """A case put together.
-
-    bodies: reduced FE bodies; gear_meshes, rated: as results name them, and their mean forces (G,)
-    N; ideal: gears and pins without errors; shared_modal: its modes, where another model or a
-    solver has chosen them already.
-    """
+    """A case assembled. bodies: reduced FE bodies; gear_meshes, rated: names in results, and mean
+    forces (G,) N; ideal: gears and pins without errors; shared_modal: modes that another model or a
+    solver has chosen already."""
 
     case: Case
     flow: PowerFlow
@@ -55,7 +52,7 @@ class Model:
 
     @property
     def facts(self) -> dict[str, str]:
-        """What a line or a table says of it."""
+        """Properties for one line or a table."""
         return {
             "case": self.case.name,
             "variant": self.variant,
@@ -70,7 +67,7 @@ class Model:
 
     @property
     def variant(self) -> str:
-        """What bends in it, and whether errors are left out."""
+        """Flexible bodies, and whether errors are left out, in words."""
         return f"{self.system.variant}, without errors" if self.ideal else self.system.variant
 
     @cached_property
@@ -121,8 +118,8 @@ class Model:
 
     @cached_property
     def _statics(self) -> ModalSystem | None:
-        """What equilibria under torques alone need, from the modes where they are known already;
-        None where no torque acts."""
+        """The train in the modes of ``modal`` if those are computed already, else without any, for
+        equilibria under torques alone; None where no torque acts."""
         if not self.system.rated_port_torques.any():
             return None
         modal_system = self.shared_modal or self.__dict__.get("modal")
@@ -132,14 +129,14 @@ class Model:
 
     @property
     def _torques_alone(self) -> System:
-        """The system without errors and given forces, which would tell equal planets apart."""
+        """The system without errors and given forces, which would make equal planets unequal."""
         ideal = self._ideal_system
         pairs = ideal.pairs._replace(load_size=np.zeros_like(ideal.pairs.load_size))
         return ideal.with_(pairs=pairs)
 
     @cached_property
     def sensors(self) -> Sensors | None:
-        """Those of the case, None without any; InputError for one beside its body."""
+        """Sensors of the case, None without any; InputError for one off its body."""
         if self.with_errors is not None:
             return self.with_errors.sensors
         return sensors_of(self.case, self.system, self.bodies, self.pace)
@@ -153,24 +150,24 @@ class Model:
 
     @cached_property
     def root_tables(self) -> RootTables:
-        """What gives the stress in tooth roots."""
+        """Matrices that give the stress in tooth roots."""
         if self.with_errors is not None:
             return self.with_errors.root_tables
         return RootTables(self.case, self.flow, self.bodies)
 
     @cached_property
     def outputs(self) -> dict[str, Output]:
-        """Of what results give at every sample, as far as it is known: see ``Recovery``."""
+        """Rows of the outputs that results have at every sample: see ``Recovery``."""
         return {} if self.with_errors is None else self.with_errors.outputs
 
     @property
     def has_errors(self) -> bool:
-        """Whether anything is not perfect in the gears, pins and carriers."""
+        """Whether gears, pins or carriers have errors."""
         pairs = self.system.pairs
         return any(a.any() for a in (pairs.largest_error, pairs.gear_table, pairs.planet_table))
 
     def without_errors(self) -> Self:
-        """The same with perfect gears and pins, without faults: errors enter no matrix, only the
+        """The model with perfect gears and pins, without faults: errors enter no matrix, only the
         gear meshes."""
         clean = self._ideal_system
         modal = replace(self.modal, system=clean)
@@ -194,13 +191,11 @@ def assemble(
     bodies: Bodies | None = None,
     variant: Collection[BodyName] | None = None,
 ) -> Model:
-    """Couple all bodies of a case. Those that are rigid are neither meshed nor reduced.
-
-    rigid: "ring", "carrier", "shaft" of all flexible stages, "stage_1.ring" of one, or "all";
-    bodies: reduced ones, made (or read from the cache) if not given; variant: all bodies that do
-    not bend, in the place of ``rigid`` and of what the case says. InputError for a case that cannot
-    work: gears that do not mesh, bodies that cannot be meshed, members that are loose or held.
-    """
+    """Couple all bodies of a case. Rigid bodies are neither meshed nor reduced. rigid: "ring",
+    "carrier", "shaft" of all flexible stages, "stage_1.ring" of one, or "all"; bodies: reduced
+    bodies, made or read from the cache if left out; variant: all rigid bodies, in place of
+    ``rigid`` and of the case's ``flexible`` keys. InputError for a case that cannot work: gears
+    that do not mesh, bodies that cannot be meshed, members with too few or too many supports."""
     variant = rigid_bodies(case, rigid) if variant is None else variant
     if bodies is None:
         require_workable(case)
@@ -209,7 +204,7 @@ def assemble(
 
 
 def model_of(case: Case, coupled: ModalSystem | System, bodies: Bodies | None = None) -> Model:
-    """The model of a case that was coupled already; its modes are only made when asked for."""
+    """The model of a case that is coupled already; modes are computed when they are needed."""
     modal = coupled if isinstance(coupled, ModalSystem) else None
     system = coupled if isinstance(coupled, System) else coupled.system
     flow, gear_meshes = power_flow(case), gear_meshes_of(case, system)
@@ -218,11 +213,9 @@ def model_of(case: Case, coupled: ModalSystem | System, bodies: Bodies | None = 
 
 
 def rated_rotations(system: System, lead: Array) -> Array:
-    """Independent rotations (p, F) of the train rolling at rated speeds, rad.
-
-    lead: (p,) rotation of the first of them that turns, forward in time where it rises; of the
-    first one alone where none turns.
-    """
+    """Independent rotations (p, F), rad, in the proportion of rated speeds. lead: (p,) rotation of
+    the first of them that turns, forward in time where it rises; of the first one alone where none
+    turns."""
     speeds = system.rated_input_speeds
     first = next((abs(w) for w in speeds if w != 0), 0.0)
     rates = speeds / first if first else np.eye(1, len(speeds))[0]
@@ -231,8 +224,8 @@ def rated_rotations(system: System, lead: Array) -> Array:
 
 @dataclass(frozen=True)
 class GearMeshes:
-    """names: (G,) gear meshes; sign (M, G): +1 of the flank that carries rated torque, −1 of the
-    other; carrying: (G,) number m of the carrying flank in the system."""
+    """names: (G,) gear meshes; sign (M, G): +1 for the flank that carries rated torque, −1 for the
+    other; carrying: (G,) index m of the carrying flank in the system."""
 
     names: tuple[GearMeshName, ...]
     sign: Array
@@ -244,7 +237,7 @@ class GearMeshes:
         return without_rounding(pair_load.sum(axis=-1) @ self.sign, largest)
 
     def of_stage(self, stage: str) -> list[int]:
-        """Places of a stage's gear meshes."""
+        """Indices of a stage's gear meshes."""
         return [k for k, name in enumerate(self.names) if name.stage == stage]
 
 

@@ -26,8 +26,8 @@ from flexgear.coupling.system import System
 
 @dataclass
 class Columns:
-    """What gives them: rows of elastic motion, multiples of the independent rotations, torques of
-    ports and of springs."""
+    """Columns of recovered motion: rows of elastic motion, multiples of the independent rotations,
+    torques of ports and of springs."""
 
     system: System
     count: int = 0
@@ -45,7 +45,7 @@ class Columns:
         return first
 
     def rolling(self, row: Array) -> int:
-        """Column of what a row (d,) is when the train rolls without deflection."""
+        """Column of a row's value (d,) under rigid-body rotation of the train."""
         self.angles.append(row @ self.system.rolling)
         self.angle_columns.append(self.count)
         self.count += 1
@@ -58,7 +58,7 @@ class Columns:
         return self.count - 1
 
     def values(self, recovery: Recovery) -> Array:
-        """(t, columns) of all samples."""
+        """Values (t, columns) at all samples."""
         result = recovery.result
         out = np.empty((len(result.theta), self.count))
         if self.rows:
@@ -82,7 +82,7 @@ def turned(vectors: Array, angles: Array) -> Array:
 
 
 def sum_of(columns: Sequence[int], order: int = 0) -> Quantity:
-    """Of columns, or its rate: strain, torque, speed of rotation."""
+    """Sum of columns, or its rate: strain, torque, rotational speed."""
     return Quantity(partial(_sum, list(columns)), order)
 
 
@@ -92,7 +92,7 @@ def _sum(columns: list[int], values: Array) -> Array:
 
 @dataclass(frozen=True)
 class Axes:
-    """Columns that hold α and ψ; start: both at the begin of the run, rad."""
+    """Columns of α and ψ; start: both at the start of the run, rad."""
 
     frame: int
     spin: int
@@ -117,8 +117,9 @@ class Axes:
 def of_body_point(
     motion: int, axes: Axes, center: Array, lever: Array, direction: Array, order: int
 ) -> Quantity:
-    """Of a point along a direction (3,) that turn with the body, by ψ in the last column of its
-    position. motion: first of six columns u_f, r_f; center, lever (3,): c and X, m."""
+    """Motion of a point of the body along a direction (3,) of the body, both turned by ψ, which is
+    appended to the position as its last column. motion: first of six columns u_f, r_f; center,
+    lever (3,): c and X, m."""
     rigid = np.array([center, lever]) if order > 0 else np.array([0.0 * center, 0.0 * lever])
     return Quantity(
         partial(_body_point, motion, axes, lever, rigid), order, partial(_along, direction)
@@ -138,7 +139,8 @@ def _along(direction: Array, derivative: Array, position: Array) -> Array:
 
 
 def at_place(motion: int, axes: Axes, place: Array, direction: Array, order: int) -> Quantity:
-    """Of a rigid body that turns, at a place (3,) and along a direction (3,) in space."""
+    """Motion of a turning rigid body at a point (3,), m, and along a direction (3,), both fixed in
+    space."""
     return Quantity(partial(_at_place, motion, axes, place, direction), order)
 
 
@@ -147,11 +149,9 @@ def _at_place(motion: int, axes: Axes, place: Array, direction: Array, values: A
 
 
 def passing(first: int, count: int, axes: Axes, angle: float, order: int) -> Quantity:
-    """Displacement that a sensor fixed in space sees of a body turning past it, at an angle, rad.
-
-    It is interpolated between ``count`` points spread evenly round the body, the first at angle
-    zero, whose displacements are the recovered columns from ``first`` on.
-    """
+    """Displacement, m, seen by a sensor fixed in space at an angle, rad, of a body turning past it,
+    interpolated between ``count`` points evenly spaced round the body, the first at angle zero,
+    whose displacements are the recovered columns from ``first`` on."""
     return Quantity(partial(_passing, first, count, axes, angle), order)
 
 

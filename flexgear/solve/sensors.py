@@ -53,7 +53,7 @@ def torque_names(system: System) -> list[str]:
 
 @dataclass(frozen=True)
 class SensorPlace:
-    """Of the ``number``-th sensor of a case."""
+    """The ``number``-th sensor of a case on its body."""
 
     case: Case
     system: System
@@ -62,8 +62,8 @@ class SensorPlace:
     number: int
 
     def quantity(self, columns: Columns) -> Quantity:
-        """What it measures, with the columns that it needs entered. InputError for a place beside
-        the body."""
+        """The measured quantity; columns that it needs are added to ``columns``. InputError for a
+        position off the body."""
         sensor, system = self.sensor, self.system
         if sensor.measures == "speed":
             row = system.node_rows(self.body.name, self.node)[5]
@@ -92,7 +92,7 @@ class SensorPlace:
 
     @cached_property
     def node(self) -> str:
-        """That stands for the body, or that the sensor is on."""
+        """Name of the node that the sensor is on, or that represents the body."""
         nodes = self.body.node_names
         if self.sensor.node is not None:
             return self.sensor.node
@@ -109,7 +109,7 @@ class SensorPlace:
         return InputError(self.case.source, f"sensors[{self.number}].{key}", problem, remedy)
 
     def _require_place(self) -> None:
-        """InputError for what has no place there."""
+        """InputError for a sensor that its body cannot carry."""
         sensor, body = self.sensor, self.body
         planet, single = body.name.part == "planet", len(body.node_names) == 1
         if planet and not single:
@@ -130,7 +130,7 @@ class SensorPlace:
             raise self._refuse("angle_deg", problem, "give place_mm, or nothing for its centre")
 
     def _axes(self, columns: Columns) -> Axes:
-        """Of the frame and of the body, which is entered last."""
+        """Angles of frame and body as columns; that of the body is added last."""
         name, system = self.body.name, self.system
         at = -1
         if name in system.ring_frames:
@@ -144,7 +144,8 @@ class SensorPlace:
 
     @property
     def _start(self) -> float:
-        """Angle of the body's axes at the begin, rad: of a planet, or a gear beside its pinion."""
+        """Angle of the body's axes at the start, rad: of a planet, or of a gear beside its pinion;
+        else 0."""
         name = self.body.name
         if name.part == "planet" or name.part == "gear":
             return self.case.stage(name.stage).planet_angles[max(name.planet, 0)]
@@ -152,14 +153,14 @@ class SensorPlace:
 
     @property
     def _center(self) -> Array:
-        """Of the body in its frame, m; only of a planet does it move."""
+        """Centre (3,) of the body in its frame, m; only that of a planet is off the origin."""
         if self.body.name.part != "planet":
             return np.zeros(3)
         radii = stage_radii(self.case.view(self.body.name.stage))
         return np.array([radii.center_distance, 0.0, 0.0])
 
     def _direction(self, place: Array) -> Array:
-        """Unit vector (3,) in the body's axes at a place in them."""
+        """Unit vector (3,) of the sensor in the body's axes, at a position in them."""
         sensor = self.sensor
         if sensor.vector is not None:
             return np.asarray(sensor.vector, dtype=float) / np.linalg.norm(sensor.vector)
@@ -172,8 +173,9 @@ class SensorPlace:
 
     @cached_property
     def point(self) -> tuple[Array, Array]:
-        """Place (3,) in the body's axes, m, and rows (6, d): displacement, and rotation about the
-        frame's origin of what the place is rigidly on, which is zero of an FE mesh."""
+        """Position (3,) in the body's axes, m, and rows (6, d): displacement of the point, and
+        rotation about the frame's origin of the rigid body that it belongs to, zero on an FE
+        mesh."""
         sensor, body, mesh = self.sensor, self.body, self._mesh
         if mesh is not None and sensor.node is None and not body.rigid:
             place, vertices, weights = self._on_surface(mesh)
@@ -190,7 +192,7 @@ class SensorPlace:
         return place, rows
 
     def _on_rigid(self, mesh: ReducedBody | None, node: Array) -> Array:
-        """Place (3,) on a rigid body."""
+        """Position (3,) on a rigid body, m."""
         sensor, body = self.sensor, self.body
         if sensor.place is not None:
             return np.asarray(sensor.place, dtype=float)
@@ -206,7 +208,8 @@ class SensorPlace:
         raise self._refuse("place_mm", f"is needed, as {sensor.on} is rigid", "give x, y, z")
 
     def _on_surface(self, mesh: ReducedBody) -> tuple[Array, Ints, Array]:
-        """Place (3,) on the surface of an FE mesh, vertices (3,) around it and their weights."""
+        """Position (3,), m, on the surface of an FE mesh, vertices (3,) around it and their
+        weights."""
         sensor, surface = self.sensor, Surface(mesh)
         points = np.asarray(mesh.points, dtype=float)
         if sensor.place is None and sensor.angle is None:
@@ -231,7 +234,7 @@ class SensorPlace:
         return self._refuse(key, problem, "give a place on the body, in its axes")
 
     def _in_space(self, columns: Columns, axes: Axes) -> Quantity:
-        """At a place that the turning body passes."""
+        """Quantity at a point fixed in space that the body turns past."""
         sensor, body, mesh = self.sensor, self.body, self._mesh
         place, rows = self.point
         direction = self._direction(place)
@@ -273,8 +276,8 @@ class SensorPlace:
         return rows
 
     def _ray(self) -> Ray:
-        """Of a strain gauge: on the outside, or in a root at the tooth's critical section, which
-        the helix turns with z."""
+        """Ray that locates a strain gauge: on the outer surface, or in a root at the tooth's
+        critical section, which the helix turns with z."""
         sensor = self.sensor
         if sensor.tooth is None:
             assert sensor.angle is not None  # the model wants one of both
@@ -299,7 +302,7 @@ STATIC = ("displacement", "strain", "torque")  # what an equilibrium has
 
 @dataclass(frozen=True)
 class Sensors:
-    """Those of a case: what they measure, by the columns of what is recovered."""
+    """The sensors of a case: measured quantities as functions of the recovered columns."""
 
     sensors: tuple[Sensor, ...]
     clock: Clock
@@ -309,7 +312,7 @@ class Sensors:
 
     @property
     def labels(self) -> dict[str, Any]:
-        """Of the axis of sensors."""
+        """Coordinates along the axis ``sensor``."""
         return {
             "sensor": [s.name for s in self.sensors],
             "sensor_quantity": [s.measures for s in self.sensors],
@@ -318,7 +321,7 @@ class Sensors:
 
     @property
     def static_labels(self) -> dict[str, Any]:
-        """Of the axis of those that an equilibrium has values of."""
+        """Coordinates along the axis of sensors that have a value in equilibrium."""
         static = [s for s in self.sensors if s.measures in STATIC]
         return {
             "static_sensor": [s.name for s in static],
@@ -338,13 +341,13 @@ class Sensors:
         return np.stack(out, axis=1) if out else np.zeros((len(values), 0))
 
     def recorder(self, step: float) -> Recorder:
-        """What takes samples of a run, which are ``step`` s apart where they are closest, and gives
-        signals and independent rotations."""
+        """The recorder of a run whose shortest step is ``step`` s; it gives signals and independent
+        rotations."""
         rotations = [sum_of((column,)) for column in self.inputs]
         return Recorder(replace(self.clock, step=step), [*self.quantities, *rotations])
 
     def record(self, recorder: Recorder, recovery: Recovery) -> tuple[Array, Array, Array]:
-        """Times (m,), signals (m, s) and independent rotations (m, F) of some samples more."""
+        """Times (m,), signals (m, s) and independent rotations (m, F) of the next samples."""
         assert isinstance(recovery.result, Transient)
         time, both = recorder.append(recovery.result.time, self.columns.values(recovery))
         count = len(self.quantities)
@@ -352,8 +355,8 @@ class Sensors:
 
 
 def sensors_of(case: Case, system: System, bodies: Bodies, pace: Pace) -> Sensors | None:
-    """Of a case; None without any. InputError for a place beside the body, a body without FE mesh,
-    and a band beyond that of the modes."""
+    """Sensors of a case; None without any. InputError for a position off the body, a body without
+    FE mesh, and a band beyond that of the modes."""
     if not case.sensors:
         return None
     columns = Columns(system)
@@ -363,7 +366,7 @@ def sensors_of(case: Case, system: System, bodies: Bodies, pace: Pace) -> Sensor
 
 
 def clock_of(case: Case, pace: Pace) -> Clock:
-    """InputError for a band beyond that of the modes."""
+    """Band and sampling rate of the recorder. InputError for a band beyond that of the modes."""
     top = min(pace.band, pace.modes_to or pace.band)
     band = top if case.recorder.band is None else case.recorder.band
     if band > top * (1 + 1e-9):

@@ -54,14 +54,11 @@ def static(
     progress: Progress = silent,
     **attrs: Any,
 ) -> xr.Dataset:
-    """Equilibria at rotations (p,) rad of the lead, the other rotations in rated proportion.
-
-    carrier_angle: of the lead, the first port of given speed that turns: a carrier mostly, but the
-    output where only its speed is given; ``solve.angles.lead_angles`` gives it by a stage's own.
-    It is the coordinate ``lead_angle`` of the positions; the variable ``carrier_angle`` is that of
-    every stage's own carrier. torque: N·m on the first input, the others in rated proportion; rated
-    unless given.
-    """
+    """Equilibria at rotations (p,) rad of the reference member, the other rotations in rated
+    proportion. carrier_angle: of the reference member, the first port of given speed that turns,
+    mostly a carrier; ``solve.angles.lead_angles`` converts angles of a stage. It is the coordinate
+    ``lead_angle`` of the positions; the variable ``carrier_angle`` is that of every stage's own
+    carrier. torque: N·m on the first input, the others in rated proportion; rated if left out."""
     system, lead = model.system, np.atleast_1d(np.asarray(carrier_angle, dtype=float))
     torques = system.rated_torque if torque is None else torque
     equilibrium = revolution(
@@ -109,9 +106,9 @@ def _root_stress(model: Model, data: xr.Dataset) -> dict[str, Any]:
 
 
 def bearing_loads(model: Model, data: xr.Dataset) -> dict[str, dict[str, float]]:
-    """Size and direction (from radial outward, in the sense of rotation) of the force on every pin
-    at one position; its basic rating life if that load lasted, where the case gives a rating and
-    the bearing wears at all."""
+    """Magnitude and direction (from radial outward, in the sense of rotation) of the force on every
+    pin at one position, and the basic rating life under that load where the case has a rating and
+    the bearing turns under load."""
     out = {}
     least = UNLOADED * float(np.abs(model.rated).max())
     for name in map(str, data["bearing"].to_numpy()):
@@ -158,7 +155,7 @@ def sliced_stages(model: Model) -> list[str]:
 
 
 def _positions(model: Model, stage: str) -> tuple[Array, Array]:
-    """Phases (p,) of the gear mesh in cycles, and rotations (p,) of the lead, rad."""
+    """Phases (p,) of the gear mesh in cycles, and rotations (p,) of the reference member, rad."""
     motion = next(m for m in stage_motions(model.case, model.flow) if m.name == stage)
     per_turn, solver = motion.cycle.per_turn, model.case.solver
     each = max(positions_for(solver.gear_mesh_orders), solver.positions_per_gear_mesh)
@@ -181,11 +178,9 @@ def stages_sharing(
     cycles: int | None = None,
     progress: Progress = silent,
 ) -> xr.Dataset:
-    """Load sharing of one planetary stage under rated torque.
-
-    cycles: gear-mesh cycles to look at, at most. The dataset holds the positions of one turn of
-    the stage, the maxima of every cycle that was looked at, and the coefficients over all of them.
-    """
+    """Load sharing of one planetary stage under rated torque. cycles: most gear-mesh cycles to
+    compute. The dataset has the positions of one turn of the stage, the largest values of every
+    computed cycle, and the coefficients over all of them."""
     number = model.case.stage_index(stage)
     motions = stage_motions(model.case, model.flow)
     linear = linear_train(model.system) if why_not_linear(model.system) is None else None
@@ -247,7 +242,7 @@ def _forces(
     progress: Progress,
     progress_text: str,
 ) -> Array:
-    """Gear-mesh forces (p, G) at rotations (p,) of the lead, N."""
+    """Gear-mesh forces (p, G), N, at rotations (p,) of the reference member, rad."""
     system = model.system
     parts: list[Array] = []
     for first in range(0, len(lead), CHUNK):
@@ -266,7 +261,7 @@ def _forces(
 
 
 def sharing_attrs(data: xr.Dataset) -> dict[str, Any]:
-    """What a dataset of load sharing says about how it was sampled, for summaries."""
+    """How a dataset of load sharing was sampled, for summaries."""
     cycles = float(data.attrs["cycles"])
     return {
         "error_cycle_gear_meshes": int(cycles) if np.isfinite(cycles) else None,

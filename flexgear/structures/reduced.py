@@ -119,14 +119,15 @@ def _no_probes() -> Array:
 
 @dataclass(frozen=True, eq=False)
 class ReducedBody:
-    """Result of a reduction, with the way back to the full field.
+    """A reduced body with the recovery of its whole displacement field.
 
     positions (n, 3) m; mass, stiffness (d, d) with d = 6 n + n_modes; report: sizes, options and
-    error estimates; points (p, 3) m and cells: the vertices and cells `recover` speaks of;
-    recovery (3p, d) float32: [Psi, Phi] at the vertices; probe_cases: (node, load case) of every
-    load of the static check, probe_loads (2, b, n) N, N m: what the full model's interface feels of
-    it, and the wrench at the node that stands for it (`estimate`); rim: what the teeth of a ring
-    yield along the face besides (`tooth_influence.rim`), where that counts.
+    error estimates; points (p, 3) m and cells: vertices and cells of the FE mesh, of which
+    ``recover`` gives displacements; recovery (3p, d) float32: [Psi, Phi] at the vertices;
+    probe_cases: (node, load case) of every load of the static check, probe_loads (2, b, n) N, N m:
+    its exact interface forces Ψᵀf, and the wrench at the node that replaces it (`estimate`); rim:
+    additional flexibility of a ring's teeth along the face (`tooth_influence.rim`), where it
+    counts.
     """
 
     name: str
@@ -150,7 +151,7 @@ class ReducedBody:
 
     @property
     def interface_dofs(self) -> int:
-        """Six for each node."""
+        """Number of interface dofs, six for each node."""
         return 6 * len(self.node_names)
 
     def node_slice(self, name: str) -> slice:
@@ -166,7 +167,7 @@ class ReducedBody:
         return replace(self, **changes)
 
     def as_body(self) -> Body:
-        """As the coupled system sees it: its node dofs come first."""
+        """The body for the coupled system: its node dofs come first."""
         return Body(
             name=BodyName.of("", self.name),
             node_names=tuple(self.node_names),
@@ -182,15 +183,15 @@ class ReducedBody:
         return node_motions(self.positions, len(self.mass))
 
     def with_rigid(self, rows: NDArray[np.floating[Any]], exact: Array | float = 0.0) -> Array:
-        """Rows (..., d) on the coordinates, whose single precision leaves rounding of rigid motion,
-        so that unit rigid motion gives exact (..., 6)."""
+        """Rows (..., d) on the coordinates, corrected so that unit rigid motion gives ``exact``
+        (..., 6): single precision leaves rounding of rigid motion in them."""
         rigid = self.rigid_modes()
         return np.asarray(rows + (exact - rows @ rigid) @ np.linalg.pinv(rigid))
 
     def recover(self, q: Array) -> Array:
-        """Displacements (p, 3[, k]) in m at the mesh vertices for coordinates q (d[, k]).
+        """Displacements (p, 3[, k]) in m at the vertices of the FE mesh for coordinates q (d[, k]).
 
-        The rigid motion nearest to q is taken through exactly, only the rest through the stored
+        The rigid motion nearest to q is recovered in double precision, only the rest by the stored
         single-precision field: large rigid rotations cost no accuracy.
         """
         q = np.asarray(q, dtype=float)
@@ -204,7 +205,7 @@ class ReducedBody:
 
     @cached_property
     def vertex_gradient(self) -> sp.csr_matrix:
-        """(3p, p): derivatives at the mesh vertices of values there; see ``strain``."""
+        """(3p, p): derivatives at the vertices of the FE mesh from values there; see ``strain``."""
         return vertex_gradient(self.points, self.cells)
 
     def strain(self, q: Array) -> Array:

@@ -34,7 +34,7 @@ def cached(
 ) -> ReducedBody:
     """The body stored under key, else computed, stored and read back.
 
-    FlexgearWarning where an entry was damaged, and where the disk refuses to keep the new one,
+    FlexgearWarning where an entry was damaged, and where the disk refuses to store the new one,
     which is used all the same.
     """
     entry = (directory or cache_directory()) / "reduced" / key
@@ -125,7 +125,7 @@ def load(entry: Path) -> ReducedBody | None:
 
 
 def _identity(entry: Path) -> dict[str, str]:
-    """What tells an entry from others that are as whole."""
+    """Header fields that an intact entry must have: format and key."""
     return {"format": FORMAT, "key": entry.name}
 
 
@@ -134,10 +134,8 @@ def _warn(text: str) -> None:
 
 
 class _Summed:
-    """A file with a checksum of what was to be written.
-
-    NumPy would write to a plain file past Python, and miss that the disk took only a part.
-    """
+    """A file with a checksum of the data passed to it. NumPy would write to a plain file directly,
+    and miss that a full disk took only a part."""
 
     def __init__(self, stream: BinaryIO) -> None:
         self._stream, self.checksum = stream, 0

@@ -35,9 +35,9 @@ def completed(
     """Number and outcome of every job as it is done, function(shared, job) on some worker.
 
     scheduler: address of a Dask scheduler whose workers have the same version of flexgear.
-    Everything must be picklable, of modules that workers can import. InputError where the
-    scheduler does not answer, FlexgearError where it has no worker. Closing the iterator, or an
-    exception in it, calls back what has not begun.
+    Arguments and results must be picklable, of modules that workers can import. InputError where
+    the scheduler does not answer, FlexgearError where it has no worker. Closing the iterator, or an
+    exception in it, cancels jobs that have not begun.
     """
     from distributed import as_completed
 
@@ -54,14 +54,15 @@ def completed(
 
 
 def reach(scheduler: str) -> None:
-    """InputError or FlexgearError where a cluster cannot be used, before long work for it."""
+    """InputError or FlexgearError where a cluster cannot be used, raised before long work for
+    it."""
     with _client(scheduler):
         pass
 
 
 @contextlib.contextmanager
 def _client(address: str) -> Iterator[Client]:
-    """A caller of a cluster that has workers."""
+    """A client connected to a scheduler that has workers."""
     from distributed import Client
 
     _require_certificates(address)
@@ -87,7 +88,7 @@ def _client(address: str) -> Iterator[Client]:
 
 
 def _require_certificates(address: str) -> None:
-    """InputError where Dask's configuration has none to call a tls:// address with."""
+    """InputError where Dask's configuration has no certificates for a tls:// address."""
     from distributed.security import Security
 
     if not address.startswith("tls://"):
@@ -107,7 +108,7 @@ def _require_certificates(address: str) -> None:
 
 @contextlib.contextmanager
 def _silent() -> Iterator[None]:
-    """No log lines of Dask's; outcomes say what went wrong."""
+    """Context without log lines of Dask; outcomes state what went wrong."""
     names = [n for n in logging.root.manager.loggerDict if n.split(".")[0] == "distributed"]
     levels = {name: logging.getLogger(name).level for name in names}
     for name in names:
@@ -120,7 +121,7 @@ def _silent() -> Iterator[None]:
 
 
 def _outcome(future: Any) -> Outcome[Any]:
-    """What became of a job, whatever became of its workers."""
+    """Outcome of a job, also where its worker was lost."""
     from distributed import CancelledError, KilledWorker
 
     try:

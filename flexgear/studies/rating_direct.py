@@ -34,8 +34,8 @@ OTHER = {"sun": "ring", "ring": "sun"}
 
 
 class LoadedState(NamedTuple):
-    """A flank or root in one bin. factors: of the load; cycles: of load; at: load cycles for which
-    the bin alone is rated; group, part: of the gear mesh that loads it."""
+    """A flank or root in one load bin. factors: load factors; cycles: number of load cycles; at:
+    load cycles at which the bin alone is rated; group, part: of the gear mesh that loads it."""
 
     state: LimitState
     factors: Sheet
@@ -52,8 +52,8 @@ def direct_path(
     history: Mapping[int, LoadedState],
     loads: Sequence[BinLoads],
 ) -> DirectPath | None:
-    """Of one flank or root over all bins; None where the stresses in a bin, or what they are held
-    against, are not known, or different gear meshes load it. trains: that loads are of."""
+    """Direct path of one flank or root over all bins; None where stresses or strengths of a bin are
+    not known, or different gear meshes load it. trains: those that ``loads`` are of."""
     first = next(iter(history.values()))
     of_bins = {b: loads[b].groups[x.group].stresses for b, x in history.items()}
     stresses = {b: s for b, s in of_bins.items() if s and (kind == "flank" or s.tension.size)}
@@ -73,8 +73,8 @@ def direct_path(
 
 @dataclass(frozen=True)
 class DirectPath:
-    """One flank or root over all bins. pair: of the gear mesh that loads it; stresses, curves: by
-    bin; influence: (1 − M)/(1 + M)."""
+    """One flank or root over all bins. pair: gear mesh that loads it; stresses, curves: computed
+    stresses and life curve of each bin; influence: (1 − M)/(1 + M)."""
 
     trains: Sequence[SpectrumTrain]
     pair: GearPair
@@ -91,13 +91,13 @@ class DirectPath:
 
     @property
     def _stands(self) -> bool:
-        """Whether every tooth keeps its azimuth."""
+        """Whether every tooth stays at its azimuth (a stationary ring)."""
         group = next(iter(self.history.values())).group
         return self._part == "ring" and f"{group.stage}.ring" in self.trains[0].case.held_members()
 
     def _maps(self, b: int) -> tuple[Array, Array]:
-        """Largest and least stress (passes, teeth, places …) Pa of a bin, the latter 0 where it is
-        not looked at."""
+        """Largest and least stress (passes, teeth, places …), Pa, in a bin; the least one is 0
+        where only tension counts."""
         loaded, of = self.history[b], self.stresses[b]
         beside = math.prod(loaded.factors[symbol].value for symbol in ("K_A", "K_v"))
         if self.kind == "flank":
@@ -116,7 +116,7 @@ class DirectPath:
         return largest.reshape(-1, 1, *largest.shape[2:]), least.min(axis=0, keepdims=True)
 
     def _pressed(self, b: int) -> Array:
-        """Least stress (N, C, F) Pa of planets' fillets under the other flank's load; (1, 1) of
+        """Least stress (N, C, F), Pa, of the planets' fillets under load on the other flank; (1, 1)
         zero without such a load."""
         group = self.history[b].group
         other = GroupName.of(group.stage, OTHER[group.kind], group.side)
@@ -126,18 +126,19 @@ class DirectPath:
         return beside.stresses.compression[:, :, 0]
 
     def stress(self, b: int) -> Array:
-        """(passes, teeth, places …) Pa that counts in a bin."""
+        """Equivalent stress (passes, teeth, places …), Pa, in a bin."""
         return pulsating_stress(*self._maps(b), self.influence)
 
     @cached_property
     def _lasting(self) -> list[int]:
-        """Bins that damage; others are looked at alone."""
+        """Bins with a duration and cycles, whose damage adds up; all others are rated one by
+        one."""
         bins = self.trains[0].bins
         return [b for b, x in self.history.items() if bins[b].hours > 0.0 and x.cycles > 0.0]
 
     @cached_property
     def _places(self) -> Places:
-        """Under the bins that last."""
+        """Damage of every place under the bins with a duration."""
         return Places(
             lambda k: self._flat(self._lasting[k]),
             tuple(self.curves[b] for b in self._lasting),
@@ -146,8 +147,9 @@ class DirectPath:
 
     @cached_property
     def _weakest(self) -> tuple[Array, Array, Array]:
-        """Safety of every tooth, least of those bins together and of each other bin alone; its
-        place; and that other bin, −1 where the spectrum governs."""
+        """Safety (teeth,) of every tooth, the least of that under all bins with a duration and
+        those of each other bin; index of its weakest place; and number of that other bin, −1 where
+        the bins with a duration govern."""
         alone = [b for b in self.history if b not in self._lasting]
         teeth, each = self.stress(next(iter(self.history))).shape[1], []
         if self._lasting:
@@ -164,11 +166,12 @@ class DirectPath:
 
     @property
     def safety_of_teeth(self) -> Array:
-        """(z,) of the teeth of a ring that stands, by azimuth; of no length of others."""
+        """Safety (z,) of the teeth of a stationary ring by azimuth; empty for other gears."""
         return self._weakest[0] if self._stands else np.zeros(0)
 
     def sheet(self) -> Sheet:
-        """Safety, damage, life, the worst place, and what parts it from the norm."""
+        """Safety, damage, life, the weakest place, and the causes of the difference from the
+        standard."""
         tooth, lines = int(np.argmin(self._weakest[0])), []
         safety, place, worst = (x[tooth] for x in self._weakest)
         if worst < 0:
@@ -186,12 +189,12 @@ class DirectPath:
         return sheet([first, *lines, *place_lines, *self._against_norm(int(worst))])
 
     def _flat(self, b: int) -> Array:
-        """(passes, places) Pa."""
+        """``stress`` as (passes, places), Pa."""
         stress = self.stress(b)
         return stress.reshape(len(stress), -1)
 
     def _where(self, b: int, place: int) -> list[Factor]:
-        """Where on the tooth a place is, and on which."""
+        """Position of a place on the tooth, and number of the tooth or planet."""
         shape = self.stress(b).shape[1:]
         tooth, *at = np.unravel_index(place, shape)
         if self.kind == "flank":
@@ -207,7 +210,8 @@ class DirectPath:
         return lines
 
     def _against_norm(self, b: int) -> list[Factor]:
-        """Largest stress over that of the norm in a bin, and causes whose product it is."""
+        """Largest stress over that of the standard in a bin, and the factors whose product it
+        is."""
         state, stress = self.history[b].state, self.stress(b)
         at = np.unravel_index(int(np.argmax(stress)), stress.shape)
         largest, mean = float(stress[at]), value_of(state.factors, "Y_M", 1.0)
@@ -220,7 +224,8 @@ class DirectPath:
         ]
 
     def _of_flank(self, b: int, at: Sequence[np.intp], ratio: float) -> list[tuple[str, float]]:
-        """Curvature where the pressure is largest against Z_B (Z_D) and Z_β; all else is load."""
+        """Factor of curvature at the largest pressure against Z_B (Z_D) and Z_β; the remainder is
+        that of load."""
         factors = self.history[b].state.factors
         place = float(self.stresses[b].path[at[2]]) - self.pair.gears["planet"].roll_length
         radii = self.pair.relative_curvature / self.pair.relative_curvature_at(place)

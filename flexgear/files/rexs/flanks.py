@@ -23,7 +23,7 @@ from flexgear.gears.paths import tooth_sides
 
 @dataclass(frozen=True)
 class Row:
-    """A key, its value, where it is from, and whether it is assumed."""
+    """A key, its value, its source, and whether it is assumed."""
 
     key: str
     value: Value
@@ -34,14 +34,14 @@ class Row:
 @dataclass(frozen=True)
 class Entry:
     """One modification. rows: of the section ``name`` below the flank's, "" for its own; by_face:
-    whether it differs between the faces."""
+    whether it differs between the two ends of the face."""
 
     name: str
     rows: tuple[Row, ...]
     by_face: bool = False
 
     def says(self, other: Entry | None) -> bool:
-        """Whether another one is the same, to rounding."""
+        """Whether another entry states the same values, to rounding."""
         if other is None or self.name != other.name:
             return False
         mine, its = ({row.key: row.value for row in e.rows} for e in (self, other))
@@ -50,7 +50,7 @@ class Entry:
 
 @dataclass(frozen=True)
 class FlankOfGear:
-    """Reads flanks of one gear; base: diameter of its base circle, mm; tip: of its tips."""
+    """Reads flanks of one gear; base: diameter of its base circle, mm; tip: of its tip circle."""
 
     document: Document
     warn: Callable[[str], None]
@@ -58,10 +58,8 @@ class FlankOfGear:
     tip: Datum | None
 
     def entries(self, flank: Component, datum: int) -> dict[str, Entry]:
-        """Modifications of a flank by the REXS name of their kind.
-
-        datum: +1 where the datum face is at the end that z of a modification counts to.
-        """
+        """Modifications of a flank by the REXS name of their kind. datum: +1 where the datum face
+        is at the end of positive z of a modification, else −1."""
         entries: dict[str, Entry] = {}
         ends: dict[str, tuple[Component, Entry]] = {}
         for kind, m in table.MODIFICATIONS.items():
@@ -86,7 +84,7 @@ class FlankOfGear:
         return entries if end_relief is None else entries | {end_relief.name: end_relief}
 
     def _amount(self, component: Component, m: Modification, datum: int) -> tuple[Row, ...] | None:
-        """A crowning or slope; None without an amount: none at all is no modification."""
+        """A crowning or slope; None without an amount."""
         data = [d for size in m.sizes if (d := read([component], size)) is not None]
         mean = sum(d.value for d in data) / max(len(data), 1)
         if not 0 < abs(mean) <= table.LARGEST:
@@ -127,7 +125,7 @@ class FlankOfGear:
         return Row(along.key, rolled, f"from {start.source}") if rolled > 0 else None
 
     def _of_ends(self, ends: dict[str, tuple[Component, Entry]]) -> Entry | None:
-        """End relief of one end, or of both where they are alike: a case has one for a flank."""
+        """End relief of one end, or of both where they are equal: a case has one for a flank."""
         if not ends:
             return None
         components, (first, *others) = zip(*ends.values(), strict=True)
@@ -145,7 +143,8 @@ class FlankOfGear:
 
 
 def _mark(component: Component, m: Modification) -> None:
-    """That a modification is in the case, with what a case means anyway."""
+    """Mark a modification as used, with attributes that only confirm the meaning of the case's
+    key."""
     component.role = (m.section or component.kind).replace("_", " ")
     for name, word in (*m.words.items(), table.ADDITIVE):
         attribute = component.attributes.get(name)
@@ -169,9 +168,9 @@ def _alike(first: Flank, other: Flank) -> bool:
 
 @dataclass(frozen=True)
 class GearFlanks:
-    """Flanks of the gears of one role. section: the gear's; assumed: whether the file does not say
-    where the first gear's datum face is; flanks, words: by the side of the tooth, +1 towards +θ,
-    the left flank first."""
+    """Flanks of the gears of one role. section: the gear's; assumed: whether the file does not
+    state where the first gear's datum face is; flanks, words: by the side of the tooth, +1 towards
+    +θ, the left flank first."""
 
     stage: str
     kind: str
@@ -184,16 +183,17 @@ class GearFlanks:
 
     @property
     def differ(self) -> bool:
-        """Whether left and right flank are not the same."""
+        """Whether left and right flank differ."""
         return not _alike(*self.flanks.values())
 
     def side(self, name: str, forward: bool) -> int:
-        """Side of the tooth of a flank of the case."""
+        """Side of the tooth, +1 towards +θ, −1 towards −θ, of the flank ``name`` ("drive", "coast";
+        "sun", "ring" of planets); forward: see ``tooth_sides``."""
         return tooth_sides(self.kind, forward)[self.role, name]
 
 
 class FlankReader:
-    """Reads flanks of all gears, and writes them when it is known which of them carry."""
+    """Reads the flanks of all gears, and writes them once it is known which of them carry."""
 
     def __init__(self, assembly: Assembly, case: CaseText) -> None:
         self.document, self.assembly, self.case = assembly.document, assembly, case
@@ -266,7 +266,7 @@ class FlankReader:
         return along * (-1 if orientation is None else orientation), orientation is None
 
     def _remember(self, stage: RexsStage, of_gear: GearFlanks) -> None:
-        """What the file says of the loaded flank of a gear in its gear meshes."""
+        """Record the loaded flank that the file states for a gear in its gear meshes."""
         meshes = {mesh.stage.id: role for role, every in stage.meshes.items() for mesh in every}
         kind = "stage_gear_data"
         for _, (pair, gear, data) in self.document.each(kind, "stage", "gear", kind):
@@ -280,7 +280,7 @@ class FlankReader:
                 self._loaded.setdefault(of_gear.stage, {}).setdefault(sense, data.label)
 
     def _sense(self, stage: str, torque: bool | None) -> bool:
-        """Which flanks of a stage carry: by its torque, else as the file says, else assumed."""
+        """Which flanks of a stage carry: from its torque, else from the file, else assumed."""
         loaded_flanks = self._loaded.get(stage, {})
         if torque is not None:
             if (not torque) in loaded_flanks:

@@ -43,7 +43,7 @@ if TYPE_CHECKING:
 @dataclass(frozen=True)
 class PairLoad:
     """tangential_force: F_t of one gear mesh at the reference circle, N; velocity: of the pitch
-    line (reference circle) seen from the carrier, m/s; both ≥ 0."""
+    line (reference circle) relative to the carrier, m/s; both ≥ 0."""
 
     tangential_force: float
     velocity: float
@@ -51,11 +51,11 @@ class PairLoad:
 
 @dataclass(frozen=True)
 class RatedGear:
-    """One of the two. root: nominal root stress under F_t = 1 N and its factors; flank_strength,
-    root_strength: σ_Hlim, σ_Flim, Pa, or the key that is missing; rim_factor: Y_B, None where the
-    rim is not known; inertia: J per face width, kg m; turns: whether it turns about its axis;
-    reversed: whether its roots are loaded in both senses; relief: of tip and root of the flank
-    here together, C_αa + C_αf, m."""
+    """One gear of a rated pair. root: nominal root stress under F_t = 1 N and its factors;
+    flank_strength, root_strength: σ_Hlim, σ_Flim, Pa, or the missing key; rim_factor: Y_B, None
+    where the rim is not known; inertia: J per face width, kg m; turns: whether it rotates about its
+    axis; reversed: whether its roots are loaded in both senses; relief: C_αa + C_αf of the flank in
+    this gear mesh, m; roll_length: at the pitch point, m."""
 
     part: str
     name: str
@@ -86,9 +86,9 @@ class RatedGear:
 @dataclass(frozen=True)
 class GearPair:
     """A gear mesh "sun" or "ring" of a stage. gears: by part, "planet" and the role; the smaller
-    one first, which ISO calls pinion. theoretical_stiffness, single_stiffness: c'_th, c' of high
-    loads, N/m² along the transverse line of action, with z_n = z/(cos² β_b cos β) as ISO/TR
-    6336-30 has it; viscosity: ν_40, m²/s; rules: of the case."""
+    one first, the pinion of ISO 6336. theoretical_stiffness, single_stiffness: c'_th, c' at high
+    loads, N/m² along the transverse line of action, with z_n = z/(cos² β_b cos β) as in ISO/TR
+    6336-30; viscosity: ν_40, m²/s; rules: of the case."""
 
     role: str
     gears: Mapping[str, RatedGear]
@@ -104,12 +104,12 @@ class GearPair:
 
     @property
     def pinion(self) -> RatedGear:
-        """The smaller one."""
+        """The smaller gear."""
         return next(iter(self.gears.values()))
 
     @property
     def wheel(self) -> RatedGear:
-        """The larger one, or the ring."""
+        """The larger gear, or the ring."""
         return list(self.gears.values())[1]
 
     @property
@@ -124,7 +124,7 @@ class GearPair:
 
     @property
     def mesh_stiffness(self) -> float:
-        """c_γα of high loads, N/m²; ISO 6336-1:2006, 9.3."""
+        """c_γα at high loads, N/m²; ISO 6336-1:2006, 9.3."""
         return self.single_stiffness * (0.75 * self.geometry.transverse_contact_ratio + 0.25)
 
     @property
@@ -151,9 +151,8 @@ class GearPair:
 
 
 def gear_pair(view: StageView, g: StageGeometry, role: str) -> GearPair:
-    """The gear mesh "sun" or "ring" of a stage; Y_B is 1 of rims that bend in an FE body.
-    InputError where base diameters or working angles are stated: the teeth then are not those of
-    the gears."""
+    """The gear mesh "sun" or "ring" of a stage; Y_B is 1 for rims of flexible FE bodies. InputError
+    where base diameters or working angles are given, which do not define tooth roots."""
     stage = view.stage
     if g.overridden:
         raise view.refuse(
@@ -215,7 +214,7 @@ def _gear(view: StageView, g: StageGeometry, role: str, part: str) -> RatedGear:
 
 
 def _rim(view: StageView, part: str, tooth: ToothGeometry, member: GearMember) -> float | None:
-    """s_R, m; ∞ of a gear without bore, None where it is not known."""
+    """s_R, m; ∞ for a gear without bore, None where it is not known."""
     if not tooth.internal:
         bore = member.bore_diameter
         return tooth.root_radius - bore / 2 if bore else math.inf
@@ -242,8 +241,8 @@ def _rim_factor(
 
 
 def _inertia(view: StageView, tooth: ToothGeometry, member: GearMember, rim: float | None) -> float:
-    """J per face width of a disc from its bore to the mean of tip and root circle, or of a ring
-    from there to its rim's outside, kg m; ISO 6336-1:2006, 6.4.8. ∞ of a ring of unknown rim."""
+    """J per face width, kg m, of a disc from its bore to the mean of tip and root circle, or of a
+    ring from there to its outer diameter; ISO 6336-1:2006, 6.4.8. ∞ for a ring of unknown rim."""
     middle = tooth.tip_radius + tooth.root_radius  # diameter
     if not tooth.internal:
         outer, inner = middle, member.bore_diameter

@@ -48,7 +48,8 @@ def scale(values: Iterable[float], unit: str) -> tuple[str, float]:
 
 
 def number(value: float, digits: int = 4) -> str:
-    """Significant digits without exponents, thousands apart; "–" where there is no number."""
+    """Significant digits without exponents, with thousands separated; "–" where there is no
+    number."""
     if not math.isfinite(value):
         return "–"
     if value == 0 or abs(value) < NOTHING:
@@ -63,13 +64,13 @@ def number(value: float, digits: int = 4) -> str:
 
 
 def factor(value: float) -> str:
-    """A load factor, which is read by how far it is above one: 1.0002, 1.563."""
+    """A load factor with the digits that its excess over one needs: 1.0002, 1.563."""
     return f"{value:.{4 if abs(value - 1.0) < _EVEN else 3}f}" if math.isfinite(value) else "–"
 
 
 def life_text(hours: float) -> str:
-    """ "23.4 h", "58 300 h (6.65 years)", "over 1 000 000 h": three figures, and no number where
-    it exceeds any use; "–" where there is none."""
+    """"23.4 h", "58 300 h (6.65 years)", "over 1 000 000 h": three figures, and no number for lives
+    beyond any use; "–" where there is none."""
     if math.isnan(hours):
         return "–"
     if hours >= LONGEST:
@@ -79,7 +80,7 @@ def life_text(hours: float) -> str:
 
 
 def rounded(value: float) -> str:
-    """``number`` with three figures before the point, too: 127293.4 -> "127 000"."""
+    """``number`` with three figures also before the point: 127293.4 -> "127 000"."""
     return number(float(f"{value:.3g}"), 3)
 
 
@@ -118,18 +119,18 @@ def window_words(figures: Mapping[str, Any]) -> str:
 
 def words(name: str) -> str:
     """A name of a figure, case key or body as words: "stage_1.ring" -> "stage 1 ring"; the only
-    stage of a case, which is called "stage", is not said: "stage.ring" -> "ring"."""
+    stage of a case, called "stage", is left out: "stage.ring" -> "ring"."""
     parts = re.split(r"[._\s]+", re.sub(r"^stage[. ](?=\w)", "", name))
     return " ".join(_ALWAYS.get(p.lower(), p) for p in parts if p)
 
 
 def titled_by_stage(what: str, stage: str) -> str:
-    """A title with its stage, but for the only one, written [stage]."""
+    """A title with the name of its stage, without it for the only stage of a case."""
     return what if stage in ("", "stage") else f"{what}, {words(stage)}"
 
 
 def of_stage(stage: str) -> str:
-    """ " of stage 1"; empty for the only stage, written [stage]."""
+    """" of stage 1"; empty for the only stage of a case, called "stage"."""
     return "" if stage == "stage" else f" of {words(stage)}"
 
 

@@ -71,11 +71,9 @@ _WINDOWS = 8  # angles at which a sector of unknown make may begin
 
 @dataclass(frozen=True, eq=False)
 class Sectors:
-    """Nodes and cells of a periodic mesh, sector by sector.
-
-    nodes: (n, z) node of the mesh that is local node a of sector s; the last `border` of the n
-    local nodes are where the sector before ends; cells: (c,) those of sector 0.
-    """
+    """Nodes and cells of a periodic FE mesh, sector by sector. nodes: (n, z) node of the mesh that
+    is local node a of sector s; the last `border` of the n local nodes are those where the previous
+    sector ends; cells: (c,) those of sector 0."""
 
     count: int
     nodes: Ints = field(repr=False)
@@ -84,7 +82,7 @@ class Sectors:
 
     @property
     def interior(self) -> int:
-        """Local nodes that belong to cells of this sector alone."""
+        """Number of local nodes that belong to cells of this sector alone."""
         return len(self.nodes) - self.border
 
     @property
@@ -112,13 +110,13 @@ class Sectors:
         return out
 
     def reordered(self, interior: Ints) -> Sectors:
-        """The same sectors with interior nodes in another order (n - border,)."""
+        """The same sectors with the interior nodes in the order ``interior`` (n - border,)."""
         order = np.concatenate([interior, np.arange(self.interior, len(self.nodes))])
         return Sectors(self.count, self.nodes[order], self.border, self.cells)
 
 
 def find_sectors(model: FeModel, counts: Iterable[int]) -> Sectors | None:
-    """Sectors of a body for the first of some numbers that fits its mesh; None where none does."""
+    """Sectors of a body for the first of ``counts`` that fits its FE mesh; None where none does."""
     for count in counts:
         image = _image(model.nodes, 2 * np.pi / count)
         if image is None:
@@ -131,7 +129,7 @@ def find_sectors(model: FeModel, counts: Iterable[int]) -> Sectors | None:
 
 
 def _image(nodes: Array, angle: float) -> Ints | None:
-    """Where each node goes under a turn (n,); None unless every one meets another."""
+    """Image (n,) of each node under rotation by ``angle``; None unless every node has one."""
     turned = nodes @ rotation(angle).T
     tolerance = _TOLERANCE * float(np.hypot(nodes[:, 0], nodes[:, 1]).max())
     tree = cKDTree(nodes)
@@ -145,7 +143,7 @@ def _image(nodes: Array, angle: float) -> Ints | None:
 
 
 def _cell_image(cells: Ints, image: Ints) -> Ints | None:
-    """Where each cell (m, a) goes (m,); None unless every one meets another with the same nodes."""
+    """Image (m,) of each cell (m, a); None unless every one has the nodes of another."""
     number = np.random.default_rng(0).integers(1 << 62, size=len(image))
     with np.errstate(over="ignore"):
         key = number[cells].sum(axis=1)
@@ -176,7 +174,8 @@ def orbits(start: Ints, image: Ints, count: int) -> Ints:
 
 
 def _choices(model: FeModel, count: int, cell_image: Ints) -> Iterator[Ints]:
-    """Cells of a first sector: lowest numbers (as generators count), then windows of angle."""
+    """Possible cells of a first sector: lowest numbers (as generators count), then windows of
+    angle."""
     every = np.arange(len(cell_image))
     lowest = np.flatnonzero(orbits(every, cell_image, count).min(axis=1) == every)
     if len(lowest) * count != len(every):  # some cell turns into itself before a full turn
@@ -193,7 +192,8 @@ def _choices(model: FeModel, count: int, cell_image: Ints) -> Iterator[Ints]:
 
 
 def _sectors(element_dofs: Ints, count: int, image: Ints, cells: Ints) -> Sectors | None:
-    """Sectors from the nodes of the first one's cells; None where more than neighbours meet."""
+    """Sectors from the nodes of the first one's cells; None where cells touch other sectors than
+    neighbours."""
     of_cells = np.zeros(len(image), dtype=bool)
     of_cells[element_dofs] = True
     ahead = np.zeros_like(of_cells)
@@ -260,15 +260,16 @@ def sector_matrices(model: FeModel, sectors: Sectors) -> tuple[Circulant, Circul
 
 
 def _circulant(matrix: sp.csr_matrix, n: int, b: int) -> Circulant:
-    """From the matrix of one sector's cells on own dofs and the next border; its part there is
-    what every sector adds at its own border."""
+    """Blocks from the matrix of one sector's cells on own dofs and the next border; the block of
+    the next border is added to each sector's own border."""
     at = sp.csr_matrix((np.ones(b), (np.arange(n - b, n), np.arange(b))), (n, b))
     here = matrix[:n, :n] + at @ matrix[n:, n:] @ at.T
     return Circulant(here.tocsr(), matrix[:n, n:].tocsr())
 
 
 def rigid_fields(nodes: Array, sectors: Sectors) -> Array:
-    """R (3n + 3b, 6) on own nodes and the next border, each in its axes; nodes (N, 3)."""
+    """Rigid motion R (3n + 3b, 6) of one sector: own nodes and the next border, each in the axes of
+    its sector, orthonormal on the borders; nodes (N, 3), m."""
     sector_nodes, ahead = sectors.nodes[:, 0], sectors.nodes[sectors.interior :, 1]
     points = nodes[np.concatenate([sector_nodes, ahead])]
     fields = rigid_motion(points - points[sectors.interior :].mean(axis=0))
@@ -324,7 +325,7 @@ class Harmonics:
         self.inverses()
 
     def forget(self) -> None:
-        """Give large inverses' memory back; the next solution makes them anew."""
+        """Free the memory of large inverses; the next solution computes them again."""
         if self._inverse is not None and self._inverse.nbytes > _LARGE:
             self._inverse = None
 
@@ -351,7 +352,7 @@ class Harmonics:
 
     @property
     def times(self) -> Ints:
-        """(harmonics,) 2 where the conjugate is another harmonic, else 1."""
+        """(harmonics,) 2 for harmonics with a conjugate, else 1."""
         twice = np.full(len(self), 2)
         twice[0] = 1
         if self.count % 2 == 0:
@@ -360,7 +361,7 @@ class Harmonics:
 
     @property
     def negative(self) -> int:
-        """Negative eigenvalues of all S_h, those of conjugates counted too."""
+        """Number of negative eigenvalues of all S_h, conjugates included."""
         return int(self.times @ self._negative)
 
     def solve(self, right: Array) -> Array:

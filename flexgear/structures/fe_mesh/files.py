@@ -62,7 +62,8 @@ _IGNORED = ("vertex", "line", "line3")
 def write_fe_mesh(fe_mesh: FeMesh, path: Path | str, case: str = "") -> None:
     """Write vtu, msh or inp with the named patches, in m; the file appears whole or not at all.
 
-    case: name of the case it is of, which a comment in the last line tells ``fe_mesh_case``.
+    case: name of the case, written as a comment in the last line, from which ``fe_mesh_case`` reads
+    it.
     """
     path = Path(path)
     require_format(path)
@@ -79,7 +80,7 @@ def write_fe_mesh(fe_mesh: FeMesh, path: Path | str, case: str = "") -> None:
 
 
 def fe_mesh_case(path: Path) -> str | None:
-    """Name of the case that an exported FE mesh is of; None where the file does not say."""
+    """Name of the case of an exported FE mesh; None where the file does not state it."""
     with open(path, "rb") as file:
         file.seek(max(0, os.path.getsize(path) - 4096))
         end = file.read().decode("utf-8", errors="replace")
@@ -96,10 +97,10 @@ def read_fe_mesh(
 ) -> FeMesh:
     """A user's own FE mesh with its named groups as patches, converted to m.
 
-    unit: of the file's lengths; expected_size: largest dimension of the body in m, if known;
-    stems: of numbered names whose node sets are taken too, required or not.
-    Second-order cells are taken by their corners when straight-sided. Left-handed cells are
-    renumbered; facets on the surface are turned outward. Everything wrong is an InputError.
+    unit: of the file's lengths; expected_size: largest dimension of the body in m, if known; stems:
+    of numbered names whose node sets are read too, required or not. Second-order cells are reduced
+    to their corners when straight-sided. Left-handed cells are renumbered; facets on the surface
+    are turned outward. Errors in the file raise InputError.
     """
     path = Path(path)
     require_format(path, "fe_mesh_file")
@@ -123,7 +124,7 @@ def read_fe_mesh(
 
 
 def require_format(path: Path, where: str = "export") -> None:
-    """InputError if the suffix is that of no format of FE meshes."""
+    """InputError if the suffix is not one of a supported FE mesh format."""
     if path.suffix not in _SUFFIXES:
         problem = f"{path.suffix or 'no suffix'} is no format of FE meshes here"
         raise InputError(where, str(path), problem, f"use {_list(_SUFFIXES)}")

@@ -54,14 +54,15 @@ class Placement:
 
 
 def placed(fe_mesh: FeMesh, placement: Placement) -> FeMesh:
-    """The mesh where the placement puts it."""
+    """The FE mesh in its placement."""
     return replace(fe_mesh, points=placement.of(fe_mesh.points))
 
 
 def mesh_of_file(source: FeMeshSource, groups: Groups, size: float, where: str) -> FeMesh:
-    """The user's file, moved as the case says; InputError unless its groups are in their place.
+    """The user's FE mesh, placed as the case states; InputError unless its groups are at their
+    positions.
 
-    size: largest dimension of the body, m; where: what the case is from.
+    size: largest dimension of the body, m; where: source of the case.
     """
     file, key = str(source.fe_mesh_file), f"stage.{groups.body}.fe.fe_mesh_file"
     if source.fe_mesh == "reduced":
@@ -83,8 +84,11 @@ def mesh_of_file(source: FeMeshSource, groups: Groups, size: float, where: str) 
 
 
 def check_place(fe_mesh: FeMesh, groups: Groups, placement: Placement, path: str) -> None:
-    """Raise InputError, naming group, places and remedy, unless every group is where the case has
-    it. fe_mesh: in the frame of the case, where `placement` put it; path: of its file."""
+    """Raise InputError, naming group, positions and remedy, unless every group is where the case
+    has it.
+
+    fe_mesh: in the frame of the case, by `placement`; path: of its file.
+    """
     _refuse_extra(fe_mesh, groups, path)
     actual = _ActualPlacement(fe_mesh, groups)
     motion, shift = actual.best_motion()
@@ -100,7 +104,8 @@ def check_place(fe_mesh: FeMesh, groups: Groups, placement: Placement, path: str
 
 
 class _ActualPlacement:
-    """Groups that are in a file: names, families, centres (n, 3), places (n, 3), both in m."""
+    """Groups that are in a file: names, families, centres (n, 3) in the file, positions (n, 3) in
+    the case, both in m."""
 
     def __init__(self, fe_mesh: FeMesh, groups: Groups) -> None:
         self.groups = groups
@@ -118,7 +123,7 @@ class _ActualPlacement:
         self.radial = np.array([f.radial for f in self.families])
 
     def best_motion(self) -> tuple[Rotation, Array]:
-        """R and t that bring the centres to their places, where the case states these."""
+        """R and t that best bring the centres to their positions, where the case states these."""
         size = float(np.abs(self.centres - self.centres.mean(axis=0)).max())
         stated = np.isfinite(self.places)
         guess = np.where(stated, self.places, 0.0)
@@ -139,14 +144,14 @@ class _ActualPlacement:
         return rotation, target + size * best[3:] - rotation.apply(middle)
 
     def is_off_as_a_whole(self, motion: Rotation, shift: Array) -> bool:
-        """Whether the motion is more than the groups' centres are uncertain by."""
+        """Whether the motion exceeds the tolerance of the body as a whole."""
         g, turn = self.groups, motion.as_rotvec()
         across = max(abs(turn[2]) * g.radius, float(np.hypot(*shift[:2])))
         along = max(float(np.hypot(*turn[:2])) * g.radius, abs(float(shift[2])))
         return across > _BODY * g.pitch or along > _BODY * g.face_width
 
     def misfit(self, centres: Array) -> Array:
-        """How far each group is off, over what it may be (n,)."""
+        """Distance (n,) of each group from its position over its tolerance."""
         g = self.groups
         open_across = np.isnan(self.places[:, 0])
         places = np.where(np.isnan(self.places), centres, self.places)
@@ -161,7 +166,7 @@ class _ActualPlacement:
         return np.maximum.reduce([np.where(open_across, 0.0, across), along, wrong_side])
 
     def where(self, i: int) -> str:
-        """Where group i is and where it belongs, in words."""
+        """Actual and expected position of group i, in words."""
         sign = "+" if self.side[i] > 0 else "-"
         stated = self.groups.point(self.places[i])
         belongs = f"at {stated}" if stated else f"on the {sign}z side"
@@ -184,8 +189,8 @@ def _refuse_extra(fe_mesh: FeMesh, groups: Groups, path: str) -> None:
 
 
 def _keys(groups: Groups, placement: Placement, motion: Rotation, shift: Array) -> str:
-    """The keys that put the mesh in place, beginning with those that are set already; numbers as
-    round as they may be, for the groups' centres are not exact either."""
+    """The keys that place the FE mesh, composed with those that are set already; with as few digits
+    as the accuracy of the groups' centres justifies."""
     fine = 0.05 * _BODY
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # a quarter turn about y: x and z are one, either will do
@@ -231,7 +236,8 @@ def _refuse_group(actual: _ActualPlacement, path: str) -> None:
 
 
 def _refuse_helix(fe_mesh: FeMesh, actual: _ActualPlacement, path: str) -> None:
-    """Ends of a tooth, half a face width from its middle, must be near their place too."""
+    """InputError unless the ends of a tooth, half a face width from its middle, are near their
+    position too."""
     g = actual.groups
     for f in g.families:
         names = [n for n in f.names if n in fe_mesh.facets]
@@ -264,13 +270,13 @@ def _roundest(value: float, slack: float) -> float:
 
 
 def _numbers(values: Sequence[float]) -> str:
-    """As the keys take them: one number for z alone, else three."""
+    """Values as the keys take them: one number for z alone, else three."""
     words = [f"{v:.12g}" for v in values]
     return f"[{', '.join(words)}]" if any(values[:2]) else words[2]
 
 
 def _stamp(file: str) -> tuple[int, int]:
-    """Differs when the file has changed."""
+    """Modification time and size of a file: they differ when the file has changed."""
     try:
         status = Path(file).stat()
     except OSError:

@@ -42,11 +42,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class TiedNode:
-    """A node of a body and the surface that carries it.
-
-    place: (3,) m; tie: averaging (RBE3), rigid (RBE2), or of a seat about an axis along z; patch:
-    facets of the FE mesh, "" for a disc of a diameter (m) in an end face, at an angle (rad).
-    """
+    """A node of a body and the surface that carries it. place: (3,) m; tie: averaging (RBE3), rigid
+    (RBE2), or of a seat about an axis along z; patch: facets of the FE mesh, "" for a disc of a
+    diameter (m) in an end face, at an angle (rad)."""
 
     name: NodeName
     place: Array = field(repr=False)
@@ -58,8 +56,8 @@ class TiedNode:
 
 @dataclass(frozen=True, eq=False)
 class FeBody(ABC):
-    """key: of the body; section: of the case, as [stage.ring.fe]; mesh: what an FE mesh is made
-    from; material; cyclic: whether sectors are looked for; limit_hz: up to which frequencies are
+    """key: of the body; section: of the case, as [stage.ring.fe]; mesh: parameters or file of the
+    FE mesh; material; cyclic: whether equal sectors are used; limit_hz: highest frequency that is
     judged, None: all that were compared."""
 
     meshed: ClassVar[Any]  # function that makes an FE mesh of ``mesh``
@@ -76,7 +74,7 @@ class FeBody(ABC):
     @property
     @abstractmethod
     def groups(self) -> Groups:
-        """Named groups of its FE mesh and their places."""
+        """Named groups of its FE mesh and their positions."""
 
     @property
     @abstractmethod
@@ -86,16 +84,17 @@ class FeBody(ABC):
     @property
     @abstractmethod
     def ties(self) -> tuple[str, str]:
-        """What its nodes act on, and how, in words of the report."""
+        """Surfaces that its nodes act on, and the kind of tie, in words of the report."""
 
     @abstractmethod
     def nodes(self, fe_mesh: FeMesh | None = None) -> list[TiedNode]:
-        """All nodes, with places on the surfaces of an FE mesh, of the parameters without one."""
+        """All nodes, with positions on the surfaces of an FE mesh, or of the parameters without
+        one."""
 
     @property
     @abstractmethod
     def springs(self) -> list[Spring]:
-        """What holds it to ground, of what is meshed, in fixed axes."""
+        """Springs to ground of the meshed part, in fixed axes."""
 
     @abstractmethod
     def probe_loads(self, model: FeModel) -> Sequence[ProbeLoad]:
@@ -103,11 +102,11 @@ class FeBody(ABC):
 
     @abstractmethod
     def _content(self) -> Mapping[str, Any]:
-        """What the reduced body depends on beside all that ``content`` names for every body."""
+        """What the reduced body depends on in addition to what ``content`` has for every body."""
 
     def supports(self, node_names: tuple[str, ...], stiffness: Array) -> Array:
-        """Stiffness (b, b) of all that holds it to ground at its nodes, for error estimates, and of
-        a stiff spring against rotation that is free; stiffness: K_bb of the free body."""
+        """Stiffness (b, b) of all supports at its nodes, for error estimates, with a stiff spring
+        against free rotation; stiffness: K_bb of the free body."""
         supports = stiffness_at(self.springs, node_names)
         if self.turning:
             spin = 6 * node_names.index(self.turning) + 5
@@ -115,7 +114,7 @@ class FeBody(ABC):
         return supports
 
     def content(self) -> dict[str, Any]:
-        """All that the reduced body depends on; the cache makes its key of it."""
+        """Everything that the reduced body depends on; the cache makes its key of it."""
         return {
             "body": self.key.part,
             "fe_mesh": self._mesh_content(),
@@ -127,11 +126,9 @@ class FeBody(ABC):
         }
 
     def check(self) -> None:
-        """InputError for what the FE mesh or the file is refused for, without meshing.
-
-        An FE mesh of a file whose reduced body is kept was in place when that was made: the key
-        says for what.
-        """
+        """InputError for an FE mesh or file that is refused, without meshing. A user's FE mesh
+        whose reduced body is in the cache was accepted when that was made, and is not compared
+        again."""
         if self.section.fe_mesh == "generate":
             self.mesh.check()
             return
@@ -147,7 +144,7 @@ class FeBody(ABC):
             self.fe_mesh()
 
     def fe_mesh(self) -> FeMesh:
-        """Generated, or the user's own file in its place; InputError where it is refused."""
+        """The generated FE mesh, or the user's file, placed; InputError where it is refused."""
         if self.section.fe_mesh == "generate":
             generated: FeMesh = self.meshed(self.mesh)
             return generated
@@ -155,11 +152,9 @@ class FeBody(ABC):
 
     def reduced(self, progress: Progress = silent, limit_hz: float | None = None) -> ReducedBody:
         """The reduced body, of a double-helical ring its left half; from the cache if it was
-        reduced before.
-
-        limit_hz: up to which its frequencies are judged; all that were compared where neither this
-        nor the case says so. One that is given reduced is taken as it is, without error estimates.
-        """
+        reduced before. limit_hz: highest frequency that is judged; all that were compared where
+        neither this nor the case states it. Given matrices are taken as they are, without error
+        estimates."""
         if self.section.fe_mesh == "reduced":
             return self._given()
         from flexgear.structures.sources.reducing import judged, reduced_body  # half of the package
@@ -170,7 +165,7 @@ class FeBody(ABC):
         return judged(body, supports, limit_hz or self.limit_hz)
 
     def condensed(self) -> tuple[FeModel, AnyCondensation]:
-        """The unreduced body and its condensation on its nodes, made anew."""
+        """The unreduced body and its condensation on its nodes, computed anew."""
         from flexgear.structures.sources.reducing import condensed_body
 
         return condensed_body(self)
@@ -181,16 +176,13 @@ class FeBody(ABC):
         return solid
 
     def whole(self, body: ReducedBody) -> ReducedBody:
-        """The body that a stage has, of what ``reduced`` returns."""
+        """The whole body of the stage from what ``reduced`` returns."""
         return body
 
     def rigid(self, from_files: bool = True) -> Body:
-        """The whole body, rigid: coordinates are the rigid motion of the frame's origin.
-
-        A generated body is that of the case's sizes, one with a file of FE mesh or matrices that
-        of the file; with from_files = False the case's sizes are taken for these, too, and no file
-        is read.
-        """
+        """The whole body, rigid: coordinates are the rigid motion of the frame's origin. A
+        generated body has the case's sizes, one with a file of FE mesh or matrices those of the
+        file; with from_files = False all have the case's sizes, and no file is read."""
         if from_files and self.section.fe_mesh == "reduced":
             return rigid_variant(self.whole(self._given()).as_body())
         fe_mesh = self.fe_mesh() if from_files and self.section.fe_mesh == "file" else None
@@ -213,19 +205,20 @@ class FeBody(ABC):
     def _whole_solid(
         self, solid: Solid, places: dict[NodeName, Array]
     ) -> tuple[Solid, dict[NodeName, Array]]:
-        """Solid and nodes of the whole body, of those that are meshed."""
+        """Solid and nodes of the whole body from those of the meshed part."""
         return solid, places
 
     def _given(self) -> ReducedBody:
-        """Its matrices from files. InputError unless they are a free body with its nodes."""
+        """Its matrices from files. InputError unless they are those of a free body with its
+        nodes."""
         places = {node.name: node.place for node in self.nodes()}
         sizes = self.groups.pitch, self.groups.face_width
         mass = float(self.solid().rigid_mass(self.material.density)[0, 0])
         return given_body(self.section, self.key.part, places, sizes, mass, self.mesh.where)
 
     def _mesh_content(self) -> object:
-        """What a mesh depends on: the generator's parameters, or the bytes of the user's file,
-        where it is put, and what its place was judged by."""
+        """What the FE mesh depends on: the generator's parameters, or the bytes of the user's file,
+        its placement, and the positions of the groups that it was compared with."""
         section = self.section
         if section.fe_mesh == "generate" or section.fe_mesh_file is None:
             return replace(self.mesh, where="")  # the case's path changes nothing

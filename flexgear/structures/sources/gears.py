@@ -43,7 +43,7 @@ _PROBED_TEETH = 12  # teeth whose flanks the static error estimate loads
 
 @dataclass(frozen=True, eq=False)
 class ToothedSource(FeBody):
-    """reference_radius: where tooth nodes stand, m."""
+    """A gear with an FE mesh. reference_radius: of the circle of its tooth nodes, m."""
 
     section: Ring | Planet
     mesh: RingMeshParameters | PlanetMeshParameters
@@ -51,12 +51,12 @@ class ToothedSource(FeBody):
 
     @property
     def repeats(self) -> int:
-        """Its teeth."""
+        """Number of its teeth."""
         return self.mesh.teeth
 
     @property
     def ties(self) -> tuple[str, str]:
-        """As the case has them."""
+        """Tied surface and kind of tie, as stated in the case."""
         return self.section.tie, self.section.tie_kind
 
     @property
@@ -94,7 +94,7 @@ BORE = "bore"
 
 @dataclass(frozen=True, eq=False)
 class PlanetSource(ToothedSource):
-    """bearing: in its bore."""
+    """A planet. bearing: in its bore."""
 
     meshed = staticmethod(planet_fe_mesh)
     as_solid = staticmethod(planet_solid)
@@ -115,15 +115,15 @@ class PlanetSource(ToothedSource):
 
     @property
     def springs(self) -> list[Spring]:
-        """Its bearing on a pin that stands still."""
+        """Its bearing on a fixed pin."""
         return [Spring(NodeName.parse(BORE), np.asarray(self.bearing.matrix))]
 
 
 @dataclass(frozen=True, eq=False)
 class RingSource(ToothedSource):
-    """half_offset: of the mid-planes of both halves of a double-helical ring from z = 0, m; None of
-    a single one; segment: of teeth that may yield along the face beside their nodes, None where
-    they take no shapes; along_face: whether gear meshes distribute load along the face."""
+    """A ring. half_offset: of the mid-planes of both halves of a double-helical ring from z = 0, m;
+    None for a single one; segment: of teeth with shapes along the face, None without such shapes;
+    along_face: whether gear meshes distribute load along the face."""
 
     meshed = staticmethod(ring_fe_mesh)
     as_solid = staticmethod(ring_solid)
@@ -136,23 +136,23 @@ class RingSource(ToothedSource):
 
     @property
     def held_by(self) -> list[RingSupport]:
-        """Fits, splines and bolts of what is meshed."""
+        """Fits, splines and bolts of the meshed part."""
         return ring_supports(self.section, self.mesh.face_width)
 
     @property
     def springs(self) -> list[Spring]:
-        """Those of its fits, splines and bolts."""
+        """Springs of its fits, splines and bolts."""
         return [Spring(s.node, np.diag(s.stiffness), s.angle) for s in self.held_by]
 
     @property
     def whole_springs(self) -> list[Spring]:
-        """All that holds the whole ring; supports of the right half are the mirror image of those
-        of the left."""
+        """Supports of the whole ring; those of the right half are the mirror image of those of the
+        left."""
         return self.springs if self.half_offset is None else mirrored(self.springs)
 
     @property
     def groups(self) -> Groups:
-        """Teeth for either tie, fits, splines, and what holds the bolts."""
+        """Teeth for either tie, fits, splines, and the surfaces of bolts."""
         return ring_groups(self.mesh, self.section.tie, self.held_by)
 
     def nodes(self, fe_mesh: FeMesh | None = None) -> list[TiedNode]:
@@ -167,7 +167,8 @@ class RingSource(ToothedSource):
         return nodes
 
     def reduced(self, progress: Progress = silent, limit_hz: float | None = None) -> ReducedBody:
-        """As of every body, and how its rim bends along the face where that counts."""
+        """The reduced ring (``FeBody.reduced``), with the flexibility of its rim along the face
+        where that counts."""
         body = super().reduced(progress, limit_hz)
         if self.segment is None:
             return body if self.along_face else _loaded_evenly(body)
@@ -182,7 +183,7 @@ class RingSource(ToothedSource):
         return with_rim(body, shapes, segment, self.material, supports, always=always)
 
     def whole(self, body: ReducedBody) -> ReducedBody:
-        """Itself, or both halves."""
+        """The body itself, or both halves of a double-helical ring."""
         return body if self.half_offset is None else both_halves(body, self.half_offset)
 
     def _whole_solid(
@@ -201,7 +202,7 @@ class RingSource(ToothedSource):
 
 
 def _bolted_face(fe_mesh: FeMesh, end: End) -> float:
-    """z of an end face, m: the group's, or the body's end where there is none."""
+    """z of an end face, m: the group's, or the body's end where there is no group."""
     name = "end_plus" if end == "+z" else "end_minus"
     points, facets = np.asarray(fe_mesh.points), fe_mesh.facets
     z = points[facets[name] if name in facets else slice(None)][..., 2]
@@ -209,7 +210,7 @@ def _bolted_face(fe_mesh: FeMesh, end: End) -> float:
 
 
 def _loaded_evenly(body: ReducedBody) -> ReducedBody:
-    """The static error of a ring whose teeth are loaded over the whole face, in its report."""
+    """The body with a report whose static error is that of teeth loaded over the whole face."""
     from flexgear.structures.estimate import judged
 
     cases = body.report.get("static_error_cases")

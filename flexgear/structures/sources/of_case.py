@@ -29,7 +29,7 @@ def fe_sources(view: StageView) -> dict[BodyName, FeBody]:
 
 
 def ring_source(view: StageView) -> RingSource:
-    """Its FE ring."""
+    """Source of the FE ring of a stage."""
     return RingSource(
         mesh=_ring_mesh(view),
         reference_radius=reference_radius(view.ring_gear.teeth, view.stage),
@@ -41,7 +41,7 @@ def ring_source(view: StageView) -> RingSource:
 
 
 def planet_source(view: StageView) -> PlanetSource:
-    """The FE body of its planets, which are alike."""
+    """Source of the FE body of the planets of a stage, which are equal."""
     gear = view.stage.planet
     assert gear is not None
     return PlanetSource(
@@ -53,7 +53,7 @@ def planet_source(view: StageView) -> PlanetSource:
 
 
 def carrier_source(view: StageView) -> CarrierSource:
-    """Its FE carrier."""
+    """Source of the FE carrier of a stage."""
     teeth = view.ring_gear.teeth
     return CarrierSource(
         mesh=_carrier_mesh(view),
@@ -65,8 +65,8 @@ def carrier_source(view: StageView) -> CarrierSource:
 
 
 def _shaped_segment(view: StageView) -> SegmentParameters | None:
-    """Of teeth of a ring that may take shapes: where its slices bend each other, it is tied at its
-    roots by averaging ties, and not given reduced."""
+    """Segment of a ring's teeth with shapes along the face; None unless slices have FE influence,
+    the ring is tied at its roots by averaging ties, and is not given reduced."""
     ring, mesh = view.ring, view.gear_mesh
     bent = (
         mesh.model == "face_load"
@@ -83,7 +83,7 @@ def _shaped_segment(view: StageView) -> SegmentParameters | None:
 
 
 def _common(view: StageView, part: str) -> dict[str, Any]:
-    """What sources of all bodies have."""
+    """Parameters that sources of all bodies have."""
     return {
         "key": BodyName.of(view.name, part),
         "section": getattr(view, part),
@@ -94,7 +94,7 @@ def _common(view: StageView, part: str) -> dict[str, Any]:
 
 
 def _teeth(view: StageView, gear: Gear) -> dict[str, Any]:
-    """What FE meshes of ring and planets have in common."""
+    """Parameters that FE meshes of ring and planets have in common."""
     stage = view.stage
     return {
         "teeth": gear.teeth,
@@ -144,7 +144,7 @@ def _ring_mesh(view: StageView) -> RingMeshParameters:
 
 
 def _carrier_mesh(view: StageView) -> CarrierMeshParameters:
-    """The carrier of a case, with a pin where each planet stands."""
+    """The carrier of a case, with a pin for each planet."""
     stage, carrier = view.stage, view.carrier
     same = {field.name for field in fields(CarrierMeshParameters)}
     equal = 2.0 * np.pi * np.arange(stage.planets) / stage.planets

@@ -69,11 +69,8 @@ DIVISIONS = SegmentDivisions(flank=10, fillet=5, tooth=4)  # plane deflection 1 
 
 def tooth_influence(view: StageView, role: str) -> ToothInfluence | None:
     """Influence of a tooth of "sun", "planet" or "ring" (of a parallel stage's pinion and gear,
-    "sun" and "planet"), from the cache or made (half a minute).
-
-    None where an FE body is tied at its flanks: it has the whole tooth, and only line contact
-    ("point" at a depth of the tie's choice) stays outside.
-    """
+    "sun" and "planet"), from the cache or computed (half a minute). None where an FE body is tied
+    at its flanks: it includes the whole tooth, without line contact only."""
     parameters, tied = influence_parameters(view, role), is_tied(view, role)
     if parameters is None:
         return None
@@ -81,7 +78,7 @@ def tooth_influence(view: StageView, role: str) -> ToothInfluence | None:
 
 
 def segment_influence(p: SegmentParameters, m: Material, *, tied: bool) -> ToothInfluence:
-    """Influence of the middle tooth of a segment, from the cache or made; tied: see
+    """Influence of the middle tooth of a segment, from the cache or computed; tied: see
     ``influence_of``."""
     young, poisson = m.young_modulus, m.poisson_ratio
     content = {"segment": p, "tied": tied, "young": young, "poisson": poisson}
@@ -91,17 +88,17 @@ def segment_influence(p: SegmentParameters, m: Material, *, tied: bool) -> Tooth
 
 
 def is_tied(view: StageView, role: str) -> bool:
-    """Whether an averaging tie at the tooth's root takes in part of its flexibility."""
+    """Whether the node of an averaging tie at the tooth's root has part of its flexibility."""
     return view.fe_tie(role) == "root" and getattr(view, role).tie_kind == "averaging"
 
 
 def influence_parameters(view: StageView, role: str) -> SegmentParameters | None:
     """The segment of a gear.
 
-    Three teeth, held at the body's bore (a ring's outer diameter), ``DEEPEST`` below the root at
-    the latest, and at cuts across the rim. A rigid tie at the root of an FE body holds the tooth's
-    base section as a clamp does: one tooth, cut off there. InputError where a tooth or the rim
-    below it cannot be made.
+    Three teeth, held at the body's bore (a ring's outer diameter), at most ``DEEPEST`` below the
+    root, and at cuts across the rim. A rigid tie at the root of an FE body clamps the tooth's base
+    section: then one tooth, cut off there. InputError where a tooth or the rim below it cannot be
+    meshed.
     """
     tooth = stage_geometry(view).gears[role]
     if view.fe_tie(role) == "flank":
@@ -148,7 +145,8 @@ def require_teeth(
 
 
 def held_radius(view: StageView, role: str, tooth: ToothGeometry, modules: float) -> float:
-    """Radius so many modules below the root circle, or where the body ends before."""
+    """Radius ``modules`` below the root circle, or of the bore (outer diameter) if that is
+    nearer."""
     deepest = tooth.root_radius - tooth.outward * modules * view.stage.normal_module
     gear = gears_by_role(view.stage)[role]
     if role == "ring":
@@ -166,13 +164,10 @@ _LEAST_WIDTH = 1e-6  # of the face, where a line has left it
 
 @dataclass(frozen=True)
 class PairBending:
-    """Over the path coordinate (S,), for contact lines of K slices each.
-
-    flexibility (S, K, K) m/N of both teeth between the slices of a line; beside (S, 2, K, K) m/N:
-    displacement of its slices per force on those of the next line, a base pitch further on, and of
-    the one after that, through the bodies below them; scale m/N and limit N (S, K) of the approach
-    a f ln(d/f) of line contact.
-    """
+    """Flexibility over the path coordinate (S,), for contact lines of K slices each. flexibility
+    (S, K, K) m/N of both teeth between the slices of a line; beside (S, 2, K, K) m/N: displacement
+    of its slices per force on those of the next two lines, one base pitch apart each, through the
+    bodies below them; scale m/N and limit N (S, K) of the approach a f ln(d/f) of line contact."""
 
     flexibility: Array
     beside: Array
@@ -180,18 +175,18 @@ class PairBending:
     limit: Array
 
     def with_rim(self, flexibility: Array, beside: Array) -> PairBending:
-        """And what the rim of an FE ring adds: ``rim``."""
+        """The same with the flexibility added by the rim of an FE ring: ``rim``."""
         more = self.flexibility + flexibility, self.beside + beside
         return replace(self, flexibility=more[0], beside=more[1])
 
 
 def pair_bending(view: StageView, path: GearMeshPath, slices: Slices, force: float) -> PairBending:
-    """How slices of contact lines bend each other, for ``gears.slices.bent``.
+    """Flexibility between slices of contact lines, for ``gears.slices.bent``.
 
     force: of the gear mesh, N, for whose mean line load contacts at tip edges are solved
     (``tip_edge``; where both teeth have influences). Displacement and force of slices are along the
-    normal N. Teeth of an FE body move their neighbours by its own model and its rim (``rim``);
-    nothing of it is in ``beside``.
+    normal N. Teeth of an FE body move their neighbours through its own model and its rim (``rim``),
+    which ``beside`` does not include.
     """
     width, some = widths(path, slices), some_places(slices, PAIR_PLACES)
     count = slices.count
@@ -243,7 +238,8 @@ def _at_tips(
     influences: Sequence[ToothInfluence | None],
     line_load: float,
 ) -> list[AtTip]:
-    """At the slices, of every tip edge that touches; none where a tooth has no influence."""
+    """Corrections of line contact at the slices by every tip edge that touches; none where a tooth
+    has no influence."""
     planet, gear = influences
     if planet is None or gear is None:
         return []
@@ -265,10 +261,10 @@ Flank = TypeVar("Flank", bound=_Flank)
 class MatingFlank(NamedTuple):
     """Flanks of one gear over the contact lines of a gear mesh.
 
-    name: "planet", "sun" or "ring"; sense: 1 where the force pushes the gear's teeth on in +θ, on
+    name: "planet", "sun" or "ring"; sense: 1 where the force pushes the gear's teeth in +θ, on
     their −θ flank, else −1; step: teeth in +θ from one pair to the next; other_hand: whether the
-    helix has the other hand than the gear's, as right halves have; roll (S, K) m of slices, held on
-    the flank.
+    helix is mirrored, as in right halves; roll (S, K): roll length of slices, limited to the flank,
+    m.
     """
 
     name: str
@@ -279,13 +275,13 @@ class MatingFlank(NamedTuple):
     roll: Array
 
     def of(self, flank: Flank) -> Flank:
-        """What was made of the −θ flank of the gear's own hand, as this flank has it."""
+        """Transforms data of the −θ flank of the gear's own hand to this flank."""
         flank = flank.mirrored() if self.other_hand else flank
         return flank if self.sense > 0 else flank.turned()
 
 
 def mating_flanks(path: GearMeshPath, slices: Slices) -> list[MatingFlank]:
-    """Of the planet, then of its mate."""
+    """Flanks of the planet, then of its mate."""
     on = _touches(path, slices)
     members = (
         ("planet", path.off_path.planet, -path.planet_step, path.planet_step),
@@ -305,12 +301,12 @@ def _touches(path: GearMeshPath, slices: Slices) -> Array:
 
 
 def widths(path: GearMeshPath, slices: Slices) -> Array:
-    """Axial widths (S, K) m of slices, not quite zero where a line has left the face."""
+    """Axial widths (S, K) m of slices, small but positive where a line has left the face."""
     return np.maximum(slices.width, _LEAST_WIDTH * 2 * path.half_face)
 
 
 def some_places(slices: Slices, most: int) -> Ints:
-    """Numbers of at most so many of the contact lines, evenly spread."""
+    """Indices of at most ``most`` of the contact lines, evenly spread."""
     return np.unique(np.linspace(0, len(slices.s) - 1, most).astype(np.int64))
 
 
@@ -318,10 +314,8 @@ def _further_line(
     flank: ToothInfluence, step: int, lines: Lines, places: tuple[Array, Ints, float]
 ) -> Array:
     """C (S', K, K) m/N of one gear: displacement of slices of some lines (roll, z, width) per force
-    on those further on, whose tooth is ``step`` teeth on in +θ.
-
-    places: path coordinates of the lines, numbers of those wanted, m to those further on.
-    """
+    on lines of the tooth ``step`` teeth further in +θ. places: path coordinates of the lines,
+    indices of those to compute, and distance to the lines with the force, m."""
     (roll, z, width), (s, some, way) = lines, places
     further = np.clip(s[some] + way, None, s[-1])
     here = roll[some], z[some], width[some]
@@ -332,12 +326,12 @@ def _further_line(
 
 
 def rows_at(s: Array, table: Array, places: Array) -> Array:
-    """Rows of a table over s at other places."""
+    """Rows of a table over s, interpolated at other s."""
     return np.asarray(interp1d(s, table, axis=0, copy=False, assume_sorted=True)(places))
 
 
 def _to_middle(view: StageView, tooth: ToothGeometry, roll: Array) -> ContactBody:
-    """The flank of a tooth that an FE body has whole: line contact down to its middle line."""
+    """The flank of a tooth that is part of an FE body: line contact down to its middle line."""
     depth = middle_depth(tooth, np.hypot(tooth.base_radius, roll))
     return ContactBody(view.material.young_modulus, view.material.poisson_ratio, depth)
 
@@ -349,7 +343,7 @@ CRACK_DIVISIONS = SegmentDivisions(flank=6, fillet=7, rim=5)  # ``tooth`` follow
 
 def crack_flexibility(view: StageView, path: GearMeshPath, lines: Slices, fault: Fault) -> Array:
     """ΔC (S, K, K) m/N between slices of contact lines, by a crack of one of both teeth, from the
-    cache or made (half a minute)."""
+    cache or computed (half a minute)."""
     role = "planet" if fault.gear == view.part("planet") else path.kind.gear
     mating = next(m for m in mating_flanks(path, lines) if m.name == role)
     # z of the flank as it is made: turned and mirrored ones, and left halves, count the other way

@@ -79,9 +79,9 @@ MOST_STEPS = 100
 
 @dataclass(frozen=True)
 class AtTip:
-    """At path coordinates s of any shape: what is added to α and β of the line contact, m²/N, and
-    how much further in than the involutes touch the load rests, m along the flank of the planet
-    (member 0) or its mate (1), whose tip it is."""
+    """At path coordinates s of any shape: additions to α and β of the line contact, m²/N, and
+    distance from the point where the involutes touch to the centre of the load, inwards along the
+    flank whose tip it is, m; member: 0 planet, 1 its mate."""
 
     member: int
     s: Array
@@ -90,14 +90,14 @@ class AtTip:
     inward: Array
 
     def at(self, s: Array) -> AtTip:
-        """The same elsewhere, linear in between; s of this one rising, (P,)."""
+        """The same at other s, linearly interpolated; s of this one rising, (P,)."""
         values = (self.alpha, self.beta, self.inward)
         return AtTip(self.member, s, *(np.interp(s, self.s, value) for value in values))
 
 
 class TipEnd(NamedTuple):
-    """An end of the path: whose tip it is (0: planet); its edge; s at the end and where it ceases
-    to touch, m."""
+    """An end of the path: member whose tip it is (0: planet); its edge; s at the end of the path
+    and where the tip ceases to touch, m."""
 
     member: int
     edge: TipEdge
@@ -119,9 +119,9 @@ def at_tip(
     line_load: float,
     profile: ProfileContact | None = None,
 ) -> AtTip:
-    """From well inside the path to where the tip ceases to touch; members: planet and gear;
-    line_load: the mean one, N/m of contact line; profile: of modified flanks, which touch further
-    in, or as if further out."""
+    """Correction of line contact from well inside the path to where the tip ceases to touch.
+    members: planet and gear; line_load: mean line load, N/m of contact line; profile: contact of
+    modified flanks, which shifts the point where they touch."""
     edge, influences = end.edge, (members[end.member], members[1 - end.member])
     depth = float(np.ravel(influences[0].contact_body(np.array([edge.tip_roll])).depth)[0])
     inside = INSIDE * depth * edge.tooth.base_radius / edge.tip_roll
@@ -154,13 +154,13 @@ def at_tip(
 
 
 def roll_along(tooth: ToothGeometry, roll: Array, inward: Array) -> Array:
-    """Roll lengths so much further along the flank from the tip towards the root, m."""
+    """Roll lengths at distances ``inward`` along the flank from ``roll`` towards the root, m."""
     return np.sqrt(np.maximum(roll**2 - 2 * tooth.outward * tooth.base_radius * inward, 0.0))
 
 
 @dataclass(frozen=True)
 class Edges:
-    """Tip edge and mate's flank at places (n,). body, mate: their bodies, depths (n,) m; radius,
+    """Tip edge and mate's flank at positions (n,). body, mate: their bodies, depths (n,) m; radius,
     apex: ρ and e (n,), m."""
 
     layer: EdgeLayer
@@ -170,11 +170,8 @@ class Edges:
     apex: Array
 
     def pressed(self, hertz: LineContact, load: float) -> tuple[Array, Array]:
-        """What the contact yields more than Hertz's, per line load (n,), m²/N, and x̄ (n,), m.
-
-        A contact that ends well before the edge stays as it is; what its load sinks more is that of
-        a line load.
-        """
+        """Approach in excess of Hertz's contact, per line load (n,), m²/N, and x̄ (n,), m. A
+        contact that ends well before the edge is Hertz's; only its layer is that of a tip."""
         layer, h = self.layer, np.broadcast_to(self.body.depth, self.apex.shape)
         sinks = np.interp(self.apex / h, layer.place, np.diag(layer.end - layer.middle))
         more, rests = self.body.compliance * sinks, self.apex.copy()
@@ -185,7 +182,7 @@ class Edges:
         return more, rests
 
     def _solved(self, i: int, load: float) -> tuple[float, float]:
-        """δ, by which flanks close once they touch, and x̄ at place i, m."""
+        """δ, approach of the flanks after first contact, and x̄ at position i, m."""
         h, h_mate = (
             float(np.broadcast_to(b.depth, self.apex.shape)[i]) for b in (self.body, self.mate)
         )
@@ -199,7 +196,7 @@ class Edges:
 
 def contact(compliance: Array, gap: Array, load: float) -> tuple[Array, float]:
     """p (n,) ≥ 0 with Σp = load and δ with gap + C p ≥ δ, equal where p > 0, by a primal-dual
-    active set (Hintermüller, Ito and Kunisch 2002) from the places that are nearest."""
+    active set (Hintermüller, Ito and Kunisch 2002) that starts from the smallest gaps."""
     active = gap <= np.partition(gap, 4)[4]
     scale = 1.0 / np.median(np.diag(compliance))
     for _ in range(MOST_STEPS):
@@ -232,8 +229,8 @@ DOWN, DOWN_COARSEST, DOWN_GROWTH = 0.001, 0.25, 1.4  # elements below the surfac
 @dataclass(frozen=True, eq=False)
 class EdgeLayer:
     """place: nodes (n,) along the surface from the edge, in depths h; middle, end: (n, n) normal
-    displacement by line loads at nodes, in c = (1 − ν²)/E, of a layer that goes on beyond the edge
-    and of one that ends there."""
+    displacement by line loads at nodes, in c = (1 − ν²)/E, of a layer that continues beyond the
+    edge and of one that ends there."""
 
     place: Array
     middle: Array
@@ -241,10 +238,8 @@ class EdgeLayer:
 
 
 def edge_layer(angle: float, poisson: float) -> EdgeLayer:
-    """Of a tip edge at which flank and tip land make an angle (rad) inside the tooth.
-
-    Elements of both layers lean alike, so that what they do not resolve drops out of end − middle.
-    """
+    """Layers at a tip edge with the angle (rad) between flank and tip land inside the tooth. Both
+    are meshed alike, so discretisation errors cancel in end − middle."""
     along = _graded(SMALLEST, COARSEST, GROWTH, 2 * REACH)
     before = _graded(SMALLEST, 4 * COARSEST, 2 * GROWTH - 1, REACH)
     place, end = _solved(along, angle, poisson)
@@ -279,7 +274,7 @@ def _solved(along: Array, angle: float, poisson: float) -> tuple[Array, Array]:
 
 
 def _graded(first: float, coarsest: float, growth: float, stop: float) -> Array:
-    """Places from 0 to ``stop`` or just beyond; steps grow from the first one on."""
+    """Coordinates from 0 to ``stop`` or just beyond; steps grow from the first one on."""
     places, step = [0.0], first
     while places[-1] < stop:
         places.append(places[-1] + step)
