@@ -54,9 +54,9 @@ class Springs(Section):
     axial: along the axis. tilt: about x and y. tilt_x, tilt_y: in place of tilt about one axis.
     torsion: about the axis. full: symmetric 6 x 6 matrix that replaces all of them.
 
-    Rows and columns of ``matrix``: ux, uy, uz (m), rx, ry, rz (rad). ``radial`` stands for both
-    radial directions and ``tilt`` for both tilts unless one of them is given by itself. A full
-    symmetric 6 x 6 list ``full_si`` replaces all of them.
+    Rows and columns of ``matrix``: ux, uy, uz (m), rx, ry, rz (rad). ``radial`` holds for both
+    radial directions and ``tilt`` for both tilts unless one of them has its own key. A symmetric 6
+    x 6 list ``full_si`` replaces all of them.
     """
 
     radial: Stiffness = Field(default=0.0, ge=0.0, le=1e14)
@@ -111,7 +111,7 @@ class Dampers(Section):
     """Viscous dampers beside the springs of a bearing, F = c δ̇.
 
     radial: across the axis, x and y. axial: along the axis. tilt: about x and y. torsion: about the
-    axis, against all that turns there: a drag torque.
+    axis, against its whole rotation: a drag torque.
     """
 
     radial: TranslationalDamping = Field(default=0.0, ge=0.0, le=1e12)
@@ -126,13 +126,13 @@ class Dampers(Section):
 
 
 class Bearing(Springs):
-    """A bearing; ``torsion``, stiffness against turning about its axis, is usually 0.
+    """A bearing; ``torsion``, stiffness against rotation about its axis, is usually 0.
 
-    z: where its springs act along the axis, m, from the middle of the gear or the seat; towards the
-    stiffer of two rows. There u_x + z r_y, u_y - z r_x and the tilts themselves are resisted.
-    clearance: radial gap there before the radial springs carry. rollers: carry radially and against
-    tilt, by a stiffness that grows with load; radial and tilt are then those of modes and whatever
-    is linear. damping: dampers at z beside the springs.
+    z: where its springs act along the axis, m, from the middle of the gear or the seat, off centre
+    where two rows are unequal. They act on u_x + z r_y, u_y - z r_x and the tilts. clearance:
+    radial gap there before the radial springs carry. rollers: carry radial load and tilting moment
+    with a stiffness that grows with load; radial and tilt are then used in modes and other linear
+    analyses. damping: dampers at z beside the springs.
     """
 
     z: Length = Field(default=0.0, ge=-1.0, le=1.0)
@@ -166,20 +166,20 @@ class Bearing(Springs):
 
 
 class RollingElements(Section):
-    """Rolling elements of one bearing, of which the load in every row follows (ISO/TS 16281).
+    """Rolling elements of one bearing, for the load in every row (ISO/TS 16281).
 
-    What stands in ``rollers`` beside, where it says how the bearing springs, is left out here.
+    Keys that ``rollers`` of the same bearing has are left out here.
 
-    count: of a row; rows: of one bearing; spacing: between the middles of neighbouring rows, of
-    neighbouring bearings, too. diameter: D_w of balls, D_we of rollers. pitch_diameter: D_pw of the
+    count: of a row; rows: of one bearing; spacing: between the middles of neighbouring rows, also
+    of neighbouring bearings. diameter: D_w of balls, D_we of rollers. pitch_diameter: D_pw of the
     circle of their centres. length: L_we, effective length of rollers. clearance: radial gap on
     every side (half of the radial internal clearance), in operation. contact_angle: nominal; of
     several rows half face one way, half the other, and a single row is loaded by thrust along +z.
     arrangement: contact lines meet the axis outside of the rows ("O") or between them ("X").
     profile: of rollers, see below. drops: of a profile by a table, at equal steps from the middle
-    of the roller to its end. edge_stress: whether lives count the concentration of stress at the
-    ends of rollers, which the standard puts on top of the loads of laminae. inner_groove,
-    outer_groove: radius of the grooves over the diameter of balls.
+    of the roller to its end. edge_stress: whether lives include the stress concentration at the
+    ends of rollers, a factor of the standard on the loads of laminae. inner_groove, outer_groove:
+    groove radius over ball diameter.
 
     logarithmic  that of ISO/TS 16281
     straight     none
@@ -217,12 +217,13 @@ class RollingElements(Section):
 
 
 class Rolling(Section):
-    """What the rating of a rolling bearing needs.
+    """Data for the rating of a rolling bearing.
 
     dynamic_rating: C of one bearing, for the basic rating life; static_rating: C_0; rolling: kind
-    of its elements, which says the exponent; fatigue_load_limit: C_u, for the modified life.
-    count: equal bearings side by side, which share the load evenly; their rows share it by what
-    elements says. required_life: which the rating life is held to. elements: for the load in rows.
+    of its elements, which decides the life exponent; fatigue_load_limit: C_u, for the modified
+    life. count: equal bearings side by side, which share the load evenly; the load of their rows
+    follows from elements. required_life: limit for the verdict on the rating life. elements: for
+    the load in rows.
     """
 
     dynamic_rating: Force | None = Field(default=None, gt=0.0, le=1e9)
@@ -267,16 +268,16 @@ def check_elements(bearing: Bearing, rolling: Rolling) -> None:
 
 
 class Lubricant(Section):
-    """Lubricant of the whole gearbox, of which life and safety of gears and bearings are rated.
+    """Lubricant of the whole gearbox, for the rating of gears and bearings.
 
     viscosity_40: kinematic viscosity at 40 °C (the number of an ISO VG class); viscosity_100: that
     at 100 °C, from which that at any temperature follows; without it the viscosity index is taken
-    as 95. temperature: of the oil in contacts; operating_viscosity: kinematic viscosity there,
-    in place of what follows from temperature. density: there, for the dynamic viscosity that
-    journal bearings ask for. cleanliness: solid particles of oil in a circuit with
-    a filter, by ISO 4406 (filters of β_6 = 200, β_12 = 200, β_25 = 75, β_40 = 75 in this order); of
-    it and the bearing's size the contamination factor e_C of ISO 281 follows. contamination: e_C
-    itself, in place of cleanliness. With neither, bearings have their basic life only.
+    as 95. temperature: of the oil in contacts; operating_viscosity: kinematic viscosity there, in
+    place of the one from temperature. density: there, for the dynamic viscosity in journal
+    bearings. cleanliness: solid particles of oil in a circuit with a filter, by ISO 4406 (filters
+    of β_6 = 200, β_12 = 200, β_25 = 75, β_40 = 75 in this order); it gives, with the bearing's
+    size, the contamination factor e_C of ISO 281. contamination: e_C itself, in place of
+    cleanliness. With neither, bearings have their basic life only.
     """
 
     viscosity_40: Viscosity = Field(ge=1e-6, le=1e-2)

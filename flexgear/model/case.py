@@ -180,22 +180,23 @@ class Case(Section):
     """A whole gearbox. Members are named "<stage>.sun", ".ring", ".carrier" in a planetary stage,
     "<stage>.pinion", ".gear" in a parallel one.
 
-    name: of results; that of the file if left out. title: one line for people. source: file that it
+    name: of results; that of the file if left out. title: one line of text. source: file that it
     was read from. kinematics: of members that do not state their own. gyroscopic: Coriolis and
-    centripetal terms of the carriers' frames, in transients at the speed of the moment. gravity:
+    centripetal terms of the carriers' frames, in transients at the instantaneous speed. gravity:
     acceleration in fixed axes, x, y, z. material: of all gears and bodies that do not state their
-    own. stages: from the first on; alone it is written [stage]. joints: splines, couplings and
-    shafts between members. held: members that do not turn; a planetary stage without a held member
-    holds its ring unless that is a port or in a joint. inputs: driven members. output: the loaded
-    member. loads: constant forces and moments on members. load_cases: steady states that a rating
-    counts; spectrum: those of a table; load_series: those of series. drive: machine of the first
-    input. housing: of the bearings. lubricant: of gears and bearings. rating: rules by which gears
-    are rated. faults: of single teeth. damping: of the structure. tolerance: what a study draws.
-    sensors: what transients record; recorder: their clock. solver: numerical options.
+    own. stages: in order; a single one is written [stage]. joints: splines, couplings and shafts
+    between members. held: members that do not turn; a planetary stage without a held member holds
+    its ring unless that is a port or in a joint. inputs: driven members. output: the loaded member.
+    loads: constant forces and moments on members. load_cases: steady states for the rating;
+    spectrum: load cases from a table; load_series: load cases from series. drive: machine of the
+    first input. housing: of the bearings. lubricant: of gears and bearings. rating: rules by which
+    gears are rated. faults: of single teeth. damping: of the structure. tolerance: distributions of
+    a tolerance study. sensors: what transients record; recorder: their clock. solver: numerical
+    options.
 
-    Without ``output`` the case is one of free vibration, which has modes only: about rest without
-    inputs, else about the steady speeds that they give. Only there may members that turn have a
-    support against turning: a spring to what turns on at their steady speed.
+    Without ``output`` the case is one of free vibration, which has modes only: at zero speed
+    without inputs, else about their steady speeds. Only there may members that turn have a support
+    against rotation: a spring to a frame at their steady speed.
     """
 
     name: str = "train"

@@ -39,31 +39,32 @@ _KEYS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {  # by kind: needed
 
 class Fault(Section):
     """A fault of one tooth, or of a bearing with ``rollers``. Teeth count from 1 as in results:
-    tooth 1 of the ring stands on the x axis at the carrier's angle zero, numbers rise towards +θ.
+    tooth 1 of the ring is on the x axis at carrier angle zero, numbers rise towards +θ.
 
-    kind: root_crack, from the root into the tooth, which lets it bend more under the flank that
-    opens the crack, and not under the other one; missing_tooth, which carries nothing; spall, a pit
-    of even depth; wear, as deep in the middle of its profile and parabolically less to nothing at
-    both of its ends; outer_race, inner_race, roller, a defect of a bearing as long as its rollers,
-    which pass it then. stage: its name; may be left out in a case of one stage. gear: whose tooth.
-    planet: which one, from 1. side: of a double-helical stage. tooth: its number; all teeth if left
-    out, which wear alone may. flank: of the gear, as ``modifications`` name it; of a root crack the
-    one whose load opens it, on whose side it starts.
+    kind: root_crack, from the root into the tooth, which adds compliance under load on the flank
+    that opens the crack, and none under the other one; missing_tooth, without any load; spall, a
+    pit of uniform depth; wear, with that depth in the middle of the profile, falling as a parabola
+    to zero at both ends; outer_race, inner_race, roller, a defect of a bearing over the whole
+    length of its rollers, which then move along the races. stage: its name; may be left out in a
+    case of one stage. gear: that has the tooth. planet: its number, from 1. side: of a
+    double-helical stage. tooth: its number; all teeth if left out, with wear only. flank: of the
+    gear, as ``modifications`` name it; for a root crack the flank whose load opens it, on the side
+    where it starts.
 
-    depth: of a crack along its way from the surface where the tangent at 30° to the tooth's middle
-    line (60° in a ring) touches the root; of a spall or wear normal to the flank. Zero is sound.
-    angle: between the crack and the tooth's middle line. face, depths: course of a crack, its depth
-    at places along the face, straight between them and none beyond, in place of depth.
+    depth: of a crack along its length from the surface where the tangent at 30° to the tooth's
+    middle line (60° in a ring) touches the root; of a spall or wear normal to the flank. Zero is a
+    sound tooth. angle: between the crack and the tooth's middle line. face, depths: depths of a
+    crack at positions along the face, linear between them and zero beyond, in place of depth.
     start_diameter, end_diameter: circles between which a spall or wear lies; the whole flank if
     left out. face_start, face_end: places along the face between which it lies, its ends if left
     out. Places along the face count from its middle towards +z; in the halves of a double-helical
     stage outward, towards -z in the left one.
 
-    bearing: which has the defect, planet_bearing with the number of its planet. row: of its
-    rollers, from 1 towards +z. width: of the defect along the race or around the roller; depth: at
-    most so much is a roller let down, and 0 is a sound bearing whose rollers pass. position: of the
-    defect on its race from the x axis of the bearing, which points outward from the carrier's axis
-    at a planet; of a roller against the outer race; at the angle zero.
+    bearing: with the defect, planet_bearing with the number of its planet. row: of its rollers,
+    from 1 towards +z. width: of the defect along the race or around the roller; depth: most that a
+    roller can sink in; 0 is a sound bearing with moving rollers. position: of the defect on its
+    race from the x axis of the bearing, which points outward from the carrier's axis at a planet;
+    of a roller against the outer race; at the angle zero.
     """
 
     kind: Literal[

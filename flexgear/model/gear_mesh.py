@@ -49,33 +49,32 @@ class GearMesh(Section):
     """Gear-mesh options.
 
     table: of both gear meshes, for pair_stiffness = "table". slices: of a contact line under
-    face_load. tooth_compliance: of them: width, springs beside each other by pair_stiffness; fe,
-    they bend each other by an FE influence matrix of both teeth (half a minute a gear, kept), with
-    Hertz's line contact. root_stress: under face_load, stress of all tooth roots; fe, by an FE
-    submodel of three teeth of each gear (about a minute a gear, kept). path_only: under face_load
-    tips do not touch before and after the path of contact. harmonics: terms of a fourier wave.
+    face_load. tooth_compliance: of slices: width, independent springs by pair_stiffness; fe, an FE
+    influence matrix of both teeth (half a minute for each gear, cached) with Hertz's line contact.
+    root_stress: under face_load, stress of all tooth roots; fe, by an FE submodel of three teeth
+    (about a minute for each gear, cached). path_only: under face_load tips do not touch before and
+    after the path of contact. harmonics: terms of a fourier wave.
 
     model: per_pair, one spring for every tooth pair; face_load, its contact line cut into slices,
-    for load along the face; lumped, one element at the pitch point, of all pairs together;
+    for load along the face; lumped, one element at the pitch point for all pairs together;
     constant, the mean stiffness there; rectangular, a wave between the two numbers of pairs in
-    contact; fourier, that wave's first ``harmonics`` terms. ring_stiffness,
-    sun_stiffness: mean, N/m along the 3D normal, of one gear mesh (of each half of a double-helical
-    stage); if left out from the pairs' law, for waves c_γ b of ISO 6336-1. A parallel stage uses
-    sun_*. ring_contact_ratio, sun_contact_ratio: of the waves; from the geometry if left out.
-    ring_stiffness_step, sun_stiffness_step: of a rectangular wave, what one pair more in contact
-    adds to the mean that is given, and of a fourier wave, whose terms scale alike; mean over
-    contact ratio if left out. ring_harmonic_shares, sun_harmonic_shares: a_1, a_2 … of a fourier
-    wave whose terms are given, k = mean [1 + Σ a_h cos(2π h s/p_b + φ_h)], s being the planet's
-    place on the path, as in ring_gear_mesh of errors; as the gears turn on, coast flanks have at
-    every instant the stiffness that drive flanks have. ring_harmonic_phases, sun_harmonic_phases:
-    φ_h; 0 if left out. contact_law: one-sided, with backlash and coast flanks; linear, pairs on
-    the path also pull.
-    pair_stiffness: iso6336, parabola with the peak c'; weber-banaschek, deflection of the real
-    profiles; table. end_ratio: value of the parabola at the ends of the path over its peak.
-    damping_ratio: of each pair against the gears' equivalent mass. damping_law: in-contact, pairs
-    are damped only while they touch and never pull, by c ~ √k; always, the flank that carries has a
-    constant damper of the mean stiffness, whether pairs touch or not. A stage of lumped members has
-    constant stiffness and linear contact where it does not say, one-sided with face_load.
+    contact; fourier, that wave's first ``harmonics`` terms. ring_stiffness, sun_stiffness: mean,
+    N/m along the 3D normal, of one gear mesh (of each half of a double-helical stage); if left out
+    from pair_stiffness, for waves c_γ b of ISO 6336-1. A parallel stage uses sun_*.
+    ring_contact_ratio, sun_contact_ratio: of the waves; from the geometry if left out.
+    ring_stiffness_step, sun_stiffness_step: increase of a rectangular wave by one more pair in
+    contact about the given mean, and likewise of a fourier wave; mean over contact ratio if left
+    out. ring_harmonic_shares, sun_harmonic_shares: a_1, a_2 … of a fourier wave with prescribed
+    terms, k = mean [1 + Σ a_h cos(2π h s/p_b + φ_h)], s being the planet's place on the path, as in
+    ring_gear_mesh of errors; coast flanks have the stiffness of drive flanks at every instant.
+    ring_harmonic_phases, sun_harmonic_phases: φ_h; 0 if left out. contact_law: one-sided, with
+    backlash and coast flanks; linear, pairs on the path also pull. pair_stiffness: iso6336,
+    parabola with the peak c'; weber-banaschek, deflection of the real profiles; table. end_ratio:
+    value of the parabola at the ends of the path over its peak. damping_ratio: of each pair against
+    the gears' equivalent mass. damping_law: in-contact, pairs are damped only while they touch and
+    never pull, by c ~ √k; always, the flank that carries has a constant damper of the mean
+    stiffness, whether pairs touch or not. Defaults of a stage of lumped members are constant
+    stiffness and linear contact, one-sided with face_load.
     """
 
     model: Literal["per_pair", "face_load", "lumped", "constant", "rectangular", "fourier"] = (
@@ -219,35 +218,35 @@ def _of_planets() -> Any:
 
 
 class GearErrors(Section):
-    """Errors described once, at the part that has them; geometry projects them onto both meshes.
+    """Errors stated once, at the part that has them; geometry projects them onto both gear meshes.
 
-    An eccentricity is where a gear's geometric centre lies from its axis of rotation: amplitude
-    and phase, counted from the stage's x axis at θ = 0 for sun, ring and carrier (turning with
-    them) and from the planet's radial axis for planets. A number in place of a list of planets is
-    the same for all of them.
+    An eccentricity is the position of a gear's geometric centre from its axis of rotation:
+    amplitude and phase, counted from the stage's x axis at θ = 0 for sun, ring and carrier (turning
+    with them) and from the planet's radial axis for planets. A number in place of a list of planets
+    holds for all of them.
 
     sun_eccentricity, ring_eccentricity, carrier_eccentricity, planet_eccentricity: its amplitude.
     sun_eccentricity_phase, ring_eccentricity_phase, carrier_eccentricity_phase,
-    planet_eccentricity_phase: its direction. ring_offset: of the ring's centre, which stands still
-    in space. ring_offset_phase: its direction from the x axis. ring_gear_mesh_phase,
-    sun_gear_mesh_phase: phase of the error at gear-mesh frequency. seed: of random deviations.
-    planet_thickness: excess of the tooth thickness on the reference circle. Lists of planets hold
-    one value for all or one a planet. ring_gear_mesh, sun_gear_mesh: amplitude of an error at
-    gear-mesh frequency, excess of material positive. In a parallel stage the pinion has the sun's
-    errors and the wheel the planet's.
+    planet_eccentricity_phase: its direction. ring_offset: of the ring's centre, fixed in space.
+    ring_offset_phase: its direction from the x axis. ring_gear_mesh_phase, sun_gear_mesh_phase:
+    phase of the error at gear-mesh frequency. seed: of random deviations. planet_thickness: excess
+    of the tooth thickness on the reference circle. Lists of planets have one value for all or one
+    for each planet. ring_gear_mesh, sun_gear_mesh: amplitude of an error at gear-mesh frequency,
+    excess of material positive. In a parallel stage the pinion has the sun's errors and the wheel
+    the planet's.
 
     ring_tooth, planet_tooth, sun_tooth: tooth-to-tooth (single-tooth) deviation f_i' of each gear;
     a gear mesh has the harmonic error 0.5 (f_i'1 + f_i'2) sin(2π s/p_b + phase), the same for all
     its teeth. ring_phase, sun_phase: its phase at the ring and at the sun gear mesh.
-    harmonic_on_coast: what all errors at gear-mesh frequency are on coast flanks: excess, material
-    there, too, at their own place on the path; opposite, they open a coast flank by what they close
-    the drive flank at the same instant, as the e(t) of oscillators with clearance.
-    ring_pitch, planet_pitch, sun_pitch: standard deviation of random single-tooth deviations,
-    drawn once a tooth with ``seed``. pin_tangential, pin_radial: position error of each pin
-    (list, one value a planet; empty: none), + in the sense of rotation and outward.
+    harmonic_on_coast: effect of all errors at gear-mesh frequency on coast flanks: excess, material
+    there, too, at their position on the path; opposite, they open a coast flank by as much as they
+    close the drive flank at the same instant, as the e(t) of oscillators with clearance.
+    ring_pitch, planet_pitch, sun_pitch: standard deviation of random single-tooth deviations, drawn
+    once for each tooth with ``seed``. pin_tangential, pin_radial: position error of each pin (list,
+    one value for each planet; empty: none), + in the sense of rotation and outward.
 
-    sun_helix_slope, ring_helix_slope: helix slope deviation f_Hβ of the drive flank, how much more
-    is missing at the +z end of the face than at its -z end, as helix_slope of modifications.
+    sun_helix_slope, ring_helix_slope: helix slope deviation f_Hβ of the drive flank, positive where
+    more is missing at the +z end of the face, as helix_slope of modifications.
     planet_sun_helix_slope, planet_ring_helix_slope: that of the planets' flank towards sun, ring.
     """
 

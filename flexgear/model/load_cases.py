@@ -26,7 +26,7 @@ _CHANNEL = re.compile(r"(-?)\s*([^\[\]()]+?)\s*(?:[\[(]([^\[\]()]*)[\])])?")
 
 
 class Channel(NamedTuple):
-    """A channel of a file. sign: that its values are taken by; unit: "" for the file's."""
+    """A channel of a file. sign: factor on its values; unit: "" for the file's."""
 
     sign: float
     name: str
@@ -43,7 +43,7 @@ YEAR = 8784.0  # h, of a leap year
 
 
 class DesignLoadCase(Section):
-    """Files that share some hours of each year.
+    """Files that stand for some hours of each year.
 
     name: of the design load case. files: a file, or a pattern such as "dlc12/*.outb", from the
     case's folder. hours_per_year: shared by the files in proportion to their durations. extreme:
@@ -75,16 +75,16 @@ class LoadSeries(Section):
     """Series of OpenFAST (.out, .outb), CSV or netCDF files, sorted into bins of torque, speed and
     loads on the first input.
 
-    A channel is "NAME", "-NAME" for its opposite, or "NAME [unit]" where the file gives no unit.
+    A channel is "NAME", "-NAME" with opposite sign, or "NAME [unit]" where the file gives no unit.
 
-    years: of the life. design_load_cases: files and their hours. time, torque, speed: channels;
+    years: design life. design_load_cases: files and their hours. time, torque, speed: channels;
     torque acts on the first input from outside, both positive about +z. force, moment: channels of
     the loads on the first input along x, y, z, of a moment x, y; "" for none. azimuth: channel of
     the angle by which the axes of force and moment have turned about z, where these are the
-    rotor's; a load is binned in fixed axes. start: time that is left out at the beginning of each
-    file. torque_step, speed_step, force_step, moment_step: widths of the bins, whose edges are
-    whole multiples; left out, a twentieth of rated torque, a quarter of rated speed, for moments
-    half of rated torque.
+    rotor's; a load is binned in fixed axes. start: time to skip at the beginning of each file.
+    torque_step, speed_step, force_step, moment_step: widths of the bins, whose edges are whole
+    multiples; left out, a twentieth of rated torque, a quarter of rated speed, for moments half of
+    rated torque.
 
     damage  the torque that does the damage of all samples of the bin by n |T|^exponent
     edge    the upper edge of torque and loads, on the safe side
@@ -158,8 +158,8 @@ FLAGS = {"1": True, "true": True, "yes": True, "0": False, "false": False, "no":
 
 
 class MemberState(Section):
-    """What one member carries in a load case. What is left out at a port follows the first one that
-    is given, in rated proportion; a load that is left out is that of ``loads``.
+    """State of one member in a load case. Speeds and torques of ports that are left out follow the
+    first given one, in rated proportion; a load that is left out is that of ``loads``.
 
     speed: of a port. torque: on the member of a port from outside, positive about +z. power: into
     the train at a port, for the torque power / speed. force, moment: along x, y, z on any member;
@@ -187,13 +187,13 @@ class OtherMember(MemberState):
 
 
 class LoadCase(MemberState):
-    """A steady state with its duration, or an extreme one without. Its own keys speed to frame are
+    """A steady state with its duration, or an extreme one without. Its keys speed to frame are
     those of the first input.
 
-    name: shown in tables, each once. hours: in the whole life. cycles: turns of the first input in
+    name: unique, shown in tables. hours: in the whole life. cycles: turns of the first input in
     place of hours. extreme: whether it is a static load that has no duration. back_driven: whether
-    power goes against its rated sense by intent, as when a motor brakes. members: other ports, and
-    loads on other members. source, line: file and line that it was read from.
+    power intentionally flows against its rated sense, as when a motor brakes. members: other ports,
+    and loads on other members. source, line: file and line that it was read from.
     """
 
     name: str = ""
@@ -226,8 +226,8 @@ class Spectrum(Section):
 
     file: CSV with a row for each load case under titles that are keys of ``load_cases``: name,
     hours or cycles, extreme and back_driven (1 or 0), speed_rpm, torque_knm or power_mw, force_x_kn
-    … moment_z_knm, frame; for other members with their name before: stage.sun.torque_nm.
-    total_hours: that hours of all load cases add up to, for a check.
+    … moment_z_knm, frame; for other members after their name: stage.sun.torque_nm. total_hours: sum
+    of the hours of all load cases, for a check.
     """
 
     file: str | None = None

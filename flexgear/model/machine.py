@@ -78,7 +78,7 @@ _MOST: dict[Followed, tuple[float, str]] = {"torque": (1e9, "1e9 N m"), "speed":
 
 
 class TimeHistory(Section):
-    """A torque or a speed over time; what is left out is the rated one.
+    """A torque or a speed over time; the rated one if left out.
 
     constant  ``torque`` or ``speed`` at all times
     steps     ``torques[k]`` or ``speeds[k]`` for times[k] < t <= times[k+1]; the first holds before
@@ -323,11 +323,12 @@ def check_machines(case: Case) -> None:
 
 
 class TorqueDrops(Section):
-    """Torque drops that ``flexgear run`` studies, one by one: at ``start``, for ``duration``, then
-    the torque is back and the run goes on for ``after``. What is left out follows from the case.
+    """Torque drops that ``flexgear run`` computes, one by one: from ``start``, for ``duration``;
+    then the torque is rated again and the run goes on for ``after``. Times that are left out follow
+    from the case.
 
-    torques: one a drop. start: of the drop. duration: of the drop. after: time that is followed
-    when the torque is back.
+    torques: one for each drop. start: of the drop. duration: of the drop. after: time after the
+    drop.
     """
 
     torques: tuple[Torque, ...] = ()
@@ -346,7 +347,7 @@ class TorqueHistory(TimeHistory):
     """Machine of the first input, which follows a torque; inputs without a machine of their own
     follow in their rated proportion.
 
-    steps (the section): torque drops that ``flexgear run`` studies beside steady running.
+    steps (the section): torque drops that ``flexgear run`` computes in addition to steady running.
     """
 
     steps: TorqueDrops = TorqueDrops()

@@ -30,13 +30,12 @@ class Tool(Section):
     gear's dedendum, its tip radius the gear's root_fillet.
 
     teeth: of a shaper cutter, z_0; left out, sun, planet, pinion and gear are cut by a rack, and a
-    ring by a cutter of half of its teeth. profile_shift: x_0 of the cutter, which falls as it is
-    ground again. tip_diameter: d_a0 of the cutter; the root circle then follows from it, not from
-    dedendum.
-    protuberance: pr_P0, by which the tip rounding stands beyond the tool's flank, along the flank's
-    normal; protuberance_angle: of the flank between both to the middle line of the tool's tooth.
-    grinding_allowance: q, which is ground off each flank after the tool, along its normal, and not
-    off the root: at most the protuberance.
+    ring by a cutter of half of its teeth. profile_shift: x_0 of the cutter, which falls with every
+    regrinding. tip_diameter: d_a0 of the cutter; the root circle then follows from it, not from
+    dedendum. protuberance: pr_P0, by which the tip rounding protrudes beyond the tool's flank,
+    along its normal; protuberance_angle: of the flank between both to the middle line of the tool's
+    tooth. grinding_allowance: q, ground off each flank after cutting, along its normal, but not off
+    the root; at most the protuberance.
     """
 
     teeth: int | None = Field(default=None, ge=5, le=1000)
@@ -63,7 +62,7 @@ class Gear(Section):
     the ring's tooth number negative: x > 0 makes the tooth of any gear thicker, moves the tip
     circle of sun and planet outward and that of the ring towards its centre. addendum, dedendum:
     coefficients of the tooth's height from the reference circle to tip and root. root_fillet:
-    radius of the tool's tip as a coefficient; a tip too narrow for it is fully round. tool: what
+    radius of the tool's tip as a coefficient; a tip too narrow for it is fully round. tool: that
     generates the teeth. bore_diameter: of the gear's hole, 0 for none.
     """
 
@@ -114,7 +113,7 @@ class Support(Bearing):
 class Journal(Section):
     """The oil film of a plain bearing between planet and pin, that of a short bearing.
 
-    diameter: of the pin. length: that carries, at most the diameter; films longer than half of it
+    diameter: of the pin. length: of the film, at most the diameter; films longer than half of it
     carry less than is computed. clearance: radial gap, half of the difference of the diameters.
     viscosity: dynamic, of the oil in the film; left out, density times operating viscosity of the
     lubricant. least_film: thickness below which surfaces touch.
@@ -137,8 +136,8 @@ class Journal(Section):
 class PlanetBearing(Support, Rolling):
     """Bearing between planet and pin.
 
-    journal: a plain bearing; radial is then the stiffness of surfaces that touch, and that of modes
-    and whatever is linear.
+    journal: a plain bearing; radial is then the stiffness where surfaces touch, and in modes and
+    other linear analyses.
     """
 
     journal: Journal | None = None
@@ -163,7 +162,8 @@ class SeatBearing(Bearing, Rolling):
 
 
 class LumpedInertia(Section):
-    """Mass properties; what is left out is derived from the geometry of a steel disc or ring.
+    """Mass properties; those that are left out are those of a steel disc or ring of the member's
+    size.
 
     mass: of the lumped body. support: springs to the housing. inertia: about the axis, kg m².
     equivalent_mass: inertia / r², kg, with the base radius of a gear or the centre distance for a
@@ -196,9 +196,9 @@ class GearMember(LumpedInertia, Gear):
 
     base_diameter: replaces the one from module and teeth. rim_thickness: of a ring, outside its
     root circle; serves to derive mass and inertia, and to rate its roots. allowable_root_stress:
-    permissible stress σ_FP of ISO 6336-3, which the computed root stress is held to.
-    allowable_flank_pressure: permissible contact stress σ_HP of ISO 6336-2, which the computed
-    flank pressure is held to. rating: what load capacity depends on beside the teeth.
+    permissible stress σ_FP of ISO 6336-3, limit of the computed root stress.
+    allowable_flank_pressure: permissible contact stress σ_HP of ISO 6336-2, limit of the computed
+    flank pressure. rating: steel, surface and accuracy.
     """
 
     base_diameter: Length | None = Field(default=None, ge=1e-4, le=10.0)
@@ -232,17 +232,17 @@ class MatedGear(GearMember):
 
 
 class SunGear(MatedGear):
-    """A sun: a lumped gear, or the same on a shaft, which is a beam and begins at its middle.
-    support: springs to the housing at the gear. shaft: the beam from the gear to a spline."""
+    """A sun: a lumped gear, or one on a shaft, a beam that begins at its middle. support: springs
+    to the housing at the gear. shaft: the beam from the gear to a spline."""
 
     shaft: Shaft | None = None
 
 
 class RingGear(MatedGear):
-    """A ring: a lumped gear, or an FE body, which has its mass and its supports of its own. They
-    stand on the housing, or on a hub where the ring turns.
+    """A ring: a lumped gear, or an FE body with its own mass and supports. These stand on the
+    housing, or on a hub where the ring turns.
 
-    fe: the FE body in place of the lumped one. hub: what an FE ring that turns is held on.
+    fe: the FE body in place of the lumped one. hub: that carries an FE ring that turns.
     """
 
     fe: Ring | None = None

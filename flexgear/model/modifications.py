@@ -18,15 +18,15 @@ FLANKS = ("drive", "coast", "sun", "ring")
 
 
 class FlankTable(Section):
-    """What a flank lacks at points of a grid over profile and face, as a gear measuring machine
-    finds it; straight between them, and beyond them as at the nearest one.
+    """Material missing at points of a grid over profile and face, as from a gear measuring machine;
+    bilinear between them, beyond them as at the nearest one.
 
-    file: CSV with the columns roll_angle_deg or diameter_mm, z_mm and gap_um, one row a point, in
-    any order; it gives the other keys. roll_angles: of the points on the profile, rising from the
-    base circle (tan of the profile angle there); diameters: in their place, circles of the points,
-    rising. z: of the points along the face, rising, 0 at its middle. gaps: a list over z for each
-    place on the profile, positive where material is missing (measured deviations, where excess is
-    positive, have the other sign).
+    file: CSV with the columns roll_angle_deg or diameter_mm, z_mm and gap_um, one row for each
+    point, in any order; it replaces the other keys. roll_angles: of the points on the profile,
+    rising from the base circle (tan of the profile angle there); diameters: in their place, circles
+    of the points, rising. z: of the points along the face, rising, 0 at its middle. gaps: a list
+    over z for each place on the profile, positive where material is missing (measured deviations,
+    where excess is positive, have the other sign).
     """
 
     file: str | None = None
@@ -127,15 +127,15 @@ class EndRelief(Section):
 
 
 class FlankModifications(Section):
-    """What one flank, or both, lack: zero is an amount, too. Signed amounts leave material standing
-    where they are negative.
+    """Material missing on one flank, or on both; zero is an amount, too. Negative amounts are
+    excess material.
 
     profile_crowning: at both ends of the active profile, as a parabola from its middle (C_α).
     profile_slope: more at the tip than at the root end of the active profile, in a straight line
     (C_Hα); the tooth's pressure angle is too large where it is positive. lead_crowning: at both
     ends of the face, as a parabola from its middle (C_β). helix_slope: more at the +z end of the
-    face than at its -z end, in a straight line (C_Hβ), whatever the hand and the flank. twist: how
-    much more profile_slope the +z end has than the -z end (S_α). tip_relief: towards the tip.
+    face than at its -z end, in a straight line (C_Hβ), whatever the hand and the flank. twist:
+    profile_slope at the +z end less that at the -z end (S_α). tip_relief: towards the tip.
     root_relief: towards the root. end_relief: towards the ends of the face. table: gaps over
     profile and face, measured or computed.
     """
@@ -168,8 +168,8 @@ class FlankModifications(Section):
 
 
 class GearModifications(FlankModifications):
-    """Modified flanks of a gear with one gear mesh (sun, ring, pinion, gear). Keys that stand here
-    are those of both flanks; a key of ``drive`` or ``coast`` replaces the same one here.
+    """Modified flanks of a gear with one gear mesh (sun, ring, pinion, gear). Keys here hold for
+    both flanks; a key of ``drive`` or ``coast`` replaces the same one here.
 
     drive: the flank that carries the rated torque. coast: the other one.
     """
@@ -179,11 +179,12 @@ class GearModifications(FlankModifications):
 
 
 class PlanetModifications(FlankModifications):
-    """Modified flanks of the planets. Keys that stand here are those of both flanks; a key of
-    ``sun`` or ``ring`` replaces the same one here.
+    """Modified flanks of the planets. Keys here hold for both flanks; a key of ``sun`` or ``ring``
+    replaces the same one here.
 
     sun: the flank that carries the rated torque at the sun; under a torque of the other sense it
-    meets the ring. ring: the flank that carries it at the ring, and meets the sun then.
+    carries at the ring. ring: the flank that carries the rated torque at the ring, and at the sun
+    under the other sense.
     """
 
     sun: FlankModifications | None = None

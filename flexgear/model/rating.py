@@ -22,15 +22,14 @@ RZ_OVER_RA = 6.0  # of gear flanks, as text books on ISO 6336-2 take it
 
 
 class GearRating(Section):
-    """What of one gear its load capacity depends on beside its teeth. What is left out leaves flank
-    or root without a verdict.
+    """Data of one gear for its load capacity. Without a needed key flank or root has no verdict.
 
     steel: case_hardened, induction_hardened (or by flame, flank and root), nitrided (nitriding
     steel), nitrided_through_hardening (through-hardening steel, gas nitrided), nitrocarburised,
     through_hardened (alloy steel) or through_hardened_carbon (plain carbon steel). grade: quality
     of material and heat treatment, ISO 6336-5. vickers_hardness: of the surface (HB is about 0.95
     HV). core_rockwell_hardness: HRC below a hardened case. flank_strength: allowable stress number
-    σ_Hlim in place of what steel, grade and hardness give. root_strength: σ_Flim, likewise.
+    σ_Hlim in place of that by steel, grade and hardness. root_strength: σ_Flim, likewise.
     yield_strength: σ_0.2 of a through-hardened gear, for its notch sensitivity.
 
     flank_rz, root_rz: mean peak-to-valley roughness. flank_ra, root_ra: mean roughness in its
@@ -91,7 +90,7 @@ LIMITS = {
 
 
 class ForcedFactors(Section):
-    """Load factors that are given in place of those that the model or the norm tells.
+    """Prescribed load factors, in place of those of the model or the standard.
 
     k_gamma: mesh load factor K_γ of planets. k_v: dynamic factor. k_h_beta, k_f_beta: face load
     factors of flank and root. k_h_alpha, k_f_alpha: transverse load factors.
@@ -120,29 +119,28 @@ class Rating(ForcedFactors):
     """Rules by which the gears of a case are rated.
 
     edition: of ISO 6336, 2006 with deviations of ISO 1328-1:1995, or 2019 with those of 2013.
-    application_factor: K_A; 1 where a load spectrum holds what it stands for. limits: a set of
+    application_factor: K_A; 1 where the load spectrum includes all overloads. limits: a set of
     least safeties and factors: "none" has 1 for all; "wind" has S_H 1.25, S_F 1.56, K_v 1.05 and
-    K_Hβ 1.15, as they are quoted of IEC 61400-4:2012, which was not read.
-    least_flank_safety: S_Hmin. least_root_safety: S_Fmin. least_dynamic_factor: lowest K_v.
-    least_face_load_factor: lowest K_Hβ; each in place of that of the set. flank_long_life_factor,
-    root_long_life_factor: Z_NT and Y_NT at 1e10 cycles, 0.85, or up to 1 for the best material,
-    manufacture and experience. profile_modification_factor: f_ZCa of the edition of 2019, in Z_B
-    and Z_D of helical gears: 1.2 without profile modification, 1.07 with one by experience, 1 with
-    one that a computed load distribution has proven, as manuals of gear programs describe it; 1 is
-    assumed where it is left out. limited_pitting: whether some pits are allowed (not on nitrided
-    flanks). static_factors: whether factors of lubricant, roughness, notch and size hold for any
-    number of cycles ("constant"), or go over to those of static stress below the knee of the curve
-    ("interpolated", ISO 6336-2 and -3 method B).
+    K_Hβ 1.15, as literature quotes IEC 61400-4:2012. least_flank_safety: S_Hmin. least_root_safety:
+    S_Fmin. least_dynamic_factor: lowest K_v. least_face_load_factor: lowest K_Hβ; each in place of
+    that of the set. flank_long_life_factor, root_long_life_factor: Z_NT and Y_NT at 1e10 cycles,
+    0.85, or up to 1 for the best material, manufacture and experience. profile_modification_factor:
+    f_ZCa of the edition of 2019, in Z_B and Z_D of helical gears: 1.2 without profile modification,
+    1.07 with one by experience, 1 with one that a computed load distribution has proven, as manuals
+    of gear programs describe it; 1 is assumed where it is left out. limited_pitting: whether some
+    pits are allowed (not on nitrided flanks). static_factors: whether factors of lubricant,
+    roughness, notch and size hold for any number of cycles ("constant"), or go over to those of
+    static stress below the knee of the curve ("interpolated", ISO 6336-2 and -3 method B).
 
-    deviations: of what manufacture the trains are that load factors are taken from: "stated", the
+    deviations: manufacturing errors of the trains from which load factors are taken: "stated", the
     case's errors alone; "worst", these and f_ma = √Σf_Hβ² of the gears' accuracy grades on planets'
     flanks, with either sign towards sun and ring, the worst of five trains; "drawn", the worst of
-    samples that ``tolerance`` draws. deviation_samples: how many.
+    samples that ``tolerance`` draws. deviation_samples: number of samples.
 
     dynamic_factor: K_v by ISO 6336-1 method B, or by transients of the train at the speed and
     torque of every load case (seconds each); deviations of teeth are then those of the case's
     errors alone. gear_meshes: load factors of some gear meshes alone. gear_mesh_cycles: gear-mesh
-    cycles of each stage, at most, over which load factors are looked for, spread over a turn of the
+    cycles of each stage, at most, over which load factors are computed, spread over a turn of the
     carrier; positions_per_gear_mesh: equilibria in each.
     """
 

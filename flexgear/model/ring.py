@@ -19,13 +19,13 @@ End = Literal["+z", "-z"]
 class Bolts(Section):
     """Bolts that hold the ring; stiffness of one bolt with its clamped joint to the housing.
 
-    Bolt k stands at first_angle + 2πk/number; radial and tangential are the bolt's own directions.
+    Bolt k is at first_angle + 2πk/number; radial and tangential are the bolt's own directions.
 
     number: bolts of the circle. circle_diameter: of the bolt circle. diameter: of a bolt or its
     hole, the patch that it acts on. holes: true meshes the holes. first_angle: of bolt 0 from the x
     axis. stiffness_radial, stiffness_tangential, stiffness_axial: of one bolt along its directions.
     stiffness_tilt: about the radial and the tangential direction. stiffness_twist: about the bolt.
-    end: face that is bolted, the ring's where none is named.
+    end: bolted face; ``end`` of the ring if left out.
     """
 
     number: int = Field(ge=0, le=400)
@@ -44,11 +44,11 @@ class Bolts(Section):
 class Fit(Section):
     """A housing fit: a cylindrical band of the outer diameter, tied to one node on the axis.
 
-    The node has springs in all six directions, the same in all directions across the axis.
+    The node has springs in all six directions, isotropic across the axis.
 
     z: middle of the band from mid-face. half_width: half of the band's width. stiffness_radial:
-    across the axis. stiffness_axial: along it. stiffness_tilt: about a diameter.
-    stiffness_torsion: about the axis.
+    across the axis. stiffness_axial: along it. stiffness_tilt: about a diameter. stiffness_torsion:
+    about the axis.
     """
 
     z: Length = Field(ge=-2.0, le=2.0)
@@ -79,10 +79,10 @@ class Ring(FeMeshSource):
     flexible: false makes it rigid with the same mass. rim_thickness: outside the root circle of the
     teeth. tie: whether tooth nodes act on the root or the flank of their teeth. tie_kind: averaging
     (RBE3) or rigid (RBE2) tie of a node to its surface. tooth_shapes: whether the rim bends along
-    the face within a tooth, where slices have FE influences and nodes act on roots: auto, where the
-    static estimate says that more than 2 % would be missed. fixed_interface_modes: number kept in
-    the reduction. fits: bands of the outer diameter in the housing. splines: likewise, which take
-    torque. bolts: one circle, or a list of them; end: the bolted face of circles that name none.
+    the face within a tooth, where slices have FE influences and nodes act on roots: auto, where its
+    static effect exceeds 2 %. fixed_interface_modes: number kept in the reduction. fits: bands of
+    the outer diameter in the housing. splines: bands that take torque. bolts: one circle, or a list
+    of them; end: the bolted face of circles without ``end``.
     """
 
     flexible: bool = True

@@ -23,10 +23,10 @@ _ON_AXIS = 1e-9  # m
 
 
 class Sensor(Section):
-    """What a measuring system would hear at one place; results in SI units.
+    """A sensor at one place; its signal is in SI units.
 
-    A place on an FE mesh is where a ray from its axis leaves the body, or the point of the surface
-    next to a point. Places are in the axes of the body as the run begins.
+    On an FE mesh a sensor is where a ray from the axis leaves the body, or at the surface point
+    nearest to a given point. Positions are in the axes of the body at the start of the run.
 
     name: in results. on: the body, such as "stage.ring", "stage.carrier", "stage.planet_2" or
     "housing"; of a torque the member of an input or output, or a joint, bearing or spline as
@@ -34,13 +34,13 @@ class Sensor(Section):
     surface; speed of rotation; torque about z. angle: of the ray to the place, from the x axis. z:
     of the ray, from the middle of the face. place: x, y, z of a point; of a lumped body its centre
     if left out. node: an interface node, on a body without FE mesh. tooth: of a ring, from 1, in
-    whose root fillet a strain gauge is, where a tangent makes 60° with the middle line of the
-    tooth (ISO 6336-3). side: of that tooth, towards lower or higher angles; a planet that a carrier
-    moves to higher angles presses the -theta side. grid_angle: in which a strain gauge measures, 0
-    along the circumference (in a root along the profile), 90° along the axis. direction: of the
-    motion, at that place. vector: any other direction, in the body's axes, of any length. frame:
-    "body" turns with the body; "fixed" stands in space, where a turning body passes by: the
-    displacement that a probe sees, and its rates.
+    whose root fillet a strain gauge is, where a tangent makes 60° with the middle line of the tooth
+    (ISO 6336-3). side: of that tooth, towards lower or higher angles; a planet that a carrier moves
+    to higher angles presses the -theta side. grid_angle: direction in which a strain gauge
+    measures, 0 along the circumference (in a root along the profile), 90° along the axis.
+    direction: of the motion, at that place. vector: any other direction, in the body's axes, of any
+    length. frame: "body" turns with the body; "fixed" is fixed in space, where a turning body
+    passes: the displacement seen by a probe, and its rates.
     """
 
     name: str = Field(pattern=r"^[A-Za-z][A-Za-z0-9_.-]*$")

@@ -22,20 +22,20 @@ class Solver(Section):
     fidelity: fineness of the FE meshes; cyclic: whether a body whose FE mesh repeats by teeth or
     pins is reduced sector by sector ("auto") or never ("off").
 
-    gear_mesh_orders: highest order of the gear mesh frequency that results are wanted for; steps,
-    samples and modes follow from it. time_step: of steady running, and under a series that a
-    machine or load follows unless step_time_step is given; output_interval: of the stored
-    samples; duration: of a transient. step_tolerance: error of a tooth load that one step may
-    make, as a share of the largest rated one; 0: steps of the sizes given. Given one, they are
-    doubled and halved between shortest_time_step and longest_time_step. shortest_time_step,
-    longest_time_step: limits of steps that follow a tolerance. modes_to: highest frequency kept;
-    modes_accuracy: error of the contact's flexibility that is allowed up to modes_band, a
-    fraction; given both, modes_to is an upper bound; with neither, rigid bodies keep all modes.
-    modes_band: see modes_accuracy. step_time_step: of steps near jumps of the torque, and under
-    series; reduction_limit: frequency up to which reduced bodies are compared with the unreduced
-    ones; settle: start-up that figures leave out, in the place of what the motion shows;
-    positions_per_gear_mesh: quasi-static positions a gear-mesh cycle. line_loads_in_time: under
-    face_load transients hold all that equilibria do of the load along the face, slice by slice.
+    gear_mesh_orders: highest order of the gear-mesh frequency that results resolve; steps, samples
+    and modes follow from it. time_step: of steady running, and under a series that a machine or
+    load follows unless step_time_step is given; output_interval: of the stored samples; duration:
+    of a transient. step_tolerance: error of a tooth load that one step may make, as a share of the
+    largest rated one; 0: steps of fixed sizes. With a tolerance steps are doubled and halved
+    between shortest_time_step and longest_time_step. shortest_time_step, longest_time_step: limits
+    of steps that follow a tolerance. modes_to: highest frequency kept; modes_accuracy: error of the
+    contact's flexibility that is allowed up to modes_band, a fraction; given both, modes_to is an
+    upper bound; with neither, rigid bodies keep all modes. modes_band: see modes_accuracy.
+    step_time_step: of steps near jumps of the torque, and under series; reduction_limit: frequency
+    up to which reduced bodies are compared with the unreduced ones; settle: start-up that figures
+    leave out, in place of the one detected from the motion; positions_per_gear_mesh: quasi-static
+    positions a gear-mesh cycle. line_loads_in_time: under face_load transients include the load
+    along the face slice by slice, as equilibria do.
     """
 
     fidelity: Literal["quick", "standard", "fine"] = "standard"

@@ -45,7 +45,7 @@ _GEOMETRY = dict.fromkeys(
 class Stage(Section):
     """A stage: sun, equally or freely spaced planets, ring and carrier, or pinion and gear.
 
-    name: stands before those of its members; stage_1, stage_2, … if left out. kind: planetary (sun,
+    name: prefix of its members' names; stage_1, stage_2, … if left out. kind: planetary (sun,
     planet, ring, carrier) or parallel (pinion and gear). position: direction from pinion to gear in
     a parallel stage, from the x axis. half_gap: between the halves of a double-helical stage.
 
@@ -53,21 +53,21 @@ class Stage(Section):
     helix_angle: at the reference cylinder, 0 for spur gears. face_width: common to all gears.
     planet_hand: of the planets' helix; the ring has the same, the sun the other. center_distance:
     of sun and planet; from teeth and profile shifts if left out. planet_positions: angles in the
-    carrier, equal spacing if left out. allow_unassemblable: take tooth numbers that do not assemble
-    (for papers that print such); every planet then sees a sun whose teeth fit it. backlash_ring,
-    backlash_sun: normal backlash of each gear mesh beside what profile shifts leave at the centre
-    distance a; if left out 2/3 (0.06 mm + 0.0005 a + 0.03 m_n) after ISO/TR 10064-2, and none with
-    linear contact.
+    carrier, equal spacing if left out. allow_unassemblable: accept tooth numbers that do not
+    assemble (as printed in some papers); the sun's teeth then fit every planet. backlash_ring,
+    backlash_sun: normal backlash of each gear mesh in addition to that of profile shifts at the
+    centre distance a; if left out 2/3 (0.06 mm + 0.0005 a + 0.03 m_n) after ISO/TR 10064-2, and
+    none with linear contact.
 
     sun, planet, ring, carrier: members of a planetary stage. pinion, gear: members of a parallel
     stage. planet_bearing: between each planet and its pin. gear_mesh: how tooth contact is
     modelled. errors: manufacturing errors of gears and pins. double_helical: two halves of
-    ``face_width`` each with ``half_gap`` between them and separate ring halves; planet_hand is
-    then that of the planet's left half (−z), mass, inertia, support, FE body and stiffness of the
-    ring and its gear mesh those of one half, the left one. ring_pressure_angle,
-    sun_pressure_angle: transverse working angles in place of those from the geometry. material: of
-    this stage, the case's if left out. case: bundled name or file of a case whose only stage this
-    is, but for what is said here.
+    ``face_width`` each with ``half_gap`` between them and separate ring halves; planet_hand is then
+    that of the planet's left half (−z), mass, inertia, support, FE body and stiffness of the ring
+    and its gear mesh those of one half, the left one. ring_pressure_angle, sun_pressure_angle:
+    transverse working angles in place of those from the geometry. material: of this stage, the
+    case's if left out. case: bundled name or file of a case whose only stage this is, except for
+    the keys beside it.
     """
 
     name: str = Field(default="", pattern=r"^([A-Za-z][A-Za-z0-9_-]*)?$")

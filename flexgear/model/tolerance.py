@@ -132,8 +132,8 @@ _GROUND: Any = _distributions_of(
 
 
 class ErrorDistributions(_ERRORS):
-    """Distributions of what ``GearErrors`` holds. Pitch deviations of single teeth, where there are
-    any, are drawn anew for every sample; theirs here is one of their standard deviation."""
+    """Distributions of ``GearErrors``. Pitch deviations of single teeth are drawn anew for every
+    sample; their distribution here is that of their standard deviation."""
 
     same_as: ClassVar = (GearErrors,)
 
@@ -175,8 +175,8 @@ def _refuse_negative(name: str, distribution: SizeDistribution) -> None:
 
 
 class FlankDistributions(_GROUND):
-    """Distributions of what ``FlankModifications`` states as one amount, and of the amount of its
-    tip relief, whose length and form stay those of the case."""
+    """Distributions of the amounts of ``FlankModifications``, and of that of its tip relief, whose
+    length and form are those of the case."""
 
     same_as: ClassVar = (FlankModifications,)
 
@@ -221,8 +221,8 @@ class ModificationDistributions(Section):
 class OfStage(Section):
     """Distributions of one stage of a train, which replace those of all stages key by key.
 
-    stage: its name. errors: distributions of its errors. modifications: of what is ground off its
-    flanks.
+    stage: its name. errors: distributions of its errors. modifications: distributions of its flank
+    modifications.
     """
 
     stage: str
@@ -231,13 +231,13 @@ class OfStage(Section):
 
 
 class Tolerance(Section):
-    """How a tolerance study samples.
+    """A tolerance study.
 
     samples: sets of parts that are drawn; seed: the same gives the same samples;
-    positions_per_gear_mesh: equilibria a gear-mesh period, over one revolution of the carrier;
-    confidence: of the intervals about mean and quantiles. errors: of all stages that have the part;
-    by_stage: of single stages.
-    modifications: of what is ground off the flanks of all stages whose pairs have slices.
+    positions_per_gear_mesh: equilibria in each gear-mesh period, over one revolution of the
+    carrier; confidence: of the intervals about mean and quantiles. errors: distributions for all
+    stages that have the part; by_stage: for single stages. modifications: distributions of flank
+    modifications for all stages whose pairs have slices.
     """
 
     samples: int = Field(default=1000, ge=2, le=10**7)

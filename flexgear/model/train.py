@@ -70,12 +70,12 @@ class Joint(Springs):
 
 
 class Port(Section):
-    """Where torque enters or leaves, and what hangs there.
+    """A port: torque enters or leaves the train at its member.
 
     member: its name, such as "stage_1.carrier". speed: rated. torque: rated, on the member.
-    inertia: polar, of what hangs on the member. mass, tilt_inertia (about a diameter), bearing: of
-    the body behind the spline at the end of a sun's shaft, and what supports it there. machine: in
-    transients. damping: drag torque over speed of the member against the housing.
+    inertia: polar inertia added to the member. mass, tilt_inertia (about a diameter), bearing: of
+    the body behind the spline at the end of a sun's shaft. machine: in transients. damping: drag
+    torque over speed of the member against the housing.
     """
 
     member: Member
@@ -93,8 +93,8 @@ class Input(Port):
     """A driven member. speed and torque (that of the drive on the member) are positive about +z.
 
     power: into the train, stands for the torque power / speed, so it needs the speed. Of all speeds
-    and torques over inputs and output exactly as many are given as the train leaves free.
-    [drive] is another name for the machine of the first input.
+    and torques over inputs and output exactly as many are given as the train leaves free. [drive]
+    is the machine of the first input.
     """
 
     power: Power | None = Field(default=None, ge=-1e9, le=1e9)
@@ -119,7 +119,7 @@ class Output(Port):
     """The loaded member: torque of the load on the member, positive about +z.
 
     brake_exponent: T ~ |ω|^exponent in transients. brake_torque: T at rated speed in transients,
-    that of statics if left out. A machine stands in the place of the brake.
+    that of statics if left out. A machine replaces the brake.
     """
 
     brake_torque: Torque | None = Field(default=None, gt=0.0, le=1e9)
@@ -144,12 +144,12 @@ class MemberLoad(Section):
     """A force and a moment on a member, in fixed axes or the carrier's: constant, or a history.
 
     A history follows straight lines between its points and is constant outside. Statics, modes and
-    the power flow of the rated state take what it says at t = 0.
+    the power flow of the rated state take its value at t = 0.
 
     member: its name. force, moment: constant ones along x, y, z. frame: whose axes these are.
-    times: of the points of a history, rising. forces, moments: x, y, z at each of these times; what
-    is left out is zero. file: CSV of the points, a column time_s and some or all of the columns
-    force_x_n, force_y_n, force_z_n, moment_x_nm, moment_y_nm, moment_z_nm.
+    times: of the points of a history, rising. forces, moments: x, y, z at each of these times; zero
+    if left out. file: CSV of the points, a column time_s and some or all of the columns force_x_n,
+    force_y_n, force_z_n, moment_x_nm, moment_y_nm, moment_z_nm.
     """
 
     member: Member

@@ -160,7 +160,7 @@ class _Part:
 
 @dataclass
 class _Block:
-    """A section as it is written: comments above its header, the header, keys and comments."""
+    """A section of a file: comments above its header, the header, keys and comments."""
 
     path: str
     header: str = ""
