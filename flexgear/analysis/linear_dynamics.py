@@ -254,7 +254,7 @@ def _split(mass: Array, stiffness: Array, rigid: Array | None) -> tuple[Array, i
         return np.eye(len(mass)), 0
     resisted = np.abs(stiffness @ rigid).max(axis=0)
     if np.any(resisted > RESISTED * np.abs(stiffness).max() * np.abs(rigid).max(axis=0)):
-        raise FlexgearError("a stiffness resists a motion that is said to be rigid")
+        raise FlexgearError("a stiffness resists a motion that is stated as rigid")
     lower = linalg.cholesky(mass, lower=True)
     y, _ = linalg.qr(lower.T @ rigid)  # columns after the first r span the complement
     basis = linalg.solve_triangular(lower, y, lower=True, trans="T")
@@ -266,7 +266,7 @@ def _check_balance(rigid: Array, load: Complex, drive: Complex) -> None:
     allowed = UNBALANCED * (np.abs(rigid).T @ np.abs(load))
     if np.any(np.abs(drive) > allowed):
         raise FlexgearError(
-            "the mean load is not balanced: it would speed the train up for ever; give input and "
+            "the mean load is not balanced: it would accelerate the train without end; give input and "
             "output torques that agree with the power flow"
         )
 
@@ -286,6 +286,6 @@ def _solve(matrix: Complex, load: Complex, omega: float) -> Complex:
     if not np.abs(x).max() <= LOST * np.abs(load / size).max():
         raise FlexgearError(
             f"no steady state at {omega:.6g} rad/s: the system is free to move or resonates "
-            "without damping; name its rigid motions or give damping"
+            "without damping; state its rigid motions or give damping"
         )
     return np.asarray(x / size)

@@ -193,7 +193,7 @@ def orbit_elements(
     system, pairs = modal.system, periodic(modal.system.pairs)
     if first_memory(pairs, system.rolling_rates)[:, 1].any():
         raise FlexgearError(
-            "periodic states do not know the speed of shafts, which plain bearings and dampers "
+            "periodic states have no shaft speeds, which plain bearings and dampers "
             "against turning take: run transients, or take these out"
         )
     here = np.array([label.stage == stage for label in system.gear_meshes])

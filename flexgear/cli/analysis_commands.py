@@ -94,7 +94,7 @@ def modes(
     ] = None,
     campbell: Annotated[
         bool,
-        Option("--campbell", help="Over speed, with what excites them and where it meets them."),
+        Option("--campbell", help="Frequencies over speed, excitations and resonances."),
     ] = False,
 ) -> None:
     """Natural modes of the coupled train: frequencies, types, the components that move."""
@@ -131,7 +131,7 @@ def simulate(
         float | None, Option(help="One revolution (of the slowest stage) unless given.")
     ] = None,
     torque_share: Annotated[float, Option(help="Factor on all torques.")] = 1.0,
-    energy: Annotated[bool, Option("--energy", help="Keep the energy account.")] = False,
+    energy: Annotated[bool, Option("--energy", help="Keep the energy balance.")] = False,
     start_from: Annotated[
         Path | None,
         Option(

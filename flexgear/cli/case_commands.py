@@ -42,7 +42,7 @@ def check(
     out: Annotated[
         Path | None,
         Option(metavar="DIR", parser=options.folder_named,
-            help="Folder for the same as summary.json, and a picture of every modified flank."
+            help="Folder for the figures as JSON and pictures of modified flanks."
         )
     ] = None,
     force: options.Force = False,
@@ -50,7 +50,7 @@ def check(
 ) -> None:  # fmt: skip
     """Validate a case and print what follows from it: geometry, speeds, torques, forces.
 
-    What can hardly be meant, as colliding planets or stress beyond any steel, is a line each.
+    Implausible values, such as colliding planets or stress beyond any steel, are warnings.
     """
     source = options.read_case(case, settings, loaded=False)
     if out is not None:

@@ -46,7 +46,7 @@ def compare(
         str | None, Argument(metavar="[B]", help="With folders of two runs: both in one report.")
     ] = None,
     positions: Annotated[
-        int | None, Option(min=1, help="Carrier angles until planets stand alike; 40.")
+        int | None, Option(min=1, help="Carrier angles in a period of the planets; 40.")
     ] = None,
     cycles: Annotated[
         int | None, Option(min=1, help="Load sharing by analysis over so many gear-mesh cycles.")

@@ -1,6 +1,6 @@
 """Entry point: every error of a user or of the machine ends in one line and an exit code.
 
-0 done; 1 a run failed; 2 something the user wrote is wrong. A traceback appears only with
+0 done; 1 a run failed; 2 wrong input. A traceback appears only with
 ``--debug``, which is there for developers.
 """
 
@@ -42,7 +42,7 @@ COMMANDS = {
     "check": Home("case_commands", "check", "Validate a case; geometry, speeds, torques, forces."),
     "cases": Home("case_commands", "cases", "List the bundled cases, print or copy one."),
     "schema": Home("case_commands", "schema", "JSON schema of case files, for editors of TOML."),
-    "upgrade": Home("case_commands", "upgrade", "Write a case of an earlier version anew."),
+    "upgrade": Home("case_commands", "upgrade", "Rewrite a case of an earlier version."),
     "new": Home("new_command", "new", "Propose a stage for a ratio, torque and speed."),
     "mesh": Home("exchange_commands", "mesh", "FE meshes of its bodies, to look at or export."),
     "reduce": Home("exchange_commands", "reduce", "Reduce FE bodies; error estimates."),
@@ -57,11 +57,11 @@ COMMANDS = {
     "export": Home("exchange_commands", "export", "Write REXS, or reduced matrices."),
     "modify": Home("modify_command", "modify", "Propose helix slope and crowning of the planets."),
     "sweep": Home("sweep_command", "sweep", "Parameter study over one key or a grid of two."),
-    "spectrum": Home("spectrum_command", "spectrum", "Load bins; sort series into them."),
+    "spectrum": Home("spectrum_command", "spectrum", "Load bins of load cases and series."),
     "tolerance": Home("study_commands", "tolerance", "Monte Carlo study of errors."),
     "rate": Home("study_commands", "rate", "Safety, damage, life of gears and bearings."),
     "cache": Home("system_commands", "cache", "Place and size of the cache; empty it."),
-    "doctor": Home("system_commands", "doctor", "What this system lacks, and what mends it."),
+    "doctor": Home("system_commands", "doctor", "What this system lacks; how to install it."),
 }  # fmt: skip
 
 
@@ -120,7 +120,7 @@ CLOSING = 5.0  # s after Ctrl-C in which another does nothing
 app = typer.Typer(
     name="flexgear",
     cls=Commands,
-    help="Dynamics of planetary gear stages whose ring gear, carrier and sun shaft bend.",
+    help="Dynamics of planetary gear trains with flexible rings, planets, carriers and shafts.",
     no_args_is_help=True,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
@@ -142,7 +142,7 @@ def options(
         False, "--version", callback=_version, is_eager=True, help="Print the version and stop."
     ),
 ) -> None:
-    """Dynamics of planetary gear stages whose ring gear, carrier and sun shaft bend."""
+    """Dynamics of planetary gear trains with flexible rings, planets, carriers and shafts."""
 
 
 def main(arguments: Sequence[str] | None = None) -> None:

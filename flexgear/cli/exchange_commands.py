@@ -238,7 +238,7 @@ def export(
     ] = "op4",
     component: Component = "all",
     recovery: Annotated[
-        bool, Option("--recovery", help="The way back to the FE mesh's vertices, too.")
+        bool, Option("--recovery", help="Also the recovery at the vertices of the FE meshes.")
     ] = False,
     settings: options.Settings = None,
     force: Annotated[bool, Option("--force", help="Replace what is there.")] = False,
@@ -258,7 +258,7 @@ def export(
 
 def _write_rexs(case: Case, rexs: Path, force: bool) -> None:
     if rexs.suffix.lower() != ".rexs":
-        raise InputError("--rexs", str(rexs), "does not end in .rexs", "name it so")
+        raise InputError("--rexs", str(rexs), "does not end in .rexs", "use this suffix")
     options.require_new(rexs, "--rexs", force)
     date = datetime.now(UTC).isoformat(timespec="seconds")
     write_bytes(rexs, model_of_case(case).xml("flexgear", version(), date))

@@ -32,15 +32,13 @@ def modify(
     case: options.CaseName,
     stage: Annotated[str | None, Option(help="Stage; the first planetary one.")] = None,
     aim: Annotated[
-        str, Option("--for", help="line-load or transmission-error: what is made least.")
+        str, Option("--for", help="Quantity to minimise: line-load or transmission-error.")
     ] = "line-load",
     torque_share: Annotated[
-        list[float] | None, Option(help="Of the rated torque; repeatable: the worst counts.")
+        list[float] | None, Option(help="Share of rated torque; repeatable, the worst counts.")
     ] = None,
     relief: Annotated[bool, Option("--relief", help="Tip relief of the planets, too.")] = False,
-    trials: Annotated[
-        int, Option(min=2, help="Series of equilibria for each amount that is sought.")
-    ] = TRIALS,
+    trials: Annotated[int, Option(min=2, help="Series of equilibria for each amount.")] = TRIALS,
     picture: Annotated[
         Path | None, Option(help="Draw it before and after (.png, .svg, .pdf).")
     ] = None,
@@ -55,13 +53,16 @@ def modify(
     parts, name = options.rigid_parts(rigid, source), _stage(source, stage)
     known_aim = next((a for a in AIMS if a == aim), None)
     if known_aim is None:
-        raise InputError("modify", "--for", f"{aim!r} is no aim", f"use {' or '.join(AIMS)}")
+        raise InputError("modify", "--for", f"{aim!r} is unknown", f"use {' or '.join(AIMS)}")
     shares = tuple(torque_share or (1.0,))
     if not all(0.0 < share <= 10.0 for share in shares):
         raise InputError("modify", "--torque-share", "is not above 0 and at most 10", "e.g. 1.0")
     if picture is not None and picture.suffix.lower().lstrip(".") not in PICTURES:
         raise InputError(
-            "modify", "--picture", f"{picture} is no picture", f"end it in .{', .'.join(PICTURES)}"
+            "modify",
+            "--picture",
+            f"{picture} has no suffix of a picture",
+            f"use .{', .'.join(PICTURES)}",
         )
     options.claim_file(picture, origin_of_case(source), force)
     require_slices(source, name)  # before bodies are made
@@ -126,5 +127,7 @@ def _stage(case: Case, name: str | None) -> str:
     if name is None:
         return next((s.name for s in case.stages if s.kind != "parallel"), names[0])
     if name not in names:
-        raise InputError("modify", "--stage", f"{name!r} is none", f"one of {', '.join(names)}")
+        raise InputError(
+            "modify", "--stage", f"{name!r} is not a stage", f"name one of {', '.join(names)}"
+        )
     return name

@@ -38,10 +38,10 @@ def new(
         float | None, Option("--speed-rpm", help="Rated speed of the slow end.")
     ] = None,
     sun_torque: Annotated[
-        float | None, Option("--sun-torque-nm", help="Instead that of the last sun, driven.")
+        float | None, Option("--sun-torque-nm", help="Rated torque of the last sun instead.")
     ] = None,
     sun_speed: Annotated[
-        float | None, Option("--sun-speed-rpm", help="Instead that of the last sun.")
+        float | None, Option("--sun-speed-rpm", help="Rated speed of the last sun instead.")
     ] = None,
     arrangement: Annotated[
         str, Option(metavar="NAME[,NAME]", help="planetary, star (carrier held), solar (sun held).")
@@ -98,10 +98,12 @@ def _rated(
     at_sun = sun_torque is not None or sun_speed is not None
     if at_sun and not (torque is None and speed is None):
         key = "--speed-rpm" if torque is None else "--torque-nm"
-        raise InputError("new", key, "stands beside that of the sun", "give both of one end")
+        raise InputError(
+            "new", key, "is given beside that of the sun", "give torque and speed of one end"
+        )
     if at_sun and kinds[-1] == "solar":
         remedy = "give torque and speed of the slow end"
-        raise InputError("new", "--sun-torque-nm", "is of a sun that is held", remedy)
+        raise InputError("new", "--sun-torque-nm", "is that of a held sun", remedy)
     member, flag = ("last sun", "sun-") if at_sun else (ARRANGEMENTS[kinds[0]].slow, "")
     operating_point = (sun_torque, sun_speed) if at_sun else (torque, speed)
     return Rated(

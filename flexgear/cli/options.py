@@ -34,7 +34,7 @@ Settings = Annotated[
     Option(
         "--set",
         metavar="KEY=VALUE",
-        help="Change a key of the case; KEY= takes it out. Repeatable.",
+        help="Change a key of the case; KEY= deletes it. Repeatable.",
     ),
 ]
 AsJson = Annotated[bool, Option("--json", help="Print JSON, for programs.")]
@@ -45,7 +45,12 @@ Rigid = Annotated[
 ]
 Workers = Annotated[
     int | None,
-    Option("--workers", min=1, metavar="N", help="Processes; as many as pay if left out."),
+    Option(
+        "--workers",
+        min=1,
+        metavar="N",
+        help="Processes; chosen by the size of the study if left out.",
+    ),
 ]
 Scheduler = Annotated[
     str | None,
@@ -108,7 +113,7 @@ def require_flexible(case: Case, option: str = "") -> None:
         raise InputError(
             option or case.source,
             case.name if option else "stages",
-            "has only lumped members, so nothing of it bends",
+            "has only lumped members, so nothing is flexible",
             "take it out, or build a flexible stage into the train (stages.case)"
             if option
             else "name a case with a flexible stage",

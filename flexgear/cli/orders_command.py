@@ -54,10 +54,10 @@ def orders(
         str, typer.Option("--only", metavar="LABEL", help="Columns with this in their labels.")
     ] = "",
     member: Annotated[
-        str, typer.Option("--member", help="Orders are of its turn; the first input if left out.")
+        str, typer.Option("--member", help="Orders of its rotation; the first input if left out.")
     ] = "",
     against: Annotated[
-        str, typer.Option("--against", metavar="MEMBER", help="It turns against this one.")
+        str, typer.Option("--against", metavar="MEMBER", help="Rotation relative to this member.")
     ] = "",
     highest: Annotated[
         float | None, typer.Option("--highest", help="Highest order; all that samples allow.")

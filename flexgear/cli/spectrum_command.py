@@ -41,7 +41,7 @@ def spectrum(
     picture = None if out is None else out.with_suffix(".png")
     for path in filter(None, (out, picture)):
         if path.suffix.lower() not in (".csv", ".png"):
-            raise InputError("--out", str(path), "does not end in .csv", "name it so")
+            raise InputError("--out", str(path), "does not end in .csv", "use this suffix")
         if file_target(path).exists() and not force:
             raise InputError("--out", str(path), "is there already", "name another, or --force")
     with progress(quiet) as report:

@@ -41,7 +41,7 @@ Keys = Annotated[
 ]
 Measures = Annotated[
     list[str] | None,
-    Option("--measure", metavar="NAME", help=f"What to take down; repeatable: {KNOWN}."),
+    Option("--measure", metavar="NAME", help=f"Measure to record; repeatable: {KNOWN}."),
 ]
 
 

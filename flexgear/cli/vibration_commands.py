@@ -54,14 +54,16 @@ def response(
     speed_range: SpeedRange = None,
     torque_range: Annotated[
         tuple[float, float] | None,
-        typer.Option("--torque-range", metavar="LOW HIGH", help="Of torque, at one speed."),
+        typer.Option(
+            "--torque-range", metavar="LOW HIGH", help="Torques over rated, at one speed."
+        ),
     ] = None,
     speed: Annotated[
         float, typer.Option("--speed", help="Speed over rated, with --torque-range.")
     ] = 1.0,
     torque: Annotated[float, typer.Option("--torque", help="Torques over rated.")] = 1.0,
     stage: Annotated[
-        str, typer.Option("--stage", help="Whose gear meshes excite; the first that turns.")
+        str, typer.Option("--stage", help="Stage that excites; the first that turns.")
     ] = "",
     harmonics: Annotated[
         int | None,
@@ -104,7 +106,7 @@ def stability(
     analysis: Analysis,
     speed_range: SpeedRange = None,
     count: Annotated[
-        int, typer.Option("--count", min=3, help="Speeds, to which expected bands add some.")
+        int, typer.Option("--count", min=3, help="Number of speeds; expected bands add more.")
     ] = SPEEDS,
     limit_hz: Annotated[
         float | None,
@@ -132,7 +134,7 @@ def _show_linear(model: Model, peaks: list[dict[str, Any]]) -> None:
 
 
 def _tell_dampers(model: Model) -> None:
-    """Say that a linear analysis neglects dampers, where the case has some."""
+    """Print that a linear analysis neglects dampers, where the case has some."""
     if LAW_NUMBERS["dampers"] in model.system.pairs.bearing_law:
         typer.echo("left out: dampers of bearings, supports, joints and ports")
 

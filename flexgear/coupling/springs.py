@@ -129,7 +129,7 @@ class LawBearing:
         law says it, N."""
         of_parts = LAWS[LAW_NUMBERS[self.law]].part_loads
         if of_parts is None:
-            raise KeyError(f"the law {self.law!r} of {self.name} knows no parts")
+            raise KeyError(f"the law {self.law!r} of {self.name} has no parts")
         turned = theta[:, self.turned] if self.turned >= 0 else np.zeros(len(motion))
         return of_parts(self.parameters, motion[:, self.components], turned)
 

@@ -110,7 +110,9 @@ class Plots:
 
     def __init__(self, data: xr.Dataset) -> None:
         if "parameters" not in data.attrs:
-            raise FlexgearError("cannot draw: the dataset is none of flexgear, or lost its attrs")
+            raise FlexgearError(
+                "cannot draw: the dataset is not one of flexgear, or has lost its attributes"
+            )
         self._data = data
 
     @cached_property

@@ -141,8 +141,8 @@ def require_free_ties(members: Members) -> int:
         raise InputError(
             members.source,
             "joints" if any(t.kind == "joint" for t in involved) else "held",
-            f"{', '.join(t.label for t in involved)} say the same thing twice, so torques between "
-            "them have no single value",
+            f"{', '.join(t.label for t in involved)} are redundant, so torques between them are "
+            "undetermined",
             f"remove one {kinds}",
         )
     mobility = len(members.names) - len(rows)

@@ -138,7 +138,7 @@ def _derived_distance(view: StageView, arms: dict[str, float]) -> float:
     if abs(values[0] - values[-1]) > SAME_DISTANCE * stage.normal_module:
         raise view.refuse(
             "center_distance_mm",
-            f"sun–planet wants {1e3 * values[0]:.3f} mm and planet–ring {1e3 * values[1]:.3f} mm",
+            f"sun–planet needs {1e3 * values[0]:.3f} mm and planet–ring {1e3 * values[1]:.3f} mm",
             "choose profile shifts with equal centre distances, or give center_distance_mm",
         )
     return values[0]

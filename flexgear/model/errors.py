@@ -1,4 +1,4 @@
-"""Errors: what a user wrote wrongly, and what failed at run time."""
+"""Errors: wrong input of a user, and failures at run time."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ MOST_ECHOED = 80  # characters of a value that a message repeats
 
 
 class FlexgearError(Exception):
-    """A run failed for a reason that is not the user's input; one line."""
+    """A run failed for another reason than the user's input; one line."""
 
 
 class FlexgearWarning(UserWarning):
-    """Something was amiss and put right, or needs an eye kept on it; one line, for ``warnings``."""
+    """Something was corrected, or needs attention; one line, for ``warnings``."""
 
 
 class InputError(FlexgearError):
@@ -25,7 +25,7 @@ class InputError(FlexgearError):
         super().__init__(f"{path}: {self.key}: {self.problem} -- {self.remedy}")
 
     def _render_traceback_(self) -> list[str]:
-        """What a notebook shows in the place of a traceback: the line."""
+        """The line, which a notebook shows in place of a traceback."""
         return [f"InputError: {self}"]
 
 

@@ -298,7 +298,7 @@ def _check_gear_mesh(stage: Stage) -> None:
     if options.model not in FOLLOWS_PAIRS:
         raise Refusal(
             "gear",
-            f"gear_mesh.model = {options.model!r} of {stage.name} sees no single teeth",
+            f"gear_mesh.model = {options.model!r} of {stage.name} has no single teeth",
             'use "per_pair" or "face_load"',
         )
     if options.contact_law == "linear":

@@ -67,7 +67,7 @@ class Sensor(Section):
         if len(places) > 1:
             raise Refusal(places[1], f"stands beside {places[0]}", "keep one of both")
         if self.tooth is None:
-            self._refuse_set(["side"], "is that of a tooth", "take it out, or give tooth")
+            self._refuse_set(["side"], "needs a tooth", "take it out, or give tooth")
         if self.measures == "strain" and self.angle is None and self.tooth is None:
             raise Missing("angle", "is missing, and so is tooth", "say where the gauge is")
         if self.measures in ("speed", "torque") and places:
@@ -110,8 +110,8 @@ def check_rate(band: float, rate: float) -> None:
     if rate < LEAST_RATE * band:
         raise Refusal(
             "sampling_rate",
-            f"{rate:.6g} Hz is {rate / band:.3g} times the band of {band:.6g} Hz: what lies above "
-            "it would fold into it",
+            f"{rate:.6g} Hz is {rate / band:.3g} times the band of {band:.6g} Hz: higher "
+            "frequencies would alias into it",
             f"at least {LEAST_RATE} times, {LEAST_RATE * band:.6g} Hz, or lower recorder.band_hz",
         )
 

@@ -86,7 +86,7 @@ class SizeDistribution(Section):
             if limit is not None and sign * (limit - (self.mean or 0.0)) > reach:
                 raise Refusal(
                     key,
-                    f"leaves out all within {TAIL:g} standard deviations of the mean",
+                    f"excludes everything within {TAIL:g} standard deviations of the mean",
                     "check value and unit",
                 )
 

@@ -47,7 +47,9 @@ Value = TypeVar("Value", Array, float)
 def case_of(data: xr.Dataset) -> Case:
     """The case of a dataset. FlexgearError where it is no result of flexgear."""
     if "parameters" not in data.attrs:
-        raise FlexgearError("orders: the dataset is none of flexgear, or lost its attrs")
+        raise FlexgearError(
+            "orders: the dataset is not one of flexgear, or has lost its attributes"
+        )
     return Case.model_validate(tuples_of(json.loads(data.attrs["parameters"])))
 
 
@@ -87,7 +89,7 @@ def expected_orders(
     speed = flow.speed | {f"{s.name}.planet": s.planet_speed for s in flow.stages}
     turns = _of_member(speed, member) - (_of_member(speed, against) if against else 0.0)
     if turns == 0.0:
-        raise InputError(SOURCE, member, "stands still", "name a member that turns")
+        raise InputError(SOURCE, member, "does not rotate", "name a member that turns")
     lines = expected_lines(case, flow, **options)
     return tuple((x, x.order(turns)) for x in lines)
 
@@ -225,7 +227,7 @@ def _refuse(turns: xr.DataArray, steps: Array, highest: float | None) -> None:
     """InputError for speeds through zero, and for a sampling that is too coarse."""
     time = turns[TIME].to_numpy()
     if not steps.any():
-        raise InputError(SOURCE, _of(turns), "stands still", "name a member that turns")
+        raise InputError(SOURCE, _of(turns), "does not rotate", "name a member that turns")
     if not (steps > 0).all():
         at = float(time[int(np.argmax(steps <= 0))])
         raise InputError(
@@ -368,7 +370,7 @@ def envelope(history: xr.DataArray, band: tuple[float, float]) -> xr.DataArray:
     if not 0 < low < high < 0.5 * rate:
         unit = "" if axis == TURN else " Hz"
         raise InputError(
-            SOURCE, f"band {low:g} to {high:g}{unit}", "is none that the samples hold",
+            SOURCE, f"band {low:g} to {high:g}{unit}", "is not within what the samples resolve",
             f"rising, above 0 and below {0.5 * rate:.4g}{unit}",
         )  # fmt: skip
     steps = np.diff(history[axis].to_numpy())

@@ -128,12 +128,12 @@ def rigid_bodies(case: Case, names: Sequence[str] = ()) -> frozenset[BodyName]:
     for name in names:
         if not bodies:
             raise InputError(
-                "--rigid", case.name, "has only lumped members, so nothing of it bends",
+                "--rigid", case.name, "has only lumped members, so nothing is flexible",
                 "take it out, or give the ring, carrier or sun an FE body or a shaft",
             )  # fmt: skip
         if name not in choices:
             raise InputError(
-                "--rigid", echo(name), "is not a component that bends", nearest(name, choices)
+                "--rigid", echo(name), "is not a flexible component", nearest(name, choices)
             )
     return frozenset(
         body

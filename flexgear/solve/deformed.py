@@ -52,7 +52,7 @@ def require_bending(model: Model, body: str) -> None:
     """InputError unless a body is one of ``bending_bodies``."""
     bodies = bending_bodies(model)
     if body not in bodies:
-        raise InputError("deformed", body, "is no body that bends", nearest(body, bodies))
+        raise InputError("deformed", body, "is not a flexible FE body", nearest(body, bodies))
 
 
 def deformed(
@@ -107,7 +107,7 @@ def mode_field(
     displacement = reduced.recover(at_mode)
     peak = np.linalg.norm(displacement, axis=-1).max()
     if not modes.energy[body][mode - 1] > LEAST_ENERGY:
-        raise InputError("mode_field", body, f"stands still in mode {mode}", "take another mode")
+        raise InputError("mode_field", body, f"does not move in mode {mode}", "take another mode")
     attrs = {"frequency": float(modes.frequencies[mode - 1]), "mode": float(mode)}
     return _field(model, body, largest / peak * shape, attrs)
 

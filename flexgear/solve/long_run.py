@@ -281,7 +281,7 @@ def end_of(earlier: xr.Dataset, source: str) -> float:
     """Time at which a transient has ended, s; InputError where it does not say."""
     if "end_state" not in earlier or "end_time_s" not in earlier.attrs:
         remedy = "give what transient() returned, or the file of a transient of this version"
-        raise InputError(source, "start", "holds no end of a transient", remedy)
+        raise InputError(source, "start", "is not the end of a transient", remedy)
     return float(earlier.attrs["end_time_s"])
 
 
@@ -311,6 +311,6 @@ def carried_state(
                 source, f"machine of {modal.system.ports[p].name}",
                 f"holds {RPM * prescribed[p]:.6g} rpm at {time:g} s, where the earlier run ended "
                 f"at {RPM * speeds[p]:.6g} rpm",
-                "let its history begin there, and ramp softly",
+                'begin its history at that speed, with kind = "soft"',
             )  # fmt: skip
     return CarriedState(state, time)

@@ -271,7 +271,7 @@ class SensorPlace:
         strain = Surface(mesh).strain([self._ray()]).along([sensor.grid_angle])
         if np.isnan(strain).any():
             self._on_surface(mesh)  # says how far away it is
-            raise self._refuse("tooth", "lies beside the FE mesh", "compare z with the face")
+            raise self._refuse("tooth", "is outside the FE mesh", "compare z with the face")
         rows[:, self.system.slice_of(body.name)] = strain
         return rows
 
@@ -373,7 +373,7 @@ def clock_of(case: Case, pace: Pace) -> Clock:
         raise InputError(
             case.source,
             "recorder.band_hz",
-            f"{band:.6g} Hz is beyond {top:.6g} Hz, up to which the modes answer",
+            f"{band:.6g} Hz is beyond {top:.6g} Hz, up to which modes are kept",
             "lower it, or raise solver.modes_band_hz or solver.gear_mesh_orders (and modes_to_hz)",
         )
     rate = case.recorder.sampling_rate

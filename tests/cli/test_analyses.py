@@ -97,8 +97,11 @@ def test_the_command_writes_keys_and_a_picture(flexgear, tmp_path):
     )  # fmt: skip
     assert "[stage.planet.modifications.ring]" in out
     assert picture.stat().st_size > 1e4
-    assert "is no aim" in flexgear("modify", "wind-5mw", "--for", "quiet")[2]
-    assert "is no picture" in flexgear("modify", "wind-5mw", "--picture", tmp_path / "x.foo")[2]
+    assert "is unknown" in flexgear("modify", "wind-5mw", "--for", "quiet")[2]
+    assert (
+        "has no suffix of a picture"
+        in flexgear("modify", "wind-5mw", "--picture", tmp_path / "x.foo")[2]
+    )
     assert "--force" in flexgear("modify", "wind-5mw", "--picture", picture)[2]
     assert np.isfinite(float(out.rsplit("helix_slope_um = ")[1].split()[0]))
 

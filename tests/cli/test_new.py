@@ -264,7 +264,7 @@ def test_a_larger_module_carries_the_same_in_a_narrower_face():
         ({"module_mm": 1}, "--module-mm: 1 mm needs a face"),
         ({"speed_rpm": -5}, "--speed-rpm: -5 is not above 0"),
         ({"torque_nm": None}, "--torque-nm: is missing"),
-        ({"sun_torque_nm": 5}, "--torque-nm: stands beside that of the sun"),
+        ({"sun_torque_nm": 5}, "--torque-nm: is given beside that of the sun"),
         ({"arrangement": "sta"}, "--arrangement: 'sta' is unknown -- did you mean star?"),
         (
             {"arrangement": "solar", "ratio": 1.3, "torque_nm": None, "speed_rpm": None,

@@ -136,7 +136,7 @@ def test_side_lobes_of_a_line_are_no_lines(window):
     ("options", "text"),
     [
         (["--member", "wheel"], "wheel: is no member"),
-        (["--member", "ring"], "ring: stands still"),
+        (["--member", "ring"], "ring: does not rotate"),
         (["--of", "sound"], "sound: is no history"),
         (["--of", "body_displacement", "--only", ""], "42 columns"),
         (["--only", "moon"], "is no label"),

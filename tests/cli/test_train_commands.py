@@ -158,7 +158,7 @@ def test_a_flexible_stage_in_a_train(flexgear, tmp_path):
     assert flexgear.json("check", path)["system"]["flexible_stages"] == ["first"]
     err = flexgear.refused("modes", "lin-parker", "--rigid", "ring")
     assert err == (
-        "flexgear: --rigid: lin-parker: has only lumped members, so nothing of it bends -- take it "
+        "flexgear: --rigid: lin-parker: has only lumped members, so nothing is flexible -- take it "
         "out, or give the ring, carrier or sun an FE body or a shaft\n"
     )
 

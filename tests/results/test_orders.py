@@ -183,7 +183,7 @@ def test_bad_input(stage):
         (lambda: member_turns(data, "wheel"), "wheel: is no member"),
         (lambda: over_time(data.drop_vars("input_angle"), "sound"), "lacks input_angle"),
         (lambda: over_time(data, "noise"), "noise: is no history of this file -- name one of inp"),
-        (lambda: synchronous(history, turns_of(time, 0 * turns)), "stands still"),
+        (lambda: synchronous(history, turns_of(time, 0 * turns)), "does not rotate"),
         (lambda: synchronous(history, back), "goes through zero"),
         (lambda: synchronous(history, turns_of(time, turns), 5e3), "samples a period"),
         (lambda: order_spectrum(synchronous(history, turns_of(time, turns), 40.0), "x"), "window"),

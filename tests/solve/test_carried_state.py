@@ -146,7 +146,7 @@ def test_what_cannot_start_there_is_one_line(tmp_path, keys, message):
     with pytest.raises(InputError, match=message):
         train(tmp_path, **keys).assemble().transient(0.001, start=earlier)
     nothing = earlier.drop_vars("end_state")
-    with pytest.raises(InputError, match="start: holds no end of a transient"):
+    with pytest.raises(InputError, match="start: is not the end of a transient"):
         train(tmp_path).assemble().transient(0.001, start=nothing)
 
 

@@ -58,7 +58,7 @@ def test_what_was_not_kept_is_said(model, run):
     short = simulate(model, duration=0.002).data
     with pytest.raises(InputError, match=r"is not kept in the run, which keeps none -- .*fields="):
         deformed(model, "stage.ring", run=short)
-    with pytest.raises(InputError, match=r"stage\.rings: is no body that bends"):
+    with pytest.raises(InputError, match=r"stage\.rings: is not a flexible FE body"):
         simulate(model, duration=0.002, fields=["stage.rings"])
 
 

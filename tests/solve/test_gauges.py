@@ -105,7 +105,7 @@ def test_rim_stress_is_that_of_the_gauges_and_in_the_summary(model, turn):
         ("", "[0].angle_deg: is missing, and so is tooth"),
         ("tooth = 73", "[0].tooth: is 73 -- the ring has 72 teeth"),
         ("angle_deg = 3\nz_mm = 11", "[0].z_mm: is beside the ring -- at most 10 mm"),
-        ('angle_deg = 3\nside = "+theta"', "[0].side: is that of a tooth"),
+        ('angle_deg = 3\nside = "+theta"', "[0].side: needs a tooth"),
     ],
 )
 def test_a_bad_place_is_one_clear_line(tmp_path, text, said):

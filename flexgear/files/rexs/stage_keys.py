@@ -103,7 +103,7 @@ class StageWriter:
         if mate is not None and mate.value * datum.value > 0:
             self.case.warn(
                 f"{mate.source}: has the hand of its mate, {datum.source}; external gears cannot"
-                " mesh so, the mate's hand was turned"
+                " mesh so; the mate's hand was changed"
             )
         if len(self.stage.halves[role]) == 2:
             self.section.put("double_helical", True, "two gears of opposite hand on each shaft")

@@ -146,7 +146,7 @@ class _Reader:
         kind, size = _TYPES[base]
         numbers = [int(x) for row in rows for x in row]
         if len(numbers) % (size + 1):
-            raise ValueError(f"{name} elements want {size} nodes each")
+            raise ValueError(f"{name} elements need {size} nodes each")
         ids = np.array(numbers, dtype=np.int64).reshape(-1, size + 1)
         for number, *nodes in ids.tolist():
             self.elements[number] = (kind, [self.node_position[n] for n in nodes])
