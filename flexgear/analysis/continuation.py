@@ -161,16 +161,16 @@ def _follow(
     """The curve through a state, both ways."""
     walk, value = _Walk(train, span, start), span.value(start.point)
     first, cuts = seen(start), list[Cut | None]()
-    back, ahead = list[Orbit](), list[Orbit]()
+    backward, forward = list[Orbit](), list[Orbit]()
     try:
         if value > span.low:
-            cuts.append(walk.along(-1.0, back, seen))
+            cuts.append(walk.along(-1.0, backward, seen))
         if value < span.high:
-            cuts.append(walk.along(1.0, ahead, seen))
+            cuts.append(walk.along(1.0, forward, seen))
     except KeyboardInterrupt:
-        last = (ahead or back or [first])[-1]
+        last = (forward or backward or [first])[-1]
         cuts.append(Cut(span.value(last.point), "stopped"))
-    return Curve([*back[::-1], first, *ahead], tuple(cut for cut in cuts if cut))
+    return Curve([*backward[::-1], first, *forward], tuple(cut for cut in cuts if cut))
 
 
 def _outward(curve: Curve, span: Range) -> Iterator[tuple[Orbit, int]]:
@@ -239,39 +239,41 @@ class _Walk:
     ) -> Cut | None:
         """Append states from the start on, first with λ rising (1) or falling (−1), up to the end
         of the range; where the curve is cut before."""
-        here = self._place(self.start, self.balance, None)
-        here = replace(here, tangent=here.tangent * np.sign(here.tangent[-1]) * sense)
-        step, bend = FIRST, np.zeros_like(here.tangent)
+        current = self._place(self.start, self.balance, None)
+        current = replace(current, tangent=current.tangent * np.sign(current.tangent[-1]) * sense)
+        step, bend = FIRST, np.zeros_like(current.tangent)
         for _ in range(MOST_STATES):
-            while (following := self._next(here, bend, step)) is None:
+            while (following := self._next(current, bend, step)) is None:
                 step *= 0.5
                 if step < SHORTEST:
-                    return Cut(self.span.value(here.orbit.point), "steps")
-            ahead, tries = following
-            value = self.span.value(ahead.orbit.point)
+                    return Cut(self.span.value(current.orbit.point), "steps")
+            successor, tries = following
+            value = self.span.value(successor.orbit.point)
             if not self.span.low < value < self.span.high:
-                end = self._end(here.orbit, ahead.orbit)
+                end = self._end(current.orbit, successor.orbit)
                 states += [] if end is None else [seen(end)]
-                return None if end else Cut(self.span.value(here.orbit.point), "steps")
-            states.append(seen(ahead.orbit))
-            if np.abs(ahead.orbit.force).max() > self.most:
+                return None if end else Cut(self.span.value(current.orbit.point), "steps")
+            states.append(seen(successor.orbit))
+            if np.abs(successor.orbit.force).max() > self.most:
                 return Cut(value, "forces")
-            bend, here = (ahead.tangent - here.tangent) / step, ahead
-            longest = LONGEST * min(1.0, self.width / (abs(here.tangent[-1]) or self.width))
+            bend, current = (successor.tangent - current.tangent) / step, successor
+            longest = LONGEST * min(1.0, self.width / (abs(current.tangent[-1]) or self.width))
             step = min(step * (1.4 if tries <= QUICK else 0.8), longest)
-        return Cut(self.span.value(here.orbit.point), "states")
+        return Cut(self.span.value(current.orbit.point), "states")
 
-    def _next(self, here: _Place, bend: Array, step: float) -> tuple[_Place, int] | None:
+    def _next(self, current: _Place, bend: Array, step: float) -> tuple[_Place, int] | None:
         """The place a step further on, and Newton's tries; None where there is none, or where the
         curve turns too fast on the way."""
-        corrected = self._corrected(here, bend, step)
+        corrected = self._corrected(current, bend, step)
         if corrected is None:
             return None
         orbit, balance, tries = corrected
-        ahead = self._place(orbit, balance, here.tangent)
-        turned = float((ahead.weight * ahead.tangent) @ (ahead.weight * here.tangent))
-        turned /= float(np.linalg.norm(ahead.weight * here.tangent))
-        return None if step > KINK and turned < STRAIGHT else (ahead, tries)
+        successor = self._place(orbit, balance, current.tangent)
+        turned = float(
+            (successor.weight * successor.tangent) @ (successor.weight * current.tangent)
+        )
+        turned /= float(np.linalg.norm(successor.weight * current.tangent))
+        return None if step > KINK and turned < STRAIGHT else (successor, tries)
 
     def _place(self, orbit: Orbit, balance: Balance, before: Array | None) -> _Place:
         """With the direction on from ``before``."""
@@ -290,18 +292,18 @@ class _Walk:
 
     def _slope(self, balance: Balance, orbit: Orbit, value: float) -> Array:
         """∂ residual / ∂ λ (m,) at a state of the equations ``balance``."""
-        ahead = self._balance(value * (1 + DIFFERENCE))
-        return np.asarray(balance.change(ahead, orbit) / (DIFFERENCE * value))
+        shifted = self._balance(value * (1 + DIFFERENCE))
+        return np.asarray(balance.change(shifted, orbit) / (DIFFERENCE * value))
 
     def _corrected(
-        self, here: _Place, bend: Array, step: float
+        self, current: _Place, bend: Array, step: float
     ) -> tuple[Orbit, Balance, int] | None:
         """The state a step further on, its equations and Newton's tries; None where there is
         none."""
-        size = len(here.orbit.unknown)
-        predicted = np.r_[here.orbit.unknown, self.span.value(here.orbit.point)]
-        predicted += step * here.tangent + 0.5 * step**2 * bend
-        x, across, slope = predicted.copy(), here.weight**2 * here.tangent, np.zeros(size)
+        size = len(current.orbit.unknown)
+        predicted = np.r_[current.orbit.unknown, self.span.value(current.orbit.point)]
+        predicted += step * current.tangent + 0.5 * step**2 * bend
+        x, across, slope = predicted.copy(), current.weight**2 * current.tangent, np.zeros(size)
         for tries in range(1, CORRECTIONS + 1):
             value = float(x[-1])
             if value <= 0.0:

@@ -313,8 +313,8 @@ class PeriodicTrain:
     @property
     def _pieces(self) -> tuple[Ints, Ints]:
         """First parts of runs of parts alike, and how many each has."""
-        both = np.concatenate([self.stiffness, self.damping], axis=1)
-        change = np.abs(np.diff(both, axis=0)).max(axis=(1, 2)) > 1e-12 * np.abs(both).max()
+        matrices = np.concatenate([self.stiffness, self.damping], axis=1)
+        change = np.abs(np.diff(matrices, axis=0)).max(axis=(1, 2)) > 1e-12 * np.abs(matrices).max()
         first = np.concatenate([[0], 1 + np.flatnonzero(change)]).astype(np.int64)
         return first, np.diff([*first, len(self.stiffness)]).astype(np.int64)
 

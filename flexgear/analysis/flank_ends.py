@@ -50,9 +50,9 @@ class _Teeth:
         count = len(self.place)
         advance = np.zeros(len(tooth)) if self.turns < 0 else self.sense * turned[:, self.turns]
         away = self.place - self.place[tooth][:, None]
-        still = np.arange(count) == tooth[:, None]
+        same_tooth = np.arange(count) == tooth[:, None]
         turned_field = _kernel(away + advance[:, None], count)
-        share = np.where(advance[:, None] == 0.0, still, turned_field)[..., None]
+        share = np.where(advance[:, None] == 0.0, same_tooth, turned_field)[..., None]
         c, s = share * np.cos(away)[..., None], share * np.sin(away)[..., None]
         x, y, z = (wrench[:, None, k::3] for k in range(3))
         out = np.empty((len(tooth), count, 6))
@@ -90,12 +90,14 @@ class FlankEnds:
         blocks, coef, width = rows.blocks[at], rows.coef[at], rows.row["width"][at]
         for a in range(int(width.max(initial=0))):
             for block, column in self._of_block.items():
-                here = (a < width) & (blocks[:, a] == block)
-                out[here, column : column + 6] += coef[here, a]
+                selected = (a < width) & (blocks[:, a] == block)
+                out[selected, column : column + 6] += coef[selected, a]
             for teeth, columns in zip(self.teeth, self._of_teeth, strict=True):
                 tooth = blocks[:, a] - teeth.first
-                here = np.flatnonzero((a < width) & (tooth >= 0) & (tooth < len(teeth.place)))
-                out[here, columns] += teeth.turned_back(coef[here, a], tooth[here], turned[here])
+                selected = np.flatnonzero((a < width) & (tooth >= 0) & (tooth < len(teeth.place)))
+                out[selected, columns] += teeth.turned_back(
+                    coef[selected, a], tooth[selected], turned[selected]
+                )
         return out
 
 
@@ -108,5 +110,5 @@ def _angles(positions: Array, first: int, teeth: int) -> Array:
 def _kernel(x: Array, count: int) -> Array:
     """Dirichlet kernel of ``count`` equal places, 1 at x = 0 and 0 at the others."""
     below = count * (np.sin(0.5 * x) if count % 2 else np.tan(0.5 * x))
-    here = np.abs(np.sin(0.5 * x)) < 1e-12
-    return np.where(here, 1.0, np.sin(0.5 * count * x) / np.where(here, 1.0, below))
+    at_zero = np.abs(np.sin(0.5 * x)) < 1e-12
+    return np.where(at_zero, 1.0, np.sin(0.5 * count * x) / np.where(at_zero, 1.0, below))

@@ -159,7 +159,9 @@ def _cycle_rows(system: System, stage: int, modal: ModalSystem | None) -> dict[i
 def _count(system: System, of_stage: NDArray[np.bool_]) -> int:
     """``POSITIONS``, or the next multiple of the number of planets."""
     planets = {
-        label.planet for label, here in zip(system.gear_meshes, of_stage, strict=True) if here
+        label.planet
+        for label, included in zip(system.gear_meshes, of_stage, strict=True)
+        if included
     }
     return len(planets) * math.ceil(POSITIONS / len(planets))
 

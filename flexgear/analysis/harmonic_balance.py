@@ -84,15 +84,15 @@ class Balance:
         q, h = self.q, self.harmonics
         f = np.zeros((h + 1, q), dtype=complex)
         f[0] = unknown[:q]
-        both = unknown[q : self.forces].reshape(h, 2, q)
-        f[1:] = both[:, 0] + 1j * both[:, 1]
+        real_imaginary = unknown[q : self.forces].reshape(h, 2, q)
+        f[1:] = real_imaginary[:, 0] + 1j * real_imaginary[:, 1]
         return f, unknown[self.forces :]
 
     def together(self, f: Complex, a: Array) -> Array:
         """Unknowns (m,) of the first harmonics f (h + 1, q), h ≤ H, and rigid amplitudes a."""
         out = np.zeros(self.size)
-        both = np.stack([f[1:].real, f[1:].imag], axis=1).ravel()
-        out[: self.q], out[self.q : self.q + len(both)] = f[0].real, both
+        real_imaginary = np.stack([f[1:].real, f[1:].imag], axis=1).ravel()
+        out[: self.q], out[self.q : self.q + len(real_imaginary)] = f[0].real, real_imaginary
         out[self.forces :] = a
         return out
 
@@ -115,8 +115,8 @@ class Balance:
     def change(self, other: Balance, orbit: Orbit) -> Array:
         """How much more (m,) the equations of another point leave over of a state of these ones, to
         first order of the motion that its forces cause."""
-        ahead = other.waves(orbit.unknown)
-        motion, rate = ahead.motion - orbit.waves.motion, ahead.rate - orbit.waves.rate
+        other_waves = other.waves(orbit.unknown)
+        motion, rate = other_waves.motion - orbit.waves.motion, other_waves.rate - orbit.waves.rate
         (k, c), none = orbit.tangents, np.zeros_like(motion)
         forces = np.einsum("jqp,jp->jq", k, motion) + np.einsum("jqp,jp->jq", c, rate)
         return other._left(orbit.unknown, forces) - self._left(orbit.unknown, none)
@@ -142,9 +142,9 @@ class Balance:
         out = np.eye(self.size)
         at = np.arange(1, h + 1)
         difference, total = at[:, None] - at + 2 * h, at[:, None] + at + 2 * h
-        ahead = k[difference] @ r.moving + c[difference] @ r.rate  # of f_k
+        forward = k[difference] @ r.moving + c[difference] @ r.rate  # of f_k
         mirrored = k[total] @ r.moving.conj() + c[total] @ r.rate.conj()  # of f_k conjugate
-        plus, minus = ahead + mirrored, ahead - mirrored
+        plus, minus = forward + mirrored, forward - mirrored
         blocks: Array = np.array([[plus.real, -minus.imag], [plus.imag, minus.real]])
         moved = blocks.transpose(2, 0, 4, 3, 1, 5).reshape(2 * h * q, 2 * h * q)
         out[q : self.forces, q : self.forces] += moved
@@ -155,9 +155,9 @@ class Balance:
         of_mean = np.hstack([r.still, r.rigid])
         by_mean = 2.0 * k[2 * h + at] @ of_mean  # (H, q, q + r)
         onto = np.stack([by_mean.real, by_mean.imag], axis=1).reshape(2 * h * q, -1)
-        still: Array = k[2 * h].real @ of_mean
-        out[:q, :q] += still[:, :q]
-        out[:q, self.forces :] += still[:, q:]
+        constant: Array = k[2 * h].real @ of_mean
+        out[:q, :q] += constant[:, :q]
+        out[:q, self.forces :] += constant[:, q:]
         out[q : self.forces, :q] += onto[:, :q]
         out[q : self.forces, self.forces :] += onto[:, q:]
         out[self.forces :, :q] = r.rigid.T
@@ -257,12 +257,12 @@ class Solver:
 def converge(balance: Balance, point: Point, unknown: Array) -> Orbit | None:
     """The steady state that Newton's method leads to from some unknowns; None where to none."""
     left, orbit = balance.residual(unknown)
-    solver, apart = Solver(), np.zeros(balance.size + 1)
-    apart[-1] = 1.0
+    solver, difference = Solver(), np.zeros(balance.size + 1)
+    difference[-1] = 1.0
     for _ in range(TRIES):
         if orbit.residual <= AGREES:
             return replace(orbit, point=point)
-        step = solver.solve(balance, orbit, np.r_[left, 0.0], apart[:-1], apart)[:-1]
+        step = solver.solve(balance, orbit, np.r_[left, 0.0], difference[:-1], difference)[:-1]
         if not np.isfinite(step).all():
             return None
         share = 1.0

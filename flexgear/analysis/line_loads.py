@@ -114,11 +114,16 @@ def _of_gear_mesh(
     turned = lever * (approaches[:, 3] - approaches[:, 2])
     middle, approach = approaches[:, :2].mean(axis=1), approaches[:, 2:].mean(axis=1)
     x = middle[:, None] + tilt[:, None] * (z - centre[:, None]) - gap
-    far = 0.5 + lever[:, None] * (z - centre[:, None])  # share of the second row in each slice
+    second_share = 0.5 + lever[:, None] * (
+        z - centre[:, None]
+    )  # share of the second row in each slice
     if pairs.bent[m]:
-        force, tangent = forces_of(x, far, values[:, OF_LINE + 3 * count :])
+        force, tangent = forces_of(x, second_share, values[:, OF_LINE + 3 * count :])
     else:
-        force, shares = stiffness * np.maximum(x, 0.0), np.stack([1.0 - far, far], axis=1)
+        force, shares = (
+            stiffness * np.maximum(x, 0.0),
+            np.stack([1.0 - second_share, second_share], axis=1),
+        )
         tangent = np.einsum("nik,njk,nk->nij", shares, shares, stiffness * (x > 0.0))
     low, high = _line_ends_of(pairs, m, s)
     width = (high - low) / count

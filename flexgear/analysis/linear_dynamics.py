@@ -184,8 +184,8 @@ def campbell(
         order = np.arange(width)
         if before is not None:
             like = np.abs(before.conj().T @ mass @ run.shapes) ** 2
-            far = np.abs(last[:, None] - run.frequencies[None]) / max(last.max(), 1e-300)
-            order = linear_sum_assignment(like - 1e-3 * far, maximize=True)[1]
+            distances = np.abs(last[:, None] - run.frequencies[None]) / max(last.max(), 1e-300)
+            order = linear_sum_assignment(like - 1e-3 * distances, maximize=True)[1]
         before, last = run.shapes[:, order], run.frequencies[order]
         frequencies[i] = last
         if planes is not None:
@@ -266,8 +266,8 @@ def _check_balance(rigid: Array, load: Complex, drive: Complex) -> None:
     allowed = UNBALANCED * (np.abs(rigid).T @ np.abs(load))
     if np.any(np.abs(drive) > allowed):
         raise FlexgearError(
-            "the mean load is not balanced: it would accelerate the train without end; give input and "
-            "output torques that agree with the power flow"
+            "the mean load is not balanced: it would accelerate the train without end; give "
+            "input and output torques that agree with the power flow"
         )
 
 

@@ -257,10 +257,12 @@ def classify(
         if len(group) == 1:
             continue
         at = list(group)
-        apart = _separated(parts, shapes[:, at])
+        separated = _separated(parts, shapes[:, at])
         # a planet mode mixed into a rotational one looks like two rotational modes
-        if Counter(_kinds(_shares(parts, apart))) != Counter(_kinds(_shares(parts, shapes[:, at]))):
-            shapes[:, at] = apart
+        if Counter(_kinds(_shares(parts, separated))) != Counter(
+            _kinds(_shares(parts, shapes[:, at]))
+        ):
+            shapes[:, at] = separated
     shares = _shares(parts, shapes)
     kinds = _kinds(shares)
     kinds[:n_rigid] = ["rigid"] * n_rigid
@@ -278,8 +280,8 @@ def repeated(frequencies: ArrayLike, rigid: int | None = None) -> tuple[tuple[in
     """Groups of neighbouring modes within 1e-6 of each other; rigid motions are one group."""
     f = np.asarray(frequencies, dtype=float)
     first = _rigid_count(f, rigid)
-    apart = np.flatnonzero(np.diff(f) > EQUAL * f[1:]) + 1
-    groups = np.split(np.arange(len(f)), [first, *apart[apart > first]])
+    breaks = np.flatnonzero(np.diff(f) > EQUAL * f[1:]) + 1
+    groups = np.split(np.arange(len(f)), [first, *breaks[breaks > first]])
     return tuple(tuple(g.tolist()) for g in groups if len(g))
 
 

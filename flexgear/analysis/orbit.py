@@ -103,8 +103,8 @@ class OrbitElements:
 
     def mean_row(self, m: int) -> Array:
         """Mean row (q,) of a flank's tooth pairs over the period: closing of the gear mesh."""
-        here = self.owner == m
-        return np.asarray(self.rows[here].mean(axis=0))
+        rows = self.owner == m
+        return np.asarray(self.rows[rows].mean(axis=0))
 
     def row_forces(self, motion: Array, rate: Array) -> tuple[Array, Array, Array]:
         """Forces (N, n) N, tangents (2, N, n, n) to displacement and rate, and displacements (N, n)
@@ -196,11 +196,11 @@ def orbit_elements(
             "periodic states have no shaft speeds, which plain bearings and dampers "
             "against turning take: run transients, or take these out"
         )
-    here = np.array([label.stage == stage for label in system.gear_meshes])
-    flanks = np.where(here & ((pairs.carries == 1) | coast), 1, 0).astype(np.int64)
-    m = int(np.flatnonzero(here)[0])
+    in_stage = np.array([label.stage == stage for label in system.gear_meshes])
+    flanks = np.where(in_stage & ((pairs.carries == 1) | coast), 1, 0).astype(np.int64)
+    m = int(np.flatnonzero(in_stage)[0])
     rated = system.theta(system.rated_input_speeds)[pairs.angle[m]]
-    theta = cycle_angles(system, here, samples, -1.0 if rated < 0.0 else 1.0)
+    theta = cycle_angles(system, in_stage, samples, -1.0 if rated < 0.0 else 1.0)
     filled = _Filling(modal, pairs, flanks)
     for j in range(samples):
         filled.add(j, np.ascontiguousarray(theta[j]), theta[0])
@@ -292,11 +292,11 @@ class _Filling:
         for i, number in zip(taken[~of_teeth], owner[~of_teeth].tolist(), strict=True):
             self.bearing_rows.setdefault(number, self._on_channels(work, int(i)))
         element = work.element[:count]
-        here = np.isin(element["first"], taken)
+        selected = np.isin(element["first"], taken)
         first = np.searchsorted(taken, element["first"])
         columns = np.column_stack([element["law"], 0 * first + j, first, element["rows"]])
-        self.elements.append(columns[here])
-        self.parameters.append(work.parameters[:count][here])
+        self.elements.append(columns[selected])
+        self.parameters.append(work.parameters[:count][selected])
         if work.row["following"][:n].any():
             self._yields.append(between_rows(work, n)[np.ix_(taken, taken)])
         if j == 0:

@@ -62,12 +62,12 @@ class Receptance:
 
     def between(self, at: Ints) -> Receptance:
         """The same between some of the channels, without the constant parts."""
-        both = np.ix_(at, at)
+        index = np.ix_(at, at)
         return replace(
             self,
             moving=self.moving[:, at[:, None], at],
             rate=self.rate[:, at[:, None], at],
-            still=self.still[both],
+            still=self.still[index],
             rigid=self.rigid[at],
             balance=0.0 * self.balance,
             static=0.0 * self.static[at],
@@ -191,8 +191,8 @@ class CondensedTrain:
         r = m.rigid_count
         a = self.operator(np.zeros(1), point.speed)[0].real
         elastic, p = a[r:] if a.ndim == 1 else a[r:, r:], self.modes[:, r:]
-        both = np.column_stack([p.T, m.channel_modes[:, r:].T @ forces])
-        answer = both / elastic[:, None] if a.ndim == 1 else np.linalg.solve(elastic, both)
+        columns = np.column_stack([p.T, m.channel_modes[:, r:].T @ forces])
+        answer = columns / elastic[:, None] if a.ndim == 1 else np.linalg.solve(elastic, columns)
         motion = p @ answer
         residual = self.rows @ (m.residual @ forces)
         return motion[:, :-1] + self.residual, motion[:, -1] + residual

@@ -191,7 +191,7 @@ class Recorder:
             difference = correlate1d(position, self._differences[quantity.order], axis=0)
             columns.append(quantity.part(difference[inside], position[inside]))
         every = scipy.signal.upfirdn(clock.taps, np.stack(columns, axis=1), down=m, axis=0)
-        behind = 2 * half // m
+        delay = 2 * half // m
         keep = (first + count) * m - half - REACH - self._first
         self._fine, self._first = self._fine[keep:], self._first + keep
-        return clock.times(first, count), np.asarray(every[behind : behind + count])
+        return clock.times(first, count), np.asarray(every[delay : delay + count])

@@ -86,13 +86,13 @@ def monodromy(part: Vibrating, period: float, tangents: Array) -> Array:
     acceleration = -part.stiffness @ motion - part.damping @ rate
     acceleration -= p.T @ (stiffness[0] @ (p @ motion) + damping[0] @ (p @ rate))
     for j in np.r_[1 : len(stiffness), 0]:
-        ahead = motion + h * rate + 0.25 * h * h * acceleration
+        predicted = motion + h * rate + 0.25 * h * h * acceleration
         faster = rate + 0.5 * h * acceleration
-        free = -constant @ (part.stiffness @ ahead + part.damping @ faster)
-        seen = (p @ np.hstack([free, ahead, faster])).reshape(len(p), 3, -1)
+        free = -constant @ (part.stiffness @ predicted + part.damping @ faster)
+        seen = (p @ np.hstack([free, predicted, faster])).reshape(len(p), 3, -1)
         g = onto_channels[j] @ seen.transpose(1, 0, 2).reshape(3 * len(p), -1)
         acceleration = free - onto @ g
-        motion = ahead + 0.25 * h * h * acceleration
+        motion = predicted + 0.25 * h * h * acceleration
         rate = faster + 0.5 * h * acceleration
     return np.vstack([motion, rate])
 
@@ -126,9 +126,9 @@ def _of_channels(part: Vibrating, tangents: Array) -> tuple[Array, Array]:
     if not part.residual.any():
         return stiffness, damping
     eye = np.eye(len(part.residual))
-    both = np.linalg.solve(eye + stiffness @ part.residual, np.concatenate(tangents, axis=2))
+    solved = np.linalg.solve(eye + stiffness @ part.residual, np.concatenate(tangents, axis=2))
     q = len(eye)
-    return both[:, :, :q], both[:, :, q:]
+    return solved[:, :, :q], solved[:, :, q:]
 
 
 def multipliers(matrix: Array) -> Complex:

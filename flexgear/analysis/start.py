@@ -53,8 +53,10 @@ def start_state(modal: ModalSystem, prescribed: float | Array) -> State:
         turning = replace(held, system=_at_speed(held.system, share, speeds))
         at_rest = revolution(turning, 0.0, torques[None])
         before, speeds = speeds, _speeds(held.system, ends, at_rest.torques[0])
-        now = _known_torques(held.system, ends, speeds)
-        settled = bool(np.abs(now - torques).max() <= AGREES * np.abs(now).max())
+        known_torques = _known_torques(held.system, ends, speeds)
+        settled = bool(
+            np.abs(known_torques - torques).max() <= AGREES * np.abs(known_torques).max()
+        )
         settled = settled and abs(_share(modal, speeds) - share) <= AGREES * abs(share)
         # laws of bearings may take torque that depends on speed
         settled = settled and np.abs(speeds - before).max() <= STEADY * np.abs(speeds).max()

@@ -70,9 +70,9 @@ def static(
         f"{angle:g} deg": views.equilibrium_figures(model, data.isel(position=slice(k, k + 1)))
         for k, angle in enumerate(degrees)
     }
-    beside = views.equilibrium_warnings(model, data)
-    figures = {**positions, "closure": data.attrs["closure_max"], "neglected": beside}
-    analysis.show(figures, partial(views.show_equilibria, model, data, positions, beside))
+    notes = views.equilibrium_warnings(model, data)
+    figures = {**positions, "closure": data.attrs["closure_max"], "neglected": notes}
+    analysis.show(figures, partial(views.show_equilibria, model, data, positions, notes))
 
 
 def _turned(model: Model, degrees: list[float]) -> NDArray[np.float64]:
@@ -176,12 +176,12 @@ def simulate(
     if energy:
         figures["energy_residual"] = largest_residual(account)
     distance = views.farthest(figures["distance_from_axis_um_max"])
-    beside = views.neglected_lines(model, distance, torque_share)
-    beside += large_motions(case, largest_motions(motions.largest))
+    notes = views.neglected_lines(model, distance, torque_share)
+    notes += large_motions(case, largest_motions(motions.largest))
     title = f"{case.name}, {model.variant}: transient"
     analysis.show(
-        {"transient": {**figures, "neglected": beside}},
-        partial(views.show_transient, title, figures, beside),
+        {"transient": {**figures, "neglected": notes}},
+        partial(views.show_transient, title, figures, notes),
     )
 
 

@@ -78,12 +78,12 @@ def equilibrium_warnings(model: Model, data: xr.Dataset) -> list[str]:
     """Effects that are left out and not small in these positions, and motions that are large."""
     rated = model.system.rated_torque
     torque = abs(float(data["port_torque"].isel(port=0).max()) / rated) if rated else 0.0
-    beside = neglected_lines(model, _equilibrium_lengths(model, data), torque)
-    return beside + large_motions(model.case, largest_motions(motion_histories(data)))
+    notes = neglected_lines(model, _equilibrium_lengths(model, data), torque)
+    return notes + large_motions(model.case, largest_motions(motion_histories(data)))
 
 
 def show_equilibria(
-    model: Model, data: xr.Dataset, positions: Mapping[str, dict[str, Any]], beside: list[str]
+    model: Model, data: xr.Dataset, positions: Mapping[str, dict[str, Any]], notes: list[str]
 ) -> None:
     """Print the figures of every position, and lines beside them."""
     lead = str(data["input_coordinate"][0].item())
@@ -94,7 +94,7 @@ def show_equilibria(
             if rows:
                 typer.echo("")
                 key_table(section, rows, "  ")
-    typer.echo("\n" + "\n".join([balance_sentence(data.attrs["closure_max"]), *beside]))
+    typer.echo("\n" + "\n".join([balance_sentence(data.attrs["closure_max"]), *notes]))
 
 
 def _equilibrium_lengths(model: Model, data: xr.Dataset) -> Iterator[Length]:
@@ -234,7 +234,7 @@ def _range(ranges: Ranges, name: str, factor: float = 1.0) -> dict[str, float]:
     return {"min": float(least) * factor, "max": float(most) * factor}
 
 
-def show_transient(title: str, figures: dict[str, Any], beside: list[str]) -> None:
+def show_transient(title: str, figures: dict[str, Any], notes: list[str]) -> None:
     """Figures of a transient, with the window that they are of; sections by figure."""
     core = 1.0 / figures["realtime_factor"] if figures["realtime_factor"] else math.nan
     rows = {
@@ -250,7 +250,7 @@ def show_transient(title: str, figures: dict[str, Any], beside: list[str]) -> No
         if isinstance(value, dict) and value and name != "second_reduction":
             typer.echo("")
             key_table(name, {k: _plain(v) for k, v in value.items()})
-    last = [*([DEFINITION] if figures["load_sharing"] else []), *beside]
+    last = [*([DEFINITION] if figures["load_sharing"] else []), *notes]
     if last:
         typer.echo("\n" + "\n".join(last))
 

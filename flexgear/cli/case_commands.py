@@ -146,8 +146,8 @@ def schema(
     if out is None:
         typer.echo(text, nl=False)
         return
-    there = file_target(out)
-    if there.exists() and content["title"].encode() not in read_bytes(there, "--out", MOST_CASE):
+    target = file_target(out)
+    if target.exists() and content["title"].encode() not in read_bytes(target, "--out", MOST_CASE):
         kind = "summaries" if summary else "cases"
         problem = f"is there and no schema of {kind}"
         raise InputError("--out", str(out), problem, "choose a new name")

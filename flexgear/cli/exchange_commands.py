@@ -274,10 +274,10 @@ def _write_reduced(
         raise InputError("--format", form, "is unknown", f"choose {', '.join(FORMATS)}")
     target = folder_target(folder)
     parts = components(case, component)
-    there = [f for label in parts for f in sorted(target.glob(f"{label}[._]*"))]
-    if there and not force:
+    existing = [f for label in parts for f in sorted(target.glob(f"{label}[._]*"))]
+    if existing and not force:
         raise InputError(
-            "--reduced", str(there[0]), "is there already", "name another folder, or --force"
+            "--reduced", str(existing[0]), "is there already", "name another folder, or --force"
         )
     written: list[str] = []
     with staged_folder(folder) as stage, progress(quiet) as report:

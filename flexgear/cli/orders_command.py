@@ -192,8 +192,8 @@ def strongest(
     order, turns = result["order"].to_numpy(), float(result.attrs["turns"])
     others = [d for d in result.dims if d != "order"]
     largest = result.max(others).to_numpy()
-    apart = max(1, int(RESOLVED / turns / (order[1] - order[0])))
-    peaks, _ = find_peaks(largest, distance=apart)
+    spacing = max(1, int(RESOLVED / turns / (order[1] - order[0])))
+    peaks, _ = find_peaks(largest, distance=spacing)
     peaks = peaks[largest[peaks] > 0]
     lines, lobes = list[int](), side_lobes(result.attrs["window"])
     for k in sorted(peaks, key=lambda k: -largest[k])[:CANDIDATES]:
@@ -227,8 +227,8 @@ def _print(case: Case, result: xr.DataArray, rows: list[dict[str, Any]]) -> None
     if not rows:
         typer.echo(title)
         return
-    apart, window = number(RESOLVED / turns, 2), result.attrs["window"]
-    title += f", {window} window; lines less than {apart} orders apart are one"
+    resolution, window = number(RESOLVED / turns, 2), result.attrs["window"]
+    title += f", {window} window; lines less than {resolution} orders apart are one"
     unit, by = scale([rows[0]["amplitude"]], str(result.attrs["units"]))
     lines = {}
     for row in rows:

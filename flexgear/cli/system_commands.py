@@ -150,9 +150,9 @@ def _places() -> Iterator[Finding]:
         ("cache", cache, "export FLEXGEAR_CACHE=/a/folder/that/you/may/write"),
         ("results", Path.cwd(), "work in a folder that you may write"),
     ):
-        there = next(p for p in (path, *path.absolute().parents) if p.exists())
-        free = shutil.disk_usage(there).free
-        if not _writable(there):
+        folder = next(p for p in (path, *path.absolute().parents) if p.exists())
+        free = shutil.disk_usage(folder).free
+        if not _writable(folder):
             yield Finding(what, f"{path} cannot be written", mend)
         elif free < LEAST_FREE:
             mend = "flexgear cache --clear, or make room"

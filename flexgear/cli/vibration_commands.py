@@ -193,7 +193,7 @@ def response_figures(data: xr.Dataset) -> dict[str, Any]:
             for at, kind in _rows(data, "stability_change", "parameter", "kind")
         ],
         "several_stable": _several(parameter, branch, stable),
-        **{name: _ranges(parameter, branch, here & stable) for name, here in contact.items()},
+        **{name: _ranges(parameter, branch, mask & stable) for name, mask in contact.items()},
     }
 
 
@@ -209,8 +209,8 @@ def _peaks(force: np.ndarray, branch: np.ndarray, stable: np.ndarray) -> list[in
     for curve in np.unique(branch):
         at = np.flatnonzero(branch == curve)
         tops, _ = find_peaks(force[at], prominence=PROMINENT * force[at].max())
-        beside = np.convolve(stable[at], np.ones(2 * BESIDE + 1), "same") > 0
-        out += [int(at[k]) for k in tops if beside[k]]
+        near_stable = np.convolve(stable[at], np.ones(2 * BESIDE + 1), "same") > 0
+        out += [int(at[k]) for k in tops if near_stable[k]]
     return sorted(out, key=lambda k: -force[k])[:LISTED]
 
 
@@ -339,5 +339,5 @@ def _meets(modes: list[int], order: int, frequency: dict[int, float]) -> str:
     i, j = modes
     if i == j:
         return f"2 x mode {i} ({with_unit(frequency[i], 'Hz')}), order {order}"
-    both = " + ".join(f"mode {m} ({with_unit(frequency[m], 'Hz')})" for m in modes)
-    return f"{both}, order {order}"
+    names = " + ".join(f"mode {m} ({with_unit(frequency[m], 'Hz')})" for m in modes)
+    return f"{names}, order {order}"

@@ -139,9 +139,9 @@ class Assembly(BodyCoordinates):
         if c.second is not None:
             second = self.rows(*c.second)
             if self.member_of[c.second[0]].port(c.second[1]).floats:
-                apart = first - self.rows(c.second[0], "gear")
-                self._turning_link(c, apart, second, frame.planets)
-                self._law_bearing(stage, c, second, apart, frame.planets)
+                relative = first - self.rows(c.second[0], "gear")
+                self._turning_link(c, relative, second, frame.planets)
+                self._law_bearing(stage, c, second, relative, frame.planets)
                 return
             if c.reaches:
                 second = rigid_rows(self.place(*c.first), self.place(*c.second)) @ second

@@ -363,8 +363,8 @@ def slice_tables(paths: Sequence[GearMeshPath], size: int) -> Array:
 def _of_slices(slices: Slices) -> Array:
     """The columns that ``PairData.slice_table`` lists, at the S path positions of the slices."""
     bending, count = slices.bending, len(slices.s)
-    beside = np.zeros((count, 8)) if bending is None else bending.beside.reshape(count, 8)
-    whole = np.column_stack([slices.radius, slices.stiffness.sum(axis=1), beside])
+    neighbours = np.zeros((count, 8)) if bending is None else bending.beside.reshape(count, 8)
+    whole = np.column_stack([slices.radius, slices.stiffness.sum(axis=1), neighbours])
     columns = [whole, slices.z, slices.stiffness, slices.gap]
     if bending is not None:
         columns += [bending.scale, bending.limit, bending.lower]

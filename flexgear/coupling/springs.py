@@ -53,8 +53,8 @@ def behind_spline(joint: Array, spline: Array, end: int) -> Array:
     dofs = list(range(6 * end, 6 * end + 6))
     ends = [*inner, *range(6, 12)] if end == 0 else [*range(6), *inner]
     full[np.ix_(ends, ends)] += joint
-    both = [*dofs, *inner]
-    full[np.ix_(both, both)] += np.kron([[1.0, -1.0], [-1.0, 1.0]], spline)
+    all_dofs = [*dofs, *inner]
+    full[np.ix_(all_dofs, all_dofs)] += np.kron([[1.0, -1.0], [-1.0, 1.0]], spline)
     middle, across = full[12:, 12:], full[:12, 12:]
     resisted = np.diag(middle)  # N/m and N·m/rad: one scale for both
     scale = 1.0 / np.sqrt(np.where(resisted > 0.0, resisted, 1.0))

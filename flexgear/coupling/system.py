@@ -115,9 +115,9 @@ class BodyCoordinates:
 
     def slice_of(self, body: str) -> slice:
         """Coordinates of one body."""
-        this = self.body(body)
-        start = sum(b.size for b in takewhile(lambda b: b is not this, self.bodies))
-        return slice(start, start + this.size)
+        target = self.body(body)
+        start = sum(b.size for b in takewhile(lambda b: b is not target, self.bodies))
+        return slice(start, start + target.size)
 
     def body(self, name: str) -> Body:
         """The body of this name."""

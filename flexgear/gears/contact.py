@@ -221,11 +221,11 @@ def planetary_starts(g: StageGeometry, planet_angles: Array) -> dict[GearMeshKin
     def sun_teeth(s: Array, m: int) -> Ints:
         return tooth_numbers(m * sun_tooth_angle(g, s) + phi, sigma0, g.sun.teeth)[0]
 
-    behind = tooth_numbers(-planet_tooth_angle(g, ring_coast) - gamma, 0.0, g.planet.teeth)[0]
+    coast_teeth = tooth_numbers(-planet_tooth_angle(g, ring_coast) - gamma, 0.0, g.planet.teeth)[0]
     return {
         GearMeshKind.RING: (ring, zero, zero),
         GearMeshKind.SUN: (sun, sun_teeth(sun, 1), zero),
-        GearMeshKind.RING_COAST: (ring_coast, zero, behind),
+        GearMeshKind.RING_COAST: (ring_coast, zero, coast_teeth),
         GearMeshKind.SUN_COAST: (sun_coast, sun_teeth(sun_coast, -1), zero),
     }
 

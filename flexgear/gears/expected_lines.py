@@ -160,8 +160,8 @@ def _sidebands(
         share = phasor_share(harmonic * stage.ring.teeth + n, stage.planet_angles)
         frequency = abs(harmonic * gear_mesh + n * passing)
         sense = n if gear_mesh * passing > 0 else -n  # + is above the gear mesh
-        beside = f"{'+' if sense > 0 else '−'}{abs(n)} passes" if n else ""
-        yield _order(stage, harmonic, frequency, share, beside)
+        passes = f"{'+' if sense > 0 else '−'}{abs(n)} passes" if n else ""
+        yield _order(stage, harmonic, frequency, share, passes)
 
 
 def _order(

@@ -125,8 +125,12 @@ def line_contact(first: ContactBody, second: ContactBody, radius: Array | float)
 
 def relative_radius(first: Array | float, second: Array | float, *, internal: bool) -> Array:
     """ρ = ρ_1 ρ_2/(ρ_2 ± ρ_1), − where the second body is hollow (a ring's flank), m."""
-    one, two = np.asarray(first, dtype=float), np.asarray(second, dtype=float)
-    return one * two / (two - one if internal else two + one)
+    first_radius, second_radius = np.asarray(first, dtype=float), np.asarray(second, dtype=float)
+    return (
+        first_radius
+        * second_radius
+        / (second_radius - first_radius if internal else second_radius + first_radius)
+    )
 
 
 @lru_cache
@@ -144,9 +148,9 @@ def layer_constant(poisson: float) -> float:
     def share(t: float) -> float:
         return float(layer_share(np.array(t), poisson))
 
-    near = scipy.integrate.quad(lambda t: share(t) / t, 0.0, 1.0, epsabs=1e-13)[0]
-    far = scipy.integrate.quad(lambda t: (share(t) - 1) / t, 1.0, _ONE, epsabs=1e-13)[0]
-    return float(0.5 - np.euler_gamma + near + far)
+    inner = scipy.integrate.quad(lambda t: share(t) / t, 0.0, 1.0, epsabs=1e-13)[0]
+    outer = scipy.integrate.quad(lambda t: (share(t) - 1) / t, 1.0, _ONE, epsabs=1e-13)[0]
+    return float(0.5 - np.euler_gamma + inner + outer)
 
 
 def layer_share(t: Array, poisson: float) -> Array:

@@ -139,7 +139,7 @@ def stage_flow(
     cos_bb = math.cos(radii.base_helix_angle)
     working = {r: f * math.cos(radii.working_angles[r]) for r, f in in_plane.items()}
     # teeth push apart, whichever flanks carry
-    apart = {r: abs(f) * math.sin(radii.working_angles[r]) for r, f in in_plane.items()}
+    radial = {r: abs(f) * math.sin(radii.working_angles[r]) for r, f in in_plane.items()}
     return StageFlow(
         name=stage.name,
         kind=stage.kind,
@@ -158,7 +158,7 @@ def stage_flow(
         ring_working_force=working.get("ring", 0.0),
         sun_gear_mesh_force=in_plane["sun"] / cos_bb,
         ring_gear_mesh_force=in_plane.get("ring", 0.0) / cos_bb,
-        planet_bearing_radial=sides * (apart["sun"] - apart.get("ring", 0.0)),
+        planet_bearing_radial=sides * (radial["sun"] - radial.get("ring", 0.0)),
         planet_bearing_tangential=sides * sum(working.values()),
         stage_power=torque[first] * (speed[first] - carrier_speed),
         circulating_power=circulating,

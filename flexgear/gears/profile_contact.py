@@ -118,11 +118,11 @@ class ProfileContact:
         if len(self.z) == 1:
             return (1.0 - share) * values[low, 0] + share * values[low + 1, 0]
         first, across = _between(self.z, z)
-        near, far = (
+        lower, upper = (
             (1.0 - across) * values[k, first] + across * values[k, first + 1]
             for k in (low, low + 1)
         )
-        return (1.0 - share) * near + share * far
+        return (1.0 - share) * lower + share * upper
 
 
 def profile_contact(
@@ -143,8 +143,8 @@ def profile_contact(
     across = half_face * np.linspace(-1.0, 1.0, ACROSS)
     planet, gear = off.rolls(s)
     whole = pair.missing((planet[:, None], gear[:, None]), across)
-    apart = whole - lead(across) - whole[:, ACROSS // 2, None]
-    if np.abs(apart).max() <= SAME * np.abs(whole).max():
+    separation = whole - lead(across) - whole[:, ACROSS // 2, None]
+    if np.abs(separation).max() <= SAME * np.abs(whole).max():
         across = np.zeros(1)
     shape = PLACES, len(across)
     at = (np.repeat(s, shape[1]), np.tile(across, shape[0]))

@@ -247,13 +247,13 @@ def rows_yield(
     lever = np.where(extended[:, None], lever / (k * reach[:, None]), 0.0)
     rows = np.stack([even / k - lever, even / k + lever], axis=-1)  # of 2 t - 1 = (z − z_c)/ρ
     yields = []
-    for apart in (1, 2):
-        after = np.clip(slices.s + apart * base_pitch, None, slices.s[-1])
+    for pitches in (1, 2):
+        after = np.clip(slices.s + pitches * base_pitch, None, slices.s[-1])
         place = (after - slices.s[0]) / (slices.s[1] - slices.s[0])
         low = np.minimum(place.astype(np.int64), len(slices.s) - 2)
         share = (place - low)[:, None, None]
         further = (1.0 - share) * rows[low] + share * rows[low + 1]
-        yields.append(rows.swapaxes(1, 2) @ beside[:, apart - 1] @ further)
+        yields.append(rows.swapaxes(1, 2) @ beside[:, pitches - 1] @ further)
     return np.concatenate(yields, axis=2)
 
 

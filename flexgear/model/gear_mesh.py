@@ -296,10 +296,10 @@ class GearErrors(Section):
                 continue
             one_for_all = ", or one for all" if key in PLANET_LISTS else ""
             more = count > planets
-            there = f"planet {planets + 1} does not exist" if more else "some planets have none"
+            mismatch = f"planet {planets + 1} does not exist" if more else "some planets have none"
             raise Refusal(
                 f"errors.{key}",
-                f"{count} values for {planets} planets: {there}",
+                f"{count} values for {planets} planets: {mismatch}",
                 f"give one for each planet{one_for_all}",
             )
 

@@ -96,8 +96,8 @@ def _take_ports(data: dict[str, Any], taken: Case, name: str) -> None:
     ports = [*data.get("inputs", ()), *([data["output"]] if "output" in data else [])]
     for port in ports:
         at = MemberName.parse(str(port.get("member", "")))
-        there = MemberName.of(taken.stages[0].name, at.part)
-        theirs = taken.port_at(there) if at.stage == name else None
+        counterpart = MemberName.of(taken.stages[0].name, at.part)
+        theirs = taken.port_at(counterpart) if at.stage == name else None
         if theirs is None:
             continue
         values = theirs.model_dump(mode="python", exclude_none=True)

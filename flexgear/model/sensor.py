@@ -76,8 +76,8 @@ class Sensor(Section):
             raise Refusal("tooth", "is the place of a strain gauge", "give angle, place or node")
         moves = self.measures in MOTIONS
         if not moves:
-            still = ("direction", "vector", "frame")
-            self._refuse_set(still, f"is no part of a {self.measures}")
+            motion_keys = ("direction", "vector", "frame")
+            self._refuse_set(motion_keys, f"is no part of a {self.measures}")
         if moves and (self.direction is None) == (self.vector is None):
             problem = "is missing" if self.direction is None else "stands beside vector"
             raise Refusal("direction", problem, 'give "radial", "x", …, or a vector, not both')

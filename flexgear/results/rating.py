@@ -298,8 +298,8 @@ def rating_dataset(rating: Rating) -> xr.Dataset:
         quantity = declared.quantity
         shape = [len(coords[dim]) for dim in quantity.dims]  # also where there is nothing
         variables[name] = (quantity.dims, values[name].reshape(shape), quantity.attrs)
-    for beside in ("stage", "kind", "missing"):
-        coords[f"part_{beside}"] = ("part", [getattr(p, beside) for p in parts])
+    for label in ("stage", "kind", "missing"):
+        coords[f"part_{label}"] = ("part", [getattr(p, label) for p in parts])
     coords["ring_tooth_part"] = ("ring_tooth", [part.name for part, _ in _teeth(rating)])
     coords["extreme"] = ("bin", [b.extreme for b in rating.bins])
     case = rating.case

@@ -191,8 +191,8 @@ class Settling(DatasetSink):
             kind = slice(end - size, end)
             if size:
                 least = NEGLIGIBLE * range_[kind].max()
-                still = STILL * np.maximum(np.abs(high[kind]), np.abs(low[kind])).max()
-                range_[kind] = np.maximum(range_[kind], max(least, still))
+                threshold = STILL * np.maximum(np.abs(high[kind]), np.abs(low[kind])).max()
+                range_[kind] = np.maximum(range_[kind], max(least, threshold))
         return range_
 
 

@@ -30,8 +30,10 @@ def root_figures(data: xr.Dataset, stage: str) -> dict[str, dict[str, float]]:
     largest range at one place along the face; empty for a stage without root stress."""
     extremes = root_extremes(data, stage)
     for gear, of_gear in gears_of(data, stage) if extremes else ():
-        far = _range_of_teeth(of_gear, stage) if _by_tooth(gear, of_gear) else _range(of_gear)
-        extremes[gear]["range"] = 1e-6 * far
+        largest_range = (
+            _range_of_teeth(of_gear, stage) if _by_tooth(gear, of_gear) else _range(of_gear)
+        )
+        extremes[gear]["range"] = 1e-6 * largest_range
     return extremes
 
 
@@ -142,11 +144,11 @@ class StageRun:
             return {}
         force = self.equilibria["bearing_force"].sel(dof=["ux", "uy"])
         seats = {side: f"{self.view.name}.carrier_{side}" for side in self.view.stage.seat_bearings}
-        there = set(map(str, force["support"].to_numpy()))  # without stiffness it is no support
+        supports = set(map(str, force["support"].to_numpy()))  # without stiffness it is no support
         return {
             side: self._radial(force.sel(support=name).to_numpy())
             for side, name in seats.items()
-            if name in there
+            if name in supports
         }
 
     def lives(self) -> dict[str, float]:

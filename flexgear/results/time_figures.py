@@ -52,12 +52,12 @@ def axis_distance(data: xr.Dataset) -> xr.DataArray:
     return cast(xr.DataArray, np.hypot(ux, uy))
 
 
-def central_distance(far: xr.DataArray, largest: xr.DataArray) -> xr.DataArray:
+def central_distance(distances: xr.DataArray, largest: xr.DataArray) -> xr.DataArray:
     """Distances from the axis (…, body) of the central members; zero for members whose largest
     distance (body,) is rounding compared with that of other bodies."""
-    names = [str(n) for n in far["body"].to_numpy()]
+    names = [str(n) for n in distances["body"].to_numpy()]
     central = [n for n in names if BodyName.parse(n).part in CENTRAL]
-    return far.where(largest > UNMOVED * largest.max(), 0.0).sel(body=central)
+    return distances.where(largest > UNMOVED * largest.max(), 0.0).sel(body=central)
 
 
 def distance_summary(largest: xr.DataArray) -> dict[str, float]:
@@ -68,8 +68,8 @@ def distance_summary(largest: xr.DataArray) -> dict[str, float]:
 
 def displacement_summary(data: xr.Dataset) -> dict[str, float]:
     """Largest distance from the axis of every central member over the samples, µm."""
-    far = axis_distance(data)
-    return distance_summary(far.max([d for d in far.dims if d != "body"]))
+    distances = axis_distance(data)
+    return distance_summary(distances.max([d for d in distances.dims if d != "body"]))
 
 
 def force_ranges(ranges: Ranges) -> dict[str, Mapping[str, float]]:

@@ -34,9 +34,9 @@ def carrying_sets(data: xr.Dataset, stage: str) -> list[tuple[str, str]]:
     """Kind and side of the gear meshes of a stage that carry."""
     of_stage = data.isel(flank=data["flank_stage"].to_numpy() == stage)
     carries = of_stage["face_line_load"].max(["position", "face"]).to_numpy() > 0
-    both = zip(of_stage["flank_kind"].to_numpy(), of_stage["flank_side"].to_numpy(), strict=True)
+    flanks = zip(of_stage["flank_kind"].to_numpy(), of_stage["flank_side"].to_numpy(), strict=True)
     return list(
-        dict.fromkeys((str(k), str(s)) for (k, s), c in zip(both, carries, strict=True) if c)
+        dict.fromkeys((str(k), str(s)) for (k, s), c in zip(flanks, carries, strict=True) if c)
     )
 
 
@@ -121,7 +121,7 @@ def _pattern(title: str, which: str, flanks: list[_Places]) -> ToothPattern:
 
 def _fill(cells: Array) -> None:
     """Cells between others from those, in place."""
-    there = np.argwhere(np.isfinite(cells))
-    if len(there) > 3 and np.ptp(there, axis=0).all():
+    filled = np.argwhere(np.isfinite(cells))
+    if len(filled) > 3 and np.ptp(filled, axis=0).all():
         empty = np.argwhere(np.isnan(cells))
-        cells[tuple(empty.T)] = griddata(there, cells[tuple(there.T)], empty)
+        cells[tuple(empty.T)] = griddata(filled, cells[tuple(filled.T)], empty)

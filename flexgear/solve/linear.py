@@ -81,7 +81,7 @@ class LinearTrain:
         held = np.array([p.row for p in s.ports if p.reaction])
         stiffness = s.stiffness + (self.rows.T * self.k) @ self.rows
         matrix = np.block([[stiffness, -held.T], [s.input_rows, np.zeros((free, free))]])
-        loads = [self.load, *(f for _, *both in self.turning for f in both)]
+        loads = [self.load, *(f for _, *vectors in self.turning for f in vectors)]
         right = np.column_stack([*loads, -self.rows.T * self.k])
         right = np.vstack([right, np.zeros((free, right.shape[1]))])
         scale = np.sqrt(np.abs(np.diag(stiffness)))
@@ -95,13 +95,13 @@ class LinearTrain:
     def forces(self, input_angles: Array) -> Array:
         """Gear-mesh forces (p, M) of equilibria at independent rotations (p, F), N."""
         pairs, theta = self.system.pairs, np.ascontiguousarray(self.system.theta(input_angles))
-        both = [w for a, *_ in self.turning for w in (np.cos(theta[:, a]), np.sin(theta[:, a]))]
+        weights = [w for a, *_ in self.turning for w in (np.cos(theta[:, a]), np.sin(theta[:, a]))]
         errors, every = (
             np.zeros((len(theta), len(pairs.s0))),
             np.ones(len(pairs.s0), dtype=np.int64),
         )
         read_offsets(packed(pairs), theta, every, pair_rows(pairs), errors)  # errors less gaps
-        return np.column_stack([np.ones(len(theta)), *both, errors]) @ self.influence().T
+        return np.column_stack([np.ones(len(theta)), *weights, errors]) @ self.influence().T
 
 
 def linear_train(system: System) -> LinearTrain:

@@ -225,14 +225,14 @@ class _Figures:
 
     def _of_meshes(self, orbit: Orbit) -> dict[str, Any]:
         force = np.einsum("jn,jnm->jm", orbit.force, self.drive)
-        back = np.einsum("jn,jnm->jm", orbit.force, self.coast)
+        coast_force = np.einsum("jn,jnm->jm", orbit.force, self.coast)
         closed = (orbit.displacement[:, :, None] > 0.0) & self.drive
         closing = orbit.waves.motion @ self.rows.T
         return {
-            **_measured("response_gear_mesh_force", force - back, self.train.harmonics),
+            **_measured("response_gear_mesh_force", force - coast_force, self.train.harmonics),
             **_measured("response_transmission_error", closing, self.train.harmonics),
             "lost_contact_share": 1.0 - closed.any(axis=1).mean(axis=0),
-            "back_contact_share": (back > 0.0).mean(axis=0),
+            "back_contact_share": (coast_force > 0.0).mean(axis=0),
         }
 
     def _of_bearings(self, orbit: Orbit) -> dict[str, Any]:
@@ -294,8 +294,8 @@ def _dataset(
 def _typical(states: list[State], parameter: Array, arrays: dict[str, Any]) -> State | None:
     """The stable state of the largest force that is not beside a turning point."""
     turning = arrays["turning_point_parameter"]
-    apart = np.abs(parameter[:, None] - turning).min(axis=1, initial=np.inf)
-    free = (arrays["stable"] == 1) & (apart > BESIDE * np.ptp(parameter))
+    distance = np.abs(parameter[:, None] - turning).min(axis=1, initial=np.inf)
+    free = (arrays["stable"] == 1) & (distance > BESIDE * np.ptp(parameter))
     if not free.any():
         return None
     force = arrays["response_gear_mesh_force"][:, :, 0].max(axis=1)

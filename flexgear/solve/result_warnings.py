@@ -79,8 +79,8 @@ def _without_common_turn(motion: xr.DataArray) -> xr.DataArray:
 def largest_motions(histories: xr.Dataset) -> dict[str, float]:
     """The largest of ``motion_histories``, or of their largest values, by body, m; of FE rings that
     of their teeth, too, as "stage.ring teeth"."""
-    far = histories["axis_distance"]
-    most = far.max([d for d in far.dims if d != "body"])
+    distances = histories["axis_distance"]
+    most = distances.max([d for d in distances.dims if d != "body"])
     motions = dict(zip(map(str, most["body"].to_numpy()), most.to_numpy().tolist(), strict=True))
     if "tooth_distance" in histories:
         stages = histories["tooth_stage"].to_numpy()
@@ -133,11 +133,11 @@ def large_motions(case: Case, motions: Mapping[str, float]) -> list[str]:
     for shares in motion_shares(case, motions).values():
         large = [s for s in shares if s.size > s.limit]
         if large:
-            beside = " and ".join(dict.fromkeys(s.beside for s in large))
+            references = " and ".join(dict.fromkeys(s.beside for s in large))
             bodies = ", ".join(
                 dict.fromkeys(f"{words(s.body)} by {with_unit(s.size, 'm')}" for s in large)
             )
-            lines.append(f"Motion that is not small beside {beside}: {bodies}. {CONSEQUENCE}")
+            lines.append(f"Motion that is not small beside {references}: {bodies}. {CONSEQUENCE}")
     return lines
 
 
@@ -187,11 +187,11 @@ def lengths(summary: Mapping[str, Any]) -> Iterator[Length]:
 
 
 def _distance(summary: Mapping[str, Any]) -> Iterator[Length]:
-    far = summary["transient"]["displacement_um_max"]
-    if far:
-        name = max(far, key=lambda n: far[n])
+    distances = summary["transient"]["displacement_um_max"]
+    if distances:
+        name = max(distances, key=lambda n: distances[n])
         stage = BodyName.parse(name).stage
-        yield Length("Largest displacement from the axis", stage, 1e-6 * far[name])
+        yield Length("Largest displacement from the axis", stage, 1e-6 * distances[name])
 
 
 def _rings(summary: Mapping[str, Any]) -> Iterator[Length]:
@@ -255,7 +255,7 @@ def _beside_sharing(case: Case, flow: PowerFlow, sharing: Sharing) -> list[dict[
     """K of a stage, whose errors meet softer paths with what is left out."""
     k = max(x for x in (sharing.in_equilibria, sharing.in_time) if x is not None)
     effects = effects_of(case, flow, sharing.stage)
-    soft = sum(way for _, way in effects.values())
+    soft = sum(displacement for _, displacement in effects.values())
     teeth = _teeth(case, flow, sharing.stage)
     if k - 1.0 < UNEVEN or soft <= SMALL * teeth:
         return []

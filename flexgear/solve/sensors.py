@@ -349,9 +349,9 @@ class Sensors:
     def record(self, recorder: Recorder, recovery: Recovery) -> tuple[Array, Array, Array]:
         """Times (m,), signals (m, s) and independent rotations (m, F) of the next samples."""
         assert isinstance(recovery.result, Transient)
-        time, both = recorder.append(recovery.result.time, self.columns.values(recovery))
+        time, values = recorder.append(recovery.result.time, self.columns.values(recovery))
         count = len(self.quantities)
-        return time, both[:, :count], both[:, count:]
+        return time, values[:, :count], values[:, count:]
 
 
 def sensors_of(case: Case, system: System, bodies: Bodies, pace: Pace) -> Sensors | None:

@@ -94,16 +94,16 @@ class Roots(NamedTuple):
 def tooth_roots(roots: PairRoots, s: Array, force: Array, base_pitch: float) -> Roots:
     """Of pairs at s (t, slots) m with forces of their slices (t, slots, K) N, not a number where
     there is no pair; s of neighbouring pairs differ by the base pitch."""
-    there = _loaded(force)
-    of_pairs = np.zeros((*there.shape, *roots.stress.shape[2:]))
-    of_pairs[there] = roots.of(s[there], force[there])
+    loaded = _loaded(force)
+    of_pairs = np.zeros((*loaded.shape, *roots.stress.shape[2:]))
+    of_pairs[loaded] = roots.of(s[loaded], force[loaded])
     stress = of_pairs[:, :, 1].copy()
-    for a, b in np.ndindex(there.shape[1], there.shape[1]):
-        apart = np.round((s[:, b] - s[:, a]) / base_pitch)
+    for a, b in np.ndindex(loaded.shape[1], loaded.shape[1]):
+        pitches = np.round((s[:, b] - s[:, a]) / base_pitch)
         for side in (1, -1):  # the pair in slot b is this many teeth further on in +θ
-            beside = there[:, a] & there[:, b] & (apart == side * roots.step)
-            stress[beside, a] += of_pairs[beside, b, 1 + side]
-    stress[~there] = np.nan
+            adjacent = loaded[:, a] & loaded[:, b] & (pitches == side * roots.step)
+            stress[adjacent, a] += of_pairs[adjacent, b, 1 + side]
+    stress[~loaded] = np.nan
     return Roots(stress[:, :, 0], stress[:, :, 1])
 
 
@@ -123,11 +123,11 @@ def ring_roots(tables: RootTables, recovery: Recovery, lines: LineLoads, stage: 
         out += (motion @ rows.reshape(-1, rows.shape[-1]).T).reshape(out.shape)
     for m in flanks:
         force = lines.force[:, m, :, : int(system.pairs.slices[m])]
-        there = _loaded(force)
-        if there.any():
+        loaded = _loaded(force)
+        if loaded.any():
             roots = tables.of(system.gear_meshes[m])[1]
-            stress = roots.of(result.pair_position[:, m][there], force[there])
-            at, tooth = np.nonzero(there)[0], result.pair_tooth[:, m][there].astype(np.int64)
+            stress = roots.of(result.pair_position[:, m][loaded], force[loaded])
+            at, tooth = np.nonzero(loaded)[0], result.pair_tooth[:, m][loaded].astype(np.int64)
             for offset in (1, 0, -1):  # the tooth after the pair's own, that, the one before
                 both = stress[:, 1 - offset, :: roots.sense].astype(np.float32)
                 np.add.at(out, (at, (tooth + offset) % teeth), both)
@@ -177,10 +177,12 @@ def _loaded(force: Array) -> NDArray[np.bool_]:
     return np.asarray(np.isfinite(force).all(axis=2) & (np.nansum(force, axis=2) > 0.0))
 
 
-def _of_teeth(ring: Array, tooth: NDArray[np.int16], there: NDArray[np.bool_], sense: int) -> Roots:
+def _of_teeth(
+    ring: Array, tooth: NDArray[np.int16], loaded: NDArray[np.bool_], sense: int
+) -> Roots:
     """Those of a ring's stress (t, z, 2, rows, q) that belong to pairs on teeth (t, slots)."""
     stress = ring[np.arange(len(ring))[:, None], np.maximum(tooth, 0)].astype(float)[:, :, ::sense]
-    stress[~there] = np.nan
+    stress[~loaded] = np.nan
     return Roots(stress[:, :, 0], stress[:, :, 1])
 
 
@@ -205,15 +207,15 @@ def _by_tooth(
     arrays = {"tooth_root_stress": np.concatenate(largest, axis=1)}
     if not ranges:
         return arrays
-    both = {"tooth_root_range": stresses, "tooth_root_least": least}
-    return arrays | {name: np.concatenate(values) for name, values in both.items()}
+    by_tooth = {"tooth_root_range": stresses, "tooth_root_least": least}
+    return arrays | {name: np.concatenate(values) for name, values in by_tooth.items()}
 
 
 def _at(z: Array, curves: Array, places: Array) -> Array:
     """Values (t, n) at places (n,) of curves (t, q) over z (q,)."""
     at = np.clip(np.searchsorted(z, places) - 1, 0, len(z) - 2)
-    far = np.clip((places - z[at]) / np.diff(z)[at], 0.0, 1.0)
-    return np.asarray((1.0 - far) * curves[:, at] + far * curves[:, at + 1])
+    fraction = np.clip((places - z[at]) / np.diff(z)[at], 0.0, 1.0)
+    return np.asarray((1.0 - fraction) * curves[:, at] + fraction * curves[:, at + 1])
 
 
 def rim_stress_rows(case: Case, system: System, bodies: Bodies) -> Array:

@@ -75,8 +75,8 @@ def _targets(
 ) -> list[float]:
     """Forces of all other stable states at λ, rising; the way of a sweep decides among them."""
     low, high, same = parameter[:-1], parameter[1:], branches[:-1] == branches[1:]
-    beside = (branches[:-1] == branches[fold]) & (np.abs(np.arange(len(low)) + 0.5 - fold) < 2)
-    crosses = same & ((low <= value) != (high <= value)) & ~beside
+    adjacent = (branches[:-1] == branches[fold]) & (np.abs(np.arange(len(low)) + 0.5 - fold) < 2)
+    crosses = same & ((low <= value) != (high <= value)) & ~adjacent
     k = np.flatnonzero(crosses & (stable[:-1] == 1) & (stable[1:] == 1))
     w = (value - low[k]) / (high[k] - low[k])
     return sorted(map(float, (1 - w) * force[k] + w * force[k + 1]))

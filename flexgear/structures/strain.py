@@ -105,11 +105,11 @@ def _fits(
                 vertices[some],
                 neighbours.indices[neighbours.indptr[some][:, None] + np.arange(size)],
             )
-            terms, back = _terms(points[near] - points[at][:, None])
+            terms, scaling = _terms(points[near] - points[at][:, None])
             solvable = determined[at] = _determine(terms)
             fitted = solvable if determined_only else np.ones_like(solvable)
             at, near = at[fitted], near[fitted]
-            weights = _derivatives(terms[fitted], back[fitted], solvable[fitted])
+            weights = _derivatives(terms[fitted], scaling[fitted], solvable[fitted])
             lines = (12 * at[:, None] + np.arange(12))[..., None]
             lines, near = np.broadcast_to(lines, weights.shape), near[:, None]
             parts.append((weights, lines, np.broadcast_to(near, weights.shape)))
@@ -129,10 +129,10 @@ def _terms(arm: Array) -> tuple[Array, Array]:
     """
     spread, axes = np.linalg.eigh(np.einsum("nmi,nmj->nij", arm, arm) / arm.shape[1])
     spread = np.maximum(spread, _FLAT * spread[:, -1:])
-    back = axes / np.sqrt(spread)[:, None]  # grad = back grad_ξ
-    x, y, z = np.moveaxis(arm @ back, 2, 0)
+    scaling = axes / np.sqrt(spread)[:, None]  # grad = back grad_ξ
+    x, y, z = np.moveaxis(arm @ scaling, 2, 0)
     squares = [0.5 * x * x, 0.5 * y * y, 0.5 * z * z, x * y, y * z, x * z]
-    return np.stack([np.ones_like(x), x, y, z, *squares], axis=2), back
+    return np.stack([np.ones_like(x), x, y, z, *squares], axis=2), scaling
 
 
 def _determine(terms: Array) -> NDArray[np.bool_]:
@@ -142,7 +142,7 @@ def _determine(terms: Array) -> NDArray[np.bool_]:
     return (not few) & (size[:, 0] > _DETERMINED**2 * size[:, -1])
 
 
-def _derivatives(terms: Array, back: Array, determined: NDArray[np.bool_]) -> Array:
+def _derivatives(terms: Array, scaling: Array, determined: NDArray[np.bool_]) -> Array:
     """Weights (n, 12, m) of values in the first and second derivatives of the best quadratics;
     terms, back: see ``_terms``. Those that are not determined are fitted with small second
     derivatives."""
@@ -157,9 +157,9 @@ def _derivatives(terms: Array, back: Array, determined: NDArray[np.bool_]) -> Ar
         inverse[~determined] = fitted
     second = inverse[:, 4:][:, [0, 3, 5, 3, 1, 4, 5, 4, 2]]
     second = second.reshape(len(terms), 3, 3, terms.shape[1])
-    second = np.einsum("nia,nabm,njb->nijm", back, second, back, optimize=True)
+    second = np.einsum("nia,nabm,njb->nijm", scaling, second, scaling, optimize=True)
     second = second.reshape(len(terms), 9, terms.shape[1])
-    return np.concatenate([back @ inverse[:, 1:4], second], axis=1)
+    return np.concatenate([scaling @ inverse[:, 1:4], second], axis=1)
 
 
 def _mean_of(points: Array, lenders: sp.csr_matrix) -> sp.csr_matrix:

@@ -84,9 +84,9 @@ def _closest(corners: Array, place: Array) -> Array:
         on_edge[:, i] = 1.0 - on_edge[:, j]
         every.append(on_edge)
     weights = np.stack(every, axis=1)
-    far = np.linalg.norm(np.einsum("tqk,tki->tqi", weights, corners) - place, axis=2)
-    far[:, 0][every[0].min(axis=1) < 0.0] = np.inf
-    return np.asarray(weights[np.arange(len(corners)), far.argmin(axis=1)])
+    distances = np.linalg.norm(np.einsum("tqk,tki->tqi", weights, corners) - place, axis=2)
+    distances[:, 0][every[0].min(axis=1) < 0.0] = np.inf
+    return np.asarray(weights[np.arange(len(corners)), distances.argmin(axis=1)])
 
 
 @dataclass(frozen=True)
@@ -140,16 +140,20 @@ class Surface:
         across = normal @ towards
         with np.errstate(divide="ignore", invalid="ignore"):
             away = corners[:, 0] - [0.0, 0.0, ray.z]
-            far = np.einsum("ti,ti->t", away, normal) / across
-            point = far[:, None] * towards - away
+            along_ray = np.einsum("ti,ti->t", away, normal) / across
+            point = along_ray[:, None] * towards - away
             square = np.einsum("ti,ti->t", normal, normal)
             v = np.einsum("ti,ti->t", np.cross(point, b), normal) / square
             w = np.einsum("ti,ti->t", np.cross(a, point), normal) / square
-            met = (v > -_EDGE) & (w > -_EDGE) & (v + w < 1 + _EDGE) & (far > 0)
+            met = (v > -_EDGE) & (w > -_EDGE) & (v + w < 1 + _EDGE) & (along_ray > 0)
         if not met.any():
             return None
         candidates = np.flatnonzero(met)
-        k = int(candidates[np.argmin(far[candidates]) if ray.first else np.argmax(far[candidates])])
+        k = int(
+            candidates[
+                np.argmin(along_ray[candidates]) if ray.first else np.argmax(along_ray[candidates])
+            ]
+        )
         outward = normal[k] / math.sqrt(square[k])
         outward *= np.sign(across[k]) * (-1.0 if ray.first else 1.0)
         along = np.cross([0.0, 0.0, 1.0], outward)
@@ -204,13 +208,13 @@ class Surface:
         """At the points that the rays meet; not a number at those that meet none."""
         meetings = [self.meeting(ray) for ray in rays]
         rows = np.full((len(rays), 3, 3, len(self.body.mass)), np.nan)
-        there = [i for i, meeting in enumerate(meetings) if meeting is not None]
+        crossed = [i for i, meeting in enumerate(meetings) if meeting is not None]
         hits = [meeting for meeting in meetings if meeting is not None]
         if hits:
             at, weights, base = (np.array(x) for x in zip(*hits, strict=True))
             gradient = self._gradient(at, weights)
             gradient = np.einsum("nai,nijd,nbj->nabd", base, gradient, base, optimize=True)
-            rows[there] = 0.5 * (gradient + gradient.swapaxes(1, 2))
+            rows[crossed] = 0.5 * (gradient + gradient.swapaxes(1, 2))
         return SurfaceStrain(self.body, rows)
 
     def _gradient(self, vertices: Ints, weights: Array) -> Array:

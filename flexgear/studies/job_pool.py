@@ -74,7 +74,7 @@ def run_jobs(
     import. Closing the iterator, or an exception in it such as Ctrl-C, stops all workers at once;
     take it in ``contextlib.closing``.
     """
-    here = 0  # jobs done in this process
+    local_jobs = 0  # jobs done in this process
     if scheduler is None and jobs and workers in (None, 1):
         with threadpool_limits(limits=1):
             for here, job in enumerate(jobs, 1):
@@ -91,12 +91,12 @@ def run_jobs(
     if scheduler is not None:
         from flexgear.studies import dask_pool  # loaded where it is needed
 
-        rest = dask_pool.completed(function, shared, jobs[here:], scheduler)
+        rest = dask_pool.completed(function, shared, jobs[local_jobs:], scheduler)
     else:
-        rest = completed(function, shared, jobs[here:], workers or processors())
+        rest = completed(function, shared, jobs[local_jobs:], workers or processors())
     with closing(rest):
         for k, outcome in rest:
-            yield here + k, outcome
+            yield local_jobs + k, outcome
 
 
 def completed(

@@ -164,17 +164,19 @@ def _by_group(data: xr.Dataset, name: str) -> dict[str, xr.DataArray]:
 @measure("quasi-static floats of suns, rings, carriers")
 def displacements(point: Point) -> MeasuredValues:
     """Mean and largest over the equilibria."""
-    far = axis_distance(point.equilibria)
-    samples = [d for d in far.dims if d != "body"]
-    return {"displacement": _distances(far.mean(samples), far.max(samples), "quasi-static")}
+    distances = axis_distance(point.equilibria)
+    samples = [d for d in distances.dims if d != "body"]
+    return {
+        "displacement": _distances(distances.mean(samples), distances.max(samples), "quasi-static")
+    }
 
 
 def _distances(mean: xr.DataArray, most: xr.DataArray, about: str) -> xr.DataArray:
     """Mean and largest distance (body,) of central members from their axis, rolling taken off."""
-    far = [central_distance(distance, most) for distance in (mean, most)]
+    pair = [central_distance(distance, most) for distance in (mean, most)]
     return array(
-        np.stack(far), "m", f"distance of the member from its axis, {about}",
-        statistic=STATISTICS, body=[str(n) for n in far[0]["body"].to_numpy()],
+        np.stack(pair), "m", f"distance of the member from its axis, {about}",
+        statistic=STATISTICS, body=[str(n) for n in pair[0]["body"].to_numpy()],
     )  # fmt: skip
 
 

@@ -99,15 +99,15 @@ class DirectPath:
         """Largest and least stress (passes, teeth, places …), Pa, in a bin; the least one is 0
         where only tension counts."""
         loaded, of = self.history[b], self.stresses[b]
-        beside = math.prod(loaded.factors[symbol].value for symbol in ("K_A", "K_v"))
+        factor = math.prod(loaded.factors[symbol].value for symbol in ("K_A", "K_v"))
         if self.kind == "flank":
-            largest, least = math.sqrt(beside) * of.pressure, np.zeros((1, 1))
+            largest, least = math.sqrt(factor) * of.pressure, np.zeros((1, 1))
         else:
             member = 0 if loaded.part == "planet" else 1
-            largest, least = beside * of.tension[:, :, member], beside * of.lowest[:, None]
+            largest, least = factor * of.tension[:, :, member], factor * of.lowest[:, None]
         least = least if least.size else np.zeros((1, 1))
         if loaded.part == "planet":  # passes are cycles, planets are told apart
-            return largest.swapaxes(0, 1), beside * self._pressed(b).swapaxes(0, 1)
+            return largest.swapaxes(0, 1), factor * self._pressed(b).swapaxes(0, 1)
         if self._stands:
             teeth = self.pair.gears["ring"].teeth
             at = 2.0 * math.pi * np.arange(teeth) / teeth
@@ -120,10 +120,10 @@ class DirectPath:
         zero without such a load."""
         group = self.history[b].group
         other = GroupName.of(group.stage, OTHER[group.kind], group.side)
-        beside = self.loads[b].groups.get(other)
-        if self.kind == "flank" or beside is None or beside.stresses is None:
+        opposite = self.loads[b].groups.get(other)
+        if self.kind == "flank" or opposite is None or opposite.stresses is None:
             return np.zeros((1, 1))
-        return beside.stresses.compression[:, :, 0]
+        return opposite.stresses.compression[:, :, 0]
 
     def stress(self, b: int) -> Array:
         """Equivalent stress (passes, teeth, places …), Pa, in a bin."""
@@ -251,13 +251,13 @@ class DirectPath:
         held = roots_in_bin(train, self.trains[0].bins[b], loaded.group, place, member)
         lines = {**loaded.factors, **loaded.state.factors}
         norm = {symbol: line.value for symbol, line in lines.items()}
-        beside, rim = norm["K_A"] * norm["K_v"], norm.get("Y_B", 1.0)
+        factor, rim = norm["K_A"] * norm["K_v"], norm.get("Y_B", 1.0)
         normal = norm["F_t"] / math.cos(self.pair.base_helix_angle)
         normal /= math.cos(self.pair.transverse_angle)
         share = contact_line_factor(
             self.pair.geometry, self.pair.base_helix_angle, self.pair.rules.edition
         )
-        largest, counted = (float(x[at]) / beside for x in (self._maps(b)[0], self.stress(b)))
+        largest, counted = (float(x[at]) / factor for x in (self._maps(b)[0], self.stress(b)))
         return [
             ("form", held.even / held.pair_load / (1e6 * norm["σ_F0"] / share / rim / normal)),
             (

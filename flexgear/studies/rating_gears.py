@@ -165,8 +165,8 @@ def _uneven(
     ]
     if not names:
         return {}
-    beside = f" and {len(names) - 1} more" if len(names) > 1 else ""
-    return {f"{group}, {names[0]}{beside}": "its planets do not carry the load together there"}
+    others_text = f" and {len(names) - 1} more" if len(names) > 1 else ""
+    return {f"{group}, {names[0]}{others_text}": "its planets do not carry the load together there"}
 
 
 def load_factors(

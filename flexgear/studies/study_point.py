@@ -100,8 +100,8 @@ class Point:
         solved = self.__dict__
         if "model" not in solved or self.case.output is None:
             return []
-        still = solved["equilibria"] if "equilibria" in solved else static(self.model)
-        motions = largest_motions(motion_histories(still))
+        equilibria = solved["equilibria"] if "equilibria" in solved else static(self.model)
+        motions = largest_motions(motion_histories(equilibria))
         if "transient" in solved:
             in_time = largest_motions(solved["transient"][1].since(0.0).largest)
             motions |= {name: max(size, motions[name]) for name, size in in_time.items()}

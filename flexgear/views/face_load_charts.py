@@ -162,9 +162,9 @@ def _binned(x: Array, z: Array, w: Array) -> tuple[Array, ...]:
     """Edges of cells along x and z, and the largest w in each; in cells between that had no sample
     from their neighbours, NaN outside."""
     largest, along, across, _ = binned_statistic_2d(z, x, w, "max", (CELLS // 2, CELLS))
-    there = np.argwhere(np.isfinite(largest))
+    cells = np.argwhere(np.isfinite(largest))
     every = np.indices(largest.shape).reshape(2, -1).T
-    filled = griddata(there, largest[tuple(there.T)], every).reshape(largest.shape)
+    filled = griddata(cells, largest[tuple(cells.T)], every).reshape(largest.shape)
     return across, along, filled
 
 

@@ -71,9 +71,9 @@ def pair_curves(x: Array, tooth: Array, value: Array) -> dict[int, tuple[Array, 
     """
     curves = {}
     for number in np.unique(tooth[tooth > 0]).tolist():
-        here = tooth == number
-        rows = np.flatnonzero(here.any(axis=1))
-        y = np.where(here, value, 0.0).sum(axis=1)[rows]
+        selected = tooth == number
+        rows = np.flatnonzero(selected.any(axis=1))
+        y = np.where(selected, value, 0.0).sum(axis=1)[rows]
         breaks = np.flatnonzero(np.diff(rows) > 1) + 1
         curves[int(number)] = (
             np.insert(x[rows], breaks, np.nan),

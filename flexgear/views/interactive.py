@@ -132,10 +132,10 @@ def _texts(axes: Axes) -> Iterator[dict[str, Any]]:
 def _anchor(text: Text, in_data: bool) -> dict[str, Any]:
     """Where a text stands by its place; annotations above it, or beside it at the end of a bar."""
     if in_data:
-        beside = isinstance(text, Annotation) and text.anncoords == "offset points" and text.xyann
-        if beside and beside[0] and not beside[1]:
-            side = "left" if beside[0] > 0 else "right"
-            return {"xanchor": side, "yanchor": "middle", "xshift": beside[0], "borderpad": 0}
+        is_label = isinstance(text, Annotation) and text.anncoords == "offset points" and text.xyann
+        if is_label and is_label[0] and not is_label[1]:
+            side = "left" if is_label[0] > 0 else "right"
+            return {"xanchor": side, "yanchor": "middle", "xshift": is_label[0], "borderpad": 0}
         return {"yshift": 8}
     across = {"left": "left", "right": "right"}.get(str(text.get_horizontalalignment()), "center")
     upward = {"top": "top", "bottom": "bottom", "baseline": "bottom"}.get(

@@ -102,8 +102,8 @@ def _distinct(frequency: Array, kinds: list[str]) -> list[list[int]]:
 
 def _repeated(frequency: Array, share: float) -> list[np.ndarray]:
     """Modes by rising frequency, those together that differ by so small a share of it."""
-    apart = np.diff(frequency) > share * frequency[:-1]
-    return np.split(np.arange(len(frequency)), np.flatnonzero(apart) + 1)
+    separated = np.diff(frequency) > share * frequency[:-1]
+    return np.split(np.arange(len(frequency)), np.flatnonzero(separated) + 1)
 
 
 def _frequencies(ax: Axes, frequency: Array, kinds: list[str], rows: list[list[int]]) -> None:

@@ -139,14 +139,14 @@ def order_map_chart(mapped: xr.DataArray, lines: Lines = (), title: str = "") ->
     unit, by = scale([largest], str(mapped.attrs["units"]))
     speed = np.abs(pooled["speed"].to_numpy()) * RPM
     steady = not ((np.diff(speed) > 0).all() or (np.diff(speed) < 0).all())
-    up = pooled["time"].to_numpy() if steady else speed
-    rows = np.argsort(up)
+    vertical = pooled["time"].to_numpy() if steady else speed
+    rows = np.argsort(vertical)
     tiny = largest * 10.0**-MAP_DECADES if largest else 1.0
     level = np.log10(by * np.maximum(values, tiny))[rows]
     figure, axes = panels(1, 1, height_mm=110)
     ax = axes[0, 0]
     image = ax.pcolormesh(
-        cell_edges(order), cell_edges(up[rows]), level, cmap=SEQUENTIAL_MAP, rasterized=True,
+        cell_edges(order), cell_edges(vertical[rows]), level, cmap=SEQUENTIAL_MAP, rasterized=True,
         vmin=np.log10(by * tiny), vmax=np.log10(by * max(largest, tiny)),
     )  # fmt: skip
     ax.grid(False)

@@ -228,8 +228,8 @@ def snapshot(
     magnitude = np.linalg.norm(displacement, axis=1) * MICRO
     rest = body_surface(points, cells, magnitude)
     deformed = body_surface(points + factor * displacement, cells, magnitude)
-    both = np.vstack([rest.points, deformed.points])
-    across, along = both @ right, both @ up
+    bounds = np.vstack([rest.points, deformed.points])
+    across, along = bounds @ right, bounds @ up
     width, height = np.ptp(across), np.ptp(along)
     aspect = window_size[0] / window_size[1]
     span = 1.06 * max(float(height), float(width) / aspect)
@@ -258,7 +258,7 @@ def snapshot(
         light = pyvista.Light(position=(0.35, 0.45, 1.0), light_type="camera light")
         plotter.add_light(light)
         plotter.enable_parallel_projection()
-        distance = 4.0 * float(np.max(np.ptp(both, axis=0)))
+        distance = 4.0 * float(np.max(np.ptp(bounds, axis=0)))
         plotter.camera.focal_point = middle
         plotter.camera.position = middle + distance * towards
         plotter.camera.up = up

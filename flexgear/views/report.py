@@ -113,7 +113,7 @@ def write_report(
         counts=[_counts(side) for side in sides],
         sections=sections,
         section_keys={section["key"] for section in sections},
-        coarse=[text for text, so in ((SMALLER, smaller), (THINNED, thinned)) if so],
+        coarse=[text for text, applies in ((SMALLER, smaller), (THINNED, thinned)) if applies],
         style=Markup(source["css"]),
         code=Markup(source["js"]),
         plotly=small_script.result() if every else None,

@@ -116,8 +116,8 @@ def _two_positions(ring: RingFolder) -> tuple[xr.DataArray, Any, star.StageOutli
     """Teeth of a ring in equilibrium with a planet above the first one, and between two planets."""
     angles = ring.equilibria["stage_angle"].to_numpy()
     targets = (0.0, np.pi / ring.stage.stage.planets)
-    two = ring.equilibria.isel(position=[int(np.argmin(np.abs(angles - a))) for a in targets])
-    return two["tooth_displacement"], two["stage_angle"].to_numpy(), _outline(ring)
+    positions = ring.equilibria.isel(position=[int(np.argmin(np.abs(angles - a))) for a in targets])
+    return positions["tooth_displacement"], positions["stage_angle"].to_numpy(), _outline(ring)
 
 
 def _harmonics(ring: RingFolder) -> Any:

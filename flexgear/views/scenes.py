@@ -177,15 +177,15 @@ def star_scene(displacement: Array, carrier_angles: Array, outline: StageOutline
     circle = _circle((0.0, 0.0), outline.ring_radius, ORIGINAL_COLOUR, "undeformed", "dot")
     moving = {"traces": list(range(1, 1 + len(frames[0]["data"])))}
     frames = [frame | moving for frame in frames]
-    still = {"frame": {"duration": 0, "redraw": False}, "mode": "immediate"}
+    instant = {"frame": {"duration": 0, "redraw": False}, "mode": "immediate"}
     play = {"frame": {"duration": 90, "redraw": False}, "fromcurrent": True,
             "transition": {"duration": 0}}  # fmt: skip
     steps = [
-        {"method": "animate", "label": f["name"], "args": [[f["name"]], still]} for f in frames
+        {"method": "animate", "label": f["name"], "args": [[f["name"]], instant]} for f in frames
     ]
     buttons = [
         {"label": "▶ turn", "method": "animate", "args": [None, play]},
-        {"label": "❚❚", "method": "animate", "args": [[None], still]},
+        {"label": "❚❚", "method": "animate", "args": [[None], instant]},
     ]
     reach = 1.25 * outline.ring_radius
     layout = {

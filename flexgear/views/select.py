@@ -115,8 +115,8 @@ def draw(axes: Axes, x: Array, y: Array, color: str, fill: bool = True, **style:
 def _of_neighbours(pick: np.ufunc, edge: Array) -> Array:
     """Least or largest of each piece (p,) and those beside it, so that a piece that misses the turn
     of a slow cycle makes no tooth in the edge; NaN stays."""
-    beside = np.pad(edge, 1, mode="edge")
-    return np.where(np.isnan(edge), edge, pick(pick(beside[:-2], edge), beside[2:]))
+    neighbours = np.pad(edge, 1, mode="edge")
+    return np.where(np.isnan(edge), edge, pick(pick(neighbours[:-2], edge), neighbours[2:]))
 
 
 def say_envelope(axes: Axes) -> None:

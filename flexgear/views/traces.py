@@ -169,8 +169,8 @@ def _bars(axes: Axes, box: Array, colour: str) -> dict[str, Any]:
 
 def _outline(axes: Axes, patch: Patch) -> Iterator[dict[str, Any]]:
     pixels = patch.get_transform().transform_path(patch.get_path())  # where curves become chords
-    back = axes.transData.inverted()
-    pieces = [back.transform(piece) for piece in pixels.to_polygons(closed_only=False)]
+    inverse = axes.transData.inverted()
+    pieces = [inverse.transform(piece) for piece in pixels.to_polygons(closed_only=False)]
     if not pieces:
         return
     line = {"color": colour_of(patch.get_edgecolor()), "width": float(patch.get_linewidth())}

@@ -100,8 +100,8 @@ def _contact(ax: Axes, data: xr.Dataset, x: Array, y: Array, mesh: int) -> None:
     branch = data["response_branch"].to_numpy()
     for name, colour in (("lost_contact_share", LOST), ("back_contact_share", BACK)):
         at = np.flatnonzero(data[name].to_numpy()[:, mesh] > 0.0)
-        apart = (np.diff(at) > 1) | (np.diff(branch[at]) != 0)
-        for run in np.split(at, np.flatnonzero(apart) + 1) if len(at) else []:
+        breaks = (np.diff(at) > 1) | (np.diff(branch[at]) != 0)
+        for run in np.split(at, np.flatnonzero(breaks) + 1) if len(at) else []:
             ax.plot(x[run], y[run], color=colour, lw=BROAD, solid_capstyle="butt", zorder=1)
 
 
@@ -124,9 +124,9 @@ def _changes(ax: Axes, data: xr.Dataset) -> None:
     """Marks at the foot of the panel where stability changes without a turning point."""
     if "stability_change" not in data.sizes:
         return
-    apart = data["stability_change_kind"].to_numpy() != 0
-    if apart.any():
-        at = data["stability_change_parameter"].to_numpy()[apart]
+    changed = data["stability_change_kind"].to_numpy() != 0
+    if changed.any():
+        at = data["stability_change_parameter"].to_numpy()[changed]
         ax.plot(at, np.zeros(len(at)), "d", color=CHANGE, ms=4, clip_on=False, zorder=4)
 
 
@@ -295,6 +295,6 @@ def with_edges(data: xr.Dataset, stage: str) -> tuple[np.ndarray, np.ndarray]:
         [band[end] for band in bands_of(data, stage) for end in ("lower_factor", "upper_factor")]
     )
     edges = edges[(edges > factor[0]) & (edges < factor[-1])]
-    both = np.concatenate([factor, edges])
-    order = np.argsort(both, kind="stable")
-    return both[order], np.concatenate([growth, np.zeros(len(edges))])[order]
+    factors = np.concatenate([factor, edges])
+    order = np.argsort(factors, kind="stable")
+    return factors[order], np.concatenate([growth, np.zeros(len(edges))])[order]

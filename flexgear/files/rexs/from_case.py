@@ -210,7 +210,7 @@ def _force_attributes(load: Array) -> dict[str, float]:
 
 def places(case: Case) -> dict[str, Place]:
     """Place of every member (u, v, w in m): stages side by side along u, joined ones coaxial."""
-    beside: dict[str, list[tuple[str, complex]]] = defaultdict(list)  # steps v + i w to others
+    neighbours: dict[str, list[tuple[str, complex]]] = defaultdict(list)  # steps v + i w to others
     steps = {(joint.first, joint.second): 0j for joint in case.joints}
     for stage in case.stages:
         first, *others = (f"{stage.name}.{part}" for part in stage.members)
@@ -218,16 +218,16 @@ def places(case: Case) -> dict[str, Place]:
         step = cmath.rect(arm, stage.position) if stage.kind == "parallel" else 0j
         steps |= {(first, other): step for other in others}
     for (first, second), step in steps.items():
-        beside[first].append((second, step))
-        beside[second].append((first, -step))
+        neighbours[first].append((second, step))
+        neighbours[second].append((first, -step))
     across: dict[str, complex] = {}
     for start in case.member_names():
         waiting: list[tuple[str, complex]] = [(start, 0j)]
         while waiting:
-            here, at = waiting.pop()
-            if here not in across:
-                across[here] = at
-                waiting += [(other, at + step) for other, step in beside[here]]
+            position, at = waiting.pop()
+            if position not in across:
+                across[position] = at
+                waiting += [(other, at + step) for other, step in neighbours[position]]
     placed, u = {}, 0.0
     for stage in case.stages:
         for part in stage.members:

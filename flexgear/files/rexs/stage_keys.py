@@ -148,9 +148,9 @@ class StageWriter:
         across = self._across(ends[0], ends[1])
         if across is None:
             return None
-        apart = math.hypot(*across)
+        distance = math.hypot(*across)
         source = f"places of {ends[0].label} and {ends[1].label}"
-        return Datum(apart, source) if apart > 0 else None
+        return Datum(distance, source) if distance > 0 else None
 
     def _angles(self) -> None:
         """Working angles of the file where they do not follow from the gears' geometry."""

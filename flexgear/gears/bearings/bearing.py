@@ -139,9 +139,9 @@ def equilibrium(
         trial = motion.copy()
         damped = tangent + damping * np.eye(len(balance))
         trial[free] -= scale[free] * np.linalg.solve(damped, balance)
-        there = at(trial)
-        if there[0] <= potential + 1e-12 * abs(potential):
-            motion, (potential, balance, tangent) = trial, there
+        trial_state = at(trial)
+        if trial_state[0] <= potential + 1e-12 * abs(potential):
+            motion, (potential, balance, tangent) = trial, trial_state
             damping *= 0.1
         else:
             damping *= 10

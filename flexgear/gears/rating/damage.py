@@ -85,8 +85,8 @@ def _cycles(log_cycles: Array, curve: Array, stress: Array) -> Array:
         fall = upper - lower
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             share = np.where(fall > 0.0, (upper - x) / fall, np.inf)
-            here = np.exp(log_cycles[k - 1] + share * (log_cycles[k] - log_cycles[k - 1]))
-        life = np.where(x <= upper, here, life)
+            interpolated = np.exp(log_cycles[k - 1] + share * (log_cycles[k] - log_cycles[k - 1]))
+        life = np.where(x <= upper, interpolated, life)
     return life
 
 

@@ -39,8 +39,8 @@ class Sharing:
     @property
     def figure(self) -> str:
         """ "1.0009 in equilibria, 1.563 in time"."""
-        both = ((self.in_equilibria, "in equilibria"), (self.in_time, "in time"))
-        return ", ".join(f"{factor(k)} {how}" for k, how in both if k is not None)
+        factors = ((self.in_equilibria, "in equilibria"), (self.in_time, "in time"))
+        return ", ".join(f"{factor(k)} {how}" for k, how in factors if k is not None)
 
     @property
     def reason(self) -> str:

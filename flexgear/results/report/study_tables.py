@@ -151,8 +151,8 @@ def _bins(rating: Rating) -> Iterator[Row]:
         torque = with_unit(load_bin.torque[first], "N m")
         speed = f"{number(load_bin.speed[first] * RPM)} r/min"
         loads = ", ".join(words(load.member) for load in load_bin.loads)
-        beside = f", loads on {loads}" if loads else ""
-        yield Row(load_bin.name, f"{torque}, {speed}, {how_long}{beside}")
+        loads_text = f", loads on {loads}" if loads else ""
+        yield Row(load_bin.name, f"{torque}, {speed}, {how_long}{loads_text}")
     if len(rating.bins) > MOST_BINS:
         yield Row("and more", len(rating.bins) - MOST_BINS)
 

@@ -147,8 +147,8 @@ def _bearings(case: Case, flow: PowerFlow, summary: Summary) -> Iterator[Table]:
 
 def _deflections(summary: Summary) -> Iterator[Table]:
     window = window_words(summary["transient"])
-    far = list(rows(DISTANCES, summary["transient"]))
-    yield Table("deflections", f"largest displacement from the axis, {window}", far)
+    distances = list(rows(DISTANCES, summary["transient"]))
+    yield Table("deflections", f"largest displacement from the axis, {window}", distances)
     for stage, figures in summary.get("steady", {}).items():
         at = of_stage(stage)
         title = f"ring tooth node 1{at}, largest {window}"

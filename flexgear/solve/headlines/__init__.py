@@ -81,12 +81,12 @@ def _verdict(headline: Headline, rows: list[Mapping[str, Any]], several_stages: 
     same_level = len({row["level"] for row in rows}) == 1
     worst, *others = sorted(rows, key=_severity(headline, rows)) if same_level else rows
     at = words(worst["stage"]) if several_stages and worst["stage"] else ""
-    beside = "".join(f" {words(r['stage']).capitalize()}: {r['figure']}." for r in others)
+    others_text = "".join(f" {words(r['stage']).capitalize()}: {r['figure']}." for r in others)
     return Verdict(
         worst["level"],
         f"{headline.title}{f', {at}' if at else ''}",
         worst["figure"],
-        f"{worst['sentence']}{beside}",
+        f"{worst['sentence']}{others_text}",
         headline.section,
     )
 

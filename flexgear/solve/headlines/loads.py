@@ -132,18 +132,18 @@ def _load_sharing(findings: Findings) -> Iterator[Answer]:
 
 
 def _of_stage(findings: Findings, sharing: Sharing) -> Answer:
-    both = [k for k in (sharing.in_equilibria, sharing.in_time) if k is not None]
+    factors = [k for k in (sharing.in_equilibria, sharing.in_time) if k is not None]
     level: Level = "note"
     compared = f"{STANDARD} has no value for that number of planets"
     if sharing.assumed is not None:
-        level = "bad" if both[0] > sharing.assumed else "good"
-        level = "watch" if level == "good" and both[-1] > sharing.assumed else level
-        least, most = min(both) <= sharing.assumed, max(both) > sharing.assumed
+        level = "bad" if factors[0] > sharing.assumed else "good"
+        level = "watch" if level == "good" and factors[-1] > sharing.assumed else level
+        least, most = min(factors) <= sharing.assumed, max(factors) > sharing.assumed
         side = ("in part above" if least else "above") if most else "within"
         compared = f"{side} the {sharing.assumed:.2f} that {STANDARD} assumes for its planets"
     in_time = f"; in time {sharing.window}" if sharing.in_time is not None else ""
     sentences = [f"{compared[0].upper()}{compared[1:]}{in_time}."]
-    alike = max(both) - 1.0 < ALIKE
+    alike = max(factors) - 1.0 < ALIKE
     if alike or not findings.summary["errors_given"]:
         level = "note" if level == "good" else level
         sentences.append(
@@ -167,7 +167,7 @@ def _of_stage(findings: Findings, sharing: Sharing) -> Answer:
     sentences.append(_rigid(findings, sharing.stage))
     figure = f"K = {sharing.figure}"
     text = " ".join(filter(None, sentences))
-    return Answer(level, sharing.stage, max(both), figure, text, sharing.assumed, sharing.window)
+    return Answer(level, sharing.stage, max(factors), figure, text, sharing.assumed, sharing.window)
 
 
 def _halves(sharing: Sharing) -> str:

@@ -105,8 +105,8 @@ def _largest(
     use = {g: (-size / (limit or math.inf), -size) for g, (size, limit) in loaded.items()}
     gear, *others = sorted(loaded, key=lambda g: use[g])
     basis = kind.computed if computed else kind.nominal
-    beside = "".join(f"; {words(g)} {texts[g]}" for g in others)
-    sentence, (size, limit) = f"{words(gear).capitalize()}, {basis}{beside}.", loaded[gear]
+    others_text = "".join(f"; {words(g)} {texts[g]}" for g in others)
+    sentence, (size, limit) = f"{words(gear).capitalize()}, {basis}{others_text}.", loaded[gear]
     if limit is None:
         sentence += " Not assessed: no allowable stress given."
         yield Answer("open", stage, size / 1e6, texts[gear], sentence)
@@ -145,8 +145,8 @@ def _held(
 
 def _of(stress: float, limit: float | None) -> str:
     """ "246.6 of 400 MPa"."""
-    beside = "" if limit is None else f" of {number(limit / 1e6)}"
-    return f"{number(stress / 1e6)}{beside} MPa"
+    limit_text = "" if limit is None else f" of {number(limit / 1e6)}"
+    return f"{number(stress / 1e6)}{limit_text} MPa"
 
 
 def _percent(share: float) -> str:

@@ -168,9 +168,9 @@ class CyclicCondensation:
         """Slices of vectors that are worked on at once."""
         return blocks(columns, self._block)
 
-    def _each(self, x: Array, way: Callable[[Array], Array]) -> Array:
+    def _each(self, x: Array, transform: Callable[[Array], Array]) -> Array:
         """way(x) block by block."""
-        parts = [way(self._form(x[:, block])) for block in self.blocks(x.shape[1])]
+        parts = [transform(self._form(x[:, block])) for block in self.blocks(x.shape[1])]
         return np.hstack([part.reshape(self.dofs, -1) for part in parts])
 
 

@@ -86,8 +86,8 @@ def held_value(solver: CyclicSolver, mass: Circulant) -> float:
 def _momentum(gain: Array, mass: Array, phase: complex, x: Complex) -> Complex:
     """E_h^H g E_h x (b, k)."""
     b, k = x.shape
-    far = phase * x
-    ends = np.vstack([x, far, gain[:, :b] @ x + gain[:, b:] @ far])
+    shifted = phase * x
+    ends = np.vstack([x, shifted, gain[:, :b] @ x + gain[:, b:] @ shifted])
     parts = mass @ np.hstack([ends.real, ends.imag])  # a complex copy of the mass would cost more
     g = parts[:, :k] + 1j * parts[:, k:]
     tied = gain.T @ g[2 * b :]

@@ -103,8 +103,8 @@ def _of_others(
         some = np.ascontiguousarray(ends[:, :, columns])
         momentum = (inertia @ some.reshape(e, -1)).reshape(some.shape)
         for s, (at, _) in local.items():
-            here = (at >= columns.start) & (at < columns.stop)
-            momentum[:, s, at[here] - columns.start] += mixed[s][0][:, here]
+            selected = (at >= columns.start) & (at < columns.stop)
+            momentum[:, s, at[selected] - columns.start] += mixed[s][0][:, selected]
         across[:, columns] = _correlated(periodic, momentum).reshape(t * z, -1)
         others[:, columns] = flat.T @ momentum.reshape(e * z, -1)
 

@@ -141,8 +141,8 @@ class _TiesBySector:
     def alike(self, first: int, node: int, s: int) -> bool:
         """Whether a tie seen from sector s is the first one seen from sector 0."""
         rows = self.seen(first, 0)
-        apart = np.abs((self.seen(node, s) - rows).data).max(initial=0.0)
-        return bool(apart <= _TOLERANCE * float(np.abs(rows.data).max()))
+        difference = np.abs((self.seen(node, s) - rows).data).max(initial=0.0)
+        return bool(difference <= _TOLERANCE * float(np.abs(rows.data).max()))
 
     def home(self, node: int) -> int | None:
         """The sector whose own nodes and next border hold all of a tie; None if there is none."""

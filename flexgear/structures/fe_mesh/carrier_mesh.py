@@ -359,8 +359,8 @@ def _complete(
         """Rows of the two half sectors at a pin; mirrored ones keep right-handed order."""
         mirrored = rows[before[i]].copy()
         mirrored[:, [0, 1]] = mirrored[:, [1, 0]]
-        both = [starts[i] + rows[following[i]], starts[count + i] + mirrored]
-        return number[np.concatenate(both)]
+        halves = [starts[i] + rows[following[i]], starts[count + i] + mirrored]
+        return number[np.concatenate(halves)]
 
     cells = np.concatenate([sector(i, [half.cells for half in halves]) for i in range(count)])
     facets = {

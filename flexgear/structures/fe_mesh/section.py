@@ -229,8 +229,10 @@ def with_bolt_holes(
     radii = np.concatenate([blocks, np.linspace(high, outer_radius, outer_rows + 1)[1:]])
     new = len(inner.radius) + np.arange(len(radii) * columns).reshape(-1, columns)
     node = np.vstack([start, new])
-    ahead = np.roll(node, -1, axis=1)
-    grid = np.stack([node[:-1], node[1:], ahead[1:], ahead[:-1]], axis=2)  # (row, column, 4)
+    following = np.roll(node, -1, axis=1)
+    grid = np.stack(
+        [node[:-1], node[1:], following[1:], following[:-1]], axis=2
+    )  # (row, column, 4)
     radius = np.concatenate([inner.radius, np.repeat(radii, columns)])
     angle = np.concatenate([inner.angle, np.tile(inner.angle[start], len(radii))])
 
@@ -257,7 +259,7 @@ def with_bolt_holes(
         np.concatenate([angle, np.arctan2(y, x)])[used],
         quads.reshape(-1, 4),
         {name: number[ids] for name, ids in inner.tooth_lines.items()},
-        number[np.column_stack([node[-1], ahead[-1]])],
+        number[np.column_stack([node[-1], following[-1]])],
         # the wall's outward normal points to the bolt's axis: clockwise round the hole
         number[np.stack([np.roll(hole, -1, axis=1), hole], axis=2)],
     )

@@ -289,9 +289,11 @@ class SegmentSection:
         flank, sense = self.div.flank + 1, -int(self.tooth.outward)
         lines = {}
         for j, grid in enumerate(columns, 1):
-            for name, column, way in (("", 0, sense), ("back", -1, -sense)):
-                lines[f"tooth_{name}flank_{j:03d}"] = grid[:flank, column][::way]
-                lines[f"tooth_{name}fillet_{j:03d}"] = grid[flank - 1 : rows + 1, column][::way]
+            for name, column, direction in (("", 0, sense), ("back", -1, -sense)):
+                lines[f"tooth_{name}flank_{j:03d}"] = grid[:flank, column][::direction]
+                lines[f"tooth_{name}fillet_{j:03d}"] = grid[flank - 1 : rows + 1, column][
+                    ::direction
+                ]
             lines[f"tooth_root_{j:03d}"] = grid[rows][::sense]
         return lines
 

@@ -65,7 +65,7 @@ class Factor:
         return self._each(right, _PERMUTE, _FORWARD)
 
     def forward_sparse(self, right: sp.csr_matrix) -> sp.csr_matrix:
-        """The same for a sparse right (n, k); only entries that can be nonzero are computed."""
+        """The same of a sparse right (n, k): only what its entries reach is computed."""
         solution = to_cvxopt(right)
         for step in (_PERMUTE, _FORWARD):
             solution = cholmod.spsolve(self._factor, solution, sys=step)
@@ -76,7 +76,7 @@ class Factor:
         return self._each(f, _BACKWARD, _PERMUTE_BACK)
 
     def _each(self, right: Array, *steps: int) -> Array:
-        """right (n, k) or (n,) after some of CHOLMOD's solution steps."""
+        """right (n, k) or (n,) after some of CHOLMOD's steps."""
         room = dense_of(0.0, (len(right), right.size // len(right)))
         view = np.asarray(room)  # the same memory, columns contiguous
         view[:] = right.reshape(view.shape)
@@ -86,7 +86,7 @@ class Factor:
 
 
 def factor_in_order(matrix: sp.csr_matrix) -> sp.csc_matrix:
-    """L (n, n) with matrix = L L^T without reordering; row indices rise within each column.
+    """L (n, n) with matrix = L L^T, rows of a column rising, without another order of the rows.
 
     Raises numpy.linalg.LinAlgError where the matrix is not positive definite.
     """
@@ -130,7 +130,7 @@ def _factored(lower: spmatrix, order: Ints | None = None, **options: Any) -> Any
 
 
 def minimum_degree_order(graph: sp.csr_matrix) -> Ints:
-    """Order (n,) of a symmetric graph's nodes with little fill in elimination."""
+    """Order (n,) of a symmetric graph's nodes in which elimination fills little."""
     return np.array(amd.order(to_cvxopt(sp.tril(graph)))).ravel()
 
 

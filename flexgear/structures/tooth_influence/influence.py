@@ -257,8 +257,8 @@ def influence_of(
     flank, has_next = flank_nodes(segment, model, j), j + 1 < parameters.teeth and not tied
     free = free_displacements(model, plane_strain=plane_strain)
     unit = unit_loads(segment, model, flank)
-    beside = (j + 1, j - 1) if has_next else ()
-    more = [unit_loads(segment, model, coarse_nodes(segment, k)) for k in beside]
+    neighbours = (j + 1, j - 1) if has_next else ()
+    more = [unit_loads(segment, model, coarse_nodes(segment, k)) for k in neighbours]
     more += [root_tie(segment, model).T] if tied else []
     whole = held_flexibility(model, free, sp.hstack([unit, *more]))
     layer = np.zeros_like(free)

@@ -211,9 +211,9 @@ def pair_bending(view: StageView, path: GearMeshPath, slices: Slices, force: flo
         bodies.append(flank.contact_body(mating.roll))
         if flank.neighbour is not None:
             lines = (roll, slices.z, width)
-            for apart in (1, 2):
-                places = (slices.s, some, apart * path.base_pitch)
-                beside[:, apart - 1] += _further_line(flank, apart * mating.step, lines, places)
+            for pitches in (1, 2):
+                places = (slices.s, some, pitches * path.base_pitch)
+                beside[:, pitches - 1] += _further_line(flank, pitches * mating.step, lines, places)
     cos, internal = path.cos_base_helix, path.off_path.gear.internal
     radius = relative_radius(flanks[0].roll, flanks[1].roll, internal=internal) / cos
     contact = line_contact(bodies[0], bodies[1], radius)
@@ -316,13 +316,13 @@ def _further_line(
     """C (S', K, K) m/N of one gear: displacement of slices of some lines (roll, z, width) per force
     on lines of the tooth ``step`` teeth further in +θ. places: path coordinates of the lines,
     indices of those to compute, and distance to the lines with the force, m."""
-    (roll, z, width), (s, some, way) = lines, places
-    further = np.clip(s[some] + way, None, s[-1])
-    here = roll[some], z[some], width[some]
-    there = rows_at(s, roll, further), rows_at(s, z, further), rows_at(s, width, further)
+    (roll, z, width), (s, some, distance) = lines, places
+    further = np.clip(s[some] + distance, None, s[-1])
+    at_lines = roll[some], z[some], width[some]
+    at_further = rows_at(s, roll, further), rows_at(s, z, further), rows_at(s, width, further)
     if step > 0:
-        return flank.coupling(here, there, step)
-    return np.swapaxes(flank.coupling(there, here, -step), 1, 2)
+        return flank.coupling(at_lines, at_further, step)
+    return np.swapaxes(flank.coupling(at_further, at_lines, -step), 1, 2)
 
 
 def rows_at(s: Array, table: Array, places: Array) -> Array:

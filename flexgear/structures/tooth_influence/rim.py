@@ -112,13 +112,13 @@ def rim_flexibility(
     held, teeth = scaled_inverse(stiffness + supports), int(shapes.count)
     same, beside = np.zeros((BOTH, BOTH)), np.zeros((BEYOND, BOTH, BOTH))
     for n, j in enumerate(shapes.teeth.astype(int)):
-        here, at = _axes(j, teeth), slice(6 * j, 6 * j + 6)
+        axes, at = _axes(j, teeth), slice(6 * j, 6 * j + 6)
         motion = held @ shapes.loads[n]  # of all nodes, by shapes of the tooth and of the next ones
         displacement = shapes.loads[n, 0].T @ motion + shapes.fixed[n]
         same[6:, 6:] += displacement[0] - shapes.piece[n, 6:, 6:]
-        same[:6, 6:] += here.T @ motion[0, at] - shapes.piece[n, :6, 6:]
+        same[:6, 6:] += axes.T @ motion[0, at] - shapes.piece[n, :6, 6:]
         beside[:, 6:, 6:] += displacement[1:]
-        beside[:, :6, 6:] += here.T @ motion[1:, at]
+        beside[:, :6, 6:] += axes.T @ motion[1:, at]
         for k in range(BEYOND):
             further = (j + 1 + k) % teeth
             node = motion[0, 6 * further : 6 * further + 6]
@@ -271,15 +271,15 @@ def rim_bending(rim: RimFlexibility, path: GearMeshPath, slices: Slices) -> tupl
     left, z -> −z."""
     flank = mating_flanks(path, slices)[1]
     some, z = some_places(slices, _PLACES), -slices.z if flank.other_hand else slices.z
-    here = flank_motion(rim, flank.tooth, -flank.sense, (flank.roll[some], z[some]))
+    motion = flank_motion(rim, flank.tooth, -flank.sense, (flank.roll[some], z[some]))
     beside = []
-    for apart, between in enumerate(rim.beside, start=1):
-        further = np.clip(slices.s[some] + apart * path.base_pitch, None, slices.s[-1])
+    for pitches, between in enumerate(rim.beside, start=1):
+        further = np.clip(slices.s[some] + pitches * path.base_pitch, None, slices.s[-1])
         places = rows_at(slices.s, flank.roll, further), rows_at(slices.s, z, further)
-        there = flank_motion(rim, flank.tooth, -flank.sense, places)
+        further_motion = flank_motion(rim, flank.tooth, -flank.sense, places)
         after = between if flank.step > 0 else between.T
-        beside.append(here @ after @ there.swapaxes(1, 2))
-    both = here @ rim.tooth @ here.swapaxes(1, 2), np.stack(beside, axis=1)
+        beside.append(motion @ after @ further_motion.swapaxes(1, 2))
+    both = motion @ rim.tooth @ motion.swapaxes(1, 2), np.stack(beside, axis=1)
     near, beyond = (rows_at(slices.s[some], c, slices.s) for c in both)
     return 0.5 * (near + near.swapaxes(1, 2)), beyond
 

@@ -152,7 +152,7 @@ def root_influence(
     across = _across(segment, j, first)
     stress_rows = _stress_rows(model, root.ravel(), across.reshape(-1, 3), young, poisson)
     factor = Factor(model.stiffness[free_dofs][:, free_dofs].tocsr())
-    beside = model.stiffness[cut][:, free_dofs].tocsr()
+    coupling = model.stiffness[cut][:, free_dofs].tocsr()
     nodes, loads = _loaded(segment, model)
     stress = np.empty((root.size, *nodes.shape))
     of_cut = np.empty((root.size, len(cut)))
@@ -161,7 +161,7 @@ def root_influence(
         motion[free_dofs] = factor.solve(stress_rows[some][:, free_dofs].T.toarray())
         at = motion.reshape(-1, 3, motion.shape[1])[nodes]
         stress[some] = np.einsum("stnip,stni->pstn", at, loads)
-        of_cut[some] = stress_rows[some][:, cut].toarray() - (beside @ motion[free_dofs]).T
+        of_cut[some] = stress_rows[some][:, cut].toarray() - (coupling @ motion[free_dofs]).T
     stress = stress.reshape(*root.shape, *nodes.shape)
     stress[:, :, 1] = stress[:, ::-1, 1]
     return RootInfluence(
@@ -184,9 +184,9 @@ def _loaded(segment: ToothSegment, model: FeModel) -> tuple[Ints, Array]:
     teeth = range(segment.parameters.teeth)
     near = np.stack([flank_nodes(segment, model, j) for j in teeth])
     push = np.stack([-flank_normals(segment, model.nodes[at]) for at in near])
-    gap, far = cKDTree(model.nodes).query(model.nodes[near] * HALF_TURN)
+    gap, opposite = cKDTree(model.nodes).query(model.nodes[near] * HALF_TURN)
     assert np.all(gap < 1e-6 * segment.parameters.face_width)
-    return np.stack([near, far]), np.stack([push, push * HALF_TURN])
+    return np.stack([near, opposite]), np.stack([push, push * HALF_TURN])
 
 
 def _across(segment: ToothSegment, tooth: int, first: int) -> Array:
@@ -279,9 +279,9 @@ class PairRoots:
         own, in their own and in the one before; fillets as in ``stress``."""
         (n, count), flat = force.shape, self.stress.reshape(len(self.s) * force.shape[1], -1)
         at = np.clip(np.searchsorted(self.s, s) - 1, 0, len(self.s) - 2)
-        far = np.clip((s - self.s[at]) / np.diff(self.s)[at], 0.0, 1.0)[:, None]
+        fraction = np.clip((s - self.s[at]) / np.diff(self.s)[at], 0.0, 1.0)[:, None]
         columns = count * at[:, None] + np.arange(count)
-        entries = np.concatenate([(1.0 - far) * force, far * force], axis=1)
+        entries = np.concatenate([(1.0 - fraction) * force, fraction * force], axis=1)
         places = np.concatenate([columns, columns + count], axis=1)
         starts = 2 * count * np.arange(n + 1)
         shares = sp.csr_matrix((entries.ravel(), places.ravel(), starts), (n, len(flat)))
