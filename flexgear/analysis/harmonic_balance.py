@@ -97,7 +97,7 @@ class Balance:
         return out
 
     def residual(self, unknown: Array) -> tuple[Array, Orbit]:
-        """What is left over (m,), and the state it belongs to, without point."""
+        """Residual (m,) of the equations, and the state of the unknowns, without point."""
         waves = self.waves(unknown)
         force, tangent, displacement = self.elements.row_forces(*waves)
         out = self._left(unknown, self.elements.channel_forces(force))
@@ -113,8 +113,8 @@ class Balance:
         return self.together(f + answer, r.rigid.T @ f[0].real - r.yielding @ a + r.balance)
 
     def change(self, other: Balance, orbit: Orbit) -> Array:
-        """How much more (m,) the equations of another point leave over of a state of these ones, to
-        first order of the motion that its forces cause."""
+        """Residual (m,) of the equations of another point for a state of these, to first order in
+        the motion that its forces cause."""
         other_waves = other.waves(orbit.unknown)
         motion, rate = other_waves.motion - orbit.waves.motion, other_waves.rate - orbit.waves.rate
         (k, c), none = orbit.tangents, np.zeros_like(motion)

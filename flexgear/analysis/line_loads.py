@@ -78,7 +78,7 @@ class LineLoads:
 
 
 def line_loads(result: Equilibrium | Transient) -> LineLoads | None:
-    """Of all tooth pairs of a result; None where no gear mesh has slices."""
+    """Line loads of all tooth pairs of a result; None where no gear mesh has slices."""
     pairs: PairData = result.modal.system.pairs
     most = int(pairs.slices.max(initial=0))
     if most == 0:
@@ -188,7 +188,7 @@ class EdgeLoads(NamedTuple):
 
 
 def edge_loads(pairs: PairData, lines: LineLoads) -> EdgeLoads:
-    """Of all gear meshes; 0 of those whose pairs have no slices."""
+    """Edge loads of all gear meshes; 0 for those whose pairs have no slices."""
     low, high = (a[:, None, None] for a in (pairs.path_lo, pairs.path_hi))
     on_path = (lines.path >= low) & (lines.path <= high)
     force, load = np.nan_to_num(lines.force), np.nan_to_num(lines.line_load)

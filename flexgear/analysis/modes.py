@@ -207,7 +207,7 @@ class ModeTypes:
 
     @property
     def multiplicity(self) -> NDArray[np.int64]:
-        """How many modes share the frequency of each mode *and* its type, (m,)."""
+        """Number of modes with the frequency *and* the type of each mode, (m,)."""
         count = np.ones(len(self.kinds), dtype=np.int64)
         for group in self.groups:
             for i in group:
@@ -379,11 +379,11 @@ def _kind(shares: Mapping[str, float]) -> str:
 
 
 def _separated(parts: Mapping[str, Array], shapes: Array) -> Array:
-    """The same space in a basis whose modes are of one type, as far as there is one, (d, g).
+    """Basis (d, g) of the same space whose modes are of one type, as far as possible.
 
-    In the space of one frequency the energy of each part is a quadratic form. Planet modes are
-    the null space of the central energy; of what remains, the pair rotational-axial against the
-    rest, and then its single motions, are diagonalised one after the other.
+    In the space of one frequency the energy of each part is a quadratic form. Planet modes are the
+    null space of the central energy; in the remaining space first rotational-axial against the
+    rest, then single motions are diagonalised one after the other.
     """
     cuts = [PARTS[:-1], ("elastic",), *PAIRS, *((p,) for p in MOTIONS)]
     spaces = [shapes]

@@ -188,8 +188,8 @@ def _times(matrices: Array, vectors: Array) -> Array:
 def orbit_elements(
     modal: ModalSystem, stage: int, samples: int, coast: bool = False
 ) -> OrbitElements:
-    """Of a stage (number); coast: with the flanks that carry no rated load. FlexgearError where a
-    bearing or damper asks for the speed of its shaft."""
+    """Elements of a stage (number); coast: with the flanks that carry no rated load. FlexgearError
+    where a bearing or damper depends on the speed of its shaft."""
     system, pairs = modal.system, periodic(modal.system.pairs)
     if first_memory(pairs, system.rolling_rates)[:, 1].any():
         raise FlexgearError(
@@ -228,7 +228,7 @@ def orbit_elements(
 
 
 def periodic(pairs: PairData) -> PairData:
-    """The same without errors and faults that repeat once a turn, of rollers that stand."""
+    """Pairs without errors and faults that repeat once a turn, and with stationary rollers."""
     return pairs._replace(
         gear_table=np.zeros_like(pairs.gear_table),
         planet_table=np.zeros_like(pairs.planet_table),
@@ -240,7 +240,7 @@ def periodic(pairs: PairData) -> PairData:
 
 
 def _left_out(modal: ModalSystem, stage: int) -> tuple[str, ...]:
-    """What a period of the gear meshes does not hold, one phrase each."""
+    """Neglected causes that do not repeat with the gear mesh, one phrase each."""
     pairs, words = modal.system.pairs, []
     if pairs.error_gear.any() or pairs.error_planet.any():
         words.append("pitch deviations of single teeth")

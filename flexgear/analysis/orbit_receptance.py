@@ -61,7 +61,7 @@ class Receptance:
     static: Array
 
     def between(self, at: Ints) -> Receptance:
-        """The same between some of the channels, without the constant parts."""
+        """Receptance between some of the channels, without the constant parts."""
         index = np.ix_(at, at)
         return replace(
             self,
@@ -96,7 +96,7 @@ class CondensedTrain:
 
     @property
     def modal(self) -> ModalSystem:
-        """Of the train."""
+        """Modes of the train."""
         return self.elements.modal
 
     @cached_property

@@ -75,7 +75,7 @@ class Clock:
 
     @cached_property
     def taps(self) -> Array:
-        """Of the low-pass (2 H + 1,), unity at 0 Hz; H is a multiple of ``factor``."""
+        """Coefficients (2 H + 1,) of the low-pass, unity at 0 Hz; H is a multiple of ``factor``."""
         width = (0.5 * self.rate - self.band) / (0.5 * self.fine)
         count, beta = scipy.signal.kaiserord(REJECTION, width)
         half = self.factor * math.ceil(count / 2 / self.factor)
@@ -84,7 +84,7 @@ class Clock:
         return np.asarray(scipy.signal.firwin(2 * half + 1, cutoff, window=window, fs=self.fine))
 
     def times(self, first: int, count: int) -> Array:
-        """Of ``count`` values from number ``first`` on, s."""
+        """Times of ``count`` values from number ``first`` on, s."""
         return np.arange(first, first + count) / self.rate
 
     def count(self, times: Array) -> int:
@@ -109,7 +109,7 @@ def _grid_end(time: float, rate: float) -> int:
 
 
 def first_column(derivative: Array, position: Array) -> Array:
-    """Of a position that is one number."""
+    """Derivative of a position with one component."""
     return derivative[:, 0]
 
 

@@ -68,7 +68,7 @@ class Output:
 
 
 def output_of(modal: ModalSystem, rows: Array) -> Output:
-    """What rows (k, d) are of the samples of a system."""
+    """Output of rows (k, d) at the samples of a system."""
     basis = modal.modes
     return Output(basis, rows @ basis, rows @ modal.residual_motion, rows @ modal.system.rolling)
 
@@ -126,7 +126,7 @@ class Recovery:
         return out
 
     def _output(self, name: str, rows: Callable[[], Array]) -> Output:
-        """What rows that go by a name are of the samples, worked out once."""
+        """Output of named rows, computed once."""
         output = self._outputs.get(name)
         if output is None or output.basis is not self.modal.modes:
             output = self._outputs[name] = output_of(self.modal, rows())

@@ -98,7 +98,7 @@ def monodromy(part: Vibrating, period: float, tangents: Array) -> Array:
 
 
 def _product(part: Vibrating, h: float, stiffness: Array, damping: Array) -> Array:
-    """The same by the matrices of all steps, (1 − h/2 A⁺)⁻¹ (1 + h/2 A) for ẏ = A y."""
+    """Monodromy matrix by the matrices of all steps, (1 − h/2 A⁺)⁻¹ (1 + h/2 A) for ẏ = A y."""
     x, p = len(part.stiffness), part.channels
     rates = np.zeros((len(stiffness), 2 * x, 2 * x))
     rates[:, :x, x:] = np.eye(x)

@@ -107,8 +107,8 @@ def _given_speeds(system: System, prescribed: Array, share: float) -> Array:
 
 
 def _speeds(system: System, prescribed: Array, torques: Array) -> Array:
-    """The same with the share at which the last brake among the reactions has its equilibrium
-    torque."""
+    """Speeds (F,) as of ``_given_speeds``, with the share at which the last brake among the
+    reactions has its equilibrium torque."""
     turns = _port_rolling(system)
     for p in reversed(system.reactions):
         machine = system.machines[p]

@@ -288,7 +288,7 @@ def dof_vectors(active: ActiveDofs) -> DofVectors:
 
 
 def frame_data(modal: ModalSystem) -> FrameData:
-    """Of a system at its rated speed."""
+    """Gyroscopic and centripetal matrices of a system at rated speed, and its velocity row."""
     if not modal.gyroscopic.size:
         return FrameData(modal.gyroscopic, modal.centripetal, np.zeros(0))
     return FrameData(modal.gyroscopic, modal.centripetal, rated_row(modal))
@@ -322,7 +322,7 @@ NEVER = 2  # ticks between samples, of which one is taken
 
 
 def at_rest(data: StepData, modal_system: ModalSystem) -> StepData:
-    """The same system with a step of no duration as its only one."""
+    """The system with a step of zero duration as its only one."""
     system, inverse = modal_system.system, np.ones((1, data.modal.omega2.size))
     modal = data.modal._replace(h=np.zeros(1), inverse=inverse)
     channels = data.channels._replace(displacement=data.channels.residual[None])

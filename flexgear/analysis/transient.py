@@ -108,7 +108,7 @@ class Transient(Solution):
         return self.input_motion[:, :, 0]
 
     def outputs(self) -> Transient:
-        """Its outputs alone."""
+        """The transient at its outputs only, without the samples for sensors."""
         if self.is_output.all():
             return self
         chosen: dict[str, Any] = {
@@ -210,7 +210,7 @@ def _ran_away(modal: ModalSystem, time: float, step: float) -> FlexgearError:
 
 
 class _Run:
-    """What goes on from one piece of time to the next."""
+    """State that a run carries from one time interval to the next."""
 
     def __init__(
         self, modal: ModalSystem, drive: Drive, state: State, energy: bool, sizes: int, sink: Sink

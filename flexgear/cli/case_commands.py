@@ -197,7 +197,7 @@ def _expected(case: Case, flow: PowerFlow) -> Sections:
 
 
 def _running(case: Case, flow: PowerFlow) -> Sections:
-    """What follows from torques and speeds: members, stages, the whole train."""
+    """Sections of the printout from torques and speeds: members, stages, the whole train."""
     motions, sections = stage_motions(case, flow), _members(flow)
     lives = planet_bearing_life_hours(case, flow)
     for stage, motion in zip(flow.stages, motions, strict=True):
@@ -263,8 +263,8 @@ def _stage(stage: StageFlow, motion: StageMotion) -> dict[str, Any]:
 
 
 def _rayleigh(case: Case) -> Sections:
-    """What Rayleigh damping, which is that of springs and masses, does not act on: rotations of
-    gears against each other that nothing but teeth resists."""
+    """Motions without Rayleigh damping, which is that of springs and masses: rotations of gears
+    against each other that only teeth resist."""
     if case.damping.kind != "rayleigh":
         return {}
     system = rigid_system(case)

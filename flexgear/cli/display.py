@@ -113,7 +113,7 @@ def resumable(finished: Callable[[], int], parts: str) -> Iterator[None]:
 
 
 def warn(lines: Iterable[str]) -> None:
-    """What a user must know beside the results, a line each on stderr."""
+    """Print warnings to stderr, one line each."""
     for line in lines:
         typer.echo(f"flexgear: {line}", err=True)
 
@@ -160,7 +160,7 @@ def evenly_spaced(count: int, most: int) -> list[int]:
 
 
 def key_table(key: str, figures: Mapping[str, Any], before: str = "") -> None:
-    """The same of figures by their keys, in words and with their units; key: of the section."""
+    """Print figures by their keys, in words and with their units; key: of the section."""
     table(*titled(key, by_figure(figures)), before)
 
 
@@ -182,7 +182,7 @@ def show(
 
 
 def without_nan(value: Any) -> Any:
-    """The same with None for every number that is infinite or not a number."""
+    """The value with None for every number that is infinite or not a number."""
     if isinstance(value, dict):
         return {k: without_nan(v) for k, v in value.items()}
     if isinstance(value, list):

@@ -173,7 +173,7 @@ class _Pipe(io.FileIO):
 
 
 def _unbroken(stream: TextIO) -> TextIO:
-    """The same stream of this process; one that leads into a pipe does not mind its end."""
+    """The stream of this process; a broken pipe behind it is ignored."""
     try:
         number = stream.fileno()
         if not stat.S_ISFIFO(os.fstat(number).st_mode):

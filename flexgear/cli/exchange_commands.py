@@ -189,7 +189,8 @@ SHOWN = (  # of a reduction: the rest is for programs
 
 
 def _rows_of(report: dict[str, Any]) -> dict[str, Any]:
-    """What a person looks at: sizes, errors beside the full FE mesh, and the time it took."""
+    """Figures of a reduction for the screen: sizes, errors against the full FE mesh, and the time
+    it took."""
     rows = {key: report[key] for key in SHOWN if key in report}
     return {**rows, "time_s": sum(report.get("seconds", {}).values())}
 

@@ -78,7 +78,7 @@ def modify(
 
 
 def _show(proposal: Proposal, keys: str) -> None:
-    """What every flank gains, and the keys."""
+    """Print the improvement of every flank, and the keys."""
     for share, flanks in proposal.before.items():
         typer.echo(f"\nat {share:g} of the rated torque   before -> after")
         for flank, old in flanks.items():

@@ -166,7 +166,7 @@ def _asked_list(option: str, about: str, written: str | None, usual: str) -> lis
 
 
 def _asked(option: str, about: str, value: float | None, usual: float) -> float:
-    """What was given, or the answer to a question."""
+    """The value of an option, or the answer to a question on the terminal."""
     if value is None and _on_terminal(option, about):
         value = typer.prompt(about, usual, type=float)
     assert value is not None

@@ -267,7 +267,7 @@ def _write(
 
 
 def _loudest(mapped: xr.DataArray) -> xr.DataArray:
-    """Of the columns of a map the one with the largest amplitude."""
+    """The column of a map with the largest amplitude."""
     if "column" not in mapped.dims:
         return mapped
     return mapped.isel(column=int(mapped.max(["block", "order"]).to_numpy().argmax()))

@@ -77,7 +77,7 @@ def drawn_side(
 
 
 def _lead(case: Case, flow: PowerFlow, summary: Mapping[str, Any]) -> str:
-    """What was computed, on which machine."""
+    """Sentence on the case: stages, speeds and torques."""
     stages = "; ".join(f"{words(s.name).capitalize()}: {stage_line(s)}" for s in case.stages)
     ports = ", ".join(
         f"{words(name)} {with_unit(abs(flow.speed[name]), 'rad/s')}, "
@@ -109,7 +109,7 @@ class Pictures:
 
     @property
     def names(self) -> list[str]:
-        """Of all, those that take longest first."""
+        """Names of all pictures; those that take longest first."""
         return sorted(self.plan, key=lambda name: not self.plan[name].chart.slow)
 
     def picture(self, name: str) -> Picture:
@@ -142,8 +142,7 @@ def _picture(folders: tuple[Path, Path], name: str) -> Picture:
 
 
 def imported() -> None:
-    """What a worker does before there is anything to draw: this module is there, and so is all that
-    3D renders need."""
+    """Prepares a worker for drawing: imports this module and the renderer."""
     from flexgear.views import render, scenes  # noqa: F401
 
     render.load_renderer()

@@ -69,8 +69,8 @@ def run(
 
 
 def _show(title: str, case: Case, summary: dict[str, Any]) -> None:
-    """What a run says at its end: the headlines of its report, a line for the figure and one for
-    the sentence. Warnings stand apart."""
+    """Print the end of a run: the headlines of its report, each with its figure and its sentence,
+    and the warnings."""
     typer.echo(title)
     power = with_unit(summary["power_flow"]["input_power_w"], "W")
     lowest = [m for m in summary["modes"]["lowest"] if m["frequency_hz"] > 0][:3]

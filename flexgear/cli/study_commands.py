@@ -140,7 +140,7 @@ def _write_tolerance_page(
 
 
 def _show_tolerance(summary: dict[str, Any]) -> None:
-    """What share of the sets exceeds the standard's assumption, and how far figures spread."""
+    """Print the share of samples above the value of IEC 61400-4, and the spread of figures."""
     samples = f"{summary['samples']} samples, largest K over one turn of the carrier"
     typer.echo(f"{summary['case']}, {summary['variant']}: {samples}")
     show_verdicts(tolerance_verdicts(summary))

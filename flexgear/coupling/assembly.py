@@ -208,12 +208,10 @@ class Assembly(BodyCoordinates):
     def _law_bearing(
         self, stage: int, c: Connection, inner: Array, outer: Array, angle: int = -1
     ) -> None:
-        """What of a bearing has a law of its own: motion (6, d) of the nodes that its inner and
-        outer ring stand on, all zero for ground. Nothing where it is linear.
-
-        angle: of the system's by which the inner ring's frame has turned against the outer ring's;
-        on ground, which looks the same from all sides, the law may act in the inner ring's.
-        """
+        """Add the nonlinear part of a bearing; nothing for a linear one. inner, outer: motion (6,
+        d) of the nodes of its inner and outer ring, zero for ground. angle: index of the system's
+        angle by which the inner ring's frame has turned against the outer ring's; on ground, which
+        is isotropic, the law may act in the inner ring's frame."""
         if c.bearing is None:
             return
         try:

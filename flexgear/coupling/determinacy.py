@@ -87,7 +87,7 @@ def holding_rows(pairs: PairData, blocks: Array, angles: int, more: Sequence[Arr
 
 
 def free_motions(rigid: Array, contact: Array) -> Array:
-    """Those of the motions ``rigid`` (d, r) that compress no row of ``contact`` (n, d); (d, k)."""
+    """Motions (d, k) among ``rigid`` (d, r) that compress no row of ``contact`` (n, d)."""
     # each row against what its terms could add up to, so that round-off stays small; where soft
     # springs stand beside stiff ones the motions themselves carry some 1e-8 of it
     scale = (np.abs(contact) @ np.abs(rigid)).max(axis=1, keepdims=True, initial=0.0)

@@ -96,7 +96,7 @@ class GearMeshSet:
 
 @dataclass(frozen=True)
 class GearMeshLabel:
-    """What a gear mesh m is: stage (0-based), kind (of KINDS), side ("", left, right), planet."""
+    """Label of a gear mesh m: stage (0-based), kind (of KINDS), side ("", left, right), planet."""
 
     stage: int
     kind: GearMeshKind

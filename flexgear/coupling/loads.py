@@ -95,7 +95,7 @@ def _given_load(a: Assembly, k: int) -> list[GivenLoad]:
 
 
 def _places(a: Assembly) -> dict[MemberName, tuple[int, Member]]:
-    """What can be loaded: members by name, with the number of their stage and their first body."""
+    """Members that can be loaded, by name, with the number of their stage and their first body."""
     return {
         member: (a.case.stage_index(member), a.bodies_of(member)[0])
         for member in a.case.member_names()

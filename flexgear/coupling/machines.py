@@ -74,7 +74,7 @@ def port_machines(case: Case, flow: PowerFlow) -> tuple[MachineLaw, ...]:
 
 
 def machine_words(case: Case) -> dict[str, float | str]:
-    """What the header of results says of them: the law at each port, exponents of brakes."""
+    """Machines in the attributes of results: the law at each port, exponents of brakes."""
     out: dict[str, float | str] = {}
     for port, machine in zip(case.ports, machines_of(case), strict=True):
         out[f"{port.member}_machine"] = "torque" if machine is None else machine.law

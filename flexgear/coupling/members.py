@@ -228,7 +228,7 @@ def _lumped(case: Case, stage: Stage, part: str) -> list[Member]:
 
 
 def _hub(case: Case, stage: Stage) -> list[Member]:
-    """What an FE ring that turns is held on."""
+    """The hub that carries an FE ring that turns."""
     if stage.form("ring") != "fe" or not can_turn(case, stage, "ring"):
         return []
     hub = stage.ring.hub if stage.ring else None
@@ -242,8 +242,8 @@ def _hub(case: Case, stage: Stage) -> list[Member]:
 
 
 def _behind_spline(case: Case, stage: Stage, members: list[Member]) -> list[Member]:
-    """What hangs behind the spline of a sun's shaft: nothing where another stage is joined there,
-    which has its own bodies."""
+    """The body behind the spline of a sun's shaft; none where another stage is joined there, which
+    has its own bodies."""
     port = case.port_at(MemberName.of(stage.name, "sun"))
     if stage.form("sun") != "beam" or port is None:
         return []

@@ -240,8 +240,9 @@ class ModalSystem:
 
     @property
     def figures(self) -> dict[str, float]:
-        """What was kept, as results name it: kept_modes with the rigid ones, modes_limit_hz the
-        highest of them, modes_estimate of the error up to modes_band_hz where it was made."""
+        """Figures of the second reduction in results: kept_modes including the rigid ones,
+        modes_limit_hz the highest of them, modes_estimate of the error up to modes_band_hz, if it
+        was computed."""
         highest = float(self.omega.max(initial=0.0)) / (2 * np.pi)
         values = {"kept_modes": len(self.omega), "modes_limit_hz": highest}
         if self.choice is not None:

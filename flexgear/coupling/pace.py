@@ -76,7 +76,7 @@ class Pace:
 
     @property
     def figures(self) -> dict[str, float]:
-        """What `check`, summaries and datasets say; names end in units."""
+        """Figures of `check`, summaries and datasets; names end in units."""
         values = {
             "gear_mesh_frequency_hz": self.gear_mesh,
             "gear_mesh_orders": self.orders,
@@ -102,7 +102,7 @@ class Pace:
 
     @property
     def summary(self) -> dict[str, Any]:
-        """What results say: figures, and reasons of what is derived."""
+        """Figures, and reasons of the derived ones."""
         return {**self.figures, "reasons": self.reasons}
 
 
@@ -153,7 +153,7 @@ def speed_time_constant(case: Case) -> float:
 
 
 def _pace(gear_mesh: float, resonance: float, solver: Solver, series: tuple[str, ...]) -> Pace:
-    """Of the highest gear-mesh frequency and the lowest f_E, Hz."""
+    """Steps, samples and modes from the highest gear-mesh frequency and the lowest f_E, Hz."""
     orders = solver.gear_mesh_orders
     highest, reasons = orders * gear_mesh, {}
 
@@ -210,7 +210,8 @@ def _pace(gear_mesh: float, resonance: float, solver: Solver, series: tuple[str,
 
 
 def pace_sections(pace: Pace, solver: Solver) -> dict[str, dict[str, Any]]:
-    """What `check` says: figures, reasons of what is derived, and what is too coarse."""
+    """Sections of `check`: figures, reasons of the derived ones, and warnings of coarse
+    settings."""
     sections: dict[str, dict[str, Any]] = {"solver": pace.figures, "solver_reasons": pace.reasons}
     notes = too_coarse(pace, solver)
     if notes:
@@ -219,7 +220,7 @@ def pace_sections(pace: Pace, solver: Solver) -> dict[str, dict[str, Any]]:
 
 
 def too_coarse(pace: Pace, solver: Solver) -> list[str]:
-    """What the case gives that does not show what it asks for, one line each."""
+    """Settings of the case that do not resolve its orders, one line each."""
     order = (
         f"order {pace.orders} of the gear mesh frequency lies at {pace.highest_frequency:.5g} Hz"
     )

@@ -125,8 +125,7 @@ class LawBearing:
         return int(self.part_loads(np.zeros((1, 6)), np.zeros((1, self.turned + 1))).shape[1])
 
     def part_loads(self, motion: Array, theta: Array) -> Array:
-        """What the bearing's parts carry at motions (t, 6) and the system's angles (t, θ), as the
-        law says it, N."""
+        """Loads of the bearing's parts at motions (t, 6) and the system's angles (t, θ), N."""
         of_parts = LAWS[LAW_NUMBERS[self.law]].part_loads
         if of_parts is None:
             raise KeyError(f"the law {self.law!r} of {self.name} has no parts")

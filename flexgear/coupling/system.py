@@ -26,8 +26,8 @@ from flexgear.structures.bodies import Body, rigid_rows
 
 
 def variant_label(bodies: Iterable[BodyName], rigid: Collection[BodyName]) -> str:
-    """What bends of the bodies that may: "flexible", "rigid", or their parts joined by +, stage by
-    stage where stages differ; "lumped" where there are none."""
+    """Flexible bodies in words: "flexible", "rigid", or their parts joined by +, stage by stage
+    where stages differ; "lumped" where there are none."""
     stages: dict[str, dict[str, bool]] = {}
     for body in bodies:
         stages.setdefault(body.stage, {})[body.part] = body not in rigid
@@ -73,8 +73,8 @@ class RotatingFrameSupport:
 
 @dataclass(frozen=True)
 class Damping:
-    """Of the assembled system without gear meshes: 2ζω = 2·ratio·ω, or α + β ω²; ratios: of its
-    first elastic modes, in the place of ratio."""
+    """Damping of the assembled system without gear meshes: 2ζω = 2·ratio·ω, or α + β ω²; ratios: of
+    its first elastic modes, in place of ratio."""
 
     ratio: float = 0.0
     alpha: float = 0.0

@@ -45,7 +45,7 @@ class Case(case.Case):
 
     @classmethod
     def of(cls, plain: case.Case) -> Case:
-        """The same case with these methods."""
+        """The case with the methods of this class."""
         return cls.model_construct(plain.model_fields_set, **dict(plain))
 
     @checked

@@ -46,7 +46,7 @@ class Model(model.Model):
 
     @checked
     def rigid(self, *parts: str) -> Model:
-        """The same with more bodies rigid.
+        """The model with more bodies rigid.
 
         parts: "ring", "carrier", "planet", "shaft" of all flexible stages, "stage_1.ring" of one;
         all bodies if none is named.

@@ -23,7 +23,7 @@ from flexgear.studies.rating import rate
 
 @dataclass(frozen=True, repr=False, eq=False)
 class Run(run.Run):
-    """What a run leaves: datasets by file name, fields of bodies, figures, the power flow."""
+    """Results of a run: datasets by file name, fields of bodies, figures, the power flow."""
 
     def __repr__(self) -> str:
         return f"<flexgear run of {self.case.name}: {', '.join(self.datasets)}>"

@@ -341,7 +341,7 @@ def _undisturbed() -> Iterator[None]:
 
 
 def reason(error: OSError) -> str:
-    """What the system says, with the remedy where there is an obvious one."""
+    """Message of the system, with the remedy where there is an obvious one."""
     text = error.strerror or str(error)
     full = error.errno in (errno.ENOSPC, getattr(errno, "EDQUOT", errno.ENOSPC))
     return f"{text}; free some space or choose another folder" if full else text

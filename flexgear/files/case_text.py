@@ -183,8 +183,8 @@ def new_case_text(stages: Sequence[Proposal], rated: Rated) -> str:
 
 
 def _stage(name: str, p: Proposal, several: bool) -> dict[str, Any]:
-    """What the template asks of a stage. arm: of rows of rollers from their middle, m; tooth_error:
-    of single teeth, µm."""
+    """Values of the template for a stage. arm: of rows of rollers from their middle, m;
+    tooth_error: of single teeth, µm."""
     support = around.ring_support(p)
     return {
         "name": name,

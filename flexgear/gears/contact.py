@@ -188,7 +188,8 @@ def tooth_numbers(angles: Array, reference: float, teeth: int) -> tuple[Ints, Ar
 
 
 def assembly_mismatch(g: StageGeometry, planet_angles: Array) -> Array:
-    """How far each planet's sun tooth is from where planet 1 puts it, in sun pitches, (N,)."""
+    """Distance (N,) of the sun tooth at each planet from its position by planet 1, in sun
+    pitches."""
     gamma = planet_tooth_angle(g, ring_start(g, planet_angles))
     sigma = sun_tooth_angle(g, sun_side(g, gamma)) + planet_angles
     return tooth_numbers(sigma, float(sigma[0]), g.sun.teeth)[1]

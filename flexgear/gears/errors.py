@@ -180,8 +180,8 @@ def _errors_of(
 
 
 def _turning(stage: Stage, e: GearErrors, role: str) -> list[TurningVector]:
-    """How far sun or ring lies off its place, as every planet sees it, and against that how far
-    the planet does."""
+    """Displacements of sun or ring in the axes of every planet, and those of the planet relative to
+    them."""
     turns, vectors = stage_turns(stage), []
     towards = np.exp(-1j * np.asarray(stage.planet_angles, dtype=float))
     size, phase = getattr(e, f"{role}_eccentricity"), getattr(e, f"{role}_eccentricity_phase")

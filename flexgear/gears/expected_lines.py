@@ -78,7 +78,7 @@ class ExpectedLine:
     bearing: str = ""
 
     def order(self, speed: float) -> float:
-        """Of the turn of a member at a speed, rad/s."""
+        """Order of the line over the rotation of a member at ``speed``, rad/s."""
         return TURN * self.frequency / abs(speed)
 
 
@@ -151,7 +151,8 @@ def pass_lines(stage: Stage, flow: StageFlow, sensor: float) -> Iterator[Expecte
 def _sidebands(
     stage: Stage, gear_mesh: float, passing: float, harmonic: int
 ) -> Iterator[ExpectedLine]:
-    """Of one harmonic: the gear mesh itself and what stands up to N planet passes beside it."""
+    """Lines of one harmonic: the gear mesh itself and its sidebands, up to N planet passes
+    apart."""
     if abs(passing) * TURN < SAME * abs(gear_mesh):  # planets stay where they are: none cancels
         yield _order(stage, harmonic, harmonic * abs(gear_mesh))
         return
@@ -167,7 +168,7 @@ def _sidebands(
 def _order(
     stage: Stage, harmonic: int, frequency: float, share: float = 1.0, beside: str = ""
 ) -> ExpectedLine:
-    """Of a harmonic of the gear mesh, or of what stands beside it."""
+    """Line of a harmonic of the gear mesh, or of a sideband."""
     kind, row = (SIDEBAND, beside) if beside else (GEAR_MESH, f"order {harmonic}")
     label = f"gear mesh {harmonic} {beside}".rstrip()
     return ExpectedLine(stage.name, kind, label, frequency, share, harmonic, row)

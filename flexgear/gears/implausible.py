@@ -50,7 +50,8 @@ WIDEST = math.radians(75.0)  # turn of a cutter's tooth, beyond which it is clea
 
 
 def tooth_warnings(view: StageView) -> list[str]:
-    """Of the gears of a stage; where teeth are not those of the gears, of their radii alone."""
+    """Warnings about the gears of a stage; where base diameters or angles are given, about their
+    radii only."""
     g = stage_geometry(view)
     if g.overridden:
         return [*_base_circles(view, g)]

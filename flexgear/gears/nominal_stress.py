@@ -149,7 +149,8 @@ def root_stress(
     gear_mesh: GearMeshGeometry,
     force: float,
 ) -> RootStress:
-    """Of the gear ``tooth`` in a gear mesh of normal force ``force``, N along the 3D normal."""
+    """Nominal root stress of the gear ``tooth`` in a gear mesh of normal force ``force``, N along
+    the 3D normal."""
     module, beta_b = stage.normal_module, base_helix_angle(stage)
     virtual = virtual_tooth(tooth, gear, stage)
     section = virtual.root.section

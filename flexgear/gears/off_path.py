@@ -77,8 +77,8 @@ class TipEdge:
     offset: float
 
     def gap(self, distance: Array) -> Array:
-        """What the mate, turned to touch the tip, rolls off on its base circle, m; ∞ where the tip
-        has left the mate's tooth, below zero where tips foul each other."""
+        """Distance, m on its base circle, by which the mate would have to roll to touch the tip; ∞
+        where the tip has left the mate's tooth, negative at interference of tips."""
         mate = self.mate
         radius, angle = self._seen_from_mate(distance)
         gap = _parted(mate, radius, angle, self.mate_roll - mate.outward * np.asarray(distance))
@@ -166,12 +166,10 @@ OfEdge = Callable[[TipEdge | None, Array], Array]
 
 @dataclass(frozen=True)
 class OffPath:
-    """Both ends of the path of contact s_lo … s_hi (m) of a planet with a ring, or of two external
-    gears: before it the gear's tip meets the planet's flank, after it the planet's tip the gear's.
-
-    offset: a sin α, m; cos_base_helix: share of the three-dimensional normal N in the transverse
-    plane. Path coordinates s have any shape.
-    """
+    """Contact beyond both ends of the path s_lo … s_hi (m) of a planet with a ring, or of two
+    external gears: before it the gear's tip meets the planet's flank, after it the planet's tip the
+    gear's. offset: a sin α, m; cos_base_helix: share of the three-dimensional normal N in the
+    transverse plane. Path coordinates s have any shape."""
 
     planet: ToothGeometry
     gear: ToothGeometry
@@ -216,9 +214,9 @@ class OffPath:
         )
 
     def parted(self, s: Array, planet: Array, gear: Array) -> Array:
-        """How far along N a point of one flank is from the other, m, both involutes, at path
-        coordinates s; planet, gear: roll lengths of the point and where it would touch, of which
-        that one is taken whose tip is the nearer one. Any one shape."""
+        """Distance along N, m, from a point of one flank to the other, both involutes, at path
+        coordinates s; planet, gear: roll lengths of the point and where it would touch, for the
+        flank with the nearer tip. Any one shape."""
         out = np.empty_like(s)
         of_planet = s > 0.5 * (self.s_lo + self.s_hi)
         for mine, tooth, mate, roll, sense in (

@@ -92,7 +92,7 @@ class GearFlank:
         return rho, z, self.gap(rho[:, None], z)
 
     def gap(self, rho: Array, z: Array) -> Array:
-        """What it lacks at ρ and z (any shapes that broadcast), m, in the transverse section."""
+        """Material missing at ρ and z (any shapes that broadcast), m, in the transverse section."""
         total = np.zeros(np.broadcast_shapes(np.shape(rho), np.shape(z)))
         for missing in self.gaps:
             total += missing(rho, z)
@@ -229,7 +229,7 @@ def stage_paths(view: StageView, forces: Mapping[str, float]) -> dict[PathKey, G
 
 
 def assembly_misfit(view: StageView, g: StageGeometry) -> float:
-    """How far a planet's sun tooth is at most from where planet 1 puts it, in sun pitches."""
+    """Largest distance of a planet's sun tooth from its position by planet 1, in sun pitches."""
     if view.stage.kind == "parallel":
         return 0.0
     return float(np.abs(assembly_mismatch(g, np.asarray(view.stage.planet_angles))).max())

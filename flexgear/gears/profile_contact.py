@@ -279,7 +279,7 @@ class _Search(NamedTuple):
         return g.mean(axis=1) - 0.5 * second, first, second
 
     def _slopes(self, c: Array, log_a: Array, w: float, hertz: Array) -> tuple[Array, Array]:
-        """Of the energy over w, by c and by ln a."""
+        """Derivatives of the energy over w, by c and by ln a."""
         a = hertz * np.exp(log_a)
         _, first, second = self._moments(c, a)
         return first / a + c / self.radius, second - w + a**2 / (4.0 * self.radius)

@@ -256,7 +256,7 @@ def _gear(gear: ToothGeometry, base_radius: float) -> dict[str, Any]:
 
 
 def _tool(gear: ToothGeometry) -> dict[str, Any]:
-    """What cuts the teeth, and what it leaves."""
+    """The tool of the teeth, and the root that it leaves."""
     tool = gear.tool
     rows: dict[str, Any] = {"tool": "rack"}
     if isinstance(tool, CutterTool):

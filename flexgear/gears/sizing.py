@@ -59,9 +59,8 @@ class GearSet:
 
 
 def tooth_numbers(basic_ratio: float, planets: int, helix: float) -> Iterator[GearSet]:
-    """Those that mesh and assemble for z_r/z_s about ``basic_ratio``, the best first: an exact
-    ratio, teeth that meet all others (no common divisor), a pinion of usual size, room between
-    planets."""
+    """Tooth numbers that mesh and assemble for z_r/z_s about ``basic_ratio``, the best first: exact
+    ratio, no common divisor, a pinion of usual size, clearance between planets."""
     for _, sun, planet, ring in sorted(_candidates(basic_ratio, planets, helix)):
         meshing = _meshing(sun, planet, ring, helix)
         if meshing is not None:
@@ -196,7 +195,7 @@ class Arrangement:
         return ratio - 1 if self.held == "ring" else ratio
 
     def sun_torque(self, torque: float, basic: float) -> float:
-        """Of the torque of the slow member."""
+        """Torque of the sun from that of the slow member, N m."""
         return torque / (basic if self.slow == "ring" else 1 + basic)
 
 
@@ -252,7 +251,7 @@ class Proposal:
 
     @property
     def ratio(self) -> float:
-        """Of what is proposed."""
+        """Ratio of the proposal."""
         return self.request.kind.ratio(self.basic_ratio)
 
     @property
@@ -266,7 +265,7 @@ class Proposal:
         return self.module * self.gear_set.teeth["planet"].tip_radius
 
     def root_diameter(self, role: str) -> float:
-        """Of "sun", "planet" or "ring", m."""
+        """Root diameter of "sun", "planet" or "ring", m."""
         return 2 * self.module * self.gear_set.teeth[role].root_radius
 
     @property
@@ -281,7 +280,7 @@ class Proposal:
 
     @property
     def gear_width(self) -> float:
-        """Of the whole gears, m."""
+        """Width of the whole gears, both halves of a double-helical stage included, m."""
         return (
             2 * self.face_width + self.half_gap if self.request.double_helical else self.face_width
         )

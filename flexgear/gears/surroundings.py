@@ -52,9 +52,9 @@ class Splined:
 
 
 def ring_support(p: Proposal) -> Bolting | Splined:
-    """How the ring, or one half of it, is held by a rim of 3 to 3.5 modules: by the thinnest bolts
-    in it, 8 to 40, whose friction carries the torque with safety 1.5 (VDI 2230), by the thickest
-    with fitted pins beside where none do, by an outer spline where no bolt has room."""
+    """Support of the ring, or of one half, with a rim of 3 to 3.5 modules: the thinnest bolts in
+    it, 8 to 40, whose friction carries the torque with safety 1.5 (VDI 2230); else the thickest
+    with fitted pins; else an outer spline where bolts have no room."""
     torque, best = p.ring_torque / p.request.halves, None
     for diameter, area in BOLTS.items():
         rim = max(RIM * p.module, BOLTED_RIM * diameter)
@@ -84,8 +84,8 @@ def _splined(p: Proposal, torque: float) -> Splined:
 
 @dataclass(frozen=True)
 class Hub:
-    """What a ring that turns is held on: a flange a third as wide as the gear; SI. z: of its
-    centre from the middle of the gear."""
+    """Hub of a ring that turns: a flange a third as wide as the gear; SI. z: of its centre from the
+    middle of the gear."""
 
     mass: float
     inertia: float

@@ -64,7 +64,7 @@ PLAIN_TOOL = PlainTool()
 
 
 def plain_tool(data: Tool) -> PlainTool:
-    """The same data as plain numbers."""
+    """The data of a tool as plain numbers."""
     return PlainTool(**{f.name: getattr(data, f.name) for f in fields(PlainTool)})
 
 
@@ -191,7 +191,8 @@ class CutterTool:
         return (rolling_radius - self.distance) if self.internal else self.distance - rolling_radius
 
     def cut(self, t: Array, rolling_radius: float) -> tuple[Points, Points]:
-        """As of ``RackTool``; rolling_radius: r_w of the gear."""
+        """Points and normals of the root curve as of ``RackTool``; rolling_radius: r_w of the gear,
+        m."""
         point, normal = self.profile.at(t)
         cutter_radius = self._rolling(rolling_radius)
         lever = (np.conj(normal) * point).imag / cutter_radius

@@ -38,7 +38,7 @@ from flexgear.model.section import Refusal
 
 
 class Rack(Protocol):
-    """What all gears of a stage are cut with; m and rad, pressure angle in the normal section."""
+    """Basic rack of all gears of a stage; m and rad, pressure angle in the normal section."""
 
     @property
     def normal_module(self) -> float: ...
@@ -58,7 +58,7 @@ class PlainRack:
 
 
 class Blank(Protocol):
-    """What one gear states of its teeth; all but the number (of a virtual gear not whole) are
+    """Data of the teeth of one gear; all but the number (not integer for a virtual gear) are
     multiples of the normal module."""
 
     @property
@@ -81,7 +81,7 @@ def involute(angle: float) -> float:
 
 
 def involutes(angles: Array) -> Array:
-    """The same of many angles."""
+    """inv α = tan α − α of angles of any shape."""
     return np.asarray(np.tan(angles) - angles)
 
 
@@ -144,7 +144,7 @@ class ToothGeometry:
 
     @property
     def rolling_radius(self) -> float:
-        """Of the circle that rolls on the tool's rolling line or circle, m."""
+        """Radius of the circle that rolls on the tool's rolling line or circle, m."""
         if isinstance(self.tool, RackTool):
             return self.reference_radius
         return self.base_radius / math.cos(self.tool.working_angle(self.base_radius))

@@ -122,7 +122,7 @@ def fault_report(view: StageView, paths: Sequence[GearMeshPath]) -> dict[str, st
 
 
 def fault_groups(view: StageView, path: GearMeshPath) -> FaultGroups:
-    """Of the gear meshes of a path."""
+    """Groups of equal faults of the gear meshes of a path."""
     roles = path.kind.gear, "planet"
     of_teeth: dict[str, dict[tuple[int, int], list[Numbered]]] = {role: {} for role in roles}
     for number, fault in faults_of_stage(view):

@@ -62,7 +62,7 @@ class PairCompliance:
 
     @property
     def total(self) -> Array:
-        """Both teeth, both foundations and the contact, m²/N."""
+        """Compliance of both teeth, both foundations and the contact, m²/N."""
         teeth = self.planet.bending + self.gear.bending
         return teeth + self.planet.foundation + self.gear.foundation + self.contact
 

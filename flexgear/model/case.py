@@ -112,7 +112,7 @@ def _check_ports(case: Case) -> None:
 
 
 def _check_held(case: Case) -> None:
-    """What is held has a support against turning, and nothing else has but in free vibration."""
+    """Held members have a support against rotation; others have one in free vibration only."""
     held = case.held_members()
     for name in case.member_names():
         k, part = case.stage_index(name), name.part
@@ -142,7 +142,7 @@ def _check_held(case: Case) -> None:
 
 
 def _check_behind_shafts(case: Case) -> None:
-    """What hangs behind the spline of a sun's shaft is a body that can move in all directions."""
+    """The body behind the spline of a sun's shaft can move in all directions."""
     for (key_of_member, _), port in zip(_ports(case), case.ports, strict=True):
         at, member = key_of_member.removesuffix(".member"), MemberName.parse(port.member)
         beam = case.stage(member.stage).form(member.part) == "beam"
@@ -243,7 +243,7 @@ class Case(Section):
 
     @property
     def fe_ring_stages(self) -> dict[str, StageView]:
-        """Those whose ring is an FE body, with a node at every tooth."""
+        """Stages whose ring is an FE body, with a node at every tooth."""
         return {s.name: self.view(s.name) for s in self.stages if s.form("ring") == "fe"}
 
     @property

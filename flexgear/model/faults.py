@@ -131,7 +131,7 @@ class Fault(Section):
 
     @classmethod
     def required(cls, data: Mapping[str, Any]) -> list[Missing]:
-        """What each kind needs."""
+        """Keys that each kind needs."""
         needed, _ = _KEYS.get(str(data.get("kind")), ((), ()))
         names = [name for name in needed if name != "depth" or not data.get("depths")]
         if needed and "planet" in (data.get("gear"), str(data.get("bearing")).partition("_")[0]):

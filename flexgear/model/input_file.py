@@ -162,7 +162,7 @@ def _values(
 
 
 def _separator(text: str) -> str:
-    """What stands between the columns of the first line that is no comment."""
+    """Column separator of the first line that is no comment."""
     lines = (line for line in text.splitlines() if line.strip() and not _comment(line))
     title = next(lines, "")
     return next((sign for sign in ";\t" if sign in title), ",")

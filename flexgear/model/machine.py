@@ -102,7 +102,7 @@ class TimeHistory(Section):
 
     @property
     def followed(self) -> Followed:
-        """What it is a history of."""
+        """Quantity of the history."""
         return "torque"
 
     def _check(self) -> None:
@@ -159,7 +159,7 @@ class TimeHistory(Section):
         return self._curve(t)[0]
 
     def rate_at(self, time: ArrayLike) -> Array:
-        """Its rate of change, in N m/s or rad/s², at times beside jumps and kinks; same shape."""
+        """Rate of change, N m/s or rad/s², at times away from jumps and kinks; same shape."""
         t = np.asarray(time, dtype=float)
         return self._curve(t)[1] if self.is_series else np.zeros(t.shape)
 
@@ -227,7 +227,7 @@ class Machine(TimeHistory):
 
     @property
     def followed(self) -> Followed:
-        """What its history is one of."""
+        """Quantity of its history."""
         return "speed" if self.follows_speed else "torque"
 
     @property

@@ -164,8 +164,8 @@ class Rating(ForcedFactors):
     positions_per_gear_mesh: int = Field(default=8, ge=2, le=1000)
 
     def forced(self, stage: str, kind: str) -> ForcedFactors:
-        """Those of the gear meshes "sun" or "ring" of a stage; of several that name them the last
-        one."""
+        """Prescribed factors of the gear meshes "sun" or "ring" of a stage; the last statement that
+        names them counts."""
         stated = self._stated(ForcedFactors.model_fields)
         for some in self.gear_meshes:
             if some.stage in (None, stage) and some.kind in (None, kind):
@@ -173,8 +173,8 @@ class Rating(ForcedFactors):
         return ForcedFactors(**stated)
 
     def least(self, name: str) -> float:
-        """Of "flank_safety" S_Hmin, "root_safety" S_Fmin, "dynamic_factor" K_v, "face_load_factor"
-        K_Hβ: what the key says, else the set."""
+        """Lowest allowed "flank_safety" S_Hmin, "root_safety" S_Fmin, "dynamic_factor" K_v,
+        "face_load_factor" K_Hβ: by key, else by the set ``limits``."""
         stated: float | None = getattr(self, f"least_{name}")
         return LIMITS[self.limits][name] if stated is None else stated
 

@@ -37,8 +37,8 @@ Written = dict[str, tuple[str, str, str, Any]]
 
 
 def parse_toml(text: str, where: str, key: str = "TOML") -> dict[str, Any]:
-    """As ``tomllib.loads``; InputError for what it cannot read, with the line of a syntax error,
-    and for lists in lists in lists."""
+    """Parses TOML with ``tomllib.loads``; InputError for invalid text, with the line of a syntax
+    error, and for lists nested too deep."""
     deep = InputError(where, key, f"lists are nested more than {MOST_NESTED} deep", "flatten them")
     try:
         data = tomllib.loads(text)

@@ -134,7 +134,7 @@ def location(line: Any) -> list[str | int]:
 
 
 def raw_value(data: Any, *keys: str) -> Any:
-    """What stands at nested keys of a section, read or not yet read; None where nothing does."""
+    """Value at nested keys of a section, parsed or not; None without one."""
     for key in keys:
         data = data.get(key) if isinstance(data, Mapping) else getattr(data, key, None)
     return data

@@ -59,7 +59,7 @@ class Sensor(Section):
 
     @property
     def order(self) -> int:
-        """Of the time derivative of what is recovered."""
+        """Order of the time derivative of displacement: 0, 1 velocity, 2 acceleration."""
         return MOTIONS.index(self.measures) if self.measures in MOTIONS else 0
 
     def _check(self) -> None:

@@ -116,7 +116,7 @@ class Stage(Section):
 
     @property
     def sides(self) -> tuple[str, ...]:
-        """Its gear meshes along the axis: the halves of a double-helical stage, else one, ""."""
+        """Sides of its gear meshes: "left" and "right" of a double-helical stage, else ""."""
         return ("left", "right") if self.double_helical else ("",)
 
     @property
@@ -141,7 +141,7 @@ class Stage(Section):
         return any(self.form(part) != "lumped" for part in (*self.members, "planet"))
 
     def form(self, part: str) -> Form:
-        """What a member of ``members`` or "planet" is."""
+        """Form of a member of ``members`` or of "planet": lumped, FE body or beam."""
         member = getattr(self, part)
         if getattr(member, "fe", None) is not None:
             return "fe"

@@ -97,7 +97,7 @@ class StageView:
 
     @property
     def gear_mesh(self) -> GearMesh:
-        """How its gear meshes are modelled."""
+        """Options of its gear meshes."""
         return self.stage.gear_mesh
 
     def bodies_hash(self) -> str:

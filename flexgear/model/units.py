@@ -89,7 +89,7 @@ _IRREGULAR = {
 
 
 def unit_name(suffix: str) -> str:
-    """How a suffix is printed after a number: n_per_m -> N/m."""
+    """Printed unit of a suffix: n_per_m -> N/m."""
     if suffix in _IRREGULAR:
         return _IRREGULAR[suffix]
     sides = (side.split("_") for side in suffix.split("_per_"))

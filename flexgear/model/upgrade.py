@@ -46,7 +46,7 @@ _IN_COMMENT = re.compile(r"(?<=\[)[a-z_.]+(?=\])")
 
 
 def present_key(key: str) -> str:
-    """What an earlier key has become, "" for a key that has not moved."""
+    """Present name of an earlier key, "" for a key that has not changed."""
     for earlier, present in MOVES:
         rest = key[len(earlier) :]
         if key.startswith(earlier) and (not rest or rest[0] in "._["):

@@ -95,7 +95,7 @@ def _all_missing(root: type[Section], lines: list[Any], where: str) -> InputErro
 
 
 def _addition(root: type[Section], key: str) -> str:
-    """What to write for a missing key: "planets = …", or "[stage.sun]" where it is a section."""
+    """Text to add for a missing key: "planets = …", or "[stage.sun]" where it is a section."""
     parts = [part.partition("[")[0] for part in key.split(".")]
     owner: type[Section] | None = root
     for part in parts[:-1]:

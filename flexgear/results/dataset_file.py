@@ -69,8 +69,7 @@ def write_netcdf(data: xr.Dataset, path: PathLike, encoding: Encoding | None = N
 
 
 def encoding_of(data: xr.Dataset) -> Encoding:
-    """How variables are stored: compressed, those with more than one axis in single precision but
-    for signals of sensors, whose weak lines stand beside strong ones."""
+    """Encoding of variables: compressed, single precision where ``is_single``."""
     return {
         str(name): {"compression": "gzip", "compression_opts": 1, "shuffle": True}
         | ({"dtype": "f4"} if is_single(v) else {})

@@ -43,7 +43,7 @@ class Origin:
 
 
 def origin_of_case(case: Case, result: str = "") -> Origin:
-    """What results of a case will say."""
+    """Origin of results of a case."""
     return Origin(case.name, case.source, result)
 
 
@@ -53,7 +53,7 @@ def is_picture(path: Path) -> bool:
 
 
 def origin_of(path: Path) -> Origin | None:
-    """What a file says; None where flexgear did not write it, or it cannot be read."""
+    """Origin stated by a file; None where flexgear did not write it, or it cannot be read."""
     try:
         require_regular(path, "output", _MOST)
         with open(path, "rb") as file:

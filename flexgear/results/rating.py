@@ -91,12 +91,12 @@ class RatedPart:
 
     @property
     def damage_sum(self) -> float:
-        """Of all bins with a duration."""
+        """Damage over all bins with a duration."""
         return float(self.damage.sum())
 
     @property
     def least_safety(self) -> float:
-        """Of the spectrum and of every extreme load; NaN where nothing is assessed."""
+        """Least safety over the spectrum and every extreme load; NaN where nothing is assessed."""
         every = [s for s in (self.whole_safety, *self.safety) if math.isfinite(s)]
         return min(every, default=math.nan)
 
@@ -150,7 +150,7 @@ class Rating:
 
     @property
     def hours(self) -> float:
-        """Of all bins together."""
+        """Hours of all bins together."""
         return float(sum(b.hours for b in self.bins))
 
     @property

@@ -35,7 +35,7 @@ def ended_run(path: Path) -> Path:
 
 @dataclass(frozen=True)
 class Folder:
-    """What a run left: datasets by name, displacement fields by body, summary, power flow."""
+    """Results of a run: datasets by name, displacement fields by body, summary, power flow."""
 
     case: Case
     flow: PowerFlow
@@ -51,7 +51,7 @@ class Folder:
 
 @dataclass(frozen=True)
 class RingFolder:
-    """What of a run belongs to one flexible stage."""
+    """Part of a run that belongs to one flexible stage."""
 
     run: Folder
     name: str
@@ -63,7 +63,7 @@ class RingFolder:
 
     @property
     def prefix(self) -> str:
-        """How names of pictures begin."""
+        """Prefix of names of pictures."""
         return prefix_of(self.name)
 
     def runs(self, start: str) -> dict[str, xr.Dataset]:
@@ -87,7 +87,7 @@ class RingFolder:
 
 
 def prefix_of(stage: str) -> str:
-    """How names of pictures of a stage begin: with its name, unless it is the only one."""
+    """Prefix of names of a stage's pictures: its name, unless it is the only one."""
     return "" if stage == "stage" else f"{stage}_"
 
 

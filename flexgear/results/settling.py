@@ -45,12 +45,12 @@ class Window:
 
     @property
     def attributes(self) -> dict[str, Any]:
-        """As a dataset holds it."""
+        """The window as attributes of a dataset."""
         return {"settle_s": self.start, "settled": _WORDS[self.settled], "settling": self.sentence}
 
     @property
     def figures(self) -> dict[str, Any]:
-        """As a summary holds it."""
+        """The window as figures of a summary."""
         ends = [self.start, self.end]
         return {"window_s": ends, "settled": self.settled, "settling": self.sentence}
 
@@ -184,7 +184,8 @@ class Settling(DatasetSink):
         self._largest[at] = np.maximum(self._largest[at], most)
 
     def _peak_to_peak(self, windows: slice) -> Array:
-        """Of every x, at least a share of the largest of its kind and of its size."""
+        """Peak-to-peak value of every x, at least a share of the largest of its kind and of its
+        magnitude."""
         high, low = self._largest[windows, 1].max(axis=0), -self._largest[windows, 2].max(axis=0)
         range_ = high - low
         for end, size in zip(np.cumsum(self._sizes), self._sizes, strict=True):

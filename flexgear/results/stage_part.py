@@ -41,7 +41,7 @@ def stage_part(data: xr.Dataset, stage: str, half: str = "left") -> xr.Dataset:
 
 
 def of_kind(data: xr.Dataset, kind: str) -> xr.Dataset:
-    """Of gear meshes, flanks and groups those of a kind, "ring" or "sun"."""
+    """Gear meshes, flanks and groups of a kind, "ring" or "sun"."""
     kinds = {dim: data[name].to_numpy() == kind for dim, name in _beside(data, "kind").items()}
     return data.isel({dim: np.flatnonzero(there) for dim, there in kinds.items()})
 
@@ -154,7 +154,8 @@ def carrying_flank(data: xr.Dataset, gear: str, planet: int = 0) -> str:
 
 
 def flank_names(histories: xr.Dataset) -> str:
-    """The same of ``flank_histories`` or of their largest values."""
+    """Flanks that carry in ``flank_histories`` or their largest values: "drive", "coast", both or
+    "none"."""
     return " and ".join(w for w in ("drive", "coast") if bool(histories[w].any())) or "none"
 
 

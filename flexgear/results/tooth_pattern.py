@@ -41,13 +41,14 @@ def carrying_sets(data: xr.Dataset, stage: str) -> list[tuple[str, str]]:
 
 
 def gear_pattern(data: xr.Dataset, stage: str, kind: str, side: str) -> ToothPattern:
-    """Of ring, sun or pinion on all their teeth, with all planets."""
+    """Pattern of ring, sun or pinion on all their teeth, with all planets."""
     flanks = [_at_gear(flank) for flank in _flanks(data, stage, kind, side)]
     return _pattern(f"{stage} {kind} {side}", "pair_tooth", flanks)
 
 
 def planet_pattern(data: xr.Dataset, stage: str, kind: str, side: str) -> ToothPattern:
-    """Of planet 1, or the gear of a parallel stage, on its flanks towards ring, sun or pinion."""
+    """Pattern of planet 1, or the gear of a parallel stage, on its flanks towards ring, sun or
+    pinion."""
     flanks = [
         _places(flank, _path(flank), float(flank["planet_base_diameter"]))
         for flank in _flanks(data, stage, kind, side)[:1]
@@ -65,8 +66,8 @@ def _flanks(data: xr.Dataset, stage: str, kind: str, side: str) -> list[xr.Datas
 
 
 class _Places(NamedTuple):
-    """Of slices (n,): roll length, half base diameter and place along the face, m; line load N/m;
-    teeth (n,) of gear and planet from 1."""
+    """Positions of slices (n,): roll length, base radius and position along the face, m; line load
+    N/m; teeth (n,) of gear and planet from 1."""
 
     roll: Array
     base: float

@@ -97,9 +97,9 @@ class GroupLoads:
 
 @dataclass(frozen=True)
 class BinLoads:
-    """What carries in a bin. groups: by name; those without load are left out. supports: by name,
-    force N and moment N m (p, 6) of bearings and other supports over the positions of their stage,
-    in the axes of their links; carrier_angle: by stage (p,), rad; closure: of the equilibria."""
+    """Loads in a bin. groups: by name; those without load are left out. supports: by name, force N
+    and moment N m (p, 6) of bearings and other supports over the positions of their stage, in the
+    axes of their links; carrier_angle: by stage (p,), rad; closure: of the equilibria."""
 
     groups: Mapping[GroupName, GroupLoads]
     supports: Mapping[str, Array]

@@ -188,7 +188,7 @@ def _reduction_errors(model: Model) -> dict[str, float]:
 
 
 def _laws(case: Case) -> dict[str, str]:
-    """How gear meshes and ties are modelled, as one word each or stage by stage."""
+    """Models of gear meshes and ties, as one word each or stage by stage."""
     laws: dict[str, list[str]] = {
         "contact_law": [s.gear_mesh.contact_law for s in case.stages],
         "pair_stiffness": [s.gear_mesh.pair_stiffness for s in case.stages],

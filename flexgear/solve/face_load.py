@@ -152,7 +152,7 @@ def _by_load(values: Array, load: Array) -> Array:
 
 
 def _flank_geometry(pairs: PairData) -> dict[str, Array]:
-    """What leads from path coordinates to places on the flanks of both gears, (M,) m."""
+    """Geometry that maps path coordinates to positions on the flanks of both gears, (M,) m."""
     return {
         "path_start": pairs.path_lo,
         "path_end": pairs.path_hi,

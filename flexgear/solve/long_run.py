@@ -112,7 +112,7 @@ class LongRun:
 
     @cached_property
     def _recorder(self) -> Recorder | None:
-        """What sensors record; it keeps what the next samples need."""
+        """Recorder of the sensors, with its state between chunks."""
         sensors = self.model.sensors
         return None if sensors is None else sensors.recorder(self.stepping.finest)
 
@@ -162,7 +162,7 @@ class LongRun:
         return data.assign({name: variable(name, v, "time") for name, v in energies.items()})
 
     def _last(self, steps: Steps, end: Array) -> xr.Dataset:
-        """What is known only after the last step, the state there (n,) included."""
+        """Variables that are known only after the last step, the state (n,) included."""
         settling, pace = self.settling, self.model.pace
         window = settling.window() if isinstance(settling, Settling) else settling
         sizes = ", ".join(f"{h:.4g} s: {count}" for h, count in sorted(steps.by_size.items()))
@@ -208,7 +208,7 @@ class RunSharing(DatasetSink):
             self._sharing.append(force[piece], window)
 
     def coefficients(self, start: float) -> xr.Dataset:
-        """Those of the samples from ``start`` s on."""
+        """Load sharing coefficients of the samples from ``start`` s on."""
         figures = self._sharing.coefficients(int(np.searchsorted(self._edges, start)))
         names = coordinate("definition", "definition", list(DEFINITIONS))
         return xr.Dataset({n: variable(n, v) for n, v in figures.items()}, {"definition": names})

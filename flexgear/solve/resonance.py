@@ -155,7 +155,7 @@ def _met(row: Mapping[str, Any]) -> str:
 
 
 def _unknown(figures: Mapping[str, Any]) -> str:
-    """What a constant stiffness leaves open."""
+    """Sentence on stages of constant stiffness, whose excitation is unknown."""
     stages = figures["unknown_spectrum"]
     if not stages:
         return ""

@@ -91,7 +91,7 @@ def largest_motions(histories: xr.Dataset) -> dict[str, float]:
 
 
 def motions_of_summary(summary: Mapping[str, Any]) -> dict[str, float]:
-    """The same of a run by its summary."""
+    """Largest motions from the summary of a run, m."""
     return {name: 1e-6 * size for name, size in summary["motion_um_max"].items()}
 
 
@@ -180,7 +180,7 @@ class Length:
 
 
 def lengths(summary: Mapping[str, Any]) -> Iterator[Length]:
-    """Of a run: deflections and transmission errors, but for those that are zero or rounding."""
+    """Deflections and transmission errors of a run, without those that are zero or rounding."""
     every = [*_distance(summary), *_rings(summary), *transmission_errors(summary)]
     largest = max((length.value for length in every), default=0.0)
     yield from (length for length in every if length.value > ROUNDING * largest)
@@ -204,7 +204,8 @@ def _rings(summary: Mapping[str, Any]) -> Iterator[Length]:
 
 
 def transmission_errors(summary: Mapping[str, Any]) -> Iterator[Length]:
-    """Of every stage with load along the face, the largest of its gear meshes."""
+    """Peak-to-peak transmission error of every stage with load along the face, the largest of its
+    gear meshes."""
     largest: dict[str, tuple[float, str]] = {}
     for flank, flank_figures in first_variant(summary.get("face_load", {})).items():
         size = flank_figures.get("transmission_error_peak_to_peak_um")
@@ -233,8 +234,8 @@ def beside_lengths(
     torque_share: float = 1.0,
     rigid: Collection[BodyName] = (),
 ) -> Iterator[dict[str, Any]]:
-    """The same of lengths; torque_share: of the rated torque, at which they are; rigid: bodies that
-    do not bend in the model, whatever the case says."""
+    """Neglected effects beside lengths; torque_share: of the rated torque, for the lengths; rigid:
+    rigid bodies of the model, whatever the case states."""
     for figure in figures:
         rated = effects_of(case, flow, figure.stage, rigid)
         sizes = {name: abs(torque_share) * size for name, (size, _) in rated.items()}
@@ -327,7 +328,7 @@ def reduction_warnings(
 
 
 def _frequency_fault(report: Mapping[str, Any], limit_hz: float) -> str:
-    """What is wrong with a reduction's frequencies, empty where nothing is."""
+    """Warning about a reduction's frequencies, empty without one."""
     error, to = report.get("frequency_error", 0.0), report.get("frequency_limit_hz", math.inf)
     if error is None:  # a body that was given reduced
         return ""
@@ -345,7 +346,7 @@ def _frequency_fault(report: Mapping[str, Any], limit_hz: float) -> str:
 
 
 def _fault(report: Mapping[str, Any]) -> str:
-    """What is wrong with a reduction, empty where nothing is."""
+    """Warning about a reduction's static error, empty without one."""
     error = report.get("static_error")
     if error is None or error <= PROMISED:
         return ""
@@ -354,7 +355,7 @@ def _fault(report: Mapping[str, Any]) -> str:
 
 
 def _remedy(view: StageView, name: str) -> str:
-    """What makes the error smaller, or shows how little it matters."""
+    """Advice that reduces the error, or shows its effect."""
     ways = []
     if name == "ring":
         ways.append(f'try {view.key("ring.fe.tie")} = "{_OTHER_TIE[view.ring.tie]}"')

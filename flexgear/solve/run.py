@@ -47,7 +47,7 @@ TURN = 120  # equilibria over one turn of the lead where rings bend
 
 @dataclass(frozen=True)
 class Run:
-    """What a run leaves: datasets by file name (without suffix), displacement fields by body,
+    """Results of a run: datasets by file name (without suffix), displacement fields by body,
     figures, the power flow."""
 
     case: Case
@@ -95,8 +95,8 @@ def models_of(
 
 
 def _fields(model: Model, ideal: Model) -> dict[BodyName, xr.Dataset]:
-    """Of every body that bends, of planets the first: deformed without errors, and its shapes in
-    the natural modes."""
+    """Fields of every flexible FE body, of planets the first: deformed without errors, and its
+    shapes in the natural modes."""
     names = [name for name in bending_bodies(model) if name.planet <= 0]
     modes = model.natural_modes(model.pace.band) if names else None
     return {

@@ -48,8 +48,8 @@ from flexgear.solve.transient import cut_short, train_histories
 
 @dataclass(frozen=True)
 class Analyses:
-    """What a run has worked out. models: by variant, the case as it is first; datasets: by file;
-    face_load: figures of flanks by variant; seconds: wall times by part."""
+    """Analyses of a run. models: by variant, the case's own first; datasets: by file; face_load:
+    figures of flanks by variant; seconds: wall times by part."""
 
     models: Mapping[str, Model]
     datasets: Mapping[str, xr.Dataset]
@@ -108,7 +108,7 @@ def run_summary(analyses: Analyses) -> dict[str, Any]:
 
 
 def _positions_words(model: Model) -> str:
-    """What the equilibria of a run cover, as a sentence says it."""
+    """Positions of the equilibria of a run, as a phrase."""
     turning = [m for m in stage_motions(model.case, model.flow) if m.theta]
     if any(m.name in model.case.fe_ring_stages for m in turning):
         return "one turn of the carrier against the ring"
@@ -173,7 +173,7 @@ def _energy_residual(model: Model, ended: Ended) -> float | None:
 
 
 def _warnings(analyses: Analyses) -> list[str]:
-    """What a reader of the results should know and no headline says."""
+    """Warnings for readers of the results that are in no headline."""
     model = analyses.first
     case = model.case
     return [

@@ -60,7 +60,7 @@ class RootTables:
         self.ring_rows = cache(self._ring_rows)
 
     def of(self, label: GearMeshLabel) -> list[PairRoots]:
-        """Of the planet, then of its mate."""
+        """Root tables of the planet, then of its mate."""
         return self._roots(label.stage, (label.kind, label.side))
 
     def path(self, label: GearMeshLabel) -> GearMeshPath:
@@ -92,7 +92,7 @@ class Roots(NamedTuple):
 
 
 def tooth_roots(roots: PairRoots, s: Array, force: Array, base_pitch: float) -> Roots:
-    """Of pairs at s (t, slots) m with forces of their slices (t, slots, K) N, not a number where
+    """Root stress of pairs at s (t, slots) m with forces of their slices (t, slots, K) N, NaN where
     there is no pair; s of neighbouring pairs differ by the base pitch."""
     loaded = _loaded(force)
     of_pairs = np.zeros((*loaded.shape, *roots.stress.shape[2:]))
@@ -180,7 +180,7 @@ def _loaded(force: Array) -> NDArray[np.bool_]:
 def _of_teeth(
     ring: Array, tooth: NDArray[np.int16], loaded: NDArray[np.bool_], sense: int
 ) -> Roots:
-    """Those of a ring's stress (t, z, 2, rows, q) that belong to pairs on teeth (t, slots)."""
+    """Part of a ring's stress (t, z, 2, rows, q) that belongs to pairs on teeth (t, slots)."""
     stress = ring[np.arange(len(ring))[:, None], np.maximum(tooth, 0)].astype(float)[:, :, ::sense]
     stress[~loaded] = np.nan
     return Roots(stress[:, :, 0], stress[:, :, 1])
@@ -273,8 +273,8 @@ class GroupStresses:
 def group_stresses(
     data: xr.Dataset, view: StageView, group: GroupName, per_cycle: int
 ) -> GroupStresses:
-    """Of equilibria over whole gear-mesh cycles; data: of the flanks of a group that carry, one a
-    planet."""
+    """Stresses of a group from equilibria over whole gear-mesh cycles; data: of the carrying flanks
+    of the group, one for each planet."""
     carrier, ring = (
         data[name].sel(turning_stage=view.name).to_numpy().reshape(-1, per_cycle).mean(axis=1)
         for name in ("carrier_angle", "ring_angle")
@@ -330,8 +330,8 @@ def _lowest(data: xr.Dataset, group: GroupName) -> Array:
 
 @dataclass(frozen=True)
 class HeldRoots:
-    """Of one gear in one gear mesh over a cycle: largest stress in the roots, Pa, where the body
-    below the teeth stands still; that of the same pair then with its load even along the contact
+    """Root stress of one gear in one gear mesh over a cycle: largest stress in the roots, Pa, with
+    the body below the teeth fixed; that of the same pair with its load uniform along the contact
     line; and this load, N."""
 
     held: float

@@ -133,7 +133,7 @@ def require_brakes(model: Model) -> None:
 
 
 def braked(modal: ModalSystem, share: float) -> ModalSystem:
-    """The same train with the torque of its brakes scaled."""
+    """The train with the torque of its brakes scaled."""
     machines = tuple(
         replace(machine, rated_torque=abs(share) * machine.rated_torque)
         if isinstance(machine, Brake)
@@ -319,6 +319,6 @@ def compile_transient(model: Model, *, energy: bool = False) -> None:
 
 
 def train_histories(data: xr.Dataset) -> xr.Dataset:
-    """What of a transient the command line gives the range of."""
+    """Histories of which the command line prints the range."""
     names = ["input_speed", "port_torque", "inertia_torque", "gear_mesh_force"]
     return data[names].assign(axis_distance=axis_distance(data))

@@ -42,7 +42,7 @@ def rotation(angle: Array | float) -> Array:
 
 
 def turn(angle: float) -> Array:
-    """The same (6, 6) for the six components of a node's motion or of a wrench."""
+    """Rotation (6, 6) about z of the six components of a node's motion or of a wrench."""
     return six(rotation(angle))
 
 
@@ -155,7 +155,7 @@ def lumped_body(
 
 
 def rigid_variant(body: Body) -> Body:
-    """The same body moving as rigid: q = T q6, M6 = Tᵀ M T, K6 = 0, T its ``rigid_motions``."""
+    """The body with rigid motion only: q = T q6, M6 = Tᵀ M T, K6 = 0, T its ``rigid_motions``."""
     if body.rigid:
         return body
     motions = body.rigid_motions

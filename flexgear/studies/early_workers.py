@@ -35,7 +35,7 @@ DIED = "its process died, most likely out of memory; take fewer --workers or a c
 
 @dataclass(frozen=True)
 class Outcome(Generic[R]):
-    """What a run returned, or in ``message`` one line that says why it failed."""
+    """Result of a run, or in ``message`` one line with the reason of its failure."""
 
     value: R | None
     message: str = ""

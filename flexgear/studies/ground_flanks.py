@@ -34,7 +34,7 @@ class Ground:
     relief: Relief | None = None
 
     def with_more(self, added: float) -> float | Relief:
-        """What stands at the key with so much more, m."""
+        """Value of the key with ``added`` more material removed, m."""
         amount = self.base + added
         return self.relief.model_copy(update={"amount": amount}) if self.relief else amount
 

@@ -146,7 +146,7 @@ def _coefficients(coefficients: xr.DataArray, about: str) -> xr.DataArray:
 
 @measure("largest quasi-static gear-mesh forces")
 def gear_mesh_forces(point: Point) -> MeasuredValues:
-    """Of a planet, over the error cycle of every stage."""
+    """Largest gear-mesh force of a planet over the error cycle of every stage."""
     forces = {
         name: force
         for data in point.sharing
@@ -192,7 +192,7 @@ def transient_sharing(point: Point) -> MeasuredValues:
 
 @measure("largest gear-mesh forces of a transient")
 def transient_forces(point: Point) -> MeasuredValues:
-    """Of a planet."""
+    """Largest gear-mesh force of a planet in the settled transient."""
     forces = _by_group(point.settled.largest, "gear_mesh_force")
     about = "largest gear-mesh force of a planet after settling"
     return {"transient_force_max": largest(forces, "N", about, "group")}
@@ -242,7 +242,7 @@ def sensor_signals(point: Point) -> MeasuredValues:
 
 @measure("speeds of members and planets, gear-mesh frequencies")
 def speeds(point: Point) -> MeasuredValues:
-    """Of the power flow."""
+    """Speeds of the power flow."""
     return {
         "speed": _members(point.flow.speed, "rad/s", "speed of the member"),
         "planet_relative_speed": _of_stages(
@@ -263,7 +263,7 @@ def torques(point: Point) -> MeasuredValues:
 
 @measure("powers of members, rolling and circulating power")
 def powers(point: Point) -> MeasuredValues:
-    """Of the power flow."""
+    """Powers of the power flow."""
     flow, about = point.flow, "power that enters the stage at the member"
     return {
         "power": _members(flow.branch_power, "W", about),
@@ -287,7 +287,7 @@ def _of_stages(point: Point, name: str, units: str, about: str) -> xr.DataArray:
 
 @measure("mean forces of gear meshes and planet bearings")
 def mean_forces(point: Point) -> MeasuredValues:
-    """Of the power flow."""
+    """Mean forces of the power flow."""
     names = ("sun_gear_mesh_force", "ring_gear_mesh_force", "planet_bearing_force")
     return {
         f"mean_{name}": abs(
@@ -299,7 +299,7 @@ def mean_forces(point: Point) -> MeasuredValues:
 
 @measure("largest load of a tooth pair of rings that bend", RING)
 def tooth_load(point: Point) -> MeasuredValues:
-    """Of rings with tooth nodes; the flank that carries."""
+    """Largest load of a tooth pair at rings with tooth nodes, on the flank that carries."""
     loads = {
         f"{stage} {gear}": tooth_loads(stage_part(point.equilibria, stage), gear).to_numpy()
         for stage in point.case.fe_ring_stages
@@ -342,7 +342,7 @@ LONGEST = 1e7  # h, beyond which lives are not told apart
 
 @measure("load reserve, damage and life under the case's load cases", LOADS)
 def life(point: Point) -> MeasuredValues:
-    """Of the weakest flank, root and bearing of every stage under the case's load cases."""
+    """Life of the weakest flank, root and bearing of every stage under the case's load cases."""
     rating = rate(point.case, workers=1)
     if not rating.hours:
         raise FlexgearError("no load case has a duration: give hours, or a spectrum")

@@ -48,7 +48,7 @@ class Amount:
 
     @property
     def key(self) -> str:
-        """Of the case, below its stage."""
+        """Key of the case, below its stage."""
         return self.ground.key + (".amount" if self.ground.relief else "")
 
 
@@ -159,8 +159,9 @@ class _Trial:
         )
 
     def worst(self, pairs: PairData, aim: Aim) -> float:
-        """What the search makes small: largest line load, N/m, or largest transmission error, m, of
-        all torques and planets, those of the ring's and of the sun's gear meshes added."""
+        """Quantity that the search minimises: largest line load, N/m, or largest transmission
+        error, m, of all torques and planets, the sum of those of the ring's and of the sun's gear
+        meshes."""
         at = ("line-load", "transmission-error").index(aim)
         figures = [worst_figures(self._solved(pairs, share))[at] for share in self.shares]
         largest, kinds = np.max(figures, axis=0)[self.of_stage], pairs.kind[self.of_stage]
@@ -185,7 +186,7 @@ def _cycle(model: Model, stage: str) -> Array:
 
 
 def _amounts(case: Case, stage: str, flat: xr.Dataset, relief: bool) -> list[Amount]:
-    """What is sought, from where misalignment and a little crowning would put it."""
+    """Amounts to optimise, with starting values from misalignment and a little crowning."""
     stage_section = case.stage(stage)
     gear = "gear" if stage_section.kind == "parallel" else "planet"
     ground = getattr(stage_section, gear).modifications

@@ -125,8 +125,8 @@ LAWS: dict[tuple[str, str], WeibullKind] = {  # by kind of a part and of a beari
 
 
 def _reliability(parts: Sequence[RatedPart], hours: float) -> float | None:
-    """That no part fails within the bins' hours, each with a typical Weibull law of its kind; None
-    where none has a life."""
+    """Probability that no part fails within the bins' hours, each with a typical Weibull law of its
+    kind; None where none has a life."""
     lives = [
         PartLife.typical(LAWS[part.kind, part.rolling], part.life)
         for part in parts

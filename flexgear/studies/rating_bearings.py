@@ -105,7 +105,7 @@ class _Place(NamedTuple):
         return self.section.rolling or "roller"
 
     def speed(self, flow: PowerFlow) -> float:
-        """Of the inner against the outer ring, rad/s."""
+        """Speed of the inner against the outer ring, rad/s."""
         if self.member == "planet":
             return flow.stage(self.stage).planet_relative_speed
         return flow.speed[f"{self.stage}.{self.member}"]

@@ -84,7 +84,7 @@ class Point:
 
     @cached_property
     def recorded(self) -> Gathered:
-        """What sensors record in the transient."""
+        """Records of sensors in the transient."""
         return Gathered(recorded)
 
     @property

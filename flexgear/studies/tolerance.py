@@ -144,7 +144,7 @@ def sampled(setup: ToleranceSetup, numbers: Sequence[int]) -> Batch:
 
 
 def as_stated(setup: ToleranceSetup) -> Batch:
-    """The same for the errors that the case itself states."""
+    """Solution for the errors that the case itself states."""
     case = setup.case
     errors = [s.errors for s in case.stages]
     return _solved(setup, nominal(case, setup.drawn), [[e.seed for e in errors]])
@@ -210,7 +210,7 @@ def _ground(put: Model, drawn: Sequence[DrawnError]) -> Array:
 
 
 def _amounts(setup: ToleranceSetup, values: Values) -> Array:
-    """What samples have more than the case of every drawn modification, (J, M, B) m."""
+    """Difference (J, M, B) m of every drawn modification to the case."""
     amounts = []
     for error in setup.drawn:
         if error.ground is None:

@@ -70,7 +70,7 @@ class DrawnError:
 
 
 def drawn_errors(case: Case) -> tuple[DrawnError, ...]:
-    """What the section ``tolerance`` has drawn; InputError where that is nothing."""
+    """Errors drawn by the section ``tolerance``; InputError where there are none."""
     drawn: list[DrawnError] = []
     errors = [s.errors for s in case.stages]
     for stage in case.stages:

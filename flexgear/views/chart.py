@@ -33,8 +33,8 @@ class Drawing(NamedTuple):
 
 
 class Subject(NamedTuple):
-    """What one picture is of. words: stand for braces in names and captions; of: goes to what
-    draws it."""
+    """Subject of one picture. words: replace braces in names and captions; of: arguments of its
+    drawing function."""
 
     words: Mapping[str, str]
     of: tuple[Any, ...] = ()
@@ -97,7 +97,7 @@ def planned(run: Folder, charts: Iterable[tuple[Subjects, Sequence[Chart]]]) -> 
 
 
 def having(subjects: Subjects, condition: Callable[..., object]) -> Subjects:
-    """Those subjects for which something holds of what they are of."""
+    """Subjects whose data fulfil a condition."""
     return lambda run: (subject for subject in subjects(run) if condition(*subject.of))
 
 
@@ -129,12 +129,12 @@ class StageOfRun:
 
     @property
     def view(self) -> StageView:
-        """As the case gives it."""
+        """The stage of the case."""
         return self.run.case.view(self.name)
 
     @property
     def flow(self) -> StageFlow:
-        """Its speeds, torques and forces."""
+        """Speeds, torques and forces of the stage."""
         return self.run.flow.stage(self.name)
 
     @property

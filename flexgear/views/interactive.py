@@ -225,8 +225,11 @@ def _look(trace: Trace) -> tuple[str, str]:
 
 
 def _line(trace: Trace, which: str, axis: dict[str, Any], panel: str) -> str:
-    """What a hover says of one axis: "time (s): 3.2467". An axis of words gives the word alone, a
-    hidden axis nothing; a y axis without a label is called as its panel."""
+    """Hover text of one axis: "time (s): 3.2467".
+
+    An axis of words gives the word alone, a hidden axis nothing; a y axis without a label is called
+    as its panel.
+    """
     if axis.get("visible") is False:
         return ""
     label = axis.get("title", {}).get("text") or (panel if which == "y" else "") or which
@@ -245,7 +248,7 @@ def _line(trace: Trace, which: str, axis: dict[str, Any], panel: str) -> str:
 def _words(
     values: list[float | None], at: list[float], texts: list[str], reach: float
 ) -> list[str]:
-    """Of every value the text of the tick next to it, the value itself where none is near."""
+    """Text of the nearest tick of every value, the value itself where none is near."""
     ticks = np.asarray(at, dtype=float)
     step = float(np.diff(np.sort(ticks)).min()) if len(ticks) > 1 else 1.0
     words = []

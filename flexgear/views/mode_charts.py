@@ -359,7 +359,7 @@ def _is_ideal(data: xr.Dataset, meeting: int) -> bool:
 
 
 def _legend(data: xr.Dataset, kinds: list[int], whirls: bool) -> list[Line2D]:
-    """What lines, colours and dots are."""
+    """Legend of lines, colours and dots."""
     out = [
         Line2D([], [], color=NEUTRAL, ls="--", lw=1.0, label="orders of gear meshes"),
         Line2D([], [], color=NEUTRAL, ls=":", lw=0.9, label="shafts, passing planets"),
@@ -379,5 +379,5 @@ def _legend(data: xr.Dataset, kinds: list[int], whirls: bool) -> list[Line2D]:
 
 
 def _kind(index: int) -> str:
-    """How modes of an index move."""
+    """Motion of modes of an index, in words."""
     return {0: "turning, axial", 1: "sideways, tilting"}.get(index, "planets alone")

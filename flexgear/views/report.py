@@ -301,6 +301,6 @@ def _place(
 
 
 def _counts(side: Side) -> list[tuple[str, int, str]]:
-    """How many verdicts there are of each level: level, count, words."""
+    """Numbers of verdicts by level: level, count, words."""
     levels = [v.level for v in side.verdicts]
     return [(m, levels.count(m), text) for m, text in MARKS.items() if m in levels]  # type: ignore[arg-type]

@@ -90,7 +90,7 @@ def _sharing(data: xr.Dataset, stage: StageOfRun) -> Any:
 
 
 def _displacements(data: xr.Dataset) -> Any:
-    """How central members move in the settled window."""
+    """Motion of central members in the settled window."""
     rest = settled(data, MOST_READ)[["body_displacement"]].sel(dof=["ux", "uy"])
     return sharing_charts.displacements_chart(rest.load())
 

@@ -60,7 +60,7 @@ def windowed(dataset: xr.Dataset, x: str, window: Window) -> xr.Dataset:
 
 
 def within_window(runs: Runs, x: str, window: Window) -> Runs:
-    """The same of every run."""
+    """The window of every run."""
     return {name: windowed(data, x, window) for name, data in runs.items()}
 
 
@@ -80,7 +80,7 @@ SMOOTH = 60  # points of an oscillation that looks round
 
 
 def oscillations(values: Array) -> int:
-    """How many crests a history (t,) has that stand out by a share of all of its range."""
+    """Number of crests of a history (t,) that exceed a share of its range."""
     finite = values[np.isfinite(values)]
     if finite.size < 3:
         return 0

@@ -106,7 +106,7 @@ def section_drawing(view: StageView) -> Figure:
 
 
 def _legend(figure: Figure, view: StageView, front: bool) -> None:
-    """What the colours are, of what the stage has."""
+    """Legend of the colours of what the stage has."""
     planetary, body = view.stage.kind == "planetary", _fe_carrier(view)
     sun, planet = ("sun and ring", "planet") if planetary else ("pinion", "gear")
     handles: list[Any] = [
@@ -156,7 +156,7 @@ def _planet_rotation(g: StageGeometry, angle: float) -> float:
 
 
 def _sun_rotation(g: StageGeometry, angle: float, planet: float) -> float:
-    """The same of the sun at planet 1."""
+    """Rotation of the sun that fits planet 1, rad."""
     past = ((angle + math.pi - planet) / g.planet.pitch_angle) % 1.0
     return angle + (past + 0.5) * g.sun.pitch_angle
 
@@ -278,11 +278,9 @@ _LINES = ("-", "--", "-")
 
 @styled
 def flank_drawing(flank: GearFlank, where: str) -> Figure:
-    """What a flank lacks (µm, normal to it in the transverse section) as a map over the face and
-    the roll length, the tip above, with traces of the profile and of the helix beside it.
-
-    where: the stage, in the title.
-    """
+    """Material missing on a flank (µm, normal to it in the transverse section) as a map over the
+    face and the roll length, the tip above, with traces of the profile and of the helix. where: the
+    stage, in the title."""
     rho, z, gap = flank.surface(FLANK_POINTS)
     gap = MICRO * gap
     figure = new_figure(110)

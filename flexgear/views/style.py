@@ -157,7 +157,7 @@ def legend_below(figure: Figure, handles: Iterable[Artist], columns: int = 6) ->
 
 
 def legend_of(figure: Figure, axes: NDArray[Any], columns: int = 6) -> Legend:
-    """The same of all that axes have labels for, each label once."""
+    """Legend of all labelled lines of axes, each label once."""
     by_label: dict[str, Artist] = {}
     for ax in axes.flat:
         handles, labels = ax.get_legend_handles_labels()

@@ -131,7 +131,7 @@ def _changes(ax: Axes, data: xr.Dataset) -> None:
 
 
 def _legend(data: xr.Dataset, names: list[str]) -> list[Any]:
-    """What lines, marks and shades mean."""
+    """Legend of lines, marks and shades."""
     handles: list[Any] = []
     if len(names) > 1:
         handles += [

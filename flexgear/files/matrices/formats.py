@@ -148,12 +148,12 @@ class _Text:
         """A column begins with the next line."""
 
     def integers(self, count: int) -> tuple[int, ...]:
-        """Those of the next line: ICOL, IROW, NW of a column, or the head of a string."""
+        """Integers of the next line: ICOL, IROW, NW of a column, or the head of a string."""
         line = self._next()
         return tuple(int(line[8 * k : 8 * k + 8] if count > 1 else line) for k in range(count))
 
     def words(self, kind: int) -> int:
-        """What a number counts for in NW of a dense column."""
+        """Count of a number in NW of a dense column."""
         return 1
 
     def numbers(self, count: int, kind: int) -> Array:
@@ -202,7 +202,7 @@ class _Binary:
             raise ValueError("a record is not whole")
 
     def words(self, kind: int) -> int:
-        """What a number counts for in NW of a dense column."""
+        """Count of a number in NW of a dense column."""
         return kind
 
     def numbers(self, count: int, kind: int) -> Array:

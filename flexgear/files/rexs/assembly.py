@@ -46,7 +46,7 @@ class Frames:
         self._known: dict[int, Frame | None] = {}
 
     def of(self, component: Component) -> Frame | None:
-        """Its frame, None where the file does not place it."""
+        """Frame of a component, None where the file does not place it."""
         if component.id not in self._known:
             self._known[component.id] = None  # for chains that bite their tail
             self._known[component.id] = self._frame_of(component)

@@ -76,7 +76,7 @@ def _set(section: Section, before: str, written: Iterable[str]) -> list[str]:
 
 
 def _lost(section: Section | None, before: str, *keys: str) -> list[str]:
-    """Those of the keys that a section has and that are set."""
+    """Names of the keys that a section has and that are set."""
     fields = {} if section is None else type(section).model_fields
     return [
         f"{before}{key}"

@@ -32,7 +32,7 @@ _NO_NOTE = 1e-9
 
 @dataclass(frozen=True)
 class Rack:
-    """What the gears of a stage share: normal module (mm), angles (rad)."""
+    """Basic rack of the gears of a stage: normal module (mm), angles (rad)."""
 
     module: float
     pressure_angle: float
@@ -129,7 +129,7 @@ class GearReader:
     def _tool(
         self, section: Section, tools: list[Component], gears: list[Component], has_root: bool
     ) -> None:
-        """What there is of the tool, in a table behind the gear's."""
+        """Write the stated data of the tool, in a table below the gear's."""
         tool_section = self.case.section(f"{section.header[:-1]}.tool]", section)
         cutters = [tool for tool in tools if tool.kind == "cutter_wheel_tool"]
         teeth, shift = CUTTER

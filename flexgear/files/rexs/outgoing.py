@@ -88,7 +88,7 @@ class Outgoing:
 
 
 def _in_units(attributes: Mapping[str, Written | None]) -> Attributes:
-    """What is there, SI numbers in the schema's units; axes are unit vectors in any."""
+    """Attributes that have a value, numbers in the schema's units; axes are unit vectors."""
     present = {key: value for key, value in attributes.items() if value is not None}
     for key, value in present.items():
         scale = from_si(SCHEMA_UNITS.get(key, "none"))

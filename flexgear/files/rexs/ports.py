@@ -66,7 +66,8 @@ class Port:
 
     @property
     def size(self) -> float:
-        """Of its power, rpm N m without one in the file."""
+        """Magnitude of its power, or of torque times speed (N m · rpm) where the file has no
+        power."""
         if self.power is not None:
             return abs(self.power.value)
         assert self.torque is not None and self.speed is not None
@@ -369,7 +370,7 @@ def _section(text: CaseText, sections: dict[str, Section], member: str, why: str
 def _hours(
     document: Document, load_case: LoadCase, whole: Datum | None, text: CaseText
 ) -> Datum | None:
-    """How long a load case lasts, h; None where the file does not say."""
+    """Duration of a load case, h; None where the file does not state it."""
     stated = {attribute.id for _, attribute in load_case.attributes}
     units = document.kind("gear_unit")
     if stated & {*_TIME}:

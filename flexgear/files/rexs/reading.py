@@ -82,7 +82,7 @@ class _Reader:
         return components
 
     def _relation(self, part: dict[str, Any], components: Container[int]) -> Relation | None:
-        """None for one that refers to a component that is not in the file."""
+        """The relation; None for one that refers to a component that is not in the file."""
         number, kind = self._whole(part.get("id"), "relation id"), str(part.get("type", ""))
         refs: dict[str, int] = {}
         for ref in self._list(part, "refs"):

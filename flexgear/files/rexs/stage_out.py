@@ -207,7 +207,7 @@ class StageOut:
                 self.model.result(data, **{table.LOADED: flank})
 
     def _flanks(self, number: int, role: str, half: int) -> None:
-        """Both flanks of a gear, with the tool that made it."""
+        """Add both flanks of a gear, with the tool that made it."""
         gear, tool = self.members[role], self.geometry.gears[role].tool
         flanks = {
             word: self.model.add(
@@ -248,8 +248,9 @@ class StageOut:
                 self.model.relate("reference", origin=flank, referenced=component)
 
     def _ground(self, modifications: FlankModifications, datum: int) -> Iterator[int]:
-        """What one flank lacks; datum: +1 where z of a modification counts to the datum face. Signs
-        of slopes as in ``flanks``: positive towards the tip, and towards the non-datum face."""
+        """Modifications of one flank; datum: +1 where positive z of a modification is towards the
+        datum face. Signs of slopes as in ``flanks``: positive towards the tip, and towards the
+        non-datum face."""
         for kind, m in table.MODIFICATIONS.items():
             part: Any = getattr(modifications, m.section) if m.section else modifications
             end = "+z" if m.face * datum > 0 else "-z"

@@ -237,7 +237,7 @@ class Member:
 
     @property
     def name(self) -> str:
-        """As cases call it."""
+        """Name of the member in cases."""
         return f"{self.stage_name}.{self.role}"
 
 

@@ -42,12 +42,12 @@ class Scale:
     radius: float
 
     def limit(self, direction: str) -> float:
-        """What counts as rigid in a direction."""
+        """Stiffness from which a direction counts as rigid."""
         lever = self.radius**2 if direction in ("tilt", "torsion") else 1.0
         return RIGID * self.stiffness * lever
 
     def guess(self, direction: str) -> float:
-        """What stands for a stiffness that is not known."""
+        """Stiffness assumed where it is not known."""
         return self.limit(direction) * UNKNOWN / RIGID
 
 
@@ -138,7 +138,7 @@ class SupportWriter:
         return tilt + lever, ["distance of the radial springs"] if lever > 0 else []
 
     def _stiffness(self, joint: Component, direction: str, scale: Scale) -> Datum | None:
-        """Of one bearing or coupling; None where it does not act."""
+        """Stiffness of one bearing or coupling; None where it does not act in the direction."""
         datum, limit = read([joint], _SPRINGS[direction]), scale.limit(direction)
         only_stated = direction == "tilt" or (direction == "torsion" and not _turns(joint))
         absorbs = None if only_stated else self._absorbs(joint, direction)

@@ -140,16 +140,14 @@ def _plain(name: str) -> str:
 
 
 def from_si(unit: str) -> float:
-    """What an SI number is multiplied with to be in a unit that is known."""
+    """Factor from an SI number to a known unit."""
     _, times, over = _UNITS[_plain(unit)]
     return over / times
 
 
 def factor(unit: str, into: str) -> float | None:
-    """What a number in the unit ``unit`` is multiplied with to be in ``into``.
-
-    None for an unknown unit or one of another dimension; 1 exactly for the same unit.
-    """
+    """Factor from the unit ``unit`` to ``into``. None for an unknown unit or one of another
+    dimension; 1 exactly for the same unit."""
     a, b = _plain(unit), _plain(into)
     if a == b:
         return 1.0
@@ -205,7 +203,7 @@ class Row:
 
     @property
     def key(self) -> str:
-        """As case files write it."""
+        """The key as case files write it."""
         return f"{self.field}_{self.suffix}" if self.suffix else self.field
 
     @property

@@ -159,7 +159,7 @@ LIFE_FACTOR_MATERIAL = 0.83  # λν of radial roller bearings
 
 @dataclass(frozen=True)
 class Ratings:
-    """Of a bearing with so many rows, in N; fatigue_load_limit: C_u, static_rating: C_0."""
+    """Ratings of a bearing with ``rows`` rows, N; fatigue_load_limit: C_u, static_rating: C_0."""
 
     dynamic_rating: float
     static_rating: float | None = None
@@ -201,9 +201,9 @@ def edge_factors(laminae: int) -> Array:
 
 
 class _Law(NamedTuple):
-    """What sets rollers and balls apart. turning, standing: w on the ring that turns against the
-    load, and on the one that stands still under it; damage: exponent of q/q_c; life: of the sum of
-    damages, negative; rows, angle: of i and n_s, and of cos α, in q_c; inner, outer: their numbers
+    """Exponents and numbers of the life of rollers or balls. turning, standing: w on the ring that
+    turns relative to the load, and on the stationary one; damage: exponent of q/q_c; life: of the
+    sum of damages, negative; rows, angle: of i and n_s, and of cos α, in q_c; inner, outer: numbers
     in q_ci and q_ce."""
 
     kind: Rolling

@@ -220,7 +220,8 @@ class RollerRow(Row):
         return RowState(loads, psi, force, tangent, energy)
 
     def pressure(self, loads: Array) -> Array:
-        """Of the lamina with the largest load, as of a line contact of that load per length."""
+        """Pressure of the lamina with the largest load, as of a line contact of that load per
+        length, Pa."""
         line_load = float(loads.max()) * len(self.drops) / self.length
         body = ContactBody(YOUNG, POISSON, self.length)
         radii = self.diameter / 2 * np.array([1 - self.gamma, 1 + self.gamma])

@@ -180,7 +180,7 @@ class Places:
         return np.asarray(total)
 
     def spectrum(self, places: Array) -> Spectrum:
-        """Of some places, with every pass as a bin."""
+        """Spectrum of some places, with every pass as a bin."""
         stresses = [self.stress(b)[:, places] for b in range(len(self.curves))]
         passes = np.array([len(stress) for stress in stresses])
         of_bins = Spectrum.of(self.curves, passes, self.cycles / passes)
@@ -233,7 +233,8 @@ class PartLife:
 
     @classmethod
     def typical(cls, kind: WeibullKind, life: float) -> Self:
-        """Of a rated life: B_1 of flanks and roots, B_10 of bearings, with typical b and f."""
+        """Law of a part from its rated life, B_1 of flanks and roots, B_10 of bearings, with
+        typical b and f."""
         shape, free, level = TYPICAL[kind]
         return cls(life / cls(1.0, shape, free).at(level), shape, free)
 

@@ -110,7 +110,7 @@ def reduced_mass(pair: GearPair) -> float:
 
 
 def _softened(line_load: float) -> float:
-    """What c' is multiplied by at a load per face width, N/m."""
+    """Factor on c' at a load per face width, N/m."""
     return min(line_load / LOW_LOAD, 1.0) ** 0.25
 
 

@@ -90,5 +90,5 @@ def sheet(lines: Iterable[Factor]) -> dict[str, Factor]:
 
 
 def value_of(lines: Sheet, symbol: str, without: float = math.nan) -> float:
-    """Of a line; ``without`` where there is none."""
+    """Value of a line; ``without`` where there is none."""
     return lines[symbol].value if symbol in lines else without

@@ -78,7 +78,7 @@ def sharings(load_sharing: Mapping[str, Any]) -> Iterator[Sharing]:
 
 
 def first_variant(by_variant: Mapping[str, Any]) -> Any:
-    """Of the case as it is, which comes before its variants; {} where there is none."""
+    """Value of the case's own variant, which comes first; {} where there is none."""
     return next(iter(by_variant.values()), {})
 
 

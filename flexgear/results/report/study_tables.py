@@ -232,7 +232,7 @@ def _spread(figures: Mapping[str, Any], unit: str) -> Iterator[Row]:
 
 
 def _estimate(estimate: Mapping[str, Any] | None, unit: str) -> str:
-    """What samples estimate, with its confidence interval."""
+    """An estimate with its confidence interval."""
     if estimate is None:
         return "–"
     value, low, high = (with_unit(estimate[name], unit) for name in ("value", "low", "high"))
@@ -240,7 +240,7 @@ def _estimate(estimate: Mapping[str, Any] | None, unit: str) -> str:
 
 
 def tolerance_verdicts(summary: Mapping[str, Any]) -> list[Verdict]:
-    """How many sets exceed what IEC 61400-4 assumes, by group, and sets that have no
+    """Verdicts on the samples above the value of IEC 61400-4, by group, and on samples without
     equilibrium."""
     verdicts = [
         _verdict(words(group), figures) for group, figures in summary["load_sharing"].items()

@@ -278,8 +278,8 @@ def face_tables(summary: Mapping[str, Any]) -> Iterator[Table]:
 
 
 def rim_rows(reduction: Mapping[str, Any]) -> Iterator[Row]:
-    """Of a ring's reduction: how much of a tooth's bending along the face its rim adds, and whether
-    tooth pairs take it in."""
+    """Rows of a ring's reduction: share of its rim in the bending of a tooth along the face, and
+    whether tooth pairs include it."""
     if "rim_error" in reduction:
         rim_text = "counted" if reduction["rim_counts"] else "left out"
         label = f"bending of the rim along the face within a tooth, of the tooth's own ({rim_text})"
@@ -298,7 +298,7 @@ def _largest(
 
 
 def _of_cycles(name: str, every: Sequence[Mapping[str, Any]]) -> Iterator[Row]:
-    """What ``gear_mesh_cycles`` found; nothing of flanks that do not carry throughout."""
+    """Rows from ``gear_mesh_cycles``; none for flanks that do not carry throughout."""
     stiffness = [flank_figures[STIFFNESS] for flank_figures in every if STIFFNESS in flank_figures]
     for key, pick in (("min", min), ("mean", max), ("max", max)):
         if stiffness:

@@ -19,7 +19,7 @@ from flexgear.results.report.sharing import Sharing, sharings
 
 @dataclass(frozen=True)
 class Findings:
-    """What a headline is taken from: the case, its power flow and the summary of its run."""
+    """Input of headlines: the case, its power flow and the summary of its run."""
 
     case: Case
     flow: PowerFlow
@@ -65,7 +65,7 @@ class Headline:
     is_least: bool = False
 
     def use(self, value: float | None, allowable: float | None) -> float:
-        """How far a value uses its allowable, 1 at the limit; 0 where either is missing."""
+        """Utilisation of the allowable, 1 at the limit; 0 where value or allowable is missing."""
         if not value or not allowable:
             return 0.0
         return allowable / value if self.is_least else value / allowable

@@ -178,7 +178,7 @@ def _halves(sharing: Sharing) -> str:
 
 
 def _rigid(findings: Findings, stage: str) -> str:
-    """What flexible bodies change in the load sharing, by the same K in time."""
+    """Sentence on the effect of flexible bodies on load sharing, by K in time."""
     rigid = findings.summary["load_sharing"]["transient"].get("rigid")
     if rigid is None or len(findings.summary["load_sharing"]["transient"]) < 2:
         return ""

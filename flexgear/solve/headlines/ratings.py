@@ -31,7 +31,8 @@ class _Kind:
     nominal: str
 
     def allowable(self, view: StageView, *gears: str) -> float | None:
-        """Of gears that feel it together the lower one, Pa; None where the case gives none."""
+        """Allowable stress, Pa, the lower one for gears in contact; None where the case has
+        none."""
         limits = [getattr(getattr(view.stage, gear), self.key) for gear in gears]
         return min((limit for limit in limits if limit is not None), default=None)
 

@@ -108,7 +108,7 @@ def _forces(summary: Summary) -> Iterator[Check]:
 
 
 def _speeds(summary: Summary) -> Iterator[Check]:
-    """Of the pins against the ring."""
+    """Check of the speed of the pins against the ring."""
     for stage, of_ring in summary.get("steady", {}).items():
         speed = of_ring["carrier_speed_rpm_mean"]
         expected = summary["stages"][stage]["pin_speed_rpm"]
@@ -124,7 +124,7 @@ def _speeds(summary: Summary) -> Iterator[Check]:
 
 
 def _modes(summary: Summary) -> Iterator[Check]:
-    """What the modes that are left out may change, and how far the harmonic solution is away."""
+    """Check of the effect of dropped modes, and of the difference to the harmonic solution."""
     system = summary["system"]
     band, estimate = system.get("modes_band_hz"), system["modes_estimate"]
     if band is not None:
@@ -158,7 +158,7 @@ def balance_sentence(closure: float) -> str:
 
 
 def _percent(share: float) -> str:
-    """Of an estimate: two digits."""
+    """An estimate in per cent, two digits."""
     return f"{number(100.0 * share, 2)} %"
 
 

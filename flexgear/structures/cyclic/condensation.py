@@ -78,7 +78,7 @@ class CyclicCondensation:
 
     @cached_property
     def motion(self) -> SectorMotion:
-        """What a sector's ends move."""
+        """Motion of a sector by its borders."""
         return sector_motion(self.solver, self.ties, self.fe_mass, self.recovered)
 
     @property

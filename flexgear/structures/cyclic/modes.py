@@ -120,11 +120,11 @@ def cyclic_modes(
 
 
 def modes_below(solver: CyclicSolver) -> int:
-    """How many modes of the held body lie below the shift that stands in the solver's K.
+    """Number of modes of the held body below the shift in the solver's K.
 
     K with its ties has a negative eigenvalue for each, beside one for every tie (Haynsworth 1968,
-    Linear Algebra Appl. 1:73): interiors and own ties give none but these, borders those of S_h,
-    others those of -G.
+    Linear Algebra Appl. 1:73): interiors and own ties give only these, borders those of S_h, others
+    those of -G.
     """
     units = 1 / np.sqrt(np.abs(np.diag(solver.flexibility)))
     signs = np.linalg.eigvalsh(units[:, None] * solver.flexibility * units)

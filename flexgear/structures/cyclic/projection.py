@@ -60,7 +60,7 @@ class SectorMotion:
 def sector_motion(
     solver: CyclicSolver, ties: SectorTies, mass: Circulant, recovered: int
 ) -> SectorMotion:
-    """Of a mesh whose first dofs are recovered."""
+    """Motion of an FE mesh whose first dofs are recovered."""
     shapes, local = solver.shapes()
     inertia, mixed = _sector_mass(shapes, local, mass.extended())
     vertices = ties.sectors.nodes[:, 0] < recovered // 3

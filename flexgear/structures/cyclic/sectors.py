@@ -155,7 +155,7 @@ def _cell_image(cells: Ints, image: Ints) -> Ints | None:
 
 
 def _smallest(model: FeModel, count: int, image: Ints, cell_image: Ints) -> Sectors | None:
-    """Of several choices of the first sector's cells, the one with the smallest border."""
+    """Sectors with the smallest border, of several choices of the first sector's cells."""
     best = None
     for cells in _choices(model, count, cell_image):
         sectors = _sectors(model.basis.element_dofs[:, cells], count, image, cells)

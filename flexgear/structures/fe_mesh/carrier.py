@@ -145,7 +145,8 @@ class CarrierMeshParameters:
 
     @property
     def hub_diameter(self) -> float:
-        """That of the hub, m, without a small step to the seat: it would only make slivers."""
+        """Outer diameter of the hub, m, without a small step to the seat, which would make
+        slivers."""
         step = abs(self.hub_outer_diameter - self.seat_drive_diameter) / 2.0
         return (
             self.seat_drive_diameter

@@ -90,10 +90,10 @@ def _half_patches(p: CarrierMeshParameters, half: FeMesh) -> dict[str, Ints]:
 
 
 def _pin_factor(p: CarrierMeshParameters, half: FeMesh) -> float:
-    """How far the pins' surface is to be pushed out until each pin has its true volume.
+    """Factor on the pins' radius that gives each pin its true volume.
 
-    A polygon inscribed in a circle has too small a section: bending stiffness goes with the
-    square of the area and 16 straight sides would lose 5 %.
+    A polygon inscribed in a circle has too small a section: bending stiffness is proportional to
+    the square of the area, and 16 straight sides would lose 5 %.
     """
     radius, gap = p.pin_diameter / 2.0, p.plate_gap / 2.0
     centre = half.points[half.cells].mean(axis=1)

@@ -154,7 +154,7 @@ def facets_of(vtk_cells: Ints) -> Ints:
 
 
 def outer(facets: Ints) -> Ints:
-    """Those of facets that are there once."""
+    """Facets that occur once."""
     _, first, count = np.unique(
         np.sort(facets, axis=1), axis=0, return_index=True, return_counts=True
     )

@@ -66,11 +66,11 @@ GROWTH = {"quick": 1.4, "standard": 1.3, "fine": 1.15}
 
 @dataclass(frozen=True)
 class ToothedMeshParameters:
-    """What the FE mesh of every gear depends on; m and rad. Defaults are those of a ring.
+    """Parameters of the FE mesh of a gear; m and rad. Defaults are those of a ring.
 
     Coefficients addendum, dedendum, root_fillet and profile_shift are multiples of the normal
-    module; the sign of profile_shift is stated in gears/tooth.py. tool: what cuts it. where: what
-    the values are from. part: of the stage, "ring" or "planet", as keys in messages name it.
+    module; the sign of profile_shift is stated in gears/tooth.py. tool: that cuts it. where: source
+    of the values. part: of the stage, "ring" or "planet", as keys in messages name it.
     """
 
     part: ClassVar[str]

@@ -105,7 +105,7 @@ class Groups:
         return f"{', '.join(stated)} mm" if stated else ""
 
     def content(self) -> object:
-        """What of the case the place of a file is judged by: part of the cache's key."""
+        """Data of the case with which a file's groups are compared: part of the cache's key."""
         families = [
             [f.stem, list(f.names), f.places, f.needed, f.radial, f.side, f.twist]
             for f in self.families

@@ -41,12 +41,9 @@ MOST_NUMBERS = 10**8  # that one line of a set may generate
 
 @dataclass
 class InpDeck:
-    """What a deck holds.
-
-    points (n, 3) in the deck's unit; blocks: (cell type, (k, v) node positions); groups: name ->
-    facets, each 3 or 4 corner positions, from surfaces and from sets of shell or membrane
-    elements; node_sets: name -> node positions.
-    """
+    """Content of a deck. points (n, 3) in the deck's unit; blocks: (cell type, (k, v) node
+    positions); groups: name -> facets, each 3 or 4 corner positions, from surfaces and from sets of
+    shell or membrane elements; node_sets: name -> node positions."""
 
     points: Array
     blocks: list[tuple[str, Ints]]

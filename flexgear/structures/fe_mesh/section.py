@@ -59,7 +59,7 @@ def base_section_angle(tooth: ToothGeometry) -> float:
 
 
 def base_section_depth(tooth: ToothGeometry) -> float:
-    """How far the base section bows below the root circle at the tooth's middle, m."""
+    """Depth of the base section below the root circle at the tooth's middle, m."""
     return tooth.tool.tip_radius
 
 

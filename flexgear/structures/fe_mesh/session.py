@@ -54,9 +54,11 @@ def gmsh_session(name: str) -> Iterator[ModuleType]:
 
 @contextmanager
 def _python_signals() -> Iterator[None]:
-    """What this process does at a signal is the same after the block, in whatever thread: gmsh
-    makes SIGTERM, SIGHUP and SIGPIPE kill it, even where they were ignored. Python sets handlers in
-    the main thread only, the C library in any."""
+    """Context after which signal handlers of this process are unchanged, in any thread.
+
+    gmsh makes SIGTERM, SIGHUP and SIGPIPE kill it, even where they were ignored. Python sets
+    handlers in the main thread only, the C library in any.
+    """
     if os.name != "posix":
         yield
         return

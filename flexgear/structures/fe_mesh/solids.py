@@ -60,7 +60,7 @@ class Solid:
         return Solid(move @ self.moments @ move.T)
 
     def mirrored(self) -> Solid:
-        """Its image in the plane z = 0."""
+        """The mirror image in the plane z = 0."""
         image = np.array([1.0, 1.0, 1.0, -1.0])
         return Solid(np.outer(image, image) * self.moments)
 

@@ -95,7 +95,7 @@ class FeModel:
 
     @classmethod
     def of(cls, fe_mesh: FeMesh, material: Material) -> FeModel:
-        """Of a case's material."""
+        """Model of an FE mesh with a case's material."""
         return cls(fe_mesh, material.young_modulus, material.poisson_ratio, material.density)
 
     @cached_property

@@ -52,12 +52,12 @@ class CarrierSource(FeBody):
 
     @property
     def repeats(self) -> int:
-        """Its pins."""
+        """Number of its pins."""
         return len(self.pin_angles)
 
     @property
     def ties(self) -> tuple[str, str]:
-        """Of the pins."""
+        """Tied surface and kind of tie of the pins."""
         return "surface", "seats of pins"
 
     def nodes(self, fe_mesh: FeMesh | None = None) -> list[TiedNode]:
@@ -81,7 +81,7 @@ class CarrierSource(FeBody):
 
     @property
     def springs(self) -> list[Spring]:
-        """Its bearings."""
+        """Springs of its bearings."""
         return [
             Spring(NodeName.parse(f"bearing_{side}"), np.asarray(bearing.matrix))
             for side, bearing in self.bearings.items()

@@ -105,7 +105,7 @@ class FlankPlaces:
         return _means(np.stack(nodes), weights * _serendipity(x, y), len(self.flipped_nodes()))
 
     def coarse_averages(self, roll: Array, z: Array, width: Array) -> sp.csr_matrix:
-        """The same on first, middle and last row (parabola in roll²), linear along the face."""
+        """Averages on first, middle and last row (parabola in roll²), linear along the face."""
         columns = len(self.z)
         row, x, column, y, weights = self._places(roll, z, width)
         at, last = row + 0.5 * (1 + x), len(self.roll) - 1
@@ -181,7 +181,7 @@ class FlankCompliance(FlankPlaces):
         return self.mirrored()
 
     def mirrored(self) -> Self:
-        """The same flank with the other hand of helix: z -> −z."""
+        """The flank with the other hand of helix: z -> −z."""
         at = self.flipped_nodes()
         return replace(self, compliance=self.compliance[np.ix_(at, at)], slope=-self.slope)
 

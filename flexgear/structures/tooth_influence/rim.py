@@ -97,7 +97,7 @@ class RingShapes:
 def ring_shapes(
     model: FeModel, condensation: AnyCondensation, line: ToothLine, teeth: int, cut: Cut
 ) -> RingShapes:
-    """Of a ring of so many teeth with averaging ties at their roots; line: of tooth 0."""
+    """Shapes of the teeth of a ring with averaging ties at their roots; line: of tooth 0."""
     sampled_teeth = sorted({k * teeth // TEETH for k in range(TEETH)})
     shapes = [_of_tooth(model, condensation, line, (j, teeth), cut) for j in sampled_teeth]
     stacked = (np.stack(arrays) for arrays in zip(*shapes, strict=True))
@@ -219,10 +219,8 @@ Condensed = Callable[[], tuple[FeModel, AnyCondensation]]
 def cached_shapes(
     segment: SegmentParameters, teeth: int, ring_key: str, condensed: Condensed
 ) -> RingShapes:
-    """Of a ring, from the cache or made, which takes another factor of its matrix.
-
-    ring_key: of what its reduced body depends on; condensed: makes the body and its condensation.
-    """
+    """Shapes of a ring, from the cache or computed, which needs another factor of its matrix.
+    ring_key: key of its reduced body; condensed: makes the body and its condensation."""
     line, cut = first_line(segment), cut_of(segment)
 
     def make() -> RingShapes:

@@ -289,7 +289,7 @@ class PairRoots:
 
 
 def pair_roots(view: StageView, path: GearMeshPath, slices: Slices) -> list[PairRoots]:
-    """Of the planet, then of its mate; the cut stands still."""
+    """Root tables of the planet, then of its mate; the cut is fixed."""
     width, some = widths(path, slices), some_places(slices, _PLACES)
     roots = []
     for flank in mating_flanks(path, slices):
