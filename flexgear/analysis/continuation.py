@@ -70,8 +70,8 @@ class Range:
 
 @dataclass(frozen=True)
 class Cut:
-    """Why a curve is left within the range, and at which λ: forces beyond all bounds, no state a
-    shortest step further on, too many states, or a user who stopped it."""
+    """Reason why a curve ends within the range, and at which λ: unbounded forces, no state at the
+    shortest step, too many states, or a user who stopped it."""
 
     value: float
     reason: Literal["forces", "steps", "states", "stopped"]
@@ -96,11 +96,11 @@ def curves(
     seen: Callable[[Orbit], Orbit] = lambda orbit: orbit,
     resonance: float = 0.0,
 ) -> Iterator[Curve]:
-    """All curves that states without a curve near them (``_starts``) lead to.
+    """All curves through states that no other curve passes (``_starts``).
 
-    seen: is called with every state as it is found, and gives what is kept of it. resonance: speed
-    over rated at which the gear-mesh frequency is that on which gears vibrate on their gear mesh;
-    0 where no curve is to be followed beyond the range. Ends with a curve that a user stopped.
+    seen: is called with every computed state and returns what is kept of it. resonance: speed over
+    rated at which gears vibrate on their gear mesh; 0 where no curve is followed outside the range.
+    Ends with a curve that a user stopped.
     """
     followed, returning = list[Curve](), deque[tuple[Orbit | None, int]]()
     starts = _starts(train, span, resonance)
@@ -174,7 +174,7 @@ def _follow(
 
 
 def _outward(curve: Curve, span: Range) -> Iterator[tuple[Orbit, int]]:
-    """Ends of a curve from which it goes on beyond the range with rising (1) or falling speed."""
+    """Ends of a curve that lead out of the range with rising (1) or falling speed."""
     for end in (curve.states[0], curve.states[-1]):
         value = span.value(end.point)
         if value == span.high and span.over == "speed":

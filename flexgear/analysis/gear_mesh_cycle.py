@@ -87,11 +87,11 @@ def springs_under_load(modal: ModalSystem, input_angles: Array) -> ContactSpring
 
 
 def mean_springs(system: System, modal: ModalSystem | None) -> ContactSprings:
-    """Mean springs over a cycle of each stage, at zero of all that turns slower.
+    """Mean springs over a cycle of each stage, with all slower rotations at zero.
 
-    modal: of the system, for the equilibria under rated torques that say which pairs touch; None of
-    a train without load, of which all pairs in the zone of contact do. So do those of a gear mesh
-    that the torques leave unloaded.
+    modal: of the system, for the equilibria under rated torques that decide which pairs touch; None
+    for a train without load: then all pairs in the zone of contact touch, as do those of an
+    unloaded gear mesh.
     """
     flanks: dict[int, _FlankRows] = {}
     for stage in sorted({label.stage for label in system.gear_meshes}):
@@ -263,8 +263,8 @@ def _unloaded(pairs: PairData, result: Equilibrium | None) -> NDArray[np.bool_]:
 def _stiffness(
     rows: _TrainRows, result: Equilibrium | None, unloaded: NDArray[np.bool_]
 ) -> sparse.csr_array:
-    """K (R, R) N/m of all rows: nominal of flanks that are ``unloaded`` (M,) and of pairs that may
-    pull, else as the pairs' laws say under the load of an equilibrium."""
+    """K (R, R) N/m of all rows: nominal for flanks that are ``unloaded`` (M,) and for pairs that
+    may pull, else the tangent of the pairs' laws under the load of an equilibrium."""
     pair, p, count = rows.pair, rows.pair_position, len(rows.row)
     first, flank, slot = (pair[name].astype(int) for name in ("row", "mesh", "slot"))
     by_law = ~unloaded[flank] & ((rows.row["sided"][first] != 0) | (pair["rows"] == 2))

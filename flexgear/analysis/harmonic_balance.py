@@ -122,8 +122,8 @@ class Balance:
         return other._left(orbit.unknown, forces) - self._left(orbit.unknown, none)
 
     def between(self, at: Ints) -> tuple[Ints, Balance]:
-        """Places (k,) of the unknowns of some channels and of rigid motions, and what is linear of
-        the equations between them."""
+        """Indices (k,) of the unknowns of some channels and of rigid motions, and the linear part
+        of the equations between them."""
         places = self.q * np.arange(2 * self.harmonics + 1)[:, None] + at
         free = np.arange(self.forces, self.size)
         part = Balance(self.elements, self.receptance.between(at))

@@ -65,8 +65,8 @@ class FlankCycle:
     """A flank over P positions, evenly spread over the gear-mesh cycle of its stage.
 
     stiffness (P,) N/m: 1ᵀ K 1 of its rows; damping (P,) N s/m of the rows that touch; force (P, c)
-    per metre: what its rows do on the coordinates ``blocks`` (c, d) of the bodies as all of them
-    close alike, (1ᵀ K R).
+    N/m: force of its rows on the coordinates ``blocks`` (c, d) of the bodies per common closing of
+    all rows, (1ᵀ K R).
     """
 
     stiffness: Array

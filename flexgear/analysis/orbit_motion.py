@@ -15,8 +15,8 @@ from flexgear.arrays import Array, Complex
 def recovery_of(
     train: CondensedTrain, balance: Balance, orbit: Orbit, outputs: dict[str, Output]
 ) -> Recovery:
-    """Elastic motions and forces over the N samples of a steady state's period, all frames as they
-    stand at angle zero; loads of single tooth pairs are not in the result."""
+    """Elastic motions and forces over the N samples of a steady state's period, with all frames at
+    angle zero; without loads of single tooth pairs."""
     elements, modal = train.elements, train.modal
     f, a = balance.parts(orbit.unknown)
     eta, on_linear = _harmonics(train, orbit, f, a)

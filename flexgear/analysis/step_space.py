@@ -134,7 +134,7 @@ def step_data(modal: ModalSystem, sizes: float | Array) -> StepData:
 
 
 def work_space(modal: ModalSystem, track_energy: bool = False, sizes: int = 1) -> Space:
-    """Empty work space for so many step sizes, with the account of energy or without."""
+    """Empty work space for ``sizes`` step sizes, with or without the energy balance."""
     pairs, active = modal.system.pairs, active_dofs(modal, sizes)
     ports = len(modal.system.ports)
     rows, last = pair_rows(pairs, ports), pair_rows(pairs, ports)
@@ -295,7 +295,7 @@ def frame_data(modal: ModalSystem) -> FrameData:
 
 
 def rated_row(modal: ModalSystem) -> Array:
-    """Row (n,) of the share of rated speed; zero for a train rated at rest."""
+    """Row (n,) of the share of rated speed; zero for a train of rated speed zero."""
     rolling = modal.rolling @ modal.system.rated_input_speeds
     size = float(rolling @ rolling)
     return np.asarray(rolling / size if size else rolling)

@@ -196,7 +196,7 @@ def _refuse_start(modal: ModalSystem, start: State, time_step: float) -> None:
 
 
 def _ran_away(modal: ModalSystem, time: float, step: float) -> FlexgearError:
-    """Says what is known of the cause, and the remedy."""
+    """FlexgearError with the known cause, and the remedy."""
     remedy = f"lower the time step of {step:.3g} s"
     if undamped_contact(modal):
         remedy += (
@@ -255,8 +255,8 @@ class _Run:
             yield end - begin
 
     def _restart(self, plan: Plan, data: StepData) -> None:
-        """Begin a piece with the acceleration that its forces give, or, where a run goes on from
-        the end of another and no machine's torque jumps, with that of its last step."""
+        """Begin a time interval with the acceleration by its forces, or, where a run continues
+        another and no machine's torque jumps, with that of its last step."""
         goes_on, self.goes_on, state = self.goes_on, False, self.state
         acceleration, ports = state.acceleration.copy(), state.ports.copy()
         first = self._prescribed_at(plan.start, BESIDE * float(plan.sizes[0]))
@@ -291,7 +291,7 @@ class _Run:
         return np.asarray(self.drive.loads(times), dtype=np.float64)
 
     def _rates(self, time: float) -> Array:
-        """Rates of change (P,) of what is prescribed to machines, as far as they are known."""
+        """Rates of change (P,) of the prescribed values of machines, as far as they are known."""
         if self.drive.rates is None:
             return np.zeros(len(self.modal.system.ports))
         return np.asarray(self.drive.rates(np.array([time]))[0])

@@ -100,8 +100,8 @@ class PlainProgress:
 
 @contextmanager
 def resumable(finished: Callable[[], int], parts: str) -> Iterator[None]:
-    """FlexgearError in the place of a stop that left finished parts of a study on disk; parts: how
-    many there are in all, in words."""
+    """Context in which a stop raises FlexgearError that says how many parts of a study are stored;
+    parts: number of all parts, in words."""
     try:
         yield
     except KeyboardInterrupt:
@@ -155,7 +155,7 @@ def columns(rows: Iterable[Sequence[str]], sides: str = "<") -> None:
 
 
 def evenly_spaced(count: int, most: int) -> list[int]:
-    """Numbers of at most so many of ``count`` rows, with both ends."""
+    """Indices of at most ``most`` of ``count`` rows, evenly spaced and with both ends."""
     return np.unique(np.linspace(0, count - 1, min(count, most)).astype(int)).tolist()
 
 
@@ -165,7 +165,7 @@ def key_table(key: str, figures: Mapping[str, Any], before: str = "") -> None:
 
 
 def as_json_text(figures: Any) -> str:
-    """Figures as JSON, null for what is missing: JSON knows no number that is none."""
+    """Figures as JSON, with null for NaN and infinity."""
     return json.dumps(without_nan(plain(figures)), indent=2, ensure_ascii=False, allow_nan=False)
 
 
@@ -191,7 +191,7 @@ def without_nan(value: Any) -> Any:
 
 
 def value_text(value: Any) -> str:
-    """A number with six digits, a list in one line, a dash for what is missing."""
+    """A number with six digits, a list in one line, a dash for a missing value."""
     if value is None or (isinstance(value, float) and not math.isfinite(value)):
         return "–"
     if isinstance(value, bool):
@@ -232,8 +232,8 @@ def present(title: str, sections: Mapping[str, Mapping[str, Any]], as_json: bool
 
 
 def by_figure(rows: Mapping[str, Any]) -> Mapping[str, Any]:
-    """Rows that hold so many figures each that no line has room for them, turned: a row a figure,
-    with its values in the order of the names, which stand first; other rows as they are."""
+    """Rows with many figures each, transposed: one row for each figure, with its values in the
+    order of the names, which come first; other rows unchanged."""
     flat = {name: flattened(row) for name, row in rows.items() if isinstance(row, Mapping)}
     if not flat or len(flat) < len(rows) or min(map(len, flat.values())) <= MOST_BESIDE:
         return rows

@@ -75,7 +75,8 @@ def is_compiled(arguments: Sequence[str]) -> bool:
 
 
 class Commands(TyperGroup):
-    """The table as commands that know their names and lines; the one that is called as a whole."""
+    """The command group from ``COMMANDS``: lists names and lines, imports the called command
+    only."""
 
     def __init__(self, **attrs: Any) -> None:
         commands = {name: TyperCommand(name, help=home.about) for name, home in COMMANDS.items()}
@@ -161,8 +162,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 
 class _Pipe(io.FileIO):
-    """A pipe whose reader may leave, as ``head`` does: what it has not read is dropped, and the
-    work goes on."""
+    """A pipe whose reader may close it, as ``head`` does: further output is dropped, and the work
+    goes on."""
 
     def write(self, data: Any, /) -> int:
         """Bytes written or dropped."""

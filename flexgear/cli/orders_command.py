@@ -134,7 +134,7 @@ def _opened(file: Path) -> xr.Dataset:
 
 
 def _part(data: xr.Dataset, first: float | None, last: float | None, run_up: bool) -> xr.Dataset:
-    """The part of a transient that is looked at: named, or settled, or all."""
+    """The selected part of a transient: by times, else the settled part, else all."""
     if first is None and last is None:
         return data if run_up else settled(data)
     end = float(data.variables["time"][-1])
@@ -187,8 +187,8 @@ def _expected(
 def strongest(
     result: xr.DataArray, expected: list[tuple[ExpectedLine, float]]
 ) -> Iterator[dict[str, Any]]:
-    """The highest peaks of all columns but side lobes of higher ones, and the expected line that is
-    nearest within what the window tells apart."""
+    """The highest peaks of all columns except side lobes of higher ones, and the nearest expected
+    line within the resolution of the window."""
     order, turns = result["order"].to_numpy(), float(result.attrs["turns"])
     others = [d for d in result.dims if d != "order"]
     largest = result.max(others).to_numpy()

@@ -113,7 +113,7 @@ class Pictures:
         return sorted(self.plan, key=lambda name: not self.plan[name].chart.slow)
 
     def picture(self, name: str) -> Picture:
-        """Draw one; without a file where it is left out, and its caption says why."""
+        """Draw one picture; without a file where it is left out, and its caption says why."""
         chart, caption = self.plan[name].chart, self.plan[name].caption
         path = self.target / "pictures" / f"{name}{chart.suffix}"
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -149,7 +149,7 @@ def imported() -> None:
 
 
 def _title(figure: Any, caption: str) -> None:
-    """The caption above a picture that is looked at alone, with what the picture says itself."""
+    """Title of a single picture: its caption and its own note."""
     title = figure.get_suptitle()
     lines = [*textwrap.wrap(caption, TITLE), *([title] if title and title not in caption else [])]
     figure.suptitle("\n".join(lines), fontsize=9, weight="bold")

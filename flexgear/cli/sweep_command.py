@@ -158,7 +158,7 @@ def _tables(data: xr.Dataset) -> None:
 
 
 def _parts(field: xr.DataArray) -> Iterator[tuple[str, xr.DataArray]]:
-    """Split a field into titled tables with at most one dimension besides the swept keys."""
+    """Split a field into titled tables with at most one dimension in addition to the swept keys."""
     inner = [d for d in field.dims if d not in keys_of(field)][:-1]
     for at in np.ndindex(*(field.sizes[d] for d in inner)):
         part = field.isel(dict(zip(inner, at, strict=True)))
@@ -181,7 +181,7 @@ def _is_constant(values: NDArray[np.float64]) -> bool:
 
 
 def _table(part: xr.DataArray, titles: list[str], values: NDArray[np.float64]) -> None:
-    """One line for each point, at most so many, evenly spaced and with both ends."""
+    """One line for each point, at most a fixed number, evenly spaced and with both ends."""
     keys = keys_of(part)
     points = list(np.ndindex(*(part.sizes[k] for k in keys)))
     lines = evenly_spaced(len(points), MOST_ROWS)

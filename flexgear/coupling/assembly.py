@@ -82,7 +82,7 @@ class Assembly(BodyCoordinates):
         return len(self.angles) - 1
 
     def body_angle(self, stage: int, m: Member) -> int:
-        """By which angle a body's frame has turned, −1 where it stands."""
+        """Index of the angle by which a body's frame has turned, −1 for a fixed frame."""
         return int(getattr(self.frames[stage], m.frame))
 
     @cached_property
@@ -126,7 +126,8 @@ class Assembly(BodyCoordinates):
         return np.asarray(self.end_rows(member)[5])
 
     def speed_row(self, member: str) -> Array:
-        """Row (d,) of the rotation that stands for a member's speed: pins of an FE carrier."""
+        """Row (d,) of the rotation that represents a member's speed: that of the pins for an FE
+        carrier."""
         frame = self.frames[self.case.stage_index(member)]
         if MemberName.parse(member).part == "carrier" and frame.carrier >= 0:
             return self.angles[frame.carrier]
@@ -237,9 +238,10 @@ class Assembly(BodyCoordinates):
             self.bearings.append(bearing)
 
     def _race_rates(self, stage: int, c: Connection, housing_moves: bool) -> tuple[int, RaceRates]:
-        """By which of the system's angles the races of a bearing turn against the axes of its law,
-        and how: a planet's outer one in the carrier's; of a carrier, whose inner one turns, the
-        outer one in the carrier's axes, the inner one in those of a housing that moves.
+        """Index of the system's angle by which the races of a bearing turn against the axes of its
+        law, and their rates: of a planet's bearing the outer race turns in the carrier's axes; of a
+        carrier's, whose inner race turns, the outer one in the carrier's axes, the inner one in
+        those of a moving housing.
 
         The law's motion is that of the planet less the pin, towards which the pin's rollers lie.
         """
@@ -335,11 +337,8 @@ class Assembly(BodyCoordinates):
             self.mass[at, at] += inertia * len(dofs) * np.outer(row[at], row[at])
 
     def loose_motions(self) -> Array:
-        """Motions (d, r) of bodies as rigid ones that no constant spring resists.
-
-        In the space of the rigid motions of all bodies, the eigenvalues of (K, M) that vanish are
-        looked for.
-        """
+        """Rigid motions (d, r) of bodies that no constant spring resists: the null space of (K, M)
+        in the space of the rigid motions of all bodies."""
         motions = [b.rigid_motions[:, b.rigid_motions.any(axis=0)] for b in self.bodies]
         candidates = linalg.block_diag(*motions)
         mass = candidates.T @ self.mass @ candidates

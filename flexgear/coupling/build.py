@@ -271,9 +271,9 @@ def _system(a: Assembly, rigid_bodies: Collection[BodyName]) -> System:
 def _loose_motions(a: Assembly) -> Array:
     """Motions (d, r) that no constant spring resists.
 
-    Those of a single stage with bodies that bend are known in closed form and have no round-off:
-    planets orbit with the carrier, each planet spins, the ring turns with its hub, the sun with
-    what hangs on it. There are others where members float without a spring.
+    Those of a single stage with flexible bodies are known in closed form, without round-off:
+    planets orbit with the carrier, each planet spins, the ring turns with its hub, the sun with the
+    body behind its spline. There are more where members float without a spring.
     """
     loose, stage = a.loose_motions(), a.case.stages[0]
     if len(a.case.stages) > 1 or a.case.joints or not stage.is_flexible:

@@ -176,7 +176,7 @@ def _of_hub(view: StageView) -> Iterator[Connection]:
 
 
 def _behind_spline(view: StageView) -> Iterator[Connection]:
-    """The spline between a sun's shaft and what hangs behind it, and the bearing of that."""
+    """The spline between a sun's shaft and the body behind it, and that body's bearing."""
     port = view.case.port_at(f"{view.name}.sun")
     if port is None or view.stage.form("sun") != "beam":
         return
@@ -191,7 +191,7 @@ def _behind_spline(view: StageView) -> Iterator[Connection]:
 def _bearing(
     name: SupportName, end: End, bearing: Bearing, frame: Literal["carrier", "ring"], key: str
 ) -> Connection:
-    """A bearing on the housing: its linear part, and what has a law of its own."""
+    """A bearing on the housing: its springs and its law."""
     matrix = linear_part(bearing, bearing.matrix)
     return Connection(name, end, None, matrix, frame=frame, bearing=bearing, key=key)
 

@@ -58,7 +58,7 @@ def _weighed_block(a: Assembly, body: Body) -> int:
 def weight_rows(body: Body) -> Array:
     """Rows (3, n) Rᵀ M, on which an acceleration acts as a body's weight.
 
-    R (n, 3): unit translations of the whole body; the mass is the body's own, without what hangs on
+    R (n, 3): unit translations of the whole body; the mass is the body's own, without inertias of
     its ports.
     """
     return (body.mass @ body.rigid_motions[:, :3]).T

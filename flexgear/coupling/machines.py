@@ -30,7 +30,7 @@ class GivenTorque:
 
 @dataclass(frozen=True)
 class GivenSpeed:
-    """Speed of its own, whatever the torque."""
+    """Prescribed speed, whatever the torque."""
 
 
 @dataclass(frozen=True)
@@ -97,8 +97,10 @@ def _law(machine: Machine | None, torque: float, speed: float) -> MachineLaw:
 
 
 def require_free_speeds(case: Case, turns: Array) -> None:
-    """InputError where ports that follow a speed say the same motion twice. turns (P, F): rotation
-    of the ports per radian of each independent rotation of the train."""
+    """InputError where speeds of ports are redundant.
+
+    turns (P, F): rotation of the ports per radian of each independent rotation of the train.
+    """
     machines = machines_of(case)
     speed_ports = [
         p for p, machine in enumerate(machines) if machine is not None and machine.follows_speed

@@ -83,11 +83,11 @@ class Member:
 def stage_members(
     case: Case, stage: Stage, bodies: Mapping[BodyName, AnyBody], rigid: Collection[BodyName] = ()
 ) -> list[Member]:
-    """All bodies of a stage: members, planets, then hub and what hangs behind the sun's spline.
+    """All bodies of a stage: members, planets, then hub and the body behind the sun's spline.
 
-    bodies: its FE bodies; rigid: which of them, and of shafts, do not bend; those of them that are
-    not in ``bodies`` are those of ``FeBody.rigid``. Names are "<stage>.ring", "<stage>.planet_1",
-    …; a sun on a shaft is "<stage>.shaft". FlexgearError where an FE body that bends is missing.
+    bodies: its FE bodies; rigid: rigid ones of these and of shafts, by ``FeBody.rigid`` if they are
+    not in ``bodies``. Names are "<stage>.ring", "<stage>.planet_1", …; a sun on a shaft is
+    "<stage>.shaft". FlexgearError where a flexible FE body is missing.
     """
     view, out = case.view(stage.name), list[Member]()
     for part in [*stage.members, *(["planet"] if stage.kind == "planetary" else [])]:

@@ -390,10 +390,10 @@ def _by_parts(system: System, phi: Array) -> NDArray[np.int64]:
 
 
 def chosen_modal(system: System, pace: Pace) -> ModalSystem:
-    """Second reduction as a case asks for it.
+    """Second reduction by the options of a case.
 
-    Where it states neither limit nor accuracy rigid bodies keep all modes; where bodies bend, their
-    thousands of modes would set the cost of every step.
+    Where these state neither limit nor accuracy, rigid bodies keep all modes; for flexible bodies
+    the accuracy is 0.01, as thousands of modes would set the cost of every step.
     """
     if pace.modes_by_default and all(body.rigid for body in system.bodies):
         return modal_system(system)  # nothing is dropped, nothing to estimate

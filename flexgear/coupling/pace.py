@@ -118,11 +118,9 @@ def case_pace(case: Case) -> Pace:
 
 
 def timed_drops(case: Case) -> TorqueDrops:
-    """The case's torque drops with all their times, s.
-
-    What is not given: settling before the drop and during it; after it until the speed has
-    regained seven eighths of its dip, but at most a turn of the first input.
-    """
+    """The case's torque drops with all their times, s. Defaults: settling before the drop and
+    during it; after it until the speed has regained seven eighths of its dip, but at most a turn of
+    the first input."""
     steps, settling = case.drive.steps, case_pace(case).settling
     speed = abs(power_flow(case).speed[case.inputs[0].member])
     turn = 2 * math.pi / speed if speed else math.inf
@@ -137,8 +135,8 @@ def timed_drops(case: Case) -> TorqueDrops:
 
 
 def speed_time_constant(case: Case) -> float:
-    """τ = Σ J_p ω_p² / Σ n P of speed against brakes T ~ ωⁿ, s: inertias J_p at the ports, powers
-    P that the brakes take; inf without brakes, for n = 0 and at rest."""
+    """τ = Σ J_p ω_p² / Σ n P of speed against brakes T ~ ωⁿ, s: inertias J_p at the ports, powers P
+    of the brakes; inf without brakes, for n = 0 and at zero speed."""
     flow = power_flow(case)
     taken = sum(
         machine.brake_exponent * abs(flow.power[port.member])

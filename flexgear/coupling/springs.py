@@ -116,7 +116,7 @@ class LawBearing:
 
     @property
     def has_parts(self) -> bool:
-        """Whether the law says what parts of the bearing carry."""
+        """Whether the law gives loads of parts of the bearing."""
         return LAWS[LAW_NUMBERS[self.law]].part_loads is not None
 
     @property

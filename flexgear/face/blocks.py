@@ -38,9 +38,9 @@ def contact_paths(case: Case, stage: str = "") -> dict[str, GearMeshPath]:
     """Paths of contact of a stage by gear mesh and flank: "ring", "ring_coast", "sun", "sun_coast",
     each with "left " or "right " before it in a double-helical stage.
 
-    A path says which tooth pairs are where at a carrier angle (``position``), between which path
-    coordinates they touch (``touching``) and how stiff they are (``pair_stiffness``); rated loads
-    are those of the power flow.
+    A path gives positions of tooth pairs at a carrier angle (``position``), the range of path
+    coordinates in which they touch (``touching``) and their stiffness (``pair_stiffness``); rated
+    loads are those of the power flow.
     """
     view = case.view(stage)
     paths = stage_paths(view, power_flow(case).stage(view.name).gear_mesh_forces)

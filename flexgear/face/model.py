@@ -41,7 +41,7 @@ class Model(model.Model):
 
     @property
     def reference_member(self) -> str:
-        """The member whose rotation stands for time: "stage.carrier"."""
+        """The member whose rotation positions refer to: "stage.carrier"."""
         return reference_member(self.case, self.flow)
 
     @checked
@@ -75,11 +75,11 @@ class Model(model.Model):
     def modes(
         self, limit_hz: float | None = None, *, angle_deg: float | None = None, member: str = ""
     ) -> xr.Dataset:
-        """Undamped modes at rest, with the variables of ``campbell``: frequencies over speed.
+        """Undamped modes at zero speed, with the variables of ``campbell``: frequencies over speed.
 
         limit_hz: highest frequency; the band of interest if left out, all of a lumped train.
-        angle_deg: with the gear meshes as they are there, and nothing over speed; else with their
-        mean stiffness over a gear-mesh cycle.
+        angle_deg: gear meshes at this rotation, without frequencies over speed; else their mean
+        stiffness over a gear-mesh cycle.
         """
         limit = usual_limit(self) if limit_hz is None else limit_hz
         if angle_deg is not None:
@@ -97,12 +97,12 @@ class Model(model.Model):
         limit_hz: float | None = None,
         margin: float = MARGIN,
     ) -> xr.Dataset:
-        """Frequencies over speed, orders of gear meshes and shafts, and where they meet.
+        """Frequencies over speed, orders of gear meshes and shafts, and their intersections.
 
-        factors: (s,) of rated speed, from rest to a fifth above the highest at which the case runs
-        if left out; orders: of gear meshes, those that their stiffness shows if left out; limit_hz:
-        highest frequency at rest that is followed; margin: share of a natural frequency within
-        which an excitation at an operating speed is a meeting.
+        factors: (s,) of rated speed, from zero to a fifth above the highest at which the case runs
+        if left out; orders: of gear meshes, those that their stiffness has if left out; limit_hz:
+        highest frequency at zero speed; margin: share of a natural frequency within which an
+        excitation at an operating speed counts as a meeting.
         """
         return campbell(self, factors=factors, orders=orders, limit_hz=limit_hz, margin=margin)
 
@@ -255,14 +255,15 @@ class Model(model.Model):
         """Displacement (p, 3) m and stress (p, 6) Pa of a body in a natural mode.
 
         mode: its number from 1, rigid rotations first, as in ``modes``; angle_deg: as there;
-        largest: displacement of the vertex that moves most, m. InputError for a mode that there is
-        not, or in which the body is at rest.
+        largest: displacement of the vertex that moves most, m. InputError for an unknown mode, or
+        one in which the body does not move.
         """
         angle = None if angle_deg is None else self._reference_angle(angle_deg, member)
         return deformed.mode_field(self, body, mode, angle, largest)
 
     def _reference_angles(self, angle_deg: ArrayLike, member: str) -> NDArray[np.float64]:
-        """Rotations (p,) rad of the reference member; InputError for a member that is at rest."""
+        """Rotations (p,) rad of the reference member; InputError for a member that does not
+        turn."""
         angles = np.radians(np.atleast_1d(np.asarray(angle_deg, dtype=float)))
         if not member:
             return angles

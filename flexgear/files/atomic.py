@@ -58,7 +58,7 @@ def private_folder(place: Path, name: str) -> Iterator[Path]:
 
 
 def keep(folder: Path) -> None:
-    """Leave a private folder with what is in it, for good."""
+    """Leave a private folder with its content permanently."""
     (folder / _LOCK).unlink(missing_ok=True)
 
 
@@ -221,7 +221,7 @@ def folder_target(path: PathLike) -> Path:
 
 
 def _mode(path: PathLike) -> int | None:
-    """Kind of what is there; None where nothing is."""
+    """Kind of an existing file or folder; None without one."""
     try:
         return os.stat(path).st_mode
     except FileNotFoundError:
@@ -277,7 +277,8 @@ def _to_disk(path: Path) -> None:
 
 
 def _finish(stage: Path, work: Path, target: Path, move: Callable[[], None]) -> None:
-    """Move finished work into place; where that fails it stays, and the error says where."""
+    """Move finished work into place; where that fails it stays where it is, and the error names the
+    place."""
     try:
         with _undisturbed():
             move()
@@ -291,8 +292,8 @@ def _finish(stage: Path, work: Path, target: Path, move: Callable[[], None]) -> 
 def _move(
     files: Path, target: Path, attic: Path, outdated: Callable[[Path], Iterable[Path]]
 ) -> None:
-    """Put everything in ``files`` into ``target``, at once if that is not there; what it replaces
-    goes to ``attic`` first, and comes back where a file cannot be moved."""
+    """Move everything in ``files`` to ``target``, by one rename if that does not exist; replaced
+    files go to ``attic`` first, and come back where a file cannot be moved."""
     if not target.exists():
         os.rename(files, target)
         return

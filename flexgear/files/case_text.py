@@ -26,7 +26,7 @@ COLUMN = 42  # of the comments
 
 @dataclass(frozen=True)
 class Datum:
-    """A number of a file and the place it comes from, as a comment says it."""
+    """A number of a file and its source, for the comment."""
 
     value: float
     source: str
@@ -107,7 +107,7 @@ class CaseText:
     def take(
         self, section: Section, key: str, datum: Datum | None, usual: float, why: str
     ) -> float:
-        """Append a key that a file gives, or else what is usual; its value."""
+        """Append a key with the value of a file, or else the usual one; returns the value."""
         if datum is None:
             self.assume(section, key, usual, why)
             return usual
@@ -203,12 +203,12 @@ def _stage(name: str, p: Proposal, several: bool) -> dict[str, Any]:
 
 
 def _port(stage: dict[str, Any], part: str, inertia: float) -> dict[str, Any]:
-    """The port at a member of a stage; inertia: of what hangs there, kg m²."""
+    """The port at a member of a stage; inertia: added to the member, kg m²."""
     return {"member": f"{stage['name']}.{part}", "part": part, "stage": stage, "inertia": inertia}
 
 
 def _rounded(value: float, digits: int = 3) -> str:
-    """A number as TOML with so many digits."""
+    """A number as TOML with ``digits`` digits."""
     return toml(float(f"{value:.{digits}g}"))
 
 

@@ -184,9 +184,9 @@ LEAST_STEPS = 4  # of a transient in a gear-mesh period
 
 
 def longest_time_step(gear_mesh_frequency: float) -> float:
-    """A quarter of a gear-mesh period, s; infinite at rest.
+    """A quarter of a gear-mesh period, s; infinite at zero speed.
 
-    With longer steps pairs come and go unseen between two of them, and stiffness that rises and
-    falls once a period is not followed.
+    With longer steps pairs would enter and leave between two steps, and the variation of stiffness
+    in a period would not be followed.
     """
     return 1.0 / (LEAST_STEPS * gear_mesh_frequency) if gear_mesh_frequency else math.inf

@@ -94,11 +94,9 @@ def expected_lines(
     harmonics: int = HARMONICS,
     sensor_speed: float = 0.0,
 ) -> tuple[ExpectedLine, ...]:
-    """All lines of a case, stage by stage; none of what stands still, and of those that planets
-    cancel the orders of the gear mesh alone.
-
-    harmonics: of the gear meshes; sensor_speed: of what carries the sensor, rad/s about +z.
-    """
+    """Expected lines of a case, stage by stage, without those of stationary parts; of lines that
+    planets cancel only the orders of the gear mesh. harmonics: of the gear meshes; sensor_speed: of
+    the body with the sensor, rad/s about +z."""
     speeds = power_flow(case) if flow is None else flow
     return tuple(
         line
@@ -221,8 +219,8 @@ def _bearing(
     turns: float,
     stationary: Literal["inner", "outer"],
 ) -> Iterator[ExpectedLine]:
-    """turns: of one ring against the other, 1/s; stationary: ring that stands still under the
-    load. Nothing of a bearing whose elements are not stated."""
+    """Lines of a bearing; none where its elements are not stated. turns: of one ring against the
+    other, 1/s; stationary: ring that is stationary relative to the load."""
     elements = None if bearing is None else bearing.elements
     if elements is None:
         return
@@ -252,9 +250,9 @@ _KEYS = {
 
 
 def line_rows(lines: Sequence[ExpectedLine], stage: str) -> dict[str, dict[str, float]]:
-    """Frequencies, Hz, of the lines of a stage by kind and label, as ``check`` and reports have
-    them. Sidebands are those of the first harmonic, named by planet passes; where N planets do not
-    add up, their share stands in the label, and what is below a tenth is left out."""
+    """Frequencies, Hz, of the lines of a stage by kind and label, as in ``check`` and reports.
+    Sidebands are those of the first harmonic, named by planet passes; where planets cancel in part,
+    their share is in the label; shares below a tenth are left out."""
     rows: dict[str, dict[str, float]] = {key: {} for key in _KEYS.values()}
     for line in (x for x in lines if x.stage == stage):
         if line.kind == SIDEBAND and line.harmonic > 1:

@@ -83,10 +83,8 @@ def pitch_point_pressure(view: StageView, g: StageGeometry, role: str, force: fl
 
 @dataclass(frozen=True)
 class RootStress:
-    """Nominal root stress of one gear in one gear mesh, Pa, and what it is made of.
-
-    lever: h_Fe, m; load_angle: α_Fen, rad; form_factor, notch_factor, helix_factor: Y_F, Y_S, Y_β.
-    """
+    """Nominal root stress of one gear in one gear mesh, Pa, and its factors. lever: h_Fe, m;
+    load_angle: α_Fen, rad; form_factor, notch_factor, helix_factor: Y_F, Y_S, Y_β."""
 
     section: CriticalSection
     lever: float

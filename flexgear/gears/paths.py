@@ -73,10 +73,10 @@ _OTHER = {"sun": "ring", "ring": "sun"}
 
 @dataclass(frozen=True)
 class GearFlank:
-    """One flank of a gear as it is ground.
+    """One flank of a gear with its modifications.
 
-    part: the gear as the stage calls it; name: of the flank; gaps: what it lacks, one function a
-    modification, none where it is an involute.
+    part: the gear as the stage calls it; name: of the flank; gaps: functions of the missing
+    material, one for each modification, none for an involute.
     """
 
     part: str
@@ -370,7 +370,7 @@ def _wave(
 
 
 def _parallel_starts(g: StageGeometry) -> dict[GearMeshKind, Start]:
-    """Where pinion and gear are on the drive and the coast flank at θ = 0."""
+    """Starting positions of pinion and gear on the drive and the coast flank at θ = 0."""
     zero = np.zeros(1, np.int64)
     pitch_point = g.planet.base_radius * math.tan(g.sun_mesh.working_angle)
     coast, gear_tooth, pinion_tooth = _coast_of_parallel(g, pitch_point)

@@ -57,8 +57,8 @@ THETA = math.pi * (np.arange(NODES) + 0.5) / NODES
 
 @dataclass(frozen=True)
 class FlankPair:
-    """Flanks that meet: what planet and gear lack at (ρ, z) in the transverse section, m, and how
-    they roll on each other."""
+    """Flanks that meet: material missing on planet and gear at (ρ, z) in the transverse section, m,
+    and their rolling geometry."""
 
     planet: Gap
     gear: Gap
@@ -128,11 +128,8 @@ class ProfileContact:
 def profile_contact(
     pair: FlankPair, span: tuple[float, float], half_face: float, pressed: float, load: float
 ) -> ProfileContact:
-    """Over the path coordinates ``span``, m, and the face.
-
-    pressed: W/w, m²/N; load: the mean line load w, N/m of contact line; without one rigid flanks
-    alone are looked at.
-    """
+    """Contact across the profile over the path coordinates ``span``, m, and the face. pressed: W/w,
+    m²/N; load: the mean line load w, N/m of contact line; rigid flanks without one."""
     off, s = pair.off_path, np.linspace(*span, PLACES)
     middle = 0.5 * (off.s_lo + off.s_hi), 0.0
 

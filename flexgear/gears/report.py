@@ -318,7 +318,7 @@ def _root(gear: str, stress: RootStress) -> dict[str, Any]:
 
 
 def _share(x: float) -> float:
-    """x modulo 1, and 0 for what is 1 but for rounding."""
+    """x modulo 1, and 0 where x is an integer but for rounding."""
     return round(float(x) % 1.0, 9) % 1.0
 
 

@@ -156,8 +156,8 @@ def _web(p: Proposal, edge: float, clearance: float) -> float:
 
 
 def bearing_stiffness(p: Proposal) -> float:
-    """Radial stiffness of a planet bearing at its load, N/m: half of a roller bearing's, since pin
-    and seat give way, too."""
+    """Radial stiffness of a planet bearing at its load, N/m: half of a roller bearing's, for the
+    compliance of pin and seat."""
     return 0.5 * roller_bearing_stiffness(p.pin_force, p.gear_width)
 
 

@@ -245,7 +245,7 @@ class Rolling(Section):
 
 
 def check_elements(bearing: Bearing, rolling: Rolling) -> None:
-    """Refusal for elements that lack a size, or contradict the rollers that spring."""
+    """Refusal for elements that lack a size, or contradict ``rollers``."""
     elements, rollers = rolling.elements, bearing.rollers
     if elements is None:
         return

@@ -262,7 +262,7 @@ class Case(Section):
         return tuple(MemberName.of(s.name, part) for s in self.stages for part in s.members)
 
     def member(self, name: str) -> GearMember | CarrierMember:
-        """The member of that name; "<stage>.planet" is taken, too."""
+        """The member of that name, also "<stage>.planet"."""
         at = MemberName.parse(name)
         return self.stage(at.stage).member(at.part)
 
@@ -284,7 +284,7 @@ class Case(Section):
         return next((port for port in self.ports if port.member == member), None)
 
     def port_inertia(self, member: str) -> float:
-        """Polar inertia of what hangs on the port at a member, kg m²."""
+        """Polar inertia that the port at a member adds, kg m²."""
         port = self.port_at(member)
         return 0.0 if port is None or port.inertia is None else port.inertia
 
@@ -311,17 +311,16 @@ class Case(Section):
         return tuple(name for name in self.member_names() if name in held)
 
     def view(self, name: str = "") -> StageView:
-        """The stage of that name with all that the case says of it; the only one if not named."""
+        """The stage of that name with the keys of the case that concern it; the only one if not
+        named."""
         if not name and len(self.stages) > 1:
             names = ", ".join(s.name for s in self.stages)
             raise InputError(self.source, "stages", f"are {names}", "name one of them")
         return StageView(self, self.stage(name) if name else self.stages[0])
 
     def content_hash(self, *sections: str) -> str:
-        """SHA-256 of what the case says physically (or of the named sections), 64 hex digits.
-
-        Name, title and spelling do not count; files that are named count by what is in them.
-        """
+        """SHA-256 of the physical content of the case (or of the named sections), 64 hex digits.
+        Name, title and spelling do not count; files count by their content."""
         data = self.model_dump(mode="python", exclude=_NOT_PHYSICAL)
         for dumped in data["stages"]:
             dumped.pop("case")
@@ -355,7 +354,7 @@ class Case(Section):
             raise of_only_stage(fault) from None
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain data in SI, as it is written beside results; lists stand for tuples."""
+        """Plain data in SI, as stored with results; lists for tuples."""
         return self.model_dump(mode="json")
 
     @classmethod

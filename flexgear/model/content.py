@@ -26,7 +26,7 @@ def content_hash(data: Any) -> str:
 
 
 def file_digest(path: str | None) -> str | None:
-    """SHA-256 of what is in a file."""
+    """SHA-256 of a file's content."""
     if path is None:
         return None
     try:
@@ -80,7 +80,7 @@ def resolve_files(data: dict[str, Any], folder: Path) -> None:
 
 
 def digest_files(data: dict[str, Any]) -> None:
-    """Files in dumped data are replaced by what is in them."""
+    """Replace names of files in dumped data by the digests of their content."""
     for _, section in _sections(data):
         for key in section.keys() & _FILES:
             if key == "files":  # a pattern

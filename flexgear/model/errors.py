@@ -16,7 +16,7 @@ class FlexgearWarning(UserWarning):
 
 
 class InputError(FlexgearError):
-    """Something a user wrote: file or section, key, what is wrong, what to do; one line."""
+    """Wrong input: file or section, key, problem, remedy; one line."""
 
     def __init__(self, where: str, key: str, problem: str, remedy: str) -> None:
         self.where, self.problem, self.remedy = where, shortened(problem), shortened(remedy)

@@ -256,7 +256,8 @@ class Machine(TimeHistory):
 
 
 def refuse_infinite_slope(brake_exponent: float) -> None:
-    """Refusal of a brake torque T ~ |ω|^exponent that no step of time can follow at rest."""
+    """Refusal of a brake torque T ~ |ω|^exponent with infinite slope at zero speed, which no time
+    step can follow."""
     if 0.0 < brake_exponent < 1.0:
         problem = "between 0 and 1 the torque rises infinitely fast at rest"
         raise Refusal("brake_exponent", problem, "0 or ≥ 1")

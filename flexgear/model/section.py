@@ -30,7 +30,8 @@ class Section(BaseModel):
 
     @classmethod
     def required(cls, data: Mapping[str, Any]) -> list[Missing]:
-        """Keys that ``data`` (raw, SI) lacks although what else it says makes them necessary."""
+        """Keys that are missing in ``data`` (raw, SI) although its other keys make them
+        necessary."""
         return []
 
     def _check(self) -> None:
@@ -54,7 +55,7 @@ class Section(BaseModel):
         return {key: value for key, value in values.items() if value is not None}
 
     def _keep_one(self, key: str, other: str, because: str = "") -> None:
-        """Refusal of a key where another one is set, too."""
+        """Refusal of a key that is given together with another one."""
         if getattr(self, key) is not None and getattr(self, other) is not None:
             raise Refusal(key, f"is given beside {other}{because}", "keep one of them")
 

@@ -42,7 +42,7 @@ class StageView:
 
     @property
     def ring_gear(self) -> RingGear:
-        """The ring of a planetary stage, whatever its body; AttributeError where there is none."""
+        """The ring of a planetary stage, lumped or FE; AttributeError where there is none."""
         part: RingGear = _there(self.stage.ring, "ring")
         return part
 
@@ -72,7 +72,7 @@ class StageView:
 
     @property
     def fe_bodies(self) -> dict[BodyName, Ring | Planet | Carrier]:
-        """Sections of its FE bodies; "<stage>.planet" stands for all planets."""
+        """Sections of its FE bodies; "<stage>.planet" is that of all planets."""
         parts = ("ring", "planet", "carrier", "sun", "pinion", "gear")
         sections = {part: getattr(getattr(self.stage, part), "fe", None) for part in parts}
         return {BodyName.of(self.name, part): fe for part, fe in sections.items() if fe}

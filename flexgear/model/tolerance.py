@@ -51,7 +51,7 @@ class SizeDistribution(Section):
 
     @property
     def usual(self) -> tuple[float, float]:
-        """Ends of what is mostly drawn, two standard deviations on either side; m."""
+        """Usual range of values, two standard deviations on either side; m."""
         if self.distribution == "uniform":
             assert self.low is not None and self.high is not None
             return self.low, self.high

@@ -99,7 +99,7 @@ def edge_warnings(figures: Mapping[str, Mapping[str, Any]]) -> list[str]:
 
 
 def positions_for(orders: int) -> int:
-    """Least positions of a gear-mesh cycle for so many orders, a mean and a slope."""
+    """Fewest positions of a gear-mesh cycle that resolve ``orders`` orders, a mean and a slope."""
     return 2 * orders + 4
 
 
@@ -150,7 +150,7 @@ def _largest(name: str, by: float = 1.0) -> Callable[[xr.Dataset], float]:
 
 
 def _often(name: str, limit: float) -> Callable[[xr.Dataset], float]:
-    """Share of the positions where a line load is more than so many times the mean one."""
+    """Share of the positions at which a line load exceeds ``limit`` times the mean one."""
     return lambda of_flank: float((of_flank[name] > limit * of_flank["mean_line_load"]).mean())
 
 
@@ -188,7 +188,8 @@ def _stiffness(of_flank: xr.Dataset) -> dict[str, float]:
 
 
 def _causes(of_flank: xr.Dataset) -> dict[str, float]:
-    """Mean misalignment by cause, µm, of one flank; without what its gear mesh does not have."""
+    """Mean misalignment by cause, µm, of one flank; without causes that its gear mesh does not
+    have."""
     shares = of_flank["gear_mesh_misalignment_by_cause"]
     every = {str(c): shares.sel(cause=c).to_numpy() for c in shares["cause"].to_numpy()}
     return {c: 1e6 * float(np.nanmean(v)) for c, v in every.items() if np.nan_to_num(v).any()}

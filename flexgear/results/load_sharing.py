@@ -46,10 +46,10 @@ def load_sharing(force: ArrayLike, rated_mean_force: float) -> Array:
 
 
 def carry_together(force: ArrayLike, rated_mean_force: float = 0.0) -> NDArray[np.bool_]:
-    """Where (...,) the planets carry a load that they can share, of their forces (..., N) in N.
+    """Where (...,) the planets carry a common load, from their forces (..., N) in N.
 
-    |ΣF| ≥ 3 % of N · rated mean and of the largest |F|, and more than nothing: at no torque what
-    errors press on one planet others take off, and ΣF is rounding.
+    |ΣF| ≥ 3 % of N · rated mean and of the largest |F|, and not zero: at zero torque errors load
+    one planet as much as they unload others, and ΣF is rounding.
     """
     f = np.asarray(force, dtype=float)
     total = np.abs(f.sum(axis=-1))

@@ -154,8 +154,8 @@ ABSENT: Any = {}  # value of a figure that is not there
 
 
 class Bars(NamedTuple):
-    """A picture of a figure as bars, by stage and name. section: of the report, where it stands;
-    label: of its axis, without unit; caption; sentence: what it shows."""
+    """A picture of a figure as bars, by stage and name. section: of the report; label: of its axis,
+    without unit; caption; sentence: below it."""
 
     section: str
     label: str

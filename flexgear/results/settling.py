@@ -81,7 +81,7 @@ def cut(time: Array, edges: Array) -> Iterator[tuple[int, slice]]:
 
 
 def settled(data: xr.Dataset, most: int | None = None) -> xr.Dataset:
-    """The samples of a transient in its settled window; at most so many, the last ones."""
+    """The samples of a transient in its settled window; at most ``most``, the last ones."""
     rest = between(data, window_of(data).start)
     return rest if most is None else rest.isel({TIME: slice(-most, None)})
 

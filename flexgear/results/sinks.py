@@ -195,7 +195,7 @@ def pieces(data: xr.Dataset) -> Iterator[xr.Dataset]:
 
 
 def ranges_of(data: xr.Dataset, watched: Callable[[xr.Dataset], xr.Dataset]) -> Ranges:
-    """Ranges over a transient of what ``watched`` makes of its pieces."""
+    """Ranges over a transient of the variables that ``watched`` makes of its pieces."""
     ranges = Ranges(watched)
     for piece in pieces(data):
         ranges.append(piece)

@@ -76,7 +76,8 @@ def halves(data: xr.Dataset, stage: str) -> list[str]:
 
 
 def _beside(data: xr.Dataset, field: str) -> dict[str, str]:
-    """By axis the coordinate that says a field of its entries: "stage", "kind" or "side"."""
+    """Name of the coordinate of each axis that gives a field of its entries: "stage", "kind" or
+    "side"."""
     names = {
         dim: declared.stage.replace("stage", field)
         for dim, declared in RESULT_COORDINATES.items()

@@ -116,7 +116,7 @@ def planet_averages(
 
 
 def _weights(turns_from_sensor: Array, width: float) -> Array:
-    """W (t,) of a planet so many turns (t,) from the sensor."""
+    """W (t,) of a planet at distances (t,) from the sensor, in turns."""
     d = np.mod(turns_from_sensor + 0.5, 1.0) - 0.5
     return np.where(np.abs(d) < 0.5 * width, np.cos(np.pi * d / width) ** 2, 0.0)
 

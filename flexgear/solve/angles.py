@@ -54,12 +54,12 @@ class StageMotion:
 
     @property
     def error_period(self) -> float:
-        """Time until they come back, s; inf at rest."""
+        """Common period of the errors, s; inf at zero speed."""
         return self.cycle.gear_meshes / self.gear_mesh_frequency if self.theta else math.inf
 
     @property
     def turn_period(self) -> float:
-        """Time of one turn of the stage's angle, s; inf at rest."""
+        """Time of one turn of the stage's angle, s; inf at zero speed."""
         return 2 * math.pi / abs(self.theta) if self.theta else math.inf
 
 
@@ -138,9 +138,10 @@ def _is_uneven(stiffness: Array) -> bool:
 def samples_of_stage(
     case: Case, motions: tuple[StageMotion, ...], stage: int, cycles: int | None, linear: bool
 ) -> AngleSamples:
-    """Lead angles over whole gear-mesh cycles of a stage, spread over the train's error cycle.
+    """Angles of the reference member over whole gear-mesh cycles of a stage, spread over the
+    train's error cycle.
 
-    cycles: at most so many; without a number, all up to ``ALL_CYCLES`` of a linear train.
+    cycles: at most this number; without a number, all up to ``ALL_CYCLES`` of a linear train.
     """
     if motions[stage].theta == 0:
         raise FlexgearError(

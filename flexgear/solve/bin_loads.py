@@ -109,8 +109,8 @@ class BinLoads:
 
 @dataclass(frozen=True)
 class SpectrumTrain:
-    """A train and all bins that are looked at. cycles: gear-mesh cycles of every stage, at most;
-    positions: in each. It is put together when a bin is first solved, in every process anew."""
+    """A train and its load bins. cycles: gear-mesh cycles of every stage, at most; positions: in
+    each. It is assembled when a bin is first solved, in every process anew."""
 
     case: Case
     bins: tuple[LoadBin, ...]
@@ -225,7 +225,7 @@ def _equilibria(model: Model, load_bin: LoadBin, lead: Array) -> Equilibrium:
 def roots_in_bin(
     train: SpectrumTrain, load_bin: LoadBin, group: GroupName, at: tuple[int, int], member: int
 ) -> HeldRoots:
-    """Root stress of a gear's teeth on a body that stands still, by planet and cycle (from 0)."""
+    """Root stress of a gear's teeth on a fixed body, by planet and cycle (from 0)."""
     model, samples = model_in_bin(train, load_bin), train.samples[group.stage]
     first = at[1] * samples.per_gear_mesh
     lead = samples.angles[first : first + samples.per_gear_mesh]

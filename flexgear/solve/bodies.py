@@ -77,8 +77,10 @@ def stoppable_pool(
 def reduced_bodies(
     case: Case, progress: Progress = silent, rigid: Collection[BodyName] | None = None
 ) -> dict[BodyName, ReducedBody]:
-    """All FE bodies that bend; influences of teeth go to the cache. rigid: those that do not; by
-    default what the case says."""
+    """All flexible FE bodies; influences of teeth go to the cache.
+
+    rigid: rigid bodies; those of the case by default.
+    """
     bodies = dict[BodyName, ReducedBody]()
     rigid = rigid_bodies(case) if rigid is None else rigid
     for stage_case in case.stages:

@@ -203,7 +203,8 @@ def result_name(body: BodyName) -> BodyName:
 
 
 def body_rows(system: System) -> tuple[list[str], Array]:
-    """Names (n) and rows (6 n, d) of lumped bodies and nodes that stand for flexible ones."""
+    """Names (n) and rows (6 n, d) of lumped bodies and of the nodes that represent flexible
+    ones."""
     bodies = list(result_bodies(system))
     return [name for name, _, _ in bodies], np.vstack(
         [system.node_rows(b, n) for _, b, n in bodies]

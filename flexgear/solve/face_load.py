@@ -28,8 +28,8 @@ from flexgear.solve.stresses import FILLETS, MEMBERS, root_arrays
 
 
 def face_arrays(model: Model, recovery: Recovery) -> dict[str, Any]:
-    """Variables of a result whose pairs have slices; all of them of equilibria, in time those that
-    do not say slice by slice, unless the case asks for them."""
+    """Variables of a result whose pairs have slices: all of them for equilibria, in time without
+    those by slice, unless the case asks for them."""
     result = recovery.result
     loads = line_loads(result)
     if loads is None:

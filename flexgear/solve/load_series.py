@@ -49,7 +49,7 @@ class Samples(NamedTuple):
 
     @property
     def turns(self) -> Array:
-        """Turns of the first input that each sample stands for."""
+        """Turns of the first input for which each sample stands."""
         return HOUR * self.weight * np.abs(self.speed) / (2.0 * math.pi)
 
 

@@ -215,7 +215,7 @@ class RunSharing(DatasetSink):
 
 
 def refuse_endless(stepping: Stepping, source: str) -> None:
-    """InputError where a run has so many steps that no machine gets through them in a month."""
+    """InputError where a run has more steps than a machine computes in a month."""
     if not stepping.least_steps * FASTEST <= LONGEST:
         raise _endless(stepping, source, "more than a month on any machine")
 
@@ -256,7 +256,7 @@ class _Chunks:
             self.core += time.thread_time() - core
 
     def flush(self) -> None:
-        """Hand on what is held."""
+        """Pass on the samples held."""
         samples = self._held.arrays()
         self._held, self._size = Collector(), 0
         if samples:
@@ -278,7 +278,7 @@ def state_content(model: Model) -> str:
 
 
 def end_of(earlier: xr.Dataset, source: str) -> float:
-    """Time at which a transient has ended, s; InputError where it does not say."""
+    """Time of the end of a transient, s; InputError where it does not state it."""
     if "end_state" not in earlier or "end_time_s" not in earlier.attrs:
         remedy = "give what transient() returned, or the file of a transient of this version"
         raise InputError(source, "start", "is not the end of a transient", remedy)

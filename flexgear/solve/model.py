@@ -77,7 +77,8 @@ class Model:
 
     @cached_property
     def modal(self) -> ModalSystem:
-        """The coupled system in the modes that ``solver`` asks for; InputError without load."""
+        """The coupled system in the modes that the keys of ``solver`` select; InputError without
+        load."""
         self.case.require_load()
         return self.shared_modal or chosen_modal(self.system, self.pace)
 
@@ -103,7 +104,7 @@ class Model:
         return stage_cycle(self._torques_alone, self._statics, stage, shapes)
 
     def natural_modes(self, limit_hz: float | None = None, angle: float | None = None) -> Modes:
-        """Modes up to a limit (None: all), those of the mean springs worked out once; angle: see
+        """Modes up to a limit (None: all), computed once for the mean springs; angle: see
         ``contact_springs``."""
         if angle is not None:
             return modes(self.system, self.contact_springs(angle).stiffness, limit_hz)

@@ -20,9 +20,9 @@ from flexgear.solve.model import Model
 
 
 def modes(model: Model, *, angle: float | None = None, limit_hz: float | None = None) -> xr.Dataset:
-    """Undamped modes at rest with the mean stiffness of the gear meshes over their cycles.
+    """Undamped modes at zero speed with the mean stiffness of the gear meshes over their cycles.
 
-    angle: with the gear meshes as they are at this rotation of the lead, rad, instead.
+    angle: gear meshes at this rotation of the reference member, rad, instead.
     """
     system = model.system
     if angle and not system.input_speeds:

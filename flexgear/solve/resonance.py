@@ -173,7 +173,7 @@ def _speeds(factors: Sequence[float]) -> str:
 
 
 def orders_words(orders: Mapping[str, Sequence[float]]) -> str:
-    """Which orders were looked at."""
+    """Analysed orders in words."""
     named = [
         f"{span(list(numbers))}{'' if stage == 'stage' else f' of {words(stage)}'}"
         for stage, numbers in orders.items()

@@ -110,7 +110,7 @@ def response(
 def _range(
     speeds: Sequence[float] | None, torques: Sequence[float] | None, speed: float, torque: float
 ) -> Range:
-    """InputError for what is no range of positive numbers."""
+    """The range; InputError where it is no range of positive numbers."""
     if speeds is not None and torques is not None:
         raise InputError(
             "--torque-range", _words(torques), "is given beside a range of speeds",

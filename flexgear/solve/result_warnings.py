@@ -171,7 +171,7 @@ EFFECTS = {"rim": "ovalising planet rims", "pin": "pins bending inside planets"}
 
 @dataclass(frozen=True)
 class Length:
-    """A length with its name; stage: that it belongs to; value: m; sentence: what it is of."""
+    """A length with its name; stage: that it belongs to; value: m; sentence: describes it."""
 
     subject: str
     stage: str
@@ -253,7 +253,7 @@ def beside_lengths(
 
 
 def _beside_sharing(case: Case, flow: PowerFlow, sharing: Sharing) -> list[dict[str, Any]]:
-    """K of a stage, whose errors meet softer paths with what is left out."""
+    """K of a stage with the additional compliance of neglected effects."""
     k = max(x for x in (sharing.in_equilibria, sharing.in_time) if x is not None)
     effects = effects_of(case, flow, sharing.stage)
     soft = sum(displacement for _, displacement in effects.values())
@@ -297,7 +297,7 @@ def _about(size: float) -> str:
 
 
 def _teeth(case: Case, flow: PowerFlow, stage: str) -> float:
-    """By how much the teeth of a planet give way at rated torque along both lines of action, m."""
+    """Deflection of the teeth of a planet at rated torque along both lines of action, m."""
     forces = flow.stage(stage).gear_mesh_forces
     paths = stage_paths(case.view(stage), forces)
     side = "left" if case.stage(stage).double_helical else ""

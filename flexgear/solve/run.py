@@ -190,8 +190,9 @@ def _face_load(
 
 
 def _positions(model: Model) -> NDArray[np.float64]:
-    """Lead angles over one gear-mesh cycle of the slowest stage, where rings bend over a whole turn
-    of carrier against ring; one of a train at rest."""
+    """Angles of the reference member over one gear-mesh cycle of the slowest stage, over a whole
+    turn of carrier against ring where rings are flexible; one angle for a train that does not
+    turn."""
     motions = stage_motions(model.case, model.flow)
     turning = [m for m in motions if m.theta]
     rings = [m for m in turning if m.name in model.case.fe_ring_stages]

@@ -147,8 +147,8 @@ def transient_summary(run: TimedRun) -> dict[str, Any]:
 
 
 def _motions(equilibria: xr.Dataset, transient: xr.Dataset) -> dict[str, float]:
-    """Largest displacement of every body in the equilibria and the transient, µm; ring teeth are
-    looked at in the equilibria alone."""
+    """Largest displacement of every body in the equilibria and the transient, µm; of ring teeth in
+    the equilibria only."""
     in_time = transient.drop_vars("tooth_displacement", errors="ignore")
     motions, others = (largest_motions(motion_histories(data)) for data in (equilibria, in_time))
     return {name: 1e6 * max(size, others.get(name, size)) for name, size in motions.items()}

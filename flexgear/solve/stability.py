@@ -174,7 +174,7 @@ def train_in_modes(model: Model, stage: str, shapes: Array, omega: Array) -> Per
 
 
 def _near(train: PeriodicTrain, first: float, last: float, count: int) -> Array:
-    """At most so many speed factors, within the widest of the bands that are expected."""
+    """At most ``most`` speed factors within the widest expected bands."""
     centres, widths = train.expected(ORDERS)
     at = np.flatnonzero((centres > first) & (centres < last))
     widest = at[np.argsort(-widths[at])][: count // 3]

@@ -172,7 +172,8 @@ def _silence() -> None:
 
 
 def _prepare(ready: Callable[[], object], parent: Connection, parents_end: Connection) -> None:
-    """At a worker's start; both ends of ``end_with``'s pipe."""
+    """Start of a worker: ties it to its parent by both ends of ``end_with``'s pipe, and calls
+    ``ready``."""
     parents_end.close()
     end_with(parent)
     ready()

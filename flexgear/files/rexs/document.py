@@ -22,9 +22,9 @@ _SHOWN = 40  # characters of a component's name in comments
 
 @dataclass(eq=False)
 class Attribute:
-    """One attribute as text (scalar), texts (array), or None where it is a matrix or the like.
+    """One attribute as text (scalar), texts (array), or None for other types such as matrices.
 
-    where: of which load case it is, "" for one of the model itself. used: whether the case has it.
+    where: load case that it belongs to, "" for the model itself. used: whether it is carried over.
     """
 
     id: str
@@ -168,8 +168,8 @@ class Document:
         return self._links[key]
 
     def take_load_case(self, load_case: LoadCase | None) -> None:
-        """Let components have the attributes of a load case in the place of the model's; None:
-        those of the model alone."""
+        """Give components the attributes of a load case in place of the model's; None: those of the
+        model."""
         for number, _ in () if self.load_case is None else self.load_case.attributes:
             self.components[number].attributes = self.components[number].of_model
         for number, attribute in () if load_case is None else load_case.attributes:

@@ -57,7 +57,7 @@ class Port:
 
     @property
     def drives(self) -> bool | None:
-        """Whether power goes in here, None where the file does not say."""
+        """Whether power enters here, None where the file does not state it."""
         if self.power is not None:
             return self.power.value > 0
         if self.torque is None or self.speed is None or not self.torque.value * self.speed.value:

@@ -40,7 +40,7 @@ class _Reader:
         self.other: list[str] = []
 
     def document(self, model: Any) -> Document:
-        """InputError for what is no REXS model."""
+        """The document; InputError where it is no REXS model."""
         if not isinstance(model, dict):
             problem, remedy = "is missing", 'a .rexsj file begins with {"model": {…'
             raise InputError(self.where, "model", problem, remedy)
@@ -125,7 +125,7 @@ class _Reader:
         ]
 
     def _whole(self, value: Any, key: str) -> int:
-        """An id. InputError for what is no whole number."""
+        """An id as integer; InputError where it is none."""
         try:
             return int(str(value))
         except ValueError:
@@ -264,7 +264,7 @@ def _require_size(data: bytes, where: str) -> None:
 
 
 def _unpacked(data: bytes, where: str) -> bytes:
-    """The model in a zip; others in it (pictures, FE data) are not looked at."""
+    """The model in a zip; other files in it (pictures, FE data) are ignored."""
     try:
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
             names = [n for n in archive.namelist() if n.lower().endswith((".rexs", ".rexsj"))]

@@ -303,5 +303,5 @@ def springs_out(springs: Springs, share: float) -> dict[str, Written | None]:
 
 
 def torsion_out(springs: Joint | Support, radii: StageRadii, part: str) -> float:
-    """Stiffness about the axis, N m/rad, with what acts along the base circle of a member."""
+    """Stiffness about the axis, N m/rad, including the tangential stiffness of a member."""
     return springs.stiffness[5] + springs.tangential * radii.rotation_radius(part) ** 2

@@ -63,7 +63,7 @@ class RexsStage:
 
 
 class Unfit(Exception):
-    """A stage that a case cannot hold; its text says why."""
+    """A stage that a case cannot represent; its text is the reason."""
 
 
 def is_internal(gear: Component) -> bool:
@@ -268,10 +268,8 @@ def members_of(stages: dict[str, RexsStage], assembly: Assembly) -> list[Member]
 
 
 def assign_bearings(assembly: Assembly, members: list[Member]) -> list[str]:
-    """Give each bearing and coupling to the casing to the nearest member of what it carries.
-
-    Returns in words those that carry nothing of the case.
-    """
+    """Give each bearing and coupling to the casing to the nearest member that it carries. Returns
+    in words those that carry no member."""
     by_body = defaultdict(list)
     for member in members:
         by_body[member.body].append(member)

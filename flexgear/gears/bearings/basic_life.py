@@ -47,7 +47,7 @@ def rating_life(dynamic_rating: float, load: float, exponent: float = ROLLER) ->
 def rating_life_hours(
     dynamic_rating: float, load: float, speed: float, exponent: float = ROLLER
 ) -> float:
-    """L₁₀ₕ in hours at a speed in rad/s; inf at rest."""
+    """L₁₀ₕ in hours at a speed in rad/s; inf at zero speed."""
     life = rating_life(dynamic_rating, load, exponent)
     return math.inf if speed == 0 else life * 2 * math.pi / abs(speed) / 3600
 

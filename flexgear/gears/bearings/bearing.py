@@ -169,8 +169,11 @@ def rate_motion(
     lubrication: Lubrication | None = None,
     first: float | None = None,
 ) -> BearingRating:
-    """Figures of all rows at a motion (5,). stationary: ring that stands still under the load.
-    first: angle of the first element, rad; where the motion is largest if left out."""
+    """Figures of all rows at a motion (5,).
+
+    stationary: ring that is stationary relative to the load. first: angle of the first element,
+    rad; where the motion is largest if left out.
+    """
     motion = np.asarray(motion, dtype=float)
     states = bearing.states(motion, direction(motion) if first is None else first)
     rows = tuple(
@@ -277,7 +280,7 @@ def _drops(elements: RollingElements, length: float, laminae: int) -> tuple[floa
 
 
 def dynamic_rating_of_rollers(row: RollerRow, rows: int) -> float:
-    """C, N, of a cylindrical roller bearing of so many rows."""
+    """C, N, of a cylindrical roller bearing of ``rows`` rows."""
     g = row.gamma
     t = ((1 - g) / (1 + g)) ** (143 / 108)
     factor = 207.9 * LIFE_FACTOR_MATERIAL * g ** (2 / 9) * (1 - g) ** (29 / 27) / (1 + g) ** 0.25
@@ -287,7 +290,7 @@ def dynamic_rating_of_rollers(row: RollerRow, rows: int) -> float:
 
 
 def static_rating(row: Row, rows: int) -> float:
-    """C_0, N, of a bearing of so many rows."""
+    """C_0, N, of a bearing of ``rows`` rows."""
     elements = rows * row.count * math.cos(row.contact_angle)
     if isinstance(row, RollerRow):
         return float(44e6 * (1 - row.gamma) * elements * row.length * row.diameter)

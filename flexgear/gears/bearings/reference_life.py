@@ -141,8 +141,8 @@ def contamination_factor(
 
 
 def life_modification(rolling: Rolling, viscosity_ratio: float, fatigue_ratio: ArrayLike) -> Array:
-    """a_ISO of fatigue ratios e_C C_u/P of any shape; below κ = 0.1, where it is not stated, that
-    of κ = 0.1, which is 0.1 whatever the load."""
+    """a_ISO of fatigue ratios e_C C_u/P of any shape; below κ = 0.1, for which the standard has
+    none, 0.1."""
     kappa = min(max(viscosity_ratio, LEAST_RATIO), LARGEST_RATIO)
     _, y, z = next(row for row in reversed(_BRANCHES[rolling]) if kappa >= row[0])
     ratio = np.asarray(fatigue_ratio, dtype=float)
@@ -250,7 +250,8 @@ def row_lives(
     lubrication: Lubrication | None = None,
 ) -> tuple[float, float | None]:
     """L_10r and L_nmr, revolutions, under loads (Z, n), N, n = 1 for balls. stationary: ring that
-    stands still under the load; of planets the inner one, where the carrier turns with the load."""
+    is stationary relative to the load; of planets the inner one, as the load turns with the
+    carrier."""
     law, laminae, t = LAWS[type(row)], loads.shape[1], _raceways(row)
     rating = ratings.dynamic_rating / ratings.rows**law.rows  # of a row
     uneven = edge_factors(laminae) if isinstance(row, RollerRow) and row.edge_stress else 1.0

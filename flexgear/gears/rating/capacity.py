@@ -327,8 +327,8 @@ def _state(
     letter: str, pair: GearPair, lines: dict[str, Factor], strength: dict[str, float] | str,
     knees: Knees = (), static: float = 0.0,
 ) -> LimitState:  # fmt: skip
-    """With the curve of what it bears: σ_lim times all its factors times the life factor,
-    ``static`` (MPa) times it at the first knee, but not below what follows."""
+    """Limit state with its life curve: σ_lim times all its factors times the life factor;
+    ``static`` (MPa) times it at the first knee, but not below the later ones."""
     rules = pair.rules
     least = rules.least("flank_safety" if letter == "H" else "root_safety")
     last = {f"S_{letter}min": least}

@@ -66,7 +66,7 @@ SECTIONS = {  # in the order of the page: heading and what the section answers
 
 @dataclass(frozen=True)
 class Row:
-    """A figure with its name. unit: SI, or one of those ``wording.with_unit`` knows."""
+    """A figure with its name. unit: SI, or another one of ``wording.with_unit``."""
 
     label: str
     value: Value
@@ -276,7 +276,7 @@ def label_and_unit(key: str) -> tuple[str, str]:
 
 
 def row_of(key: str, value: Any, unit: str = "") -> Row:
-    """A row of words; unit: of a key that has none of its own."""
+    """A row of words; unit: for a key without a unit suffix."""
     label, stated_unit = label_and_unit(key)
     unit = stated_unit or unit
     if isinstance(value, Mapping):

@@ -59,8 +59,8 @@ def _rank(headline: Headline, answer: Answer) -> tuple[int, float]:
 
 
 def verdicts(case: Case, summary: Mapping[str, Any]) -> list[Verdict]:
-    """One answer a headline, that of the worst stage, with those of the other stages below it;
-    warnings that no headline says come last."""
+    """One verdict for each headline, that of the worst stage, with those of the other stages in its
+    sentence; warnings without a headline come last."""
     declared = {h.name: h for h in HEADLINES}
     by_name: dict[str, list[Mapping[str, Any]]] = {}
     for row in summary["headlines"]:

@@ -22,8 +22,8 @@ from flexgear.solve.headlines.loads import peaks_of_stage
 
 @dataclass(frozen=True)
 class _Kind:
-    """A kind of stress. key: of a gear, its allowable; exponent: of the force that it grows with;
-    computed, nominal: what it is, from the load along the face and by formula alone."""
+    """A kind of stress. key: of its allowable in a gear; exponent: of the force that it grows with;
+    computed, nominal: its names, from the load along the face and by formula."""
 
     key: str
     exponent: float

@@ -24,8 +24,8 @@ NEGLIGIBLE = 1e-4  # of the energy: smaller residuals are no figures
 
 @dataclass(frozen=True)
 class Check:
-    """what: is checked; figure: of it; within: what is said while it is within limits; outside: and
-    while it is not."""
+    """One check of the solution. what: its name; figure: its value; within, outside: sentences for
+    within and outside limits."""
 
     level: Level
     what: str

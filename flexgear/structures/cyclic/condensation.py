@@ -225,7 +225,7 @@ def _graph(model: FeModel, sectors: Sectors) -> sp.csr_matrix:
 
 
 def sector_counts(repeats: int) -> tuple[int, ...]:
-    """Numbers of sectors a body with so many teeth or pins may have, most first."""
+    """Possible numbers of sectors of a body with ``repeats`` teeth or pins, most first."""
     return tuple(z for z in range(repeats, LEAST - 1, -1) if repeats % z == 0)
 
 

@@ -70,7 +70,7 @@ def lowest_values(solver: CyclicSolver, inertia: Array, count: int) -> Array:
 
 
 def held_value(solver: CyclicSolver, mass: Circulant) -> float:
-    """mu, about."""
+    """Estimate of mu, the lowest eigenvalue of a held sector."""
     whole = mass.here
     size = whole.shape[0] - solver.border_harmonics.size
     inertia = whole[:size, :size]

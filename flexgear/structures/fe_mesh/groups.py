@@ -119,8 +119,8 @@ def _at(stem: str, place: tuple[float, ...], says: str, **limits: Any) -> Family
 
 
 def ring_groups(p: RingMeshParameters, tie: str, supports: Sequence[RingSupport]) -> Groups:
-    """Teeth for either tie, "root" or "flank", fits, and what holds the bolts: walls of holes, or
-    the bolted face."""
+    """Groups of a ring: teeth for either tie, "root" or "flank", fits, and the surfaces of bolts:
+    walls of holes, or the bolted face."""
     walls, bolted = [s for s in supports if s.group], {s.end for s in supports if not s.group}
 
     def of_kind(stem: str, key: str, **limits: Any) -> Family:

@@ -263,7 +263,7 @@ def _twist(fe_mesh: FeMesh, name: str) -> float:
 
 
 def _roundest(value: float, slack: float) -> float:
-    """The number with the fewest decimals within the slack of a value."""
+    """The number with the fewest decimals within ``slack`` of a value."""
     decimals = range(max(1, ceil(-log10(slack)) + 1))
     tried = (round(float(value), d) for d in decimals)
     return next((v for v in tried if abs(v - value) <= slack), float(value)) + 0.0

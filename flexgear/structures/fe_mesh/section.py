@@ -74,7 +74,8 @@ class ToothProfile:
 
 
 def tooth_profile(tooth: ToothGeometry, flank: int, root: int) -> ToothProfile:
-    """So many elements along the involute, of equal length, and along the root."""
+    """Points of ``flank`` elements of equal length along the involute, and of ``root`` elements
+    along the root."""
     tip, form = tooth.roll_length(tooth.tip_radius), tooth.roll_length(tooth.form_radius)
     # arc length along an involute is ρ²/(2 r_b)
     roll = np.sqrt(np.linspace(tip**2, form**2, flank + 1))

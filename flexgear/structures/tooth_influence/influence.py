@@ -303,7 +303,7 @@ def coarse_nodes(segment: ToothSegment, tooth: int) -> Ints:
 
 
 def coarse_rows(rows: int) -> Ints:
-    """Numbers of the first, middle and last of so many rows."""
+    """Indices of the first, middle and last of ``rows`` rows."""
     return np.array([0, rows // 2, rows - 1])
 
 
@@ -371,7 +371,8 @@ def _tie_place(segment: ToothSegment) -> Array:
 
 
 def _element(share: Array, count: int) -> tuple[Array, Array]:
-    """Element and place in it, −1 … 1, of shares 0 … 1 of so many equal ones, held inside."""
+    """Index of the element, of ``count`` equal ones, and position in it, −1 … 1, of shares 0 … 1;
+    limited to the ends."""
     at = np.clip(share, 0.0, 1.0) * count
     number = np.minimum(at.astype(np.int64), count - 1)
     return number, 2 * (at - number) - 1

@@ -146,7 +146,7 @@ def _of_tooth(
     which: tuple[int, int],
     cut: Cut,
 ) -> tuple[Array, Array, Array, Array]:
-    """Ψᵀ L, answers with the interface held, T_c and N of one of so many teeth."""
+    """Ψᵀ L, solutions with the interface held, T_c and N of one tooth."""
     j, teeth = which
     ties = [
         shape_tie(_turned(first, i, teeth), facet_sample(model, _root(model, i % teeth)))
@@ -241,10 +241,11 @@ def with_rim(
     *,
     always: bool,
 ) -> ReducedBody:
-    """The reduced ring with what its teeth yield along the face on its supports, where that counts,
-    and its size in the report: the static error without it (``rim_error``) and whether it is taken
-    in. segment: of its teeth; supports: (b, b) stiffness at its nodes, without effect where they
-    leave the ring free; always: whether shapes count however little they are.
+    """The reduced ring with the flexibility of its rim along the face on its supports, where that
+    counts; its report has the static error without it (``rim_error``) and whether it is included.
+
+    segment: of its teeth; supports: (b, b) stiffness at its nodes, without effect where they leave
+    the ring free; always: include the shapes however small their effect is.
     """
     b, line = slice(0, body.interface_dofs), first_line(segment)
     with single_threaded_blas():

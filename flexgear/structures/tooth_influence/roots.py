@@ -122,9 +122,9 @@ class RootInfluence(FlankPlaces):
 def root_parameters(
     parameters: SegmentParameters, module: float, depth: float = DEPTH
 ) -> SegmentParameters:
-    """The submodel of a gear whose influence has these parameters: three teeth, cut ``depth``
-    modules below the root circle, with a fillet that is resolved, rows of the rim that begin as low
-    whatever the depth, and as many layers."""
+    """The submodel of a gear from the parameters of its influence: three teeth, cut ``depth``
+    modules below the root circle, with a resolved fillet, and rows and layers of the rim
+    independent of the depth."""
     tooth, growth = parameters.tooth, WHOLE_FACE.growth
     rim = math.ceil(math.log1p(depth * (growth - 1.0) / FIRST) / math.log(growth))
     return replace(
