@@ -28,22 +28,22 @@ def stage_part(data: xr.Dataset, stage: str, half: str = "left") -> xr.Dataset:
     stage and those of none, as joints are; ``turning_stage`` is no axis any more.
     """
     part = data.sel(turning_stage=stage) if "turning_stage" in data.dims else data
-    there = {
+    masks = {
         dim: _of_stage(data[dim], stage)
         for dim, declared in RESULT_COORDINATES.items()
         if declared.stage == "name" and dim in data.dims
     }
     for dim, name in _beside(data, "stage").items():
-        there[dim] = data[name].to_numpy() == stage
+        masks[dim] = data[name].to_numpy() == stage
     for dim, name in _beside(data, "side").items():
-        there[dim] &= data[name].to_numpy() != OTHER.get(half)
-    return part.isel({dim: np.flatnonzero(entries) for dim, entries in there.items()})
+        masks[dim] &= data[name].to_numpy() != OTHER.get(half)
+    return part.isel({dim: np.flatnonzero(entries) for dim, entries in masks.items()})
 
 
 def of_kind(data: xr.Dataset, kind: str) -> xr.Dataset:
     """Gear meshes, flanks and groups of a kind, "ring" or "sun"."""
     kinds = {dim: data[name].to_numpy() == kind for dim, name in _beside(data, "kind").items()}
-    return data.isel({dim: np.flatnonzero(there) for dim, there in kinds.items()})
+    return data.isel({dim: np.flatnonzero(mask) for dim, mask in kinds.items()})
 
 
 def displacement_of(part: xr.Dataset, body: str) -> xr.DataArray:

@@ -129,8 +129,8 @@ def ring_roots(tables: RootTables, recovery: Recovery, lines: LineLoads, stage: 
             stress = roots.of(result.pair_position[:, m][loaded], force[loaded])
             at, tooth = np.nonzero(loaded)[0], result.pair_tooth[:, m][loaded].astype(np.int64)
             for offset in (1, 0, -1):  # the tooth after the pair's own, that, the one before
-                both = stress[:, 1 - offset, :: roots.sense].astype(np.float32)
-                np.add.at(out, (at, (tooth + offset) % teeth), both)
+                fillets = stress[:, 1 - offset, :: roots.sense].astype(np.float32)
+                np.add.at(out, (at, (tooth + offset) % teeth), fillets)
     return out
 
 

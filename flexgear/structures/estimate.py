@@ -169,15 +169,15 @@ def probed(reduction: Reduction, loads: Sequence[ProbeLoad]) -> ReducedBody:
     """The reduced body with Psi^T f and E w of loads, from which errors on any supports follow."""
     condensation = reduction.condensation
     interface = condensation.interface
-    both = np.zeros((2, interface.size, len(loads)))
+    probe_loads = np.zeros((2, interface.size, len(loads)))
     for block in blocks(len(loads), _BLOCK):
         nodal = [load.sample.load(load.forces) for load in loads[block]]
-        both[0, :, block] = condensation.constraint_load(np.column_stack(nodal))
+        probe_loads[0, :, block] = condensation.constraint_load(np.column_stack(nodal))
     for column, load in enumerate(loads):
         node = interface.node_names.index(load.node)
-        both[1, 6 * node : 6 * node + 6, column] = load.wrench(interface.positions[node])
+        probe_loads[1, 6 * node : 6 * node + 6, column] = load.wrench(interface.positions[node])
     cases = tuple((load.node, load.case) for load in loads)
-    return reduction.body.with_(probe_cases=cases, probe_loads=both)
+    return reduction.body.with_(probe_cases=cases, probe_loads=probe_loads)
 
 
 def is_held(stiffness: Array) -> bool:

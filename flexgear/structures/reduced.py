@@ -102,8 +102,8 @@ def carried(line: ToothLine, less: Array, points: Array, normals: Array) -> Arra
     """G (k, 6 + COUNT): displacement along normals (k, 3) at points (k, 3) by unit motions of the
     node and unit amplitudes of the shapes."""
     rigid = rigid_motion(points - line.place)
-    both = np.concatenate([rigid, line.shapes(points) - rigid @ less], axis=2)
-    return np.einsum("ki,kij->kj", normals, both)
+    motions = np.concatenate([rigid, line.shapes(points) - rigid @ less], axis=2)
+    return np.einsum("ki,kij->kj", normals, motions)
 
 
 Progress = Callable[[str, float], None]  # a stage in words, and the share that is done

@@ -93,7 +93,7 @@ class CyclicCondensation:
     def shifted(self, sigma: float) -> CyclicSolver:
         """Solver with K - sigma M in place of K."""
         matrix = self.fe_stiffness.less(sigma, self.fe_mass)
-        bordered = matrix.here.shape[0] + matrix.ahead.shape[1]
+        bordered = matrix.sector.shape[0] + matrix.coupling.shape[1]
         interior = _interior(matrix, self.ties)
         return CyclicSolver(interior, self.ties, np.zeros((bordered, 0)), definite=False)
 
@@ -199,8 +199,8 @@ def _interior(stiffness: Circulant, ties: SectorTies) -> Elimination:
     What is lifted: the next border has no stiffness of its own here, see `Circulant.extended`; with
     the own border's it is at least that of the sector alone, which its diagonal makes definite.
     """
-    size = stiffness.here.shape[0] - stiffness.ahead.shape[1]
-    border = stiffness.here[size:, size:].toarray()
+    size = stiffness.sector.shape[0] - stiffness.coupling.shape[1]
+    border = stiffness.sector[size:, size:].toarray()
     diagonal = np.diag(np.diag(border))
     shift = sla.block_diag(diagonal, border + diagonal)
     try:

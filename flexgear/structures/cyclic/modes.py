@@ -71,7 +71,7 @@ def lowest_values(solver: CyclicSolver, inertia: Array, count: int) -> Array:
 
 def held_value(solver: CyclicSolver, mass: Circulant) -> float:
     """Estimate of mu, the lowest eigenvalue of a held sector."""
-    whole = mass.here
+    whole = mass.sector
     size = whole.shape[0] - solver.border_harmonics.size
     inertia = whole[:size, :size]
     load = np.random.default_rng(20240211).standard_normal((size, _SPARE))

@@ -110,9 +110,9 @@ def _of_others(
 
     shared(m, part, _COLUMNS)
     for s, (at, fields) in local.items():
-        beside, both = mixed[s]
-        others[at] += beside.T @ ends[:, s]
-        others[np.ix_(at, at)] += both
+        mixed_part, fields_part = mixed[s]
+        others[at] += mixed_part.T @ ends[:, s]
+        others[np.ix_(at, at)] += fields_part
         other[:, s, at] += fields
     return others, across, other
 

@@ -219,28 +219,30 @@ class Circulant:
     """A block-circulant matrix by two blocks, CSR: A_0 (n, n) couples a sector with itself, A_1
     (n, b) with the border of the next sector, the last b of its n dofs."""
 
-    here: sp.csr_matrix = field(repr=False)
-    ahead: sp.csr_matrix = field(repr=False)
+    sector: sp.csr_matrix = field(repr=False)
+    coupling: sp.csr_matrix = field(repr=False)
 
     def product(self, x: Array) -> Array:
         """A x in sector form, (n, z, k)."""
-        n, b = self.ahead.shape
+        n, b = self.coupling.shape
         flat, border = np.ascontiguousarray(x).reshape(n, -1), slice(n - b, None)
         next_border = np.roll(x[border], -1, axis=1)
-        out = (self.here @ flat + self.ahead @ next_border.reshape(b, -1)).reshape(x.shape)
-        out[border] += np.roll((self.ahead.T @ flat).reshape(next_border.shape), 1, axis=1)
+        out = (self.sector @ flat + self.coupling @ next_border.reshape(b, -1)).reshape(x.shape)
+        out[border] += np.roll((self.coupling.T @ flat).reshape(next_border.shape), 1, axis=1)
         return out
 
     def extended(self) -> sp.csr_matrix:
         """[A_0 A_1; A_1^T 0], a matrix of one sector whose sum over sectors is A."""
-        b = self.ahead.shape[1]
+        b = self.coupling.shape[1]
         return sp.bmat(
-            [[self.here, self.ahead], [self.ahead.T, sp.csr_matrix((b, b))]], format="csr"
+            [[self.sector, self.coupling], [self.coupling.T, sp.csr_matrix((b, b))]], format="csr"
         )
 
     def less(self, factor: float, other: Circulant) -> Circulant:
         """The matrix A - factor B."""
-        return Circulant(self.here - factor * other.here, self.ahead - factor * other.ahead)
+        return Circulant(
+            self.sector - factor * other.sector, self.coupling - factor * other.coupling
+        )
 
 
 def sector_matrices(model: FeModel, sectors: Sectors) -> tuple[Circulant, Circulant]:
@@ -255,16 +257,16 @@ def sector_matrices(model: FeModel, sectors: Sectors) -> tuple[Circulant, Circul
     turned = sp.block_diag([sp.identity(3 * n), sp.kron(sp.identity(b), q)]).tocsr()
     stiffness = (turned.T @ part.stiffness[dofs][:, dofs] @ turned).tocsr()
     scalar = _circulant(part.scalar_mass[at][:, at].tocsr(), n, b)
-    here, ahead = sp.kron(scalar.here, np.eye(3)), sp.kron(scalar.ahead, q)
-    return _circulant(stiffness, 3 * n, 3 * b), Circulant(here.tocsr(), ahead.tocsr())
+    sector, coupling = sp.kron(scalar.sector, np.eye(3)), sp.kron(scalar.coupling, q)
+    return _circulant(stiffness, 3 * n, 3 * b), Circulant(sector.tocsr(), coupling.tocsr())
 
 
 def _circulant(matrix: sp.csr_matrix, n: int, b: int) -> Circulant:
     """Blocks from the matrix of one sector's cells on own dofs and the next border; the block of
     the next border is added to each sector's own border."""
     at = sp.csr_matrix((np.ones(b), (np.arange(n - b, n), np.arange(b))), (n, b))
-    here = matrix[:n, :n] + at @ matrix[n:, n:] @ at.T
-    return Circulant(here.tocsr(), matrix[:n, n:].tocsr())
+    sector = matrix[:n, :n] + at @ matrix[n:, n:] @ at.T
+    return Circulant(sector.tocsr(), matrix[:n, n:].tocsr())
 
 
 def rigid_fields(nodes: Array, sectors: Sectors) -> Array:

@@ -203,19 +203,21 @@ class ToothInfluence(FlankCompliance):
     def coupling(
         self,
         slices: tuple[Array, Array, Array],
-        beside: tuple[Array, Array, Array],
-        apart: int = 1,
+        further: tuple[Array, Array, Array],
+        steps: int = 1,
     ) -> Array:
         """C (…, K, K') m/N: displacement of slices on a tooth per force on slices of the next one
-        in +θ, or the one after that (apart 2); each (roll, z, width), (…, K) m. ValueError where
+        in +θ, or the one after that (steps 2); each (roll, z, width), (…, K) m. ValueError where
         neighbours are not counted."""
         if self.neighbour is None:
             raise ValueError("neighbouring teeth of this body couple through its own FE model")
-        shape, other = np.shape(slices[0]), np.shape(beside[0])[-1]
-        here, there = (self.coarse_averages(*(np.ravel(a) for a in s)) for s in (slices, beside))
-        between = self.neighbour[apart - 1]
-        motion = (here @ between).reshape(-1, shape[-1], len(between))
-        means = there.toarray().reshape(-1, other, len(between))
+        shape, other = np.shape(slices[0]), np.shape(further[0])[-1]
+        averages, further_averages = (
+            self.coarse_averages(*(np.ravel(a) for a in s)) for s in (slices, further)
+        )
+        between = self.neighbour[steps - 1]
+        motion = (averages @ between).reshape(-1, shape[-1], len(between))
+        means = further_averages.toarray().reshape(-1, other, len(between))
         return np.asarray(motion @ means.swapaxes(1, 2)).reshape(*shape, other)
 
     def contact_body(self, roll: Array) -> ContactBody:

@@ -278,8 +278,8 @@ def rim_bending(rim: RimFlexibility, path: GearMeshPath, slices: Slices) -> tupl
         further_motion = flank_motion(rim, flank.tooth, -flank.sense, places)
         after = between if flank.step > 0 else between.T
         beside.append(motion @ after @ further_motion.swapaxes(1, 2))
-    both = motion @ rim.tooth @ motion.swapaxes(1, 2), np.stack(beside, axis=1)
-    near, beyond = (rows_at(slices.s[some], c, slices.s) for c in both)
+    parts = motion @ rim.tooth @ motion.swapaxes(1, 2), np.stack(beside, axis=1)
+    near, beyond = (rows_at(slices.s[some], c, slices.s) for c in parts)
     return 0.5 * (near + near.swapaxes(1, 2)), beyond
 
 
