@@ -2,7 +2,7 @@
 Speeds, torques and powers of a gearbox
 =======================================
 
-Before anything is solved, the tooth numbers and what is given at the ports say how power flows.
+Tooth numbers and the given speeds and torques at the ports define the power flow; nothing is solved for it.
 """
 
 import flexgear as fg

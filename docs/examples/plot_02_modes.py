@@ -2,7 +2,7 @@
 Natural modes of a planetary stage
 ==================================
 
-The benchmark of Lin and Parker (1999): modes turn, translate or move the planets alone.
+The benchmark of Lin and Parker (1999): rotational modes, translational modes and planet modes.
 """
 
 import flexgear as fg

@@ -1,9 +1,9 @@
 """
-Load sharing of parts as they are made
+Load sharing with manufacturing errors
 ======================================
 
-Pins are bored within some hundredths of a millimetre. Sets of parts drawn at random tell how
-likely which load sharing is.
+Pin positions have tolerances of some hundredths of a millimetre. Random sets of parts give the
+distribution of the load sharing.
 """
 
 import flexgear as fg

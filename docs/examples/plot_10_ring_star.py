@@ -3,8 +3,8 @@ The star of a flexible ring
 ===========================
 
 Under N planets a ring bends into an N-pointed star that turns with the carrier. ``fg.plot`` of a
-result draws what ``flexgear run`` draws, by the names of its pictures; ``stage_part`` gives what
-belongs to one flexible stage as an xarray dataset.
+result draws the pictures of ``flexgear run`` by their names; ``stage_part`` gives the part of one
+flexible stage as an xarray dataset.
 """
 
 import flexgear as fg

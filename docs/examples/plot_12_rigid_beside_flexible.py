@@ -2,7 +2,7 @@
 What flexibility changes
 ========================
 
-The same stage with its ring rigid, or with all of it: the same model, one word.
+The same stage with a rigid ring, and with all bodies rigid: one method of the model.
 """
 
 import numpy as np

@@ -2,9 +2,8 @@
 Frames and signs
 ================
 
-The conventions of docs/conventions.md as the package itself places things: teeth, contact points
-and flanks come from the formulas that compute, so that a wrong sign would show as teeth that
-overlap.
+The conventions of docs/conventions.md, drawn with the package's own formulas for teeth, contact
+points and flanks: a wrong sign would show as teeth that overlap.
 
 Across the axis everything is seen from +Z. Angles, speeds and torques are positive
 counter-clockwise.
@@ -64,7 +63,7 @@ def axes_of(ax, origin, angle, size, names, colour):
 # %%
 # Frames, numbers, torque
 # -----------------------
-# X, Y stand still. The carrier, here turned by :math:`\theta_c` = 20°, has its x axis through
+# X, Y are fixed. The carrier, here turned by :math:`\theta_c` = 20°, has its x axis through
 # planet 1; a planet has its x axis outward and y in the sense of rotation. Planets are numbered
 # counter-clockwise, and so are teeth: tooth 1 of the ring stands on the X axis. The torque of the
 # drive acts on the carrier and is positive, as its speed is; the sun turns faster in the same
@@ -239,7 +238,7 @@ print("wrote", save_figure(figure, "flanks_at_the_ring.png"))
 # ---------------------------------------------
 # The same planet pushes the sun upward with its flank ``sun``, on the −θ side of its teeth, and
 # loads the sun's drive flank, on the −θ side, too. So a planet's tooth carries on one flank at
-# the sun and on the other at the ring. Under a torque of the other sense all flanks change over.
+# the sun and on the other at the ring. Under a torque of the other sense the other flanks carry.
 figure, ax, flanks, pitch = gear_mesh(at_sun, "sun", SUN)
 for part, tooth, name, text, (x, y) in (
     ("sun", 11, "drive", "sun: drive flank,\n−θ side", (-78, 15)),

@@ -2,9 +2,10 @@
 A run-up and its order map
 ==========================
 
-A sun speeds up from 600 to 2400 r/min. Over the turns of the carrier, what gear meshes excite stays
-at its orders; it is high where it meets a natural frequency of the train with its sun held, as its
-speed is prescribed: the second order a rotational mode, the third a planet mode.
+A sun speeds up from 600 to 2400 r/min. Over the rotation of the carrier, excitation by gear meshes
+stays at its orders; amplitudes are high where an order meets a natural frequency of the train with
+its sun held, as its speed is prescribed: the second order a rotational mode, the third a planet
+mode.
 """
 
 import numpy as np

@@ -15,17 +15,17 @@ fault of the sun      0.86 to 1.18  0.40 to 1.20
 fault of a planet     1.70 to 3.71  not stated
 ====================  ============  ============
 
-The rule: three planets that are alike leave the orders that three divides, here 93 and 96; 94 and
+The rule: three equal planets leave the orders that three divides, here 93 and 96; 94 and
 95 are there only as planets differ, both by the same share if they differ in size alone. Below is
-the force on the ring's support in a stage with these teeth, with planets alike and with one pin
-20 µm off. A rigid ring hears one pass beside the gear mesh only; profile shifts, masses and
-stiffnesses are ours, so that places of lines compare, not heights.
+the force on the ring's support in a stage with these teeth, with equal planets and with one pin
+20 µm off. A rigid ring has sidebands of one pass only; profile shifts, masses and stiffnesses are
+assumed, so compare positions of lines, not heights.
 
 Agrees: 94 is as high as 95 in the healthy rig; a fault of the sun, which meets all planets alike,
 leaves their ratio as it is and raises 96; a fault of one planet changes the ratio. Does not
 agree: 96 is the lowest of the three in the measurement, where the rule has it highest. So the
-planets of the rig are not alike, or what its sensor hears depends on more than the pass of a
-planet; the description does not tell which. No amplitudes in physical units were at hand.
+planets of the rig differ, or its sensor signal depends on more than the pass of a planet; the
+description does not say which. It has no amplitudes in physical units.
 
 Others: asymmetric sidebands and gear-mesh lines that are missing were found in several gearboxes,
 in agreement with the rule (McFadden and Smith 1985, Proc. IMechE 199C:65, read: the abstract). In

@@ -2,8 +2,8 @@
 Faults of teeth
 ===============
 
-What a cracked root and a pit of one tooth of the sun do to the sun's rotation. Each time that the
-tooth meets one of the four planets, the sun lags behind where it is with sound teeth: over the
+Effect of a cracked root and of a pit in one tooth of the sun on the sun's rotation. Each time the
+tooth meets one of the four planets, the sun lags behind its rotation with sound teeth: over the
 crack because the tooth bends more, over the pit because material is missing.
 """
 
