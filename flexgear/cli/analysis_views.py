@@ -240,7 +240,7 @@ def show_transient(title: str, figures: dict[str, Any], notes: list[str]) -> Non
     rows = {
         "simulated": with_unit(figures["time_s"], "s"),
         "figures are of the part": window_words(figures),
-        "how that is known": figures["settling"],
+        "reason": figures["settling"],
         "time stepping": f"{figures['steps']} steps, {with_unit(core, 's')} of one core for 1 s",
     }
     if "energy_residual" in figures:

@@ -67,9 +67,9 @@ RESULT_COORDINATES: dict[str, Coordinate] = {
     "bearing_row": Coordinate("1", "row of rollers, from 1 at -z"),
     "tooth_angle": Coordinate("rad", "angle of the ring tooth's centre"),
     "lead_angle": Coordinate(
-        "rad", "rotation of the first port of given speed that turns, as asked for"
+        "rad", "rotation of the reference member, the first port of given speed that turns"
     ),
-    "turning_stage": Coordinate("", "stage, by the angle that its teeth mesh at"),
+    "turning_stage": Coordinate("", "stage that turns"),
     "flank": Coordinate(
         "", "one flank of a gear mesh: stage, kind, side, planet, drive or coast", "flank_stage"
     ),
@@ -78,12 +78,10 @@ RESULT_COORDINATES: dict[str, Coordinate] = {
     "flank_side": Coordinate("", "half of a double-helical stage"),
     "flank_planet": Coordinate("1", "planet number, from 1"),
     "flank_sense": Coordinate("", "drive: carries under rated torque; coast: the other"),
-    "state": Coordinate("1", "entry of what a transient carries on"),
+    "state": Coordinate("1", "entry of the state of a transient"),
     "slice": Coordinate("1", "slice of a contact line, from 1 at -z"),
     "face": Coordinate("1", "place along the face over its width, from -1/2 at -z to 1/2"),
-    "cause": Coordinate(
-        "", "what misaligns a gear mesh: a body or bearing, errors, modified flanks"
-    ),
+    "cause": Coordinate("", "cause of misalignment: a body or bearing, errors, modified flanks"),
     "pair_member": Coordinate(
         "", "of a tooth pair: planet (gear of a parallel stage), or gear: its mate"
     ),
@@ -96,10 +94,10 @@ RESULT_COORDINATES: dict[str, Coordinate] = {
         "", "bearing, fit, spline, joint or other spring between two nodes", "name"
     ),
     "tooth_stage": Coordinate("", "stage of the ring tooth"),
-    "tooth_side": Coordinate("", "half of a double-helical ring that the tooth is of"),
-    "sensor_time": Coordinate("s", "time of a sensor's samples, the delay of its filter taken out"),
+    "tooth_side": Coordinate("", "half of a double-helical ring that has the tooth"),
+    "sensor_time": Coordinate("s", "time of a sensor's samples, without the delay of its filter"),
     "sensor": Coordinate("", "sensor, by its name"),
-    "sensor_quantity": Coordinate("", "what it measures"),
+    "sensor_quantity": Coordinate("", "measured quantity"),
     "sensor_unit": Coordinate("", "its unit"),
     "static_sensor": Coordinate("", "sensor of a displacement, strain or torque"),
     "static_sensor_unit": Coordinate("", "its unit"),
@@ -112,8 +110,8 @@ RESULT_COORDINATES: dict[str, Coordinate] = {
     "group_stage": Coordinate("", "stage of the group"),
     "group_kind": Coordinate("", "ring or sun"),
     "group_side": Coordinate("", "half of a double-helical stage"),
-    "body": Coordinate("", "lumped body, or node that stands for a body that bends", "name"),
-    "inertia": Coordinate("", "body that can move, with what moves inside it if it bends", "name"),
+    "body": Coordinate("", "lumped body, or node that represents a flexible one", "name"),
+    "inertia": Coordinate("", "body that can move, with its elastic modes, if any", "name"),
     "member": Coordinate("", "member of a stage that turns about its axis", "name"),
     "input_coordinate": Coordinate("", "member whose rotation is independent"),
     "port": Coordinate("", "member where torque acts from outside"),
@@ -141,7 +139,7 @@ RESULT_COORDINATES: dict[str, Coordinate] = {
     "acting": Coordinate("1", "the two modes of an instability, 1 the lower one"),
     "harmonic": Coordinate("Hz", "frequency of an error of gears or of a gear mesh"),
     "point": Coordinate("1", "steady state, from 0, in the order of its curve"),
-    "measure": Coordinate("", "over a period: maximum, minimum, mean, rms of what is not mean"),
+    "measure": Coordinate("", "over a period: maximum, minimum, mean, rms about the mean"),
     "turning_point": Coordinate("1", "number of a turning point of a curve, from 1"),
     "target": Coordinate("1", "number of a stable state to which a sweep may jump, from 1"),
     "stability_change": Coordinate("1", "number of a change of stability, from 1"),

@@ -36,7 +36,7 @@ STILL = 1e-3  # of the largest value of its kind, the same
 @dataclass(frozen=True)
 class Window:
     """The part of a run that figures are taken from: start and end, s; settled: None where the run
-    is too short to tell or its drive changes; sentence: how that is known, for people."""
+    is too short to tell or its drive changes; sentence: reason, in words."""
 
     start: float
     end: float
