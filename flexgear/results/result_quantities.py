@@ -132,7 +132,7 @@ RESULT_QUANTITIES: dict[str, Quantity] = {
         "amplitude of the unloaded transmission error by order of the gear mesh",
         "of a flank that does not carry throughout"),
     "gear_mesh_stiffness": quantity("sample flank", "N/m",
-        "slope of the gear-mesh force over a common approach of all pairs under load, bodies fixed"),
+        "slope of the gear-mesh force as all pairs approach alike under load, bodies fixed"),
     "gear_mesh_misalignment": quantity("sample flank", "m",
         "approach of the bodies at the +z end of the face less that at its -z end",
         NO_LOAD),
