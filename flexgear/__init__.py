@@ -1,4 +1,4 @@
-"""flexgear: dynamics of planetary gear trains whose rings, carriers and shafts bend.
+"""flexgear: dynamics of planetary gear trains with flexible rings, planets, carriers and shafts.
 
 The public face, from a case to labelled results and their pictures:
 

@@ -1,4 +1,4 @@
-"""What gear meshes whose stiffness varies do to modes: resonances and parametric instability.
+"""Excitation of modes by the varying gear-mesh stiffness: resonances, parametric instability.
 
 Which orders of gear meshes drive a mode, and the force that they raise where they meet it.
 

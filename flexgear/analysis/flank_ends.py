@@ -1,4 +1,4 @@
-r"""Blocks that a flank's rows act on, and teeth of FE bodies turned back to where they started.
+r"""Blocks that a flank's rows act on, and teeth of FE bodies turned back to their start.
 
 Rows move with the planets. The teeth of an FE ring pass through the gear mesh instead, so that the
 mean is taken at a place that stands still against the planets: rows on teeth are turned back by

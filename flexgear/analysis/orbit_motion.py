@@ -1,4 +1,4 @@
-"""Motion of the whole train over the period of a steady state, as results of equilibria have it."""
+"""Motion of the whole train over the period of a steady state, in the form of equilibria."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a recorder makes of quantities of a run: a uniform grid, derivatives, filter, decimation.
+"""Signals of sensors from a run: uniform grid, derivatives, filter, decimation.
 
 Samples at the times of the steps become values at k h of a uniform grid, thrice as fine, by
 polynomials through the eight samples around, whose images then lie beyond the band; central

@@ -1,4 +1,4 @@
-"""The state a transient starts from: static equilibrium plus rigid rolling, all machines content.
+"""Initial state of a transient: static equilibrium plus rigid-body rotation, machines in balance.
 
 Speeds of the F independent rotations: ports with a given or a controlled speed turn at theirs; what
 is left of the motion keeps its rated proportion, at the size at which a brake takes the torque that

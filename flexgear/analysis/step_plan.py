@@ -1,4 +1,4 @@
-"""How the time of a run is cut into pieces without a jump, and into steps."""
+"""Division of a run into time intervals without jumps, and into steps."""
 
 from __future__ import annotations
 

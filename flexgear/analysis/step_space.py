@@ -1,4 +1,4 @@
-"""What the steps of a run work with: constants of its step sizes, work space, accelerations.
+"""Data of the steps of a run: constants of its step sizes, work space, accelerations.
 
 Steps of average acceleration need the acceleration they start from. A step with h = 0 moves
 nothing, D = 1 and G = R: it finds the contact forces of the motion as it is, hence accelerations.

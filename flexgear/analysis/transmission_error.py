@@ -1,4 +1,4 @@
-"""Dynamic transmission error: how far bodies have closed along the line of action of a gear mesh.
+"""Dynamic transmission error: approach of bodies along the line of action of a gear mesh.
 
     δ = Nᵀ (u_gear(C) − u_planet(C)),   N = cosβ_b n + sinβ_b e_z ,
 

@@ -1,4 +1,4 @@
-"""How results of single analyses come out: equilibria, modes, Campbell diagram, transients."""
+"""Printout of single analyses: equilibria, modes, Campbell diagram, transients."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Commands about this machine: the cache of bodies, and what the system lacks."""
+"""Commands about this machine: the cache of bodies, and missing libraries."""
 
 from __future__ import annotations
 

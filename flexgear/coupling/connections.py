@@ -1,4 +1,4 @@
-"""Who touches whom in a stage: springs between ports of its bodies, and its gear meshes."""
+"""Connections of a stage: springs between ports of its bodies, and its gear meshes."""
 
 from __future__ import annotations
 

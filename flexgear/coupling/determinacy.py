@@ -1,4 +1,4 @@
-"""Whether supports, joints and gear meshes hold a train just so: its free motions are its rolling.
+"""Whether supports, joints and gear meshes leave a train exactly its rotations as free motions.
 
 Free motions q resist neither constant springs nor gear meshes: K q = 0, V q = 0. Among the rigid
 motions of all bodies they are as many as the train has independent rotations, or some body is loose

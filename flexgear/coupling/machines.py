@@ -1,4 +1,4 @@
-"""Laws of what drives and loads a train at its ports; torques are from outside on the member.
+"""Laws of the machines at the ports of a train; torques are from outside on the member.
 
 given torque   T(t)
 given speed    ω(t): a row of constraint, whose torque is whatever it takes

@@ -1,4 +1,4 @@
-r"""How fast a case is: steps, samples, modes and spans of time that follow from it.
+r"""Time scales of a case, and the steps, samples, modes and durations that follow from them.
 
 Two frequencies are in every case. The gear meshes excite at the orders of their frequency f_z, of
 which results are wanted up to n; the inertias of two gears swing on the stiffness of their gear

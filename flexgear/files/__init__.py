@@ -1,3 +1,3 @@
-"""Writing files and folders: whole or not at all, and never over what is somebody else's."""
+"""Writing files and folders: completely or not at all, and never over files of another origin."""
 
 STOPPING = ("SIGINT", "SIGTERM", "SIGHUP")  # Ctrl-C, job schedulers, a terminal that is closed

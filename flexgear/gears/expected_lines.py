@@ -1,4 +1,4 @@
-"""Lines that spectra of a train are expected to have: teeth, places of planets, bearings.
+"""Lines that spectra of a train are expected to have: gear meshes, planets, shafts, bearings.
 
 Frequencies are what a sensor hears that turns with ω_sensor about the axis (0: on the housing).
 

@@ -1,4 +1,4 @@
-"""What of a case can hardly be meant, although it can be computed: one sentence each.
+"""Implausible values of a case that can be computed all the same: one sentence each.
 
 Teeth as their tools make them:
 

@@ -1,4 +1,4 @@
-"""A first proposal of planetary stages from what is asked of them: teeth, module, face width.
+"""A first proposal of planetary stages from ratio, torque and speed: teeth, module, face width.
 
 Ring teeth z_r = z_s + 2 z_p, or one more, so that planets are half a tooth smaller than there is
 room and the sun's gear mesh is spread to the ring's centre distance; (z_s + z_r)/N is whole, so

@@ -1,4 +1,4 @@
-"""What a proposed stage stands in: rim and its supports, carrier, shaft, bearings, inertias; SI."""
+"""Rim and supports, carrier, shaft, bearings and inertias of a proposed stage; SI."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a fault of a tooth does to the pairs of that tooth: depth of pits, lost and softer pairs.
+"""Effect of tooth faults on tooth pairs: depth of pits, missing and softer pairs.
 
 A pit or wear of depth d over a patch of a flank is a gap beside those of modified flanks, along the
 normal N, at every slice of a contact line (mean over the slice's width). Its edges are not rounded

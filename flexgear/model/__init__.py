@@ -1,1 +1,1 @@
-"""What the user means: validated, frozen parameters in SI, read from TOML with units in keys."""
+"""Cases: validated, frozen parameters in SI, read from TOML with units in keys."""

@@ -1,4 +1,4 @@
-"""What meets natural frequencies at the speeds at which a case runs, as figures and a verdict."""
+"""Excitations near natural frequencies at the operating speeds of a case, as figures and a verdict."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a reader of results is warned of: large motions, neglected effects, poor reductions.
+"""Warnings about results: large motions, neglected effects, poor reductions.
 
 Paths of contact, pressure angles and which teeth touch are those of gears in their places. A member
 that moves by u changes a centre distance by up to u, and the play between flanks by up to

@@ -1,4 +1,4 @@
-"""What sensors make of recovered motions: displacement, its rates, strain, speed, torque.
+"""Quantities of sensors from recovered motions: displacement, its rates, strain, speed, torque.
 
 A point of a body, in fixed axes, with the body's frame turned by α and the body itself by ψ:
 

@@ -1,4 +1,4 @@
-"""Where curves of steady states turn back, change their stability, and where sweeps jump to."""
+"""Turning points and changes of stability of curves of steady states; targets of jumps."""
 
 from __future__ import annotations
 

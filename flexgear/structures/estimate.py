@@ -1,4 +1,4 @@
-"""How far a reduced body is from the FE model that it was made from.
+"""Errors of a reduced body against its FE model.
 
 Static, under lines of load on tooth flanks and pressure on pin seats. Both models stand on the same
 supports S at the interface nodes. The full model under a load f on the surface answers with

@@ -1,4 +1,4 @@
-"""Many runs on a Dask cluster of others, by its scheduler's address.
+"""Many runs on an existing Dask cluster, by its scheduler's address.
 
 Runs of one study share one object, which is sent out once. A worker that is lost costs the runs it
 had begun, which others begin again. Transport and credentials are those of the user's Dask: for an

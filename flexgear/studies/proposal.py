@@ -1,4 +1,4 @@
-"""Proposals of stages put together to a case that can be computed and leaves nothing to doubt."""
+"""Proposals of stages assembled to a case that ``check`` accepts without a warning."""
 
 from __future__ import annotations
 

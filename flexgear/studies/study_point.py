@@ -1,4 +1,4 @@
-"""A case at one point of a parameter study, and what several measures need of it."""
+"""A case at one point of a parameter study, with the results that measures share."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a parameter study varies: keys of a case, their values, and the points of the grid.
+"""Keys of a parameter study, their values, and the points of the grid.
 
 VALUES is ``1,2,3`` (numbers or words; lists in brackets), ``start:stop:count`` in equal steps, or
 ``start:stop:count:log`` in equal ratios. A number at the end of a key picks one element of a list:

@@ -1,4 +1,4 @@
-r"""What a reduced body keeps of its constraint modes, without ever holding them.
+r"""Mass and recovery of a reduced body from its constraint modes, without storing these.
 
 With Psi = Psi_t [I 0] + Y N, N = G^{-1} [-H I], H and G of `cyclic/solver.py`, J = [I 0],
 

@@ -1,4 +1,4 @@
-"""Where a user's FE mesh is, against where the case has its groups.
+"""Placement of a user's FE mesh, compared with the positions of its groups in the case.
 
 The centres c of the groups (area-weighted) are compared with their places p in the case. The rigid
 motion x = R c + t that brings them together best, in the least squares of the coordinates that the

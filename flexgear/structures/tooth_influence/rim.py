@@ -1,4 +1,4 @@
-"""What the rim of an FE ring yields along the face within a tooth, and whether that counts.
+"""Flexibility of the rim of an FE ring along the face within a tooth, and whether it counts.
 
 The influence of a tooth is that of a segment whose rim is held; in the ring the node of a tooth
 carries rigid motion only. With shapes p beside the node's motion q (``reduced``) and
