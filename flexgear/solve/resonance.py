@@ -1,4 +1,4 @@
-"""Excitations near natural frequencies at the operating speeds of a case, as figures and a verdict."""
+"""Excitations near natural frequencies at the operating speeds of a case: figures, a verdict."""
 
 from __future__ import annotations
 
