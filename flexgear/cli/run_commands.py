@@ -86,7 +86,7 @@ def _show(title: str, case: Case, summary: dict[str, Any]) -> None:
 
 
 def _imported() -> None:
-    """Import what draws; commands that draw nothing, or not yet, do without."""
+    """Import the modules that draw, which other commands do not need."""
     from flexgear.cli.pictures import imported
 
     imported()

@@ -93,9 +93,9 @@ class GearMeshGeometry:
 class StageGeometry(StageRadii):
     """Gears by role ("sun", "planet", "ring"), gear meshes by "sun" and "ring", radii.
 
-    overridden: whether a base diameter or working angle is given; gears then have the radii that
-    their tooth numbers give. planet_clearance: gap between tips of neighbouring planets, m (∞ for
-    one planet); assembly: (z_s + z_r)/N. A parallel stage has no ring, and no number there.
+    overridden: whether a base diameter or working angle is given; radii of the gears are then those
+    of their tooth numbers. planet_clearance: gap between tips of neighbouring planets, m (∞ for one
+    planet); assembly: (z_s + z_r)/N. A parallel stage has no ring; numbers of it are missing.
     """
 
     gears: Mapping[str, ToothGeometry]

@@ -212,7 +212,7 @@ def body_rows(system: System) -> tuple[list[str], Array]:
 
 
 def result_bodies(system: System) -> Iterator[tuple[str, str, str]]:
-    """Name in results, body and node of lumped bodies and of those that bend."""
+    """Name in results, body and node of lumped and of flexible bodies."""
     for body in system.bodies:
         part = body.name.part
         single = len(body.node_names) == 1 or part == "planet"  # an FE planet: its rigid motion

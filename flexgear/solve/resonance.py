@@ -109,10 +109,11 @@ def _mode_index(index: int, planets: int) -> str:
 
 
 def resonance_verdict(figures: Mapping[str, Any]) -> tuple[Level, str, str]:
-    """Level, figure and sentence: does anything meet a natural frequency where the case runs?
+    """Level, figure and sentence: does an excitation meet a natural frequency at an operating
+    speed?
 
-    Watched is what a stage of equal planets excites, where met exactly it would swing a gear-mesh
-    force by a twentieth or more, or where nothing is known of that.
+    The level is "watch" for excitation of a stage of equal planets that would change a gear-mesh
+    force by a twentieth or more at exact coincidence, or for an unknown one.
     """
     rows: Sequence[Mapping[str, Any]] = figures["met"]
     margin, speeds = with_unit(figures["margin"], "share"), _speeds(figures["speed_factors"])

@@ -122,14 +122,14 @@ def _fits(
 
 
 def _terms(arm: Array) -> tuple[Array, Array]:
-    """Terms (n, m, 10) of quadratics at arms (n, m, 3) from n vertices, in ξ = arm @ back, and back
+    """Terms (n, m, 10) of quadratics at arms (n, m, 3) from n vertices, in ξ = arm @ scaling, and scaling
     (n, 3, 3).
 
     Patches are made round so, or those of flat cells would look undetermined.
     """
     spread, axes = np.linalg.eigh(np.einsum("nmi,nmj->nij", arm, arm) / arm.shape[1])
     spread = np.maximum(spread, _FLAT * spread[:, -1:])
-    scaling = axes / np.sqrt(spread)[:, None]  # grad = back grad_ξ
+    scaling = axes / np.sqrt(spread)[:, None]  # grad = scaling @ grad_ξ
     x, y, z = np.moveaxis(arm @ scaling, 2, 0)
     squares = [0.5 * x * x, 0.5 * y * y, 0.5 * z * z, x * y, y * z, x * z]
     return np.stack([np.ones_like(x), x, y, z, *squares], axis=2), scaling
@@ -144,8 +144,7 @@ def _determine(terms: Array) -> NDArray[np.bool_]:
 
 def _derivatives(terms: Array, scaling: Array, determined: NDArray[np.bool_]) -> Array:
     """Weights (n, 12, m) of values in the first and second derivatives of the best quadratics;
-    terms, back: see ``_terms``. Those that are not determined are fitted with small second
-    derivatives."""
+    terms, scaling: see ``_terms``. Undetermined ones are fitted with small second derivatives."""
     inverse = np.empty(terms.swapaxes(1, 2).shape)
     best, rest = terms[determined], terms[~determined]
     across = best.swapaxes(1, 2)

@@ -163,7 +163,7 @@ def _by_group(data: xr.Dataset, name: str) -> dict[str, xr.DataArray]:
 
 @measure("quasi-static floats of suns, rings, carriers")
 def displacements(point: Point) -> MeasuredValues:
-    """Mean and largest over the equilibria."""
+    """Mean and largest distance of members from the axis over the equilibria."""
     distances = axis_distance(point.equilibria)
     samples = [d for d in distances.dims if d != "body"]
     return {

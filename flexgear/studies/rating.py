@@ -280,7 +280,7 @@ def _sloped(case: Case, slopes: dict[str, dict[str, float]], signs: dict[str, fl
 
 
 def worst_of(deviated: Sequence[BinLoads]) -> BinLoads:
-    """Loads of one bin of all trains."""
+    """Worst loads of one bin over all trains."""
     groups: dict[GroupName, GroupLoads] = {}
     for k, loads in enumerate(deviated):
         for name, group in loads.groups.items():

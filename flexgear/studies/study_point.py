@@ -95,8 +95,8 @@ class Point:
 
     @property
     def warnings(self) -> list[str]:
-        """Motions that are not small, of what measures asked for, or of the equilibrium where the
-        lead is at zero; none where the train was not put together or carries nothing."""
+        """Warnings of large motions in the equilibria of the measures, or in that with the
+        reference member at zero; none for a train that was not assembled or has no load."""
         solved = self.__dict__
         if "model" not in solved or self.case.output is None:
             return []

@@ -54,7 +54,7 @@ class DrawnError:
 
     @property
     def count(self) -> int:
-        """Numbers a sample."""
+        """Number of values in a sample."""
         return self.planets or 1
 
     @property

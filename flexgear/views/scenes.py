@@ -94,7 +94,7 @@ def mode_scene(
 
 
 def _layout(axes: Sequence[dict[str, Any]]) -> dict[str, Any]:
-    """A panel with a body in equal scales; axes: what x, y and z have beside."""
+    """Layout of a panel with a body in equal scales; axes: further settings of x, y and z."""
     bare = {"showbackground": False, "title": {"text": ""}, "showspikes": False}
     named = {f"{name}axis": bare | axis for name, axis in zip("xyz", axes, strict=True)}
     scene = {"aspectmode": "data", "camera": EYE, **named}

@@ -213,7 +213,7 @@ class Row:
 
 
 def written(section: Section, rows: Iterable[Row], turn: int = 1) -> dict[str, Any]:
-    """Attributes (SI) of the fields that a section has; turn: a sign that numbers get."""
+    """Attributes (SI) of the fields that a section has; turn: sign of numbers."""
     values = {row.names[0]: getattr(section, row.field, None) for row in rows}
     return {name: turn * value for name, value in values.items() if value is not None}
 

@@ -293,7 +293,7 @@ def _patches(
     stems: Sequence[str],
     path: Path,
 ) -> dict[str, Ints]:
-    """Named groups as facets of the body; node sets only where their name means something."""
+    """Named groups as facets of the body; node sets only for names of groups."""
     n, sides = len(body.points), 4 if body.kind == "hex" else 3
     every = body.every_facet
     keys, first, count = np.unique(facet_keys(every, n), return_index=True, return_counts=True)
