@@ -122,8 +122,8 @@ def _fits(
 
 
 def _terms(arm: Array) -> tuple[Array, Array]:
-    """Terms (n, m, 10) of quadratics at arms (n, m, 3) from n vertices, in ξ = arm @ scaling, and scaling
-    (n, 3, 3).
+    """Terms (n, m, 10) of quadratics at arms (n, m, 3) from n vertices, in ξ = arm @ scaling, and
+    scaling (n, 3, 3).
 
     Patches are made round so, or those of flat cells would look undetermined.
     """
