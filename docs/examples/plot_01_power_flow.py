@@ -2,7 +2,7 @@
 Speeds, torques and powers of a gearbox
 =======================================
 
-Tooth numbers and the given speeds and torques at the ports define the power flow; nothing is solved for it.
+Tooth numbers and the given speeds and torques at the ports define the power flow, in closed form.
 """
 
 import flexgear as fg

@@ -38,7 +38,7 @@ def test_a_tolerance_changes_no_run():
         ({f"{PIN}.standard_deviation_um": "0"}, "outside 0"),
         ({f"{PIN}.standard_deviation_mm": "20"}, "check the unit: standard_deviation_um = 20"),
         ({f"{PIN}.standard_deviation_mm": "1"}, "lets errors reach 8 mm"),
-        ({f"{PIN}.standard_deviation_um": "1", f"{PIN}.low_um": "50"}, "low_um: excludes everything"),
+        ({f"{PIN}.standard_deviation_um": "1", f"{PIN}.low_um": "50"}, "low_um: excludes"),
         ({f"{PIN}.distribution": "uniform", f"{PIN}.low_um": "2", f"{PIN}.high_um": "2"},
          "high_um: is not above the low end"),
         ({f"{PIN}.distribution": "uniform", f"{PIN}.mean_um": "2"}, "low_mm: is missing"),
