@@ -69,7 +69,7 @@ def factor(value: float) -> str:
 
 
 def life_text(hours: float) -> str:
-    """"23.4 h", "58 300 h (6.65 years)", "over 1 000 000 h": three figures, and no number for lives
+    """A life as "23.4 h", "58 300 h (6.65 years)" or "over 1 000 000 h": three figures, no number
     beyond any use; "–" where there is none."""
     if math.isnan(hours):
         return "–"
@@ -130,7 +130,7 @@ def titled_by_stage(what: str, stage: str) -> str:
 
 
 def of_stage(stage: str) -> str:
-    """" of stage 1"; empty for the only stage of a case, called "stage"."""
+    """The words " of stage 1"; empty for the only stage of a case, called "stage"."""
     return "" if stage == "stage" else f" of {words(stage)}"
 
 
