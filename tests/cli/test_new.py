@@ -269,7 +269,7 @@ def test_a_larger_module_carries_the_same_in_a_narrower_face():
         (
             {"arrangement": "solar", "ratio": 1.3, "torque_nm": None, "speed_rpm": None,
              "sun_torque_nm": 5, "sun_speed_rpm": 9},
-            "--sun-torque-nm: is of a sun that is held",
+            "--sun-torque-nm: is that of a held sun",
         ),
     ],
 )  # fmt: skip
