@@ -233,9 +233,9 @@ def stage_sets(
     bending: bool = True,
     rim: RimFlexibility | None = None,
 ) -> list[GearMeshSet]:
-    """Gear meshes of stage ``number`` of a train; bending: slices bend each other where the case
-    says so, by influences from the cache or made (half a minute each); rim: what the teeth of its
-    ring yield besides."""
+    """Gear meshes of stage ``number`` of a train; bending: slices have FE influence where the case
+    says so, from the cache or computed (half a minute each); rim: additional flexibility of its
+    ring's teeth."""
     stage, out = view.stage, list[GearMeshSet]()
     paths = stage_paths(view, flow.gear_mesh_forces)
     errors, planet = stage_errors(view, paths), view.part("planet")

@@ -85,7 +85,7 @@ class GearMeshSet:
 
     @property
     def path(self) -> GearMeshPath:
-        """That of sound teeth."""
+        """Path of contact of sound teeth."""
         return self.paths[0]
 
     @property
@@ -216,7 +216,7 @@ def _tooth_positions(sets: Sequence[GearMeshSet], blocks: int) -> Array:
 
 
 def _gear_mesh(s: GearMeshSet, table: int, i: int, opposite: int) -> dict[str, Any]:
-    """What ``PairData`` has of planet i in one set, by column."""
+    """Columns of ``PairData`` for planet i in one set."""
     p, e, frame, planet = s.path, s.errors, s.frame, s.planets[i]
     cos_b, floats = p.cos_base_helix, planet.rigid is not None
     angles = np.where(np.asarray(e.runout_angle, dtype=int) == 0, frame.theta, frame.carrier)
