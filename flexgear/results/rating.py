@@ -57,7 +57,10 @@ class GearMeshRating:
 class RatedPart:
     """A flank, root or bearing over the bins (B,).
 
-    name: "stage_1.sun flank"; count: so many equal ones there are; load: stress Pa, of a bearing
+    name: "stage_1.sun flank"; alike: name of all that are equal to it, "stage_1.planet_bearings";
+    count: so many equal ones are rated by it; planets: by bin the planet from 1 that it is of, 0
+    where all are loaded alike, of no length where it is of none; side: "left" or "right" half that
+    it is of, if gears have two; load: stress Pa, of a bearing
     its equivalent load N, 0 where it is not loaded; cycles: of load, of a bearing revolutions;
     safety: in the bin alone, of a bearing static, NaN where there is none; damage: NaN where it is
     not assessed; life: h, until the sum of damage is one, inf without damage; whole_safety: factor
@@ -71,6 +74,7 @@ class RatedPart:
     """
 
     name: str
+    alike: str
     stage: str
     kind: Kind
     count: int
@@ -86,6 +90,8 @@ class RatedPart:
     factors: tuple[Sheet, ...] = ()
     exponent: float = 1.0
     rolling: str = ""
+    planets: tuple[int, ...] = ()
+    side: str = ""
     direct: Sheet = field(default_factory=dict)
     of_teeth: Array = field(default_factory=lambda: np.zeros(0))
 
@@ -160,6 +166,15 @@ class Rating:
         return tuple(sorted(assessed, key=lambda p: (_last(p.reserve), _last(p.life))))
 
     @property
+    def equal(self) -> dict[str, list[RatedPart]]:
+        """Parts by the name of all that are equal, as planets' bearings and both halves of a gear
+        are; the weakest first, there and in each, those without figures last."""
+        sets: dict[str, list[RatedPart]] = {}
+        for part in (*self.ranked, *(p for p in self.parts if p.missing)):
+            sets.setdefault(part.alike, []).append(part)
+        return sets
+
+    @property
     def weakest(self) -> dict[tuple[str, Kind], RatedPart]:
         """The weakest flank, root and bearing of every stage, the weakest of all first."""
         parts: dict[tuple[str, Kind], RatedPart] = {}
@@ -186,7 +201,6 @@ class _Declared(NamedTuple):
     of: Callable[[Any], Any]
 
 
-CAUSE = "direct path over norm"  # meaning of a line of the direct path that splits the difference
 BEYOND = "by computed stresses, beyond ISO 6336"
 NOT_RATED = "of a part that is not assessed, or not loaded in that bin"
 
@@ -298,7 +312,7 @@ def rating_dataset(rating: Rating) -> xr.Dataset:
         quantity = declared.quantity
         shape = [len(coords[dim]) for dim in quantity.dims]  # also where there is nothing
         variables[name] = (quantity.dims, values[name].reshape(shape), quantity.attrs)
-    for label in ("stage", "kind", "missing"):
+    for label in ("stage", "kind", "alike", "missing"):
         coords[f"part_{label}"] = ("part", [getattr(p, label) for p in parts])
     coords["ring_tooth_part"] = ("ring_tooth", [part.name for part, _ in _teeth(rating)])
     coords["extreme"] = ("bin", [b.extreme for b in rating.bins])

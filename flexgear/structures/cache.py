@@ -33,6 +33,7 @@ KINDS = {
     "influence": "influences of loaded teeth",
     "sweep": "interrupted sweeps",
     "tolerance": "interrupted tolerance studies",
+    "rating": "interrupted ratings",
     "compiled": "compiled loops",
 }
 FORMAT = "16"  # part of every key: raise it when entries or the numerics behind them change

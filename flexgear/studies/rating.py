@@ -92,7 +92,7 @@ def rate(
     flows = [power_flow(case_in_bin(case, b)) for b in bins]
     gear_meshes, parts, missing = rate_gears(pairs, trains, flows, loads)
     parts = (*parts, *rate_bearings(case, bins, flows, loads))
-    open_parts = {p.name: p.missing for p in parts if p.missing}
+    open_parts = {p.alike: p.missing for p in parts if p.missing}
     rating = Rating(
         case=case,
         variant=variant,

@@ -23,19 +23,18 @@ from flexgear.gears.nominal_stress import contact_line_factor
 from flexgear.gears.rating.capacity import Limit, LimitState, mean_stress_influence
 from flexgear.gears.rating.damage import LifeCurve, Places, around_axis, pulsating_stress
 from flexgear.gears.rating.pair import GearPair
-from flexgear.gears.rating.sheet import Factor, Sheet, sheet, value_of
+from flexgear.gears.rating.sheet import Sheet, sheet_of, value_of
 from flexgear.model.names import GroupName
-from flexgear.results.rating import CAUSE
 from flexgear.solve.bin_loads import BinLoads, SpectrumTrain, roots_in_bin
 from flexgear.solve.stresses import GroupStresses
 
-BEYOND = "beyond ISO 6336"
 OTHER = {"sun": "ring", "ring": "sun"}
 
 
 class LoadedState(NamedTuple):
     """A flank or root in one load bin. factors: load factors; cycles: number of load cycles; at:
-    load cycles at which the bin alone is rated; group, part: of the gear mesh that loads it."""
+    load cycles at which the bin alone is rated; group, part: of the gear mesh that loads it;
+    planet: from 1 that the factors are of, 0 where all are loaded alike."""
 
     state: LimitState
     factors: Sheet
@@ -43,6 +42,7 @@ class LoadedState(NamedTuple):
     at: float
     group: GroupName
     part: str
+    planet: int
 
 
 def direct_path(
@@ -172,44 +172,37 @@ class DirectPath:
     def sheet(self) -> Sheet:
         """Safety, damage, life, the weakest place, and the causes of the difference from the
         standard."""
-        tooth, lines = int(np.argmin(self._weakest[0])), []
+        tooth, sums = int(np.argmin(self._weakest[0])), {}
         safety, place, worst = (x[tooth] for x in self._weakest)
         if worst < 0:
             worst = max(self._lasting, key=lambda b: float(self._flat(b)[:, place].max()))
         if self._lasting:
             damage = float(self._places.damage().max())
             hours = sum(load_bin.hours for load_bin in self.trains[0].bins)
-            life = hours / damage if damage else math.inf
-            lines = [
-                _line("D_direct", damage, "", "Miner's sum at the worst place"),
-                _line("L_direct", life, "h", "until that is one"),
-            ]
-        first = _line("S_direct", float(safety), "", "safety at the worst place")
-        place_lines = self._where(int(worst), int(place))
-        return sheet([first, *lines, *place_lines, *self._against_norm(int(worst))])
+            sums = {"D_direct": damage, "L_direct": hours / damage if damage else math.inf}
+        at = self._where(int(worst), int(place))
+        return sheet_of({"S_direct": safety, **sums, **at, **self._against_norm(int(worst))})
 
     def _flat(self, b: int) -> Array:
         """``stress`` as (passes, places), Pa."""
         stress = self.stress(b)
         return stress.reshape(len(stress), -1)
 
-    def _where(self, b: int, place: int) -> list[Factor]:
+    def _where(self, b: int, place: int) -> dict[str, float]:
         """Position of a place on the tooth, and number of the tooth or planet."""
         shape = self.stress(b).shape[1:]
         tooth, *at = np.unravel_index(place, shape)
         if self.kind == "flank":
-            face, roll = (at[1] + 0.5) / shape[2], (at[0] + 0.5) / shape[1]
-            lines = [_line("s/g", roll, "", "place on the path, 0 at the planet's root")]
+            values = {"s/g": (at[0] + 0.5) / shape[1], "z/b": (at[1] + 0.5) / shape[2] - 0.5}
         else:
-            face, lines = at[0] / (shape[1] - 1), []
-        lines.append(_line("z/b", face - 0.5, "", "place along the face"))
+            values = {"z/b": at[0] / (shape[1] - 1) - 0.5}
         if self._stands:
-            lines.append(_line("φ", 360.0 * float(tooth) / shape[0], "deg", "azimuth of the tooth"))
+            values["φ"] = 360.0 * float(tooth) / shape[0]
         elif self._part == "planet":
-            lines.append(_line("planet", float(tooth) + 1.0, "", "number of the planet"))
-        return lines
+            values["planet"] = float(tooth) + 1.0
+        return values
 
-    def _against_norm(self, b: int) -> list[Factor]:
+    def _against_norm(self, b: int) -> dict[str, float]:
         """Largest stress over that of the standard in a bin, and the factors whose product it
         is."""
         state, stress = self.history[b].state, self.stress(b)
@@ -217,13 +210,9 @@ class DirectPath:
         largest, mean = float(stress[at]), value_of(state.factors, "Y_M", 1.0)
         ratio = largest * mean / state.stress
         causes = self._of_flank(b, at, ratio) if self.kind == "flank" else self._of_root(b, at)
-        return [
-            _line("σ_direct", largest / 1e6, "MPa", "largest stress"),
-            _line("σ_direct/σ", ratio, "", "over that of the norm, the product of what follows"),
-            *(_line(f"by {name}", value, "", CAUSE) for name, value in causes),
-        ]
+        return {"σ_direct": largest / 1e6, "σ_direct/σ": ratio, **causes}
 
-    def _of_flank(self, b: int, at: Sequence[np.intp], ratio: float) -> list[tuple[str, float]]:
+    def _of_flank(self, b: int, at: Sequence[np.intp], ratio: float) -> dict[str, float]:
         """Factor of curvature at the largest pressure against Z_B (Z_D) and Z_β; the remainder is
         that of load."""
         factors = self.history[b].state.factors
@@ -231,9 +220,9 @@ class DirectPath:
         radii = self.pair.relative_curvature / self.pair.relative_curvature_at(place)
         norm = math.prod(value_of(factors, symbol, 1.0) for symbol in ("Z_B", "Z_D", "Z_β"))
         form = math.sqrt(radii) / norm
-        return [("form", form), ("load distribution", ratio / form)]
+        return {"by form": form, "by load distribution": ratio / form}
 
-    def _of_root(self, b: int, at: Sequence[np.intp]) -> list[tuple[str, float]]:
+    def _of_root(self, b: int, at: Sequence[np.intp]) -> dict[str, float]:
         """Stress per load of a pair against Y_F/f_ε Y_S Y_β Y_DT; the load of a pair, that along
         the face, the bending of the body below the teeth and that of the other flank against K_γ
         K_Fα f_ε, K_Fβ, Y_B and Y_M. The first three of the pass on a body that stands still."""
@@ -258,17 +247,12 @@ class DirectPath:
             self.pair.geometry, self.pair.base_helix_angle, self.pair.rules.edition
         )
         largest, counted = (float(x[at]) / factor for x in (self._maps(b)[0], self.stress(b)))
-        return [
-            ("form", held.even / held.pair_load / (1e6 * norm["σ_F0"] / share / rim / normal)),
-            (
-                "sharing between pairs",
-                held.pair_load / (share * normal * norm["K_γ"] * norm["K_Fα"]),
-            ),
-            ("distribution along the face", held.held / held.even / norm["K_Fβ"]),
-            ("rim", largest / held.held / rim),
-            ("alternation", counted / largest * norm.get("Y_M", 1.0)),
-        ]
-
-
-def _line(symbol: str, value: float, unit: str, meaning: str) -> Factor:
-    return Factor(symbol, value, unit, meaning, BEYOND)
+        form = held.even / held.pair_load / (1e6 * norm["σ_F0"] / share / rim / normal)
+        sharing = held.pair_load / (share * normal * norm["K_γ"] * norm["K_Fα"])
+        return {
+            "by form": form,
+            "by sharing between pairs": sharing,
+            "by distribution along the face": held.held / held.even / norm["K_Fβ"],
+            "by rim": largest / held.held / rim,
+            "by alternation": counted / largest * norm.get("Y_M", 1.0),
+        }

@@ -45,6 +45,7 @@ UNKNOWN = {  # what to give where neither model nor norm tells a factor
     "K_v": f"K_v is not known: {OF_GEARS}, or rating.k_v",
     "K_Hα": f"K_Hα is not known: {OF_GEARS}, or rating.k_h_alpha and k_f_alpha",
 }
+EVEN = 1e-3  # of K_γ: planets that differ by less are loaded alike
 METHOD_B = "ISO 6336-1 method B"
 NO_TEETH = "base diameters or working angles stand in place of gears"
 OTHER = {"sun": "ring", "ring": "sun", "drive": "coast"}  # of the two faces of a tooth
@@ -66,11 +67,15 @@ class _Place(NamedTuple):
 
     @property
     def name(self) -> str:
-        """ "stage_1.planet flank to the sun", "stage_1.sun coast flank"."""
+        """ "stage_1.sun coast flank, left half"."""
+        return self.alike + (f", {self.side} half" if self.side else "")
+
+    @property
+    def alike(self) -> str:
+        """Of both halves: "stage_1.planet flank to the sun", "stage_1.sun coast flank"."""
         before = "coast " if self.face == "coast" else ""
         after = f" to the {self.face}" if self.face in ("sun", "ring") else ""
-        half = f", {self.side} half" if self.side else ""
-        return f"{self.stage}.{self.gear} {before}{self.kind}{after}{half}"
+        return f"{self.stage}.{self.gear} {before}{self.kind}{after}"
 
 
 History = dict[int, LoadedState]  # by number of the bin
@@ -114,7 +119,7 @@ def rate_gears(
                     missing.setdefault(str(group), factors)
                 else:
                     sheets[b] = factors
-                    states = _states(case, pair, load, group, bins[b], flow, factors, of_bin.drive)
+                    states = _states(case, pair, load, group, bins[b], flow, factors, of_bin)
                     for place, state in states.items():
                         histories[place][b] = state
             planets = tuple(0 if x is None else x.planet for x in computed)
@@ -134,10 +139,11 @@ def rate_gears(
 
 def _states(
     case: Case, pair: GearPair, load: PairLoad, group: GroupName, load_bin: LoadBin,
-    flow: PowerFlow, factors: Sheet, drive: bool,
+    flow: PowerFlow, factors: Sheet, computed: GroupLoads,
 ) -> dict[_Place, LoadedState]:  # fmt: skip
-    """Flanks and roots that a group of gear meshes loads in a bin; drive: see ``GroupLoads``."""
+    """Flanks and roots that a group of gear meshes loads in a bin."""
     view, states = case.view(group.stage), {}
+    alike = math.isnan(computed.k_h_beta) and computed.largest_share < 1.0 + EVEN
     rates = load_cycles(view, flow.stage(group.stage))
     rated = rate(pair, load, {symbol: line.value for symbol, line in factors.items()})
     for (part, kind), state in rated.items():
@@ -146,9 +152,10 @@ def _states(
         cycles = 3600.0 * load_bin.hours * rates[group.kind, part]
         stands = load_bin.hours > 0.0 and cycles == 0.0
         at = STATIC if load_bin.extreme or stands else cycles or ENDLESS
-        face = face if drive else OTHER[face]
+        face = face if computed.drive else OTHER[face]
         place = _Place(group.stage, group.side, view.part(part), face, kind)
-        states[place] = LoadedState(state, factors, cycles, at, group, part)
+        planet = 0 if alike else computed.planet
+        states[place] = LoadedState(state, factors, cycles, at, group, part, planet)
     return states
 
 
@@ -218,8 +225,10 @@ def _part(case: Case, place: _Place, history: History, bins: Sequence[LoadBin]) 
     load, cycles, safety, damage = (np.zeros(len(bins)) for _ in range(4))
     safety[:] = math.nan
     sheets: list[Sheet] = [{} for _ in bins]
+    stage, planets = case.stage(place.stage), [0] * len(bins)
+    of_planets = place.gear == "planet"
     for b, x in history.items():
-        load[b], cycles[b] = x.state.stress, x.cycles
+        load[b], cycles[b], planets[b] = x.state.stress, x.cycles, x.planet
         sheets[b], safety[b] = x.state.sheet(x.at), x.state.safety(x.at)
     states = [x.state for x in history.values()]
     missing = _missing(case, place, next((x.missing for x in states if x.missing), ""))
@@ -234,8 +243,9 @@ def _part(case: Case, place: _Place, history: History, bins: Sequence[LoadBin]) 
         total = float(damage.sum())
         life = sum(b.hours for b in bins) / total if total else math.inf
     return RatedPart(
-        name=place.name, stage=place.stage, kind=place.kind, load=load, cycles=cycles,
-        count=case.stage(place.stage).planets if place.gear == "planet" else 1,
+        name=place.name, alike=place.alike, stage=place.stage, kind=place.kind, side=place.side,
+        count=stage.planets if of_planets else 1, planets=tuple(planets) if of_planets else (),
+        load=load, cycles=cycles,
         safety=safety, damage=damage, life=life, whole_safety=whole,
         required=states[0].least_safety, missing=missing, factors=tuple(sheets),
         exponent=GROWTH[place.kind],

@@ -231,8 +231,10 @@ def _halved(value: Any) -> Any:
 
 
 def side_by_side(sides: Sequence[Side], section: str) -> list[dict[str, Any]]:
-    """Tables of a section: title and rows (label, a figure of each side, difference)."""
+    """Tables of a section: title, whether it is folded, and rows (label, a figure of each side,
+    difference)."""
     table_rows: dict[str, dict[str, list[Row | None]]] = {}
+    folded = {table.title for side in sides for table in side.tables if table.folded}
     for k, side in enumerate(sides):
         for table in side.tables:
             if table.section == section:
@@ -240,7 +242,11 @@ def side_by_side(sides: Sequence[Side], section: str) -> list[dict[str, Any]]:
                 for row in table.rows:
                     rows.setdefault(row.label, [None] * len(sides))[k] = row
     return [
-        {"title": title, "rows": [(label, *_cells(cells)) for label, cells in rows.items()]}
+        {
+            "title": title,
+            "folded": title in folded,
+            "rows": [(label, *_cells(cells)) for label, cells in rows.items()],
+        }
         for title, rows in table_rows.items()
     ]
 

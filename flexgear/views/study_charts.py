@@ -137,15 +137,19 @@ def damage_chart(data: xr.Dataset) -> Figure:
 
 @styled
 def safety_chart(data: xr.Dataset) -> Figure:
-    """Factor on all loads that each part would bear within its limits; 1 is the limit."""
-    reserve = data["load_reserve"].to_numpy()
+    """Factor on all loads that each part would bear within its limits, of equal ones the weakest; 1
+    is the limit."""
+    reserve, alike = data["load_reserve"].to_numpy(), data["part_alike"].to_numpy()
     finite = [k for k in np.argsort(reserve) if np.isfinite(reserve[k]) and reserve[k] > 0.0]
-    weakest = finite[:MOST_SHOWN]
+    of_equal: dict[str, int] = {}
+    for k in finite:
+        of_equal.setdefault(alike[k], k)
+    weakest = list(of_equal.values())[:MOST_SHOWN]
     if not weakest:
         return text_only("No part is assessed")
     figure, axes = panels(1, 1, height_mm=24 + 6.5 * len(weakest))
     ax, sizes = axes[0, 0], reserve[weakest]
-    names = [words(str(data["part"].to_numpy()[k])) for k in weakest]
+    names = [words(str(alike[k])) for k in weakest]
     colours = [DEFORMED_COLOUR if size < 1.0 else PLANET_COLOURS[0] for size in sizes]
     labelled_bars(ax, sizes.tolist(), names, [f"{size:.3g}" for size in sizes], colours)
     ax.set_xscale("log")

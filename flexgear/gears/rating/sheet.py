@@ -1,14 +1,17 @@
-"""Lines of a rating sheet: what each symbol of ISO 6336 means, its unit, and where it is from."""
+"""Lines of a rating sheet: what each symbol means, its unit, and where it is from."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 LOADS, FLANK, ROOT, STEEL, KEY = (
     "ISO 6336-1", "ISO 6336-2", "ISO 6336-3", "ISO 6336-5", "[rating]",
 )  # fmt: skip
+COMPUTED, BEYOND = "computed, equilibria", "beyond ISO 6336"
+BASIC, ROWS, REV = "ISO 281", "ISO/TS 16281", "10⁶ rev"
+CAUSE = "direct path over norm"  # meaning of a line of the direct path that splits the difference
 SYMBOLS = {  # unit, meaning, source
     "F_t": ("N", "force at the reference circle", LOADS),
     "v": ("m/s", "speed of the pitch line", LOADS),
@@ -56,6 +59,36 @@ SYMBOLS = {  # unit, meaning, source
     "Y_NT": ("", "life factor", ROOT),
     "σ_FP": ("MPa", "permissible stress", ROOT),
     "S_F": ("", "safety", ROOT),
+    "S_direct": ("", "safety at the worst place", BEYOND),
+    "D_direct": ("", "Miner's sum at the worst place", BEYOND),
+    "L_direct": ("h", "until that is one", BEYOND),
+    "s/g": ("", "place on the path, 0 at the planet's root", BEYOND),
+    "z/b": ("", "place along the face", BEYOND),
+    "φ": ("deg", "azimuth of the tooth", BEYOND),
+    "planet": ("", "number of the planet", BEYOND),
+    "σ_direct": ("MPa", "largest stress", BEYOND),
+    "σ_direct/σ": ("", "over that of the norm, the product of what follows", BEYOND),
+    "by form": ("", CAUSE, BEYOND),
+    "by load distribution": ("", CAUSE, BEYOND),
+    "by sharing between pairs": ("", CAUSE, BEYOND),
+    "by distribution along the face": ("", CAUSE, BEYOND),
+    "by rim": ("", CAUSE, BEYOND),
+    "by alternation": ("", CAUSE, BEYOND),
+    "F_r": ("N", "constant radial load of the same damage", COMPUTED),
+    "F_a": ("N", "mean axial load", COMPUTED),
+    "M": ("N m", "mean moment", COMPUTED),
+    "F_r,max": ("N", "largest radial load", COMPUTED),
+    "C": ("N", "dynamic rating of one bearing", "key dynamic_rating"),
+    "C_0": ("N", "static rating of one bearing", "key static_rating"),
+    "L_10": (REV, "basic life, radial load alone", BASIC),
+    "κ": ("", "viscosity ratio", BASIC),
+    "e_C": ("", "contamination factor", BASIC),
+    "F": ("N", "radial load of all rows", ROWS),
+    "ψ": ("mrad", "tilt of all rows", ROWS),
+    "p": ("MPa", "largest pressure of all rows", ROWS),
+    "L_10r": (REV, "life of all rows", ROWS),
+    "L_nmr": (REV, "modified life of all rows", ROWS),
+    "S_0": ("", "static safety", "ISO 76"),
 }
 
 
@@ -73,19 +106,22 @@ class Factor:
 Sheet = Mapping[str, Factor]  # lines by symbol, in order
 
 
-def factor(symbol: str, value: float, source: str = "") -> Factor:
-    """A line of ``SYMBOLS``; source: in place of the one there."""
+def factor(symbol: str, value: float, source: str = "", row: int = 0) -> Factor:
+    """A line of ``SYMBOLS``. source: in place of the one there; row: of a bearing, from 1, in place
+    of all: "F_1", "L_10r,1"."""
     unit, meaning, usual = SYMBOLS[symbol]
+    if row:
+        meaning = meaning.replace("all rows", f"row {row}")
+        symbol = f"{symbol}{',' if '_' in symbol else '_'}{row}"
     return Factor(symbol, float(value), unit, meaning, source or usual)
 
 
-def sheet_of(values: Mapping[str, float]) -> dict[str, Factor]:
-    """Lines of ``SYMBOLS``."""
-    return {symbol: factor(symbol, value) for symbol, value in values.items()}
-
-
-def sheet(lines: Iterable[Factor]) -> dict[str, Factor]:
-    """Lines by their symbols."""
+def sheet_of(
+    values: Mapping[str, float | None], source: str = "", row: int = 0
+) -> dict[str, Factor]:
+    """Lines of ``SYMBOLS`` by symbol, but of those that are not known; source, row: as of
+    ``factor``."""
+    lines = [factor(s, value, source, row) for s, value in values.items() if value is not None]
     return {line.symbol: line for line in lines}
 
 

@@ -75,11 +75,12 @@ class Row:
 
 @dataclass(frozen=True)
 class Table:
-    """Rows below one title in a section."""
+    """Rows below one title in a section; folded: until a reader opens it."""
 
     section: str
     title: str
     rows: Sequence[Row]
+    folded: bool = False
 
 
 @dataclass(frozen=True)

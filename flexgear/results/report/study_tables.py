@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-from flexgear.gears.rating.sheet import Sheet
+from flexgear.gears.rating.sheet import CAUSE, Sheet
 from flexgear.model.names import GroupName
 from flexgear.model.units import RPM
-from flexgear.results.rating import CAUSE, LIMITS, RatedPart, Rating
+from flexgear.results.rating import LIMITS, RatedPart, Rating
 from flexgear.results.report.parts import Level, Row, Table, Verdict
 from flexgear.results.report.wording import (
     FACTOR,
@@ -27,6 +27,7 @@ from flexgear.results.tolerance_dataset import SPREADS
 RATING, GEARS, SPECTRUM = "rating", "rating_gears", "spectrum"
 MOST_BINS = 60  # of a spectrum that are listed
 LEAST = 1e-6  # damage below which no digits are printed
+EVEN = 1e-3  # of the load: equal parts that differ by less are loaded alike
 DIRECT = "direct path: computed stress at every place of the teeth, beyond ISO 6336"
 PLACES = ("s/g", "z/b", "φ", "planet")  # of a tooth, and which
 SYMBOLS = {"flank": "S_H", "root": "S_F", "bearing": "load factor"}
@@ -34,10 +35,11 @@ SYMBOLS = {"flank": "S_H", "root": "S_F", "bearing": "load factor"}
 
 def rating_verdicts(rating: Rating) -> list[Verdict]:
     """The weakest flank, root and bearing of every stage, and what is not assessed."""
-    verdicts = []
+    verdicts, equal = [], rating.equal
     for part in rating.weakest.values():
         subject = titled_by_stage(LIMITS[part.kind], part.stage)
-        sentence = f"{words(part.name)}: {_sentence(rating, part)}"
+        beside = _equal(rating, equal[part.alike])
+        sentence = f"{words(part.alike)}: {beside}{_sentence(rating, part)}"
         verdicts.append(Verdict(_level(part), subject, _figure(part), sentence, RATING))
     if rating.reliability is not None:
         figure = with_unit(rating.reliability, "share")
@@ -89,6 +91,23 @@ def _figure(part: RatedPart) -> str:
     return f"{SYMBOLS[part.kind]} {number(part.least_safety, 3)} of {number(part.required)}"
 
 
+def _equal(rating: Rating, parts: Sequence[RatedPart]) -> str:
+    """ "5 planets, worst is planet 3; ", of equal parts, the weakest first; "" of one that has no
+    equal."""
+    weakest, texts = parts[0], list[str]()
+    b = weakest.worst_bin if weakest.governing_bin is None else weakest.governing_bin
+    even = all(math.isclose(part.load[b], weakest.load[b], rel_tol=EVEN) for part in parts)
+    if len({part.side for part in parts}) > 1:
+        texts.append("2 halves alike; " if even else f"2 halves, worst is the {weakest.side} one; ")
+    planets = rating.case.stage(weakest.stage).planets
+    if weakest.planets and planets > 1:
+        planet = 0 if even and weakest.kind == "bearing" else weakest.planets[b]
+        texts.append(
+            f"{planets} planets" + (f", worst is planet {planet}; " if planet else " alike; ")
+        )
+    return "".join(texts)
+
+
 def _sentence(rating: Rating, part: RatedPart) -> str:
     """Where the least safety is from, damage, and which load case makes most of it."""
     worst, at, total = rating.bins[part.worst_bin].name, part.governing_bin, part.damage_sum
@@ -115,21 +134,32 @@ def rating_tables(rating: Rating, parts: bool = True) -> list[Table]:
     """Tables of a rating; parts: with every factor of every part, too."""
     listed = [
         Row(
-            words(p.name),
-            f"{_figure(p)}, load reserve {number(p.reserve, 3)}; {_sentence(rating, p)}",
+            words(name),
+            f"{_figure(p[0])}, load reserve {number(p[0].reserve, 3)}; "
+            f"{_equal(rating, p)}{_sentence(rating, p[0])}",
         )
-        for p in rating.ranked
+        for name, p in rating.equal.items()
+        if not p[0].missing
     ]
     missing = [Row(_words(rating, name), why) for name, why in rating.not_assessed.items()]
     every = [
         Table(RATING, "weakest part first, with the factor on all loads within its limits", listed),
-        Table(RATING, DIRECT, [_direct(p) for p in rating.ranked if p.direct]),
+        *(_one_by_one(rating) if parts else ()),
+        Table(RATING, DIRECT, [_direct(p[0]) for p in rating.equal.values() if p[0].direct]),
         Table(RATING, "not assessed", missing),
         Table(SPECTRUM, "load bins", list(_bins(rating))),
         *_gear_meshes(rating),
         *(_parts(rating) if parts else ()),
     ]
     return [table for table in every if table.rows]
+
+
+def _one_by_one(rating: Rating) -> Iterator[Table]:
+    """Equal parts, folded: one by one."""
+    for name, parts in rating.equal.items():
+        if len(parts) > 1 and not parts[0].missing:
+            rows = [Row(words(p.name), f"{_figure(p)}; {_sentence(rating, p)}") for p in parts]
+            yield Table(RATING, f"{words(name)}, one by one", rows, folded=True)
 
 
 def _direct(part: RatedPart) -> Row:
@@ -169,13 +199,15 @@ def _gear_meshes(rating: Rating) -> Iterator[Table]:
 
 
 def _parts(rating: Rating) -> Iterator[Table]:
-    """Every factor of every part, in the bin that damages it most."""
+    """Every factor of every part, in the bin that damages it most; of equal ones all but the
+    weakest are folded."""
+    equal = rating.equal
     for part in rating.parts:
-        b = part.worst_bin
+        b, folded = part.worst_bin, part is not equal[part.alike][0]
         title = f"{words(part.name)} in {rating.bins[b].name}"
         section = "bearings" if part.kind == "bearing" else GEARS
-        yield Table(section, title, _rows(part.factors[b]))
-        yield Table(section, f"{words(part.name)}, direct path", _rows(part.direct))
+        yield Table(section, title, _rows(part.factors[b]), folded)
+        yield Table(section, f"{words(part.name)}, direct path", _rows(part.direct), folded)
 
 
 def _rows(sheet: Sheet) -> list[Row]:
