@@ -186,6 +186,7 @@ RATING = (
     "rating.json",
     "rating.nc",
     "rating.csv",
+    "rating.rexs",
     "report.html",
     "reserves.png",
     "damage.png",

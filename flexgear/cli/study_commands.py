@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 from dataclasses import replace
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -14,11 +15,13 @@ from typer import Option
 from flexgear.cli import options
 from flexgear.cli.display import resumable, show, show_table, show_verdicts, warn
 from flexgear.cli.study import Study
-from flexgear.files.atomic import write_json
+from flexgear.files.atomic import write_bytes, write_json
+from flexgear.files.rexs.from_case import model_of_case
 from flexgear.model.case import Case
 from flexgear.results.dataset_file import write_netcdf
 from flexgear.results.origin import origin_of_case
-from flexgear.results.rating import COLUMNS, Rating, rating_rows, rating_summary
+from flexgear.results.rating import Rating
+from flexgear.results.rating_files import COLUMNS, rating_rows, rating_summary, rexs_results
 from flexgear.results.report.study_tables import (
     TOLERANCE,
     in_words,
@@ -30,6 +33,7 @@ from flexgear.results.report.study_tables import (
 )
 from flexgear.results.report.wording import number, words
 from flexgear.results.tolerance_dataset import tolerance_summary
+from flexgear.results.version import version
 from flexgear.studies import rating as ratings
 from flexgear.studies import tolerance as tolerances
 from flexgear.views.report import saved_picture, write_study
@@ -58,13 +62,17 @@ def rate(study: Study) -> None:
 
 
 def save_rating(rating: Rating, folder: Path, pictures: bool = True) -> None:
-    """Figures, dataset, table and, with pictures, the page of a rating into a folder."""
+    """Figures, dataset, table, REXS model and, with pictures, the page of a rating into a
+    folder."""
     write_json(folder / "rating.json", rating_summary(rating))
     write_netcdf(rating.dataset(), folder / "rating.nc")
     with open(folder / "rating.csv", "w", encoding="utf-8", newline="") as file:
         rows = csv.writer(file)
         rows.writerow(COLUMNS)
         rows.writerows(rating_rows(rating))
+    model = model_of_case(rating.case, rexs_results(rating))
+    date = datetime.now(UTC).isoformat(timespec="seconds")
+    write_bytes(folder / "rating.rexs", model.xml("flexgear", version(), date))
     if pictures:
         verdicts = [replace(v, sentence=spelled(v.sentence)) for v in rating_verdicts(rating)]
         tables = list(map(in_words, rating_tables(rating)))

@@ -9,7 +9,7 @@ with its power.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal, NamedTuple
 
@@ -20,11 +20,10 @@ from flexgear.arrays import Array
 from flexgear.gears.load_bins import LoadBin
 from flexgear.gears.rating.sheet import Sheet, value_of
 from flexgear.model.case import Case
+from flexgear.model.names import GroupName
 from flexgear.results.dataset_file import provenance
-from flexgear.results.quantities import Quantity, number
-from flexgear.results.version import version
+from flexgear.results.quantities import Quantity
 
-SCHEMA = 1  # of the summary
 NEVER = {  # what no rating here says anything of
     "micropitting": "ISO/TS 6336-22 is not computed",
     "scuffing": "ISO/TS 6336-20 and -21 are not computed",
@@ -45,32 +44,36 @@ LIMITS: dict[Kind, str] = {
 class GearMeshRating:
     """Load factors of a group of gear meshes, e.g. "stage_1 sun", by bin. factors: none without
     load; planet: from 1, that they are of (0: none); largest_k_gamma: that the model gives any
-    planet at any time, NaN without load."""
+    planet at any time, NaN without load; safety: (B,) in each bin alone of flank and root of both
+    gears, "planet" and "sun" or "ring", NaN where there is none."""
 
-    name: str
+    name: GroupName
     factors: tuple[Sheet, ...]
     planet: tuple[int, ...]
     largest_k_gamma: tuple[float, ...]
+    safety: Mapping[tuple[str, Kind], Array]
 
 
 @dataclass(frozen=True)
 class RatedPart:
     """A flank, root or bearing over the bins (B,).
 
-    name: "stage_1.sun flank"; alike: name of all that are equal to it, "stage_1.planet_bearings";
-    count: so many equal ones are rated by it; planets: by bin the planet from 1 that it is of, 0
-    where all are loaded alike, of no length where it is of none; side: "left" or "right" half that
-    it is of, if gears have two; load: stress Pa, of a bearing
+    name: "stage_1.sun flank"; alike: name of all that are equal to it,
+    "stage_1.planet_bearings"; count: so many equal ones are rated by it; planets: by bin the
+    planet from 1 that it is of, 0 where all are loaded alike, of no length where it is of none;
+    side: "left" or "right" half that it is of, if gears have two; load: stress Pa, of a bearing
     its equivalent load N, 0 where it is not loaded; cycles: of load, of a bearing revolutions;
-    safety: in the bin alone, of a bearing static, NaN where there is none; damage: NaN where it is
-    not assessed; life: h, until the sum of damage is one, inf without damage; whole_safety: factor
-    on the stress (of a bearing on the load) at which the spectrum just lasts as long as the bins
-    say; required: least safety, of a bearing life in h, NaN where none is stated; missing: why
-    there is no figure; estimates: rules by the keys that they estimate, so that there is no
-    verdict; factors: by bin; exponent: of the load with which stress, of a bearing damage grows;
-    rolling: "roller" or "ball" of a bearing; direct: figures of computed stresses at places of the
-    teeth, beyond the norm, where they are known; of_teeth: safety (z,) by them of the teeth of a
-    ring that stands, from 0 to 2π.
+    safety: in the bin alone, of a bearing static, NaN where there is none; damage: NaN where it
+    is not assessed; life: h, until the sum of damage is one, inf without damage; whole_safety:
+    factor on the stress (of a bearing on the load) at which the spectrum just lasts as long as
+    the bins say; required: least safety, of a bearing life in h, NaN where none is stated;
+    missing: why there is no figure; estimates: rules by the keys that they estimate, so that
+    there is no verdict; factors: by bin; cause: largest load factor in the worst bin, "K_Hβ
+    1.32"; of_rows: damage (R,) of each row of a bearing, from −z to +z, of no length where rows
+    are not rated; exponent: of the load with which stress, of a bearing damage grows; rolling:
+    "roller" or "ball" of a bearing; direct: figures of computed stresses at places of the
+    teeth, beyond the norm, where they are known; of_teeth: safety (z,) by them of the teeth of
+    a ring that stands, from 0 to 2π.
     """
 
     name: str
@@ -92,6 +95,8 @@ class RatedPart:
     rolling: str = ""
     planets: tuple[int, ...] = ()
     side: str = ""
+    cause: str = ""
+    of_rows: Array = field(default_factory=lambda: np.zeros(0))
     direct: Sheet = field(default_factory=dict)
     of_teeth: Array = field(default_factory=lambda: np.zeros(0))
 
@@ -322,83 +327,3 @@ def rating_dataset(rating: Rating) -> xr.Dataset:
         parameters=case.to_dict(), closure_max=rating.closure,
     )  # fmt: skip
     return xr.Dataset(variables, coords, attrs)
-
-
-COLUMNS = ("of", "bin", "quantity", "value", "unit", "source")
-ALL = "all"  # bins together, in the column of bins
-
-
-def rating_rows(rating: Rating) -> Iterator[tuple[str, str, str, float | str, str, str]]:
-    """Rows of ``rating.csv``: one for each part or group of gear meshes, bin and quantity."""
-    bins = [b.name for b in rating.bins]
-    for part in rating.parts:
-        if part.missing:
-            yield part.name, ALL, "not assessed", part.missing, "", ""
-        for name, (quantity, of) in PARTS.items():
-            values = np.atleast_1d(of(part)).tolist()
-            for b, value in zip(bins if "bin" in quantity.dims else [ALL], values, strict=True):
-                if not math.isnan(value):
-                    yield part.name, b, name, value, quantity.units, "computed"
-    sheets = [(part.name, ALL, part.direct) for part in rating.parts]
-    of_bins = [(x.name, x.factors) for x in rating.gear_meshes]
-    for owner, factors in (*of_bins, *((x.name, x.factors) for x in rating.parts)):
-        sheets += [(owner, b, sheet) for b, sheet in zip(bins, factors, strict=True)]
-    for name, b, sheet in sheets:
-        for f in sheet.values():
-            yield name, b, f.symbol, f.value, f.unit, f.source
-
-
-def rating_summary(rating: Rating) -> dict[str, Any]:
-    """Figures for programs; None where there is no number, or no end of a life."""
-    bins = {
-        b.name: {"hours": b.hours, "extreme": b.extreme, "torque_nm": dict(b.torque),
-                 "source": b.source}
-        for b in rating.bins
-    }  # fmt: skip
-    return {
-        "case": rating.case.name,
-        "result": "rating",
-        "schema_version": SCHEMA,
-        "version": version(),
-        "content_hash": rating.case.content_hash(),
-        "variant": rating.variant,
-        "hours": rating.hours,
-        "positions": dict(rating.positions),
-        "equilibrium_closure_max": rating.closure,
-        "reliability": rating.reliability,
-        "bins": bins,
-        "weakest": [p.name for p in rating.ranked],
-        "load_factors": {g.name: _load_factors(g, list(bins)) for g in rating.gear_meshes},
-        "parts": {p.name: _part_summary(p, list(bins)) for p in rating.parts},
-        "not_assessed": dict(rating.not_assessed),
-    }
-
-
-def _load_factors(gear_mesh: GearMeshRating, bins: Sequence[str]) -> dict[str, Any]:
-    of_bins = zip(bins, gear_mesh.factors, gear_mesh.planet, gear_mesh.largest_k_gamma, strict=True)
-    return {
-        name: {s: f.value for s, f in factors.items()}
-        | {"planet": planet, "largest_k_gamma": largest}
-        for name, factors, planet, largest in of_bins
-        if factors
-    }
-
-
-def _part_summary(part: RatedPart, bins: Sequence[str]) -> dict[str, Any]:
-    """By the names of ``PARTS`` and their units."""
-    figures: dict[str, Any] = {"kind": part.kind, "stage": part.stage, "count": part.count}
-    if part.missing:
-        return figures | {"not_assessed": part.missing}
-    for name, (quantity, of) in PARTS.items():
-        key = name if quantity.units == "1" else f"{name}_{quantity.units.lower()}"
-        values = of(part)
-        by_bin = "bin" in quantity.dims
-        figures[key] = (
-            dict(zip(bins, map(number, values), strict=True)) if by_bin else number(values)
-        )
-    return figures | {
-        "within_limits": part.holds,
-        "estimates": [f"{key} {rule}" for key, rule in part.estimates.items()],
-        "direct_path": {s: number(f.value) for s, f in part.direct.items()},
-        "worst_bin": bins[part.worst_bin],
-    }

@@ -104,6 +104,7 @@ def rate(
             **missing,
             **open_parts,
             **({} if any(b.hours for b in bins) else {"damage and life": NO_SPECTRUM}),
+            **_yield_unknown(bins, parts),
             **_unrated_supports(case),
             **({"faults": NOT_ASSESSED} if case.faults else {}),
             **NEVER,
@@ -145,6 +146,19 @@ def bins_of(case: Case, progress: Progress = silent) -> tuple[LoadBin, ...]:
     flow = power_flow(case)
     torque = {port.member: flow.torque[port.member] for port in case.ports}
     return (LoadBin("rated load", 0.0, torque, dict(flow.speed), case.loads, source=case.source),)
+
+
+def _yield_unknown(bins: Sequence[LoadBin], parts: Sequence[RatedPart]) -> dict[str, str]:
+    """Remark on roots under extreme loads of whose gears no yield strength is stated."""
+    roots = [
+        p.factors[b]
+        for b, x in enumerate(bins)
+        if x.extreme
+        for p in parts
+        if "S_F" in p.factors[b]
+    ]
+    unknown = any("S_0.2" not in sheet for sheet in roots)
+    return {"yield of roots": "rating.yield_strength_mpa of gears is missing"} if unknown else {}
 
 
 def _unrated_supports(case: Case) -> dict[str, str]:

@@ -164,6 +164,10 @@ def _part(
     damage[:] = damage if hours and not missing else math.nan
     total = float(damage.sum())
     lasts = math.inf if total == 0.0 else 1.0 / total
+    of_rows = np.zeros(0)
+    if not missing and hours and isinstance(place.rows, RollingBearing):
+        lives = [[_row_life(x.factors, k + 1) for k in range(len(place.rows.rows))] for x in states]
+        of_rows = cycles @ (1.0 / np.array(lives))
     required = hours or math.nan
     if section.required_life is not None:
         required = section.required_life / HOUR
@@ -176,7 +180,7 @@ def _part(
         life=math.nan if math.isnan(total) else hours * lasts,
         whole_safety=lasts ** (1.0 / exponent), required=required, missing=missing,
         estimates={key: rule for x in states for key, rule in x.estimates.items()},
-        factors=tuple(x.factors for x in states), exponent=exponent,
+        factors=tuple(x.factors for x in states), exponent=exponent, of_rows=of_rows,
     )  # fmt: skip
 
 
@@ -260,6 +264,12 @@ def _lives(rated: RowRating | BearingRating) -> dict[str, float | None]:
         "L_10r": rated.basic_life / 1e6,
         "L_nmr": None if modified is None else modified / 1e6,
     }
+
+
+def _row_life(factors: Sheet, row: int) -> float:
+    """Of a row, from 1, revolutions: modified where it is known; ∞ without load."""
+    basic = value_of(factors, f"L_10r,{row}", math.inf)
+    return 1e6 * value_of(factors, f"L_nmr,{row}", basic)
 
 
 def _lubrication(case: Case, bearing: RollingBearing, speed: float) -> Lubrication | None:

@@ -17,10 +17,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from flexgear.arrays import Array
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.load_bins import LoadBin
 from flexgear.gears.power_flow import PowerFlow
-from flexgear.gears.rating.capacity import Limit, rate
+from flexgear.gears.rating.capacity import LOAD_FACTORS, Limit, rate
 from flexgear.gears.rating.damage import Spectrum
 from flexgear.gears.rating.load_factors import (
     dynamic_factor,
@@ -28,11 +29,11 @@ from flexgear.gears.rating.load_factors import (
     transverse_factors,
 )
 from flexgear.gears.rating.pair import GearPair, PairLoad, gear_pair, load_cycles, pair_load
-from flexgear.gears.rating.sheet import Factor, Sheet, factor
+from flexgear.gears.rating.sheet import Factor, Sheet, factor, value_of
 from flexgear.model.case import Case
 from flexgear.model.names import GroupName
 from flexgear.results.load_sharing import ROUNDING
-from flexgear.results.rating import GearMeshRating, RatedPart
+from flexgear.results.rating import GearMeshRating, Kind, RatedPart
 from flexgear.solve.bin_loads import BinLoads, GroupLoads, SpectrumTrain
 from flexgear.studies.rating_direct import LoadedState, direct_path
 
@@ -110,6 +111,7 @@ def rate_gears(
         for group in (GroupName.of(stage, role, side) for side in pair.stage.sides):
             computed = [load.groups.get(group) for load in loads]
             sheets: list[Sheet] = [{} for _ in bins]
+            safety: dict[tuple[str, Kind], Array] = {}
             for b, (flow, of_bin) in enumerate(zip(flows, computed, strict=True)):
                 if of_bin is None:
                     continue
@@ -122,9 +124,13 @@ def rate_gears(
                     states = _states(case, pair, load, group, bins[b], flow, factors, of_bin)
                     for place, state in states.items():
                         histories[place][b] = state
+                        of_part = safety.setdefault(
+                            (state.part, place.kind), np.full(len(bins), math.nan)
+                        )
+                        of_part[b] = state.state.safety(state.at)
             planets = tuple(0 if x is None else x.planet for x in computed)
             largest = tuple(math.nan if x is None else x.largest_share for x in computed)
-            groups.append(GearMeshRating(group, tuple(sheets), planets, largest))
+            groups.append(GearMeshRating(group, tuple(sheets), planets, largest, safety))
             missing |= _uneven(group, bins, flows, loads)
     parts = []
     for place, history in histories.items():
@@ -183,6 +189,7 @@ def load_factors(
     rules, lines = case.rating, dict[str, Factor]()
     forced = rules.forced(group.stage, group.kind)
     of_planet = f"computed, planet {computed.planet}" if pair.stage.planets > 1 else "computed"
+    of_planet += f", gear-mesh cycle {computed.cycle + 1}"
     of_planet += f", deviations {computed.deviated}" if computed.deviated else ""
 
     def take(symbol: str, *sources: tuple[str, float], least: float = 0.0) -> bool:
@@ -209,8 +216,9 @@ def load_factors(
     if not take("K_Hβ", (of_planet, computed.k_h_beta), least=least):
         return UNKNOWN["K_Hβ"]
     by_rule = (f"{METHOD_B}, N = {resonance:.3g}", k_v)
-    least = rules.least("dynamic_factor")
-    if not take("K_v", ("computed, motion of the train", computed.k_v), by_rule, least=least):
+    beside = f"; {METHOD_B}: {k_v:.4g}" if math.isfinite(k_v) else ""
+    of_train = (f"computed, motion of the train{beside}", computed.k_v)
+    if not take("K_v", of_train, by_rule, least=rules.least("dynamic_factor")):
         return UNKNOWN["K_v"]
     take("K_Fβ", ("ISO 6336-1, from K_Hβ", root_face_factor(pair, lines["K_Hβ"].value)))
     norm = transverse_factors(pair, load, product())
@@ -242,7 +250,7 @@ def _part(case: Case, place: _Place, history: History, bins: Sequence[LoadBin]) 
         damage[lasting], whole = spectrum.damages(), float(spectrum.safety)
         total = float(damage.sum())
         life = sum(b.hours for b in bins) / total if total else math.inf
-    return RatedPart(
+    part = RatedPart(
         name=place.name, alike=place.alike, stage=place.stage, kind=place.kind, side=place.side,
         count=stage.planets if of_planets else 1, planets=tuple(planets) if of_planets else (),
         load=load, cycles=cycles,
@@ -250,6 +258,15 @@ def _part(case: Case, place: _Place, history: History, bins: Sequence[LoadBin]) 
         required=states[0].least_safety, missing=missing, factors=tuple(sheets),
         exponent=GROWTH[place.kind],
     )  # fmt: skip
+    most = history.get(part.worst_bin)
+    return part if most is None else replace(part, cause=_largest_factor(most, place.kind))
+
+
+def _largest_factor(loaded: LoadedState, kind: Limit) -> str:
+    """ "K_Hβ 1.32": of the load factors; "" where none is above one."""
+    values = [(value_of(loaded.factors, symbol, 1.0), symbol) for symbol in LOAD_FACTORS[kind]]
+    largest, symbol = max(values)
+    return f"{symbol} {largest:.3g}" if largest > 1.0 + EVEN else ""
 
 
 def _missing(case: Case, place: _Place, key: str) -> str:

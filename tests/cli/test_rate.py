@@ -2,6 +2,7 @@
 
 import csv
 import json
+import xml.etree.ElementTree as ET
 
 import pytest
 from report_pages import require_sound
@@ -52,6 +53,16 @@ def test_screen_files_and_page(flexgear, tmp_path):
         if (r["of"], r["bin"]) == ("stage_1.sun flank", "extreme torque")
     }
     assert {"stress", "bin_safety", "load_cycles", "Z_H", "σ_H"} <= of_bin
+    model = ET.parse(out / "rating.rexs").getroot()
+    pitting = {
+        float(attribute.text)
+        for attribute in model.find("load_spectrum").iter("attribute")
+        if attribute.get("id") == "safety_factor_pitting_iso_6336_2019"
+    }
+    safeties = {
+        float(r["value"]) for r in rows if r["quantity"] == "bin_safety" and "flank" in r["of"]
+    }
+    assert pitting == safeties and len(model.find("load_spectrum")) == 15
     # an earlier rating of the case gives way, that of another does not
     flexgear.out("rate", "nrel-5mw", *FEW, "--out", out, "-q", "--no-pictures")
     assert "holds a rating of nrel-5mw" in flexgear.refused("rate", "lin-parker", "--out", out)

@@ -117,6 +117,7 @@ def test_place_size_and_entries(flexgear, place):
             "influences of loaded teeth": {"entries": 0, "size_bytes": 0},
             "interrupted sweeps": {"entries": 1, "size_bytes": 1000},
             "interrupted tolerance studies": {"entries": 0, "size_bytes": 0},
+            "interrupted ratings": {"entries": 0, "size_bytes": 0},
             "compiled loops": {"entries": 0, "size_bytes": 0},
         },
     }  # fmt: skip

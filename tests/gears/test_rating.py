@@ -74,6 +74,16 @@ def test_rims_count_where_no_fe_body_has_them(tmp_path):
     assert pair.gears["planet"].rim_factor == 1.0  # of 2.4 tooth heights
 
 
+def test_fillets_yield_under_static_loads_alone(rated):
+    """σ_0.2 over σ_F of the gear that states it, up to the knee of its life curve."""
+    states = rate(*rated, {"K_A": 2.0})
+    root = states["planet", "root"]
+    assert root.sheet(1e4)["S_0.2"].value == pytest.approx(700 / value(root, "σ_F"))
+    assert "S_0.2" not in root.sheet(1.1e4)
+    assert "S_0.2" not in states["sun", "root"].sheet(1.0)
+    assert "S_0.2" not in states["planet", "flank"].sheet(1.0)
+
+
 @pytest.mark.parametrize("limit", [0.85, 1.15, 1.5])
 def test_dynamic_factor_goes_over_between_its_ranges_without_a_step(rated, limit):
     """At main resonance, the intermediate range and the supercritical one; 1 of perfect gears at

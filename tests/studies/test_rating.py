@@ -11,7 +11,8 @@ from flexgear.model.bearings import RollingElements
 from flexgear.model.errors import FlexgearError, InputError
 from flexgear.model.load import load_case
 from flexgear.model.load_cases import LoadCase
-from flexgear.results.rating import rating_rows, rating_summary
+from flexgear.results.rating_files import rating_rows, rating_summary
+from flexgear.results.report.study_tables import rating_tables, rating_verdicts
 from flexgear.solve.bin_loads import loads_in_bin
 from flexgear.studies import rating as study
 from flexgear.studies.compare import lives
@@ -132,7 +133,7 @@ def test_what_is_missing_is_not_assessed_by_name():
     for name in ("micropitting", "scuffing", "shafts", "lubrication", "wear", "damage and life"):
         assert name in rating.not_assessed
     for name, key in (
-        ("planet_bearing_2", "planet_bearing"),
+        ("planet_bearings", "planet_bearing"),
         ("carrier_far", "carrier.bearing_far"),
     ):
         missing = rating.not_assessed[f"stage.{name}"]
@@ -196,6 +197,7 @@ def _dynamic(**changes):
     rating = rate(_train().with_(load_cases=_cases(("a", 1.0, 1.0)), **keys), workers=1)
     factors = {g.name: g.factors[0]["K_v"] for g in rating.gear_meshes}
     assert all(f.source.startswith("computed") for f in factors.values())
+    assert all("; ISO 6336-1 method B: 1." in f.source for f in factors.values())
     return {name: f.value for name, f in factors.items()}
 
 
@@ -238,6 +240,34 @@ def test_bearings_by_hand():
     assert planet.life == pytest.approx(5100 / sum(damage), rel=1e-9)
     assert planet.safety == pytest.approx([2 * 11e6 / force, 2 * 11e6 / force / 1.5], rel=1e-6)
     assert planet.required == 5100.0 and planet.worst_bin == 0
+
+
+def test_equal_parts_are_one_row_that_names_the_worst():
+    """Bearings of planets, alike and not; those that are not assessed, too."""
+    rating = _frozen(("a", 5000.0, 1.0))
+
+    def rows(parts):
+        changed = replace(rating, parts=tuple(parts))
+        tables = rating_tables(changed)
+        first = {row.label: row.value for row in tables[0].rows}
+        folded = [t for t in tables if t.folded and t.section == "rating"]
+        return first, {t.title: len(t.rows) for t in folded}, rating_verdicts(changed)
+
+    first, folded, _ = rows(rating.parts)
+    assert "3 planets alike" in first["stage 1 planet bearings"]
+    assert not any(label.startswith("stage 1 planet bearing ") for label in first)
+    assert folded["stage 1 planet bearings, one by one"] == 3
+    worse = {
+        "stage_1.planet_bearing_2": lambda p: replace(
+            p, load=1.2 * p.load, damage=2 * p.damage, life=p.life / 2
+        ),
+        "stage_1.planet root to the sun": lambda p: replace(p, planets=(3,)),
+    }
+    first, _, verdicts = rows(worse.get(p.name, lambda p: p)(p) for p in rating.parts)
+    assert "3 planets, worst is planet 2; " in first["stage 1 planet bearings"]
+    assert "3 planets, worst is planet 3; " in first["stage 1 planet root to the sun"]
+    bearings = next(v for v in verdicts if v.subject == "Bearing life, stage 1")
+    assert bearings.sentence.startswith("stage 1 planet bearings: 3 planets, worst is planet 2; ")
 
 
 def test_reliability_falls_with_time_and_is_of_all_parts():

@@ -9,7 +9,7 @@ import pytest
 from studies.gearbox_by_hand import K_A, RATED, SPEED, STAGES, VISCOSITY, ByHand, loads
 
 from flexgear.model.load import load_case
-from flexgear.results.rating import rating_rows
+from flexgear.results.rating_files import rating_rows
 from flexgear.studies.rating import rate
 
 RANDOM = np.random.default_rng(7)

@@ -9,7 +9,8 @@ from __future__ import annotations
 import cmath
 import math
 from collections import defaultdict
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -23,7 +24,7 @@ from flexgear.gears.radii import stage_radii
 from flexgear.model.case import Case
 from flexgear.model.member import LumpedInertia, MatedGear, PlanetGear
 from flexgear.model.modifications import FLANKS, FlankModifications
-from flexgear.model.names import MemberName
+from flexgear.model.names import GroupName, MemberName
 from flexgear.model.section import Section
 from flexgear.model.train import Input, Joint, MemberLoad, Output
 
@@ -86,8 +87,18 @@ def _lost(section: Section | None, before: str, *keys: str) -> list[str]:
     ]
 
 
-def model_of_case(case: Case) -> Outgoing:
-    """The REXS model of a case. InputError for a train without one answer for its speeds."""
+class BinResults(NamedTuple):
+    """Results of load bins beside speeds and torques, each attribute by bin (B,), not finite where
+    there is none. gears: by gear meshes of one half and gear; bearings: by that of a planet."""
+
+    bins: Sequence[LoadBin]
+    gears: Mapping[tuple[GroupName, str], Mapping[str, Array]]
+    bearings: Mapping[str, Mapping[str, Array]]
+
+
+def model_of_case(case: Case, rated: BinResults | None = None) -> Outgoing:
+    """The REXS model of a case, with its load cases, or with the bins of a rating and what they
+    made of gears and bearings. InputError for a train without one answer for its speeds."""
     model = Outgoing()
     unit = model.add(
         "gear_unit", case.title or case.name, **located((0.0, 0.0, 0.0)), **_gravity(case)
@@ -102,16 +113,29 @@ def model_of_case(case: Case) -> Outgoing:
     for member, speed in train.flow.speed.items() if case.ports else ():
         model.result(train.shafts[member], rotational_speed=speed)
     ports = {port.member: _add_port(train, port) for port in case.ports}
-    bins = bins_of_load_cases(case)
+    bins = bins_of_load_cases(case) if rated is None else rated.bins
     forces: dict[str, list[int]] = {}
     for load in filter(_is_written, case.loads):
         _add_forces(train, forces, load.member, load.first)
     for load in filter(_is_written, [load for load_bin in bins for load in load_bin.loads]):
         if load.member not in forces:
             _add_forces(train, forces, load.member, np.zeros(6))
-    for load_bin in bins:
+    for b, load_bin in enumerate(bins):
         _add_load_case(train, load_bin, ports, forces)
+        for number, attributes in _rated(train, rated) if rated else ():
+            sizes = {name: float(values[b]) for name, values in attributes.items()}
+            model.result(number, **{name: x for name, x in sizes.items() if math.isfinite(x)})
     return model
+
+
+def _rated(train: TrainOut, rated: BinResults) -> Iterator[tuple[int, Mapping[str, Array]]]:
+    """Components and their results by bin; bearings without ratings have no attributes for them."""
+    for key, attributes in rated.gears.items():
+        yield from ((number, attributes) for number in train.gear_data[key])
+    for name, attributes in rated.bearings.items():
+        for number in train.bearings[name]:
+            if train.model.components[number - 1][0] != "concept_bearing":
+                yield number, attributes
 
 
 def _gravity(case: Case) -> dict[str, Written | None]:

@@ -22,6 +22,7 @@ from flexgear.model.bearings import Springs
 from flexgear.model.case import Case
 from flexgear.model.member import PlanetBearing, Support
 from flexgear.model.modifications import FlankModifications
+from flexgear.model.names import GroupName, MemberName
 from flexgear.model.stage import Stage
 from flexgear.model.train import Joint
 
@@ -31,7 +32,8 @@ _DATUM, _ORIENTATION = -1, "negative"
 @dataclass
 class TrainOut:
     """A train that becomes a model. places: of members; unit, casing, material: ids of components;
-    shafts: their ids by member or planet."""
+    shafts: their ids by member or planet; gear_data: ids by gear meshes of one half and gear;
+    bearings: by planet's bearing."""
 
     case: Case
     flow: PowerFlow
@@ -41,6 +43,8 @@ class TrainOut:
     casing: int
     material: int
     shafts: dict[str, int] = field(default_factory=dict)
+    gear_data: dict[tuple[GroupName, str], list[int]] = field(default_factory=dict)
+    bearings: dict[str, list[int]] = field(default_factory=dict)
 
     def shaft(self, member: str, place: Place, whole: int) -> int:
         """Adds the shaft of a member (or a planet) to ``whole``, beginning at ``place``; its id."""
@@ -116,11 +120,13 @@ class StageOut:
             model.relate("planet_shaft", planetary_stage=number, shaft=shaft)
             model.relate("planet_pin", planetary_stage=number, shaft=pin)
             gears = self._gears("planet", shaft, planet, centre)
-            for _ in range(bearing.count):
+            self.train.bearings[MemberName.of(name, f"planet_bearing_{k + 1}")] = [
                 self._bearing(pin, shaft, f"{planet} bearing", bearing, centre, 1.0 / bearing.count)
+                for _ in range(bearing.count)
+            ]
             for role, mates in central.items():
-                for mate, gear in zip(mates, gears, strict=True):
-                    self._gear_mesh(number, role, (mate, gear), f"{name}.{role} – {planet}")
+                for pair in zip(mates, gears, stage.sides, strict=True):
+                    self._gear_mesh(number, role, pair, f"{name}.{role} – {planet}")
 
     def _parallel(self) -> None:
         gears = []
@@ -128,7 +134,7 @@ class StageOut:
             member = f"{self.stage.name}.{part}"
             place = self.train.places[member]
             gears.append(self._gears(role, self._shaft(member, place), member, place))
-        for pair in zip(*gears, strict=True):
+        for pair in zip(*gears, self.stage.sides, strict=True):
             self._gear_mesh(self.train.unit, "sun", pair, self.stage.name)
 
     def _middle(self, half: int) -> float:
@@ -178,8 +184,10 @@ class StageOut:
             numbers.append(number)
         return numbers
 
-    def _gear_mesh(self, whole: int, role: str, gears: tuple[int, int], name: str) -> None:
-        """Adds a cylindrical_stage of two gears, of this role and the planet's."""
+    def _gear_mesh(self, whole: int, role: str, pair: tuple[int, int, str], name: str) -> None:
+        """Adds a cylindrical_stage; pair: gears of this role and the planet's, and their half."""
+        *gears, side = pair
+        group = GroupName.of(self.stage.name, role, side)
         geometry = self.geometry.gear_meshes[role]
         number = self.model.part(
             whole,
@@ -201,6 +209,7 @@ class StageOut:
                 operating_pressure_angle_in_the_transverse_section=geometry.working_angle,
             )
             self.model.relate("stage_gear_data", stage=number, gear=gear, stage_gear_data=data)
+            self.train.gear_data.setdefault((group, of), []).append(data)
             if self.loaded:
                 part = self.view.part(of)
                 flank = self.words[part, role if part == "planet" else "drive"]
@@ -280,7 +289,7 @@ class StageOut:
 
     def _bearing(
         self, inner: int, outer: int, name: str, springs: Support, place: Place, share: float
-    ) -> None:
+    ) -> int:
         kind, clearance = "concept_bearing", "radial_clearance"
         rating: dict[str, Written | None] = {}
         if isinstance(springs, PlanetBearing) and springs.dynamic_rating is not None:
@@ -288,7 +297,7 @@ class StageOut:
             ball = springs.rolling == "ball"
             rating = table.written(springs, table.RATING)
             rating["bearing_type"] = f"radial_{'grooved_ball' if ball else 'roller'}_bearing"
-        self.model.side(
+        return self.model.side(
             kind, inner, outer, name, **located((place[0] + springs.z, *place[1:])),
             **springs_out(springs, share), **rating, **{clearance: 2 * springs.clearance or None},
         )  # fmt: skip

@@ -64,6 +64,7 @@ _UNITS: dict[str, tuple[str, float, float]] = {
     "kg/m^3": ("density", 1, 1),
     "kgm^2": ("inertia", 1, 1),
     "m/s^2": ("acceleration", 1, 1),
+    "MRev": ("revolutions", 1_000_000, 1),
 }
 
 # what is read or written here, by attribute; a file of any version may leave its units out
@@ -122,6 +123,9 @@ SCHEMA_UNITS: dict[str, str] = {
     "mass_of_component": "kg",
     **dict.fromkeys(("moment_of_inertia_u_axis", "moment_of_inertia_v_axis",
                      "moment_of_inertia_w_axis"), "kg m^2"),
+    **dict.fromkeys(("nominal_rating_life_rotations_iso_281_2007",
+                     "nominal_reference_rating_life_rotations_iso_16281_2008",
+                     "modified_reference_rating_life_rotations_iso_16281_2008"), "MRev"),
     "elastic_modulus": "MPa",
     "density": "kg / dm^3",
     "gravitational_acceleration": "m / s^2",

@@ -38,6 +38,7 @@ Load capacity of tooth roots (bending), ISO 6336-3 method B.
 
 Static stress has Y_RrelT = Y_X = 1, Y_δrelT = 0.44 Y_S + 0.12 (case- and induction-hardened)
 or 0.20 Y_S + 0.60 (nitrided). Source: ISO 6336-3:2006, clauses 5 and 9 to 15, annex B for Y_M.
+Beside it the fillet yields under a static load at σ_F = σ_0.2, where that is stated.
 
 What is not known leaves a ``LimitState`` without a curve, and its ``missing`` names the key.
 """
@@ -46,7 +47,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 from flexgear.gears.nominal_stress import contact_line_factor, flank_load_share, helix_factor
@@ -82,13 +83,14 @@ class LimitState:
     """Flank ("H") or root ("F") of one gear under one load. factors: all that do not depend on
     cycles, but for load factors; curve: σ_HG or σ_FG over cycles, Pa, None where ``missing`` names
     the key that it lacks, in the gear's section ``rating`` or "lubricant"; reference: σ_G with a
-    life factor of 1, Pa."""
+    life factor of 1, Pa; yield_strength: σ_0.2 of a root, Pa, where it is stated."""
 
     letter: str
     factors: Sheet
     curve: LifeCurve | None = None
     reference: float = math.nan
     missing: str = ""
+    yield_strength: float | None = None
 
     @property
     def stress(self) -> float:
@@ -107,7 +109,8 @@ class LimitState:
         return self.curve.stress_at(cycles) / self.stress if self.stress else math.inf
 
     def sheet(self, cycles: float) -> Sheet:
-        """``factors``, and N_L, Z_NT or Y_NT, permissible stress and safety."""
+        """``factors``, and N_L, Z_NT or Y_NT, permissible stress and safety; of a root under so few
+        cycles that the load is static that against yield, too."""
         if self.curve is None:
             return self.factors
         strength, letter = self.curve.stress_at(cycles), self.letter
@@ -117,6 +120,9 @@ class LimitState:
             f"σ_{letter}P": strength / self.least_safety / 1e6,
             f"S_{letter}": self.safety(cycles),
         }
+        if self.yield_strength is not None and self.stress and cycles <= self.curve.cycles[0]:
+            yields = self.yield_strength
+            last |= {"σ_0.2": yields / 1e6, "S_0.2": yields / self.stress}
         return {**self.factors, **sheet_of(last)}
 
 
@@ -279,7 +285,8 @@ def _root(pair: GearPair, gear: RatedGear, load: PairLoad, product: float) -> Li
         notch = slope * gear.root.notch_factor + least
     static = strength["σ_Flim"] * strength["Y_ST"] * notch * strength["Y_M"]
     knees = root_knees(gear.data.steel, rules.root_long_life_factor)
-    return _state("F", pair, lines, strength, knees, static)
+    state = _state("F", pair, lines, strength, knees, static)
+    return replace(state, yield_strength=gear.data.yield_strength)
 
 
 def _deep_tooth(pair: GearPair) -> float:

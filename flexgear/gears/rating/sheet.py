@@ -59,6 +59,8 @@ SYMBOLS = {  # unit, meaning, source
     "Y_NT": ("", "life factor", ROOT),
     "σ_FP": ("MPa", "permissible stress", ROOT),
     "S_F": ("", "safety", ROOT),
+    "σ_0.2": ("MPa", "yield strength", "key yield_strength"),
+    "S_0.2": ("", "against yield of the fillet", "σ_0.2/σ_F"),
     "S_direct": ("", "safety at the worst place", BEYOND),
     "D_direct": ("", "Miner's sum at the worst place", BEYOND),
     "L_direct": ("h", "until that is one", BEYOND),

@@ -67,7 +67,19 @@ def _extreme(rating: Rating) -> list[Verdict]:
     safety, part, name = min(every, key=lambda x: x[0] / x[1].required)
     figure = f"{SYMBOLS[part.kind]} {number(safety, 3)} of {number(part.required)}"
     level: Level = "good" if safety >= part.required else "bad"
-    return [Verdict(level, "Extreme loads", figure, f"{words(part.name)} in {name}.", RATING)]
+    text = f"{words(part.name)} in {name}."
+    yields = [
+        (sheet["S_0.2"].value, part.name, load_bin.name)
+        for part in rating.ranked
+        for load_bin, sheet in zip(rating.bins, part.factors, strict=True)
+        if load_bin.extreme and "S_0.2" in sheet
+    ]
+    if yields:
+        ratio, root, name = min(yields)
+        text += (
+            f" Fillets yield first in the {words(root)}: σ_0.2 is {number(ratio, 3)} σ_F in {name}."
+        )
+    return [Verdict(level, "Extreme loads", figure, text, RATING)]
 
 
 def _words(rating: Rating, name: str) -> str:
@@ -121,6 +133,10 @@ def _sentence(rating: Rating, part: RatedPart) -> str:
     else:
         share = with_unit(part.damage[part.worst_bin] / total, "share")
         texts.append(f"damage {rounded(total)}, {share} of it in {worst}")
+        texts += [f"largest load factor there {part.cause}"] if part.cause else []
+        if part.of_rows.size > 1:
+            row = int(part.of_rows.argmax())
+            texts.append(f"row {row + 1} of {part.of_rows.size} alone {rounded(part.of_rows[row])}")
         texts += [] if part.kind == "bearing" else [f"life {life_text(part.life)}"]
     static = [s for s in part.safety.tolist() if math.isfinite(s)]
     if part.kind == "bearing" and static:

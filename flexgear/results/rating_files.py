@@ -1,0 +1,131 @@
+"""A rating as files hold it: rows of a table, figures for programs, results of a REXS model."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+
+from flexgear.arrays import Array
+from flexgear.files.rexs.from_case import BinResults
+from flexgear.gears.rating.sheet import value_of
+from flexgear.model.names import GroupName
+from flexgear.results.quantities import number
+from flexgear.results.rating import PARTS, GearMeshRating, RatedPart, Rating
+from flexgear.results.version import version
+
+SCHEMA = 1  # of the summary
+COLUMNS = ("of", "bin", "quantity", "value", "unit", "source")
+ALL = "all"  # bins together, in the column of bins
+
+
+def rating_rows(rating: Rating) -> Iterator[tuple[str, str, str, float | str, str, str]]:
+    """Rows of ``rating.csv``: one for each part or group of gear meshes, bin and quantity."""
+    bins = [b.name for b in rating.bins]
+    for part in rating.parts:
+        if part.missing:
+            yield part.name, ALL, "not assessed", part.missing, "", ""
+        for name, (quantity, of) in PARTS.items():
+            values = np.atleast_1d(of(part)).tolist()
+            for b, value in zip(bins if "bin" in quantity.dims else [ALL], values, strict=True):
+                if not math.isnan(value):
+                    yield part.name, b, name, value, quantity.units, "computed"
+        for k, damage in enumerate(part.of_rows.tolist(), 1):
+            yield part.name, ALL, f"damage_sum of row {k}", damage, "1", "computed"
+    sheets = [(part.name, ALL, part.direct) for part in rating.parts]
+    of_bins = [(x.name, x.factors) for x in rating.gear_meshes]
+    for owner, factors in (*of_bins, *((x.name, x.factors) for x in rating.parts)):
+        sheets += [(owner, b, sheet) for b, sheet in zip(bins, factors, strict=True)]
+    for name, b, sheet in sheets:
+        for f in sheet.values():
+            yield name, b, f.symbol, f.value, f.unit, f.source
+
+
+def rating_summary(rating: Rating) -> dict[str, Any]:
+    """Figures for programs; None where there is no number, or no end of a life."""
+    bins = {
+        b.name: {"hours": b.hours, "extreme": b.extreme, "torque_nm": dict(b.torque),
+                 "source": b.source}
+        for b in rating.bins
+    }  # fmt: skip
+    return {
+        "case": rating.case.name,
+        "result": "rating",
+        "schema_version": SCHEMA,
+        "version": version(),
+        "content_hash": rating.case.content_hash(),
+        "variant": rating.variant,
+        "hours": rating.hours,
+        "positions": dict(rating.positions),
+        "equilibrium_closure_max": rating.closure,
+        "reliability": rating.reliability,
+        "bins": bins,
+        "weakest": [p.name for p in rating.ranked],
+        "load_factors": {g.name: _load_factors(g, list(bins)) for g in rating.gear_meshes},
+        "parts": {p.name: _part_summary(p, list(bins)) for p in rating.parts},
+        "not_assessed": dict(rating.not_assessed),
+    }
+
+
+def _load_factors(gear_mesh: GearMeshRating, bins: Sequence[str]) -> dict[str, Any]:
+    of_bins = zip(bins, gear_mesh.factors, gear_mesh.planet, gear_mesh.largest_k_gamma, strict=True)
+    return {
+        name: {s: f.value for s, f in factors.items()}
+        | {"planet": planet, "largest_k_gamma": largest}
+        for name, factors, planet, largest in of_bins
+        if factors
+    }
+
+
+def _part_summary(part: RatedPart, bins: Sequence[str]) -> dict[str, Any]:
+    """By the names of ``PARTS`` and their units."""
+    figures: dict[str, Any] = {"kind": part.kind, "stage": part.stage, "count": part.count}
+    if part.missing:
+        return figures | {"not_assessed": part.missing}
+    for name, (quantity, of) in PARTS.items():
+        key = name if quantity.units == "1" else f"{name}_{quantity.units.lower()}"
+        values = of(part)
+        by_bin = "bin" in quantity.dims
+        figures[key] = (
+            dict(zip(bins, map(number, values), strict=True)) if by_bin else number(values)
+        )
+    return figures | {
+        "within_limits": part.holds,
+        "estimates": [f"{key} {rule}" for key, rule in part.estimates.items()],
+        "damage_sum_of_rows": list(map(number, part.of_rows)),
+        "direct_path": {s: number(f.value) for s, f in part.direct.items()},
+        "worst_bin": bins[part.worst_bin],
+    }
+
+
+SAFETIES = {"flank": "safety_factor_pitting", "root": "safety_factor_tooth_root"}
+LIVES = {  # attributes of bearings by their symbols in a sheet, lives in 10⁶ revolutions
+    "L_10": "nominal_rating_life_rotations_iso_281_2007",
+    "L_10r": "nominal_reference_rating_life_rotations_iso_16281_2008",
+    "L_nmr": "modified_reference_rating_life_rotations_iso_16281_2008",
+    "S_0": "static_safety_factor_iso_76_2006",
+}
+
+
+def rexs_results(rating: Rating) -> BinResults:
+    """Safety of every gear in each of its gear meshes, in the bin alone, by the case's edition of
+    ISO 6336; lives and static safety of planets' bearings."""
+    edition = rating.case.rating.edition
+    gears: dict[tuple[GroupName, str], dict[str, Array]] = {}
+    for gear_mesh in rating.gear_meshes:
+        for (part, kind), safety in gear_mesh.safety.items():
+            name = f"{SAFETIES[kind]}_iso_6336_{edition}"
+            gears.setdefault((gear_mesh.name, part), {})[name] = safety
+    bearings = {p.name: _of_bearing(p) for p in rating.parts if p.kind == "bearing" and p.planets}
+    return BinResults(rating.bins, gears, bearings)
+
+
+def _of_bearing(part: RatedPart) -> dict[str, Array]:
+    """By attribute (B,); lives in revolutions."""
+    return {
+        name: np.array([value_of(sheet, symbol) for sheet in part.factors])
+        * (1e6 if symbol.startswith("L") else 1.0)
+        for symbol, name in LIVES.items()
+    }
