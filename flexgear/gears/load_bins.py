@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 HOUR = 3600.0  # s
 SAME = 0.01  # by which values that are given twice may differ; tables are rounded, and have losses
 MOST_TORQUE, LEAST_TORQUE = 50.0, 1 / 200  # of the rated one; N m for kN m is a factor of 1000
+Stated = Mapping[str, tuple[str, float]]  # key and value by member
 MOST_SPEED = 8.0  # of the rated one; r/min for rad/s is a factor of 9.5
 
 
@@ -82,24 +83,36 @@ def bins_of_load_cases(case: Case, more: Sequence[LoadCase] = ()) -> tuple[LoadB
     return bins
 
 
-class _System:
-    """Linear equations A x = b that unknowns are added to until they have one solution."""
+def _completed(
+    rows: Array, right: Array, places: Mapping[str, int], stated: Stated,
+    rated: Mapping[str, float], ports: Mapping[str, float],
+    refuse: Callable[[str, str, float, float], None],
+) -> Array:  # fmt: skip
+    """x of linear equations A x = b, to which values are added until they have one solution.
 
-    def __init__(self, rows: Array, right: list[float]) -> None:
-        self.rows, self.right = rows, right
+    places: in x, by member; stated: what a load case says; rated: of all members; ports: values
+    that the case gives, which follow the first stated one in rated proportion; refuse: is told
+    member, key and value of a stated one that does not agree with those before, and what they make
+    it.
+    """
 
-    def add(self, place: int, value: float) -> float:
-        """Add x[place] = value unless it follows from the equations before; what it is then."""
-        row = np.eye(self.rows.shape[1])[None, place]
-        rows = np.vstack([self.rows, row])
-        if rank(rows) == rank(self.rows):
-            return float(np.linalg.lstsq(self.rows, np.array(self.right), rcond=None)[0][place])
-        self.rows, self.right = rows, [*self.right, value]
+    def added(place: int, value: float) -> float:
+        """What x[place] is then: the value, unless it follows from the equations before."""
+        nonlocal rows, right
+        more = np.vstack([rows, np.eye(rows.shape[1])[None, place]])
+        if rank(more) == rank(rows):
+            return float(np.linalg.lstsq(rows, right, rcond=None)[0][place])
+        rows, right = more, np.append(right, value)
         return value
 
-    def solution(self) -> Array:
-        """x."""
-        return np.asarray(np.linalg.solve(self.rows, np.array(self.right)), dtype=np.float64)
+    ratio = next((v / rated[m] for m, (_, v) in stated.items() if rated[m]), 1.0)
+    for member, (key, value) in stated.items():
+        implied = added(places[member], value)
+        if abs(value - implied) > SAME * max(abs(value), abs(implied)):
+            refuse(member, key, value, implied)
+    for member, value in ports.items():
+        added(places[member], value * ratio)
+    return np.asarray(np.linalg.solve(rows, right), dtype=np.float64)
 
 
 class _Train:
@@ -181,23 +194,22 @@ class _Train:
     def _speeds(self, k: int, states: list[tuple[str, str, MemberState]]) -> dict[str, float]:
         """Speeds of all members, from those stated and of rated proportion."""
         stated = {m: (f"{at}speed", s.speed) for at, m, s in states if s.speed is not None}
-        ratios = [v / r for m, (_, v) in stated.items() if (r := self.flow.speed[m])]
-        ratio = ratios[0] if ratios else 1.0
-        system, names = _System(self.ties, [0.0] * len(self.ties)), self.members.names
         for member, (key, value) in stated.items():
             rated = self.flow.speed[member]
             if rated and abs(value) > MOST_SPEED * abs(rated):
                 problem = f"{value * RPM:.6g} r/min is {abs(value / rated):.3g} times the rated"
                 self._refuse(k, key, f"{problem} {rated * RPM:.6g} r/min", "check the unit")
-            implied = system.add(names.index(member), value)
-            if abs(value - implied) > SAME * max(abs(value), abs(implied)):
-                problem = f"is {value * RPM:.6g} r/min, but the train makes {member} turn at"
-                remedy = "correct it, or leave it out"
-                self._refuse(k, key, f"{problem} {implied * RPM:.6g}", remedy)
-        for port in self.members.ports:
-            if port.speed is not None:
-                system.add(names.index(port.member), port.speed * ratio)
-        speeds = system.solution()
+
+        def refuse(member: str, key: str, value: float, implied: float) -> None:
+            problem = f"is {value * RPM:.6g} r/min, but the train makes {member} turn at"
+            self._refuse(k, key, f"{problem} {implied * RPM:.6g}", "correct it, or leave it out")
+
+        names, ties = self.members.names, self.ties
+        places = {member: place for place, member in enumerate(names)}
+        ports = {p.member: p.speed for p in self.members.ports if p.speed is not None}
+        speeds = _completed(
+            ties, np.zeros(len(ties)), places, stated, self.flow.speed, ports, refuse
+        )
         speeds = np.where(abs(speeds) > NOISE * abs(speeds).max(), speeds, 0.0)
         return dict(zip(names, speeds.tolist(), strict=True))
 
@@ -222,24 +234,19 @@ class _Train:
                 stated[member] = (f"{at}power", state.power / speed[member])
         for member, (key, value) in stated.items():
             self._check_torque(k, load_case, member, key, value, speed[member])
-        ratios = [v / r for m, (_, v) in stated.items() if (r := self.rated_torque[m])]
-        ratio = ratios[0] if ratios else 1.0
-        ports, ties = list(self.members.ports), len(self.ties)
-        system = _System(
-            np.vstack([self.ties, self.members.port_rows(ports)]).T,
-            [-moments.get(member, 0.0) for member in self.members.names],
-        )
-        order = [p.member for p in ports]
-        for member, (key, value) in stated.items():
-            implied = system.add(ties + order.index(member), value)
-            if abs(value - implied) > SAME * max(abs(value), abs(implied)):
-                problem = f"makes {value:.6g} N m on {member}, but the other torques make it"
-                remedy = "leave it out, or correct it: the train has no losses"
-                self._refuse(k, key, f"{problem} {implied:.6g}", remedy)
-        for port in ports:
-            if port.torque is not None:
-                system.add(ties + order.index(port.member), port.torque * ratio)
-        return dict(zip(order, (system.solution()[ties:] + 0.0).tolist(), strict=True))
+
+        def refuse(member: str, key: str, value: float, implied: float) -> None:
+            problem = f"makes {value:.6g} N m on {member}, but the other torques make it"
+            remedy = "leave it out, or correct it: the train has no losses"
+            self._refuse(k, key, f"{problem} {implied:.6g}", remedy)
+
+        every, ties = list(self.members.ports), len(self.ties)
+        rows = np.vstack([self.ties, self.members.port_rows(every)]).T
+        right = np.array([-moments.get(member, 0.0) for member in self.members.names])
+        places = {port.member: ties + place for place, port in enumerate(every)}
+        ports = {p.member: p.torque for p in every if p.torque is not None}
+        solved = _completed(rows, right, places, stated, self.rated_torque, ports, refuse)
+        return dict(zip(places, (solved[ties:] + 0.0).tolist(), strict=True))
 
     def _check_torque(
         self, k: int, load_case: LoadCase, member: str, key: str, value: float, speed: float
