@@ -197,8 +197,7 @@ def loads_in_bin(train: SpectrumTrain, load_bin: LoadBin) -> BinLoads:
     model = model_in_bin(train, load_bin)
     lead = np.concatenate([s.angles for s in train.samples.values()] or [np.zeros(1)])
     result = _equilibria(model, load_bin, lead)
-    data = equilibrium_data(model, result)
-    data = data[[name for name in NEEDED if name in data]]
+    data = equilibrium_data(model, result, NEEDED)
     groups, supports, carrier = dict[GroupName, GroupLoads](), dict[str, Array](), {}
     first = 0
     for stage, samples in train.samples.items():

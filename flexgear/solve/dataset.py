@@ -7,7 +7,7 @@ own (radial, tangential, axial).
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from functools import partial
 from typing import Any
 
@@ -53,10 +53,14 @@ def transient_data(model: Model, result: Transient, **attrs: Any) -> xr.Dataset:
     return _dataset(model, "time", result.time, recovery, arrays, attrs)
 
 
-def equilibrium_data(model: Model, result: Equilibrium, **attrs: Any) -> xr.Dataset:
-    """Dataset of equilibria, one position after the other."""
+def equilibrium_data(
+    model: Model, result: Equilibrium, only: Collection[str] = (), **attrs: Any
+) -> xr.Dataset:
+    """Dataset of equilibria, one position after the other. only: variables of one that is not kept
+    and needs no provenance, all if none are named."""
     count, arrays = np.arange(len(result.input_angles)), {"closure": result.closure}
-    return _dataset(model, "position", count, Recovery(result, model.outputs), arrays, attrs)
+    recovery = Recovery(result, model.outputs)
+    return _dataset(model, "position", count, recovery, arrays, attrs, only)
 
 
 def sensor_data(model: Model, recorder: Recorder, run: Transient) -> xr.Dataset:
@@ -98,32 +102,36 @@ def _dataset(
     recovery: Recovery,
     arrays: dict[str, Any],
     attrs: dict[str, Any],
+    only: Collection[str] = (),
 ) -> xr.Dataset:
     result = recovery.result
     force = model.gear_meshes.forces(result.pair_load)
-    motions, labels = _motions(model, recovery)
+    motions, labels = _motions(model, recovery, only)
     loads, time = model.case.loads, np.asarray(samples) if dim == "time" else np.zeros(len(force))
     if loads:
         arrays = {**arrays, "applied_load": np.stack([load.at(time) for load in loads], axis=1)}
         labels["load"] = [f"{k} {x.member} {x.frame}" for k, x in enumerate(loads)]
+    every = {
+        "input_angle": result.input_angles,
+        "stage_angle": result.theta[:, _stage_angles(model)],
+        "carrier_angle": _turned(model, result, "carrier"),
+        "ring_angle": _turned(model, result, "ring"),
+        "port_torque": result.torques,
+        "gear_mesh_force": force,
+        "rated_gear_mesh_force": model.rated,
+        **sharing_histories(force, model.rated, model.gear_meshes.names),
+        **_pairs(model, result),
+        **face_arrays(model, recovery, only),
+        **motions,
+        **arrays,
+    }
+    if not only:
+        attrs = result_attrs(model, **model.modal.figures, **model.system.header, **attrs)
     return labelled_dataset(
         dim,
         samples,
-        {
-            "input_angle": result.input_angles,
-            "stage_angle": result.theta[:, _stage_angles(model)],
-            "carrier_angle": _turned(model, result, "carrier"),
-            "ring_angle": _turned(model, result, "ring"),
-            "port_torque": result.torques,
-            "gear_mesh_force": force,
-            "rated_gear_mesh_force": model.rated,
-            **sharing_histories(force, model.rated, model.gear_meshes.names),
-            **_pairs(model, result),
-            **face_arrays(model, recovery),
-            **motions,
-            **arrays,
-        },
-        result_attrs(model, **model.modal.figures, **model.system.header, **attrs),
+        {name: every[name] for name in every if not only or name in only},
+        attrs,
         {**result_labels(model), **_flanks(model), **face_labels(model), **labels},
         model.gear_meshes.names,
     )
@@ -222,22 +230,34 @@ def result_bodies(system: System) -> Iterator[tuple[str, str, str]]:
         yield result_name(body.name), body.name, node
 
 
-def _motions(model: Model, recovery: Recovery) -> tuple[dict[str, Array], dict[str, Any]]:
-    """Displacements of bodies and forces of links, with their labels."""
+def _motions(
+    model: Model, recovery: Recovery, only: Collection[str]
+) -> tuple[dict[str, Array], dict[str, Any]]:
+    """Displacements of bodies and forces of links, with their labels; of ``only`` some variables
+    forces of links alone."""
     result, count = recovery.result, len(recovery.result.theta)
-    names = [name for name, _, _ in result_bodies(model.system)]
-    bodies = recovery.named("bodies", lambda: body_rows(model.system)[1])
-    arrays = {"body_displacement": bodies.reshape(count, len(names), 6)}
-    labels: dict[str, Any] = {"body": names}
+    arrays, labels = dict[str, Array](), dict[str, Any]()
+    if not only:
+        names = [name for name, _, _ in result_bodies(model.system)]
+        bodies = recovery.named("bodies", lambda: body_rows(model.system)[1])
+        arrays["body_displacement"], labels["body"] = bodies.reshape(count, len(names), 6), names
     bearings, supports = planet_bearings(model), support_names(model)
     for axis, name, links, parts in (
         ("bearing", "planet_bearing_force", bearings, 3),
         ("bolt", "bolt_force", [x.name for x in model.system.links if x.kind == "bolt"], 3),
         ("support", "bearing_force", supports, 6),
     ):
-        if links:
+        if links and (not only or name in only):
             forces = [recovery.link_force(link)[:, :parts] for link in links]
             arrays[name], labels[axis] = np.stack(forces, axis=1), links
+    nodes_of = (
+        ("tooth", "tooth_displacement", _nodes(model, "ring", "tooth"), 3),
+        ("carrier_node", "carrier_displacement", _nodes(model, "carrier"), 6),
+    )
+    for axis, _, nodes, _ in nodes_of:
+        labels |= _node_labels(model, axis, nodes) if nodes else {}
+    if only:
+        return arrays, labels
     if bearings:
         # links pull the pin towards the planet: pin − planet is their motion
         arrays["planet_bearing_force"] *= -1.0
@@ -248,14 +268,10 @@ def _motions(model: Model, recovery: Recovery) -> tuple[dict[str, Array], dict[s
         labels |= model.sensors.static_labels
     if isinstance(result, Equilibrium) and len(model.rim_stress):
         arrays["rim_stress"] = recovery.named("rim", lambda: model.rim_stress)
-    for axis, name, nodes, dofs in (
-        ("tooth", "tooth_displacement", _nodes(model, "ring", "tooth"), 3),
-        ("carrier_node", "carrier_displacement", _nodes(model, "carrier"), 6),
-    ):
+    for axis, name, nodes, dofs in nodes_of:
         if nodes:
             motion = recovery.named(axis, partial(_rows_of, model.system, nodes, dofs))
             arrays[name] = motion.reshape(count, len(nodes), dofs)
-            labels |= _node_labels(model, axis, nodes)
     return arrays, labels
 
 

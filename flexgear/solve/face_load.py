@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Collection, Mapping
+from functools import cache, partial
 from typing import Any
 
 import numpy as np
@@ -27,9 +29,10 @@ from flexgear.solve.model import Model
 from flexgear.solve.stresses import FILLETS, MEMBERS, root_arrays
 
 
-def face_arrays(model: Model, recovery: Recovery) -> dict[str, Any]:
+def face_arrays(model: Model, recovery: Recovery, only: Collection[str] = ()) -> dict[str, Any]:
     """Variables of a result whose pairs have slices: all of them for equilibria, in time without
-    those by slice, unless the case asks for them."""
+    those by slice, unless the case asks for them. only: names of variables that are needed beside
+    root stresses, all if empty."""
     result = recovery.result
     loads = line_loads(result)
     if loads is None:
@@ -37,37 +40,47 @@ def face_arrays(model: Model, recovery: Recovery) -> dict[str, Any]:
     load = _of_slices(result, loads)
     pairs = model.system.pairs
     width = 2.0 * pairs.half_face
-    pressure = _pressure(model, loads)
-    by_cause = [_by_load(tilt, load) for tilt in np.moveaxis(tilt_by_cause(recovery), -1, 0)]
-    arrays = {
-        "largest_line_load": largest_line_load(pairs, loads),
-        "largest_contact_pressure": np.nan_to_num(pressure).max(axis=(2, 3)),
-        "transmission_error": _by_load(loads.approach, load),
-        "gear_mesh_misalignment": _by_load(loads.tilt, load) * width,
-        "gear_mesh_misalignment_by_cause": np.stack(by_cause, axis=-1) * width[:, None],
-    }
+    pressure = cache(lambda: _pressure(model, loads))
+    largest = cache(lambda: largest_line_load(pairs, loads))
+
+    def by_cause() -> Array:
+        causes = np.moveaxis(tilt_by_cause(recovery), -1, 0)
+        return np.stack([_by_load(tilt, load) for tilt in causes], axis=-1) * width[:, None]
+
+    arrays = _chosen(only, {
+        "largest_line_load": largest,
+        "largest_contact_pressure": lambda: np.nan_to_num(pressure()).max(axis=(2, 3)),
+        "transmission_error": lambda: _by_load(loads.approach, load),
+        "gear_mesh_misalignment": lambda: _by_load(loads.tilt, load) * width,
+        "gear_mesh_misalignment_by_cause": by_cause,
+    })  # fmt: skip
     by_slice = isinstance(result, Equilibrium) or model.case.solver.line_loads_in_time
     places = face_places(pairs) if by_slice else np.zeros(0)
     arrays |= root_arrays(model.root_tables, recovery, loads, places)
-    if by_slice:
-        edges, beside = edge_loads(pairs, loads), pairs_at(result)
-        arrays |= {
-            **_flank_geometry(pairs),
-            "pair_planet_tooth": (beside.planet_tooth + 1).astype(np.int16),
-            "mean_line_load": edges.mean,
-            "instantaneous_peak_factor": arrays["largest_line_load"] / edges.mean,
-            "tip_load_share": edges.tip_share,
-            "tip_line_load": edges.tip,
-            "face_end_line_load": edges.end,
-            "line_load": loads.line_load,
-            "contact_pressure": pressure,
-            "slice_position": loads.z,
-            "slice_path": loads.path,
-            "face_line_load": along_face(pairs, loads),
-            "unloaded_transmission_error": first_touch(pairs, loads, beside.error),
-            "gear_mesh_stiffness": gear_mesh_stiffness(result, loads),
-        }
-    return arrays
+    if not by_slice:
+        return arrays
+    edges, positions = cache(lambda: edge_loads(pairs, loads)), cache(lambda: pairs_at(result))
+    return arrays | _chosen(only, {
+        **{name: partial(np.asarray, of) for name, of in _flank_geometry(pairs).items()},
+        "pair_planet_tooth": lambda: (positions().planet_tooth + 1).astype(np.int16),
+        "mean_line_load": lambda: edges().mean,
+        "instantaneous_peak_factor": lambda: largest() / edges().mean,
+        "tip_load_share": lambda: edges().tip_share,
+        "tip_line_load": lambda: edges().tip,
+        "face_end_line_load": lambda: edges().end,
+        "line_load": lambda: loads.line_load,
+        "contact_pressure": pressure,
+        "slice_position": lambda: loads.z,
+        "slice_path": lambda: loads.path,
+        "face_line_load": lambda: along_face(pairs, loads),
+        "unloaded_transmission_error": lambda: first_touch(pairs, loads, positions().error),
+        "gear_mesh_stiffness": lambda: gear_mesh_stiffness(result, loads),
+    })  # fmt: skip
+
+
+def _chosen(only: Collection[str], variables: Mapping[str, Callable[[], Any]]) -> dict[str, Any]:
+    """Those that are named, or all, made."""
+    return {name: make() for name, make in variables.items() if not only or name in only}
 
 
 def face_labels(model: Model) -> dict[str, list[Any]]:

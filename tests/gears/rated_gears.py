@@ -4,11 +4,6 @@ from __future__ import annotations
 
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.power_flow import power_flow
-from flexgear.gears.rating.load_factors import (
-    dynamic_factor,
-    root_face_factor,
-    transverse_factors,
-)
 from flexgear.gears.rating.pair import gear_pair, pair_load
 from flexgear.model.load import load_case
 
@@ -126,11 +121,3 @@ def pair_of(case, role="sun"):
     view = case.view()
     pair = gear_pair(view, stage_geometry(view), role)
     return pair, pair_load(pair, power_flow(case).stages[0])
-
-
-def method_b(pair, load, face_flank):
-    """All load factors of ISO 6336-1 method B of K_Hβ."""
-    dynamic, _ = dynamic_factor(pair, load, 1.0)
-    flank, root = transverse_factors(pair, load, dynamic * face_flank)
-    face_root = root_face_factor(pair, face_flank)
-    return {"K_v": dynamic, "K_Hβ": face_flank, "K_Fβ": face_root, "K_Hα": flank, "K_Fα": root}
