@@ -49,7 +49,7 @@ def origin_of_case(case: Case, result: str = "") -> Origin:
 
 def is_picture(path: Path) -> bool:
     """Whether files of this kind cannot say which case they are of."""
-    return path.suffix.lower() in (".png", ".svg", ".pdf", ".gif", ".csv")
+    return path.suffix.lower() in (".png", ".svg", ".pdf", ".gif", ".csv", ".rexs")
 
 
 def origin_of(path: Path) -> Origin | None:

@@ -327,6 +327,30 @@ def test_a_hub_moment_loads_planets_unevenly_and_its_sense_does_not_matter():
     assert other == pytest.approx(one, rel=0.02)
 
 
+def test_positions_are_enough_as_doubling_them_shows():
+    """Of gear-mesh cycles and of positions in each, under a hub moment."""
+    case = load_case(
+        "wind-5mw",
+        {
+            **{f"stage.{b}.flexible": "false" for b in ("ring.fe", "carrier.fe", "sun.shaft")},
+            "stage.gear_mesh.model": "face_load",
+            "stage.gear_mesh.slices": "7",
+            "rating.k_v": "1.05",
+        },
+    ).with_(load_cases=(LoadCase(name="m", hours=1.0, torque=4e6, moment=(1e6, 5e5, 0.0)),))
+
+    def largest(**keys):
+        rating = rate(
+            case.with_(**{f"rating.{key}": value for key, value in keys.items()}), workers=1
+        )
+        factors = [gear_mesh.factors[0] for gear_mesh in rating.gear_meshes]
+        return [lines["K_γ"].value * lines["K_Hβ"].value for lines in factors]
+
+    usual = largest()
+    assert largest(gear_mesh_cycles=14) == pytest.approx(usual, rel=0.02)
+    assert largest(positions_per_gear_mesh=16) == pytest.approx(usual, rel=0.02)
+
+
 def test_a_stopped_rating_goes_on(monkeypatch, tmp_path):
     """Bins that were solved before the stop are not solved again, and the end forgets them."""
     monkeypatch.setenv("FLEXGEAR_CACHE", str(tmp_path))
