@@ -205,7 +205,7 @@ class _Train:
             self._refuse(k, key, f"{problem} {implied * RPM:.6g}", "correct it, or leave it out")
 
         names, ties = self.members.names, self.ties
-        places = {member: place for place, member in enumerate(names)}
+        places: dict[str, int] = {member: place for place, member in enumerate(names)}
         ports = {p.member: p.speed for p in self.members.ports if p.speed is not None}
         speeds = _completed(
             ties, np.zeros(len(ties)), places, stated, self.flow.speed, ports, refuse
