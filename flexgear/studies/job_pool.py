@@ -77,16 +77,17 @@ def run_jobs(
     local_jobs = 0  # jobs done in this process
     if scheduler is None and jobs and workers in (None, 1):
         with threadpool_limits(limits=1):
-            for here, job in enumerate(jobs, 1):
+            for local_jobs, job in enumerate(jobs, 1):
                 began = time.perf_counter()
                 outcome = outcome_of(function, shared, job)
                 taken = time.perf_counter() - began
-                yield here - 1, outcome
-                loading = here == 1 and taken < STARTING  # what all jobs need: the second one tells
-                saved = taken * (len(jobs) - here) * (1 - 1 / processors())
+                yield local_jobs - 1, outcome
+                # the first one loads what all need: the second one shows how long they take
+                loading = local_jobs == 1 and taken < STARTING
+                saved = taken * (len(jobs) - local_jobs) * (1 - 1 / processors())
                 if workers is None and not loading and saved >= STARTING:
                     break
-    if here == len(jobs):
+    if local_jobs == len(jobs):
         return
     if scheduler is not None:
         from flexgear.studies import dask_pool  # loaded where it is needed
