@@ -6,7 +6,7 @@ Stiffness split (eq. 23): F_l = k_l / Σ k · Σ F over the pairs l of one plane
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from operator import itemgetter
 from typing import Any
 
@@ -18,7 +18,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
-from flexgear.arrays import Array
+from flexgear.arrays import Array, Ints
 from flexgear.model.units import RPM
 from flexgear.results.report.wording import scale
 from flexgear.results.stage_part import (
@@ -64,31 +64,28 @@ LABELS = {"ring": "ring–planet", "sun": "sun–planet"}
 MOST_SAMPLES = 4000  # of a map over the carrier angle
 
 
-def pair_curves(x: Array, tooth: Array, value: Array) -> dict[int, tuple[Array, Array]]:
-    """Curve of each engaged tooth from (n, slots) arrays, broken (NaN) between engagements.
-
-    ``tooth`` is 1-based, 0 = empty slot. A tooth may change its slot from sample to sample.
-    """
-    curves = {}
-    for number in np.unique(tooth[tooth > 0]).tolist():
-        selected = tooth == number
-        rows = np.flatnonzero(selected.any(axis=1))
-        y = np.where(selected, value, 0.0).sum(axis=1)[rows]
-        breaks = np.flatnonzero(np.diff(rows) > 1) + 1
-        curves[int(number)] = (
-            np.insert(x[rows], breaks, np.nan),
-            np.insert(y, breaks, np.nan),
-        )
-    return curves
-
-
-def engagements(x: Array, tooth: Array) -> Array:
-    """(m, 3) rows: tooth number, first and last x of each stretch of contact."""
-    spans = []
+def engagements(tooth: Array) -> Iterator[tuple[int, Ints]]:
+    """Tooth number and samples of each stretch of contact, of teeth (n, slots), 1-based, 0 in an
+    empty slot. A tooth may change its slot from sample to sample."""
     for number in np.unique(tooth[tooth > 0]).tolist():
         rows = np.flatnonzero((tooth == number).any(axis=1))
         for piece in np.split(rows, np.flatnonzero(np.diff(rows) > 1) + 1):
-            spans.append((number, x[piece[0]], x[piece[-1]]))
+            yield int(number), piece
+
+
+def pair_curve(x: Array, tooth: Array, value: Array) -> tuple[Array, Array]:
+    """A value (n, slots) of the engaged teeth over x (n,), with a gap (NaN) behind each
+    engagement."""
+    at, curve = [], []
+    for number, rows in engagements(tooth):
+        at += [x[rows], [np.nan]]
+        curve += [np.where(tooth[rows] == number, value[rows], 0.0).sum(axis=1), [np.nan]]
+    return np.concatenate([[], *at]), np.concatenate([[], *curve])
+
+
+def engagement_spans(x: Array, tooth: Array) -> Array:
+    """(m, 3) rows: tooth number, first and last x of each stretch of contact."""
+    spans = [(number, x[rows[0]], x[rows[-1]]) for number, rows in engagements(tooth)]
     return np.array(spans, dtype=float).reshape(-1, 3)
 
 
@@ -113,13 +110,6 @@ def flank_label(datasets: Iterable[xr.Dataset], gear_mesh: str) -> str:
     return ", coast flank" if flanks == {"coast"} else ", flank that carries"
 
 
-def draw_pairs(
-    axes: Axes, x: Array, tooth: Array, load: Array, colour: str, **line: object
-) -> None:
-    for at, value in pair_curves(x, tooth, load).values():
-        axes.plot(at, value * KILO, color=colour, **line)  # type: ignore[arg-type]
-
-
 def finish_x(axes: Axes, x: str, planets: int, low: float, high: float) -> None:
     axes.set_xlim(low, high)
     if x == "stage_angle":
@@ -130,10 +120,7 @@ def finish_x(axes: Axes, x: str, planets: int, low: float, high: float) -> None:
 
 @styled
 def pair_loads(
-    runs: Runs,
-    gear_mesh: str = "ring",
-    x: str = "stage_angle",
-    split: str = "flexible",
+    runs: Runs, gear_mesh: str = "ring", x: str = "stage_angle", split: str = "flexible"
 ) -> Figure:
     """Load of every tooth pair of planet 1, one line style a variant (Figures 17, 18, 23, 24).
 
@@ -142,25 +129,22 @@ def pair_loads(
     """
     colours = variant_colours(runs)
     figure, axes = panels(1, 1, height_mm=78)
-    ax, handles, ends = axes[0, 0], legend_lines(colours), list[float]()
+    ax, split_line = axes[0, 0], list[Line2D]()
     for i, (name, dataset) in enumerate(runs.items()):
         at = abscissa(dataset, x)
         load, tooth, stiffness = pair_arrays(dataset, gear_mesh, 1)
-        width = 1.3 if i == 0 else 2.1
-        draw_pairs(ax, at, tooth, load, colours[name], lw=width, zorder=3 - 0.1 * i)
+        ax.plot(*pair_curve(at, tooth, load * KILO), color=colours[name], **layer(i))
         if name == split:
-            parts = stiffness_split(load, stiffness)
-            draw_pairs(ax, at, tooth, parts, SPLIT_COLOUR, lw=1.3, ls=(0, (4, 1.6)), zorder=3.5)
+            look: dict[str, Any] = {"lw": 1.3, "ls": (0, (4, 1.6)), "zorder": 3.5}
+            parts = KILO * stiffness_split(load, stiffness)
+            ax.plot(*pair_curve(at, tooth, parts), color=SPLIT_COLOUR, **look)
             text = f"{name}, split by stiffness"
-            handles.append(Line2D([], [], color=SPLIT_COLOUR, lw=1.5, ls="--", label=text))
-        ends += [at[0], at[-1]]
+            split_line = [Line2D([], [], color=SPLIT_COLOUR, lw=1.5, ls="--", label=text)]
     ax.axhline(0, color=NEUTRAL, lw=0.7)
     ax.set_ylabel("load of a tooth pair (kN)")
     flank = flank_label(runs.values(), gear_mesh)
     ax.set_title(f"Tooth-pair loads, {LABELS[gear_mesh]} 1{flank}")
-    finish_x(ax, x, planet_count(next(iter(runs.values()))), min(ends), max(ends))
-    legend_below(figure, handles)
-    return figure
+    return finish(figure, axes, runs, x, split_line)
 
 
 @styled
@@ -175,23 +159,27 @@ def engagement_map(whole: xr.Dataset) -> Figure:
     states = [pair_arrays(dataset, "ring", i + 1) for i in range(planets)]
     last = int(max(tooth.max() for _, tooth, _ in states))
     figure, axes = panels(2, 2, height_mm=150, width_mm=215, sharex="col", width_ratios=[2.2, 1])
-    draw_engagements(axes[0, 0], at, states, last)
+    thickness = max(0.8, min(3.0, 180.0 / last))
+    for i, (_, tooth, _) in enumerate(states):
+        spans = engagement_spans(at, tooth).T
+        axes[0, 0].hlines(*spans, color=planet_colour(i + 1), lw=thickness)
     axes[0, 0].set_title("(a) engaged ring teeth")
     mapped = draw_stiffness_map(axes[1, 0], at, states, last)
     axes[1, 0].set_title("(b) stiffness of the engaged pairs")
     for ax in axes[:, 0]:
         ax.set_ylabel("ring tooth number")
+        ax.set_ylim(0, last + 1)
     figure.colorbar(mapped, ax=axes[1, 0], label="pair stiffness (N/µm)", pad=0.01)
     finish_x(axes[1, 0], "stage_angle", planets, at[0], at[-1])
     close = windowed(whole, "stage_angle", zoom_window(at, states[0][1]))
     near = abscissa(close, "stage_angle")
     _, tooth, stiffness = pair_arrays(close, "ring", 1)
     top, bottom = axes[:, 1]
-    top.hlines(*engagements(near, tooth).T, color=planet_colour(1), lw=4)
+    top.hlines(*engagement_spans(near, tooth).T, color=planet_colour(1), lw=4)
     top.yaxis.set_major_locator(MaxNLocator(8, integer=True))
     top.set_title("(c) planet 1, closer")
-    for theta, value in pair_curves(near, tooth, stiffness).values():
-        bottom.plot(theta, value * N_PER_M_TO_N_PER_UM, color=planet_colour(1))
+    curve = pair_curve(near, tooth, stiffness * N_PER_M_TO_N_PER_UM)
+    bottom.plot(*curve, color=planet_colour(1))
     bottom.set_ylim(bottom=0)
     bottom.set_title("(d) planet 1, closer")
     bottom.set_ylabel("pair stiffness (N/µm)")
@@ -219,31 +207,26 @@ def zoom_window(x: Array, tooth: Array) -> Window:
     return max(low, middle - 2.5 * each), min(high, middle + 2.5 * each)
 
 
-def draw_engagements(axes: Axes, at: Array, states: States, last: int) -> None:
-    thickness = max(0.8, min(3.0, 180.0 / last))
-    for i, (_, tooth, _) in enumerate(states):
-        axes.hlines(*engagements(at, tooth).T, color=planet_colour(i + 1), lw=thickness)
-    axes.set_ylim(0, last + 1)
-
-
 def draw_stiffness_map(axes: Axes, at: Array, states: States, last: int) -> QuadMesh:
     image = np.full((last, at.size), np.nan)
     for _, tooth, stiffness in states:
         row, slot = np.nonzero((tooth > 0) & (stiffness > 0))
         image[tooth[row, slot].astype(int) - 1, row] = stiffness[row, slot] * N_PER_M_TO_N_PER_UM
-    numbers = np.arange(1, last + 1)
-    mapped = axes.pcolormesh(
-        at, numbers, image, cmap=SEQUENTIAL_MAP, shading="nearest", rasterized=True
-    )
+    return tooth_map(axes, at, image, cmap=SEQUENTIAL_MAP)
+
+
+def tooth_map(axes: Axes, at: Array, image: Array, **look: Any) -> QuadMesh:
+    """Values (teeth, n) over the carrier angle (n,)."""
     axes.grid(False)
-    axes.set_ylim(0, last + 1)
-    return mapped
+    numbers = np.arange(1, len(image) + 1)
+    return axes.pcolormesh(at, numbers, image, shading="nearest", rasterized=True, **look)
 
 
 AXES = ("x", "y", "z")
 MAP_SAMPLES = 1500  # of a map over the carrier angle
 ROUNDING = 1e-6  # of the largest displacement: a direction with less does not move
-Drawn = tuple[str, Callable[[xr.Dataset], xr.DataArray], float]  # label, of one run, factor
+Pick = Callable[[xr.Dataset], xr.DataArray]
+Drawn = tuple[str, Pick, float]  # label, of one run, factor
 SPEED: Drawn = ("carrier speed\n(r/min)", itemgetter("stage_speed"), RPM)
 SHARING: Drawn = ("load sharing\nfactor $K_γ$ (–)", ring_sharing, 1.0)
 SPREAD: Drawn = ("force spread /\nrated mean (–)", ring_force_spread, 1.0)
@@ -306,14 +289,14 @@ def carrier_speed(runs: Runs, rated_rpm: float | None = None) -> Figure:
     return finish(figure, axes, runs, "time", rated)
 
 
-def _input_torque(part: xr.Dataset) -> xr.DataArray:
+def input_torque(part: xr.Dataset) -> xr.DataArray:
     return part["port_torque"].isel(port=0)
 
 
 def torque_panel(axes: Axes, runs: Runs, x: str) -> None:
     """Input torque in a unit that reads well; zero in view, air above."""
-    unit, factor = scale([float(abs(_input_torque(d)).max()) for d in runs.values()], "N m")
-    over_runs(axes, runs, x, (f"input torque\n({unit})", _input_torque, factor))
+    unit, factor = scale([float(abs(input_torque(d)).max()) for d in runs.values()], "N m")
+    over_runs(axes, runs, x, (f"input torque\n({unit})", input_torque, factor))
     low, high = axes.get_ylim()
     axes.set_ylim(min(0.0, low), 1.12 * high if high > 0 else high)
 
@@ -348,16 +331,13 @@ def torque_drop(runs: Runs) -> Figure:
 
 @styled
 def three_directions(
-    runs: Runs,
-    pick: Callable[[xr.Dataset], Array],
-    title: str,
-    directions: tuple[str, str, str],
-    x: str,
+    runs: Runs, pick: Pick, title: str, directions: tuple[str, str, str], x: str
 ) -> Figure:
-    """One panel a direction (µm) with every variant; ``pick`` gives (n, 3) in m."""
+    """One panel a direction (µm) with every variant; ``pick`` gives a displacement (n, ≥ 3), m."""
     colours = variant_colours(runs)
     figure, axes = panels(3, 1, height_mm=132, sharex=True)
-    picked = {name: pick(dataset) * MICRO for name, dataset in runs.items()}
+    fields = {name: pick(d).transpose(leading_dim(d), ...)[:, :3] for name, d in runs.items()}
+    picked = {name: np.asarray(field, dtype=float) * MICRO for name, field in fields.items()}
     largest = np.max([np.nanmax(np.abs(v), axis=0, initial=0.0) for v in picked.values()], axis=0)
     is_noise = largest < ROUNDING * largest.max(initial=0.0)
     for i, (name, dataset) in enumerate(runs.items()):
@@ -380,36 +360,25 @@ def three_directions(
 
 def tooth_node_displacement(runs: Runs, x: str = "stage_angle") -> Figure:
     """X, Y, Z displacement of ring tooth node 1, global (Figures 16, 22)."""
-
-    def pick(dataset: xr.Dataset) -> Array:
-        field = variable(dataset, "tooth_displacement").isel(tooth=0)
-        return np.asarray(field.transpose(leading_dim(dataset), "axis"), dtype=float)
-
     title = "Displacement of ring tooth node 1"
-    return three_directions(runs, pick, title, ("X", "Y", "Z"), x)
+    return three_directions(
+        runs, lambda d: variable(d, "tooth_displacement").isel(tooth=0), title, ("X", "Y", "Z"), x
+    )
 
 
 def sun_displacement(runs: Runs, x: str = "stage_angle") -> Figure:
     """x, y, z displacement of the sun, carrier axes (Figures 14, 20)."""
-
-    def pick(dataset: xr.Dataset) -> Array:
-        field = displacement_of(dataset, "sun").transpose(leading_dim(dataset), "dof")
-        return np.asarray(field, dtype=float)[:, :3]
-
     title = "Displacement of the sun, axes of the carrier"
-    return three_directions(runs, pick, title, AXES, x)
+    return three_directions(runs, lambda d: displacement_of(d, "sun"), title, AXES, x)
 
 
 def planet_displacement(runs: Runs, x: str = "stage_angle") -> Figure:
     """Radial, tangential and axial displacement of planet 1 (Figures 15, 21)."""
-
-    def pick(dataset: xr.Dataset) -> Array:
-        field = displacement_of(dataset, "planet").isel(body=0)
-        return np.asarray(field.transpose(leading_dim(dataset), "dof"), dtype=float)[:, :3]
-
     title = "Displacement of planet 1, its own axes"
     names = ("x, radial", "y, tangential", "z, axial")
-    return three_directions(runs, pick, title, names, x)
+    return three_directions(
+        runs, lambda d: displacement_of(d, "planet").isel(body=0), title, names, x
+    )
 
 
 @styled
@@ -418,15 +387,13 @@ def tooth_displacement_map(dataset: xr.Dataset, axis: str = "x") -> Figure:
     dataset = thinned(dataset, MAP_SAMPLES)
     field = variable(dataset, "tooth_displacement").isel(axis=AXES.index(axis))
     image = np.asarray(field.transpose("tooth", leading_dim(dataset)), dtype=float) * MICRO
-    at, teeth = abscissa(dataset, "stage_angle"), len(image)
+    at = abscissa(dataset, "stage_angle")
     limit = float(np.nanmax(np.abs(image), initial=1e-12))
     figure, axes = panels(1, 1, height_mm=92)
     ax = axes[0, 0]
-    look: dict[str, Any] = {"cmap": DIVERGING_MAP, "shading": "nearest", "rasterized": True}
-    mapped = ax.pcolormesh(at, np.arange(1, teeth + 1), image, vmin=-limit, vmax=limit, **look)
-    ax.grid(False)
+    mapped = tooth_map(ax, at, image, cmap=DIVERGING_MAP, vmin=-limit, vmax=limit)
     ax.set_ylabel("ring tooth number")
-    ax.set_title(f"{axis.upper()} displacement of the {teeth} ring tooth nodes")
+    ax.set_title(f"{axis.upper()} displacement of the {len(image)} ring tooth nodes")
     figure.colorbar(mapped, ax=ax, label=f"{axis.upper()} displacement (µm)", pad=0.01)
     finish_x(ax, "stage_angle", planet_count(dataset), at[0], at[-1])
     return figure

@@ -93,15 +93,15 @@ def test_pair_curve_follows_a_tooth_through_its_slots_and_breaks_between_engagem
     x = np.arange(6.0)
     tooth = np.array([[1, 0], [0, 1], [2, 0], [2, 0], [1, 2], [0, 1]])
     value = np.array([[10, 99], [99, 11], [20, 99], [21, 99], [12, 22], [99, 13]], dtype=float)
-    curves = histories.pair_curves(x, tooth, value)
-    np.testing.assert_array_equal(curves[1][1], [10, 11, np.nan, 12, 13])
-    np.testing.assert_array_equal(curves[2][0], [2, 3, 4])
-    np.testing.assert_array_equal(curves[2][1], [20, 21, 22])
+    at, curve = histories.pair_curve(x, tooth, value)
+    gap = np.nan
+    np.testing.assert_array_equal(at, [0, 1, gap, 4, 5, gap, 2, 3, 4, gap])
+    np.testing.assert_array_equal(curve, [10, 11, gap, 12, 13, gap, 20, 21, 22, gap])
 
 
 def test_engagement_spans():
     tooth = np.array([[1, 0], [1, 2], [0, 2], [1, 0]])
-    spans = histories.engagements(np.array([0.0, 1.0, 2.0, 3.0]), tooth)
+    spans = histories.engagement_spans(np.array([0.0, 1.0, 2.0, 3.0]), tooth)
     np.testing.assert_array_equal(spans, [[1, 0, 1], [1, 3, 3], [2, 1, 2]])
 
 

@@ -255,9 +255,6 @@ def _order(place: Place, table: NodeTable) -> tuple[int, int]:
     return number, place[0]
 
 
-_SYMMETRIC = 6
-
-
 def read_dmig(text: str, where: str) -> dict[str, Entries]:
     """All real DMIG matrices of bulk data, by name."""
     matrices: dict[str, Entries] = {}
@@ -315,9 +312,6 @@ def _number(text: str) -> float:
     return float(re.sub(r"(?<=[0-9.])([+-])", r"E\1", plain) if "E" not in plain else plain)
 
 
-_FIVE = 5
-
-
 def read_abaqus(text: str, where: str) -> dict[str, Entries]:
     """Matrices by name: "STIFFNESS", "MASS", or "MATRIX" for one whose name is not in the file."""
     try:
@@ -337,7 +331,7 @@ def _listed(text: str) -> Entries:
         for line in text.splitlines()
         if line.strip() and line.strip()[0] not in "*#%"
     ]
-    if not rows or any(len(row) != _FIVE for row in rows):
+    if {len(row) for row in rows} != {5}:
         raise ValueError("lines have other than five numbers")
     entries = Entries(symmetric=False)
     for a, i, b, j, value in rows:
@@ -352,7 +346,6 @@ def _listed(text: str) -> Entries:
 def _user_element(text: str) -> dict[str, Entries]:
     nodes: list[int] = []
     dofs: list[Place] = []
-    matrices: dict[str, Entries] = {}
     state = ""
     numbers: list[float] = []
     blocks: list[tuple[str, list[float]]] = []
@@ -375,11 +368,9 @@ def _user_element(text: str) -> dict[str, Entries]:
             _dofs(line, nodes, dofs)
         elif state == "matrix":
             numbers += [float(v.replace("D", "E")) for v in re.split(r"[,\s]+", line) if v]
-    for name, values in blocks:
-        matrices[name] = _triangle(values, dofs)
-    if not matrices:
+    if not blocks:
         raise ValueError("there is no *MATRIX")
-    return matrices
+    return {name: _triangle(values, dofs) for name, values in blocks}
 
 
 def _dofs(line: str, nodes: list[int], dofs: list[Place]) -> None:
@@ -399,7 +390,5 @@ def _triangle(values: list[float], dofs: list[Place]) -> Entries:
     size = len(dofs)
     if len(values) != size * (size + 1) // 2:
         raise ValueError(f"{len(values)} numbers are no triangle of {size} rows")
-    entries = Entries(symmetric=True)
-    for value, row, column in zip(values, *np.tril_indices(size), strict=True):
-        entries.values[dofs[row], dofs[column]] = value
-    return entries
+    places = ((dofs[row], dofs[column]) for row, column in zip(*np.tril_indices(size), strict=True))
+    return Entries(symmetric=True, values=dict(zip(places, values, strict=True)))

@@ -116,15 +116,18 @@ class Sectors:
 
 
 def find_sectors(model: FeModel, counts: Iterable[int]) -> Sectors | None:
-    """Sectors of a body for the first of ``counts`` that fits its FE mesh; None where none does."""
+    """Sectors of a body for the first of ``counts`` that fits its FE mesh, with the smallest border
+    of several choices; None where none does."""
     for count in counts:
-        image = _image(model.nodes, 2 * np.pi / count)
-        if image is None:
+        image, dofs = _image(model.nodes, 2 * np.pi / count), model.basis.element_dofs
+        cell_image = None if image is None else _cell_image(dofs.T.astype(np.int64), image)
+        if image is None or cell_image is None:
             continue
-        cells = _cell_image(model.basis.element_dofs.T.astype(np.int64), image)
-        sectors = None if cells is None else _smallest(model, count, image, cells)
-        if sectors is not None:
-            return sectors
+        choices = _choices(model, count, cell_image)
+        possible = [_sectors(dofs[:, cells], count, image, cells) for cells in choices]
+        sectors = [s for s in possible if s is not None]
+        if sectors:
+            return min(sectors, key=lambda s: s.border)
     return None
 
 
@@ -152,16 +155,6 @@ def _cell_image(cells: Ints, image: Ints) -> Ints | None:
     target = order[np.minimum(np.searchsorted(key[order], turned), len(order) - 1)]
     same = np.sort(image[cells], axis=1) == np.sort(cells[target], axis=1)
     return target if same.all() else None
-
-
-def _smallest(model: FeModel, count: int, image: Ints, cell_image: Ints) -> Sectors | None:
-    """Sectors with the smallest border, of several choices of the first sector's cells."""
-    best = None
-    for cells in _choices(model, count, cell_image):
-        sectors = _sectors(model.basis.element_dofs[:, cells], count, image, cells)
-        if sectors is not None and (best is None or sectors.border < best.border):
-            best = sectors
-    return best
 
 
 def orbits(start: Ints, image: Ints, count: int) -> Ints:
@@ -199,17 +192,13 @@ def _sectors(element_dofs: Ints, count: int, image: Ints, cells: Ints) -> Sector
     ahead = np.zeros_like(of_cells)
     ahead[image[of_cells]] = True
     in_sector = of_cells & ~ahead
-    back = np.empty_like(image)
-    back[image] = np.arange(len(image))
     border = np.zeros_like(of_cells)
-    border[back[of_cells & ahead]] = True
+    border[np.argsort(image)[of_cells & ahead]] = True
     if in_sector.sum() * count != len(image) or (border & ~in_sector).any():
         return None
     local = np.concatenate([np.flatnonzero(in_sector & ~border), np.flatnonzero(border)])
     nodes = orbits(local, image, count)
-    reached = np.zeros(len(image), dtype=bool)
-    reached[nodes] = True
-    if not reached.all() or border.sum() in (0, in_sector.sum()):
+    if len(np.unique(nodes)) < len(image) or border.sum() in (0, in_sector.sum()):
         return None
     return Sectors(count, nodes, int(border.sum()), cells)
 
@@ -233,10 +222,7 @@ class Circulant:
 
     def extended(self) -> sp.csr_matrix:
         """[A_0 A_1; A_1^T 0], a matrix of one sector whose sum over sectors is A."""
-        b = self.coupling.shape[1]
-        return sp.bmat(
-            [[self.sector, self.coupling], [self.coupling.T, sp.csr_matrix((b, b))]], format="csr"
-        )
+        return sp.bmat([[self.sector, self.coupling], [self.coupling.T, None]], format="csr")
 
     def less(self, factor: float, other: Circulant) -> Circulant:
         """The matrix A - factor B."""
@@ -341,7 +327,6 @@ class Harmonics:
         diagonal = self._condensed[:b, :b] + self._condensed[b:, b:]
         diagonal = 0.5 * (diagonal + diagonal.T)
         across = self._condensed[:b, b:]
-
         for h in range(len(self)):
             phase = np.exp(2j * np.pi * h / self.count)
             matrix = diagonal + phase * across + np.conj(phase) * across.T
@@ -355,11 +340,7 @@ class Harmonics:
     @property
     def times(self) -> Ints:
         """(harmonics,) 2 for harmonics with a conjugate, else 1."""
-        twice = np.full(len(self), 2)
-        twice[0] = 1
-        if self.count % 2 == 0:
-            twice[-1] = 1
-        return twice
+        return np.where(2 * np.arange(len(self)) % self.count == 0, 1, 2)
 
     @property
     def negative(self) -> int:
@@ -376,7 +357,7 @@ class Harmonics:
 
         def part(harmonics: slice) -> None:
             for h in range(harmonics.start, harmonics.stop):
-                self._multiply(h, np.ascontiguousarray(r[h]), x[h])
+                x[h] = self.of(h, np.ascontiguousarray(r[h]))
 
         shared(len(self), part, chunk=1)
         return scipy.fft.irfft(x.transpose(1, 0, 2), self.count, axis=1, workers=THREADS)
@@ -384,16 +365,12 @@ class Harmonics:
     def of(self, h: int, right: Complex) -> Complex:
         """S_h^{-1} right (b, k)."""
         x = np.empty(right.shape, dtype=complex)
-        self._multiply(h, right, x)
-        return x
-
-    def _multiply(self, h: int, r: Complex, x: Complex) -> None:
-        """x <- S_h^{-1} r (b, k)."""
-        adjoint = np.ascontiguousarray(r.conj().T)
+        adjoint = np.ascontiguousarray(right.conj().T)
         for rows, panel in self._of_panels(self.inverses()[h]):
-            x[rows] = panel @ r[: rows.stop]
+            x[rows] = panel @ right[: rows.stop]
             if rows.start:  # what the panel is above the diagonal
                 x[: rows.start] += (adjoint[:, rows] @ panel[:, : rows.start]).conj().T
+        return x
 
     def _of_panels(self, entries: Complex) -> Iterator[tuple[slice, Complex]]:
         """Rows of each panel, and the panel up to its diagonal block, of one harmonic's entries."""

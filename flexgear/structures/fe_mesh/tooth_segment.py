@@ -321,17 +321,9 @@ class CrackedSegmentParameters(SegmentParameters):
     depths: tuple[float, ...] = ()
 
 
-@dataclass(frozen=True, eq=False)
-class CrackedSegment:
+def cracked_segment(p: CrackedSegmentParameters) -> tuple[ToothSegment, FeMesh]:
     """The segment in one piece, and the cracked one, whose first points are those of the other,
-    with the patch held alone."""
-
-    whole: ToothSegment
-    fe_mesh: FeMesh
-
-
-def cracked_segment(p: CrackedSegmentParameters) -> CrackedSegment:
-    """FlexgearError where the segment cannot be made."""
+    with the patch held alone. FlexgearError where they cannot be made."""
     p.check()
     section = _CrackedSection(p)
     whole, grid = segment_of(p, section), section.blocks[p.middle]
@@ -350,7 +342,7 @@ def cracked_segment(p: CrackedSegmentParameters) -> CrackedSegment:
     above &= np.isin(cells, grid[row] + level).any(axis=1)
     cells[above] = second[cells[above]]
     held = {"held": whole.fe_mesh.facets["held"]}
-    return CrackedSegment(whole, FeMesh(np.vstack([points, points[first]]), cells, "hex", held))
+    return whole, FeMesh(np.vstack([points, points[first]]), cells, "hex", held)
 
 
 class _CrackedSection(SegmentSection):

@@ -29,7 +29,6 @@ from scipy.spatial import cKDTree
 from skfem import (
     Basis,
     BilinearForm,
-    CellBasis,
     Element,
     ElementHexS2,
     ElementQuad1,
@@ -52,9 +51,8 @@ from flexgear.model.errors import FlexgearError, InputError
 from flexgear.structures.fe_mesh.fe_mesh import FeMesh, Kind, facet_keys
 
 INTEGRATION_ORDER = 4
-_MESHES = {"hex": MeshHex, "tet": MeshTet}
+_MESHES: dict[Kind, type[Mesh]] = {"hex": MeshHex, "tet": MeshTet}
 _ELEMENTS = {"hex": ElementHexS2, "tet": ElementTetP2}
-_KINDS: dict[type[Mesh], Kind] = {MeshHex: "hex", MeshTet: "tet"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,7 +69,7 @@ class SolidMesh:
 def solid_mesh(mesh: Mesh) -> SolidMesh:
     """A mesh of scikit-fem with its named boundaries as patches; InputError for other cells than
     hexahedra and tetrahedra with straight edges."""
-    kind = _KINDS.get(type(mesh))
+    kind = next((kind for kind, form in _MESHES.items() if type(mesh) is form), None)
     if kind is None:
         problem = f"is a {type(mesh).__name__}"
         raise InputError("reduce_mesh", "mesh", problem, "give a MeshHex or a MeshTet")
@@ -180,9 +178,9 @@ class FeModel:
         return cKDTree(self.cell_corners.mean(axis=1))
 
 
-def scalar_basis(fe_mesh: FeMesh | SolidMesh) -> CellBasis:
+def scalar_basis(fe_mesh: FeMesh | SolidMesh) -> Basis:
     """Scalar quadratic basis on the cells."""
-    return CellBasis(*_mesh_and_element(fe_mesh), intorder=INTEGRATION_ORDER)
+    return Basis(*_mesh_and_element(fe_mesh), intorder=INTEGRATION_ORDER)
 
 
 def _mesh_and_element(fe_mesh: FeMesh | SolidMesh) -> tuple[Mesh, Element]:
@@ -269,29 +267,19 @@ def facet_sample(model: FeModel, facets: Ints) -> Sample:
     normal = np.cross(slope[0] @ corners, slope[1] @ corners)
     corner = (mesh.t[:, cells].T[:, None] == facets[:, :, None]).argmax(axis=2)
     local = value @ elem.refdom.p.T[corner]  # (f, q, 3) reference coordinates in the cells
-    nodes = model.basis.element_dofs[:, cells].T  # (f, a)
-    shape, _ = _functions(elem, local.reshape(-1, 3).T)
     return Sample(
         points.reshape(-1, 3),
         (np.linalg.norm(normal, axis=2) * weights).ravel(),
-        _interpolation(np.repeat(nodes, len(weights), axis=0), shape, model.basis.N),
+        _interpolation(model, np.repeat(cells, len(weights)), local.reshape(-1, 3)),
     )
 
 
-def point_sample(
-    model: FeModel,
-    points: Array,
-    weights: Array,
-    slack: float = _INSIDE,
-) -> Sample:
+def point_sample(model: FeModel, points: Array, weights: Array, slack: float = _INSIDE) -> Sample:
     """Given points (m, 3), located in the elements; weights (m,) are taken as they are.
 
     slack: how far outside its element a point may lie, in reference coordinates.
     """
-    cells, local = locate(model, points, slack)
-    nodes = model.basis.element_dofs.T[cells]
-    shape, _ = _functions(model.basis.elem, local.T)
-    return Sample(points, weights, _interpolation(nodes, shape, model.basis.N))
+    return Sample(points, weights, _interpolation(model, *locate(model, points, slack)))
 
 
 def disc_points(
@@ -308,10 +296,9 @@ def disc_points(
     radius = 0.5 * diameter
     r = radius * np.sqrt(0.5 * (x + 1))
     angle = 2 * np.pi * (np.arange(_SPOKES) + 0.5) / _SPOKES
-    axis = np.array([0.0, 0.0, 1.0])
-    e1 = np.cross(axis, toward)
+    e1 = np.cross((0.0, 0.0, 1.0), toward)
     e1 /= np.linalg.norm(e1)
-    e2 = np.cross(axis, e1)
+    e2 = np.cross((0.0, 0.0, 1.0), e1)
     ray = np.cos(angle)[:, None] * e1 + np.sin(angle)[:, None] * e2
     points = centre + (r[:, None, None] * ray).reshape(-1, 3)
     weights = np.repeat(0.5 * w * np.pi * radius**2 / _SPOKES, _SPOKES)
@@ -331,7 +318,6 @@ def facet_numbers(model: FeModel, facets: Ints) -> Ints:
 
 def locate(model: FeModel, points: Array, slack: float = _INSIDE) -> tuple[Ints, Array]:
     """Element (m,) and reference coordinates (m, 3) of each point; Newton on the element map."""
-    corners, tree = model.cell_corners, model.cell_tree
     cells = np.zeros(len(points), dtype=np.int64)
     local = np.zeros((len(points), 3))
     excess = np.full(len(points), np.inf)
@@ -339,9 +325,9 @@ def locate(model: FeModel, points: Array, slack: float = _INSIDE) -> tuple[Ints,
         todo = np.flatnonzero(excess > slack)
         if not len(todo):
             break
-        _, near = tree.query(points[todo], k=min(neighbours, len(corners)))
+        _, near = model.cell_tree.query(points[todo], k=min(neighbours, model.cell_tree.n))
         near = near.reshape(len(todo), -1)
-        x = _inverse_map(model, corners, near, points[todo])
+        x = _inverse_map(model, near, points[todo])
         outside = np.maximum(-x, x - 1).max(axis=2)
         if model.fe_mesh.kind == "tet":
             outside = np.maximum(outside, x.sum(axis=2) - 1)
@@ -366,15 +352,10 @@ def _functions(elem: Element, at: Array) -> tuple[Array, Array]:
     return value, np.stack([np.broadcast_to(slope, at.shape) for _, slope in parts], axis=-1)
 
 
-def _inverse_map(
-    model: FeModel,
-    corners: Array,
-    cells: Ints,
-    points: Array,
-) -> Array:
+def _inverse_map(model: FeModel, cells: Ints, points: Array) -> Array:
     """Reference coordinates (m, c, 3) of point m in each of its candidate cells (m, c)."""
     elem, tet = model.basis.mesh.elem(), model.fe_mesh.kind == "tet"
-    vertices = corners[cells]  # (m, c, v, 3)
+    vertices = model.cell_corners[cells]  # (m, c, v, 3)
     x = np.full(cells.shape + (3,), 0.25 if tet else 0.5)
     for _ in range(2 if tet else 12):
         value, slope = _functions(elem, np.moveaxis(x, -1, 0))  # (m, c, v), (3, m, c, v)
@@ -385,14 +366,14 @@ def _inverse_map(
     return x
 
 
-def _interpolation(nodes: Ints, shape: Array, count: int) -> sp.csr_matrix:
-    """CSR (m, count) with shape (m, a) at columns nodes (m, a); rounding zeros are left out."""
-    rows = np.repeat(np.arange(len(nodes)), nodes.shape[1])
-    values = shape.ravel()
-    keep = np.abs(values) > 1e-13
-    return sp.coo_matrix(
-        (values[keep], (rows[keep], nodes.ravel()[keep])), shape=(len(nodes), count)
-    ).tocsr()
+def _interpolation(model: FeModel, cells: Ints, local: Array) -> sp.csr_matrix:
+    """CSR (m, n) of nodal values to those at reference coordinates local (m, 3) of cells (m,);
+    rounding zeros are left out."""
+    nodes = model.basis.element_dofs[:, cells].T  # (m, a)
+    shape, _ = _functions(model.basis.elem, local.T)
+    row, a = np.nonzero(np.abs(shape) > 1e-13)
+    entries = shape[row, a], (row, nodes[row, a])
+    return sp.coo_matrix(entries, shape=(len(nodes), model.basis.N)).tocsr()
 
 
 def element_gradient(model: FeModel, vertices: Ints) -> sp.csr_matrix:

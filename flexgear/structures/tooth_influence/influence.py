@@ -51,6 +51,7 @@ slices; interpolating a table over two points of the flank would be neither symm
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Self
 
@@ -200,12 +201,7 @@ class ToothInfluence(FlankCompliance):
     poisson: float
     neighbour: Array | None = None
 
-    def coupling(
-        self,
-        slices: tuple[Array, Array, Array],
-        further: tuple[Array, Array, Array],
-        steps: int = 1,
-    ) -> Array:
+    def coupling(self, slices: Sequence[Array], further: Sequence[Array], steps: int = 1) -> Array:
         """C (…, K, K') m/N: displacement of slices on a tooth per force on slices of the next one
         in +θ, or the one after that (steps 2); each (roll, z, width), (…, K) m. ValueError where
         neighbours are not counted."""

@@ -100,14 +100,14 @@ def influence_parameters(view: StageView, role: str) -> SegmentParameters | None
     section: then one tooth, cut off there. InputError where a tooth or the rim below it cannot be
     meshed.
     """
-    tooth = stage_geometry(view).gears[role]
-    if view.fe_tie(role) == "flank":
+    tooth, tie = stage_geometry(view).gears[role], view.fe_tie(role)
+    if tie == "flank":
         return None
-    alone = view.fe_tie(role) == "root" and not is_tied(view, role)
     require_teeth(view, role, tooth)
-    if alone:
-        return one_tooth(view, role, tooth)
-    held, segment = held_radius(view, role, tooth, DEEPEST), one_tooth(view, role, tooth)
+    segment = one_tooth(view, role, tooth)
+    if tie == "root" and not is_tied(view, role):
+        return segment
+    held = held_radius(view, role, tooth, DEEPEST)
     return replace(segment, held_radius=held, teeth=3, margin=MARGIN)
 
 
@@ -156,8 +156,6 @@ def held_radius(view: StageView, role: str, tooth: ToothGeometry, modules: float
     return max(deepest, gear.bore_diameter / 2)
 
 
-Lines = tuple[Array, Array, Array]
-
 PAIR_PLACES = 251  # contact lines for which the flexibility is computed; linear between
 _LEAST_WIDTH = 1e-6  # of the face, where a line has left it
 
@@ -198,7 +196,7 @@ def pair_bending(view: StageView, path: GearMeshPath, slices: Slices, force: flo
     at_tips = _at_tips(path, slices, influences, load)
     for member, (mating, influence) in enumerate(zip(flanks, influences, strict=True)):
         if influence is None:
-            bodies.append(_to_middle(view, mating.tooth, mating.roll))
+            bodies.append(mating.to_middle(view.material))
             continue
         flank, roll = mating.of(influence), mating.roll
         if (profile := slices.profile) is not None:
@@ -279,6 +277,11 @@ class MatingFlank(NamedTuple):
         flank = flank.mirrored() if self.other_hand else flank
         return flank if self.sense > 0 else flank.turned()
 
+    def to_middle(self, m: Material) -> ContactBody:
+        """Line contact of a tooth that is part of an FE body, down to its middle line."""
+        depth = middle_depth(self.tooth, np.hypot(self.tooth.base_radius, self.roll))
+        return ContactBody(m.young_modulus, m.poisson_ratio, depth)
+
 
 def mating_flanks(path: GearMeshPath, slices: Slices) -> list[MatingFlank]:
     """Flanks of the planet, then of its mate."""
@@ -311,15 +314,15 @@ def some_places(slices: Slices, most: int) -> Ints:
 
 
 def _further_line(
-    flank: ToothInfluence, step: int, lines: Lines, places: tuple[Array, Ints, float]
+    flank: ToothInfluence, step: int, lines: Sequence[Array], places: tuple[Array, Ints, float]
 ) -> Array:
     """C (S', K, K) m/N of one gear: displacement of slices of some lines (roll, z, width) per force
     on lines of the tooth ``step`` teeth further in +θ. places: path coordinates of the lines,
     indices of those to compute, and distance to the lines with the force, m."""
-    (roll, z, width), (s, some, distance) = lines, places
+    s, some, distance = places
     further = np.clip(s[some] + distance, None, s[-1])
-    at_lines = roll[some], z[some], width[some]
-    at_further = rows_at(s, roll, further), rows_at(s, z, further), rows_at(s, width, further)
+    at_lines = [line[some] for line in lines]
+    at_further = [rows_at(s, line, further) for line in lines]
     if step > 0:
         return flank.coupling(at_lines, at_further, step)
     return np.swapaxes(flank.coupling(at_further, at_lines, -step), 1, 2)
@@ -328,12 +331,6 @@ def _further_line(
 def rows_at(s: Array, table: Array, places: Array) -> Array:
     """Rows of a table over s, interpolated at other s."""
     return np.asarray(interp1d(s, table, axis=0, copy=False, assume_sorted=True)(places))
-
-
-def _to_middle(view: StageView, tooth: ToothGeometry, roll: Array) -> ContactBody:
-    """The flank of a tooth that is part of an FE body: line contact down to its middle line."""
-    depth = middle_depth(tooth, np.hypot(tooth.base_radius, roll))
-    return ContactBody(view.material.young_modulus, view.material.poisson_ratio, depth)
 
 
 WITHIN_LAYER = 9  # places over which the depth of a layer is averaged
@@ -385,17 +382,12 @@ def added_compliance(
 ) -> FlankCompliance:
     """F_cracked − F_whole of the −θ flank of the middle tooth, zero without depth; E in Pa;
     plane_strain: as in ``influence_of``."""
-    segment, flexibility = cracked_segment(p), []
-    whole = segment.whole
-    for fe_mesh in (whole.fe_mesh, segment.fe_mesh):
+    (whole, cracked), flexibility = cracked_segment(p), []
+    for fe_mesh in (whole.fe_mesh, cracked):
         model = FeModel(fe_mesh, young, poisson, density=1.0)
         free = free_displacements(model, plane_strain=plane_strain)
         loads = unit_loads(whole, model, flank_nodes(whole, model, p.middle))
         flexibility.append(held_flexibility(model, free, loads))
     added = flexibility[1] - flexibility[0]
-    return FlankCompliance(
-        roll=whole.roll,
-        z=whole.z,
-        slope=p.roll_slope,
-        compliance=0.5 * (added + added.T),
-    )
+    compliance = 0.5 * (added + added.T)
+    return FlankCompliance(roll=whole.roll, z=whole.z, slope=p.roll_slope, compliance=compliance)
