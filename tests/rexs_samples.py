@@ -56,6 +56,17 @@ class Model:
     def of(self, kind):
         return [number for number, (found, _, _) in self.components.items() if found == kind]
 
+    def flanks(self, gear):
+        """Ids of the flanks of a gear."""
+        (roles,) = (r for kind, r in self.relations if kind == "flank" and r["gear"] == gear)
+        return roles["left"], roles["right"]
+
+    def shift(self, gear, coefficient):
+        """Another profile shift; None takes it out."""
+        more = None if coefficient is None else (coefficient, "none")
+        for flank in self.flanks(gear):
+            self.set(flank, addendum_modification_coefficient=more)
+
     def copy(self):
         return copy.deepcopy(self)
 

@@ -1,12 +1,16 @@
-"""Files that are no REXS end in one line and exit code 2."""
+"""Files that are no REXS, and gearboxes that cannot be, end in one line."""
 
 import io
+import tomllib
 import zipfile
 
 import pytest
-from rexs_samples import planetary
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from rexs_samples import ARM, MM, planetary, three_stages
 
 from flexgear.files.rexs.reading import VERSIONS, read_rexs
+from flexgear.files.rexs.to_case import case_of_document
 from flexgear.model.errors import InputError
 
 BOMB = b"""<?xml version="1.0"?><!DOCTYPE x [<!ENTITY a "ha"><!ENTITY b "&a;&a;&a;&a;">]>
@@ -64,3 +68,55 @@ def test_missing_file_and_folder(tmp_path):
     for path in (tmp_path, tmp_path / "none.rexs", "a\0b"):
         with pytest.raises(InputError):
             read_rexs(path)
+
+
+def test_meshing_planets_are_said_not_to_fit(tmp_path):
+    m = planetary()
+    pair = m.part(m.stage, "cylindrical_stage")
+    m.relate("stage", stage=pair, gear_1=m.planets[0], gear_2=m.planets[1])
+    with pytest.raises(InputError, match="mesh with one another"):
+        m.case(tmp_path)
+
+
+def test_case_that_cannot_run_is_written_for_mending(tmp_path):
+    m = planetary()
+    for number in m.of("cylindrical_stage"):
+        m.set(number, center_distance=(ARM + 12.0, MM))
+    path = m.write(tmp_path / "far.rexs")
+    made = case_of_document(read_rexs(path), str(path))
+    assert any("cannot run before this is mended" in line for line in made.assumed)
+
+
+SPOILT = ["0", "-1", "many", "1e30", "nan", "", ("1", "2"), None]
+
+
+@pytest.fixture(scope="module")
+def boxes(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("boxes")
+    return [make().write(folder / f"{make.__name__}.rexs") for make in (planetary, three_stages)]
+
+
+@settings(max_examples=60, deadline=None, derandomize=True)
+@given(st.integers(0, 1), st.randoms(use_true_random=False))
+def test_whatever_is_missing_or_odd_is_said_in_one_line(boxes, box, random):
+    """Files with parts taken out or spoilt become a case, or an error of one line."""
+    document = read_rexs(boxes[box])
+    for _ in range(random.randint(1, 6)):
+        component = random.choice(list(document.components.values()))
+        chance = random.random()
+        if chance < 0.5 and component.attributes:
+            name = random.choice(sorted(component.attributes))
+            component.attributes[name].value = random.choice(SPOILT)
+        elif chance < 0.75:
+            document.relations.remove(random.choice(document.relations))
+        else:
+            del document.components[component.id]
+            document.relations = [
+                r for r in document.relations if component.id not in r.refs.values()
+            ]
+    said = "one line"
+    try:
+        tomllib.loads(case_of_document(document, "box.rexs").text)
+    except InputError as fault:
+        said = str(fault)
+    assert "\n" not in said

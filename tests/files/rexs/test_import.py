@@ -2,15 +2,10 @@
 
 import math
 import re
-import tempfile
 import time
-import tomllib
-from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from rexs_samples import (
     ARM,
     DEG,
@@ -88,18 +83,14 @@ def test_train_of_three(imported):
     assert hands == ["left", "right"]
 
 
-@pytest.mark.parametrize("version", VERSIONS)
-def test_versions_say_the_same(imported, version):
-    cases = [imported(make(v))[0] for make in (three_stages,) for v in (version, "2.0")]
-    assert cases[0].content_hash() == cases[1].content_hash()
-
-
-@pytest.mark.parametrize("suffix", [".rexsj", ".rexsz"])
-def test_forms_say_the_same(imported, suffix):
-    wanted, text = imported(planetary())
-    found, other = imported(planetary(), suffix)
+@pytest.mark.parametrize(
+    ("version", "suffix"), [(v, ".rexs") for v in VERSIONS] + [("2.0", ".rexsj"), ("2.0", ".rexsz")]
+)
+def test_versions_and_forms_say_the_same(imported, version, suffix):
+    wanted, text = imported(three_stages())
+    found, other = imported(three_stages(version), suffix)
     assert found.content_hash() == wanted.content_hash()
-    assert other.left_out == text.left_out and other.assumed == text.assumed
+    assert (other.left_out, other.assumed) == (text.left_out, text.assumed) or version != "2.0"
 
 
 def test_units_of_the_file_count(imported):
@@ -135,10 +126,7 @@ def test_diameters_become_coefficients(imported):
     roots = {m.sun: 74.0, m.ring: 294.0, **dict.fromkeys(m.planets, 89.0)}
     for number, x in shifts.items():
         m.set(number, tip_diameter=(tips[number], MM), root_diameter=(roots[number], MM))
-        for kind, roles in list(m.relations):
-            if kind == "flank" and roles["gear"] == number:
-                for side in ("left", "right"):
-                    m.set(roles[side], addendum_modification_coefficient=(x, "none"))
+        m.shift(number, x)
     stage = imported(m)[0].stages[0]
     for name, number in (("sun", m.sun), ("planet", m.planets[0]), ("ring", m.ring)):
         tooth = tooth_geometry(stage.member(name), stage, internal=name == "ring")
@@ -150,28 +138,22 @@ def test_diameters_become_coefficients(imported):
 def test_ring_shift_of_either_sign_convention(imported, sign):
     """Programs differ in the sign of a ring's profile shift; the centre distance decides."""
     m = planetary()
-    module, beta, alpha = 4.0, math.radians(HELIX), math.radians(20)
+    beta, alpha = math.radians(HELIX), math.radians(20)
     at_ = math.atan(math.tan(alpha) / math.cos(beta))
     distance = ARM / math.cos(beta) + 0.8
     working = math.acos(ARM * math.cos(at_) / math.cos(beta) / distance)
     total = 45 * (involute(working) - involute(at_)) / (2 * math.tan(alpha))
-    shift = {"sun": total - 0.1, "planet": 0.1, "ring": -(total + 0.1)}
-    gears = {m.sun: "sun", m.ring: "ring", **dict.fromkeys(m.planets, "planet")}
-    for kind, roles in list(m.relations):
-        if kind == "flank":
-            name = gears[roles["gear"]]
-            x = shift[name] * (sign if name == "ring" else 1)
-            for side in ("left", "right"):
-                m.set(roles[side], addendum_modification_coefficient=(x, "none"))
+    m.shift(m.sun, total - 0.1)
+    m.shift(m.ring, -sign * (total + 0.1))
+    for planet in m.planets:
+        m.shift(planet, 0.1)
     for number in m.of("cylindrical_stage"):
         m.set(number, center_distance=(distance, MM))
     case, made = imported(m)
-    found = case.stages[0]
-    assert found.ring.profile_shift == pytest.approx(shift["ring"], rel=1e-12)
+    assert case.stages[0].ring.profile_shift == pytest.approx(-(total + 0.1), rel=1e-12)
     assert ("sign turned" in made.text) == (sign == -1)
-    assert module and stage_radii(case.view("low")).center_distance == pytest.approx(
-        1e-3 * distance, rel=1e-12
-    )
+    radii = stage_radii(case.view("low"))
+    assert radii.center_distance == pytest.approx(1e-3 * distance, rel=1e-12)
 
 
 def test_missing_shift_follows_from_the_centre_distance(imported):
@@ -182,13 +164,9 @@ def test_missing_shift_follows_from_the_centre_distance(imported):
         m.set(number, addendum_modification_coefficient=None)
     case, made = imported(m)
     stage = case.stages[0]
-    alpha = transverse_angle(stage)
-    radii = stage_radii(case.view("low"))
-    total = (
-        45
-        * (involute(radii.working_angles["sun"]) - involute(alpha))
-        / (2 * math.tan(stage.pressure_angle))
-    )
+    working = stage_radii(case.view("low")).working_angles["sun"]
+    total = 45 * (involute(working) - involute(transverse_angle(stage)))
+    total /= 2 * math.tan(stage.pressure_angle)
     assert stage.sun.profile_shift + stage.planet.profile_shift == pytest.approx(total)
     assert stage.planet.profile_shift + stage.ring.profile_shift == pytest.approx(-total)
     assert sum("profile_shift" in line for line in made.assumed) == 3
@@ -198,15 +176,11 @@ def test_tip_relief_by_diameter(imported):
     """Relief from a diameter takes the difference of the roll lengths; other shapes are said."""
     m = planetary()
     m.set(m.sun, tip_diameter=(89.0, MM))
-    flanks = next(r for k, r in m.relations if k == "flank" and r["gear"] == m.sun)
-    for side in ("left", "right"):
-        relief = m.add(
-            "tip_relief",
-            tip_relief_depth=(30.0, "mum"),
-            tip_relief_datum_diameter=(86.0, MM),
-            shape_of_relief=("linear", ""),
-        )
-        m.relate("reference", origin=flanks[side], referenced=relief)
+    for flank in m.flanks(m.sun):
+        relief = m.add("tip_relief", tip_relief_depth=(30.0, "mum"),
+                       tip_relief_datum_diameter=(86.0, MM),
+                       shape_of_relief=("linear", ""))  # fmt: skip
+        m.relate("reference", origin=flank, referenced=relief)
     stage = imported(m)[0].stages[0]
     base = 2 * tooth_geometry(stage.sun, stage).base_radius
     wanted = (math.sqrt(0.089**2 - base**2) - math.sqrt(0.086**2 - base**2)) / 2
@@ -237,7 +211,9 @@ def test_double_helical(imported):
     assert stage.planet_hand == "right" and stage.ring.support.radial == 2e9  # of each half
 
 
-def test_load_cases(imported):
+@pytest.fixture
+def spectrum():
+    """The planetary stage with two load cases."""
     m = planetary()
     m.load_cases = {
         4: {m.load: {"torque_around_u_axis": (2000.0, NM)}},
@@ -246,6 +222,11 @@ def test_load_cases(imported):
             m.drive: {"rotational_speed": (6.0, RPM)},
         },
     }
+    return m
+
+
+def test_load_cases(imported, spectrum):
+    m = spectrum
     first, made = imported(m)
     assert first.inputs[0].torque == 2000 and first.inputs[0].speed * TURNS == pytest.approx(12)
     assert any("load case 9" in line and "--load-case 9" in line for line in made.left_out)
@@ -256,21 +237,12 @@ def test_load_cases(imported):
         imported(m, load_case_id=5)
 
 
-def test_load_cases_with_durations(imported):
+def test_load_cases_with_durations(imported, spectrum):
     """Durations, or shares of the whole; the first one stays the rated state."""
-    m = planetary()
-    m.load_cases = {
-        4: {
-            m.load: {"torque_around_u_axis": (2000.0, NM)},
-            m.unit: {"operating_time": (70.0, "h")},
-        },
-        9: {
-            m.load: {"torque_around_u_axis": (1000.0, NM)},
-            m.drive: {"rotational_speed": (6.0, RPM)},
-            m.unit: {"operating_time_fraction": (30.0, "%")},
-        },
-        12: {m.load: {"torque_around_u_axis": (10.0, NM)}},
-    }
+    m = spectrum
+    m.load_cases[4][m.unit] = {"operating_time": (70.0, "h")}
+    m.load_cases[9][m.unit] = {"operating_time_fraction": (30.0, "%")}
+    m.load_cases[12] = {m.load: {"torque_around_u_axis": (10.0, NM)}}
     case, made = imported(m)
     assert case.inputs[0].torque == 2000
     first, second = case.load_cases
@@ -307,13 +279,9 @@ def test_thickness_allowances_are_backlash(imported):
 def test_static_and_fatigue_ratings_of_bearings(imported):
     m = planetary()
     for number in m.planet_bearings:
-        m.set(
-            number,
-            bearing_type=("ball", ""),
-            radial_dynamic_load_rating=(900.0, "kN"),
-            radial_static_load_rating=(1400.0, "kN"),
-            fatigue_limit_load=(160.0, "kN"),
-        )
+        m.set(number, bearing_type=("ball", ""), fatigue_limit_load=(160.0, "kN"),
+              radial_dynamic_load_rating=(900.0, "kN"),
+              radial_static_load_rating=(1400.0, "kN"))  # fmt: skip
     bearing = imported(m)[0].stages[0].planet_bearing
     assert (bearing.dynamic_rating, bearing.static_rating) == (9e5, 1.4e6)
     assert bearing.fatigue_load_limit == 1.6e5
@@ -371,77 +339,31 @@ def test_every_key_says_where_it_is_from(imported):
     assert all("# " in line for line in keys)
 
 
+def rolling(m, **attributes):
+    """The second main bearing from a catalogue."""
+    kind = "rolling_bearing_with_catalog_geometry"
+    m.components[m.main[1]] = (kind, "610", {**at(-50), **attributes})
+
+
 def test_rigid_and_unknown_stiffness_scale_with_the_machine(imported):
     """1e20 N/m becomes ten times E b; a rolling bearing without data a tenth of it."""
     m = planetary()
     m.set(m.main[0], **bearing(1e20, 1e20, -150.0))
-    m.components[m.main[1]] = ("rolling_bearing_with_catalog_geometry", "610", {**at(-50)})
+    rolling(m)
     case, made = imported(m)
     size = 206e9 * 0.06
     assert case.stages[0].carrier.support.radial == pytest.approx(10.1 * size)
     assert any("has no radial_stiffness" in line for line in made.assumed)
 
 
-def test_meshing_planets_are_said_not_to_fit(imported):
-    m = planetary()
-    pair = m.part(m.stage, "cylindrical_stage")
-    m.relate("stage", stage=pair, gear_1=m.planets[0], gear_2=m.planets[1])
-    with pytest.raises(InputError, match="mesh with one another"):
-        imported(m)
-
-
 def test_stiffness_at_the_operating_point(imported):
     """A rolling bearing without a stiffness of its own has the results of its program."""
     m = planetary()
     point = "operating_point_stiffness_f_"
-    results = {f"{point}v_d_v": 1e9, f"{point}w_d_w": 2e9, f"{point}u_d_u": 3e8}
-    m.components[m.main[1]] = (
-        "rolling_bearing_with_catalog_geometry",
-        "610",
-        {**at(-50), **{key: (value, "N / m") for key, value in results.items()}},
-    )
+    results = {"v_d_v": 1e9, "w_d_w": 2e9, "u_d_u": 3e8}
+    rolling(m, **{f"{point}{key}": (value, "N / m") for key, value in results.items()})
     support = imported(m)[0].stages[0].carrier.support
     assert support.radial == 2e9 + 1.5e9 and support.axial == 4e8 + 3e8
-
-
-def test_case_that_cannot_run_is_written_for_mending(tmp_path):
-    m = planetary()
-    for number in m.of("cylindrical_stage"):
-        m.set(number, center_distance=(ARM + 12.0, MM))
-    path = m.write(tmp_path / "far.rexs")
-    made = case_of_document(read_rexs(path), str(path))
-    assert any("cannot run before this is mended" in line for line in made.assumed)
-
-
-BOXES = {"planetary": planetary, "three": three_stages}
-SPOILT = ["0", "-1", "many", "1e30", "nan", "", ("1", "2"), None]
-
-
-@settings(max_examples=60, deadline=None, derandomize=True)
-@given(st.sampled_from(sorted(BOXES)), st.randoms(use_true_random=False))
-def test_whatever_is_missing_or_odd_is_said_in_one_line(box, random):
-    """Files with parts taken out or spoilt become a case, or an error of one line."""
-    with tempfile.TemporaryDirectory() as folder:
-        document = read_rexs(BOXES[box]().write(Path(folder) / "box.rexs"))
-    for _ in range(random.randint(1, 6)):
-        component = random.choice(list(document.components.values()))
-        chance = random.random()
-        if chance < 0.5 and component.attributes:
-            name = random.choice(sorted(component.attributes))
-            component.attributes[name].value = random.choice(SPOILT)
-        elif chance < 0.75:
-            document.relations.remove(random.choice(document.relations))
-        else:
-            del document.components[component.id]
-            document.relations = [
-                r for r in document.relations if component.id not in r.refs.values()
-            ]
-    said = "one line"
-    try:
-        tomllib.loads(case_of_document(document, "box.rexs").text)
-    except InputError as fault:
-        said = str(fault)
-    assert "\n" not in said
 
 
 def test_forces_on_members(imported):
@@ -455,28 +377,15 @@ def test_forces_on_members(imported):
     assert (load.member, load.force, load.moment) == ("low.carrier", (20, 30, 10), (0, 5, 0))
 
 
-def many(number):
-    """A gearbox with that many more bearings on its first component."""
-    more = [
-        f'<component id="{100000 + k}" type="rolling_bearing_with_catalog_geometry" name="b"/>'
-        for k in range(number)
-    ]
-    on_it = [
-        f'<relation id="{900000 + k}" type="assembly"><ref id="1" role="assembly"/>'
-        f'<ref id="{100000 + k}" role="part"/></relation>'
-        for k in range(number)
-    ]
-    text = planetary().xml().decode()
-    text = text.replace("</components>", "".join(more) + "</components>")
-    return text.replace("</relations>", "".join(on_it) + "</relations>").encode()
-
-
 def test_time_grows_with_the_number_of_components_alone(tmp_path):
-    """Eight times as many take about eight times as long; a search for each, 64 times as long."""
+    """Eight times as many bearings on the gear unit take about eight times as long; a search for
+    each, 64 times as long."""
     took = {}
     for number in (2500, 20000):
-        path = tmp_path / "large.rexs"
-        path.write_bytes(many(number))
+        m = planetary()
+        for _ in range(number):
+            m.part(m.unit, "rolling_bearing_with_catalog_geometry", "b")
+        path = m.write(tmp_path / "large.rexs")
         begin = time.process_time()
         case_of_document(read_rexs(path), str(path), None)
         took[number] = time.process_time() - begin
