@@ -47,14 +47,26 @@ def coarse_teeth(view, divisions, **changes):
     }
 
 
-MIXED = (
-    STEEL
-    + """
+def behind_wind(speed_rpm, rest):
+    """A train whose first stage, driven at its carrier, is that of wind-5mw, as text."""
+    first = f"""
+[[inputs]]
+member = "first.carrier"
+speed_rpm = {speed_rpm}
+torque_knm = 4000
+inertia_kg_m2 = 1e6
 [[stages]]
 name = "first"
 case = "wind-5mw"
 [[stages]]
 name = "second"
+"""
+    return STEEL + first + rest
+
+
+MIXED = behind_wind(
+    11.27,
+    """
 kind = "parallel"
 normal_module_mm = 14
 pressure_angle_deg = 20
@@ -72,29 +84,18 @@ first = "first.sun"
 second = "second.gear"
 torsion_nm_per_rad = 1e8
 axial_n_per_m = 1e7
-[[inputs]]
-member = "first.carrier"
-speed_rpm = 11.27
-torque_knm = 4000
-inertia_kg_m2 = 1e6
 [output]
 member = "second.pinion"
 inertia_kg_m2 = 500
 [solver]
 time_step_s = 2e-4
 output_interval_ms = 1
-"""
+""",
 )
 
-
-TWO_FLEXIBLE = (
-    STEEL
-    + """
-[[stages]]
-name = "first"
-case = "wind-5mw"
-[[stages]]
-name = "second"
+TWO_FLEXIBLE = behind_wind(
+    2,
+    """
 case = "wind-5mw"
 [[joints]]
 first = "first.sun"
@@ -103,14 +104,9 @@ torsion_nm_per_rad = 1e9
 axial_n_per_m = 1e8
 radial_n_per_m = 1e8
 tilt_nm_per_rad = 1e7
-[[inputs]]
-member = "first.carrier"
-speed_rpm = 2
-torque_knm = 4000
-inertia_kg_m2 = 1e6
 [output]
 member = "second.sun"
-"""
+""",
 )
 
 
