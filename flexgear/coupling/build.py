@@ -69,7 +69,7 @@ def build_system(
     has no single rated state or a body is loose.
     """
     bodies = bodies or {}
-    members = [stage_members(case, s, bodies, rigid) for s in case.stages]
+    members = [stage_members(case.view(s.name), bodies, rigid) for s in case.stages]
     a = Assembly(case, power_flow(case), members, _housing(case))
     for number in range(len(case.stages)):
         a.frames.append(_frame(a, number))

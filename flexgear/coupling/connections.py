@@ -89,7 +89,7 @@ def _of_supports(view: StageView, part: str) -> Iterator[Connection]:
 def _of_shaft(view: StageView, part: str) -> Iterator[Connection]:
     """The spline of a sun that is held, and its support at the gear."""
     sun, shaft = MemberName.of(view.name, part), BodyName.of(view.name, "shaft")
-    if sun in view.case.held_members():
+    if view.is_held(part):
         place = SupportName.of(f"{view.name}.spline")
         key = view.key("sun.shaft.spline")
         yield from _held(place, (shaft, "spline"), spline_matrix(view), key)
@@ -111,7 +111,7 @@ def _of_fe_ring(view: StageView, part: str) -> Iterator[Connection]:
     """Bolts, fits and splines on the housing where the ring is held, else on the hub with which it
     turns."""
     ring, hub = BodyName.of(view.name, part), (BodyName.of(view.name, "hub"), "end")
-    held = MemberName.of(view.name, part) in view.case.held_members()
+    held = view.is_held(part)
     for spring in ring_source(view).whole_springs:
         yield Connection(
             SupportName.of(f"{view.name}.{spring.node}"),
@@ -127,8 +127,7 @@ def _of_fe_ring(view: StageView, part: str) -> Iterator[Connection]:
 def _of_seats(view: StageView, part: str) -> Iterator[Connection]:
     """Bearings on the seats of an FE carrier."""
     carrier, bearings = BodyName.of(view.name, part), view.stage.seat_bearings
-    held = MemberName.of(view.name, part) in view.case.held_members()
-    if held and not any(bearing.stiffness[5] for bearing in bearings.values()):
+    if view.is_held(part) and not any(bearing.stiffness[5] for bearing in bearings.values()):
         raise view.refuse(
             "carrier.bearing_drive.torsion_nm_per_rad",
             f"is zero, so nothing takes the torque of the held {carrier}",
@@ -168,8 +167,7 @@ def _of_planets(view: StageView) -> Iterator[Connection]:
 def _of_hub(view: StageView) -> Iterator[Connection]:
     """The bearing of what an FE ring that turns is held on."""
     hub = view.stage.ring.hub if view.stage.ring is not None else None
-    held = MemberName.of(view.name, "ring") in view.case.held_members()
-    if hub is not None and hub.bearing is not None and not held:
+    if hub is not None and hub.bearing is not None and not view.is_held("ring"):
         body = BodyName.of(view.name, "hub")
         key = view.key("ring.hub.bearing")
         yield _bearing(SupportName.of(body), (body, "end"), hub.bearing, "ring", key)
@@ -219,7 +217,7 @@ def flanks(
             continue
         part = view.part(path.kind.gear)
         inverse = path.base_radius_planet**2 / mass_properties(view, planet)[1]
-        if can_turn(view.case, view.stage, part):
+        if can_turn(view, part):
             inverse += path.base_radius_gear**2 / mass_properties(view, part)[1]
         yield path, 1.0 / inverse
 

@@ -12,10 +12,9 @@ import numpy as np
 from flexgear.gears.contact import planet_tooth_angle, ring_start
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.radii import role_of, stage_radii
-from flexgear.model.case import Case
 from flexgear.model.errors import FlexgearError
 from flexgear.model.member import CarrierMember, GearMember, RingGear
-from flexgear.model.names import SIDES, BodyName, MemberName
+from flexgear.model.names import BodyName, MemberName
 from flexgear.model.stage import Stage
 from flexgear.model.stage_view import StageView
 from flexgear.structures.bodies import Body, lumped_body, rigid_variant
@@ -81,7 +80,7 @@ class Member:
 
 
 def stage_members(
-    case: Case, stage: Stage, bodies: Mapping[BodyName, AnyBody], rigid: Collection[BodyName] = ()
+    view: StageView, bodies: Mapping[BodyName, AnyBody], rigid: Collection[BodyName] = ()
 ) -> list[Member]:
     """All bodies of a stage: members, planets, then hub and the body behind the sun's spline.
 
@@ -89,21 +88,21 @@ def stage_members(
     not in ``bodies``. Names are "<stage>.ring", "<stage>.planet_1", …; a sun on a shaft is
     "<stage>.shaft". FlexgearError where a flexible FE body is missing.
     """
-    view, out = case.view(stage.name), list[Member]()
+    stage, out = view.stage, list[Member]()
     for part in [*stage.members, *(["planet"] if stage.kind == "planetary" else [])]:
         form = stage.form(part)
         name = BodyName.of(stage.name, "shaft" if form == "beam" else part)
         if form == "lumped" or (part == "planet" and name in rigid):
-            out += _lumped(case, stage, part)
+            out += _lumped(view, part)
         elif part == "planet":
-            out += _fe_planets(case, stage, bodies.get(name))
+            out += _fe_planets(view, bodies.get(name))
         elif form == "beam":
             shaft = rigid_variant(sun_shaft(view)) if name in rigid else sun_shaft(view)
-            out.append(_flexible(case, stage, part, replace(shaft, name=name)))
+            out.append(_flexible(view, part, replace(shaft, name=name)))
         else:
             body = _fe_body(view, name, bodies.get(name), name not in rigid)
-            out.append(_flexible(case, stage, part, replace(body, name=name)))
-    return [*out, *_hub(case, stage), *_behind_spline(case, stage, out)]
+            out.append(_flexible(view, part, replace(body, name=name)))
+    return [*out, *_hub(view), *_behind_spline(view, out)]
 
 
 def body_names(stage: Stage, part: str) -> list[BodyName]:
@@ -114,20 +113,19 @@ def body_names(stage: Stage, part: str) -> list[BodyName]:
         return [BodyName.of(stage.name, "shaft")]
     if part == "planet":
         return [BodyName.of(stage.name, part, i) for i in range(stage.planets)]
-    halves = part == "ring" and stage.double_helical and form == "lumped"
-    return [BodyName.of(stage.name, part, side=side) for side in (SIDES if halves else ("",))]
+    sides = stage.sides if part == "ring" and form == "lumped" else ("",)
+    return [BodyName.of(stage.name, part, side=side) for side in sides]
 
 
-def can_turn(case: Case, stage: Stage, part: str) -> bool:
+def can_turn(view: StageView, part: str) -> bool:
     """Whether a member has a rotation about its axis: not so if it is held fast, or an FE body."""
-    name, form = MemberName.of(stage.name, part), stage.form(part)
+    form, member = view.stage.form(part), MemberName.of(view.name, part)
     if form == "beam":
         return True
-    held = name in case.held_members()
     if form == "fe":
-        return not held
-    fast = held and not stage.member(part).support.holds_rotation
-    return case.kinematics_of(name) != "fixed" and not fast
+        return not view.is_held(part)
+    fast = view.is_held(part) and not view.stage.member(part).support.holds_rotation
+    return view.case.kinematics_of(member) != "fixed" and not fast
 
 
 def mass_properties(view: StageView, part: str) -> tuple[float, float, float]:
@@ -177,28 +175,27 @@ def _fe_body(view: StageView, name: BodyName, body: AnyBody | None, bends: bool)
     return body.as_body()
 
 
-def _flexible(case: Case, stage: Stage, part: str, body: Body) -> Member:
+def _flexible(view: StageView, part: str, body: Body) -> Member:
     """An FE body, or a shaft: its teeth are contacts, "drive" or "end" is its end. The end of a
     shaft is behind its spline, where a body hangs there."""
     nodes = body.nodes
     teeth = [node for node in nodes if node.kind == "tooth"]
-    if stage.form(part) == "beam":
+    if view.stage.form(part) == "beam":
         ports = {"gear": Port("sun"), "spline": Port("end")}
-        if case.port_at(MemberName.of(stage.name, part)) is None:
+        if view.case.port_at(MemberName.of(view.name, part)) is None:
             ports["end"] = Port("end")
         return Member(body, part, ports, ["sun"])
     ports = {name: Port("drive") for name in ("end", "gear") if "drive" in nodes}
     for pin in (node for node in nodes if node.kind == "pin"):
-        ports[pin] = Port(pin, -stage.planet_angles[pin.number - 1])
-    frame: Literal["carrier", "ring"] = "ring" if part == "ring" else "carrier"
-    return Member(body, part, ports, teeth, frame)
+        ports[pin] = Port(pin, -view.stage.planet_angles[pin.number - 1])
+    return Member(body, part, ports, teeth, "ring" if part == "ring" else "carrier")
 
 
-def _fe_planets(case: Case, stage: Stage, reduced: AnyBody | None) -> list[Member]:
+def _fe_planets(view: StageView, reduced: AnyBody | None) -> list[Member]:
     """Planets of one reduced body, each turned so that its teeth stand where they mesh."""
     if not isinstance(reduced, ReducedBody):
-        raise FlexgearError(f"the reduced planet of stage {stage.name} is missing")
-    g, out = stage_geometry(case.view(stage.name)), []
+        raise FlexgearError(f"the reduced planet of stage {view.name} is missing")
+    stage, g, out = view.stage, stage_geometry(view), []
     turned = planet_tooth_angle(g, ring_start(g, np.asarray(stage.planet_angles)))
     for name, angle in zip(body_names(stage, "planet"), turned, strict=True):
         body = floating(reduced, name, float(angle))
@@ -209,51 +206,49 @@ def _fe_planets(case: Case, stage: Stage, reduced: AnyBody | None) -> list[Membe
     return out
 
 
-def _lumped(case: Case, stage: Stage, part: str) -> list[Member]:
+def _lumped(view: StageView, part: str) -> list[Member]:
     """The bodies of a lumped member: all planets, both halves of a double-helical ring. The gear of
     a parallel stage, whose axis x comes from the pinion, meets others in the stage's axes."""
-    view, member = case.view(stage.name), MemberName.of(stage.name, part)
+    angles, fast = view.stage.planet_angles, not can_turn(view, part)
     mass, polar, tilt = mass_properties(view, part)
-    kinematics, fast = case.kinematics_of(member), not can_turn(case, stage, part)
-    out = []
-    for name in body_names(stage, part):
+    kinematics, out = view.case.kinematics_of(MemberName.of(view.name, part)), []
+    for name in body_names(view.stage, part):
         body = lumped_body(name, mass, (tilt, tilt, polar), kinematics, held=fast)
-        axes = stage.planet_angles[0] if part == "gear" else 0.0
+        axes = angles[0] if part == "gear" else 0.0
         ports = {"end": Port(name, axes), "gear": Port(name, axes), "bore": Port(name)}
         if part == "carrier":
-            for k, angle in enumerate(stage.planet_angles, 1):
+            for k, angle in enumerate(angles, 1):
                 ports[f"pin_{k}"] = Port(name, -angle, stage_radii(view).center_distance)
         out.append(Member(body, part, ports, [name], "carrier", mass, polar, tilt))
     return out
 
 
-def _hub(case: Case, stage: Stage) -> list[Member]:
+def _hub(view: StageView) -> list[Member]:
     """The hub that carries an FE ring that turns."""
-    if stage.form("ring") != "fe" or not can_turn(case, stage, "ring"):
+    if view.stage.form("ring") != "fe" or not can_turn(view, "ring"):
         return []
-    hub = stage.ring.hub if stage.ring else None
+    hub = view.stage.ring.hub if view.stage.ring else None
     assert hub is not None  # the model asks for it
     mass, tilt = hub.mass or 0.0, hub.tilt_inertia or 0.0
     inertia = (tilt, tilt, hub.inertia)
-    body = lumped_body(BodyName.of(stage.name, "hub"), mass, inertia, hub.kinematics)
+    body = lumped_body(BodyName.of(view.name, "hub"), mass, inertia, hub.kinematics)
     body = replace(body, positions=np.array([[0.0, 0.0, hub.z]]))
     ports = {"end": Port(body.name)}
     return [Member(body, "ring", ports, (), "ring", mass, hub.inertia, tilt)]
 
 
-def _behind_spline(case: Case, stage: Stage, members: list[Member]) -> list[Member]:
+def _behind_spline(view: StageView, members: list[Member]) -> list[Member]:
     """The body behind the spline of a sun's shaft; none where another stage is joined there, which
     has its own bodies."""
-    port = case.port_at(MemberName.of(stage.name, "sun"))
-    if stage.form("sun") != "beam" or port is None:
+    port = view.case.port_at(MemberName.of(view.name, "sun"))
+    if view.stage.form("sun") != "beam" or port is None:
         return []
     assert port.mass is not None and port.tilt_inertia is not None  # the model asks for them
     tilt, polar = port.tilt_inertia, port.inertia or 0.0
-    body = lumped_body(BodyName.of(stage.name, "output"), port.mass, (tilt, tilt, polar))
+    body = lumped_body(BodyName.of(view.name, "output"), port.mass, (tilt, tilt, polar))
     shaft = next(m.body for m in members if m.part == "sun")
     body = replace(body, positions=shaft.positions[-1:].copy())
-    ports = {"end": Port(body.name)}
-    return [Member(body, "sun", ports, (), "carrier", port.mass, polar, tilt)]
+    return [Member(body, "sun", {"end": Port(body.name)}, (), "carrier", port.mass, polar, tilt)]
 
 
 def _radii_of(

@@ -83,6 +83,10 @@ class StageView:
         shaft = self.stage.sun and self.stage.sun.shaft
         return self.fe_bodies | ({BodyName.of(self.name, "shaft"): shaft} if shaft else {})
 
+    def is_held(self, part: str) -> bool:
+        """Whether a member does not turn."""
+        return f"{self.name}.{part}" in self.case.held_members()
+
     def fe_tie(self, role: str) -> Literal["root", "flank"] | None:
         """Where the contact nodes of "ring" or "planet" are tied to a flexible FE body; None for
         other gears and for rigid bodies, which have no part of the teeth's compliance."""
