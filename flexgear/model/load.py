@@ -169,33 +169,32 @@ def _case(
 
 
 def _override(data: dict[str, Any], key: str, value: object, written: Written) -> dict[str, Any]:
-    refuse_earlier_key(key, "--set")
-    full = ".".join(numbered(_whole_key(key, data), data, "--set"))
-    path, converted = override_data(Case, full, value, written)
+    path, converted = override_data(Case, whole_key(key, data, "--set"), value, written)
     overridden: dict[str, Any] = changed(data, path, converted, "--set", key)
     return overridden
 
 
-def _whole_key(key: str, data: Mapping[str, Any]) -> str:
-    """A key with "stage." before it if it is one of the case's only stage; InputError if it is
-    neither that nor a key of the case."""
+def whole_key(key: str, data: Mapping[str, Any], where: str) -> str:
+    """A key of a setting with stages by number; one of the case's only stage may come without
+    "stage.". InputError if it is neither that nor a key of the case."""
+    refuse_earlier_key(key, where)
     first, stages = key.partition(".")[0], data.get("stages", ())
     if first in ("stage", "stages"):
-        return key
+        return ".".join(numbered(key, data, where))
     try:
-        match_key(Case, first, "--set", key)
+        match_key(Case, first, where, key)
     except InputError as of_case:
         try:
-            match_key(Stage, first, "--set", key)
+            match_key(Stage, first, where, key)
         except InputError as of_stage:
             faults = [f for f in (of_case, of_stage) if f.problem != "is not a known key"]
             keys = [*accepted_keys(Stage), *accepted_keys(Case)]
-            unknown = InputError("--set", key, "is not a known key", nearest(first, keys))
+            unknown = InputError(where, key, "is not a known key", nearest(first, keys))
             raise (faults or [unknown])[0] from None
         if len(stages) != 1:
             remedy = f"write stages.NAME.{key} or stages.0.{key}"
-            raise InputError("--set", key, "is a key of a stage", remedy) from None
-        return f"stage.{key}"
+            raise InputError(where, key, "is a key of a stage", remedy) from None
+        return f"stages.0.{key}"
     return key
 
 

@@ -17,17 +17,16 @@ import numpy as np
 
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError, echo
+from flexgear.model.load import whole_key
 from flexgear.model.read import (
     FieldPath,
     changed,
     field_path,
     is_place,
-    numbered,
     of_only_stage,
 )
 from flexgear.model.section import Section, is_list
 from flexgear.model.units import unit_name
-from flexgear.model.upgrade import refuse_earlier_key
 
 WHERE = "sweep"
 FORMS = "write 1,2,3 or start:stop:count or start:stop:count:log"
@@ -104,15 +103,14 @@ def parse_values(key: str, text: str) -> Values:
 
 def swept_key(base: Case, key: str, values: Values) -> SweptKey:
     """The key as a field of the case; InputError for unknown keys and values of the wrong kind."""
-    refuse_earlier_key(key, WHERE)
     data = base.model_dump()
-    full = ".".join(numbered(key, data, WHERE))
+    full = whole_key(key, data, WHERE)
     try:
         field = field_path(Case, full, WHERE)
         if field.is_element:  # the case has that element
             changed(data, field.path, 0.0, WHERE, key)
     except InputError as fault:
-        raise of_only_stage(fault) if key.startswith("stage.") else fault from None
+        raise fault if key.startswith("stages") else of_only_stage(fault) from None
     if field.is_section:
         raise InputError(WHERE, key, "is a section, not a key", f"name a key of it: {key}.…")
     name, suffix = field.name, field.suffix

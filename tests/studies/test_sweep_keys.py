@@ -114,9 +114,11 @@ def test_stages_of_a_train_by_name_number_and_alias(pitch_drive):
     )
     assert named.path == numbered.path == ("stages", 1, "face_width")
     assert named.units == "mm"
-    (alias,) = keys_of(load_case("lin-parker"), "stage.planet_bearing.radial_n_per_m=1e7,1e8")
-    assert alias.path == ("stages", 0, "planet_bearing", "radial")
-    assert alias.units == "N/m"
+    for before in ("stage.", ""):
+        setting = f"{before}planet_bearing.radial_n_per_m=1e7,1e8"
+        (alias,) = keys_of(load_case("lin-parker"), setting)
+        assert alias.path == ("stages", 0, "planet_bearing", "radial")
+        assert alias.units == "N/m"
     with pytest.raises(InputError, match="there are 3 stages"):
         keys_of(pitch_drive, "stage.face_width_mm=10,20")
     with pytest.raises(InputError, match="stage_9"):
