@@ -172,6 +172,11 @@ def is_list(section: type[Section], name: str) -> bool:
 
 
 @cache
+def takes(section: type[Section], name: str, kind: type) -> bool:
+    """Whether a field, or a list that it holds, takes values of a plain type."""
+    return kind in _walk(section.model_fields[name].annotation)
+
+
 def takes_one(section: type[Section], name: str) -> bool:
     """Whether a field that holds a list of sections takes a single one as well."""
     inside = _walk(section.model_fields[name].annotation)

@@ -11,7 +11,6 @@ import itertools
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
@@ -25,7 +24,7 @@ from flexgear.model.read import (
     is_place,
     of_only_stage,
 )
-from flexgear.model.section import Section, is_list
+from flexgear.model.section import is_list, takes
 from flexgear.model.units import unit_name
 
 WHERE = "sweep"
@@ -204,31 +203,22 @@ def _text(value: float) -> str:
     return str(int(value)) if value == int(value) and abs(value) < 1e15 else repr(float(value))
 
 
-def _scalars(section: type[Section], name: str) -> set[Any]:
-    """Plain types inside a field's annotation."""
-    types, todo = set[Any](), [section.model_fields[name].annotation]
-    while todo:
-        each = todo.pop()
-        types.add(each)
-        todo += list(getattr(each, "__args__", ()))
-    return types
-
-
 def _require_kind(key: str, values: Values, field: FieldPath, several: bool) -> None:
     """InputError where values do not fit the key's type: numbers, whole numbers or words.
 
     several: whether the key takes lists."""
-    takes, numbers = _scalars(field.section, field.name), values.numbers
-    if numbers is None and takes & {int, float} and not several:
+    numbers, whole = values.numbers, takes(field.section, field.name, int)
+    real = takes(field.section, field.name, float)
+    if numbers is None and (whole or real) and not several:
         unit = f" in {unit_name(field.suffix)}" if field.suffix else ""
         problem = f"{echo(values.texts[0])} is not a number"
         raise InputError(WHERE, key, problem, f"give numbers{unit}; {FORMS}")
-    if numbers is not None and int in takes and float not in takes:
+    if numbers is not None and whole and not real:
         broken = next((v for v in numbers if v != int(v)), None)
         if broken is not None:
             problem = f"takes whole numbers, {broken:g} is none"
             remedy = "choose the count so that the steps are whole, or list the values"
             raise InputError(WHERE, key, problem, remedy)
-    if numbers is not None and not takes & {int, float}:
+    if numbers is not None and not (whole or real):
         problem = f"takes words, not the number {values.texts[0]}"
         raise InputError(WHERE, key, problem, "list the words: KEY=word,other")
