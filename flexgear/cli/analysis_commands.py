@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import partial
@@ -145,6 +146,8 @@ def simulate(
     """Transient under the case's drive."""
     _require_positive("--duration-s", duration_s, "1.5")
     _require_positive("--torque-share", torque_share, "1.5")
+    if not math.isfinite(torque_share):
+        raise InputError("--torque-share", f"{torque_share:g}", "is no number", "e.g. 1.5")
     case, parts = analysis.read()
     names = saved_names(save_only, analysis.out)
     start = None if start_from is None else load(ended_run(start_from))

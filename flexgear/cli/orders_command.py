@@ -33,6 +33,7 @@ from flexgear.results.orders import (
 )
 from flexgear.results.origin import origin_of_case
 from flexgear.results.report.wording import number, scale, words
+from flexgear.results.run_folder import complete
 from flexgear.results.settling import settled
 from flexgear.results.sinks import between
 from flexgear.results.synchronous_average import planet_averages, synchronous_average
@@ -90,37 +91,38 @@ def orders(
     """Order analysis of a transient: spectrum over the turn of a member, whatever its speed does,
     lines that are expected there, run-up maps, envelopes and averages over turns."""
     data = _opened(file)
-    case = case_of(data)
-    if out is not None:
-        options.claim_folder(out, FILES, origin_of_case(case), force)
-    part = _part(over_time(data, of), from_s, to_s, block_turns is not None)
-    part, member = part.assign({of: _only(part[of], only)}), member or first_input(part)
-    with progress(quiet) as report:
-        report("orders", 0.0)
-        if planets:
-            at = np.radians(sensor_angle_deg)
-            result = planet_averages(part, of, planets, sensor_angle=at)
-        else:
-            history = history_over_turns(
-                part, of, member, against, highest=highest, band_hz=envelope_hz
-            )
-            result = (
-                synchronous_average(history) if average
-                else order_spectrum(history, window) if block_turns is None
-                else order_map(history, block_turns, window)
-            )  # fmt: skip
-        report("orders", 1.0)
-    expected = [] if "phase" in result.dims else _expected(case, result, member, against)
-    if out is not None:
-        _write(out, case, result, expected)
-    rows = [] if "phase" in result.dims else list(strongest(result, expected))
-    if as_json:
-        typer.echo(as_json_text({"of": of, "member": member, "against": against or None,
-                                 "turns": result.attrs["turns"], "lines": rows}))  # fmt: skip
-        return
-    _print(case, result, rows)
-    if out is not None:
-        typer.echo(f"\nwrote {out}")
+    with complete(file):
+        case = case_of(data)
+        if out is not None:
+            options.claim_folder(out, FILES, origin_of_case(case), force)
+        part = _part(over_time(data, of), from_s, to_s, block_turns is not None)
+        part, member = part.assign({of: _only(part[of], only)}), member or first_input(part)
+        with progress(quiet) as report:
+            report("orders", 0.0)
+            if planets:
+                at = np.radians(sensor_angle_deg)
+                result = planet_averages(part, of, planets, sensor_angle=at)
+            else:
+                history = history_over_turns(
+                    part, of, member, against, highest=highest, band_hz=envelope_hz
+                )
+                result = (
+                    synchronous_average(history) if average
+                    else order_spectrum(history, window) if block_turns is None
+                    else order_map(history, block_turns, window)
+                )  # fmt: skip
+            report("orders", 1.0)
+        expected = [] if "phase" in result.dims else _expected(case, result, member, against)
+        if out is not None:
+            _write(out, case, result, expected)
+        rows = [] if "phase" in result.dims else list(strongest(result, expected))
+        if as_json:
+            typer.echo(as_json_text({"of": of, "member": member, "against": against or None,
+                                     "turns": result.attrs["turns"], "lines": rows}))  # fmt: skip
+            return
+        _print(case, result, rows)
+        if out is not None:
+            typer.echo(f"\nwrote {out}")
 
 
 def _opened(file: Path) -> xr.Dataset:

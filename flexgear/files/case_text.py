@@ -62,7 +62,7 @@ class Section:
         rows = [self.header] if self.header else []
         for key, value, why in self.lines:
             line = f"{key} = {toml(value)}"
-            rows.append(f"{line:<{COLUMN}}# {why}" if why else line)
+            rows.append(f"{line:<{COLUMN}}# {_printable(why)}" if why else line)
         return "\n".join(rows) + "\n"
 
 
@@ -139,8 +139,11 @@ def toml(value: Value) -> str:
 
 def commented(lines: list[str]) -> str:
     """Lines as comments; what cannot be printed is left out."""
-    printable = ("".join(c if c.isprintable() else " " for c in line) for line in lines)
-    return "".join(f"# {line}".rstrip() + "\n" for line in printable)
+    return "".join(f"# {_printable(line)}".rstrip() + "\n" for line in lines)
+
+
+def _printable(text: str) -> str:
+    return "".join(c if c.isprintable() else " " for c in text)
 
 
 SIDES = {  # side of the carrier's flange, of the ring's bolts, of the sun's shaft

@@ -159,11 +159,15 @@ class _Bytes:
         """``count`` little-endian numbers: h, i, f or d of ``struct``."""
         return np.frombuffer(self.text(count * struct.calcsize(form)), f"<{form}")
 
-    def text(self, size: int) -> bytes:
-        """``size`` bytes."""
+    def require(self, size: int) -> None:
+        """InputError where fewer bytes are left."""
         if not 0 <= size <= len(self.content) - self.at:
             problem = f"ends after {len(self.content)} bytes, and needs {self.at + size}"
             raise InputError(str(self.path), WHAT, problem, CUT_SHORT)
+
+    def text(self, size: int) -> bytes:
+        """``size`` bytes."""
+        self.require(size)
         self.at += size
         return self.content[self.at - size : self.at]
 
@@ -185,6 +189,8 @@ def _binary(path: Path, names: Sequence[str]) -> Table:
     if channels < 1 or samples < 1 or length < 1:
         problem = f"has {channels} channels of {samples} samples"
         raise InputError(str(path), WHAT, problem, "give a whole output file of OpenFAST")
+    packed_type = "d" if form == 3 else "h"
+    file.require(samples * channels * struct.calcsize(packed_type))
     slopes, offsets = np.ones(channels), np.zeros(channels)
     if form != 3:
         slopes, offsets = (file.take("f", channels).astype(float) for _ in range(2))
@@ -199,7 +205,7 @@ def _binary(path: Path, names: Sequence[str]) -> Table:
     if form == 1:
         with np.errstate(divide="ignore", invalid="ignore"):
             times = (file.take("i", samples) - second) / first
-    packed = file.take("d" if form == 3 else "h", samples * channels).reshape(samples, channels)
+    packed = file.take(packed_type, samples * channels).reshape(samples, channels)
     values = np.empty((samples, len(columns)))
     for k, column in enumerate(columns):
         values[:, k] = times
@@ -245,7 +251,7 @@ def _netcdf(path: Path, names: Sequence[str]) -> Table:
                 raise InputError(str(path), ", ".join(names), problem, "give one value a time")
             units = [str(data.variables[name].attrs.get("units", "")) for name in titles]
             return Table(titles, units, np.column_stack([np.asarray(c, float) for c in columns]))
-    except (OSError, ValueError, KeyError, TypeError) as fault:
+    except (OSError, ValueError, LookupError, TypeError, AttributeError, RuntimeError) as fault:
         problem = f"is no netCDF file: {str(fault).splitlines()[0] if str(fault) else fault!r}"
         raise InputError(str(path), WHAT, problem, "give it whole") from None
 

@@ -25,6 +25,8 @@ from flexgear.model.units import (
     Viscosity,
 )
 
+LARGEST = 1e16  # N/m, N m/rad, of a matrix of springs
+
 
 class Rollers(Section):
     """Rows of cylindrical rollers of steel.
@@ -92,11 +94,14 @@ class Springs(Section):
         if len(self.full) != 6 or any(len(row) != 6 for row in self.full):
             raise Refusal("full", "is not 6 x 6", "give six rows of six numbers")
         k = np.array(self.full)
+        if np.abs(k).max() > LARGEST:
+            problem = f"has entries beyond {LARGEST:g}"
+            raise Refusal("full", problem, "check the unit: N/m, N m/rad")
         scale = np.sqrt(np.abs(np.diag(k)))
         if np.abs(k - k.T).max() > 1e-9 * np.abs(k).max():
             raise Refusal("full", "is not symmetric", "forces would not balance; correct it")
         unit = k / np.where(scale > 0, scale, 1.0) / np.where(scale > 0, scale, 1.0)[:, None]
-        if np.linalg.eigvalsh(unit).min() < -1e-9:
+        if not np.isfinite(unit).all() or np.linalg.eigvalsh(unit).min() < -1e-9:
             raise Refusal("full", "is not positive semidefinite", "correct its signs")
 
 

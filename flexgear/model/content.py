@@ -6,13 +6,13 @@ import hashlib
 import json
 import os
 from collections.abc import Iterator
-from glob import glob
 from pathlib import Path
 from typing import Any
 
 from flexgear.model.bodies import FE_MESH_FILES
 from flexgear.model.errors import InputError
 from flexgear.model.input_file import MOST_FE_MESH, require_regular
+from flexgear.model.load_cases import files_named
 from flexgear.model.machine import Followed, read_load_series, read_time_series
 from flexgear.model.modifications import read_flank_table
 
@@ -84,7 +84,6 @@ def digest_files(data: dict[str, Any]) -> None:
     for _, section in _sections(data):
         for key in section.keys() & _FILES:
             if key == "files":  # a pattern
-                names = sorted(glob(section[key], recursive=True))
-                section[key] = [file_digest(name) for name in names]
+                section[key] = [file_digest(name) for name in sorted(files_named(section[key]))]
             else:
                 section[key] = file_digest(section[key])

@@ -256,8 +256,8 @@ def _check_planet(stage: Stage, fault: Fault) -> None:
 def _check_bearing(stage: Stage, fault: Fault) -> None:
     bearing = stage.bearings.get(fault.bearing)
     if bearing is None:
-        problem = f"there is no {fault.bearing} of {stage.name}"
-        raise Refusal("bearing", problem, nearest("", [*stage.bearings]))
+        problem, names = f"there is no {fault.bearing} of {stage.name}", [*stage.bearings]
+        raise Refusal("bearing", problem, nearest("", names) if names else "take the fault out")
     if bearing.rollers is None or bearing.elements is None:
         section = "rollers" if bearing.rollers is None else "elements"
         raise _lacking(fault.bearing, stage.name, section)

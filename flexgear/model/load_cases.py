@@ -42,6 +42,11 @@ def channel_of(text: str) -> Channel | None:
 YEAR = 8784.0  # h, of a leap year
 
 
+def files_named(pattern: str) -> list[str]:
+    """Files of a pattern such as "dlc12/*.outb"; none for one with a zero byte."""
+    return [] if "\0" in pattern else glob(pattern, recursive=True)
+
+
 class DesignLoadCase(Section):
     """Files that stand for some hours of each year.
 
@@ -64,7 +69,7 @@ class DesignLoadCase(Section):
 
     def paths(self, where: str) -> list[Path]:
         """The files, in the order of their names; InputError where there is none."""
-        paths = sorted(Path(name) for name in glob(self.files, recursive=True))
+        paths = sorted(Path(name) for name in files_named(self.files))
         if not paths:
             problem = f"'{self.files}' names no file"
             raise InputError(where, "load_series.design_load_cases", problem, "check the path")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Literal
 
 from pydantic import Field
@@ -20,6 +21,7 @@ MOTIONS = ("displacement", "velocity", "acceleration")  # by the order of their 
 LEAST_RATE = 2.2  # of the band: the anti-alias filter needs room up to half of the sampling rate
 USUAL_RATE = 2.56  # of the band, as of most measuring systems
 _ON_AXIS = 1e-9  # m
+_FARTHEST = 50.0  # m from the middle of the face
 
 
 class Sensor(Section):
@@ -81,11 +83,15 @@ class Sensor(Section):
         if moves and (self.direction is None) == (self.vector is None):
             problem = "is missing" if self.direction is None else "stands beside vector"
             raise Refusal("direction", problem, 'give "radial", "x", …, or a vector, not both')
-        if self.vector is not None and not any(self.vector):
-            raise Refusal("vector", "has no direction", "give one that is not zero")
+        if self.vector is not None and not 1e-100 < math.hypot(*self.vector) < 1e100:
+            problem = f"is {math.hypot(*self.vector):g} long and so has no direction"
+            raise Refusal("vector", problem, "give one that is not zero, such as [1, 0, 1]")
         on_axis = self.angle is None and self.node is None
-        x, y, _ = self.place or (0.0, 0.0, 0.0)
-        if self.direction in ("radial", "tangential") and on_axis and x**2 + y**2 < _ON_AXIS**2:
+        x, y, _ = place = self.place or (0.0, 0.0, 0.0)
+        if max(map(abs, place)) > _FARTHEST:
+            problem = f"lies {max(map(abs, place)):g} m off the middle of the face"
+            raise Refusal("place", problem, f"at most {_FARTHEST:g} m; check the unit")
+        if self.direction in ("radial", "tangential") and on_axis and math.hypot(x, y) < _ON_AXIS:
             problem = f"{self.direction} has no sense on the axis"
             raise Refusal("direction", problem, 'take "x", "y" or "z", or give a place off it')
 

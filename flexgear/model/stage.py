@@ -214,7 +214,8 @@ class Stage(Section):
         planets = data.get("planets", 1) if isinstance(data, dict) else None
         if not isinstance(errors, Mapping) or not isinstance(planets, int):
             return data
-        return {**data, "errors": GearErrors.for_each(errors, planets)}
+        count = min(planets, MOST_PLANETS)  # the field refuses more
+        return {**data, "errors": GearErrors.for_each(errors, count)}
 
     def _check(self) -> None:
         parts = _PARTS[self.kind]

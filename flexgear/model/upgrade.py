@@ -70,7 +70,8 @@ def refuse_earlier_file(raw: Mapping[str, Any], where: str) -> None:
     for key in earlier_keys(raw)[:1]:
         problem = "is of the form that cases had up to flexgear 0.2.0"
         raise InputError(where, key, problem, f"run flexgear upgrade {shlex.quote(where)}")
-    stages = [*raw.get("stages", ()), raw.get("stage")]
+    several = raw.get("stages")
+    stages = [*(several if isinstance(several, list) else ()), raw.get("stage")]
     rings = (stage.get("ring") for stage in stages if isinstance(stage, Mapping))
     if any(isinstance(ring, Mapping) and "gauges" in ring for ring in rings):
         remedy = 'write each as [[sensors]] with on = "…ring", measures = "strain", and grid_angle'

@@ -7,7 +7,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from flexgear.model.errors import InputError, echo
-from flexgear.model.read import Written, nearest
+from flexgear.model.read import Written, lists_of, nearest
 from flexgear.model.section import (
     Missing,
     Refusal,
@@ -43,6 +43,9 @@ def input_error(
         return _all_missing(root, missing, where)
     first = (missing or fault.errors())[0]
     loc: list[Any] = list(location(first))
+    too_few = first["type"] == "missing" and isinstance(loc[-1], int)
+    if too_few:  # numbers of a list of so many
+        *loc, length = loc
     spelled, owner, quantity = _place(root, loc)
     path = ".".join(str(p) for p in loc)
     where, key, suffix, _ = written.get(path, (where, spelled, "", None))
@@ -53,29 +56,42 @@ def input_error(
         path = ".".join(str(p) for p in parts)
         where, key, _, _ = written.get(path, (where, _place(root, parts)[0], "", None))
         return InputError(where, key, cause.problem, cause.remedy)
+    if too_few:
+        lacks = [line["loc"][-1] for line in fault.errors() if line["type"] == "missing"]
+        count = 1 + max(map(int, lacks))
+        return InputError(where, key, f"has {length} of {count} numbers", f"give {count} numbers")
     if kind == "missing":
         return InputError(where, key, "is missing", f"add {_addition(root, key)}")
     if kind in _LIMITS:
         return _out_of_range(first, owner, loc, quantity, suffix, where, key)
     if kind == "literal_error":
         words = [w.strip(" '") for w in context["expected"].replace(" or ", ", ").split(",")]
-        return InputError(
-            where, key, f"{echo(first['input'])} is unknown", nearest(str(first["input"]), words)
-        )
+        word = lists_of(first["input"])
+        remedy = nearest(str(word), [*filter(None, words)])
+        return InputError(where, key, f"{echo(word)} is unknown", remedy)
     if kind == "extra_forbidden":
         return InputError(
             where, key, "is not a known key", nearest(str(loc[-1]), list(owner.model_fields))
         )
-    if kind == "too_short" and context.get("actual_length") == 0:
-        return InputError(where, key, "is empty", "give at least one")
+    if kind in ("too_short", "too_long"):
+        length = context["actual_length"]
+        limits = {"at least": context.get("min_length"), "at most": context.get("max_length")}
+        word, limit = next((w, n) for w, n in limits.items() if n is not None)
+        problem = f"has {length} elements" if length else "is empty"
+        return InputError(where, key, problem, f"give {word} {limit if limit > 1 else 'one'}")
+    if kind == "string_pattern_mismatch":
+        remedy = "begin with a letter; letters, digits, - and _ may follow"
+        return InputError(where, key, f"{echo(first['input'])} is no name", remedy)
     want = _TYPES.get(kind)
     if want:
-        return InputError(where, key, f"{echo(first['input'])} is not {want}", f"give {want}")
+        problem = f"{echo(lists_of(first['input']))} is not {want}"
+        return InputError(where, key, problem, f"give {want}")
     return InputError(where, key, first["msg"], "correct it")
 
 
 def _is_missing(line: Any) -> bool:
-    return line["type"] == "missing" or isinstance(line.get("ctx", {}).get("error"), Missing)
+    lacks = line["type"] == "missing" and isinstance(line["loc"][-1], str)
+    return lacks or isinstance(line.get("ctx", {}).get("error"), Missing)
 
 
 def _all_missing(root: type[Section], lines: list[Any], where: str) -> InputError:

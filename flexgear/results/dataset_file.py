@@ -22,7 +22,7 @@ import numpy as np
 import xarray as xr
 
 from flexgear.files.atomic import PathLike, atomic_file
-from flexgear.model.errors import FlexgearError, InputError
+from flexgear.model.errors import InputError
 from flexgear.results.netcdf import Encoding, NewFile, read
 from flexgear.results.sinks import (
     CLOCKS,
@@ -95,14 +95,13 @@ def load(path: PathLike) -> xr.Dataset:
 def readable(path: PathLike) -> Iterator[None]:
     """Context in which an unreadable dataset raises an error of one line."""
     if not Path(path).is_file():
-        raise FlexgearError(f"cannot read {path}: there is no such file")
+        raise InputError(str(path), "dataset", "there is no such file", "check the path")
     try:
         yield
     except DAMAGED as error:
         line = str(error).splitlines()[0] if str(error) else type(error).__name__
-        raise FlexgearError(
-            f"cannot read {path}: not a netCDF file of flexgear ({line})"
-        ) from error
+        problem = f"is not a netCDF file of flexgear ({line})"
+        raise InputError(str(path), "dataset", problem, "name a result of flexgear") from error
 
 
 CHUNK = 2**18  # bytes that are compressed together

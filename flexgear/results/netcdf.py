@@ -199,8 +199,10 @@ def read(file: h5py.File, whole: bool) -> xr.Dataset:
 def _dims(file: h5py.File, name: str, stored: h5py.Dataset) -> tuple[str, ...]:
     """Axes of a variable: those of the scales that it refers to; of a scale the scale itself."""
     references = (refs[0] for refs in stored.attrs.get("DIMENSION_LIST", ()))
-    names = (h5py.h5r.get_name(reference, file.id).decode() for reference in references)
-    return tuple(scale.lstrip("/") for scale in names) or (name,) * stored.ndim
+    scales = [h5py.h5r.get_name(reference, file.id) for reference in references]
+    if None in scales:
+        raise ValueError(f"an axis of {name} is missing")
+    return tuple(s.decode().lstrip("/") for s in scales) or (name,) * stored.ndim
 
 
 class _Stored(BackendArray):  # type: ignore[misc]

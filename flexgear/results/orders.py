@@ -14,6 +14,7 @@ window is low by 0.07 % at most. Two lines are told apart from 2/turns on (Hann)
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Hashable, Mapping, Sequence
 from typing import Any, TypeVar
 
@@ -25,7 +26,7 @@ from flexgear.arrays import Array
 from flexgear.gears.expected_lines import ExpectedLine, expected_lines
 from flexgear.gears.power_flow import power_flow, speed_ratios
 from flexgear.model.case import Case
-from flexgear.model.errors import FlexgearError, InputError
+from flexgear.model.errors import InputError
 from flexgear.results.labelled_dataset import groups_in
 from flexgear.results.run_folder import tuples_of
 
@@ -45,12 +46,12 @@ Value = TypeVar("Value", Array, float)
 
 
 def case_of(data: xr.Dataset) -> Case:
-    """The case of a dataset. FlexgearError where it is no result of flexgear."""
-    if "parameters" not in data.attrs:
-        raise FlexgearError(
-            "orders: the dataset is not one of flexgear, or has lost its attributes"
-        )
-    return Case.model_validate(tuples_of(json.loads(data.attrs["parameters"])))
+    """The case whose result a dataset is. InputError where it is no result of flexgear."""
+    try:
+        return Case.model_validate(tuples_of(json.loads(data.attrs["parameters"])))
+    except (KeyError, TypeError, ValueError, RecursionError):
+        problem = "is none of flexgear, or lost the case among its attributes"
+        raise InputError(SOURCE, "dataset", problem, "name a transient of flexgear") from None
 
 
 def member_turns(data: xr.Dataset, member: str, against: str = "") -> xr.DataArray:
@@ -189,7 +190,8 @@ def over_time(data: xr.Dataset, name: str) -> xr.Dataset:
         raise InputError(SOURCE, name, "is no history of this file", f"name one of {names or '–'}")
     clock = clocks[0]
     if CLOCKS[clock] not in data:
-        raise FlexgearError(f"orders: the file lacks {CLOCKS[clock]}; save it beside the history")
+        problem, remedy = f"is not in the file beside {name}", "save it, too"
+        raise InputError(SOURCE, CLOCKS[clock], problem, remedy)
     named = {"input_angle": data[CLOCKS[clock]], name: data[name]}
     if clock != TIME:
         named = {n: v.drop_vars(TIME, errors="ignore").rename({clock: TIME})
@@ -255,7 +257,10 @@ def _thinned(fine: Array, times: int) -> Array:
 
 def _window(name: str, count: int) -> Array:
     try:
-        return np.asarray(signal.get_window(name, count))
+        window = np.asarray(signal.get_window(name, count))
+        if not np.isfinite(window).all():
+            raise ValueError(name)
+        return window
     except ValueError:
         remedy = "take hann, flattop, boxcar or another of scipy.signal.windows"
         raise InputError(SOURCE, f"window {name}", "is unknown", remedy) from None
@@ -284,7 +289,7 @@ def order_map(
     """
     per_turn, total = int(history.attrs["per_turn"]), history.sizes[TURN]
     wished = max(2.0, total / per_turn / 30) if block_turns is None else block_turns
-    size = round(wished * per_turn)
+    size = round(wished * per_turn) if math.isfinite(wished) else 0
     if not 16 <= size <= total:
         raise InputError(
             SOURCE, f"blocks of {wished:g} turns", f"do not fit {total / per_turn:.4g} turns",

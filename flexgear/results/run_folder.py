@@ -121,7 +121,7 @@ def complete(folder: Path) -> Iterator[None]:
         yield
     except (KeyError, StopIteration) as error:
         raise _damaged(folder, "its datasets", f"{error or 'one'} is missing") from error
-    except (TypeError, AttributeError, ValueError, IndexError) as error:
+    except (TypeError, AttributeError, ValueError, IndexError, ArithmeticError) as error:
         problem = f"values are not those of a run ({str(error).partition(chr(10))[0]})"
         raise _damaged(folder, "summary.json or its datasets", problem) from error
 
@@ -148,4 +148,4 @@ def _json(folder: Path, name: str) -> dict[str, Any]:
 
 def _damaged(folder: Path, name: str, problem: str) -> InputError:
     problem_text = f"cannot be read, {name}: {problem}"
-    return InputError("render", str(folder), problem_text, "run the case again")
+    return InputError(str(folder), "results", problem_text, "run the case again")

@@ -33,6 +33,8 @@ from flexgear.model.load_cases import DesignLoadCase, LoadCase, LoadSeries
 
 LOADS = ("force_x", "force_y", "force_z", "moment_x", "moment_y")
 EXPONENTS = (10.0 / 3.0, 6.6, 8.7)  # of roller bearings, case-hardened flanks and roots
+STEPS = ("torque_step", "speed_step", *["force_step"] * 3, *["moment_step"] * 2)
+MOST = 1e6  # largest value over the width of a bin
 FINE = 40  # intervals of the torque's duration in a bin of torque
 Report = Callable[[str, float], None]
 
@@ -82,6 +84,12 @@ class SeriesBins:
 
     def add(self, samples: Samples) -> None:
         """Add samples to all sums, and to the bins that they fall into."""
+        state = np.column_stack([samples.torque, samples.speed, samples.loads])
+        sizes = np.abs(state).max(axis=0, initial=0.0) / self.steps
+        if not sizes.max() <= MOST:
+            problem = f"is a bin's width that goes {sizes.max():.2g} times into the largest value"
+            key = f"load_series.{STEPS[int(sizes.argmax())]}"
+            raise InputError(self.source, key, problem, f"give a wider one, {MOST:g} times at most")
         turns, relative = samples.turns, np.abs(samples.torque / self.torque)
         self.hours += float(samples.weight.sum())
         self.turns += float(turns.sum())
@@ -92,7 +100,6 @@ class SeriesBins:
         intervals, inverse = np.unique(at, return_inverse=True)
         for interval, more in zip(intervals.tolist(), np.bincount(inverse, turns), strict=True):
             self.duration[interval] += float(more)
-        state = np.column_stack([samples.torque, samples.speed, samples.loads])
         numbers = np.floor(state / self.steps).astype(int)
         places, inverse = np.unique(numbers, axis=0, return_inverse=True)
         power = relative**self.series.exponent

@@ -10,6 +10,7 @@ step by step and back, and each step has the motion that the last one left.
 from __future__ import annotations
 
 import json
+import math
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -45,7 +46,7 @@ from flexgear.arrays import Array
 from flexgear.coupling.machines import GivenSpeed
 from flexgear.coupling.modal import ModalSystem
 from flexgear.model.content import content_hash
-from flexgear.model.errors import InputError
+from flexgear.model.errors import InputError, echo
 from flexgear.model.units import RPM
 from flexgear.results.dataset_file import WHOLE, dataset_file
 from flexgear.results.labelled_dataset import coordinate, variable
@@ -282,7 +283,10 @@ def end_of(earlier: xr.Dataset, source: str) -> float:
     if "end_state" not in earlier or "end_time_s" not in earlier.attrs:
         remedy = "give what transient() returned, or the file of a transient of this version"
         raise InputError(source, "start", "is not the end of a transient", remedy)
-    return float(earlier.attrs["end_time_s"])
+    time = earlier.attrs["end_time_s"]
+    if not isinstance(time, (int, float, np.number)) or not 0.0 <= time < math.inf:
+        raise InputError(source, "start", f"ends at {echo(time)} s", "run the earlier part again")
+    return float(time)
 
 
 def carried_state(
@@ -295,6 +299,9 @@ def carried_state(
     source = model.case.source
     time = end_of(earlier, source)
     values = earlier["end_state"].to_numpy()
+    if values.ndim != 1 or not np.isfinite(values).all():
+        problem = "ends in a state with values that are no numbers"
+        raise InputError(source, "start", problem, "run the earlier part again")
     same = earlier.attrs.get("state_content") == state_content(model)
     if not same or len(values) != state_size(modal):
         raise InputError(

@@ -27,6 +27,7 @@ from flexgear.coupling.pace import Pace, case_pace
 from flexgear.coupling.system import System
 from flexgear.gears.power_flow import PowerFlow, power_flow
 from flexgear.model.case import Case
+from flexgear.model.errors import InputError
 from flexgear.model.names import BodyName, GearMeshName
 from flexgear.results.load_sharing import without_rounding
 from flexgear.solve.bodies import Bodies, Progress, reduced_bodies, rigid_bodies, silent
@@ -216,7 +217,9 @@ def model_of(case: Case, coupled: ModalSystem | System, bodies: Bodies | None = 
 def rated_rotations(system: System, lead: Array) -> Array:
     """Independent rotations (p, F), rad, in the proportion of rated speeds. lead: (p,) rotation of
     the first of them that turns, forward in time where it rises; of the first one alone where none
-    turns."""
+    turns. InputError for angles that are no numbers."""
+    if not np.isfinite(lead).all():
+        raise InputError("--angle-deg", "nan or inf", "is no angle", "give a number, e.g. 30")
     speeds = system.rated_input_speeds
     first = next((abs(w) for w in speeds if w != 0), 0.0)
     rates = speeds / first if first else np.eye(1, len(speeds))[0]

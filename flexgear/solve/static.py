@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike
 from flexgear.analysis.equilibrium import revolution
 from flexgear.arrays import Array
 from flexgear.gears.bearings.basic_life import bearing_life_hours
-from flexgear.model.errors import FlexgearError
+from flexgear.model.errors import FlexgearError, InputError
 from flexgear.model.member import PlanetBearing
 from flexgear.model.names import MemberName
 from flexgear.results.face_load import face_figures, positions_for, with_orders
@@ -58,7 +58,10 @@ def static(
     proportion. carrier_angle: of the reference member, the first port of given speed that turns,
     mostly a carrier; ``solve.angles.lead_angles`` converts angles of a stage. It is the coordinate
     ``lead_angle`` of the positions; the variable ``carrier_angle`` is that of every stage's own
-    carrier. torque: N·m on the first input, the others in rated proportion; rated if left out."""
+    carrier. torque: N·m on the first input, the others in rated proportion; rated if left out.
+    InputError for one that is no number."""
+    if torque is not None and not math.isfinite(torque):
+        raise InputError("--torque-nm", f"{torque:g}", "is no torque", "give a number, e.g. 1e3")
     system, lead = model.system, np.atleast_1d(np.asarray(carrier_angle, dtype=float))
     torques = system.rated_torque if torque is None else torque
     equilibrium = revolution(

@@ -124,6 +124,11 @@ def test_damaged_files_are_one_line(tmp_path, what):
         (["check", "sun.toml"], "stage.sun: is not a section -- write it as [stage.sun]"),
         (["check", "ring.toml"], "stage.ring: is not a section"),
         (["check", "lin-parker", "--set", "inputs=1.5"], "inputs: is not a list"),
+        (["check", "stages.toml"], "stages: is not a list"),
+        (["static", "lin-parker", "--angle-deg", "nan"], "--angle-deg: nan or inf: is no angle"),
+        (["static", "lin-parker", "--torque-nm", "nan"], "--torque-nm: nan: is no torque"),
+        (["simulate", "lin-parker", "--torque-share", "inf"], "--torque-share: inf: is no number"),
+        (["simulate", "lin-parker", "--from", "no.nc"], "no.nc: dataset: there is no such file"),
     ],
 )  # fmt: skip
 def test_figures_that_cannot_be_are_one_line(flexgear, tmp_path, monkeypatch, arguments, words):
@@ -131,9 +136,43 @@ def test_figures_that_cannot_be_are_one_line(flexgear, tmp_path, monkeypatch, ar
     stage = '[[stages]]\nname = "a"\ncase = "{}"\n'
     for name, other in (("itself", "itself"), ("a", "b"), ("b", "a")):
         (tmp_path / f"{name}.toml").write_text(stage.format(f"{other}.toml"))
+    (tmp_path / "stages.toml").write_text("stages = 5\n")
     for name, value in (("sun", '"rigid"'), ("ring", "3.5")):
         (tmp_path / f"{name}.toml").write_text(f"[stage]\n{name} = {value}\n")
     assert words in flexgear.refused(*arguments)
+
+
+SENSOR = 'sensors=[{name = "a", on = "stage.sun", measures = "velocity", '
+SERIES = "load_series={years = 1, torque = 'T', speed = 'n', design_load_cases = [{name = 'a', "
+SETTINGS = {  # of a lumped case, and what the line says
+    f'{SENSOR} direction = "radial", place_m = [1e300, 0, 0]}}]': "place_m: lies 1e+300 m off",
+    f"{SENSOR} vector = [1e300, 0, 0]}}]": "vector: is 1e+300 long",
+    f'{SENSOR} direction = "x", place_mm = [1]}}]': "place_mm: has 1 of 3 numbers",
+    f'{SENSOR} direction = "x", place_mm = [1, 2, 3, 4]}}]': "has 4 elements -- give at most 3",
+    "sensors=[{name = ' ', on = 'stage.sun', measures = 'speed'}]": "' ' is no name",
+    "gravity_m_per_s2=[1, 2]": "has 2 of 3 numbers -- give 3 numbers",
+    "faults=[{kind = 'wear', gear = 1, flank = 'drive', depth_um = 1}]":
+        "gear: 1 is unknown -- use one of sun, planet",
+    "held=[[['a']]]": "held[0]: [['a']] is not text",
+    "stage.carrier.support.full_si=[[1e300, 0], [0, 1]]": "full_si: is not 6 x 6",
+    f"stage.carrier.support.full_si={np.full((6, 6), 1e300).tolist()}": "has entries beyond 1e+16",
+    f"stage.carrier.support.full_si={(np.ones((6, 6)) - 0.9999999 * K[:6, :6]).tolist()}":
+        "is not positive semidefinite",
+    f"{SERIES} files = 'a\\u0000*', hours_per_year = 1}}]}}".replace("'", '"'): "names no file",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("setting", SETTINGS)
+def test_settings_that_cannot_be_are_one_line(flexgear, setting):
+    command = ["spectrum", "--quiet"] if "load_series" in setting else ["check"]
+    assert SETTINGS[setting] in flexgear.refused(*command, "lin-parker", "--set", setting)
+
+
+def test_a_million_planets_are_refused_before_each_has_its_error(flexgear):
+    errors, planets = "stage.errors.planet_thickness_um=5", "stage.planets=1000000000000"
+    assert "1e+12 is outside 1 … 20" in flexgear.refused(
+        "check", "lin-parker", "--set", errors, "--set", planets
+    )
 
 
 def test_a_run_of_damaged_files_is_one_line(tmp_path):

@@ -1,7 +1,9 @@
 """``flexgear orders`` and ``data.fg``: a transient of a small stage, lines where they belong."""
 
 import json
+import shutil
 
+import h5py
 import numpy as np
 import pytest
 import xarray as xr
@@ -143,7 +145,9 @@ def test_side_lobes_of_a_line_are_no_lines(window):
         (["--highest", 1e5], "samples a period"),
         (["--highest", -3], "order -3: is not positive"),
         (["--window", "door"], "window door: is unknown"),
+        (["--window", "nan"], "window nan: is unknown"),
         (["--map", 900], "do not fit"),
+        (["--map", "nan"], "do not fit"),
         (["--envelope-hz", 5, 1e9], "band"),
         (["--from-s", 7], "holds no samples"),
         (["--planets", "moon"], "is no planetary stage"),
@@ -152,6 +156,22 @@ def test_side_lobes_of_a_line_are_no_lines(window):
 def test_bad_input_is_one_line(flexgear, transient, options, text):
     code, out, err = flexgear("orders", transient[0], "-q", "--only", "ring", *options)
     assert (code, out, err.count("\n")) == (2, "", 1) and text in err
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("parameters", "dataset: is none of flexgear"),
+        ("settle_s", "cannot be read, its datasets: 'settle_s' is missing"),
+        ("input_angle", "orders: input_angle: is not in the file beside gear_mesh_force"),
+        ("time", "is not a netCDF file of flexgear (an axis of "),
+    ],
+)
+def test_a_damaged_transient_is_one_line(flexgear, transient, tmp_path, name, text):
+    shutil.copy(transient[0], tmp_path / "a.nc")
+    with h5py.File(tmp_path / "a.nc", "a") as file:
+        del (file.attrs if name in file.attrs else file)[name]
+    assert text in flexgear.refused("orders", tmp_path / "a.nc", "-q", "--only", "ring")
 
 
 def test_a_file_that_is_none(flexgear, tmp_path):

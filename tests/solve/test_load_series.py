@@ -218,6 +218,16 @@ def test_a_bad_binary_file_is_one_line(case_with, tmp_path, damage, words):
         load_bins(case_with())
 
 
+@pytest.mark.parametrize("place", [4, 8])  # in a file of form 4: number of channels, of samples
+def test_room_is_made_only_for_what_a_file_holds(case_with, tmp_path, place):
+    write_outb(tmp_path / "a.outb", series(), form=4)
+    content = bytearray((tmp_path / "a.outb").read_bytes())
+    content[place : place + 4] = b"\xff\xff\xff\x7f"
+    (tmp_path / "a.outb").write_bytes(content)
+    with pytest.raises(InputError, match="ends after"):
+        load_bins(case_with())
+
+
 def test_a_text_file_that_ends_within_a_number_is_one_line(case_with, tmp_path):
     """1.2E+0 of 1.2E+02 is a number, too."""
     write_out(tmp_path / "a.out", series(), cut=-2)
@@ -271,6 +281,7 @@ def test_a_sign_in_the_case_turns_a_channel(case_with, tmp_path):
         ("years = 20", 'years = 20\nforce = ["Fx","",""]', "load_series.force_step_n: is missing"),
         ("years = 20", "years = 20\nstart_s = 1000", "load_series.start: leaves out all of"),
         ('"RotTorq"', '"RotTorq [N m]"', "is in kN-m in the file, and in N m in the case"),
+        ("years = 20", "years = 20\ntorque_step_nm = 1e-9", "load_series.torque_step: .*wider one"),
     ],
 )
 def test_a_wrong_section_is_one_line(case_with, tmp_path, old, new, words):

@@ -173,7 +173,7 @@ def _lever(body: ReducedMatrices) -> float:
 
 
 def _require_mass(inertia: Array, mass_of_matrix: float, where: str) -> None:
-    if not np.all(np.linalg.eigvalsh(inertia) > 0):
+    if not np.isfinite(inertia).all() or not np.all(np.linalg.eigvalsh(inertia) > 0):
         raise InputError(
             where, "mass", "is not positive in rigid motion",
             "export the mass on the same coordinates as the stiffness",
@@ -200,7 +200,7 @@ def _flexible_modes(body: ReducedMatrices, where: str) -> float:
         squares = scipy.linalg.eigh(
             body.stiffness, body.mass + small * np.eye(len(body.mass)), eigvals_only=True
         )
-    except np.linalg.LinAlgError:
+    except (np.linalg.LinAlgError, ValueError):  # ValueError: sums that overflow
         raise InputError(
             where, "mass", "is not positive definite", "export the consistent mass"
         ) from None

@@ -47,9 +47,14 @@ class Frames:
 
     def of(self, component: Component) -> Frame | None:
         """Frame of a component, None where the file does not place it."""
-        if component.id not in self._known:
-            self._known[component.id] = None  # for chains that bite their tail
-            self._known[component.id] = self._frame_of(component)
+        chain: list[Component] = []  # of components, each placed in the next one
+        base: Component | None = component
+        while base is not None and base.id not in self._known:
+            self._known[base.id] = None  # for chains that bite their tail
+            chain.append(base)
+            base = self._base(base)
+        for placed in reversed(chain):
+            self._known[placed.id] = self._frame_of(placed)
         return self._known[component.id]
 
     def sense(self, component: Component) -> float:
@@ -71,19 +76,22 @@ class Frames:
         place = vector(component, "support_vector")
         if place is None:
             return self._on_shaft(component)
-        axes, base = _axes(component), self._base(component)
+        axes, other = _axes(component), self._base(component)
         axes = np.eye(3) if axes is None else axes
+        base = None if other is None else self.of(other)
         if base is None:
             return Frame(self._axes @ np.array(place), axes @ self._axes.T)
         return Frame(base.origin + base.axes.T @ np.array(place), axes @ base.axes)
 
-    def _base(self, component: Component) -> Frame | None:
-        """Frame that the component's place is given in; None for the file's own."""
+    def _base(self, component: Component) -> Component | None:
+        """What the component's place is given in; None for the file's own frame."""
+        if vector(component, "support_vector") is None:
+            return self.shaft(component)
         named = number([component], "reference_component_for_position", "none")
         other = None if named is None else self.document.components.get(round(named.value))
-        if other is None or other is component or other.kind == "gear_unit":
+        if other is component or (other is not None and other.kind == "gear_unit"):
             return None
-        return self.of(other)
+        return other
 
     def _on_shaft(self, component: Component) -> Frame | None:
         shaft = self.shaft(component)

@@ -17,6 +17,7 @@ from flexgear.files.rexs.tables import SCHEMA_UNITS, Row, factor
 from flexgear.model.errors import InputError, echo
 
 SAME = 1e-9  # relative difference of two numbers that say the same
+_LARGEST = 1e60  # of a number, so that its fourth power is one, too
 _SHOWN = 40  # characters of a component's name in comments
 
 
@@ -275,7 +276,7 @@ def vector(component: Component, name: str) -> tuple[float, float, float] | None
         x, y, z = (float(v) * (1.0 if scale is None else scale) for v in attribute.value)
     except ValueError:
         return None
-    if not all(map(math.isfinite, (x, y, z))):
+    if not all(abs(v) < _LARGEST for v in (x, y, z)):
         raise InputError(
             component.label, name, f"{echo(' '.join(attribute.value))} is no place or direction",
             "export the model again",
@@ -296,4 +297,4 @@ def _converted(component: Component, name: str, unit: str) -> float | None:
         value = float(attribute.value)
     except ValueError:
         return None
-    return value * scale if scale is not None and math.isfinite(value) else None
+    return value * scale if scale is not None and abs(value) < _LARGEST else None

@@ -176,9 +176,13 @@ def _read_meshio(path: Path) -> InpDeck:
         reason = (messages.getvalue().strip() or str(error) or type(error).__name__).splitlines()[0]
         problem, remedy = f"cannot be read ({reason})", "save it again as msh, vtu or inp"
         raise InputError(str(path), "file", problem, remedy) from error
-    points = np.zeros((len(content.points), 3))
-    points[:, : content.points.shape[1]] = content.points
     blocks = [(block.type, np.asarray(block.data, dtype=np.int64)) for block in content.cells]
+    vertices = np.asarray(content.points)
+    named = [rows for _, rows in blocks] + [np.asarray(s) for s in content.point_sets.values()]
+    if vertices.ndim != 2 or any(r.min() < 0 or r.max() >= len(vertices) for r in named if r.size):
+        raise InputError(str(path), "cells", "name points that are not there", "mesh again")
+    points = np.zeros((len(vertices), 3))
+    points[:, : vertices.shape[1]] = vertices[:, :3]
     deck = InpDeck(points, blocks)
 
     def add(name: str, block: int, members: NDArray[np.generic]) -> None:

@@ -101,7 +101,7 @@ class _Reader:
         for keyword, options, rows in _cards(self.path):
             try:
                 self._card(keyword, options, rows)
-            except (ValueError, KeyError, IndexError) as error:
+            except (ValueError, KeyError, IndexError, OverflowError) as error:
                 raise InputError(
                     str(self.path), f"*{keyword}", f"cannot be read ({error})", "check the card"
                 ) from error
@@ -111,7 +111,8 @@ class _Reader:
         if keyword == "NODE":
             for row in rows:
                 self.node_position[int(row[0])] = len(self.coordinates)
-                self.coordinates.append([float(x.replace("D", "E")) for x in (row + ["0"])[1:4]])
+                place = [float(x.replace("D", "E")) for x in (*row[1:4], "0", "0", "0")]
+                self.coordinates.append(place[:3])
         elif keyword == "ELEMENT":
             self._element(options, rows)
         elif keyword in ("ELSET", "NSET"):
@@ -125,7 +126,10 @@ class _Reader:
                     into.extend(range(a, b + 1, step))
                 else:
                     for x in row:
-                        into.extend([int(x)] if x.isdecimal() else sets[x.upper()])
+                        members = [int(x)] if x.isdecimal() else sets[x.upper()]
+                        if len(into) + len(members) > MOST_NUMBERS:
+                            raise ValueError(f"{x} makes more numbers than a mesh has")
+                        into.extend(members)
         elif keyword == "SURFACE" and options.get("TYPE", "ELEMENT").upper() == "ELEMENT":
             into_surface = self.surfaces.setdefault(self._name(options["NAME"]), [])
             into_surface.extend((row[0], (row + [""])[1].upper()) for row in rows)

@@ -200,6 +200,8 @@ def spoiled(what):
         k[:, 4], k[4, :] = 0.0, 0.0
     elif what == "negative mass":
         m *= -1
+    elif what == "endless mass":
+        m *= 1e308 / m.max()
     elif what == "lengths":
         return replace(body, positions=1e3 * body.positions)
     elif what == "nan":
@@ -218,6 +220,7 @@ def spoiled(what):
         ("supported", "resists rigid motion"),
         ("loose", "rigid motion|without stiffness"),
         ("negative mass", "not positive"),
+        ("endless mass", "not positive"),
         ("lengths", "positions are taken 0.001 times"),
         ("nan", "no numbers"),
         ("other size", "rows, the stiffness"),

@@ -175,6 +175,7 @@ def test_missing_groups_are_listed_in_one_line(bodies: dict[str, FeMesh], tmp_pa
         ([("quad", [[0, 1, 2, 3]])], "no solid cells"),
         ([("hexahedron", [[0, 2, 1, 3, 4, 5, 6, 7]])], "inside out"),
         ([("tetra", [[0, 1, 3, 4], [5, 7, 6, 2]])], "2 pieces"),
+        ([("hexahedron", [[*range(7), 99]])], "name points that are not there"),
     ],
 )
 def test_bodies_that_are_none_are_refused(cells: list, says: str, tmp_path: Path) -> None:
@@ -190,6 +191,22 @@ def test_a_group_off_the_cells_is_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError) as error:
         read_fe_mesh(path, "m", ["cut"])
     one_line(error, "cut", "no facets of the solid cells")
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("*NODE\n1\n2, 1\n", "no solid cells"),
+        ("*NODE\n1, 0\n*ELEMENT, TYPE=C3D8\n1e30\n", "*ELEMENT"),
+        (f"*ELEMENT, TYPE=C3D4\n{', '.join(['9' * 30] * 5)}\n", "*ELEMENT"),
+        (f"*NSET, NSET=A\n1\n{', '.join('A' * 40)}\n", "more numbers than a mesh has"),
+    ],
+)
+def test_odd_input_decks_are_refused(text: str, says: str, tmp_path: Path) -> None:
+    (tmp_path / "a.inp").write_text(text)
+    with pytest.raises(InputError) as error:
+        read_fe_mesh(tmp_path / "a.inp")
+    one_line(error, says)
 
 
 @pytest.mark.parametrize("suffix", FORMATS)
