@@ -12,6 +12,7 @@ import os
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 os.environ.setdefault("MPLBACKEND", "Agg")
 
+import pytest
 from hypothesis import settings
 
 from flexgear.files.cache_folder import cache_directory
@@ -21,3 +22,11 @@ os.environ.setdefault("NUMBA_CACHE_DIR", str(cache_directory() / "compiled"))
 
 settings.register_profile("flexgear", deadline=None, derandomize=bool(os.environ.get("CI")))
 settings.load_profile("flexgear")
+
+
+@pytest.fixture
+def cache(tmp_path_factory, monkeypatch):
+    """A cache of the test's own, beside ``tmp_path``; it is not there yet."""
+    place = tmp_path_factory.mktemp("own") / "cache"
+    monkeypatch.setenv("FLEXGEAR_CACHE", str(place))
+    return place

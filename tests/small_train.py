@@ -102,6 +102,25 @@ torque_nm = 4e6
 member = "stage_1.sun"
 """
 
+LUMPED_PARTS = {  # of the small flexible stage, in the place of what the file has
+    "ring": {
+        "stage.ring.fe": "", "stage.ring.support.radial_n_per_m": "1e9",
+        "stage.ring.support.tangential_n_per_m": "1e9", "stage.ring.support.axial_n_per_m": "1e9",
+        "stage.ring.support.tilt_nm_per_rad": "1e6",
+    },
+    "carrier": {
+        "stage.carrier.fe": "", "stage.carrier.bearing_drive": "", "stage.carrier.bearing_far": "",
+        "stage.carrier.support.radial_n_per_m": "3e8", "stage.carrier.support.axial_n_per_m": "1e8",
+        "stage.carrier.support.tilt_nm_per_rad": "2e4",
+    },
+    "sun": {
+        "stage.sun.shaft": "", "output.inertia_kg_m2": "", "output.mass_kg": "",
+        "output.tilt_inertia_kg_m2": "", "output.bearing": "",
+        "stage.sun.support.radial_n_per_m": "1e6", "stage.sun.support.axial_n_per_m": "1e8",
+        "stage.sun.support.tilt_nm_per_rad": "1e3",
+    },
+}  # fmt: skip
+
 
 def refused(path, text, old, new, words):
     """The text with a change is one clear line that begins with the file and has a remedy."""

@@ -17,7 +17,6 @@ from flexgear.analysis.modes import (
     classify,
     modes,
     planar_rows,
-    repeated,
     springs_at,
     strain_shares,
 )
@@ -258,12 +257,6 @@ def test_planar_rows_are_mean_motions_with_masses():
     assert rows.shape == (3, 2, 18)
     np.testing.assert_allclose(masses, [0.4, 2.35, 5.43])
     np.testing.assert_allclose(rows[1] @ np.eye(18)[:, 3:5], np.eye(2))
-
-
-def test_groups():
-    f = [0.0, 0.0, 10.0, 10.0 * (1 + 5e-7), 11.0]
-    assert repeated(f) == ((0, 1), (2, 3), (4,))
-    assert repeated([5.0, 6.0]) == ((0,), (1,))
 
 
 def test_mass_that_couples_bodies_is_refused():

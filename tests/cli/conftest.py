@@ -37,11 +37,12 @@ class CommandLine:
         more = [] if arguments[0] in ("check", "cache") else ["--quiet"]
         return json.loads(self.out(*arguments, "--json", *more))
 
-    def refused(self, *arguments):
-        """The one line in which a command refuses its arguments."""
+    def refused(self, *arguments, says=()):
+        """The one line in which a command refuses its arguments, with these words."""
         code, out, err = self(*arguments)
         assert (code, out, err.count("\n")) == (2, "", 1), err
         assert err.startswith("flexgear: ")
+        assert all(words in err for words in says), err
         return err
 
 

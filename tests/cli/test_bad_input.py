@@ -2,7 +2,6 @@
 
 import errno
 import os
-import resource
 import shlex
 import signal
 import subprocess
@@ -13,9 +12,7 @@ import pytest
 from interrupts import hear_interrupts
 
 from flexgear.cli import case_commands
-from flexgear.model.load import bundled_text
 
-TEXT = bundled_text("wind-5mw")
 FLEXGEAR = [sys.executable, "-c", "from flexgear.cli import main; main()"]
 
 
@@ -35,12 +32,8 @@ def one_line(err: str) -> str:
         (["chekc", "wind-5mw"], ["chekc"]),
         (["check", "wind-5mw", "--sett", "a=1"], ["--sett"]),
         (["check", "wind-5mw", "--set", "planets"], ["--set", "KEY=VALUE"]),
-        (["check", "wind-5mw", "--set", "stage.plantes=4"], ["stage.plantes", "planets"]),
         (["check", "wind-5mw", "--set", "stage.planet=4"], ["did you mean planets?", "section"]),
         (["check", "wind-5mw", "--set", "solver=quick"], ["write it as [solver]"]),
-        (["check", "wind-5mw", "--set", "stage.normal_module_mm=18000"], ["normal_module_mm"]),
-        (["check", "wind-5mw", "--set", "stage.planets=7"], ["wind-5mw", "planets"]),
-        (["check", "wind-5mw", "--set", "stage.sun.teeth=28"], ["stage"]),
         (["static", "wind-5mw", "--rigid", "sun"], ["--rigid", "sun", "carrier"]),
         (["static", "wind-5mw", "--angle-deg", "x"], ["--angle-deg"]),
         (["modes", "wind-5mw", "--limit-hz", "0"], ["--limit-hz", "positive"]),
@@ -51,30 +44,7 @@ def one_line(err: str) -> str:
     ],
 )
 def test_wrong_words(flexgear, arguments, words):
-    err = flexgear.refused(*arguments)
-    for word in words:
-        assert word in one_line(err)
-
-
-@pytest.mark.parametrize(
-    ("change", "words"),
-    [
-        (("face_width_mm = 430", "face_width = 430"), ["face_width", "unit", "face_width_mm"]),
-        (("teeth = 93 ", "teeth = 92 "), ["stage"]),
-        (("young_modulus_gpa = 210", "young_modulus_gpa = 210000"), ["young_modulus_gpa"]),
-        (('drive_side = "-z"', ""), ["drive_side", "missing"]),
-        (("[material]", "[material"), ["TOML"]),
-        (('kind = "constant"', 'kind = "csv"\nfile = "wind.csv"'), ["wind.csv"]),
-    ],
-)
-def test_wrong_files_are_named_with_the_key(flexgear, tmp_path, change, words):
-    assert change[0] in TEXT
-    path = tmp_path / "mine.toml"
-    path.write_text(TEXT.replace(*change, 1))
-    err = flexgear.refused("check", path)
-    assert "mine.toml" in one_line(err) or "wind.csv" in err
-    for word in words:
-        assert word in err
+    flexgear.refused(*arguments, says=words)
 
 
 def test_mesh_file_without_named_groups(flexgear, tmp_path):
@@ -87,20 +57,17 @@ def test_mesh_file_without_named_groups(flexgear, tmp_path):
     # one brick of the ring's outer size, right-handed in scikit-fem's order
     brick = FeMesh((corners - 0.5) * 2.13, np.array([[0, 4, 2, 1, 6, 5, 3, 7]]), "hex", {})
     write_fe_mesh(brick, tmp_path / "bare.vtu")
-    err = flexgear.refused(
+    flexgear.refused(
         "mesh", "wind-5mw", "-c", "ring", "--quiet",
         "--set", "stage.ring.fe.fe_mesh=file",
         "--set", f"stage.ring.fe.fe_mesh_file={tmp_path / 'bare.vtu'}",
-        "--set", "stage.ring.fe.fe_mesh_unit=m",
+        "--set", "stage.ring.fe.fe_mesh_unit=m", says=["bare.vtu", "tooth_root_001"],
     )  # fmt: skip
-    assert "bare.vtu" in one_line(err)
-    assert "tooth_root_001" in err
 
 
 def test_run_into_a_file_is_refused_before_any_work(flexgear, tmp_path):
     (tmp_path / "taken").write_text("")
-    err = flexgear.refused("run", "wind-5mw", "--out", tmp_path / "taken")
-    assert "name a folder" in one_line(err)
+    flexgear.refused("run", "wind-5mw", "--out", tmp_path / "taken", says=["name a folder"])
 
 
 def test_full_disk(flexgear, monkeypatch, tmp_path):
@@ -144,21 +111,6 @@ def test_a_reader_that_leaves_is_no_failure(reader):
 @pytest.mark.parametrize("command", [[], ["check"], ["run"]])
 def test_short_form_of_help(flexgear, command):
     assert flexgear(*command, "-h") == flexgear(*command, "--help")
-
-
-def test_write_cut_short_by_the_system(tmp_path):
-    def small_files_only():
-        resource.setrlimit(resource.RLIMIT_FSIZE, (4096, 4096))
-
-    done = subprocess.run(
-        [*FLEXGEAR, "cases", "wind-5mw", "--copy", str(tmp_path / "mine.toml")],
-        capture_output=True,
-        text=True,
-        preexec_fn=small_files_only,
-    )
-    assert done.returncode == 1
-    assert "cannot write" in one_line(done.stderr)
-    assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.parametrize(

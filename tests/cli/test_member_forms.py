@@ -4,7 +4,7 @@ import json
 
 import pytest
 from report_pages import OF_RUNS, require_sound
-from small_train import SMALL_STAGE
+from small_train import LUMPED_PARTS, SMALL_STAGE
 from stage_samples import made_of, stiff_stage
 
 from flexgear.cli import exchange_commands
@@ -14,23 +14,6 @@ SHORT = (
     "stage.errors.pin_tangential_um=[20, 0, 0, 0]", "solver.fidelity=quick",
     "solver.gear_mesh_orders=1", "solver.settle_s=2e-4", "solver.duration_s=1e-3",
 )  # fmt: skip
-LUMPED = {  # in the place of what the file has
-    "ring": (
-        "stage.ring.fe=", "stage.ring.support.radial_n_per_m=1e9",
-        "stage.ring.support.tangential_n_per_m=1e9", "stage.ring.support.axial_n_per_m=1e9",
-        "stage.ring.support.tilt_nm_per_rad=1e6",
-    ),
-    "carrier": (
-        "stage.carrier.fe=", "stage.carrier.bearing_drive=", "stage.carrier.bearing_far=",
-        "stage.carrier.support.radial_n_per_m=3e8", "stage.carrier.support.axial_n_per_m=1e8",
-        "stage.carrier.support.tilt_nm_per_rad=2e4",
-    ),
-    "sun": (
-        "stage.sun.shaft=", "output.inertia_kg_m2=", "output.mass_kg=",
-        "output.tilt_inertia_kg_m2=", "output.bearing=", "stage.sun.support.radial_n_per_m=1e6",
-        "stage.sun.support.axial_n_per_m=1e8", "stage.sun.support.tilt_nm_per_rad=1e3",
-    ),
-}  # fmt: skip
 CHOICES = {  # of any two members all four combinations
     "+".join(bends): bends
     for bends in (("ring", "carrier", "sun"), ("ring",), ("carrier",), ("sun",), ("planet",))
@@ -48,7 +31,8 @@ def case(request, flexgear, tmp_path, monkeypatch):
     monkeypatch.setattr(exchange_commands, "fe_sources", made_of(stiff_stage))
     monkeypatch.chdir(tmp_path)
     bends = CHOICES[request.param]
-    keys = [*SHORT, *(key for name, of in LUMPED.items() if name not in bends for key in of)]
+    lumped = [of for name, of in LUMPED_PARTS.items() if name not in bends]
+    keys = [*SHORT, *(f"{key}={value}" for of in lumped for key, value in of.items())]
     keys += ["stage.planet.fe.fixed_interface_modes=4"] * ("planet" in bends)
     return SMALL_STAGE, *(word for key in keys for word in ("--set", key))
 

@@ -14,9 +14,7 @@ from flexgear.results.report.wording import with_unit
 FEW = ["--set", "rating.gear_mesh_cycles=1", "--set", "rating.positions_per_gear_mesh=2"]
 
 
-@pytest.fixture(autouse=True)
-def cache(tmp_path, monkeypatch):
-    monkeypatch.setenv("FLEXGEAR_CACHE", str(tmp_path / "cache"))
+pytestmark = pytest.mark.usefixtures("cache")
 
 
 def test_screen_files_and_page(flexgear, tmp_path):

@@ -14,8 +14,7 @@ from flexgear.structures.reduced import ReducedBody
 
 
 @pytest.fixture(autouse=True)
-def healthy(monkeypatch, tmp_path):
-    monkeypatch.setenv("FLEXGEAR_CACHE", str(tmp_path / "cache"))
+def healthy(monkeypatch, cache):
     monkeypatch.setattr("flexgear.views.render.require_rendering", lambda: None)
     monkeypatch.setattr(system_commands, "_loads", lambda library: True)
     monkeypatch.setattr(importlib.metadata, "requires", lambda name: ["numpy>=1.26", "x>=1; extra"])
@@ -81,12 +80,6 @@ PIN = "tolerance.errors.pin_tangential.standard_deviation_um=10"
 KEYS = ("a" * 64, "0123456789abcdef" * 4)
 
 
-@pytest.fixture(autouse=True)
-def place(tmp_path, monkeypatch):
-    monkeypatch.setenv("FLEXGEAR_CACHE", str(tmp_path / "cache"))
-    return tmp_path / "cache"
-
-
 def fill(place):
     """Two bodies, a draft that a killed run left, an interrupted sweep; files of others."""
     body = ReducedBody(
@@ -104,10 +97,11 @@ def fill(place):
     (study / "one.json").write_bytes(bytes(1000))
     (place / "reduced" / "notes").write_text("mine")
     (place / "thesis.tex").write_text("mine, too")
+    return place
 
 
-def test_place_size_and_entries(flexgear, place):
-    fill(place)
+def test_place_size_and_entries(flexgear, cache):
+    place = fill(cache)
     sizes = [f.stat().st_size for key in KEYS for f in place.rglob(f"{key}/*")]
     text = json.loads(flexgear.quiet("cache", "--json"))
     assert text == {
@@ -125,8 +119,8 @@ def test_place_size_and_entries(flexgear, place):
     assert f"kept in {place}" in text and "1 in 1 kB" in text
 
 
-def test_clear_removes_what_flexgear_keeps_and_nothing_else(flexgear, place):
-    fill(place)
+def test_clear_removes_what_flexgear_keeps_and_nothing_else(flexgear, cache):
+    place = fill(cache)
     text = flexgear.out("cache", "--clear")
     assert f"removed from {place}" in text and "1 in 1 kB" in text
     left = sorted(str(f.relative_to(place)) for f in place.rglob("*") if f.is_file())
@@ -140,12 +134,12 @@ def test_clear_removes_what_flexgear_keeps_and_nothing_else(flexgear, place):
     assert code == 0 and "0 in 0 B" in text
 
 
-def test_a_cache_that_cannot_be_used_is_one_line_and_costs_nothing(flexgear, place, tmp_path):
-    place.write_text("no folder")
+def test_a_cache_that_cannot_be_used_is_one_line_and_costs_nothing(flexgear, cache, tmp_path):
+    cache.write_text("no folder")
     code, text, err = flexgear(
         "tolerance", "lin-parker", "--samples", 10, "--set", PIN, "--no-pictures", "-q",
         "--out", tmp_path / "out",
     )  # fmt: skip
     assert code == 0 and "10 samples" in text
     assert err.count("\n") == 1
-    assert err.startswith("flexgear: cannot") and str(place)[:30] in err  # long values are cut
+    assert err.startswith("flexgear: cannot") and str(cache)[:30] in err  # long values are cut

@@ -4,24 +4,13 @@ import json
 
 import pytest
 from report_pages import OF_RUNS, require_sound
-from train_contexts import BUNDLED, MIXED
+from train_contexts import MIXED
 from trains import write
 
 from flexgear.results.dataset_file import load
 from flexgear.results.run_folder import read_folder
 
 QUICK = ["--set", "solver.settle_s=0.01", "--set", "solver.duration_s=0.04"]
-
-
-@pytest.mark.parametrize("name", BUNDLED)
-def test_check_says_what_follows_from_a_train(flexgear, name):
-    sections = flexgear.json("check", name)
-    assert sections["case"]["name"] == name
-    assert sections["power"]["input_power_w"] > 0
-    powers = sections["powers_into_the_stages_w"].values()
-    assert sum(powers) == pytest.approx(0, abs=1e-6 * max(map(abs, powers)))
-    assert sections["system"]["degrees_of_freedom"] > 0
-    assert "gear-mesh frequency  " in flexgear.out("check", name)
 
 
 def test_check_of_the_pitch_drive(flexgear):

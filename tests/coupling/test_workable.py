@@ -11,7 +11,7 @@ from trains import stage_train, write
 
 from flexgear.coupling.build import build_system, require_workable
 from flexgear.model.errors import InputError
-from flexgear.model.load import bundled_cases, load_case
+from flexgear.model.load import load_case
 
 SPATIAL = 'kinematics = "spatial"\n'
 FIRST = "stages.first."
@@ -30,11 +30,6 @@ def refusal(case):
         require_workable(case)
     assert "\n" not in str(caught.value)
     return caught.value.key, f"{caught.value.problem} -- {caught.value.remedy}"
-
-
-@pytest.mark.parametrize("name", bundled_cases())
-def test_bundled_cases_work(name):
-    require_workable(load_case(name))
 
 
 @pytest.mark.parametrize(

@@ -3,15 +3,21 @@ not, written again."""
 
 from __future__ import annotations
 
+from typing import Any
+
 from cut_teeth.gear import Gear
 from flexgear.gears.radii import gears_by_role
 from flexgear.model.stage_view import StageView
 
 
 def gear_of(view: StageView, role: str) -> Gear:
-    """Of "sun", "planet" or "ring". A ring's cutter has half of its teeth."""
-    stage, blank = view.stage, gears_by_role(view.stage)[role]
-    internal, tool = role == "ring", blank.tool
+    """Of "sun", "planet" or "ring"."""
+    return cut_gear(gears_by_role(view.stage)[role], view.stage, internal=role == "ring")
+
+
+def cut_gear(blank: Any, stage: Any, *, internal: bool) -> Gear:
+    """Of a gear and what has its normal section. A ring's cutter has half of its teeth."""
+    tool = blank.tool
     return Gear(
         teeth=blank.teeth,
         module=stage.normal_module,

@@ -108,12 +108,7 @@ def test_both_flanks_pass_through_the_contact_point_with_the_path_normal(bench, 
             planet = bench.planet(theta, i, planets[i])
             normal = np.array([*path.normal_xy, path.slope]) / math.hypot(1, path.slope)
             for z in (-0.9 * path.half_face, 0.0, 0.6 * path.half_face):
-                for k in pair_indices(path, i, theta, z):
-                    c = contact(path, i, k, theta, z)
-                    mine = path.gear_tooth0[i] + path.gear_step * k
-                    other = path.planet_tooth0[i] + path.planet_step * k
-                    assert whole(gear.locate(c, side), path.gear_teeth, mine)
-                    assert whole(planet.locate(c, planet_side), path.planet_teeth, other)
+                for c, mine, other in touch(path, i, theta, z, gear, side, planet, planet_side):
                     for teeth, number, which in ((gear, mine, side), (planet, other, planet_side)):
                         radius = float(np.hypot(*(c[:2] - teeth.centre)))
                         n = teeth.normal(number, which, radius, z)
@@ -135,24 +130,27 @@ def test_coast_flanks_touch_when_the_planet_has_crossed_the_backlash(bench, thet
         ring.thin(bench.stage.backlash_ring / cos_bb, -RING_SIDE)
         turn = -path.backlash / cos_bb / bench.g.planet.base_radius
         planet = bench.planet(theta, i, planets[i] + turn)
-        touch(bench, path, i, theta, ring, -RING_SIDE, planet, -PLANET_RING_SIDE)
+        for z in (-0.7 * path.half_face, 0.5 * path.half_face):
+            list(touch(path, i, theta, z, ring, -RING_SIDE, planet, -PLANET_RING_SIDE))
         path = bench.paths["sun_coast"]
         # the sun follows the planet, then crosses its own backlash
         follow = turn * bench.g.planet.base_radius
         own = path.backlash / cos_bb
         gear = bench.sun(theta, i, sun - (follow - own) / bench.g.sun.base_radius)
         gear.thin(bench.stage.backlash_sun / cos_bb, -SUN_SIDE)
-        touch(bench, path, i, theta, gear, -SUN_SIDE, planet, -PLANET_SUN_SIDE)
+        for z in (-0.7 * path.half_face, 0.5 * path.half_face):
+            list(touch(path, i, theta, z, gear, -SUN_SIDE, planet, -PLANET_SUN_SIDE))
 
 
-def touch(bench, path, i, theta, gear, side, planet, planet_side):
-    for z in (-0.7 * path.half_face, 0.5 * path.half_face):
-        for k in pair_indices(path, i, theta, z):
-            c = contact(path, i, k, theta, z)
-            mine = path.gear_tooth0[i] + path.gear_step * k
-            other = path.planet_tooth0[i] + path.planet_step * k
-            assert whole(gear.locate(c, side), path.gear_teeth, mine)
-            assert whole(planet.locate(c, planet_side), path.planet_teeth, other)
+def touch(path, i, theta, z, gear, side, planet, planet_side):
+    """Contact points of planet i and numbers of the teeth of gear and planet that meet there."""
+    for k in pair_indices(path, i, theta, z):
+        c = contact(path, i, k, theta, z)
+        mine = path.gear_tooth0[i] + path.gear_step * k
+        other = path.planet_tooth0[i] + path.planet_step * k
+        assert whole(gear.locate(c, side), path.gear_teeth, mine)
+        assert whole(planet.locate(c, planet_side), path.planet_teeth, other)
+        yield c, mine, other
 
 
 def test_shares_of_pairs_are_those_of_the_contact_ratio(bench):

@@ -144,9 +144,6 @@ def test_displaced_pins_and_carrier_displace_the_planets_flanks(kind):
             assert body_error(errors[kind, ""], i, theta) == pytest.approx(expected, abs=0.02 * UM)
 
 
-# ------------------------------------------------------------------------------- exact identities
-
-
 # ------------------------------------------------------------------------------- published formulas
 def driven_by_the_sun(**errors):
     """Coast flanks carry: n = (sin α, cos α) at the sun, (−sin α, cos α) at the ring."""

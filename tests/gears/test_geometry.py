@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from flexgear.gears.contact import assembly_mismatch
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.radii import stage_radii
-from flexgear.gears.tooth import inverse_involute, involute
+from flexgear.gears.tooth import involute
 from flexgear.model.errors import InputError
 from flexgear.model.load import load_case
 
@@ -48,11 +48,6 @@ def test_contact_ratios(case):
     assert g.ring_mesh.overlap_ratio == pytest.approx(overlap)
     assert 2 < g.ring_mesh.total_contact_ratio < 3
     assert 2 < g.sun_mesh.total_contact_ratio < 3
-
-
-@given(st.floats(0.0, 1.0))
-def test_inverse_involute(angle):
-    assert inverse_involute(involute(angle)) == pytest.approx(angle, abs=2e-6)
 
 
 @settings(max_examples=60, deadline=None)

@@ -223,8 +223,6 @@ def test_mean_gap_over_a_helical_contact_line():
         ({"sun.modifications.tip_relief":
           "{ amount_um = 9, length_mm = 2, start_diameter_mm = 110 }"},
          r"start_diameter.*is given beside length"),
-        ({"sun.modifications.lead_crowning_mm": "8"}, r"sun\.modifications\.lead_crowning_mm"),
-        ({"sun.modifications.lead_crowning": "8"}, r"has no unit \(length\)"),
         ({"planet.modifications.drive.lead_crowning_um": "8"}, r"drive: is not a known key"),
     ],
 )  # fmt: skip

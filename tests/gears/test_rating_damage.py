@@ -90,12 +90,6 @@ def test_places_side_by_side_are_rated_as_alone(first, second):
     assert both.damages() == pytest.approx(np.array([one.damages() for one in alone]).T)
 
 
-@given(spectra, st.floats(min_value=0.1, max_value=10.0))
-def test_hours_scale_damage(bins, factor):
-    longer = damage([(s, factor * n) for s, n in bins])
-    assert longer == pytest.approx(factor * damage(bins), rel=1e-12)
-
-
 def test_no_load_no_damage():
     idle = spectrum([(0.0, 1e9), (900.0, 0.0)])
     assert not idle.damages().any() and idle.safety == math.inf

@@ -6,8 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from cut_teeth import envelope
-from cut_teeth.gear import Gear as CutGear
-from cut_teeth.of_case import gear_of
+from cut_teeth.of_case import cut_gear, gear_of
 from gears.stages import Gear, flexible_errors
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -163,27 +162,6 @@ CUT = {  # and whether it is a ring
 }
 
 
-def numbers(gear, internal=False):
-    """The same gear for the brute-force cutter, which has the cutter's teeth by the stated rule."""
-    teeth = gear.tool.teeth or (gear.teeth // 2 if internal else 0)
-    return CutGear(
-        teeth=gear.teeth,
-        module=gear.normal_module,
-        internal=internal,
-        shift=gear.profile_shift,
-        alpha=gear.pressure_angle,
-        helix=gear.helix_angle,
-        addendum=gear.addendum,
-        dedendum=gear.dedendum,
-        rounding=gear.root_fillet,
-        cutter_teeth=teeth,
-        cutter_shift=gear.tool.profile_shift,
-        protuberance=gear.tool.protuberance,
-        allowance=gear.tool.grinding_allowance,
-        ramp=gear.tool.protuberance_angle,
-    )
-
-
 def distance(points, chain):
     """From points (n, 2) to a chain of straight edges (k, 2)."""
     start, edge = chain[:-1], np.diff(chain, axis=0)
@@ -196,7 +174,8 @@ def distance(points, chain):
 def test_the_tool_in_3000_positions_leaves_this_tooth(name):
     """Flank and root from tip to root circle, within 2e-6 modules."""
     gear, internal = CUT[name]
-    tooth, line = gear.tooth(internal), envelope.side(numbers(gear, internal))
+    tooth = gear.tooth(internal)
+    line = envelope.side(cut_gear(gear, gear, internal=internal))
     cut = np.column_stack([line.real, line.imag])
     below = tooth.outward * (abs(line) - tooth.form_radius) < 0
     assert below.any() and not below.all()
@@ -214,7 +193,8 @@ def test_the_involute_begins_where_the_tools_flank_ends(name):
     """Rack: ρ_F = r sin α − (h_f − x − ρ(1 − sin α_n))/sin α; cutter: a_0 sin α_0 ∓ the roll length
     of its own flank's end; undercut gears end at a cut, further out."""
     gear, internal = CUT[name]
-    tooth, end = gear.tooth(internal), envelope.tool_of(numbers(gear, internal)).flank_end
+    tooth = gear.tooth(internal)
+    end = envelope.tool_of(cut_gear(gear, gear, internal=internal)).flank_end
     roll = tooth.roll_length(tooth.form_radius)
     if name == "undercut":
         assert tooth.root.freed and end < 0 < roll

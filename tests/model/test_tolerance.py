@@ -34,9 +34,6 @@ def test_a_tolerance_changes_no_run():
     ("settings", "words"),
     [
         ({f"{PIN}.high_um": "20"}, "standard_deviation_mm: is missing in a normal distribution"),
-        ({f"{PIN}.standard_deviation": "20"}, "has no unit"),
-        ({f"{PIN}.standard_deviation_um": "0"}, "outside 0"),
-        ({f"{PIN}.standard_deviation_mm": "20"}, "check the unit: standard_deviation_um = 20"),
         ({f"{PIN}.standard_deviation_mm": "1"}, "lets errors reach 8 mm"),
         ({f"{PIN}.standard_deviation_um": "1", f"{PIN}.low_um": "50"}, "low_um: excludes"),
         ({f"{PIN}.distribution": "uniform", f"{PIN}.low_um": "2", f"{PIN}.high_um": "2"},
@@ -44,7 +41,6 @@ def test_a_tolerance_changes_no_run():
         ({f"{PIN}.distribution": "uniform", f"{PIN}.mean_um": "2"}, "low_mm: is missing"),
         ({f"{PIN}.distribution": "rayleigh", f"{PIN}.standard_deviation_um": "2",
           f"{PIN}.mean_um": "2"}, "mean_um: has no meaning"),
-        ({f"{PIN}.distribution": "gauss"}, "distribution: 'gauss' is unknown"),
         ({"tolerance.errors.ring_tooth.standard_deviation_um": "2"}, "this size has no sign"),
         ({"tolerance.errors.sun_phase.low_deg": "400"}, "is not above the low end"),
         ({"tolerance.errors.ring_pitc.low_um": "3"}, "did you mean ring_pitch"),
@@ -57,9 +53,6 @@ def test_a_tolerance_changes_no_run():
          "has no tip relief in sun.modifications whose amount could be drawn"),
         ({"tolerance.modifications.sun.tip_relief.standard_deviation_um": "3"},
          "tip_relief.low_mm: is not 0 or more"),
-        ({"tolerance.modifications.ring.lead_crownin.low_um": "3"}, "did you mean lead_crowning"),
-        ({"tolerance.positions_per_gear_mesh": "3"}, "positions_per_gear_mesh: 3 is outside"),
-        ({"tolerance.confidence": "1.0"}, "confidence: 1 is outside"),
     ],
 )  # fmt: skip
 def test_refused(settings, words, tmp_path):

@@ -6,10 +6,7 @@ import xarray as xr
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
-from load_sharing_theory import FIXED, equal_paths, fixed_sun, sharing
-from lumped_stage import ALPHA, BEARING, GEAR_MESH, RADIUS, lin_parker
 
-from flexgear.analysis.linear_dynamics import harmonic_response
 from flexgear.model.errors import FlexgearError
 from flexgear.results.load_sharing import (
     DEFINITIONS,
@@ -120,61 +117,6 @@ def test_what_adds_up_to_nothing_is_not_shared():
     np.testing.assert_allclose(load_sharing(pressed, 0.0), [np.nan, np.nan, 1.5])
     np.testing.assert_allclose(planet_load_factors(pressed, 0.0)[2], [1.5, 1.0, 0.5])
     assert np.isnan(planet_load_factors(pressed, 0.0)[:2]).all()
-
-
-TORQUE = 5e4
-TOTAL = TORQUE / 0.1
-
-
-def paths(planets, **more):
-    return equal_paths(
-        planets, sun_stiffness=2e9, ring_stiffness=3e9, planet_bearing=1e9, **more
-    )  # fmt: skip
-
-
-def errors(planets):
-    return arrays(float, planets, elements=st.floats(-1e-5, 1e-5))
-
-
-@given(e=errors(5))
-def test_fixed_sun_by_hand(e):
-    p = paths(5)
-    np.testing.assert_allclose(sharing(p, e, TORQUE, sun=FIXED), fixed_sun(p, e, TORQUE), rtol=1e-9)
-
-
-@given(e=arrays(float, 6, elements=st.floats(-2e-3, 2e-3)))
-def test_planets_that_cannot_pull_carry_or_stand_clear(e):
-    p = paths(6)
-    force = sharing(p, e, TORQUE, sun=FIXED, one_sided=True)
-    assert force.min() >= 0 and force.sum() == pytest.approx(TOTAL, rel=1e-9)
-    shift = np.unique(np.round((force / p.stiffness - e)[force > 0], 12))
-    assert np.ptp(shift) < 1e-9  # planets at work agree on the sun's turn
-    assert np.all(e[force == 0] + shift[0] <= 1e-9)
-
-
-@pytest.mark.parametrize("sun", [0.0, 3e7, 1e15])
-@pytest.mark.parametrize("ring", [2e7, 1e15])
-def test_paths_are_what_a_lumped_stage_does(sun, ring):
-    """Every planet with its own coordinates, ring and carrier held: the same forces."""
-    torque, e = 400.0, np.array([[8e-6, -3e-6, 0, 5e-6, 1e-6], [2e-6, 0, 4e-6, -7e-6, 0]])
-    stage = lin_parker(
-        5, ring_torsion=1e16, central={"sun": sun, "ring": ring, "carrier": 1e15}
-    )  # fmt: skip
-    hold = np.zeros_like(stage.mass)
-    hold[8, 8] = 1e15  # the carrier does not turn
-    loads = np.zeros((len(stage.mass), 1))
-    loads[2] = -torque
-    v, k, error = stage.rows, stage.gear_mesh_stiffness[:, None], e.reshape(10, 1)
-    push = loads - v.T @ (k * error)
-    q = harmonic_response(stage.mass, hold * 0, stage.stiffness + hold, [0.0], push).real
-    ring_force, sun_force = (k * (v @ q + error)).reshape(2, 5)
-    np.testing.assert_allclose(ring_force, sun_force, rtol=1e-6)
-    p = equal_paths(
-        5, sun_stiffness=GEAR_MESH, ring_stiffness=GEAR_MESH, planet_bearing=BEARING,
-        sun_angle=ALPHA, ring_angle=ALPHA, sun_base_radius=RADIUS["sun"],
-    )  # fmt: skip
-    fixed = {"sun": sun if sun < 1e15 else FIXED, "ring": ring if ring < 1e15 else FIXED}
-    np.testing.assert_allclose(sharing(p, e.sum(axis=0), torque, **fixed), sun_force, rtol=2e-5)
 
 
 CUTS = ((), (1,), (3, 4, 50), (7, 7, 120, 399), tuple(range(1, 400)))

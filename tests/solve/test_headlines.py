@@ -147,6 +147,7 @@ DROP = {
     "load_sharing": {"stage ring": 1.26},
     **WINDOW,
 }
+DROPS = {"torque_steps": {"0.2e6": {"flexible": DROP}}}
 
 
 def test_the_largest_force_is_that_of_all_transients():
@@ -202,10 +203,8 @@ def test_the_shortest_life_is_the_headline():
     stage = {**SUMMARY["stages"]["stage"], "nominal_planet_bearing_life_h": 90000.0}
     stage["bearing_life_h"] = {"planet_bearing_1": 9e4, "carrier_bearing_drive": 7e4}
     said = found(stages={"stage": stage})["Bearing life"]
-    assert (
-        said.level == "note" and "Carrier bearing drive, under the constant load" in said.sentence
-    )
-    assert said.figure.startswith("70")
+    assert said.level == "note" and said.figure.startswith("70")
+    assert "Carrier bearing drive, under the constant load" in said.sentence
 
 
 def test_deflections_are_held_to_what_is_small():
@@ -295,9 +294,8 @@ def test_the_worst_stage_is_in_front_and_the_others_beside_it():
         "load_sharing": {"quasi_static": {}, "transient": {"flexible": {**group, **WINDOW}}},
         "steady": {},
     }
-    first = next(
-        v for v in said_of(case, summary) if v.subject.startswith("Largest gear-mesh force")
-    )
+    lines = said_of(case, summary)
+    first = next(v for v in lines if v.subject.startswith("Largest gear-mesh force"))
     assert (first.subject, first.figure) == ("Largest gear-mesh force, lss", "1.020 × nominal")
     assert "Iss: 1.010 × nominal." in first.sentence
     assert "Hss: 1.0050 × nominal." in first.sentence
@@ -334,8 +332,7 @@ def fe_stress(**gears: float) -> dict[str, Any]:
 def test_a_nominal_stress_is_held_with_the_largest_force_and_never_called_within_limits(
     limit, level
 ):
-    drops = {"torque_steps": {"0.2e6": {"flexible": DROP}}}
-    row = answer("root_stress", {f"stage.sun.{ROOT}": str(limit)}, **drops)
+    row = answer("root_stress", {f"stage.sun.{ROOT}": str(limit)}, **DROPS)
     assert (row["level"], row["value"], row["allowable"]) == (level, 243.0, limit)
     assert row["figure"] == f"243 of {limit} MPa"
     assert "370.1 MPa" in row["sentence"]
@@ -376,8 +373,7 @@ def test_a_bearing_without_a_required_life_leaves_no_stage_within_limits():
 
 def test_a_flank_pressure_is_held_to_the_softer_gear_and_grows_with_the_root_of_the_force():
     limits = {f"stage.sun.{FLANK}": "1500", f"stage.planet.{FLANK}": "1400"}
-    drops = {"torque_steps": {"0.2e6": {"flexible": DROP}}}
-    row = answer("flank_pressure", limits, **drops)
+    row = answer("flank_pressure", limits, **DROPS)
     assert row["allowable"] == 1400.0
     grown = row["value"] * 1.523**0.5
     assert f"{100 * grown / 1400:.3g} %" in row["sentence"]
@@ -391,17 +387,10 @@ def test_a_life_is_held_to_the_required_one(life, level):
     assert (row["level"], row["value"], row["allowable"]) == (level, life, 175e3)
     assert row["figure"].endswith(" of 175\u202f000 h (20 years) required")
     assert "No required life" not in row["sentence"]
-    assert (
-        "No required life given."
-        in answer("bearing_life", BEARING, stages={"stage": stage})["sentence"]
-    )
+    row = answer("bearing_life", BEARING, stages={"stage": stage})
+    assert "No required life given." in row["sentence"]
 
 
 def test_a_required_life_needs_a_rating():
     with pytest.raises(InputError, match=r"dynamic_rating.*is missing beside required_life"):
         load_case("wind-5mw", {"stage.planet_bearing.required_life_h": "175000"})
-    keys = {f"stage.{b}.dynamic_rating_kn": "9" for b in ("planet_bearing", "carrier.bearing_far")}
-    with pytest.raises(
-        InputError, match=r'rolling, .*rolling: are missing -- add rolling = "roller"'
-    ):
-        load_case("wind-5mw", keys)

@@ -86,9 +86,9 @@ def test_the_largest_of_all_samples_bodies_and_teeth():
     })  # fmt: skip
 
 
-def test_sweeps_keep_a_warning_for_each_point(tmp_path, monkeypatch):
+@pytest.mark.usefixtures("cache")
+def test_sweeps_keep_a_warning_for_each_point():
     """A pinion on 1e6 N/m under a separating force of 0.1 MN moves by decimetres."""
-    monkeypatch.setenv("FLEXGEAR_CACHE", str(tmp_path))
     (key,) = SOFT
     plan = planned("nrel-5mw", {key: (1e6, 2e9)}, measures=["frequencies"])
     ((where, text),) = failures(run_sweep(plan, workers=1), WARNING)

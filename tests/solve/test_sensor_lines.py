@@ -2,95 +2,34 @@
 
 import numpy as np
 import pytest
+from small_train import LUMPED_PARTS, SMALL_STAGE
+from trains import write
 
 from flexgear import load_case
 
 TURN = 0.04  # s
-RING = """
-kinematics = "planar"
-gravity_m_per_s2 = [0, -9.81, 0]
-damping = { ratio = 0.1 }
-
-[material]
-young_modulus_gpa = 206
-poisson_ratio = 0.3
-density_kg_per_m3 = 7850
-
-[stage]
-planets = 4
-normal_module_mm = 1.5
-pressure_angle_deg = 20
-face_width_mm = 20
-backlash_ring_mm = 0.05
-backlash_sun_mm = 0.05
-sun = { teeth = 28, support = { radial_n_per_m = 1e7, axial_n_per_m = 1e7, tilt_nm_per_rad = 1e3 } }
-planet = { teeth = 22 }
-carrier = { support = { radial_n_per_m = 3e8, axial_n_per_m = 1e8, tilt_nm_per_rad = 2e4 } }
-planet_bearing = { radial_n_per_m = 2e8, axial_n_per_m = 5e7, tilt_nm_per_rad = 1e4 }
-gear_mesh = { damping_ratio = 0.2 }
-
-[stage.ring]
-teeth = 72
-
-[stage.ring.fe]
-rim_thickness_mm = 9
-end = "-z"
-
-[stage.ring.fe.bolts]
-number = 9
-circle_diameter_mm = 122
-diameter_mm = 4
-stiffness_radial_n_per_m = 2e8
-stiffness_tangential_n_per_m = 2e8
-stiffness_axial_n_per_m = 3e8
-stiffness_tilt_nm_per_rad = 2e3
-stiffness_twist_nm_per_rad = 2e2
-
-[[inputs]]
-member = "stage.carrier"
-torque_nm = 300
-speed_rpm = 1500
-machine = { law = "speed" }
-
-[output]
-member = "stage.sun"
-inertia_kg_m2 = 0.002
-
-[solver]
-fidelity = "quick"
-gear_mesh_orders = 2
-time_step_s = 5e-6
-
-[recorder]
-band_hz = 3000
-sampling_rate_hz = 8000
-
-[[sensors]]
-name = "acceleration"
-on = "stage.ring"
-measures = "acceleration"
-angle_deg = 70
-direction = "radial"
-
-[[sensors]]
-name = "displacement"
-on = "stage.ring"
-measures = "displacement"
-angle_deg = 70
-direction = "radial"
-
-[[sensors]]
-name = "strain"
-on = "stage.ring"
-measures = "strain"
-angle_deg = 70
-"""
+KINDS = ("acceleration", "displacement", "strain")
+SENSORS = "".join(
+    f'[[sensors]]\nname = "{kind}"\non = "stage.ring"\nmeasures = "{kind}"\nangle_deg = 70\n'
+    + ("" if kind == "strain" else 'direction = "radial"\n')
+    for kind in KINDS
+)
+RING = {  # the small stage with lumped members but for its ring, planar, without errors
+    **LUMPED_PARTS["carrier"], **LUMPED_PARTS["sun"],
+    "stage.sun.support.radial_n_per_m": "1e7", "stage.sun.support.axial_n_per_m": "1e7",
+    "stage.sun.bore_diameter_mm": "", "stage.planet.bore_diameter_mm": "",
+    "stage.ring.fe.bolts.number": "9", "stage.gear_mesh.damping_ratio": "0.2",
+    "kinematics": '"planar"', "gravity_m_per_s2": "[0, -9.81, 0]", "damping.ratio": "0.1",
+    "inputs.0.inertia_kg_m2": "", "inputs.0.machine.law": '"speed"',
+    "output.inertia_kg_m2": "0.002", "solver.fidelity": "quick", "solver.gear_mesh_orders": "2",
+    "solver.time_step_s": "5e-6", "recorder.band_hz": "3000", "recorder.sampling_rate_hz": "8000",
+}  # fmt: skip
 
 
-def model_of(folder, errors="", **settings):
-    path = folder / "ring.toml"
-    path.write_text(RING + errors, encoding="utf-8")
-    return load_case(path, settings).assemble()
+def model_of(folder, **settings):
+    text = SMALL_STAGE.read_text(encoding="utf-8").partition("[stage.errors]")[0] + SENSORS
+    path = write(folder, text, name="ring.toml")
+    return load_case(path, {**RING, **settings}).assemble()
 
 
 def orders(values):
@@ -103,7 +42,7 @@ def place(tmp_path_factory):
     return tmp_path_factory.mktemp("lines")
 
 
-@pytest.mark.parametrize("kind", ["acceleration", "displacement", "strain"])
+@pytest.mark.parametrize("kind", KINDS)
 def test_planets_alike_let_only_orders_through_that_are_multiples_of_their_number(run, kind):
     """72 teeth and four planets: (H z_r + n) mod 4 = 0 for all that a turn of the carrier holds;
     nine bolts and weight change nothing in that, as they repeat with every planet's pass."""
@@ -123,16 +62,15 @@ def run(place):
 TURNED = np.arange(0.0, 360.0)  # as few lines of the gear mesh fold down from there
 
 
-def static_lines(place, errors, **settings):
+def static_lines(place, **settings):
     """Orders (n, sensors) of a slow turn."""
-    return orders(model_of(place, errors, **settings).static(TURNED)["sensor_static"].to_numpy())
+    return orders(model_of(place, **settings).static(TURNED)["sensor_static"].to_numpy())
 
 
 def test_pin_errors_bring_the_other_orders_as_the_phasors_of_the_planets_say(place):
     """Order m of what planets at φ_i with small errors ε_i add goes with |Σ ε_i exp(j m φ_i)|."""
-    pins = "\n[stage.errors]\npin_tangential_um = "
     one, two, opposite = (
-        static_lines(place, pins + str(errors))
+        static_lines(place, **{"stage.errors.pin_tangential_um": str(errors)})
         for errors in ([0.2, 0, 0, 0], [0.2, 0.2, 0, 0], [0.2, 0, 0.2, 0])
     )
     m = np.array([1, 2, 3, 5, 6, 7])
@@ -148,7 +86,7 @@ def test_unequal_spacing_brings_the_orders_that_planets_then_share(place):
     """Planets at 0, 90° − δ, 180°, 270° − δ repeat twice a turn: odd orders stay away, and of
     others is left what |1 + exp(j m φ)| says."""
     spaced = [
-        static_lines(place, "", **{"stage.planet_positions_deg": f"[0, {a}, 180, {a + 180}]"})
+        static_lines(place, **{"stage.planet_positions_deg": f"[0, {a}, 180, {a + 180}]"})
         for a in (86.4, 82.8)
     ]
     for lines in spaced:

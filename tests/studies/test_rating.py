@@ -144,12 +144,6 @@ def test_what_is_missing_is_not_assessed_by_name():
     assert all(p.load[0] > 0 for p in forced.parts if p.kind != "bearing")  # stresses are known
 
 
-def test_split_and_reordered_bins_damage_alike():
-    whole = (("a", 900.0, 1.1), ("b", 5000.0, 0.8), ("c", 40.0, 1.4))
-    split = (("c", 40.0, 1.4), ("b1", 1500.0, 0.8), ("a", 900.0, 1.1), ("b2", 3500.0, 0.8))
-    assert _damages(_frozen(*split)) == pytest.approx(_damages(_frozen(*whole)), rel=1e-12)
-
-
 def test_what_the_norm_does_not_know_is_refused_before_anything_is_solved(monkeypatch):
     monkeypatch.setattr(study, "_solved", None)
     case = _train().with_(**{"stages.stage_1.sun.rating.vickers_hardness": 500.0})
@@ -351,9 +345,9 @@ def test_positions_are_enough_as_doubling_them_shows():
     assert largest(positions_per_gear_mesh=16) == pytest.approx(usual, rel=0.02)
 
 
-def test_a_stopped_rating_goes_on(monkeypatch, tmp_path):
+@pytest.mark.usefixtures("cache")
+def test_a_stopped_rating_goes_on(monkeypatch):
     """Bins that were solved before the stop are not solved again, and the end forgets them."""
-    monkeypatch.setenv("FLEXGEAR_CACHE", str(tmp_path))
     case = _train().with_(
         load_cases=_cases(("a", 10.0, 1.0), ("b", 10.0, 0.9), ("c", 10.0, 0.8)), **FROZEN
     )

@@ -26,9 +26,7 @@ KEYS = {
 STATES = (LoadCase(name="a", hours=1.0, torque=4e6),)
 
 
-@pytest.fixture(autouse=True)
-def cache(tmp_path, monkeypatch):
-    monkeypatch.setenv("FLEXGEAR_CACHE", str(tmp_path / "cache"))
+pytestmark = pytest.mark.usefixtures("cache")
 
 
 def train(**changes):

@@ -27,9 +27,7 @@ HELD_STAGE = PLANETARY.replace("[stage.carrier]\n", f"[stage.carrier]\n{SUPPORT}
 HELD = HeldRoots(held=3e8, even=2e8, pair_load=1e4)
 
 
-@pytest.fixture(autouse=True)
-def cache(tmp_path, monkeypatch):
-    monkeypatch.setenv("FLEXGEAR_CACHE", str(tmp_path / "cache"))
+pytestmark = pytest.mark.usefixtures("cache")
 
 
 def test_with_the_stresses_of_the_norm_its_safeties_come_out(tmp_path, monkeypatch):

@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 from small_train import ALONE, FLEXIBLE
 from stage_samples import cheap_stage
-from trains import stage_train
+from trains import stage_train, write
 
 from flexgear.analysis.modes import modes, springs_at
 from flexgear.coupling.build import build_system
@@ -24,7 +24,7 @@ from flexgear.studies.sweep_keys import parse_setting
 
 
 @pytest.fixture(autouse=True, scope="module")
-def cache(tmp_path_factory):
+def elsewhere(tmp_path_factory):
     """Finished points are kept away from the user's."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("FLEXGEAR_CACHE", str(tmp_path_factory.mktemp("cache")))
@@ -86,15 +86,10 @@ def test_the_same_with_one_and_two_processes():
     xr.testing.assert_identical(one, two)
 
 
+@pytest.mark.usefixtures("cache")
 class TestInterrupted:
     GRID = ("stage.planets=3,4,5,6", f"{BEARING}=1e7,1e9")
     MEASURES = ("frequencies", "frequencies_by_type", "load_sharing", "mean_forces")
-
-    @pytest.fixture(autouse=True)
-    def place(self, tmp_path, monkeypatch):
-        """Finished points are kept here."""
-        monkeypatch.setenv("FLEXGEAR_CACHE", str(tmp_path / "cache"))
-        return tmp_path / "cache"
 
     def plan(self, *settings, **options):
         options.setdefault("measures", self.MEASURES)
@@ -116,17 +111,17 @@ class TestInterrupted:
             data = run_sweep(plan, workers=1)
         return data, len(count)
 
-    def test_goes_on_where_it_stopped(self, monkeypatch, place):
+    def test_goes_on_where_it_stopped(self, monkeypatch, cache):
         plan = self.plan()
         whole = run_sweep(plan, workers=1)
-        assert not (place / "sweep").exists()
+        assert not (cache / "sweep").exists()
         assert self.run(monkeypatch, plan, 3) == (None, 3)
         assert finished(plan) == 3
         data, rest = self.run(monkeypatch, plan, 99)
         assert rest == 5
         xr.testing.assert_identical(data, whole)
         assert finished(plan) == 0
-        assert not (place / "sweep").exists()
+        assert not (cache / "sweep").exists()
 
     def test_more_values_go_on_from_fewer(self, monkeypatch):
         self.run(monkeypatch, self.plan("stage.planets=3,4,5"), 2)
@@ -202,17 +197,15 @@ def test_power_grows_with_torque_and_life_falls_with_its_power():
         np.testing.assert_allclose(ratio, np.outer([2**exponent, 1, 2**-exponent], np.ones(3)))
 
 
-class TestFailures:
-    def test_a_failed_point_is_a_gap_with_its_message(self, tmp_path):
-        path = tmp_path / "train.toml"
-        path.write_text(ALONE)
-        data = swept(path, "stage.planets=4,7,5", measures=["speeds"], settings=ROOM)
-        assert data.attrs["failed"] == 1
-        ((where, message),) = failures(data)
-        assert where == "stage.planets = 7"
-        assert "planets" in message
-        assert np.isnan(data["speed"].sel({"stage.planets": 7})).all()
-        assert not np.isnan(data["speed"].sel({"stage.planets": [4, 5]})).any()
+def test_a_failed_point_is_a_gap_with_its_message(tmp_path):
+    path = write(tmp_path, ALONE)
+    data = swept(path, "stage.planets=4,7,5", measures=["speeds"], settings=ROOM)
+    assert data.attrs["failed"] == 1
+    ((where, message),) = failures(data)
+    assert where == "stage.planets = 7"
+    assert "planets" in message
+    assert np.isnan(data["speed"].sel({"stage.planets": 7})).all()
+    assert not np.isnan(data["speed"].sel({"stage.planets": [4, 5]})).any()
 
 
 class TestFlexibleStage:
@@ -237,8 +230,7 @@ class TestFlexibleStage:
         assert float(data["frequency"].diff(data["frequency"].dims[0]).min()) > -1e-6
 
     def test_a_flexible_stage_in_a_train(self, tmp_path):
-        path = tmp_path / "mixed.toml"
-        path.write_text(FLEXIBLE)
+        path = write(tmp_path, FLEXIBLE)
         data = swept(path, "stages.stage_1.planet_bearing.radial_n_per_m=1e9,4e9",
                      measures=["frequencies", "gear_mesh_forces"], modes=4)  # fmt: skip
         assert failures(data) == []

@@ -1,10 +1,13 @@
 """Keys, values and grids of parameter studies: what is written, what it means, what is refused."""
 
+import tomllib
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from small_train import SMALL
+from trains import write
 
 from flexgear.model.errors import InputError
 from flexgear.model.load import load_case
@@ -61,8 +64,6 @@ def test_ranges_keep_their_ends_and_equal_steps(ends, count):
 
 @given(st.floats(-1e300, 1e300))
 def test_numbers_reach_the_case_to_the_last_bit(value):
-    import tomllib
-
     text = parse_setting(f"k={value!r}")[1].texts[0]
     assert float(tomllib.loads(f"x = {text}")["x"]) == value
 
@@ -149,8 +150,7 @@ def test_too_many_points(pitch_drive):
 
 class TestListElements:
     def test_one_pin_moves_and_the_others_stay(self, tmp_path):
-        path = tmp_path / "t.toml"
-        path.write_text(SMALL)
+        path = write(tmp_path, SMALL)
         settings = {"stages.0.errors.pin_tangential_um": "[1, 2, 3]"}
         (key,) = keys_of(load_case(path, settings), "stages.0.errors.pin_tangential_um.1=0:50:3")
         assert key.units == "µm"
@@ -158,8 +158,7 @@ class TestListElements:
         np.testing.assert_allclose(found.stages[0].errors.pin_tangential, [1e-6, 5e-5, 3e-6])
 
     def test_lists_that_are_left_out_are_zeros(self, tmp_path):
-        path = tmp_path / "t.toml"
-        path.write_text(SMALL)
+        path = write(tmp_path, SMALL)
         keys = keys_of(load_case(path), "stages.0.errors.pin_radial_um.0=5",
                        "stages.0.errors.pin_radial_um.2=7")  # fmt: skip
         found = load_case(path, overrides_at(keys, (0, 0)))

@@ -42,11 +42,7 @@ HELD = {  # sun that only turns, ring fixed, carrier on its axis
 }
 
 
-@pytest.fixture(autouse=True)
-def place(tmp_path, monkeypatch):
-    """Batches are kept here."""
-    monkeypatch.setenv("FLEXGEAR_CACHE", str(tmp_path / "cache"))
-    return tmp_path / "cache"
+pytestmark = pytest.mark.usefixtures("cache")
 
 
 @pytest.fixture
@@ -123,15 +119,6 @@ class TestPhysics:
         assert np.allclose(data["load_sharing_max"][2], stated, rtol=1e-7)
         assert float(stated.max()) > 1.01
 
-    @pytest.mark.parametrize("name", ["pitch-drive", "nrel-5mw", "herringbone"])
-    def test_bundled_trains(self, name):
-        more = {} if name == "pitch-drive" else {PIN: "10"}
-        data = tolerance(load_case(name, {"tolerance.samples": "3", **more}), workers=1)
-        assert np.isfinite(data["load_sharing_max"]).all()
-        assert (data["load_sharing_max"] > 1 - 1e-9).all()
-        planets = data["planet_load_factor_mean"].groupby("stage").mean()
-        assert np.allclose(planets.mean("sample"), 1.0)
-
     def test_pitch_deviations_are_drawn_anew(self, tmp_path):
         settings = {"stage.errors.sun_pitch_um": "4", "tolerance.samples": "5"}
         data = tolerance(stage_train(tmp_path, sun="2e8", **settings), workers=1)
@@ -183,7 +170,7 @@ class TestInterrupted:
                 data = None
         return data, solved
 
-    def test_goes_on_where_it_stopped(self, tmp_path, monkeypatch, place):
+    def test_goes_on_where_it_stopped(self, tmp_path, monkeypatch, cache):
         train = lumped(tmp_path)
         whole = tolerance(train, workers=1)
         data, first = self.stopped(monkeypatch, train, 2)
@@ -192,7 +179,7 @@ class TestInterrupted:
         data, rest = self.stopped(monkeypatch, train, 99)
         xr.testing.assert_identical(data, whole)
         assert [*first, *rest] == study.batches_of(60)
-        assert not (place / "tolerance").exists()
+        assert not (cache / "tolerance").exists()
 
     def test_more_samples_go_on_from_fewer(self, tmp_path, monkeypatch):
         self.stopped(monkeypatch, lumped(tmp_path), 2)
@@ -220,14 +207,9 @@ class TestInterrupted:
         assert data.sizes["sample"] == 60
 
 
-class TestRefused:
-    def test_nothing_to_share(self, tmp_path):
-        with pytest.raises(InputError, match="no stage whose planets share a load"):
-            tolerance(stage_train(tmp_path, planets=1, **{PIN: "10"}))
-
-    def test_nothing_to_draw(self, tmp_path):
-        with pytest.raises(InputError, match="nothing to draw"):
-            tolerance(stage_train(tmp_path))
+def test_nothing_to_share_is_refused(tmp_path):
+    with pytest.raises(InputError, match="no stage whose planets share a load"):
+        tolerance(stage_train(tmp_path, planets=1, **{PIN: "10"}))
 
 
 @pytest.mark.slow

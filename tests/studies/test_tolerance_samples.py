@@ -7,6 +7,7 @@ import pytest
 from coupled import make_bodies
 from scipy import stats
 from small_train import FLEXIBLE, SMALL
+from trains import write
 
 from flexgear.coupling.build import build_system
 from flexgear.model.errors import InputError
@@ -134,23 +135,8 @@ class TestModels:
         assert np.allclose(phases, np.radians([0, 120, 240]))
         assert np.abs(values["stage_1", "pin_tangential"]).max() < 1e-20
 
-    def test_a_flexible_stage_has_its_own_tooth_errors(self, tmp_path):
-        path = tmp_path / "train.toml"
-        path.write_text(FLEXIBLE)
-        place = f"{ERRORS}.carrier_eccentricity"
-        radius = {f"{place}.distribution": "rayleigh", f"{place}.standard_deviation_um": "9"}
-        model = load_case(path, {**PIN, **radius})
-        values = sample_values(drawn_errors(model), 1, [4])
-        stage = with_sample(model, values, 0, [3]).stages[0]
-        pins = tuple(values["stage_1", "pin_tangential"][0])
-        assert stage.errors.pin_tangential == pins
-        assert stage.errors.seed == 3
-        assert stage.errors.carrier_eccentricity == values["stage_1", "carrier_eccentricity"][0, 0]
-
     def test_parallel_stages_have_no_pins(self, tmp_path):
-        path = tmp_path / "train.toml"
-        path.write_text(SMALL)
-        found = drawn_errors(load_case(path, PIN))
+        found = drawn_errors(load_case(write(tmp_path, SMALL), PIN))
         assert [(e.stage, e.labels) for e in found] == [
             ("stage_1", tuple(f"stage_1.pin_tangential {i}" for i in (1, 2, 3)))
         ]
@@ -184,8 +170,7 @@ planet_sun_helix_slope = { standard_deviation_um = 5 }
 def samples(model, count=3):
     drawn = drawn_errors(model)
     values = sample_values(drawn, 3, range(count))
-    names = [""] if not hasattr(model, "stages") else [s.name for s in model.stages]
-    seeds = list(zip(*(pitch_seeds(n, 3, range(count)) for n in names), strict=True))
+    seeds = list(zip(*(pitch_seeds(s.name, 3, range(count)) for s in model.stages), strict=True))
     return [with_sample(model, values, j, own) for j, own in enumerate(seeds)]
 
 
@@ -224,9 +209,9 @@ def test_flexible_stage(law, more):
 
 
 def test_errors_that_a_flexible_stage_of_a_train_states_are_its_nominal_ones(tmp_path):
-    path = tmp_path / "train.toml"
-    path.write_text(FLEXIBLE)
-    model = load_case(path, {"stages.0.errors.sun_eccentricity_um": "17", **BODIES})
+    model = load_case(
+        write(tmp_path, FLEXIBLE), {"stages.0.errors.sun_eccentricity_um": "17", **BODIES}
+    )
     values = nominal(model, drawn_errors(model))
     assert values["stage_1", "sun_eccentricity"] == pytest.approx(17e-6)
     assert values["stage_1", "ring_offset"] == pytest.approx(0, abs=1e-15)
@@ -238,17 +223,15 @@ def test_errors_that_a_flexible_stage_of_a_train_states_are_its_nominal_ones(tmp
 @pytest.mark.parametrize("name", ["pitch-drive", "herringbone"])
 def test_bundled_trains(name):
     settings = {
-        "tolerance.errors.pin_radial.standard_deviation_um": "5",
-        "tolerance.errors.planet_pitch.distribution": "rayleigh",
-        "tolerance.errors.planet_pitch.standard_deviation_um": "2",
+        f"{ERRORS}.pin_radial.standard_deviation_um": "5",
+        f"{ERRORS}.planet_pitch.distribution": "rayleigh",
+        f"{ERRORS}.planet_pitch.standard_deviation_um": "2",
     }
     models = samples(load_case(name, settings))
     assert_same(models, [build_system(m) for m in models])
 
 
 def test_parallel_stage_behind_a_planetary_one(tmp_path):
-    path = tmp_path / "train.toml"
-    path.write_text(SMALL + TRAIN_TOLERANCE)
     room = {"stages.stage_1.ring.addendum": "0.6", "stages.stage_1.planets": "4"}
-    models = samples(load_case(path, room))
+    models = samples(load_case(write(tmp_path, SMALL + TRAIN_TOLERANCE), room))
     assert_same(models, [build_system(m) for m in models])
