@@ -165,7 +165,8 @@ class Balance:
         return out
 
     def start(self) -> Array:
-        """Unknowns to start from: pairs of the carrying flanks on their path touch or pull."""
+        """Initial unknowns: all pairs of the carrying flanks that are on their path act as linear
+        springs."""
         e = self.elements
         tangents = e.linear_tangents
         pull = np.einsum("jnq,jn->jq", e.rows, e.nominal[0] * e.offset)

@@ -118,10 +118,10 @@ def train_cycle(turns: Sequence[TrainTurn]) -> Fraction:
 
 
 def exact_rate(speed: float, lead: float) -> Fraction:
-    """speed / lead as the fraction of tooth numbers that it is, denominators up to a million.
+    """speed / lead as the exact fraction of tooth numbers, denominators up to a million.
 
-    Speeds that are given freely (two inputs) have no common period; theirs is then rounded to
-    the nearest such fraction, which only matters beyond a million turns.
+    Speeds that are given independently (two inputs) have no common period; their ratio is rounded
+    to the nearest such fraction, which only matters beyond a million turns.
     """
     return Fraction(speed / lead).limit_denominator()
 

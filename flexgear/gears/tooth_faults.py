@@ -158,10 +158,10 @@ def with_faults(
     faults: Sequence[Numbered],
     softness: Softness | None,
 ) -> GearMeshPath:
-    """A path of pairs with these faults, before slices bend each other.
+    """A path of pairs with these faults, before flexibility between slices is added.
 
-    force: of the gear mesh, N; softness: of all cracks among the faults, None where slices bend
-    each other, and it goes there, or none is cracked.
+    force: of the gear mesh, N; softness: compliance of all cracks among the faults; None without
+    cracks, or where it is added to the flexibility between slices.
     """
     if not faults:
         return path

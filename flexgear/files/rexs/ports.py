@@ -74,7 +74,7 @@ class Port:
         return abs(self.torque.value * self.speed.value)
 
     def take_torque(self, section: Section) -> None:
-        """Put its torque into a section, or else its power."""
+        """Write its torque to a section, or else its power."""
         section.take(*((_TORQUE.key, self.torque) if self.torque else (_POWER.key, self.power)))
 
 

@@ -88,7 +88,7 @@ def cylinder(
 
 
 def prism(corners: Array, low: float, high: float) -> Solid:
-    """Over a polygon (n, 2) m with its corners counter-clockwise."""
+    """Solid over a polygon (n, 2) m with its corners counter-clockwise."""
     p = np.column_stack([np.ones(len(corners)), corners])
     q = np.roll(p, -1, axis=0)
     twice = p[:, 1] * q[:, 2] - q[:, 1] * p[:, 2]
