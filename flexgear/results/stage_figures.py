@@ -227,7 +227,7 @@ ROOTS = (
            label="{name}, least, in the fillet on the other side"),
     Figure("root_stress_mpa.<gear>.range", "MPa",
            "how far it ranges at one place of the fillet, the worst one",
-           label="{name}, range over the positions at one place of a fillet that is stretched"),
+           label="{name}, range over the positions at one place of a tensile fillet"),
 )  # fmt: skip
 PLANET_BEARINGS = (
     Figure("planet_bearing_force_n", "N", "mean rated force of a planet on its pin",

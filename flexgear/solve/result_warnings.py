@@ -48,7 +48,7 @@ from flexgear.structures.reduced import ReducedBody
 SMALL = 0.1  # of the module: paths of contact are then a twentieth off
 CONSEQUENCE = (
     "Paths of contact, pressure angles and which teeth touch are those of gears in their places; "
-    "stiffen what holds them, or take figures as a rough guide."
+    "stiffen their supports, or take figures as a rough guide."
 )
 
 

@@ -211,8 +211,8 @@ FLANK = Chart(
 RUN_CHARTS: Sequence[tuple[Subjects, Sequence[Chart]]] = (
     (each.stages, (
         Chart("drawing_front_{stage}", "geometry", "{Stage} to scale, front",
-            "Gears and what holds them to scale, seen along the axis: teeth, bolts, pins and bores "
-            "as the case gives them.", lambda stage: front_drawing(stage.view)),
+            "Gears and their supports to scale, seen along the axis: teeth, bolts, pins and bores "
+            "of the case.", lambda stage: front_drawing(stage.view)),
         Chart("drawing_section_{stage}", "geometry", "{Stage} to scale, section",
             "The upper half of the stage cut along its axis, to scale.",
             lambda stage: section_drawing(stage.view)),
@@ -229,8 +229,8 @@ RUN_CHARTS: Sequence[tuple[Subjects, Sequence[Chart]]] = (
             lambda ring: star.radial_profile(*_two_positions(ring))),
         Chart("{prefix}radial_harmonics", "deflections",
             "{ring}Radial harmonics of the ring at rated torque",
-            "The ring's shape taken apart into waves round the circle; with equal planets only "
-            "multiples of their number may be there.", _harmonics),
+            "The ring's shape as a sum of waves round the circle; with equal planets only "
+            "multiples of their number occur.", _harmonics),
     )),
     (having(each.rings, lambda ring: ring.steady), (
         Chart("{prefix}tooth_node_1", "deflections",
@@ -260,7 +260,7 @@ RUN_CHARTS: Sequence[tuple[Subjects, Sequence[Chart]]] = (
     )),
     (each.torque_drops, (
         Chart("{prefix}torque_step_{depth}", "dynamics", "{ring}Torque drop to {torque}",
-            "How the load sharing answers a sudden change of the torque.",
+            "Response of the load sharing to a sudden change of the torque.",
             lambda *drop: histories.torque_drop(_drop(*drop))),
         Chart("{prefix}torque_step_{depth}_speed", "dynamics",
             "{ring}Carrier speed, torque drop to {torque}",
@@ -268,7 +268,7 @@ RUN_CHARTS: Sequence[tuple[Subjects, Sequence[Chart]]] = (
             lambda *drop: histories.carrier_speed(_drop(*drop))),
         Chart("{prefix}torque_step_{depth}_energy", "dynamics",
             "{ring}Energy balance, torque drop to {torque}",
-            "Work that goes in, and where it goes; the rest is error of the time steps.",
+            "Work of the machines and its distribution; the rest is error of the time steps.",
             _energy, "torque_step_{depth}", "energy_kinetic"),
     )),
     *((partial(each.figures, f), (
@@ -276,7 +276,7 @@ RUN_CHARTS: Sequence[tuple[Subjects, Sequence[Chart]]] = (
     )) for f in STAGE_FIGURES if f.bars),
     (each.trains, (
         Chart("power_flow", "power", "Speeds, torques and powers of the members",
-            "Power that enters is above zero, power that leaves below.",
+            "Power that enters is positive, power that leaves negative.",
             sharing_charts.power_flow_chart),
     )),
     (each.runs, (
@@ -288,37 +288,37 @@ RUN_CHARTS: Sequence[tuple[Subjects, Sequence[Chart]]] = (
             "Gear-mesh force by order at mean stiffness, with the mode that has most of each peak.",
             linear_response_chart, "linear_response"),
         Chart("response", "dynamics", "Steady states over speed or torque, with all branches",
-            "Largest and smallest gear-mesh force, and swing of the transmission error. Solid: "
-            "stable, dashed: unstable; arrows: where a sweep jumps, and to what force.",
+            "Largest and smallest gear-mesh force, peak-to-peak transmission error. Solid: stable, "
+            "dashed: unstable; arrows: jumps of a sweep to the force at their head.",
             response_chart, "response"),
         Chart("modes", "modes", "Natural modes by type and energy",
-            "Each mode by its frequency, and what share of its energy lies where.",
+            "Each mode by its frequency, and the distribution of its energy.",
             modes_chart, "modes"),
         Chart("campbell", "modes", "Frequencies over speed, and what excites them",
-            "Frequencies over speed and what excites them. Equal planets excite only modes of the "
-            "colour of the order; the others take errors.", campbell_chart, "campbell"),
+            "Natural frequencies and excitations over speed. Equal planets excite only modes of "
+            "the colour of the order; other modes need errors.", campbell_chart, "campbell"),
         Chart("face_line_load", "face",
             "Load along the face of every gear mesh, in the mean of the positions",
-            "What all pairs of a gear mesh carry together at one place of the face; K_Hβ is the "
-            "largest over the mean (ISO 6336-1).",
+            "Load per width of all pairs of a gear mesh along the face; K_Hβ is the largest over "
+            "the mean (ISO 6336-1).",
             face_load_charts.along_face_chart, "equilibrium", "face_line_load"),
         Chart("face_contact_pattern", "face",
             "Contact pattern: largest line load over path and face",
-            "Where flanks touch, and how hard at most: load that leans to one end of the face "
-            "tells of tilt or twist.",
+            "Largest load wherever flanks touch: more load at one end of the face indicates tilt "
+            "or twist.",
             face_load_charts.contact_pattern, "equilibrium", "face_line_load"),
         Chart("face_misalignment", "face", "Misalignment of every gear mesh by what causes it",
-            "How much closer flanks come at the +z end of the face than at the other, by the body "
-            "or bearing whose tilt it is; lines go from least to largest.",
+            "Approach of the flanks at the +z end of the face less that at the −z end, by the body "
+            "or bearing that tilts; lines go from least to largest.",
             face_load_charts.misalignment_chart, "equilibrium", "gear_mesh_misalignment_by_cause"),
         Chart("transient_displacements", "deflections",
             "Displacement of central members in time, {window}", MOVE, _displacements, "transient"),
         Chart("equilibrium_sensors", "dynamics", "Sensors in equilibria",
-            "Displacement, strain and torque at the places of sensors, the train turning slowly.",
+            "Quasi-static displacement, strain and torque at the sensors.",
             static_sensors_chart, "equilibrium", "sensor_static"),
         Chart("transient_sensors", "dynamics", "Signals of sensors and their spectra, {window}",
-            "What a measuring system with an anti-alias filter would record; of the bodies of the "
-            "case alone, without noise in the air and paths through other housings.",
+            "Records of a measuring system with an anti-alias filter, from the bodies of the case: "
+            "without airborne noise and transfer paths through other housings.",
             _sensors, "transient", "sensor_signal"),
     )),
     (each.tooth_sets, (
@@ -334,21 +334,21 @@ RUN_CHARTS: Sequence[tuple[Subjects, Sequence[Chart]]] = (
             "Root stress of {plain} over the positions and along the face (thin: fillets on the "
             "other side of the teeth)",
             "Stress in the fillets at the roots of the teeth. Left: over a turn, in the roots that "
-            "carry with planet 1; right: along the face where it is largest. Above zero a fillet "
-            "is stretched, where cracks grow; thin lines below: the fillets that are pressed.",
+            "carry with planet 1; right: along the face where it is largest. Positive is "
+            "tension, where cracks grow; thin lines: the compressive fillets.",
             lambda data, stage: root_stress_chart(data, stage.name), "equilibrium"),
     )),
     (each.stages, (
         Chart("face_transmission_error_{stage}", "face",
             "Transmission error{of}, planet 1, over a gear-mesh cycle without errors",
-            "How far the gears stay behind where they would be if they were rigid and perfect; its "
-            "swing is what is heard, order by order. Unloaded: by ground flanks alone.",
+            "Lag of the gears behind rigid and perfect ones; its peak-to-peak value excites noise, "
+            "order by order. Unloaded: from flank modifications alone.",
             lambda data, _: face_load_charts.transmission_error_chart(data),
             "gear_mesh_cycles_{stage}"),
         Chart("face_stiffness_{stage}", "face",
             "Stiffness of the gear meshes{of} over a cycle",
-            "Slope of the force as all tooth pairs close alike, under load: of the teeth, without "
-            "gear bodies.", lambda data, _: face_load_charts.stiffness_chart(data),
+            "Slope of the force as all tooth pairs approach alike, under load: of the teeth, with "
+            "fixed gear bodies.", lambda data, _: face_load_charts.stiffness_chart(data),
             "gear_mesh_cycles_{stage}"),
         Chart("sharing_{stage}", "sharing", "Load sharing{of}, quasi-static, over one turn", SHARES,
             lambda data, _: sharing_charts.sharing_chart(data), "sharing_{stage}"),
@@ -360,9 +360,9 @@ RUN_CHARTS: Sequence[tuple[Subjects, Sequence[Chart]]] = (
             _forces, "transient"),
         Chart("spectrum_{stage}", "dynamics",
             "Spectrum of the gear-mesh forces{of}, planet 1, gear-mesh frequency {hz} Hz, {window}",
-            "Amplitudes of the gear-mesh force over gear-mesh cycles, whatever the speed does; "
-            "sidebands stand beside an order by turns of what is uneven. Expected: orders of "
-            "gear meshes, shafts and tooth faults.", _spectrum, "transient"),
+            "Amplitudes of the gear-mesh force by order, at any speed; unevenness of a member "
+            "causes sidebands at its rotation. Expected: orders of gear meshes, shafts and tooth "
+            "faults.", _spectrum, "transient"),
     )),
     (having(each.stages, lambda stage: stage.is_shared), (
         Chart("transient_sharing_{stage}", "sharing", "Load sharing{of} in time, {window}", SHARES,
@@ -370,15 +370,15 @@ RUN_CHARTS: Sequence[tuple[Subjects, Sequence[Chart]]] = (
     )),
     (each.fields, (
         Chart("{prefix}{body}_3d", "deflections", "Deformed {deformed}, exaggerated as stated",
-            "Turn it with the mouse or a finger; colour is the size of the displacement, the shape "
-            "is drawn larger as stated.", _deformed, slow=True),
+            "Turn it with the mouse or a finger; colour is the displacement, the shape is "
+            "exaggerated as stated.", _deformed, slow=True),
     )),
     # earlier runs kept no modes
     (having(each.fields, lambda _, field, count: field.sizes.get("mode", 0)), (
         Chart("{prefix}{body}_mode_shapes", "modes",
             "{Body} in the lowest natural modes that move it",
-            "Choose a mode, let it swing, turn it; colour is the displacement in per cent of the "
-            "largest. A mode has no size of its own, so it is drawn to be seen.",
+            "Choose a mode, animate it, turn it; colour is the displacement in per cent of the "
+            "largest. The amplitude of a mode is arbitrary.",
             _mode_shapes, slow=True),
     )),
     (having(each.rings, lambda ring: ring.equilibria), (

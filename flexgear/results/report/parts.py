@@ -44,7 +44,7 @@ SECTIONS = {  # in the order of the page: heading and what the section answers
     ),
     "geometry": (
         "Geometry",
-        "Gears, centre distances and what holds them, as the case gives them.",
+        "Gears, centre distances and supports, as the case states them.",
     ),
     "power": ("Power flow", "Speeds, torques and powers of the members in steady running."),
     "meshes": ("Gear meshes", "Contact ratios, gear-mesh forces and what each tooth pair carries."),
