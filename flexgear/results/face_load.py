@@ -71,9 +71,11 @@ def misalignment_of_groups(figures: Mapping[str, Mapping[str, Any]]) -> dict[str
 def sharing_factor(of_flank: xr.Dataset) -> float:
     """K_Hα of one flank: largest load of a pair over that which pairs sharing by their nominal
     stiffness on the path of contact would have, the force of the gear mesh being the same."""
-    load, stiffness = of_flank["pair_load"], of_flank["pair_stiffness"]
-    ideal = load.sum("slot") * stiffness / stiffness.sum("slot")
-    return float(load.max() / ideal.max())
+    names = ("pair_load", "pair_stiffness")
+    load, stiffness = (of_flank[name].transpose(..., "slot").to_numpy() for name in names)
+    force, total = (np.nansum(x, axis=-1, keepdims=True) for x in (load, stiffness))
+    ideal = np.divide(force * stiffness, total, out=np.zeros_like(stiffness), where=total > 0.0)
+    return float(np.nanmax(load) / np.nanmax(ideal))
 
 
 def edge_warnings(figures: Mapping[str, Mapping[str, Any]]) -> list[str]:

@@ -59,8 +59,9 @@ from flexgear.solve.stresses import (
 )
 from flexgear.solve.transient import simulate
 
+PAIRS = ("pair_load", "pair_stiffness")
 NEEDED = (  # variables of equilibria
-    "gear_mesh_force", "pair_load", "pair_stiffness", "face_line_load", "face_section",
+    *PAIRS, "gear_mesh_force", "face_line_load", "face_section",
     "carrier_angle", "ring_angle", "bearing_force", *OF_FLANKS, *OF_ROOTS,
 )  # fmt: skip
 
@@ -268,8 +269,8 @@ def _groups(
         k_h_alpha = math.nan
         if flanks is not None:
             window = slice(cycle * per_cycle, (cycle + 1) * per_cycle)
-            of_flank = flanks.isel(position=window, flank=planet)
-            k_h_alpha = sharing_factor(of_flank.assign(pair_load=abs(of_flank["pair_load"])))
+            of_flank = flanks[[*PAIRS]].isel(position=window, flank=planet)
+            k_h_alpha = sharing_factor(abs(of_flank))
         loads[group] = GroupLoads(
             k_gamma=float(shares[cycle, planet]),
             k_h_beta=float(along[cycle, planet]) if gear_mesh.model == "face_load" else math.nan,
