@@ -198,7 +198,7 @@ class DirectPath:
             values = {"z/b": at[0] / (shape[1] - 1) - 0.5}
         if self._stands:
             values["φ"] = 360.0 * float(tooth) / shape[0]
-        elif self._part == "planet":
+        elif self._part == "planet" and self.pair.stage.kind == "planetary":
             values["planet"] = float(tooth) + 1.0
         return values
 
