@@ -215,7 +215,7 @@ def claim_folder(path: Path, names: Sequence[str], origin: Origin, force: bool) 
     patterns. Pictures belong to the case of the results, or of the report, beside them."""
     target = folder_target(path)
     if not force and target.is_dir():
-        _require_own(_named(target, names), origin)
+        _require_own(_named(target, names), origin, _named(target, RUN))
 
 
 def earlier(names: Sequence[str]) -> Callable[[Path], list[Path]]:
@@ -272,9 +272,11 @@ def require_pictures(lost: Sequence[str], folder: Path) -> None:
         )
 
 
-def _require_own(files: Iterable[Path], origin: Origin) -> None:
+def _require_own(files: Iterable[Path], origin: Origin, beside: Iterable[Path] = ()) -> None:
+    """InputError for a file of another case; pictures are of the case of a result beside them."""
     origins = {f: origin_of(f) for f in files}
-    ours = any(o is not None and o.same(origin) for o in origins.values())
+    sources = (*origins.values(), *map(origin_of, beside))
+    ours = any(o is not None and o.same(origin) for o in sources)
     for file, owner in origins.items():
         if owner is None and is_picture(file) and ours:
             continue

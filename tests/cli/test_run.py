@@ -76,6 +76,9 @@ def test_pictures_that_fail_cost_no_results(monkeypatch, tmp_path, capsys, broke
     assert lacking(summary) == []
     assert load(out / "transient.nc").sizes["time"] > 10
     assert [p.name for p in tmp_path.iterdir()] == ["mine"]
+    monkeypatch.undo()
+    assert run(["render", str(out), "--quiet"]) == 0  # as the message says
+    assert (out / "report.html").exists()
 
 
 def test_a_finished_folder_is_read_again(content):
