@@ -14,7 +14,7 @@ from scipy.signal import find_peaks
 from flexgear.cli import options
 from flexgear.cli.display import as_json_text, progress, table
 from flexgear.files.atomic import staged_folder
-from flexgear.gears.expected_lines import HARMONICS, ExpectedLine
+from flexgear.gears.expected_lines import HARMONICS, TOOTH_FAULT, ExpectedLine
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
 from flexgear.model.units import RPM
@@ -44,6 +44,7 @@ USUAL = "gear_mesh_force"
 MOST_CURVES, LINES = 12, 12  # in a picture; strongest that are printed
 CANDIDATES, ABOVE = 400, 1.5  # peaks, and how far lines stand above the lobes of higher ones
 RESOLVED = 2.0  # lines of the transform between neighbours that Hann's window tells apart
+MULTIPLE = 0.25  # of a line of the transform: how near multiples of a fault's line are to a peak
 
 
 def orders(
@@ -190,7 +191,7 @@ def strongest(
     result: xr.DataArray, expected: list[tuple[ExpectedLine, float]]
 ) -> Iterator[dict[str, Any]]:
     """The highest peaks of all columns except side lobes of higher ones, and the nearest expected
-    line within the resolution of the window."""
+    line within the resolution of the window, else the tooth faults of which they are multiples."""
     order, turns = result["order"].to_numpy(), float(result.attrs["turns"])
     others = [d for d in result.dims if d != "order"]
     largest = result.max(others).to_numpy()
@@ -211,16 +212,23 @@ def strongest(
             row["column"] = str(at["column"].item())
         if "block" in others:
             row["speed_rpm"] = float(at["speed"]) * RPM
-        yield row | {"expected": _nearest(float(order[k]), expected, 1.0 / turns)}
+        yield row | {"expected": _labels(float(order[k]), expected, turns)}
 
 
-def _nearest(order: float, expected: list[tuple[ExpectedLine, float]], within: float) -> list[str]:
-    """Labels of the lines at an order, those that are equally near."""
-    off = [(abs(at - order), f"{words(line.stage)} {line.label}") for line, at in expected]
-    least = min((d for d, _ in off), default=np.inf)
-    if least > within:
-        return []
-    return [name.removeprefix("stage ") for d, name in off if d <= least + 1e-9]
+def _labels(order: float, expected: list[tuple[ExpectedLine, float]], turns: float) -> list[str]:
+    """Labels of the lines at an order in a spectrum of so many turns, or of tooth faults of which
+    it is a multiple: those that are equally near."""
+    named = [(f"{words(x.stage)} {x.label}".removeprefix("stage "), at) for x, at in expected]
+    faults = [
+        (f"{round(order / at)} × {name}", round(order / at) * at)
+        for (line, at), (name, _) in zip(expected, named, strict=True)
+        if line.kind == TOOTH_FAULT and at >= RESOLVED / turns
+    ]
+    for lines, within in ((named, 1.0 / turns), (faults, MULTIPLE / turns)):
+        least = min((abs(at - order) for _, at in lines), default=np.inf)
+        if least <= within:
+            return [name for name, at in lines if abs(at - order) <= least + 1e-9]
+    return []
 
 
 def _print(case: Case, result: xr.DataArray, rows: list[dict[str, Any]]) -> None:

@@ -17,8 +17,9 @@ for equal spacing 1 where (H z_r + n) mod N = 0 and else 0 (McFadden and Smith 1
 sound that depends on more than the pass bring the others.
 
 A tooth of sun or ring meets planet i when the carrier has turned against it by φ_i: multiples k of
-f_m/z with the share of N phasors at the order k, so N f_m/z for equal spacing. A planet's flank
-meets one gear once a turn against the carrier, f_m/z_p; a root that gives way, ring and sun, twice.
+f_m/z with the share of N phasors at the order k, so N f_m/z for equal spacing. Forces of one gear
+mesh have f_m/z and all its multiples, whatever the spacing. A planet's flank meets one gear once a
+turn against the carrier, f_m/z_p; a root that gives way, ring and sun, twice.
 
 Bearings: with γ = (d/D_pw) cos α, Z elements and f_r the speed of one ring against the other
 (Harris, Rolling Bearing Analysis)
@@ -188,6 +189,11 @@ def _tooth_faults(stage: Stage, gear_mesh: float) -> Iterator[ExpectedLine]:
             frequency = order * gear_mesh / gear.teeth
             yield ExpectedLine(
                 stage.name, TOOTH_FAULT, f"tooth of {row}", frequency, share, row=row
+            )
+        if stage.planets > 1:
+            row = f"{part} at one gear mesh"
+            yield ExpectedLine(
+                stage.name, TOOTH_FAULT, f"tooth of {row}", gear_mesh / gear.teeth, row=row
             )
     for times, label in ((1, "flank of a planet"), (2, "tooth root of a planet")):
         frequency = times * gear_mesh / stage.planet.teeth

@@ -15,7 +15,12 @@ from flexgear.gears.expected_lines import expected_lines
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.load import load_case
 from flexgear.results.dataset_file import load
-from flexgear.results.orders import amplitudes_at, history_over_turns, order_spectrum
+from flexgear.results.orders import (
+    amplitudes_at,
+    expected_orders,
+    history_over_turns,
+    order_spectrum,
+)
 
 SETTINGS = {  # 95 ring teeth leave 3 over of 4 planets: order 1 is heard one pass above
     "stage.gear_mesh.model": "fourier",
@@ -132,6 +137,21 @@ def test_side_lobes_of_a_line_are_no_lines(window):
     rows = list(strongest(spectrum, []))
     assert [row["order"] for row in rows[:3]] == pytest.approx([*waves], abs=0.02)
     assert max((row["amplitude"] for row in rows[3:]), default=0.0) < 1e-5
+
+
+def test_multiples_of_a_fault_s_line_are_named(tmp_path):
+    """A pulse once a turn of the sun against the carrier, beside the gear mesh: a comb."""
+    case = load_case("lin-parker", SETTINGS)
+    lines = expected_orders(case, "sun", "carrier")
+    turn = np.arange(0.0, 40.0, 1 / 200)
+    signal = np.cos(2 * np.pi * 25 * turn) + 0.1 * np.exp(20 * np.cos(2 * np.pi * turn) - 20)
+    about = {"per_turn": 200, "highest_order": 75.0, "of": "sun", "units": "N"}
+    spectrum = order_spectrum(xr.DataArray(signal, {"turn": turn}, "turn", "force", about))
+    named = {round(row["order"]): row["expected"] for row in strongest(spectrum, list(lines))}
+    assert named[25] == ["gear mesh 1"]
+    assert named[1] == ["tooth of sun at one gear mesh"]
+    assert all(f"{k} × tooth of sun at one gear mesh" in named[k] for k in (2, 3, 6))
+    assert "tooth of sun" in named[4]  # which all four planets meet in turn
 
 
 @pytest.mark.parametrize(

@@ -79,9 +79,11 @@ def test_ring_that_turns_and_carrier_that_stands():
     assert step == pytest.approx(passes[0] / 4)
 
 
-def test_tooth_faults_by_counting_meetings():
-    """A tooth of the sun meets a planet so often in a second; positions counted one by one."""
-    case = load_case("lin-parker")
+@pytest.mark.parametrize("positions", ["", "[0, 85, 181, 274]"])
+def test_tooth_faults_by_counting_meetings(positions):
+    """A tooth of the sun meets planets so often in a second, and each of them; positions counted
+    one by one."""
+    case = load_case("lin-parker", {"stage.planet_positions_deg": positions} if positions else {})
     (stage,), flow = case.stages, power_flow(case)
     sun, carrier = (flow.speed[f"stage.{part}"] for part in ("sun", "carrier"))
     seconds = 200.0
@@ -92,6 +94,10 @@ def test_tooth_faults_by_counting_meetings():
         meetings += np.count_nonzero(np.diff(np.floor(turns)))
     faults = {x.label: x.frequency for x in expected_lines(case) if x.kind == "tooth fault"}
     assert faults["tooth of sun"] == pytest.approx(meetings / seconds, rel=2e-3)
+    each = faults["tooth of sun at one gear mesh"]
+    assert each == pytest.approx(meetings / seconds / stage.planets, rel=2e-3)
+    turns = abs(flow.speed["stage.ring"] - carrier) / (2 * np.pi)
+    assert faults["tooth of ring at one gear mesh"] == pytest.approx(turns)
     planet = abs(speed_ratios(case)["stage.planet"] - speed_ratios(case)["stage.carrier"])
     given = flow.speed[case.inputs[0].member]
     assert faults["flank of a planet"] == pytest.approx(planet[0] * given / (2 * np.pi))
