@@ -1,6 +1,6 @@
 """A spur pair as one degree of freedom with clearance: as a case, and as an equation of its own.
 
-m ẍ + F = F₀,   F by the one-sided law of k δ and c ẋ, δ = x + e,
+m ẍ + F = F₀,   F by the one-sided law of k δ and c δ̇, δ = x + e,
 k = k̄ (1 + a cos ψ),   e = A sin(ψ + φ),   c = 2 ζ √(m k),   ψ = ωt + ψ₀.
 """
 
@@ -46,7 +46,8 @@ class DeadZone(EventIntegrator):
         phase = self.omega * t + self.first
         k = STIFFNESS * (1 + SHARE * math.cos(phase))
         delta = y[0] + ERROR * math.sin(phase + PHASE)
-        return np.array([k * delta]), np.array([2 * self.zeta * math.sqrt(MASS * k) * y[1]])
+        rate = y[1] + self.omega * ERROR * math.cos(phase + PHASE)
+        return np.array([k * delta]), np.array([2 * self.zeta * math.sqrt(MASS * k) * rate])
 
     def slope(self, t, y, loads):
         return [y[1], (self.force - loads[0]) / MASS]

@@ -85,7 +85,7 @@ def held(modal: ModalSystem) -> Held:
     corner[:, r:] = balance[at].T
     return Held(
         flexibility=np.ascontiguousarray(flexibility),
-        moved=np.hstack([rigid, -flexibility[:, at]]),
+        motions=np.hstack([rigid, -flexibility[:, at]]),
         balance=balance,
         corner=corner,
         reactions=system.reactions,

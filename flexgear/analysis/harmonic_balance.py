@@ -8,7 +8,7 @@ channels, and the amplitudes a of the rigid motions. With motion and rate of the
 
 the laws give forces at N samples of the period, whose first harmonics are to be those assumed,
 
-    f_l + (Wᵀ F(W u + e, W u̇))_l = 0,   Zᵀ f_0 − Y a + g = 0.
+    f_l + (Wᵀ F(W u + e, W u̇ + ė))_l = 0,   Zᵀ f_0 − Y a + g = 0.
 
 Laws are taken as they are: one-sided contact is not smoothed, and N ≥ 16 H samples follow it. The
 Jacobian is exact: with K̂_m the harmonics of the tangents over the samples, K̂_m = 1/N Σ_j K_j
@@ -25,7 +25,7 @@ import numpy as np
 from scipy import linalg
 from scipy.sparse.linalg import LinearOperator, gmres
 
-from flexgear.analysis.orbit import OrbitElements
+from flexgear.analysis.orbit import OrbitElements, products
 from flexgear.analysis.orbit_receptance import Point, Receptance
 from flexgear.arrays import Array, Complex, Ints
 
@@ -49,7 +49,8 @@ class Orbit:
     """A steady state; unknown (m,): real f_0, then real and imaginary parts of f_1 … f_H, then a.
 
     force (N, n) N and displacement (N, n) m of the rows; tangents (2, N, q, q): ∂(Wᵀ F)/∂u, ∂u̇;
-    residual: largest force that is not balanced over the largest force of a channel.
+    by_frequency (N, q): ∂(Wᵀ F)/∂ω, by the rate of errors; residual: largest force that is not
+    balanced over the largest force of a channel.
     """
 
     point: Point
@@ -58,7 +59,16 @@ class Orbit:
     force: Array
     displacement: Array
     tangents: Array
+    by_frequency: Array
     residual: float
+
+    @property
+    def light(self) -> Orbit:
+        """The same without what it has over time but waves."""
+        none = np.zeros((2, 0, 0, 0))
+        return replace(
+            self, force=none[0], displacement=none[0], tangents=none, by_frequency=none[0]
+        )
 
 
 class Balance:
@@ -98,13 +108,17 @@ class Balance:
 
     def residual(self, unknown: Array) -> tuple[Array, Orbit]:
         """Residual (m,) of the equations, and the state of the unknowns, without point."""
-        waves = self.waves(unknown)
-        force, tangent, displacement = self.elements.row_forces(*waves)
-        out = self._left(unknown, self.elements.channel_forces(force))
+        waves, e = self.waves(unknown), self.elements
+        force, tangent, displacement = e.row_forces(*waves, self.receptance.omega)
+        out = self._left(unknown, e.channel_forces(force))
         largest = float(np.abs(unknown[: self.forces]).max(initial=0.0)) or 1.0
         over = float(np.abs(out[: self.forces]).max(initial=0.0)) / largest
-        tangents = np.array([self.elements.on_channels(t) for t in tangent])
-        return out, Orbit(Point(0.0, 0.0), unknown, waves, force, displacement, tangents, over)
+        tangents = np.array([e.on_channels(t) for t in tangent])
+        by_frequency = e.channel_forces(products(tangent[1], e.error_slope))
+        nowhere = Point(0.0, 0.0)
+        return out, Orbit(
+            nowhere, unknown, waves, force, displacement, tangents, by_frequency, over
+        )
 
     def _left(self, unknown: Array, on_channels: Array) -> Array:
         r, (f, a) = self.receptance, self.parts(unknown)
@@ -114,11 +128,12 @@ class Balance:
 
     def change(self, other: Balance, orbit: Orbit) -> Array:
         """Residual (m,) of the equations of another point for a state of these, to first order in
-        the motion that its forces cause."""
+        the motion that its forces cause and the rates of errors."""
         other_waves = other.waves(orbit.unknown)
         motion, rate = other_waves.motion - orbit.waves.motion, other_waves.rate - orbit.waves.rate
         (k, c), none = orbit.tangents, np.zeros_like(motion)
-        forces = np.einsum("jqp,jp->jq", k, motion) + np.einsum("jqp,jp->jq", c, rate)
+        faster = other.receptance.omega - self.receptance.omega
+        forces = products(k, motion) + products(c, rate) + faster * orbit.by_frequency
         return other._left(orbit.unknown, forces) - self._left(orbit.unknown, none)
 
     def between(self, at: Ints) -> tuple[Ints, Balance]:
@@ -132,8 +147,7 @@ class Balance:
     def product(self, tangents: Array, unknown: Array) -> Array:
         """Jacobian times ``unknown`` (m,), of linear equations."""
         motion, rate = self.waves(unknown)
-        (k, c), u, v = tangents, motion[:, :, None], rate[:, :, None]
-        return self._left(unknown, (k @ u + c @ v)[:, :, 0])
+        return self._left(unknown, products(tangents[0], motion) + products(tangents[1], rate))
 
     def jacobian(self, tangents: Array) -> Array:
         """∂ residual / ∂ unknown (m, m) from tangents (2, N, q, q)."""
@@ -146,8 +160,8 @@ class Balance:
         mirrored = k[total] @ r.moving.conj() + c[total] @ r.rate.conj()  # of f_k conjugate
         plus, minus = forward + mirrored, forward - mirrored
         blocks: Array = np.array([[plus.real, -minus.imag], [plus.imag, minus.real]])
-        moved = blocks.transpose(2, 0, 4, 3, 1, 5).reshape(2 * h * q, 2 * h * q)
-        out[q : self.forces, q : self.forces] += moved
+        varying = blocks.transpose(2, 0, 4, 3, 1, 5).reshape(2 * h * q, 2 * h * q)
+        out[q : self.forces, q : self.forces] += varying
         mean = k[2 * h - at] @ r.moving + c[2 * h - at] @ r.rate  # (H, q, q)
         out[:q, q : self.forces] += (
             np.stack([mean.real, -mean.imag], axis=1).transpose(2, 0, 1, 3).reshape(q, 2 * h * q)
@@ -172,7 +186,7 @@ class Balance:
         pull = np.einsum("jnq,jn->jq", e.rows, e.nominal[0] * e.offset)
         out = np.zeros(self.size)
         motion = self.waves(out).motion
-        left = self._left(out, pull + np.einsum("jqp,jp->jq", tangents[0], motion))
+        left = self._left(out, pull + products(tangents[0], motion))
         at = np.flatnonzero(tangents.any(axis=(0, 1, 2)))
         places, part = self.between(at)
         matrix = part.jacobian(tangents[:, :, at[:, None], at])
@@ -238,8 +252,8 @@ class Solver:
 
             def product(y: Array) -> Array:
                 x = y / self._factors.columns
-                moved = part.product(tangents, x[:-1]) + column * x[-1]
-                return self._factors.solve(np.r_[moved, row @ x], scaled=True)
+                image = part.product(tangents, x[:-1]) + column * x[-1]
+                return self._factors.solve(np.r_[image, row @ x], scaled=True)
 
             y, trouble = gmres(
                 LinearOperator((len(places), len(places)), product),

@@ -8,10 +8,11 @@ which also says how teeth that are blocks of their own are held in place). With 
 
     V_j = W_j B,   B (q, n_c) an orthonormal basis of each gear mesh's rows, W_j (n, q),
 
-a force element sees δ = W_j u + e − Σ B' F' of the motion u (q,) of these channels, and acts on
-them by −W_jᵀ F. Gear meshes of other stages are their mean springs; bearings and supports are as
-they stand at angle zero. Causes that repeat once a turn (runout, pitch deviations of single teeth,
-loads that turn against a frame) are left out: ``left_out``.
+a force element sees δ = W_j u + e − Σ B' F' of the motion u (q,) of these channels, at the rate
+W_j u̇ + ω e', e' per radian of the gear-mesh angle, and acts on them by −W_jᵀ F. Gear meshes of
+other stages are their mean springs; bearings and supports are as they stand at angle zero. Causes
+that repeat once a turn (runout, pitch deviations of single teeth, loads that turn against a frame)
+are left out: ``left_out``.
 """
 
 from __future__ import annotations
@@ -28,6 +29,7 @@ from flexgear.analysis.kernels.contact_newton import first_memory
 from flexgear.analysis.kernels.samples import evaluate_laws
 from flexgear.arrays import Array, Ints
 from flexgear.coupling.kernels.elements import Rows, between_rows, law_functions, packed, pair_rows
+from flexgear.coupling.kernels.pair_errors import error_rates
 from flexgear.coupling.kernels.pairs import fill_rows
 from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.pair_data import LOAD, SUPPORT, PairData
@@ -53,10 +55,10 @@ class Springs:
 class OrbitElements:
     """Force elements over N samples of a period, n rows at most at one of them.
 
-    channels (q, n_c): B; source (q,): flank of each, or −1 − the number of a
-    bearing row; rows (N, n, q): W; offset (N, n) m; owner (N, n): flank m of a row, −1 of
-    bearings, −2 where there is no row; nominal (2, N, n): stiffness N/m and damping N s/m of rows
-    that carry; elements (E, 4), parameters (E, p): see ``evaluate_laws``;
+    channels (q, n_c): B; source (q,): flank of each, or −1 − the number of a bearing row; rows
+    (N, n, q): W; offset (N, n) m; error_slope (N, n): e', m/rad; owner (N, n): flank m of a row, −1
+    of bearings, −2 where there is no row; nominal (2, N, n): stiffness N/m and damping N s/m of
+    rows that carry; elements (E, 4), parameters (E, p): see ``evaluate_laws``;
     between (N, n, n) m/N: by which rows yield to each other, or (0, 0, 0); springs: linear rows;
     load (2, n_c): constant forces on the channels, and what grows with the square of speed, at the
     rated one; frequency: of the gear mesh at rated speed, Hz; flanks (M,)
@@ -69,6 +71,7 @@ class OrbitElements:
     source: Ints
     rows: Array
     offset: Array
+    error_slope: Array
     owner: Ints
     nominal: Array
     elements: Ints
@@ -106,16 +109,17 @@ class OrbitElements:
         rows = self.owner == m
         return np.asarray(self.rows[rows].mean(axis=0))
 
-    def row_forces(self, motion: Array, rate: Array) -> tuple[Array, Array, Array]:
+    def row_forces(self, motion: Array, rate: Array, omega: float) -> tuple[Array, Array, Array]:
         """Forces (N, n) N, tangents (2, N, n, n) to displacement and rate, and displacements (N, n)
-        of the rows under the motion u and its rate (N, q)."""
-        delta = np.stack([_times(self.rows, motion) + self.offset, _times(self.rows, rate)], axis=2)
+        of the rows under the motion u and its rate (N, q) at a gear-mesh frequency, rad/s."""
+        closing_rate = products(self.rows, rate) + omega * self.error_slope
+        delta = np.stack([products(self.rows, motion) + self.offset, closing_rate], axis=2)
         force, tangent = self._laws(delta)
         if not self.between.size:
             return force, tangent, delta[:, :, 0]
         free, eye = delta[:, :, 0].copy(), np.eye(delta.shape[1])
         for _ in range(LOCAL_TRIES):
-            gap = delta[:, :, 0] - free + _times(self.between, force)
+            gap = delta[:, :, 0] - free + products(self.between, force)
             matrix = eye + self.between @ tangent[0]
             delta[:, :, 0] -= np.linalg.solve(matrix, gap[:, :, None])[:, :, 0]
             before = force
@@ -168,11 +172,12 @@ class OrbitElements:
         target = (j[:, None, None] * q + columns[j, a][:, :, None]) * q + columns[j, b][:, None]
         return (j * n + a) * n + b, target, entries[j, a][:, :, None] * entries[j, b][:, None]
 
-    def tangents_around(self, motion: Array, rate: Array, step: float) -> Array:
-        """Tangents (2, N, q, q) on the channels under u and its rate (N, q), each the mean over a
-        ``step``, s, around its sample, within which rows may begin or cease to touch."""
-        shares = (np.arange(WITHIN) + 0.5) / WITHIN - 0.5
-        tangents = [self.row_forces(motion + share * step * rate, rate)[1] for share in shares]
+    def tangents_around(self, motion: Array, rate: Array, period: float) -> Array:
+        """Tangents (2, N, q, q) on the channels under u and its rate (N, q) over a period, s, each
+        the mean over a step around its sample, within which rows may begin or cease to touch."""
+        around = period / self.samples * ((np.arange(WITHIN) + 0.5) / WITHIN - 0.5)
+        omega = 2 * np.pi / period
+        tangents = [self.row_forces(motion + t * rate, rate, omega)[1] for t in around]
         return np.array([self.on_channels(t) for t in np.mean(tangents, axis=0)])
 
     def channel_forces(self, force: Array) -> Array:
@@ -180,7 +185,7 @@ class OrbitElements:
         return np.einsum("jnq,jn->jq", self.rows, force)
 
 
-def _times(matrices: Array, vectors: Array) -> Array:
+def products(matrices: Array, vectors: Array) -> Array:
     """(N, n) of matrices (N, n, q) and vectors (N, q)."""
     return np.asarray((matrices @ vectors[:, :, None])[:, :, 0])
 
@@ -201,21 +206,20 @@ def orbit_elements(
     m = int(np.flatnonzero(in_stage)[0])
     rated = system.theta(system.rated_input_speeds)[pairs.angle[m]]
     theta = cycle_angles(system, in_stage, samples, -1.0 if rated < 0.0 else 1.0)
-    filled = _Filling(modal, pairs, flanks)
+    filled = _Filling(modal, pairs, flanks, (theta[1] - theta[0]) * samples / (2 * np.pi))
     for j in range(samples):
         filled.add(j, np.ascontiguousarray(theta[j]), theta[0])
-    channels, rows, offset, owner, nominal = filled.condensed()
-    bearings = [-1 - row for row in filled.bearing_rows]
-    source = np.array([*filled.source, *bearings], dtype=np.int64)
+    channels, rows, owner, (offset, slope, *nominal) = filled.condensed()
     return OrbitElements(
         modal=modal,
         stage=stage,
         channels=channels,
-        source=source,
+        source=np.array([*filled.source, *(-1 - row for row in filled.bearing_rows)], np.int64),
         rows=rows,
         offset=offset,
+        error_slope=slope,
         owner=owner,
-        nominal=nominal,
+        nominal=np.array(nominal),
         elements=np.vstack(filled.elements).astype(np.int64),
         parameters=np.vstack(filled.parameters),
         between=filled.between(rows.shape[1]),
@@ -260,10 +264,11 @@ def _left_out(modal: ModalSystem, stage: int) -> tuple[str, ...]:
 
 
 class _Filling:
-    """Rows of one sample after the other."""
+    """Rows of one sample after the other; speeds (A,): of the angles, per radian of the gear-mesh
+    angle."""
 
-    def __init__(self, modal: ModalSystem, pairs: PairData, flanks: Ints) -> None:
-        self.modal, self.pairs, self.flanks = modal, pairs, flanks
+    def __init__(self, modal: ModalSystem, pairs: PairData, flanks: Ints, speeds: Array) -> None:
+        self.modal, self.pairs, self.flanks, self.speeds = modal, pairs, flanks, speeds
         self.data, self.work = packed(pairs), pair_rows(pairs)
         self.ends = {int(m): FlankEnds(pairs, int(m)) for m in np.flatnonzero(flanks)}
         self.elements: list[Array] = []
@@ -283,8 +288,11 @@ class _Filling:
         taken = np.flatnonzero((kinds != SUPPORT) & (kinds != LOAD))
         row, of_teeth = work.row[taken], kinds[taken] >= 0
         owner = row["owner"].astype(np.int64)
-        carries = np.where(of_teeth, self.pairs.carries[np.where(of_teeth, owner, 0)], 1.0)
-        numbers = np.array([row["offset"], carries * row["stiffness"], carries * row["damping"]])
+        flank, slopes = np.where(of_teeth, owner, 0), np.zeros(len(self.flanks))
+        error_rates(self.data.gears, angles, self.speeds, slopes)
+        carries = np.where(of_teeth, self.pairs.carries[flank], 1.0)
+        springs = carries * np.array([row["stiffness"], row["damping"]])
+        numbers = np.vstack([row["offset"], of_teeth * slopes[flank], springs])
         self.of_rows.append((np.where(of_teeth, owner, -3 - owner), numbers))
         for m in np.unique(owner[of_teeth]).tolist():
             at = taken[of_teeth & (owner == m)]
@@ -300,10 +308,9 @@ class _Filling:
         if work.row["following"][:n].any():
             self._yields.append(between_rows(work, n)[np.ix_(taken, taken)])
         if j == 0:
-            supports = np.flatnonzero(kinds == SUPPORT)
-            self.support_rows = [
-                (self._on_channels(work, int(i)), float(work.row["stiffness"][i])) for i in supports
-            ]
+            for i in np.flatnonzero(kinds == SUPPORT):
+                row = self._on_channels(work, int(i))
+                self.support_rows.append((row, float(work.row["stiffness"][i])))
 
     def _on_channels(self, work: Rows, i: int) -> Array:
         row = np.zeros(len(self.modal.channels))
@@ -341,11 +348,12 @@ class _Filling:
         u, s, _ = np.linalg.svd(np.hstack([elastic, size * rigid]), full_matrices=False)
         return np.asarray(u[:, s > TOOTH_DIRECTIONS * s[0]])
 
-    def condensed(self) -> tuple[Array, Array, Array, Ints, Array]:
-        """Channels (q, n_c), rows (N, n, q), offsets, owners (N, n) and nominal (2, N, n)."""
+    def condensed(self) -> tuple[Array, Array, Ints, Array]:
+        """Channels (q, n_c), rows (N, n, q), owners (N, n), and offsets, slopes of errors, nominal
+        stiffness and damping (4, N, n)."""
         n = max((len(owner) for owner, _ in self.of_rows), default=0)
         owners = np.full((len(self.of_rows), n), -2, dtype=np.int64)
-        numbers = np.zeros((3, *owners.shape))
+        numbers = np.zeros((4, *owners.shape))
         for j, (owner, values) in enumerate(self.of_rows):
             owners[j, : len(owner)], numbers[:, j, : len(owner)] = owner, values
         channels, blocks = [np.zeros((0, len(self.modal.channels)))], list[tuple[int, Array]]()
@@ -365,20 +373,18 @@ class _Filling:
         for number, shares in blocks:
             rows[owners == number, q : q + shares.shape[1]] = shares
             q += shares.shape[1]
-        return np.vstack(channels), rows, numbers[0], np.where(owners < -2, -1, owners), numbers[1:]
+        return np.vstack(channels), rows, np.where(owners < -2, -1, owners), numbers
 
 
 def _springs(modal: ModalSystem, filled: _Filling, stage: int) -> Springs:
     """Turning supports at angle zero, and mean springs of the gear meshes of other stages."""
-    rows, k = [r for r, _ in filled.support_rows], [k for _, k in filled.support_rows]
-    c = [0.0] * len(k)
+    springs = [(row, k, 0.0) for row, k in filled.support_rows]
     for columns, of_flank, damping in mean_channel_springs(modal, stage):
         full = np.zeros((len(of_flank), len(modal.channels)))
         full[:, columns] = of_flank
-        rows += [*full]
-        k += [1.0] * len(full)
-        c += [damping] * len(full)
-    return Springs(np.reshape(rows, (-1, len(modal.channels))), np.array(k), np.array(c))
+        springs += [(row, 1.0, damping) for row in full]
+    rows = np.reshape([row for row, _, _ in springs], (-1, len(modal.channels)))
+    return Springs(rows, *np.reshape([numbers for _, *numbers in springs], (-1, 2)).T)
 
 
 def _loads(modal: ModalSystem, pairs: PairData) -> Array:

@@ -53,9 +53,9 @@ def _harmonics(
     on_linear = np.zeros((harmonics + 1, len(train.linear)), dtype=complex)
     on_linear[1:] = np.einsum("hsq,hq->hs", train.follow(whole, w, point), f[1:])
     constant = train.given_forces(point)
-    flexibility, moved = train.still_motions(point, constant)
+    flexibility, under_load = train.still_motions(point, constant)
     free = train.modes[q:, :r] @ train.free @ a
-    motion = flexibility[q:, :q] @ f[0].real + free + moved[q:]
+    motion = flexibility[q:, :q] @ f[0].real + free + under_load[q:]
     k, eye = train.steady, np.eye(len(train.steady))
     on_linear[0] = -np.linalg.solve(eye + k[:, None] * flexibility[q:, q:], k * motion)
     every = np.hstack([f, on_linear])

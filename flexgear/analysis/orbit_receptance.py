@@ -170,7 +170,7 @@ class CondensedTrain:
     def _still(self, point: Point) -> tuple[Array, Array, Array, Array, Array]:
         """S, Z, Y, g and e of ``Receptance``."""
         q, forces = len(self.elements.channels), self.given_forces(point)
-        flexibility, moved = self.still_motions(point, forces)
+        flexibility, under_load = self.still_motions(point, forces)
         z = self.modes[:, : self.modal.rigid_count] @ self.free
         push = self.free.T @ (self.modal.channel_modes[:, : self.modal.rigid_count].T @ forces)
         k = self.steady
@@ -180,8 +180,8 @@ class CondensedTrain:
             flexibility[:q, :q] - across @ flexibility[q:, :q],
             z[:q] - across @ z[q:],
             z[q:].T @ held @ z[q:],
-            push - z[q:].T @ held @ moved[q:],
-            moved[:q] - across @ moved[q:],
+            push - z[q:].T @ held @ under_load[q:],
+            under_load[:q] - across @ under_load[q:],
         )
 
     def still_motions(self, point: Point, forces: Array) -> tuple[Array, Array]:

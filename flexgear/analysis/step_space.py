@@ -139,10 +139,10 @@ def work_space(modal: ModalSystem, track_energy: bool = False, sizes: int = 1) -
     ports = len(modal.system.ports)
     rows, last = pair_rows(pairs, ports), pair_rows(pairs, ports)
     count, n = len(rows.row), rounded_up(modal.modes.shape[1])
-    angles = np.zeros(len(modal.angles))
+    theta, speeds = np.zeros((2, len(modal.angles)))
     free, free_rate, acceleration, push, rotating, spare = aligned(6, n)
     space = ModalSpace(
-        free, free_rate, acceleration, push, rotating, spare, angles, port_space(ports)
+        free, free_rate, acceleration, push, rotating, spare, theta, speeds, port_space(ports)
     )
     work = Work(
         modes=space,
@@ -152,6 +152,7 @@ def work_space(modal: ModalSystem, track_energy: bool = False, sizes: int = 1) -
         problem=contact_problem(count, len(pairs.support_stiffness)),
         space=law_space(len(rows.element), widest(pairs)),
         closing_speed=np.zeros(len(pairs.s0)),
+        error_rates=np.zeros(len(pairs.s0)),
     )
     booked = np.zeros(1, dtype=BOOKED)
     booked["tracked"], booked["rows"] = int(track_energy), -1
@@ -163,6 +164,7 @@ def work_space(modal: ModalSystem, track_energy: bool = False, sizes: int = 1) -
         before=np.zeros((2, count)),
         delta=np.zeros(count),
         force=np.zeros(len(modal.channels) + 3 * len(pairs.s0)),
+        error_rates=np.zeros(len(pairs.s0)),
     )
     return Space(work, ledger)
 

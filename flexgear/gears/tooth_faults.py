@@ -201,12 +201,12 @@ def _as_spring(
         return np.divide((stiffness * values).sum(axis=1), k, out=out, where=held)
 
     share = np.divide(k, before, out=np.zeros_like(k), where=before > 0.0)
-    moved = mean(lines.z, lines.centre.copy()) - lines.centre
+    shift = mean(lines.z, lines.centre.copy()) - lines.centre
     at = path.s_grid
     return replace(
         path,
         k_grid=path.k_grid * np.interp(at, lines.s, share),
-        zc_grid=path.zc_grid + np.interp(at, lines.s, moved),
+        zc_grid=path.zc_grid + np.interp(at, lines.s, shift),
         gap_grid=path.gap_grid + np.interp(at, lines.s, mean(depth, np.zeros_like(k))),
     )
 

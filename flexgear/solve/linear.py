@@ -190,9 +190,9 @@ def train_harmonic(model: Model) -> SteadyState:
     """Steady state of a train at rated speed under its errors and rated torques. FlexgearError,
     with the reason, where it has none.
 
-    F = (k + iωc) V Q + k E: as in the time stepping, damping of gear meshes acts on the motion and
-    not on the errors' own rate, structural damping on the modes of the constant part, and the
-    brake's torque follows its law, linearised at rated speed.
+    F = (k + iωc) (V Q + E): as in the time stepping, damping of gear meshes acts on the rate of
+    motion and errors, structural damping on the modes of the constant part, and the brake's torque
+    follows its law, linearised at rated speed.
     """
     system, reason = model.system, why_not_linear(model.system)
     if reason is not None:
@@ -206,8 +206,9 @@ def train_harmonic(model: Model) -> SteadyState:
         stiffness = stiffness - system.centripetal
     omega, errors = error_harmonics(system)
     omega, loads = _loads_in_time(train, omega)
-    pull = np.zeros((len(k), len(omega)), dtype=complex)
-    pull[:, : errors.shape[1]] = k * errors
+    pull = k + 1j * omega * c
+    pull[:, : errors.shape[1]] *= errors
+    pull[:, errors.shape[1] :] = 0.0
     motion = harmonic_response(
         system.mass, damping, stiffness, omega, loads - v.T @ pull, system.rolling
     )

@@ -1,13 +1,14 @@
 r"""Forced response of a train to its static transmission error, at mean gear-mesh stiffness.
 
 Under its mean force F̄ a gear mesh of stiffness k(ψ) is closed at rest by x(ψ) = F̄/k(ψ) − e(ψ), e
-its error at gear-mesh frequency. The harmonics x_l excite the train at its mean stiffness,
+its error at gear-mesh frequency. The harmonics x_l, and those of e in the dampers, excite the train
+at its mean stiffness,
 
-    (K̄ − s² K_c − ω² + iω (C̄ + s G)) q_l = Σ_m v_m k̄_m x_{m,l},   ω = l ω_z,
+    (K̄ − s² K_c − ω² + iω (C̄ + s G)) q_l = Σ_m v_m p_{m,l},   p = k̄ x_l − iω c̄ e_l,   ω = l ω_z,
 
 in modes, v_m the mean row of a gear mesh; its force then varies by
 
-    F_{m,l} = (k̄_m + iω c̄_m) v_mᵀ q_l − k̄_m x_{m,l},
+    F_{m,l} = (k̄_m + iω c̄_m) v_mᵀ q_l − p_{m,l},
 
 which is nothing at rest where a free train can follow. Mode j has its term in v_mᵀ q_l of it
 (Özgüven & Houser 1988, J. Sound Vib. 125:71, for one gear pair). No pair comes loose, and orders do
@@ -37,13 +38,14 @@ ORDERS = 5  # of the gear-mesh frequency
 
 @dataclass(frozen=True)
 class _Excited:
-    """Gear meshes of a stage: places (g,) among all, rows (g, n) in modes, k̄, c̄ (g,) and x_l
+    """Gear meshes of a stage: places (g,) among all, rows (g, n) in modes, k̄, c̄ (g,), x_l and e_l
     (g, orders) m."""
 
     places: list[int]
     rows: Array
     stiffness: Array
     damping: Array
+    closing: Complex
     error: Complex
 
 
@@ -69,7 +71,7 @@ def linear_response(
     for done, stage in enumerate(stages):
         train = train_in_modes(model, stage.name, shapes, omega)
         excited = _excited(model, stage.name, shapes, orders)
-        static[excited.places] = np.abs(excited.error)
+        static[excited.places] = np.abs(excited.closing)
         for order in range(1, orders + 1):
             amplitudes, parts, closing = _over_speed(train, excited, factors, order)
             force[:, excited.places, order - 1] = np.abs(amplitudes)
@@ -108,7 +110,7 @@ def _excited(model: Model, stage: str, shapes: Array, orders: int) -> _Excited:
         for g in model.gear_meshes.of_stage(stage)
         if int(model.gear_meshes.carrying[g]) in cycles and model.rated[g] > 0.0
     ]
-    rows, error = [], np.zeros((len(places), orders), dtype=complex)
+    rows, (closings, error) = [], np.zeros((2, len(places), orders), dtype=complex)
     flanks = [int(model.gear_meshes.carrying[g]) for g in places]
     turn = int(pairs.angle[flanks[0]]) if flanks else 0
     system = model.system
@@ -118,14 +120,14 @@ def _excited(model: Model, stage: str, shapes: Array, orders: int) -> _Excited:
         mean = cycle.force.mean(axis=0) @ cycle.blocks
         rows.append(mean @ shapes / cycle.stiffness.mean())
         closing = 2 * np.fft.rfft(model.rated[g] / cycle.stiffness) / len(cycle.stiffness)
-        error[k] = closing[1 : orders + 1]
+        closings[k] = closing[1 : orders + 1]
         start = 2 * np.pi * pairs.s0[m] / pairs.pitch[m] + pairs.error_phase[m]
         wave = -1j * pairs.error_amplitude[m] * np.exp(1j * start)
-        error[k, 0] -= wave if pairs.rate[m] > 0.0 else np.conj(wave)
+        error[k, 0] = wave if pairs.rate[m] > 0.0 else np.conj(wave)
     stiffness = np.array([cycles[m].stiffness.mean() for m in flanks])
     damping = np.array([cycles[m].damping.mean() for m in flanks])
-    turned = error if speed >= 0.0 else np.conj(error)
-    return _Excited(places, np.array(rows).reshape(len(places), -1), stiffness, damping, turned)
+    waves = [closings - error, error] if speed >= 0.0 else np.conj([closings - error, error])
+    return _Excited(places, np.array(rows).reshape(len(places), -1), stiffness, damping, *waves)
 
 
 def _over_speed(
@@ -134,16 +136,16 @@ def _over_speed(
     """Forces (s, g) N, the parts (s, g, n) that modes have of them, and closings (s, g) m."""
     n, mean = len(train.omega), train.stiffness.mean(axis=0)
     damping = train.damping.mean(axis=0)
-    push = excited.stiffness * excited.error[:, order - 1]
     w = order * train.rate * factors
+    push = excited.stiffness * excited.closing[:, order - 1]
+    push = push - 1j * np.multiply.outer(w, excited.damping * excited.error[:, order - 1])
     matrices = (
         mean
         - (factors**2)[:, None, None] * train.centripetal
         - (w**2)[:, None, None] * np.eye(n)
         + 1j * w[:, None, None] * (damping + factors[:, None, None] * train.gyroscopic)
     )
-    load = np.broadcast_to(push @ excited.rows, (len(factors), n))
-    modes = np.linalg.solve(matrices, load[..., None])[..., 0]
+    modes = np.linalg.solve(matrices, (push @ excited.rows)[..., None])[..., 0]
     complex_stiffness = excited.stiffness + 1j * np.multiply.outer(w, excited.damping)
     parts = complex_stiffness[:, :, None] * excited.rows * modes[:, None, :]
     return parts.sum(axis=2) - push, parts, modes @ excited.rows.T

@@ -213,7 +213,7 @@ class _Figures:
     def _stability(self, orbit: Orbit) -> dict[str, Any]:
         period = 1.0 / (self.train.elements.frequency * orbit.point.speed)
         elements, waves = self.train.elements, orbit.waves
-        tangents = elements.tangents_around(*waves, period / elements.samples)
+        tangents = elements.tangents_around(*waves, period)
         steps = fewer_steps(tangents, max(SAMPLES * self.train.harmonics, LEAST_STEPS))
         largest = multipliers(monodromy(vibrating(self.train, orbit.point), period, steps))
         first = largest[0] if len(largest) else 0.0

@@ -6,10 +6,10 @@ import math
 
 import numpy as np
 import pytest
-from dead_zone import GEAR_MESH_HZ, DeadZone, case_text
+from dead_zone import GEAR_MESH_HZ, MASS, STIFFNESS, DeadZone, case_text
 
 import flexgear
-from flexgear.analysis import harmonic_balance, stability
+from flexgear.analysis import continuation, harmonic_balance, stability
 from flexgear.analysis.continuation import Range, curves
 from flexgear.analysis.harmonic_balance import Balance, converge
 from flexgear.analysis.orbit import orbit_elements
@@ -51,8 +51,7 @@ def radius(train, curve):
 
 def largest(train, orbit):
     period = 1.0 / (GEAR_MESH_HZ * orbit.point.speed)
-    elements = train.elements
-    tangents = elements.tangents_around(*orbit.waves, period / elements.samples)
+    tangents = train.elements.tangents_around(*orbit.waves, period)
     steps = fewer_steps(tangents, 16 * train.harmonics)
     return float(np.abs(multipliers(monodromy(vibrating(train, orbit.point), period, steps))[0]))
 
@@ -159,6 +158,38 @@ def test_growth_in_time_is_that_of_the_largest_multiplier(train, curve, radius):
     assert max(away) < 0.1
 
 
+def test_a_range_within_a_hysteresis_is_entered_from_the_far_ends_of_the_resonance(
+    train, curve, monkeypatch
+):
+    """From there alone all three states of a narrow range are met: the one above joins the others
+    beyond the resonance only."""
+    monkeypatch.setattr(continuation, "SEEDS", ())
+    speed = np.array([orbit.point.speed for orbit in curve])
+    turns = np.flatnonzero(np.diff(np.sign(np.diff(speed)))) + 1
+    middle = float(speed[turns].mean())
+    resonance = math.sqrt(STIFFNESS / MASS) / (2 * math.pi * GEAR_MESH_HZ)
+    span = Range("speed", middle - 2e-3, middle + 2e-3)
+    sizes = [norm(c.states[0]) for c in curves(train, span, resonance=resonance)]
+    crossed = np.flatnonzero(np.diff(np.sign(speed - span.low)))
+    assert sorted(sizes) == pytest.approx(sorted(norm(curve[k]) for k in crossed), rel=0.02)
+
+
+def norm(orbit):
+    return float(np.linalg.norm(orbit.unknown))
+
+
+def test_multipliers_do_not_depend_on_where_samples_lie(modal, train, curve):
+    """Contact begins and ends between samples: a quarter as many give the same multiplier."""
+    coarse = trained(modal, HARMONICS, 16)
+    unstable = [o for o in curve[::5] if (o.force.sum(axis=1) == 0.0).any()]
+    unstable = [o for o in unstable if o.point.speed < 0.76 and largest(train, o) > 1.5]
+    assert len(unstable) >= 5
+    for orbit in unstable:
+        balance = Balance(coarse.elements, coarse.at(orbit.point))
+        same = converge(balance, orbit.point, orbit.unknown)
+        assert largest(coarse, same) == pytest.approx(largest(train, orbit), rel=0.02)
+
+
 def test_both_ways_through_a_period_give_the_same_monodromy(train, curve, monkeypatch):
     """Matrices of all steps at once, and changes taken from step to step."""
     orbit = curve[len(curve) // 2]
@@ -181,7 +212,7 @@ def test_factors_of_earlier_states_give_the_same_curve(train, monkeypatch):
 
 def test_tangents_between_rows_act_on_the_channels_of_their_rows(train, curve):
     elements = train.elements
-    _, tangent, _ = elements.row_forces(*curve[-1].waves)
+    _, tangent, _ = elements.row_forces(*curve[-1].waves, omega=1.0)
     dense = np.einsum("jna,jnm,jmb->jab", elements.rows, tangent[0], elements.rows)
     np.testing.assert_allclose(elements.on_channels(tangent[0]), dense, rtol=1e-12)
     assert dense.any()
@@ -195,6 +226,7 @@ def test_losses_over_a_period_stay_as_harmonics_double(modal):
         balance = Balance(of.elements, of.at(Point(0.7, 1.0)))
         orbit = converge(balance, Point(0.7, 1.0), balance.start())
         rate = np.einsum("jnq,jq->jn", of.elements.rows, orbit.waves.rate)
+        rate += 2 * math.pi * GEAR_MESH_HZ * 0.7 * of.elements.error_slope
         elastic = of.elements.nominal[0] * np.maximum(orbit.displacement, 0.0)
         losses.append(np.sum((orbit.force - elastic) * rate) / len(rate))
     assert losses[0] > 0.0

@@ -2,6 +2,8 @@
 
 import numpy as np
 import pytest
+from dead_zone import ERROR, GEAR_MESH_HZ, MASS, STIFFNESS, case_text
+from dead_zone import TORQUE as TORSIONAL
 from scipy.integrate import solve_ivp
 from stepped import energy_closes, energy_error, jump, stepped
 from trains import write
@@ -10,9 +12,11 @@ from two_gears import TORQUE, Exact, gears_text, reversal
 from flexgear import load_case
 from flexgear.analysis.recovery import Recovery
 from flexgear.analysis.start import start_state
+from flexgear.analysis.transient import Drive
 from flexgear.coupling.build import build_system
 from flexgear.coupling.modal import modal_system
 from flexgear.model.errors import InputError
+from flexgear.solve.linear import train_harmonic
 
 RATIO, SPEED = 60 / 30, 10 * np.pi / 30
 
@@ -95,6 +99,41 @@ def test_energy_closes_where_pairs_are_always_damped(tmp_path, model):
     modal, drive = always(tmp_path, model=model, speed=300), reversal(-TORQUE, 0.0)
     run = energy_closes(modal, drive, 4e-3, (4e-6, 2e-6), most=2e-3, share=0.6)
     assert run.energy["pair_damping_work"][-1] > 0
+
+
+def test_dampers_take_the_rate_of_errors(tmp_path):
+    """m δ̈ + c δ̇ + k δ = F₀ + m ë, as published oscillators are driven by an error e = A sin ωt:
+    |δ₁| = m ω² A/|k − m ω² + iωc| of transients, steady states and linear solutions; dampers take
+    ½ c ω² |δ₁|²."""
+    ratio, omega = 0.2, 2 * np.pi * GEAR_MESH_HZ
+    damper, text = (
+        2 * ratio * np.sqrt(MASS * STIFFNESS),
+        case_text(ratio, share=0.0, error=ERROR / 2),
+    )
+    closing = MASS * omega**2 * ERROR / 2 / abs(STIFFNESS - MASS * omega**2 + 1j * omega * damper)
+    force = abs(STIFFNESS + 1j * omega * damper) * closing
+
+    model = load_case(write(tmp_path, text)).assemble()
+    steady = model.response((0.8, 1.0), harmonics=3).isel(point=-1)
+    assert float(steady["response_gear_mesh_force_amplitude"][0, 0]) == pytest.approx(
+        force, rel=1e-6
+    )
+    linear = model.linear_response((0.8, 1.0), count=2, orders=1)
+    assert float(linear["linear_force_amplitude"][-1, 0, 0]) == pytest.approx(force, rel=1e-6)
+    wave = 'contact_law = "one-sided"', 'model = "fourier"', "sun_harmonic_shares = [0.0]"
+    for old, new in zip(wave, ('contact_law = "linear"', 'model = "constant"', ""), strict=True):
+        text = text.replace(old, new)
+    harmonic = train_harmonic(load_case(write(tmp_path, text)).assemble())
+    assert np.abs(harmonic.forces[0, 1]) == pytest.approx(force, rel=1e-9)
+
+    period, drive = 1 / GEAR_MESH_HZ, Drive(lambda t: np.full(len(t), TORSIONAL))
+    run = stepped(model.modal, drive, 40 * period, period / 400, period / 40, track_energy=True)
+    load = run.pair_load.sum(axis=(1, 2))[-40:]
+    assert 2 * abs(np.fft.rfft(load)[1]) / 40 == pytest.approx(force, rel=1e-3)
+    lost = run.energy["pair_damping_work"]
+    power = (lost[-1] - lost[-401]) / (10 * period)
+    assert power == pytest.approx(0.5 * damper * (omega * closing) ** 2, rel=1e-3)
+    assert energy_error(run) < 1e-4
 
 
 DAMPERS = {

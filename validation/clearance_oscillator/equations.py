@@ -51,14 +51,14 @@ def describing(amplitude: float) -> float:
 
 
 def forced(amplitude: float, error: float, damping: float) -> list[tuple[float, float]]:
-    """Frequencies w, rising, at which δ = x + error sin has the amplitude, damped by 2ζ ẋ always,
+    """Frequencies w, rising, at which δ = x + error sin has the amplitude, damped by 2ζ δ̇ always,
     and the amplitude of x there: with N the describing function,
-    amplitude² [(N − w²)² + (2ζw)²] = error² [w⁴ + (2ζw)²], |x|² [w⁴ + (2ζw)²] = N² amplitude²."""
+    amplitude² [(N − w²)² + (2ζw)²] = error² w⁴, |x|² w⁴ = [N² + (2ζw)²] amplitude²."""
     n, c = describing(amplitude), 4.0 * damping**2
     a, e = amplitude**2, error**2
-    squares = np.roots([a - e, (a - e) * c - 2.0 * a * n, a * n**2])
+    squares = np.roots([a - e, a * (c - 2.0 * n), a * n**2])
     real = sorted(float(s.real) for s in squares if abs(s.imag) < 1e-12 and s.real > 0.0)
-    return [(math.sqrt(s), n * amplitude / math.sqrt(s**2 + c * s)) for s in real]
+    return [(math.sqrt(s), amplitude * math.sqrt(n**2 + c * s) / s) for s in real]
 
 
 def first_order_jumps(error: float, damping: float) -> tuple[float, float]:

@@ -79,11 +79,11 @@ def place_in_problem(i, springs, n, total):
 
 
 @njit(**PART)
-def spring_receptances(active, level, share, rows, j, at, first, springs, moved, image, space):
+def spring_receptances(active, level, share, rows, j, at, first, springs, ranges, image, space):
     """Displacements and rates of the springs' rows, from row ``first`` on, under a unit force of
     row j, into place ``at`` of ``space``.
 
-    image: G V and R V of the row's blocks in the ranges ``moved``, see ``row_receptances``.
+    image: G V and R V of the row's blocks in the ``ranges``, see ``row_receptances``.
     """
     row, coef, place, count = rows.row, rows.coef, rows.place, springs.stiffness.shape[0]
     displacement, rate, force = space.displacement[at], space.rate[at], space.row_force
@@ -104,7 +104,7 @@ def spring_receptances(active, level, share, rows, j, at, first, springs, moved,
         g = r = 0.0
         for a in range(row[i].beyond, row[i].width):
             v, d = coef[i, a], TWO * place[i, a]
-            if not (moved[0] <= d < moved[1] or moved[2] <= d < moved[3]):
+            if not (ranges[0] <= d < ranges[1] or ranges[2] <= d < ranges[3]):
                 continue
             for p in range(SIX):
                 g += v[p] * image[d + TWO * p]

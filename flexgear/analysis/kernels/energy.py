@@ -3,7 +3,8 @@
 Kinetic and elastic energy of modes, ½ fᵀ R f of the residual flexibility and the potentials of the
 force elements change by the work of the machines at the ports, of modal damping, of weight and
 given loads, of what else in the elements has no potential, and by *parametric work*: stiffness and
-contact vectors change with the carrier angle, which the small-motion model imposes. What a
+contact vectors change with the carrier angle, which the small-motion model imposes, and so do
+errors: what dampers of pairs take at the rate of these comes from there, too. What a
 controller remembers is no energy of the train; all that it does is in its torque. With E(rows, u)
 the potential of a set of rows at motion u, the parametric work of a step is
 
@@ -26,6 +27,7 @@ from flexgear.analysis.kernels.vectors import put
 from flexgear.arrays import Array
 from flexgear.compiled import FAST, INNER, PART, ZERO, njit
 from flexgear.coupling.kernels.elements import Rows, neighbour_energy
+from flexgear.coupling.kernels.pair_errors import error_rate
 from flexgear.coupling.pair_data import LOAD
 
 LEFT_OVER = {  # what is stored less what entered
@@ -58,6 +60,7 @@ class Ledger(NamedTuple):
     before: Array  # (2, R) the same at the old motion
     delta: Array  # δ of the last step's rows at its motion
     force: Array  # (n_c,) on all channels at the last step
+    error_rates: Array  # (M,) of the errors of gear meshes at the last step, m/s
 
 
 @njit(**INNER)
@@ -80,14 +83,17 @@ def _potential(laws, rows, count, motion, space, elastic):
 
 
 @njit(**INNER)
-def _book_work(rows, force, now, before, n, energy):
-    """½ F (δ⁺ − δ) of rows: work that given loads do, and that all others take."""
+def _book_work(rows, force, now, before, n, h, rates, energy):
+    """½ F (δ⁺ − δ) of rows: work that given loads do, and that all others take, with the part
+    ½ F ė h of it that errors of the rates (M,) do."""
     for i in range(n):
         work = 0.5 * force[i] * (now[0, i] - before[0, i])
         if rows.row[i].kind == LOAD:
             energy[LOADED] -= work
         else:
-            energy[LOST] += work
+            of_errors = 0.5 * force[i] * h * error_rate(rows, i, rates)
+            energy[LOST] += work + of_errors
+            energy[PARAMETRIC] += of_errors
 
 
 @njit(**INNER)
@@ -132,8 +138,8 @@ def motion_before(active, level, eta, spare, dofs, force):
 
 
 @njit(**INNER)
-def settle(laws, modal, channels, count, n, state, work, ledger):
-    """Book one step from ``state`` to the new modal motion in ``work.modes.free``.
+def settle(laws, modal, h, channels, count, n, state, work, ledger):
+    """Book one step of h s from ``state`` to the new modal motion in ``work.modes.free``.
 
     work.dofs holds the motion of the active dofs at the last step in ``before``, at this one in
     ``motion``, and R f in ``image``; n rows of ``count`` elements, without the brake.
@@ -153,24 +159,25 @@ def settle(laws, modal, channels, count, n, state, work, ledger):
         lost[FRESH, i] = force[i] - lost[FRESH, i]
     if booked.rows >= 0:
         for t in range(ports.shape[0]):
-            moved = 0.5 * (torque[t] + ports[t].torque) * (dofs.motion[t] - dofs.before[t])
+            of_port = 0.5 * (torque[t] + ports[t].torque) * (dofs.motion[t] - dofs.before[t])
             if t < ports.shape[0] - 1:
-                energy[INPUT] += moved
+                energy[INPUT] += of_port
             else:
-                energy[BRAKE] -= moved
+                energy[BRAKE] -= of_port
         energy[DAMPING] += taken
         _approach(rows, n, dofs.before, before)
-        _book_work(rows, lost[FRESH], now, before, n, energy)
+        _book_work(rows, lost[FRESH], now, before, n, h, work.error_rates, energy)
         was = beside + _potential(laws, rows, count, before, space, lost[SPARE])
         place_rows(active, channels, last, booked.rows, ZERO)
         _approach(last, booked.rows, dofs.motion, now)
         put(before[0], last_delta[: booked.rows])
-        _book_work(last, lost[LAST], now, before, booked.rows, energy)
+        _book_work(last, lost[LAST], now, before, booked.rows, h, ledger.error_rates, energy)
         goes = booked.beside
         goes += _potential(laws, last, booked.elements, now, space, lost[SPARE])
         energy[PARAMETRIC] += 0.5 * (potential + was - goes - booked.potential)
     energy[ELEMENTS] = potential
     put(lost[LAST], lost[FRESH])
+    put(ledger.error_rates, work.error_rates)
     put(last_delta, delta)
     _copy_rows(rows, n, count, last)
     booked.rows, booked.elements = n, count

@@ -33,7 +33,7 @@ def forces_under_errors(laws, positions, span, train, waves, work, force):
     theta, port_torques, forward = positions
     meshes, rows, contact = work.elements.gears.mesh, work.rows, work.contact
     watched, out = np.ones(len(meshes), dtype=np.int64), np.zeros(len(contact.right))
-    extra = train.moved.shape[1]
+    extra = train.motions.shape[1]
     for p in range(span[0], span[1]):
         n, _, pairs, closure = solve_position(
             laws, theta[p], port_torques[p], forward[p], watched, train, work, out

@@ -162,8 +162,8 @@ def machine_torques(machines, force, n, ports):
 
 
 @njit(**INNER)
-def moved_energy(h, machines, ports, velocity, modes):
-    """Energy that machines beside brakes move in a step at modal velocities, either way, J."""
+def machine_work(h, machines, ports, velocity, modes):
+    """Work of machines beside brakes in a step at modal velocities, without its sign, J."""
     total = 0.0
     for p in range(machines.shape[0]):
         if machines[p].kind != BRAKE:

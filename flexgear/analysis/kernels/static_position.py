@@ -68,7 +68,7 @@ class Held(NamedTuple):
     """
 
     flexibility: Array  # (n_c, n_c) S, m/N
-    moved: Array  # (n_c, x) motion of the channels by each of these unknowns
+    motions: Array  # (n_c, x) of the channels, by each of these unknowns
     balance: Array  # (n_c, x) P, then −input_rows · q per unit force on a channel, transposed
     corner: Array  # (x, x) what these unknowns do in balance and given rotations themselves
     reactions: Ints  # (F,) ports whose torque is sought
@@ -91,7 +91,7 @@ def position_work(pairs: PairData, train: Held, ports: int, rates: Array) -> Pos
     """Work space of a train's positions; ports: their number; rates (6 B,): of its blocks in
     rolling."""
     rows = pair_rows(pairs)
-    channels, extra = train.moved.shape
+    channels, extra = train.motions.shape
     count, size = len(rows.row), len(rows.row) + extra + 1
     blocks = (channels - ports) // 6
     contact = ContactSet(
@@ -137,15 +137,15 @@ def _row_motions(n, port_torques, train, work):
 def _extra_unknowns(n, port_torques, train, work):
     """Columns of rigid motions and reactions in the rows' motion; balance and given rotations in
     the matrix below its n rows, and their right side."""
-    rows, contact, moved, balance = work.rows, work.contact, train.moved, train.balance
-    extra, first = moved.shape[1], moved.shape[0] - port_torques.shape[0]
+    rows, contact, motions, balance = work.rows, work.contact, train.motions, train.balance
+    extra, first = motions.shape[1], motions.shape[0] - port_torques.shape[0]
     for i in range(n):
         for e in range(extra):
             column, below = 0.0, 0.0
             for a in range(rows.row[i].width):
                 base = 6 * rows.blocks[i, a]
                 for p in range(6):
-                    column -= rows.coef[i, a, p] * moved[base + p, e]
+                    column -= rows.coef[i, a, p] * motions[base + p, e]
                     below += rows.coef[i, a, p] * balance[base + p, e]
             contact.motion[i, n + e] = column
             contact.matrix[n + e, i] = below
@@ -167,9 +167,9 @@ def _law_rows(n, count, total, work):
             equation, right = contact.matrix[i], space.force[e, 0, a]
             fill(equation[:total], 0.0)
             for b in range(element.rows):
-                k, moved = space.tangent[e, 0, a, b], contact.motion[element.first + b]
+                k, closing = space.tangent[e, 0, a, b], contact.motion[element.first + b]
                 for j in range(total):
-                    equation[j] += k * moved[j]
+                    equation[j] += k * closing[j]
                 right += k * (contact.free[element.first + b] - space.motion[e, 0, b])
             equation[i] += 1.0
             contact.right[i] = right
@@ -188,8 +188,8 @@ def _law_imbalance(count, rows, space, delta, x):
             i = element.first + a
             row, force = rows.row[i], space.force[e, 0, a]
             for b in range(element.rows):
-                moved = delta[element.first + b] - space.motion[e, 0, b]
-                force += space.tangent[e, 0, a, b] * moved
+                change = delta[element.first + b] - space.motion[e, 0, b]
+                force += space.tangent[e, 0, a, b] * change
             if row.sided == 1 and force < 0.0:
                 force = 0.0
             largest = max(largest, abs(x[i]), row.stiffness * abs(row.offset))
@@ -218,7 +218,7 @@ def _closure(n, count, port_torques, train, work, x):
     for c in range(nc):
         motion[c] = dot(flex[c], forces)
         for e in range(r):
-            motion[c] += train.moved[c, e] * x[n + e]
+            motion[c] += train.motions[c, e] * x[n + e]
     for i in range(n):
         delta[i] = of_blocks(rows, i, motion) + rows.row[i].offset
     yield_to_neighbours(rows, n, x, delta)
@@ -242,7 +242,7 @@ def solve_position(laws, theta, port_torques, forward, active_flanks, train, wor
     port_torques (P,): given torques on the ports; forward: the flanks of the rated torque carry;
     active_flanks (M,): gear meshes to look at, all of them where those that carry do not do.
     """
-    extra = train.moved.shape[1]
+    extra = train.motions.shape[1]
     rows, contact, memory, elements = work.rows, work.contact, work.memory, work.elements
     meshes = elements.gears.mesh
     n, count, pairs, closure = ZERO, ZERO, ZERO, np.inf
@@ -367,7 +367,7 @@ def solve_positions(laws, span, forward, train, modes, work, out, solutions, loa
     rows, delta, channel_forces = work.rows, work.delta[0], work.channels[1]
     angles, port_torques, torques = solutions.theta, solutions.port_torques, solutions.torques
     reactions = train.reactions
-    r = train.moved.shape[1] - reactions.shape[0]
+    r = train.motions.shape[1] - reactions.shape[0]
     for p in range(span[0], span[1]):
         n, pairs, closure = _solve_one(
             laws, angles[p], port_torques[p], forward[p], train, work, out,

@@ -43,7 +43,7 @@ from flexgear.analysis.kernels.outer_forces import (
     carry_on,
     hold_at_instant,
     machine_torques,
-    moved_energy,
+    machine_work,
     prescribe,
     rotating_forces,
     set_loads,
@@ -59,6 +59,7 @@ from flexgear.analysis.kernels.samples import note_loads
 from flexgear.analysis.kernels.vectors import add, dot, fill, put
 from flexgear.compiled import FAST, INNER, PART, UNCOUNTED, njit
 from flexgear.coupling.kernels.elements import add_neighbours, freeze_neighbours
+from flexgear.coupling.kernels.pair_errors import error_rate, error_rates
 from flexgear.coupling.kernels.pairs import fill_rows
 from flexgear.coupling.laws import HELD_RATE_LAW
 from flexgear.coupling.pair_data import LOAD
@@ -100,6 +101,7 @@ def _predict(h, level, modal, active, state, modes):
         ports.guess[t] = dot(modes.push[:n], active.modes[t])
     for t in range(modes.theta.shape[0]):
         modes.theta[t] = dot(modal.angles[t], modes.spare)
+        modes.speeds[t] = dot(modal.angles[t], modes.push)
     return share
 
 
@@ -108,6 +110,7 @@ def _build(data, share, prescribed, state, work, ledger, level):
     """Rows and elements at the new angles on active dofs; their numbers. prescribed (L,): loads."""
     rows, active, elements, channels = work.rows, work.active, data.elements, data.channels
     n, count, pairs = fill_rows(elements, work.modes.theta, state.active_flanks, rows)
+    error_rates(elements.gears, work.modes.theta, work.modes.speeds, work.error_rates)
     set_loads(share, prescribed, elements.fixed, rows, count)
     gather(active, channels, rows, n, ledger.rows, ledger.booked[0].rows)
     gather_receptance(active, channels, level)
@@ -140,6 +143,8 @@ def _contact(laws, data, level, n, count, state, work):
         at = place_in_problem(i, eliminated, n, total)
         problem.free[0, at] = rows.row[i].offset + row_value(rows, i, dofs.free)
         problem.free[1, at] = row_value(rows, i, dofs.free_rate)
+        if i < n:
+            problem.free[1, at] += error_rate(rows, i, work.error_rates)
     row_receptances(active, level, share, rows, n, total, springs, dofs, problem)
     add_neighbours(rows, n - eliminated, problem.displacement)
     for e in range(count, elements):
@@ -187,7 +192,7 @@ def _advance_motion(h, machines, n_rows, work, state):
         free[j] += BETA * h * h * push[j]
         rate[j] += GAMMA * h * push[j]
         acceleration[j] += push[j]
-    energy_in[0] += moved_energy(h, machines, ports, rate[:n], port_modes)
+    energy_in[0] += machine_work(h, machines, ports, rate[:n], port_modes)
     for i in range(n_rows):
         if rows.row[i].kind == LOAD:
             energy_in[0] += h * abs(problem.force[i] * problem.motion[1, i])
@@ -208,7 +213,7 @@ def _book(laws, data, level, n, count, state, work, ledger):
     apply_receptance(active, level, dofs.force, dofs.image)
     for d in range(many):
         dofs.motion[d] = dofs.free[d] + dofs.image[2 * d] - dofs.torque_motion[d]
-    settle(laws, modal, data.channels, count, n, state, work, ledger)
+    settle(laws, modal, modal.h[level], data.channels, count, n, state, work, ledger)
     fill(force, 0.0)
     for d in range(many):
         force[active.channel[d]] = dofs.force[d]

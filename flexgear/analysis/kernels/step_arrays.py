@@ -62,6 +62,7 @@ class ModalSpace(NamedTuple):
     rotating: Array  # G v − C q of a rotating frame
     spare: Array
     theta: Array  # (A,) angles of the new time
+    speeds: Array  # (A,) of these angles, rad/s
     ports: PortSpace
 
 
@@ -75,6 +76,7 @@ class Work(NamedTuple):
     problem: ContactProblem
     space: LawSpace
     closing_speed: Array  # (M,) largest approach speed of unloaded flanks of late, m/s
+    error_rates: Array  # (M,) of the errors of gear meshes at the new time, m/s
 
 
 class Samples(NamedTuple):

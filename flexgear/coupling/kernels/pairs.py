@@ -10,7 +10,8 @@ of a pair is the compression along the 3D line of action
 with C = T_p − (s + t z_c) n + z e_z in planet axes and N = cosβ_b n + sinβ_b e_z. Coefficients of
 large coordinates (tangential displacement and rotation about the axis) do not vary with C: the
 arms about the axes are those of the base circles. A gear mesh may also be one row at the pitch
-point, with the summed stiffness of its pairs or a periodic stiffness wave.
+point, with the summed stiffness of its pairs or a periodic stiffness wave. Errors and their rates:
+``pair_errors``.
 
 Behind the rows of gear meshes come those that are always there: bearings with a law, given forces,
 supports in turning frames.
@@ -28,6 +29,7 @@ import numpy as np
 from flexgear.arrays import Array, Ints
 from flexgear.compiled import INNER, PART, UNCOUNTED, ZERO, as_read, njit
 from flexgear.coupling.kernels.elements import Rows, packed
+from flexgear.coupling.kernels.pair_errors import common_error
 from flexgear.coupling.laws import COUPLED_SLICES_LAW, LINEAR_LAW, ONE_SIDED_LAW, SLICES_LAW
 from flexgear.coupling.laws.slices import COUNT, DAMPER, FIRST, RELAXATION
 from flexgear.coupling.pair_data import FACE_LOAD, FOLLOWING, OF_LINE, PER_PAIR, WAVE, PairData
@@ -97,20 +99,6 @@ def _periodic(table, share):
     j = int(y)
     w = y - j
     return (1.0 - w) * table[j % n, 0] + w * table[(j + 1) % n, 0]
-
-
-@njit(**INNER)
-def common_error(mesh, runout, theta, base):
-    """Error that all pairs of a gear mesh share, m: offset, runouts, wave of the base pitch."""
-    total = mesh.error_offset
-    for h in range(runout.shape[0]):
-        wave = runout[h]
-        if wave.amplitude != 0.0:
-            total += wave.amplitude * math.sin(wave.rate * theta[wave.angle] + wave.phase)
-    if mesh.error_amplitude != 0.0:
-        angle = 2 * math.pi * base / mesh.pitch + mesh.error_phase
-        total += mesh.error_amplitude * math.sin(angle)
-    return total
 
 
 @njit(**INNER)
