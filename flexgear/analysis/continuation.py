@@ -12,20 +12,19 @@ turning points are states like all others (Keller 1977). Steps get shorter where
 tries or the tangent turns fast, as where teeth begin to part.
 
 Curves that reach into a range from beyond it, such as the one of parted teeth over a range within
-the hysteresis, are entered by following those at its ends round the resonance and back, and those
-at the far ends of the resonance to the range.
+the hysteresis, are found by following all curves up to the far ends of the resonances around it.
 """
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from itertools import groupby
 from typing import Literal
 
 import numpy as np
 
-from flexgear.analysis.harmonic_balance import AGREES, Balance, Orbit, Solver, converge
+from flexgear.analysis.harmonic_balance import AGREES, Balance, Orbit, Solver, Waves, converge
 from flexgear.analysis.orbit_receptance import CondensedTrain, Point
 from flexgear.arrays import Array
 
@@ -67,6 +66,10 @@ class Range:
         """λ there."""
         return point.speed if self.over == "speed" else point.load
 
+    def holds(self, point: Point) -> bool:
+        """Whether λ is in the range, ends included."""
+        return self.low <= self.value(point) <= self.high
+
 
 @dataclass(frozen=True)
 class Cut:
@@ -96,44 +99,58 @@ def curves(
     seen: Callable[[Orbit], Orbit] = lambda orbit: orbit,
     resonance: float = 0.0,
 ) -> Iterator[Curve]:
-    """All curves through states that no other curve passes (``_starts``).
+    """All curves within a range through states that no other curve passes (``_starts``).
 
-    seen: is called with every computed state and returns what is kept of it. resonance: speed over
-    rated at which gears vibrate on their gear mesh; 0 where no curve is followed outside the range.
-    Ends with a curve that a user stopped.
+    seen: is called with every computed state of the range and returns what is kept of it.
+    resonance: speed over rated at which gears vibrate on their gear mesh; 0 where no curve is
+    followed outside the range. KeyboardInterrupt ends the search with the curve that is being
+    followed, where that is within the range.
     """
-    followed, returning = list[Curve](), deque[tuple[Orbit | None, int]]()
-    starts = _starts(train, span, resonance)
-    while entry := returning.popleft() if returning else next(starts, None):
-        start, origin = entry
-        if start is None or any(_on_curve(curve, span, start) for curve in followed):
+    wide, followed = _widened(span, resonance), list[list[Orbit]]()
+    for start in _starts(train, span, wide, resonance):
+        if start is None or any(_on_curve(states, wide, start) for states in followed):
             continue
-        curve = _follow(train, span, start, seen)
-        followed.append(curve)
-        yield curve
-        if any(cut.reason == "stopped" for cut in curve.cuts):
+        states, cuts = _follow(train, span, wide, start, seen)
+        followed.append(states)
+        for within, piece in groupby(states, lambda state: span.holds(state.point)):
+            if within:
+                part = list(piece)
+                ends = part[0] is states[0] and cuts[0], part[-1] is states[-1] and cuts[1]
+                yield Curve(part, tuple(cut for cut in ends if cut))
+        stopped = next((cut for cut in cuts if cut and cut.reason == "stopped"), None)
+        if stopped and span.low <= stopped.value <= span.high:
             return
-        for end, sense in _outward(curve, span):
-            beyond = _beyond(end.point, sense, resonance)
-            if beyond and not (end.unknown is start.unknown and sense == origin):
-                returning.append((_entering(train, beyond, end, sense, end.point), sense))
+        if stopped:
+            raise KeyboardInterrupt
+
+
+def _widened(span: Range, resonance: float) -> Range:
+    """A range of speeds, up to the ends of the resonances around its own ends."""
+    if span.over == "load":
+        return span
+    low, high = ([e for e in RESONANT if e[0] * resonance < x < e[1] * resonance]
+                 for x in (span.low, span.high))  # fmt: skip
+    return replace(
+        span,
+        low=low[0][0] * resonance if low else span.low,
+        high=high[0][1] * resonance if high else span.high,
+    )
 
 
 def _starts(
-    train: CondensedTrain, span: Range, resonance: float
-) -> Iterator[tuple[Orbit | None, int]]:
-    """States that are found without a curve, at ``SEEDS`` and at the far ends of the resonance,
-    from where curves are followed to the range; 1 or −1: the speeds that they come from are higher
-    or lower."""
-    for share in SEEDS:
-        yield _state(train, span.point(span.low + share * (span.high - span.low))), 0
-    last = span.high if span.over == "speed" else span.low
-    for value, sense in ((last, 1), (span.low, -1)):
-        point = span.point(value)
-        beyond = _beyond(point, sense, resonance)
-        if beyond:
-            start = _state(train, beyond.point(beyond.high if sense > 0 else beyond.low))
-            yield start and _entering(train, beyond, start, -sense, point), sense
+    train: CondensedTrain, span: Range, wide: Range, resonance: float
+) -> Iterator[Orbit | None]:
+    """States that are found without a curve, at ``SEEDS`` and at the ends of the resonances around
+    a range; of a range of torques those at the lowest one that lie on curves over speed."""
+    for share in SEEDS if span.low < span.high else SEEDS[:1]:
+        yield _state(train, span.point(span.low + share * (span.high - span.low)))
+    for value in (wide.low, wide.high):
+        if not span.low <= value <= span.high:
+            yield _state(train, wide.point(value))
+    if span.over == "load":
+        lowest = Range("speed", span.fixed, span.fixed, span.low)
+        for curve in curves(train, lowest, resonance=resonance):
+            yield from curve.states
 
 
 def _state(train: CondensedTrain, point: Point) -> Orbit | None:
@@ -141,68 +158,37 @@ def _state(train: CondensedTrain, point: Point) -> Orbit | None:
     return converge(balance, point, balance.start())
 
 
-def _on_curve(curve: Curve, span: Range, orbit: Orbit) -> bool:
-    """Whether a state lies on a curve, between two of its states."""
+def _on_curve(states: list[Orbit], span: Range, orbit: Orbit) -> bool:
+    """Whether a state lies on a curve, on one of its states or between two."""
     value, x = span.value(orbit.point), orbit.unknown
     size = float(np.linalg.norm(x))
-    for a, b in zip(curve.states, curve.states[1:], strict=False):
+    for a, b in zip(states, states[1:] or states, strict=False):
         low, high = span.value(a.point), span.value(b.point)
-        if (low - value) * (high - value) > 0.0 or low == high:
+        if (low - value) * (high - value) > 0.0 or low == high != value:
             continue
-        w = (value - low) / (high - low)
+        w = (value - low) / (high - low) if high != low else 0.0
         if np.linalg.norm((1 - w) * a.unknown + w * b.unknown - x) <= SAME * size:
             return True
     return False
 
 
 def _follow(
-    train: CondensedTrain, span: Range, start: Orbit, seen: Callable[[Orbit], Orbit]
-) -> Curve:
-    """The curve through a state, both ways."""
-    walk, value = _Walk(train, span, start), span.value(start.point)
-    first, cuts = seen(start), list[Cut | None]()
-    backward, forward = list[Orbit](), list[Orbit]()
+    train: CondensedTrain, span: Range, wide: Range, start: Orbit, seen: Callable[[Orbit], Orbit]
+) -> tuple[list[Orbit], list[Cut | None]]:
+    """States of the curve through a state, both ways over the wide range, and why it was cut before
+    either of its ends; ``stopped`` stands at the last one."""
+    walk, value = _Walk(train, span, wide, start, seen), wide.value(start.point)
+    first = walk.stored(start)
+    backward, forward, cuts = list[Orbit](), list[Orbit](), list[Cut | None]([None, None])
     try:
-        if value > span.low:
-            cuts.append(walk.along(-1.0, backward, seen))
-        if value < span.high:
-            cuts.append(walk.along(1.0, forward, seen))
+        if value > wide.low:
+            cuts[0] = walk.along(-1.0, backward)
+        if value < wide.high:
+            cuts[1] = walk.along(1.0, forward)
     except KeyboardInterrupt:
         last = (forward or backward or [first])[-1]
-        cuts.append(Cut(span.value(last.point), "stopped"))
-    return Curve([*backward[::-1], first, *forward], tuple(cut for cut in cuts if cut))
-
-
-def _outward(curve: Curve, span: Range) -> Iterator[tuple[Orbit, int]]:
-    """Ends of a curve that lead out of the range with rising (1) or falling speed."""
-    for end in (curve.states[0], curve.states[-1]):
-        value = span.value(end.point)
-        if value == span.high and span.over == "speed":
-            yield end, 1
-        elif value == span.low:
-            yield end, -1
-            if span.over == "load":
-                yield end, 1
-
-
-def _beyond(point: Point, sense: int, resonance: float) -> Range | None:
-    """Speeds from a point's on, rising or falling, up to the end of the resonance around it; None
-    where it is outside all of them."""
-    speed = point.speed
-    for low, high in RESONANT:
-        if low * resonance < speed < high * resonance:
-            edge = (high if sense > 0 else low) * resonance
-            return Range("speed", min(speed, edge), max(speed, edge), point.load)
-    return None
-
-
-def _entering(
-    train: CondensedTrain, beyond: Range, start: Orbit, sense: int, point: Point
-) -> Orbit | None:
-    """The state at ``point`` if the curve through ``start`` comes to it over speed."""
-    states = list[Orbit]()
-    cut = _Walk(train, beyond, start).along(sense, states, lambda orbit: orbit)
-    return states[-1] if cut is None and states[-1].point == point else None
+        cuts[1 if forward or not backward else 0] = Cut(wide.value(last.point), "stopped")
+    return [*backward[::-1], first, *forward], cuts
 
 
 @dataclass(frozen=True)
@@ -217,16 +203,27 @@ class _Place:
 
 
 class _Walk:
-    """Follows one curve from a state of it."""
+    """Follows one curve over a wide range from a state of it, with finer steps within a narrow one,
+    at whose edges it has states."""
 
-    def __init__(self, train: CondensedTrain, span: Range, start: Orbit) -> None:
-        self.train, self.span, self.width = train, span, span.high - span.low
+    def __init__(
+        self, train: CondensedTrain, span: Range, wide: Range, start: Orbit,
+        seen: Callable[[Orbit], Orbit],
+    ) -> None:  # fmt: skip
+        self.train, self.narrow, self.span, self.seen = train, span, wide, seen
+        self.width = wide.high - wide.low
         self.solver = Solver()
-        self.balance = self._balance(span.value(start.point))
+        self.balance = self._balance(wide.value(start.point))
         state = self.balance.residual(start.unknown)[1]
         self.start = replace(state, point=start.point)
         self.size = self._forces(start.unknown)
         self.most = RISE * float(np.abs(state.force).max()) + _closing_force(train)
+
+    def stored(self, orbit: Orbit) -> Orbit:
+        """What is kept of a state: beyond the narrow range nothing over time."""
+        if self.narrow.holds(orbit.point):
+            return self.seen(orbit)
+        return replace(orbit.light, waves=Waves(*np.zeros((2, 0, 0))))
 
     def _balance(self, value: float) -> Balance:
         return Balance(self.train.elements, self.train.at(self.span.point(value)))
@@ -234,32 +231,47 @@ class _Walk:
     def _forces(self, unknown: Array) -> float:
         return float(np.linalg.norm(unknown[: self.balance.forces])) or 1.0
 
-    def along(
-        self, sense: float, states: list[Orbit], seen: Callable[[Orbit], Orbit]
-    ) -> Cut | None:
+    def along(self, sense: float, states: list[Orbit]) -> Cut | None:
         """Append states from the start on, first with λ rising (1) or falling (−1), up to the end
-        of the range; where the curve is cut before."""
+        of the wide range; where the curve is cut before."""
         current = self._place(self.start, self.balance, None)
         current = replace(current, tangent=current.tangent * np.sign(current.tangent[-1]) * sense)
         step, bend = FIRST, np.zeros_like(current.tangent)
         for _ in range(MOST_STATES):
+            step, before = min(step, self._longest(current)), self.span.value(current.orbit.point)
             while (following := self._next(current, bend, step)) is None:
                 step *= 0.5
                 if step < SHORTEST:
-                    return Cut(self.span.value(current.orbit.point), "steps")
+                    return Cut(before, "steps")
             successor, tries = following
-            value = self.span.value(successor.orbit.point)
-            if not self.span.low < value < self.span.high:
-                end = self._end(current.orbit, successor.orbit)
-                states += [] if end is None else [seen(end)]
-                return None if end else Cut(self.span.value(current.orbit.point), "steps")
-            states.append(seen(successor.orbit))
+            edge = self._edge(before, self.span.value(successor.orbit.point))
+            if edge is not None:
+                orbit = self._between(current.orbit, successor.orbit, edge)
+                if orbit is None:
+                    return Cut(before, "steps")
+                states.append(self.stored(orbit))
+                if edge in (self.span.low, self.span.high):
+                    return None
+                bend, current = 0.0 * bend, self._place(orbit, self._balance(edge), current.tangent)
+                continue
+            states.append(self.stored(successor.orbit))
             if np.abs(successor.orbit.force).max() > self.most:
-                return Cut(value, "forces")
+                return Cut(self.span.value(successor.orbit.point), "forces")
             bend, current = (successor.tangent - current.tangent) / step, successor
-            longest = LONGEST * min(1.0, self.width / (abs(current.tangent[-1]) or self.width))
-            step = min(step * (1.4 if tries <= QUICK else 0.8), longest)
+            step *= 1.4 if tries <= QUICK else 0.8
         return Cut(self.span.value(current.orbit.point), "states")
+
+    def _longest(self, current: _Place) -> float:
+        """Longest step from a place on."""
+        inside = self.narrow.holds(current.orbit.point)
+        width = (self.narrow.high - self.narrow.low if inside else 0.0) or self.width
+        return LONGEST * min(1.0, width / (abs(current.tangent[-1]) or width))
+
+    def _edge(self, before: float, after: float) -> float | None:
+        """The first edge of both ranges on the way from one λ to another."""
+        edges = (self.span.low, self.narrow.low, self.narrow.high, self.span.high)
+        crossed = [e for e in edges if (e - before) * (e - after) < 0.0 or e == after]
+        return min(crossed, key=lambda e: abs(e - before), default=None)
 
     def _next(self, current: _Place, bend: Array, step: float) -> tuple[_Place, int] | None:
         """The place a step further on, and Newton's tries; None where there is none, or where the
@@ -321,12 +333,10 @@ class _Walk:
             x = x - change
         return None
 
-    def _end(self, before: Orbit, after: Orbit) -> Orbit | None:
-        """The state at the end of the range between two."""
+    def _between(self, before: Orbit, after: Orbit, value: float) -> Orbit | None:
+        """The state at λ = ``value`` between two."""
         low, high = self.span.value(before.point), self.span.value(after.point)
-        value = self.span.low if high <= self.span.low else self.span.high
-        w = (value - low) / (high - low)
-        point = self.span.point(value)
+        w, point = (value - low) / (high - low), self.span.point(value)
         balance = Balance(self.train.elements, self.train.at(point))
         return converge(balance, point, (1 - w) * before.unknown + w * after.unknown)
 

@@ -18,6 +18,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import scipy
@@ -115,15 +116,24 @@ def first_column(derivative: Array, position: Array) -> Array:
 
 @dataclass(frozen=True)
 class Quantity:
-    """How a sensor's signal follows from recovered values (n samples, c columns).
+    """How a sensor's signal follows from n samples.
 
     position: makes k columns (n, k) of them; order: of the time derivative that is taken of these,
     0 to 2; part: makes the signal (n,) of derivative and position.
     """
 
-    position: Callable[[Array], Array]
+    position: Callable[[Any], Array]
     order: int = 0
     part: Callable[[Array, Array], Array] = first_column
+
+    def over_period(self, samples: Any, omega: float) -> Array:
+        """Signal (n,) of samples spread evenly over a period 2π/ω, by their harmonics."""
+        position = self.position(samples)
+        if self.order == 0:
+            return self.part(position, position)
+        spectrum = np.fft.rfft(position, axis=0)
+        rates = (1j * omega * np.arange(len(spectrum)))[:, None] ** self.order
+        return self.part(np.fft.irfft(rates * spectrum, len(position), axis=0), position)
 
 
 class Recorder:
@@ -138,9 +148,9 @@ class Recorder:
         self._first = 0  # number of the first value of ``_fine``
         self._next: int | None = None  # number of the next value of the fine grid
 
-    def append(self, times: Array, values: Array) -> tuple[Array, Array]:
-        """Times (m,) s and signals (m, s) that samples (t,), (t, c) more complete."""
-        positions = [quantity.position(values) for quantity in self._quantities]
+    def append(self, times: Array, samples: Any) -> tuple[Array, Array]:
+        """Times (m,) s and signals (m, s) that samples at times (t,) more complete."""
+        positions = [quantity.position(samples) for quantity in self._quantities]
         stops = np.cumsum([0, *(position.shape[1] for position in positions)]).tolist()
         self._places = [slice(a, b) for a, b in pairwise(stops)]
         values = np.hstack(positions)

@@ -24,7 +24,7 @@ from flexgear.solve.model import Model
 from flexgear.solve.response import response as steady_states
 from flexgear.solve.stability import SPEEDS
 from flexgear.solve.stability import stability as over_speed
-from flexgear.solve.turning_points import BESIDE, KINDS, NARROW
+from flexgear.solve.turning_points import BESIDE, DOUBLED, KINDS, NARROW, SECOND_FREQUENCY
 from flexgear.views.vibration_charts import (
     bands_of,
     linear_response_chart,
@@ -39,6 +39,10 @@ LINES = {
     "lost_contact": "teeth lose contact",
     "back_contact": "backs touch",
 }  # ranges of a response
+BRANCHES = {
+    KINDS[DOUBLED]: "motion of twice the gear-mesh period",
+    KINDS[SECOND_FREQUENCY]: "motion that beats with a second frequency",
+}  # by what makes a state unstable without a turning point
 PROMINENT = 0.02  # of the largest force: what a peak rises above its sides
 COLUMNS = ("stage", "speeds over rated", "fastest at", "growth", "what meets")
 SpeedRange = Annotated[
@@ -192,9 +196,22 @@ def response_figures(data: xr.Dataset) -> dict[str, Any]:
             {share: at, "kind": KINDS[kind]}
             for at, kind in _rows(data, "stability_change", "parameter", "kind")
         ],
+        "sensors": dict(_sensors(data, share, stable)),
         "several_stable": _several(parameter, branch, stable),
         **{name: _ranges(parameter, branch, mask & stable) for name, mask in contact.items()},
     }
+
+
+def _sensors(
+    data: xr.Dataset, share: str, stable: np.ndarray
+) -> Iterator[tuple[str, dict[str, Any]]]:
+    """By sensor: the largest rms of what varies of its signal on stable branches, and where."""
+    for k, name in enumerate(np.asarray(data.coords.get("sensor", ())).tolist()):
+        signal = data["response_sensor"][:, k].sel(measure="rms").to_numpy()
+        at = int(np.argmax(np.where(stable, signal, -1.0)))
+        unit = str(data["sensor_unit"][k].item())
+        rms = float(signal[at])
+        yield name, {"rms": rms, "unit": unit, share: float(data[f"response_{share}"][at])}
 
 
 def _rows(data: xr.Dataset, dim: str, *names: str) -> Iterator[tuple[Any, ...]]:
@@ -283,8 +300,11 @@ def _lines(figures: dict[str, Any]) -> Iterator[str]:
             f"{with_unit(row['force_n'], 'N')}{target}"
         )
     for row in figures["stability_changes"][:LISTED]:
-        if row["kind"] != KINDS[0]:
-            yield f"  stability changes at {row[share]:.4g}: {row['kind']}"
+        if row["kind"] in BRANCHES:
+            yield f"  {BRANCHES[row['kind']]} branches off at {row[share]:.4g}; not followed"
+    for name, row in figures["sensors"].items():
+        signal = with_unit(row["rms"], row["unit"])
+        yield f"  sensor {name}: up to {signal} rms on stable branches, at {row[share]:.4g}"
     for name, what in LINES.items():
         ends = ([f"{x:.4g}" for x in span] for span in figures[name])
         spans = [" to ".join(dict.fromkeys(span)) for span in ends]

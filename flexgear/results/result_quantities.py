@@ -287,6 +287,11 @@ RESULT_QUANTITIES: dict[str, Quantity] = {
         "radial force that a bearing or support carries"),
     "response_bearing_force_amplitude": quantity("sample support gear_mesh_order", "N",
         "amplitude of the same by order"),
+    "response_sensor": quantity("sample sensor measure", "",
+        "what a sensor measures over a period, in its unit, beside steady rolling, the train as it "
+        "stands at angle zero"),
+    "response_sensor_amplitude": quantity("sample sensor gear_mesh_order", "",
+        "its amplitude at an order of the gear mesh"),
     "lost_contact_share": quantity("sample gear_mesh", "1",
         "share of the period in which no pair of the drive flank touches"),
     "back_contact_share": quantity("sample gear_mesh", "1",

@@ -115,7 +115,8 @@ class LongRun:
     def _recorder(self) -> Recorder | None:
         """Recorder of the sensors, with its state between chunks."""
         sensors = self.model.sensors
-        return None if sensors is None else sensors.recorder(self.stepping.finest)
+        rotations = len(self.model.system.input_rows)
+        return None if sensors is None else sensors.recorder(self.stepping.finest, rotations)
 
     def into(self, sink: DatasetSink, progress: Callable[[float], None]) -> TimedRun:
         """Run it; the dataset has no samples. InputError where it would take more than a month."""

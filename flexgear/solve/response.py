@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -205,10 +205,8 @@ class _Figures:
         low, high = self._passed = min(low, value), max(high, value)
         share = (high - low) / (self.span.high - self.span.low)
         self._progress(f"response, curve {self._curve}", min(share, 0.999))
-        values = {**self._stability(orbit), **self._of_meshes(orbit), **self._of_bearings(orbit)}
-        nothing = np.zeros((2, 0, 0, 0))
-        small = replace(orbit, force=nothing[0], displacement=nothing[0], tangents=nothing)
-        return State(**vars(small), values=values)
+        values = {**self._stability(orbit), **self._of_meshes(orbit), **self._recovered(orbit)}
+        return State(**vars(orbit.light), values=values)
 
     def _stability(self, orbit: Orbit) -> dict[str, Any]:
         period = 1.0 / (self.train.elements.frequency * orbit.point.speed)
@@ -235,14 +233,21 @@ class _Figures:
             "back_contact_share": (coast_force > 0.0).mean(axis=0),
         }
 
-    def _of_bearings(self, orbit: Orbit) -> dict[str, Any]:
-        if not self.supports:
-            return {}
+    def _recovered(self, orbit: Orbit) -> dict[str, Any]:
+        """Of bearings and sensors."""
+        sensors, harmonics, out = self.model.sensors, self.train.harmonics, dict[str, Any]()
+        if not self.supports and sensors is None:
+            return out
         balance = Balance(self.train.elements, self.train.at(orbit.point))
         recovery = recovery_of(self.train, balance, orbit, self.model.outputs)
-        forces = np.stack([recovery.link_force(name)[:, :2] for name in self.supports], axis=1)
-        size = np.linalg.norm(forces, axis=2)
-        return _measured("response_bearing_force", size, self.train.harmonics)
+        if self.supports:
+            forces = np.stack([recovery.link_force(name)[:, :2] for name in self.supports], axis=1)
+            size = np.linalg.norm(forces, axis=2)
+            out |= _measured("response_bearing_force", size, harmonics)
+        if sensors is not None:
+            signals = sensors.periodic(recovery, balance.receptance.omega)
+            out |= _measured("response_sensor", signals, harmonics)
+        return out
 
 
 def _measured(name: str, values: Array, harmonics: int) -> dict[str, Array]:
@@ -286,6 +291,7 @@ def _dataset(
     }
     names = tuple(model.gear_meshes.names[g] for g in figures.meshes)
     labels = {"support": figures.supports, "measure": list(MEASURES)}
+    labels |= {} if model.sensors is None else model.sensors.labels
     return labelled_dataset(
         "point", np.arange(len(states)), arrays, result_attrs(model, **attrs), labels, names
     )

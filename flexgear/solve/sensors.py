@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -28,11 +28,11 @@ from flexgear.model.sensor import USUAL_RATE, Sensor, check_rate
 from flexgear.solve.bodies import Bodies
 from flexgear.solve.sensor_quantities import (
     Axes,
-    Columns,
-    at_place,
-    of_body_point,
+    BodyPoint,
+    Motion,
     passing,
-    sum_of,
+    rotation,
+    torque,
     turned,
 )
 from flexgear.structures.bodies import Body
@@ -61,24 +61,28 @@ class SensorPlace:
     sensor: Sensor
     number: int
 
-    def quantity(self, columns: Columns) -> Quantity:
-        """The measured quantity; columns that it needs are added to ``columns``. InputError for a
-        position off the body."""
+    def quantity(self) -> Quantity:
+        """The measured quantity. InputError for a position off the body."""
         sensor, system = self.sensor, self.system
         if sensor.measures == "speed":
-            row = system.node_rows(self.body.name, self.node)[5]
-            return sum_of((columns.motion(row[None]), columns.rolling(row)), order=1)
+            row = system.node_rows(self.body.name, self.node)[5:]
+            return Quantity(self._motion(row, row[0] @ system.rolling).whole, order=1)
         if sensor.measures == "strain":
-            return sum_of((columns.motion(self._strain()),))
+            return Quantity(self._motion(self._strain()).elastic)
         self._require_place()
-        axes = self._axes(columns)
-        turns = bool(np.any(columns.angles[-1]))  # of the body, entered last
-        if sensor.frame == "fixed" and turns:
-            return self._in_space(columns, axes)
-        lever, rows = self.point
-        motion = columns.motion(rows)
-        direction = self._direction(lever)
-        return of_body_point(motion, axes, self._center, lever, direction, sensor.order)
+        place, rows = self.point
+        direction, axes = self._direction(place), self._axes
+        point = BodyPoint(self._motion(rows), axes, self._center, place, direction)
+        if sensor.frame == "body" or not axes.turn:
+            return point.turning(sensor.order)
+        if self.body.rigid or self._mesh is None:
+            return point.in_space(sensor.order)
+        angle = math.atan2(place[1], place[0])
+        around = self._motion(self._rows_around(self._mesh, angle, float(place[2]), direction))
+        return passing(around, axes, angle + axes.start, sensor.order)
+
+    def _motion(self, rows: Array, turns: Array | float = 0.0) -> Motion:
+        return Motion(f"sensor {self.number}", rows, turns)
 
     @cached_property
     def body(self) -> Body:
@@ -129,8 +133,9 @@ class SensorPlace:
             problem = f"has no sense on {sensor.on}, which is a point with inertia"
             raise self._refuse("angle_deg", problem, "give place_mm, or nothing for its centre")
 
-    def _axes(self, columns: Columns) -> Axes:
-        """Angles of frame and body as columns; that of the body is added last."""
+    @cached_property
+    def _axes(self) -> Axes:
+        """Rotation of frame and body."""
         name, system = self.body.name, self.system
         at = -1
         if name in system.ring_frames:
@@ -140,7 +145,7 @@ class SensorPlace:
             at = frame.ring if name.part == "hub" else frame.carrier
         turn = system.angles[at] if at >= 0 else np.zeros(system.size)
         spin = system.node_rows(name, self.node)[5]
-        return Axes(columns.rolling(turn), columns.rolling(spin), self._start)
+        return Axes(turn @ system.rolling, spin @ system.rolling, self._start)
 
     @property
     def _start(self) -> float:
@@ -233,31 +238,21 @@ class SensorPlace:
         problem = f"is {1e3 * away:.4g} mm from the nearest surface of {self.sensor.on}"
         return self._refuse(key, problem, "give a place on the body, in its axes")
 
-    def _in_space(self, columns: Columns, axes: Axes) -> Quantity:
-        """Quantity at a point fixed in space that the body turns past."""
-        sensor, body, mesh = self.sensor, self.body, self._mesh
-        place, rows = self.point
-        direction = self._direction(place)
-        if body.rigid or mesh is None:
-            start = np.full(1, axes.start)
-            place, direction = turned(place, start)[0], turned(direction, start)[0]
-            return at_place(columns.motion(rows), axes, place, direction, sensor.order)
-        angle, height = math.atan2(place[1], place[0]), float(place[2])
+    def _rows_around(
+        self, mesh: ReducedBody, angle: float, height: float, direction: Array
+    ) -> Array:
+        """Displacements of points around the body at a height, m: rows (AROUND, d), each along the
+        direction (3,) at an angle, rad, as its point has it when it passes there."""
         angles = 2 * np.pi * np.arange(AROUND) / AROUND
-        surface, of_body = Surface(mesh), self.system.slice_of(body.name)
+        surface, of_body = Surface(mesh), self.system.slice_of(self.body.name)
         rows = np.zeros((AROUND, self.system.size))
-        for row, at in zip(rows, angles, strict=True):
+        for row, at, along in zip(rows, angles, turned(direction, angles - angle), strict=True):
             meeting = surface.meeting(Ray(float(at), height))
             if meeting is None:
-                problem = f"is fixed, and {sensor.on} has gaps around its axis at this height"
+                problem = f"is fixed, and {self.sensor.on} has gaps around its axis at this height"
                 raise self._refuse("frame", problem, 'take frame = "body", or another z')
-            c, s = math.cos(at - angle), math.sin(at - angle)
-            x, y, z = direction  # as the point at this angle has it when it passes
-            row[of_body] = np.array([c * x - s * y, s * x + c * y, z]) @ surface.motion(
-                *meeting[:2]
-            )
-        first = columns.motion(rows)
-        return passing(first, AROUND, axes, angle + axes.start, sensor.order)
+            row[of_body] = along @ surface.motion(*meeting[:2])
+        return rows
 
     def _strain(self) -> Array:
         """Row (1, d) of a strain gauge; zero on a rigid body."""
@@ -302,13 +297,11 @@ STATIC = ("displacement", "strain", "torque")  # what an equilibrium has
 
 @dataclass(frozen=True)
 class Sensors:
-    """The sensors of a case: measured quantities as functions of the recovered columns."""
+    """The sensors of a case and their measured quantities."""
 
     sensors: tuple[Sensor, ...]
     clock: Clock
-    columns: Columns
     quantities: tuple[Quantity, ...]
-    inputs: tuple[int, ...]  # columns of the independent rotations
 
     @property
     def labels(self) -> dict[str, Any]:
@@ -331,25 +324,31 @@ class Sensors:
     def static(self, recovery: Recovery) -> Array:
         """Values (p, s) of sensors in equilibria."""
         assert isinstance(recovery.result, Equilibrium)
-        values = self.columns.values(recovery)
-        positions = [
-            (quantity, quantity.position(values))
-            for sensor, quantity in zip(self.sensors, self.quantities, strict=True)
-            if sensor.measures in STATIC
-        ]
-        out = [quantity.part(position, position) for quantity, position in positions]
-        return np.stack(out, axis=1) if out else np.zeros((len(values), 0))
+        return self._signals(recovery, STATIC, 0.0)
 
-    def recorder(self, step: float) -> Recorder:
-        """The recorder of a run whose shortest step is ``step`` s; it gives signals and independent
-        rotations."""
-        rotations = [sum_of((column,)) for column in self.inputs]
-        return Recorder(replace(self.clock, step=step), [*self.quantities, *rotations])
+    def periodic(self, recovery: Recovery, omega: float) -> Array:
+        """Signals (n, s) over n samples of a period of a steady state, the train as it stands at
+        angle zero; omega: 2π over the period, rad/s."""
+        return self._signals(recovery, UNITS, omega)
+
+    def _signals(self, recovery: Recovery, measures: Collection[str], omega: float) -> Array:
+        """(t, s) of the sensors of some measures."""
+        columns = [np.zeros((len(recovery.rotations), 0))]
+        for sensor, quantity in zip(self.sensors, self.quantities, strict=True):
+            if sensor.measures in measures:
+                columns.append(quantity.over_period(recovery, omega)[:, None])
+        return np.hstack(columns)
+
+    def recorder(self, step: float, rotations: int) -> Recorder:
+        """The recorder of a run whose shortest step is ``step`` s; it gives signals and so many
+        independent rotations."""
+        turns = [rotation(unit) for unit in np.eye(rotations)]
+        return Recorder(replace(self.clock, step=step), [*self.quantities, *turns])
 
     def record(self, recorder: Recorder, recovery: Recovery) -> tuple[Array, Array, Array]:
         """Times (m,), signals (m, s) and independent rotations (m, F) of the next samples."""
         assert isinstance(recovery.result, Transient)
-        time, values = recorder.append(recovery.result.time, self.columns.values(recovery))
+        time, values = recorder.append(recovery.result.time, recovery)
         count = len(self.quantities)
         return time, values[:, :count], values[:, count:]
 
@@ -359,10 +358,8 @@ def sensors_of(case: Case, system: System, bodies: Bodies, pace: Pace) -> Sensor
     FE mesh, and a band beyond that of the modes."""
     if not case.sensors:
         return None
-    columns = Columns(system)
-    quantities = tuple(_quantities(case, system, bodies, columns))
-    inputs = tuple(columns.rolling(row) for row in system.input_rows)
-    return Sensors(case.sensors, clock_of(case, pace), columns, quantities, inputs)
+    quantities = tuple(_quantities(case, system, bodies))
+    return Sensors(case.sensors, clock_of(case, pace), quantities)
 
 
 def clock_of(case: Case, pace: Pace) -> Clock:
@@ -385,7 +382,7 @@ def clock_of(case: Case, pace: Pace) -> Clock:
     return Clock(band, rate, 1.0 / (SAMPLES * band))
 
 
-def _quantities(case: Case, system: System, bodies: Bodies, columns: Columns) -> Iterator[Quantity]:
+def _quantities(case: Case, system: System, bodies: Bodies) -> Iterator[Quantity]:
     for k, sensor in enumerate(case.sensors):
         if sensor.measures == "torque":
             names = torque_names(system)
@@ -393,6 +390,6 @@ def _quantities(case: Case, system: System, bodies: Bodies, columns: Columns) ->
                 problem = f"{sensor.on} is no port, joint or bearing that passes a torque"
                 remedy = nearest(sensor.on, names)
                 raise InputError(case.source, f"sensors[{k}].on", problem, remedy)
-            yield sum_of((columns.torque(sensor.on),))
+            yield torque(sensor.on)
         else:
-            yield SensorPlace(case, system, bodies, sensor, k).quantity(columns)
+            yield SensorPlace(case, system, bodies, sensor, k).quantity()

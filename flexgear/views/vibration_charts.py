@@ -34,17 +34,20 @@ LOST, BACK = "#F7CFA3", "#E59C8C"
 BROAD = 6.0  # points
 FORCE, ERROR = "response_gear_mesh_force", "response_transmission_error"
 MOST_GEAR_MESHES = len(PLANET_COLOURS)
+MOST_SENSORS = 4  # that have a panel
 HIGHEST = 20.0  # times the median of stable states: what grows beyond is cut off, and said
 
 
 @styled
 def response_chart(data: xr.Dataset) -> Figure:
-    """Largest and smallest gear-mesh force, and swing of the transmission error. Solid: stable,
-    dashed: unstable; arrows: where a sweep jumps, and to what force; broad below: where teeth lose
-    contact, and where their backs touch."""
+    """Largest and smallest gear-mesh force, swing of the transmission error, and rms of what
+    sensors measure. Solid: stable, dashed: unstable; arrows: where a sweep jumps, and to what
+    force; broad below: where teeth lose contact, and where their backs touch."""
     x = data[f"response_{data.attrs['over']}_share"].to_numpy().astype(float)
-    figure, axes = panels(2, 1, height_mm=150, sharex=True, height_ratios=[1.6, 1.0])
-    force, error = axes[:, 0]
+    sensors = np.asarray(data.coords.get("sensor", ())).tolist()[:MOST_SENSORS]
+    height, ratios = 150 + 40 * len(sensors), [1.6, 1.0, *[0.7] * len(sensors)]
+    figure, axes = panels(len(ratios), 1, height_mm=height, sharex=True, height_ratios=ratios)
+    force, error, *of_sensors = axes[:, 0]
     names = [str(n) for n in data["gear_mesh"].to_numpy()][:MOST_GEAR_MESHES]
     most, least = (KILO * _measure(data, FORCE, m)[:, : len(names)] for m in ("maximum", "minimum"))
     swing = _measure(data, ERROR, "maximum") - _measure(data, ERROR, "minimum")
@@ -54,6 +57,11 @@ def response_chart(data: xr.Dataset) -> Figure:
             _curve(ax, data, x, y[:, k], colour, width)
         for ax, y in ((force, most), (error, swing)):
             _contact(ax, data, x, y[:, k], k)
+    for ax, sensor in zip(of_sensors, sensors, strict=True):
+        signal = data["response_sensor"].sel(sensor=sensor, measure="rms").to_numpy()
+        _curve(ax, data, x, signal, NEUTRAL, 1.2)
+        _limit(ax, signal[:, None], 0.0, data["stable"].to_numpy() == 1)
+        ax.set_ylabel(f"{sensor}, rms ({data['sensor_unit'].sel(sensor=sensor).item()})")
     for ax, y, low in ((force, most, least), (error, swing, swing)):
         _limit(ax, y, float(low.min()), data["stable"].to_numpy() == 1)
         ax.set_xlim(float(x.min()), float(x.max()))
@@ -61,7 +69,7 @@ def response_chart(data: xr.Dataset) -> Figure:
     _changes(force, data)
     force.set_ylabel("gear-mesh force, largest and smallest (kN)")
     error.set_ylabel("swing of transmission error (µm)")
-    error.set_xlabel(f"{data.attrs['over']} over rated {data.attrs['over']} (–)")
+    axes[-1, 0].set_xlabel(f"{data.attrs['over']} over rated {data.attrs['over']} (–)")
     legend_below(figure, _legend(data, names), 3)
     return figure
 

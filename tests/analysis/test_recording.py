@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from flexgear.analysis.recording import Clock, Recorder
-from flexgear.solve.sensor_quantities import sum_of
+from flexgear.analysis.recording import Clock, Quantity, Recorder
 
 STEP = 4.1e-5
 CLOCK = Clock(band=1000.0, rate=2560.0, step=STEP)
@@ -13,7 +12,7 @@ CLOCK = Clock(band=1000.0, rate=2560.0, step=STEP)
 def recorded(signal, order=0, times=None, parts=1, clock=CLOCK):
     """Times and values of one signal given at the samples of a run."""
     times = np.arange(1, 30_001) * STEP if times is None else times
-    recorder = Recorder(clock, [sum_of((0,), order)])
+    recorder = Recorder(clock, [Quantity(lambda samples: samples, order)])
     pieces = [
         recorder.append(piece, signal(piece)[:, None]) for piece in np.array_split(times, parts)
     ]

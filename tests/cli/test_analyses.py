@@ -2,11 +2,13 @@
 
 import json
 import math
+import re
 
 import numpy as np
 import pytest
+from dead_zone import case_text
 from stage_samples import cheap_stage, doubtful_stage, made_of
-from trains import free_stage
+from trains import free_stage, write
 
 from flexgear.cli import display, exchange_commands
 from flexgear.results.dataset_file import load
@@ -28,6 +30,17 @@ def test_static_closes_and_balances(flexgear, tmp_path):
             788280, rel=1e-3
         )
     assert load(out).sizes["position"] == 2
+
+
+def test_response_says_where_motion_of_twice_the_period_begins(flexgear, tmp_path):
+    """Where the pair grows by itself at half of the gear-mesh frequency, by the linear command."""
+    path = write(tmp_path, case_text(damping=0.02, error=0.0))
+    command = (path, "--speed-range", 1.9, 2.4)
+    text = flexgear.quiet("response", *command, "--harmonics", 6, "--quiet")
+    begins = re.findall("twice the gear-mesh period branches off at ([0-9.]+); not followed", text)
+    (band,) = flexgear.json("stability", *command)["bands"]
+    edges = [band["lower_factor"], band["upper_factor"]]
+    assert sorted(map(float, begins)) == pytest.approx(edges, rel=2e-3)
 
 
 def test_rigid_ring_does_not_bend(flexgear):

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from dead_zone import case_text
+from dead_zone import GEAR_MESH_HZ, RADIUS, case_text
 
 import flexgear
 from flexgear.analysis.harmonic_balance import Balance, converge
@@ -87,6 +87,36 @@ def test_a_gear_mesh_that_excites_nothing_carries_its_mean_force(pair):
     assert data["stable"].all()
     assert not data["lost_contact_share"].any()
     assert not data.sizes["turning_point"]
+
+
+SENSORS = """
+[[sensors]]
+name = "speed"
+on = "stage_1.gear"
+measures = "speed"
+[[sensors]]
+name = "pickup"
+on = "stage_1.gear"
+measures = "acceleration"
+place_mm = [20, 0, 0]
+direction = "tangential"
+"""
+
+
+def test_sensors_measure_the_motion_of_steady_states(tmp_path):
+    """Of two gears alike each has half of the transmission error, as rotation over r_b: order by
+    order its rate, and 20 mm from the axis its acceleration."""
+    path = tmp_path / "pair.toml"
+    path.write_text(case_text() + SENSORS)
+    data = flexgear.load_case(path).assemble().response((0.5, 0.6), harmonics=4)
+    error = data["response_transmission_error_amplitude"].to_numpy()[:, 0]
+    omega = 2 * np.pi * GEAR_MESH_HZ * data["response_speed_share"].to_numpy()[:, None]
+    rate = omega * data["gear_mesh_order"].to_numpy()
+    speed = data["response_sensor_amplitude"].sel(sensor="speed").to_numpy()
+    np.testing.assert_allclose(speed, rate * error / (2 * RADIUS), rtol=1e-6)
+    pickup = data["response_sensor_amplitude"].sel(sensor="pickup").to_numpy()
+    np.testing.assert_allclose(pickup, 0.02 * rate * speed, rtol=1e-6)
+    assert str(data["sensor_unit"].sel(sensor="pickup").item()) == "m/s2"
 
 
 @pytest.mark.parametrize(

@@ -57,6 +57,14 @@ def test_unstable_states_are_dashed_and_jumps_are_marked(curve):
     assert np.ptp(error.get_ylim()) > 0.0
 
 
+def test_sensors_have_a_panel_each(curve):
+    signals = np.stack([curve["response_gear_mesh_force"].to_numpy()[:, 0]] * 2, axis=1)
+    curve = curve.assign_coords(sensor=["top", "foot"], sensor_unit=("sensor", ["m/s2", "1"]))
+    curve["response_sensor"] = (("point", "sensor", "measure"), signals)
+    labels = [ax.get_ylabel() for ax in response_chart(curve).axes]
+    assert labels[2:] == ["top, rms (m/s2)", "foot, rms (1)"]
+
+
 def test_forces_of_backs_are_in_the_picture(curve):
     curve["response_gear_mesh_force"].loc[{"measure": "minimum"}] *= -1.0
     assert response_chart(curve).axes[0].get_ylim()[0] < -1.6
