@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from flexgear.arrays import Array
-from flexgear.views.histories import LABELS, finish_x, flank_label, pair_arrays, pair_curves
+from flexgear.views.histories import LABELS, engagements, finish_x, flank_label, pair_arrays
 from flexgear.views.select import abscissa, planet_count
 from flexgear.views.style import (
     KILO,
@@ -33,22 +33,14 @@ def numbered_pair_loads(dataset: xr.Dataset, gear_mesh: str = "ring", planet: in
     top, bottom = axes[:, 0]
     low, high = sorted((float(at[0]), float(at[-1])))
     edge = 0.01 * (high - low)
-    for number, (theta, value) in pair_curves(at, tooth, load).items():
-        colour = PLANET_COLOURS[number % 5]
-        top.plot(theta, value * KILO, color=colour)
-        start = 0
-        for stop in [*np.flatnonzero(np.isnan(theta)).tolist(), theta.size]:
-            piece = slice(start, stop)
-            start = stop + 1
-            if theta[piece].size == 0:
-                continue
-            peak = int(np.nanargmax(value[piece]))
-            place = theta[piece][peak]
-            if not low + edge < place < high - edge:
-                continue
+    for number, rows in engagements(tooth):
+        value = KILO * np.where(tooth[rows] == number, load[rows], 0.0).sum(axis=1)
+        colour, peak = PLANET_COLOURS[number % 5], int(np.argmax(value))
+        top.plot(at[rows], value, color=colour)
+        if low + edge < at[rows][peak] < high - edge:
             top.annotate(
                 f"{number}",
-                (place, value[piece][peak] * KILO),
+                (at[rows][peak], value[peak]),
                 xytext=(0, 3),
                 textcoords="offset points",
                 ha="center",
