@@ -60,7 +60,7 @@ def backlash_allowance(view: StageView, role: str, center_distance: float) -> fl
 def backlash_source(view: StageView, role: str) -> str:
     """Source of the backlash as a phrase: the case, linear contact (none), or the rule."""
     if getattr(view.stage, f"backlash_{role}") is not None:
-        return "as the case says"
+        return "the case"
     return RULE if view.gear_mesh.contact_law == "one-sided" else "linear contact needs none"
 
 

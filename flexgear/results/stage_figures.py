@@ -205,8 +205,8 @@ MESHES = (
            "speed of the pins against the ring"),
     Figure("contact_ratio.<gear>", "1", "total, of the planet's gear mesh with sun or ring, or of "
            "pinion and gear", of=StageRun.contact_ratios),
-    Figure("rolling_power_w", "W", "power through the gear meshes, seen from the carrier", "",
-           lambda s: s.flow.stage_power, "rolling power, from sun to ring as the carrier sees it"),
+    Figure("rolling_power_w", "W", "power through the gear meshes, relative to the carrier", "",
+           lambda s: s.flow.stage_power, "rolling power, from sun to ring relative to the carrier"),
     Figure("sun_gear_mesh_force_n", "N",
            "mean rated force of a sun-planet gear mesh, or of pinion and gear",
            ALWAYS, lambda s: abs(s.flow.sun_gear_mesh_force), "normal force of one gear mesh, sun"),
@@ -214,7 +214,7 @@ MESHES = (
            lambda s: s.of_planets(abs(s.flow.ring_gear_mesh_force)), "normal force of one gear "
            "mesh, ring"),
     Figure("error_cycle_gear_meshes", "1", "gear-mesh cycles until errors come back together",
-           "", lambda s: s.cycles, "errors repeat after so many gear-mesh periods"),
+           "", lambda s: s.cycles, "gear-mesh periods until errors repeat"),
 )  # fmt: skip
 ROOTS = (
     Figure("nominal_root_stress_mpa.<gear>", "MPa",

@@ -66,10 +66,10 @@ def test_stages_are_told_in_sentences(name):
     left_out = [t for t in found if "not modelled" in t.title]
     assert len(left_out) == len(load_case(name).stages)
     rows = {row.label: with_unit(row.value, row.unit) for row in left_out[0].rows}
-    assert rows["power lost in friction, of that passing the sun gear mesh"].endswith(" %")
+    assert rows["power lost in friction, share of that through the sun gear mesh"].endswith(" %")
     assert rows["bending of a pin inside its planet"].endswith(" µm")
     assert rows["friction force, across the line of action, ring gear mesh"].endswith(" kN")
-    assert rows["oval planet rim, the most that it yields at the ring gear mesh"].endswith(" µm")
+    assert rows["oval planet rim, largest deflection at the ring gear mesh"].endswith(" µm")
 
 
 OLD = {
