@@ -21,20 +21,15 @@ from flexgear.solve.result_warnings import reduction_warnings
 
 
 @dataclass(frozen=True)
-class Analysis:
+class Analysis(options.CaseOptions):
     """Options of an analysis of one case."""
 
-    case: options.CaseName
     rigid: options.Rigid = None
     out: options.OutFile = None
-    force: options.Force = False
-    settings: options.Settings = None
-    as_json: options.AsJson = False
-    quiet: options.Quiet = False
 
     def read(self, *, loaded: bool = True, pictured: bool = False) -> tuple[Case, tuple[str, ...]]:
         """The case and its rigid parts; that dataset and picture may be written is checked."""
-        case = options.read_case(self.case, self.settings, loaded=loaded)
+        case = self.read_case(loaded=loaded)
         parts = options.rigid_parts(self.rigid, case)
         options.claim_file(self.out, origin_of_case(case), self.force)
         # a picture that stands beside an earlier dataset is of that

@@ -22,7 +22,7 @@ from flexgear.coupling.pace import too_coarse
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.errors import InputError
 from flexgear.model.units import RPM
-from flexgear.results.dataset_file import chosen, dataset_file, load
+from flexgear.results.dataset_file import chosen, dataset_file, reopened
 from flexgear.results.result_quantities import RESULT_QUANTITIES
 from flexgear.results.run_folder import ended_run
 from flexgear.results.settling import SensorRanges, WindowedRanges, window_edges, window_of
@@ -150,7 +150,7 @@ def simulate(
         raise InputError("--torque-share", f"{torque_share:g}", "is no number", "e.g. 1.5")
     case, parts = analysis.read()
     names = saved_names(save_only, analysis.out)
-    start = None if start_from is None else load(ended_run(start_from))
+    start = None if start_from is None else reopened(ended_run(start_from))
     begin = 0.0 if start is None else end_of(start, case.source)
     stepping = stepping_of(case, power_flow(case), duration_s, start=begin)
     refuse_endless(stepping, case.source)

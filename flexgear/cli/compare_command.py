@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 import tempfile
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -40,56 +41,61 @@ COLUMNS = {"instantaneous": "K", "mean-based": "mean-based", "cycle-based": "cyc
 POSITIONS = 40
 
 
-def compare(
-    case: options.CaseName,
+@dataclass(frozen=True)
+class Comparison(options.CaseOptions):
+    """Options of a comparison."""
+
     other: Annotated[
         str | None, Argument(metavar="[B]", help="With folders of two runs: both in one report.")
-    ] = None,
+    ] = None
     positions: Annotated[
         int | None, Option(min=1, help="Carrier angles in a period of the planets; 40.")
-    ] = None,
+    ] = None
     cycles: Annotated[
         int | None, Option(min=1, help="Load sharing by analysis over so many gear-mesh cycles.")
-    ] = None,
+    ] = None
     against: Annotated[
         str | None, Option(metavar="CASE", help="Another case: forces, bearing life.")
-    ] = None,
+    ] = None
     life: Annotated[
         bool, Option("--life", help="With --against: safety and life under load cases.")
-    ] = False,
-    settings: options.Settings = None,
-    out: Annotated[
-        Path | None, options.file_option("--out", "The report of two runs (.html).")
-    ] = None,
-    interactive: options.Interactive = True,
-    force: options.Force = False,
-    as_json: options.AsJson = False,
-    quiet: options.Quiet = False,
-) -> None:
+    ] = False
+    out: Annotated[Path | None, options.file_option("--out", "The report of two runs (.html).")] = (
+        None
+    )
+    interactive: options.Interactive = True
+
+
+def compare(comparison: Comparison) -> None:
     """Flexible and rigid variants side by side; of a train its load sharing by every analysis; the
     folders of two runs in one report."""
-    if other is not None:
-        compare_runs(case, other, out, interactive, force, quiet)
+    if comparison.other is not None:
+        compare_runs(comparison, comparison.other)
         return
-    source = options.read_case(case, settings)
-    if against is not None:
-        reference = options.read_case(against, None)
-        title = f"{source.name} against {reference.name}"
-        if life:
-            with progress(quiet) as report:
-                by_part = lives(source, reference, progress=report)
-            present(title, by_part if as_json else {"life": _in_lines(by_part)}, as_json)
-            return
-        present(title, side_by_side(source, reference), as_json)
+    source = comparison.read_case()
+    if comparison.against is not None:
+        _against(source, options.read_case(comparison.against, None), comparison)
         return
-    if life:
+    if comparison.life:
         raise InputError("compare", "--life", "is given without --against", "name another case")
-    if positions is not None:
+    if comparison.positions is not None:
         options.require_flexible(source, "--positions")
-    if cycles is None and source.fe_ring_stages:
-        _variants(source, positions or POSITIONS, as_json, quiet)
+    if comparison.cycles is None and source.fe_ring_stages:
+        _variants(source, comparison)
     else:
-        _sharing(source, cycles, as_json, quiet)
+        _sharing(source, comparison)
+
+
+def _against(case: Case, reference: Case, comparison: Comparison) -> None:
+    """Forces and bearing life of two cases, or their safety and life under load cases."""
+    title = f"{case.name} against {reference.name}"
+    if not comparison.life:
+        present(title, side_by_side(case, reference), comparison.as_json)
+        return
+    with progress(comparison.quiet) as report:
+        by_part = lives(case, reference, progress=report)
+    figures = by_part if comparison.as_json else {"life": _in_lines(by_part)}
+    present(title, figures, comparison.as_json)
 
 
 def _in_lines(by_part: Figures) -> dict[str, str]:
@@ -106,13 +112,13 @@ def _in_lines(by_part: Figures) -> dict[str, str]:
     return lines
 
 
-def _variants(case: Case, positions: int, as_json: bool, quiet: bool) -> None:
+def _variants(case: Case, comparison: Comparison) -> None:
     """Equilibria of every choice of what bends, of all flexible stages alike."""
     (stage, inside), *_ = case.fe_ring_stages.items()
     period = inside.stage.planet_period
-    angles = np.linspace(0, period, positions, endpoint=False)
+    angles = np.linspace(0, period, comparison.positions or POSITIONS, endpoint=False)
     figures: dict[str, dict[str, Any]] = {}
-    with progress(quiet) as report:
+    with progress(comparison.quiet) as report:
         bodies = reduced_bodies(case, report, rigid=())
         warn(reduction_warnings(case, bodies, rigid=()))
         parts = list(dict.fromkeys(body.part for body in inside.flexible_bodies))
@@ -132,7 +138,7 @@ def _variants(case: Case, positions: int, as_json: bool, quiet: bool) -> None:
                 * float(displacement_of(part, "sun").sel(dof="rz").mean()),
             }
         report("variants", 1.0)
-    if as_json:
+    if comparison.as_json:
         present("", figures, True)
         return
     typer.echo(
@@ -154,14 +160,14 @@ def _variants(case: Case, positions: int, as_json: bool, quiet: bool) -> None:
     columns([head, *rows], "<>")
 
 
-def _sharing(case: Case, cycles: int | None, as_json: bool, quiet: bool) -> None:
+def _sharing(case: Case, comparison: Comparison) -> None:
     """Load sharing by analysis and variant, with and without errors."""
-    with progress(quiet) as report:
+    with progress(comparison.quiet) as report:
         models = models_of(case, report)
         first_model = next(iter(models.values()))
         warn(reduction_warnings(case, first_model.bodies, first_model.system.rigid_bodies))
-        figures = compare_sharing(models, cycles=cycles, progress=report)
-    if as_json:
+        figures = compare_sharing(models, cycles=comparison.cycles, progress=report)
+    if comparison.as_json:
         present("", figures, True)
         return
     typer.echo(f"{case.name}: load sharing of the planets at rated torque")
@@ -194,27 +200,26 @@ def _factor(value: float | None) -> str:
 PAGE = Path("comparison.html")
 
 
-def compare_runs(
-    first: str, second: str, out: Path | None, interactive: bool, force: bool, quiet: bool
-) -> None:
+def compare_runs(comparison: Comparison, second: str) -> None:
     """Write the report of two folders of runs and say where it is."""
+    first = comparison.case
     folders = [_folder(name) for name in (first, second)]
     runs = [read_folder(folder) for folder in folders]
-    target = PAGE if out is None else out
+    target = PAGE if comparison.out is None else comparison.out
     if target.suffix != ".html":
         raise InputError("--out", str(target), "is no page", "name a file that ends in .html")
     names = " against ".join(run.case.name for run in runs)
-    options.claim_file(target, Origin(names), force)
+    options.claim_file(target, Origin(names), comparison.force)
     with (
         EarlyWorkers(True, imported) as workers,
         tempfile.TemporaryDirectory(prefix="flexgear-") as scratch,
     ):
         sides = []
         for k, (run, folder) in enumerate(zip(runs, folders, strict=True)):
-            with complete(folder), progress(quiet) as report:
+            with complete(folder), progress(comparison.quiet) as report:
                 side, _ = drawn_side(run, folder, Path(scratch) / str(k), report, workers)
                 sides.append(side)
-        write_report(target, names, names, sides, interactive)
+        write_report(target, names, names, sides, comparison.interactive)
     typer.echo(f"compared {first} (A) with {second} (B) in {target}")
 
 

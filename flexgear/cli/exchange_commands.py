@@ -63,7 +63,7 @@ def components(case: Case, name: str) -> dict[str, tuple[BodyName, FeBody]]:
 
 
 def mesh(
-    case: options.CaseName,
+    common: options.CaseOptions,
     component: Component = "all",
     export: Annotated[
         Path | None,
@@ -72,19 +72,15 @@ def mesh(
     groups: Annotated[
         bool, Option("--groups", help="List the named groups that a file has, and where.")
     ] = False,
-    settings: options.Settings = None,
-    force: options.Force = False,
-    as_json: options.AsJson = False,
-    quiet: options.Quiet = False,
 ) -> None:
     """Generate (or read) FE meshes of ring, planets and carrier; export one, or list groups."""
-    source = options.read_case(case, settings, loaded=False)
+    source = common.read_case(loaded=False)
     parts = components(source, component)
     if groups and export is not None:
         raise InputError("--export", str(export), "writes no list of groups", "leave --groups out")
     if groups:
         tables = {label: body.groups for label, (_, body) in parts.items()}
-        if as_json:
+        if common.as_json:
             present("", {name: _groups(g) for name, g in tables.items()}, True)
             return
         typer.echo(f"{source.name}: named groups of FE meshes")
@@ -97,9 +93,9 @@ def mesh(
         raise InputError("--export", str(export), "takes one component", f"add --component {first}")
     if export is not None:
         require_format(export)
-    options.claim_file(export, origin_of_case(source), force)
+    options.claim_file(export, origin_of_case(source), common.force)
     figures = {}
-    with progress(quiet) as report:
+    with progress(common.quiet) as report:
         for label, (_, body) in parts.items():
             report(f"{label}: FE mesh", 0.0)
             fe_mesh = body.fe_mesh()
@@ -107,8 +103,8 @@ def mesh(
             figures[label] = _figures(fe_mesh)
             if export is not None:
                 write_fe_mesh(fe_mesh, export, source.name)
-    present(f"{source.name}: FE meshes, {source.solver.fidelity}", figures, as_json)
-    if export is not None and not as_json:
+    present(f"{source.name}: FE meshes, {source.solver.fidelity}", figures, common.as_json)
+    if export is not None and not common.as_json:
         typer.echo(f"\nwrote {export}, lengths in m")
 
 

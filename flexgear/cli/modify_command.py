@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
@@ -28,35 +29,49 @@ from flexgear.views.style import PICTURES, save_figure
 AIMS: tuple[Aim, ...] = ("line-load", "transmission-error")
 
 
-def modify(
-    case: options.CaseName,
-    stage: Annotated[str | None, Option(help="Stage; the first planetary one.")] = None,
+@dataclass(frozen=True)
+class Modification(options.CaseOptions):
+    """Options of a proposal of flank modifications."""
+
+    stage: Annotated[str | None, Option(help="Stage; the first planetary one.")] = None
     aim: Annotated[
         str, Option("--for", help="Quantity to minimise: line-load or transmission-error.")
-    ] = "line-load",
+    ] = "line-load"
     torque_share: Annotated[
         list[float] | None, Option(help="Share of rated torque; repeatable, the worst counts.")
-    ] = None,
-    relief: Annotated[bool, Option("--relief", help="Tip relief of the planets, too.")] = False,
-    trials: Annotated[int, Option(min=2, help="Series of equilibria for each amount.")] = TRIALS,
-    picture: Annotated[
-        Path | None, Option(help="Draw it before and after (.png, .svg, .pdf).")
-    ] = None,
-    force: options.Force = False,
-    rigid: options.Rigid = None,
-    settings: options.Settings = None,
-    as_json: options.AsJson = False,
-    quiet: options.Quiet = False,
-) -> None:
+    ] = None
+    relief: Annotated[bool, Option("--relief", help="Tip relief of the planets, too.")] = False
+    trials: Annotated[int, Option(min=2, help="Series of equilibria for each amount.")] = TRIALS
+    picture: Annotated[Path | None, Option(help="Draw it before and after (.png, .svg, .pdf).")] = (
+        None
+    )
+    rigid: options.Rigid = None
+
+    @property
+    def known_aim(self) -> Aim:
+        """One of ``AIMS``; InputError for another."""
+        aim = next((a for a in AIMS if a == self.aim), None)
+        if aim is None:
+            remedy = f"use {' or '.join(AIMS)}"
+            raise InputError("modify", "--for", f"{self.aim!r} is unknown", remedy)
+        return aim
+
+    @property
+    def shares(self) -> tuple[float, ...]:
+        """Of the rated torque; InputError for impossible ones."""
+        shares = tuple(self.torque_share or (1.0,))
+        if not all(0.0 < share <= 10.0 for share in shares):
+            problem = "is not above 0 and at most 10"
+            raise InputError("modify", "--torque-share", problem, "e.g. 1.0")
+        return shares
+
+
+def modify(modification: Modification) -> None:
     """Propose helix slope and crowning of the planets' flanks under load, as keys to copy."""
-    source = options.read_case(case, settings)
-    parts, name = options.rigid_parts(rigid, source), _stage(source, stage)
-    known_aim = next((a for a in AIMS if a == aim), None)
-    if known_aim is None:
-        raise InputError("modify", "--for", f"{aim!r} is unknown", f"use {' or '.join(AIMS)}")
-    shares = tuple(torque_share or (1.0,))
-    if not all(0.0 < share <= 10.0 for share in shares):
-        raise InputError("modify", "--torque-share", "is not above 0 and at most 10", "e.g. 1.0")
+    source, picture = modification.read_case(), modification.picture
+    parts = options.rigid_parts(modification.rigid, source)
+    name = _stage(source, modification.stage)
+    aim, shares = modification.known_aim, modification.shares
     if picture is not None and picture.suffix.lower().lstrip(".") not in PICTURES:
         raise InputError(
             "modify",
@@ -64,17 +79,18 @@ def modify(
             f"{picture} has no suffix of a picture",
             f"use .{', .'.join(PICTURES)}",
         )
-    options.claim_file(picture, origin_of_case(source), force)
+    options.claim_file(picture, origin_of_case(source), modification.force)
     require_slices(source, name)  # before bodies are made
-    with progress(quiet) as report:
+    with progress(modification.quiet) as report:
         model = put_together(source, parts, report)
         proposal = propose_modifications(
-            model, name, shares=shares, aim=known_aim, relief=relief, trials=trials, progress=report
-        )
+            model, name, shares=shares, aim=aim, relief=modification.relief,
+            trials=modification.trials, progress=report,
+        )  # fmt: skip
     if picture is not None:
         options.save_or_rescue(partial(save_figure, before_and_after(*proposal.data)), picture)
     words = partial(_show, proposal, keys_to_copy(source, name, proposal))
-    show(_figures(proposal), words, as_json)
+    show(_figures(proposal), words, modification.as_json)
 
 
 def _show(proposal: Proposal, keys: str) -> None:

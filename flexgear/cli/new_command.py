@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 import sys
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, TypeVar
+from typing import Annotated, Any, TypeVar
 
 import typer
 from typer import Argument, Option
@@ -23,39 +24,78 @@ from flexgear.studies.proposal import proposed_case
 T = TypeVar("T")
 
 
-def new(
-    out: Annotated[Path, Argument(metavar="FILE", help="The case to write.")],
+@dataclass(frozen=True)
+class NewStages:
+    """Options: the file, and what is known of the stages."""
+
+    out: Annotated[Path, Argument(metavar="FILE", help="The case to write.")]
     ratio: Annotated[
         str | None, Option(metavar="X[,X]", help="Ratio of each stage, the slowest first.")
-    ] = None,
+    ] = None
     planets: Annotated[
         str | None, Option(metavar="N[,N]", help="Planets of each stage, or of all.")
-    ] = None,
+    ] = None
     torque: Annotated[
         float | None, Option("--torque-nm", help="Rated torque of the slow end, driven.")
-    ] = None,
-    speed: Annotated[
-        float | None, Option("--speed-rpm", help="Rated speed of the slow end.")
-    ] = None,
+    ] = None
+    speed: Annotated[float | None, Option("--speed-rpm", help="Rated speed of the slow end.")] = (
+        None
+    )
     sun_torque: Annotated[
         float | None, Option("--sun-torque-nm", help="Rated torque of the last sun instead.")
-    ] = None,
+    ] = None
     sun_speed: Annotated[
         float | None, Option("--sun-speed-rpm", help="Rated speed of the last sun instead.")
-    ] = None,
+    ] = None
     arrangement: Annotated[
         str, Option(metavar="NAME[,NAME]", help="planetary, star (carrier held), solar (sun held).")
-    ] = "planetary",
+    ] = "planetary"
     module: Annotated[
         str | None,
         Option("--module-mm", metavar="M[,M]", help="Normal module; follows if left out."),
-    ] = None,
-    helix: Annotated[str, Option("--helix-deg", metavar="DEG[,DEG]", help="Helix angle.")] = "0",
-    double: Annotated[
-        bool, Option("--double-helical", help="Two halves of opposite hand.")
-    ] = False,
-    force: options.ForceNew = False,
-) -> None:
+    ] = None
+    helix: Annotated[str, Option("--helix-deg", metavar="DEG[,DEG]", help="Helix angle.")] = "0"
+    double: Annotated[bool, Option("--double-helical", help="Two halves of opposite hand.")] = False
+    force: options.ForceNew = False
+
+    def requests(self) -> list[StageRequest]:
+        """The stages, without torques and speeds; asks for ratios and planets that are left out."""
+        about = "speed of the fast over that of the slow member"
+        ratios = _asked_list("--ratio", about, self.ratio, "4.5")
+        modules = None if self.module is None else _list("--module-mm", self.module)
+        columns: dict[str, list[Any]] = {
+            "--arrangement": [_kind(word) for word in self.arrangement.split(",")],
+            "--planets": _asked_list("--planets", "number of planets", self.planets, "4"),
+            "--module-mm": [None] if modules is None else [1e-3 * m for m in modules],
+            "--helix-deg": [*map(math.radians, _list("--helix-deg", self.helix, least=0.0))],
+        }
+        by_stage = (_each(key, column, len(ratios)) for key, column in columns.items())
+        return [
+            StageRequest(ratio, round(n), math.nan, math.nan, helix, module, self.double, kind)
+            for ratio, kind, n, module, helix in zip(ratios, *by_stage, strict=True)
+        ]
+
+    def rated(self, kinds: Sequence[str]) -> Rated:
+        """Rated torque and speed, given for the slow end or for the sun of the last stage.
+        InputError where options of both are mixed."""
+        at_sun = self.sun_torque is not None or self.sun_speed is not None
+        if at_sun and not (self.torque is None and self.speed is None):
+            key = "--speed-rpm" if self.torque is None else "--torque-nm"
+            raise InputError(
+                "new", key, "is given beside that of the sun", "give torque and speed of one end"
+            )
+        if at_sun and kinds[-1] == "solar":
+            remedy = "give torque and speed of the slow end"
+            raise InputError("new", "--sun-torque-nm", "is that of a held sun", remedy)
+        member, flag = ("last sun", "sun-") if at_sun else (ARRANGEMENTS[kinds[0]].slow, "")
+        torque = self.sun_torque if at_sun else self.torque
+        speed = self.sun_speed if at_sun else self.speed
+        torque = _asked(f"--{flag}torque-nm", f"rated torque of the {member}, N m", torque, 1e4)
+        speed = _asked(f"--{flag}speed-rpm", f"rated speed of the {member}, r/min", speed, 100.0)
+        return Rated(torque, speed / RPM, at_sun)
+
+
+def new(stages: NewStages) -> None:
     """Propose planetary stages for a ratio, torque and speed, as a commented case.
 
     A ratio is the speed of the fast over that of the slow member: sun over carrier of a planetary
@@ -63,57 +103,13 @@ def new(
     stage's fast member drives the next one's slow member, or the other way round. Asks on a
     terminal for what is left out.
     """
-    options.require_new(out, "new", force)
-    ratios = _asked_list("--ratio", "speed of the fast over that of the slow member", ratio, "4.5")
-    kinds = _each("--arrangement", [_kind(word) for word in arrangement.split(",")], len(ratios))
-    numbers = _asked_list("--planets", "number of planets", planets, "4")
-    rated = _rated(torque, speed, sun_torque, sun_speed, kinds)
-    modules = [None] if module is None else [1e-3 * m for m in _list("--module-mm", module)]
-    helices = [math.radians(angle) for angle in _list("--helix-deg", helix, least=0.0)]
-    requests = [
-        StageRequest(file, round(n), math.nan, math.nan, angle, size, double, kind)
-        for file, n, angle, size, kind in zip(
-            ratios,
-            _each("--planets", numbers, len(ratios)),
-            _each("--helix-deg", helices, len(ratios)),
-            _each("--module-mm", modules, len(ratios)),
-            kinds,
-            strict=True,
-        )
-    ]
-    text, stages = proposed_case(requests, rated)
+    out = stages.out
+    options.require_new(out, "new", stages.force)
+    requests = stages.requests()
+    text, proposals = proposed_case(requests, stages.rated([r.arrangement for r in requests]))
     write_bytes(out, options.with_schema(text, out))
-    typer.echo(f"wrote {out}: {'; '.join(map(_proposal_text, stages))}; next: flexgear check {out}")
-
-
-def _rated(
-    torque: float | None,
-    speed: float | None,
-    sun_torque: float | None,
-    sun_speed: float | None,
-    kinds: Sequence[str],
-) -> Rated:
-    """Rated torque and speed, given for the slow end or for the sun of the last stage. InputError
-    where options of both are mixed."""
-    at_sun = sun_torque is not None or sun_speed is not None
-    if at_sun and not (torque is None and speed is None):
-        key = "--speed-rpm" if torque is None else "--torque-nm"
-        raise InputError(
-            "new", key, "is given beside that of the sun", "give torque and speed of one end"
-        )
-    if at_sun and kinds[-1] == "solar":
-        remedy = "give torque and speed of the slow end"
-        raise InputError("new", "--sun-torque-nm", "is that of a held sun", remedy)
-    member, flag = ("last sun", "sun-") if at_sun else (ARRANGEMENTS[kinds[0]].slow, "")
-    operating_point = (sun_torque, sun_speed) if at_sun else (torque, speed)
-    return Rated(
-        _asked(f"--{flag}torque-nm", f"rated torque of the {member}, N m", operating_point[0], 1e4),
-        _asked(
-            f"--{flag}speed-rpm", f"rated speed of the {member}, r/min", operating_point[1], 100.0
-        )
-        / RPM,
-        at_sun,
-    )
+    summary = "; ".join(map(_proposal_text, proposals))
+    typer.echo(f"wrote {out}: {summary}; next: flexgear check {out}")
 
 
 def _proposal_text(p: Proposal) -> str:

@@ -13,8 +13,9 @@ import shutil
 import tempfile
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, get_type_hints
 
 import typer
 from typer import Argument, Option
@@ -66,7 +67,12 @@ def expanded(command: Callable[..., None]) -> Callable[..., None]:
     group: Callable[..., Any] = shared.annotation
     if not hasattr(group, "__dataclass_fields__"):
         return command
-    fields = list(inspect.signature(group, eval_str=True).parameters.values())
+    kinds, named = get_type_hints(group, include_extras=True), inspect.Parameter.KEYWORD_ONLY
+    fields = [
+        field.replace(kind=named, annotation=kinds[field.name])
+        for field in inspect.signature(group).parameters.values()
+    ]
+    others = [other.replace(kind=named) for other in others]
 
     @functools.wraps(command)
     def called(**values: Any) -> None:
@@ -170,6 +176,23 @@ Interactive = Annotated[
     bool, Option(help="Plots in the report that zoom and turn; static pictures without.")
 ]
 OutFile = Annotated[Path | None, file_option("--out", "Write the dataset (netCDF).")]
+
+
+@dataclass(frozen=True, kw_only=True)
+class CaseOptions:
+    """Options of commands that work on a case, which come behind those of the command itself."""
+
+    case: CaseName
+    settings: Settings = None
+    force: Force = False
+    as_json: AsJson = False
+    quiet: Quiet = False
+
+    def read_case(self, *, loaded: bool = True) -> Case:
+        """The case with ``--set`` applied, as the function ``read_case`` reads it."""
+        return read_case(self.case, self.settings, loaded=loaded)
+
+
 SCHEMA = "flexgear.schema.json"
 PICTURES = ("report.html", "pictures/*")
 RUN = ("*.nc", "case.json", "summary.json", *PICTURES)

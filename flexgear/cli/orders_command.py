@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import product
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -12,7 +14,7 @@ import xarray as xr
 from scipy.signal import find_peaks
 
 from flexgear.cli import options
-from flexgear.cli.display import as_json_text, progress, table
+from flexgear.cli.display import as_json_text, progress, show, table
 from flexgear.files.atomic import staged_folder
 from flexgear.gears.expected_lines import HARMONICS, TOOTH_FAULT, ExpectedLine
 from flexgear.model.case import Case
@@ -47,83 +49,109 @@ RESOLVED = 2.0  # lines of the transform between neighbours that Hann's window t
 MULTIPLE = 0.25  # of a line of the transform: how near multiples of a fault's line are to a peak
 
 
-def orders(
+@dataclass(frozen=True)
+class OrderAnalysis:
+    """Options: the history and its samples, over whose turn, what is made of it, and where that
+    goes."""
+
     file: Annotated[
         Path, typer.Argument(metavar="FILE", help="A transient (.nc), or the folder of a run.")
-    ],
-    of: Annotated[str, typer.Option("--of", metavar="NAME", help="Variable over time.")] = USUAL,
+    ]
+    of: Annotated[str, typer.Option("--of", metavar="NAME", help="Variable over time.")] = USUAL
     only: Annotated[
         str, typer.Option("--only", metavar="LABEL", help="Columns with this in their labels.")
-    ] = "",
+    ] = ""
     member: Annotated[
         str, typer.Option("--member", help="Orders of its rotation; the first input if left out.")
-    ] = "",
+    ] = ""
     against: Annotated[
         str, typer.Option("--against", metavar="MEMBER", help="Rotation relative to this member.")
-    ] = "",
+    ] = ""
     highest: Annotated[
         float | None, typer.Option("--highest", help="Highest order; all that samples allow.")
-    ] = None,
+    ] = None
     block_turns: Annotated[
         float | None,
         typer.Option("--map", metavar="TURNS", help="Orders over speed, in blocks of so many."),
-    ] = None,
-    average: Annotated[bool, typer.Option("--average", help="Mean over turns.")] = False,
+    ] = None
+    average: Annotated[bool, typer.Option("--average", help="Mean over turns.")] = False
     planets: Annotated[
         str, typer.Option("--planets", metavar="STAGE", help="Mean over turns, planet by planet.")
-    ] = "",
+    ] = ""
     sensor_angle_deg: Annotated[
         float, typer.Option("--sensor-angle-deg", help="Where planets pass the sensor.")
-    ] = 0.0,
+    ] = 0.0
     envelope_hz: Annotated[
         tuple[float, float] | None,
         typer.Option("--envelope-hz", metavar="LOW HIGH", help="Envelope of this band."),
-    ] = None,
-    window: Annotated[str, typer.Option("--window", help="Of scipy.signal.windows.")] = "hann",
+    ] = None
+    window: Annotated[str, typer.Option("--window", help="Of scipy.signal.windows.")] = "hann"
     from_s: Annotated[
         float | None, typer.Option("--from-s", help="The settled part if left out; all of a map.")
-    ] = None,
-    to_s: Annotated[float | None, typer.Option("--to-s", help="The end if left out.")] = None,
-    out: options.OutFolder = None,
-    force: options.Force = False,
-    as_json: options.AsJson = False,
-    quiet: options.Quiet = False,
-) -> None:  # fmt: skip
+    ] = None
+    to_s: Annotated[float | None, typer.Option("--to-s", help="The end if left out.")] = None
+    out: options.OutFolder = None
+    force: options.Force = False
+    as_json: options.AsJson = False
+    quiet: options.Quiet = False
+
+    def part(self, data: xr.Dataset) -> xr.Dataset:
+        """The history and the rotation of the inputs, over the samples that are looked at: named
+        ones, or settled ones, or all of a map."""
+        history = over_time(data, self.of)
+        if self.from_s is None and self.to_s is None:
+            part = history if self.block_turns is not None else settled(history)
+        else:
+            start = self.from_s or 0.0
+            part = between(history, start, self.to_s)
+            if part.sizes["time"] < 16:
+                end = float(history.variables["time"][-1])
+                stop = end if self.to_s is None else self.to_s
+                raise InputError(
+                    SOURCE, f"{start:g} to {stop:g} s", "holds no samples",
+                    f"the transient ends at {end:.4g} s",
+                )  # fmt: skip
+        return part.assign({self.of: columns_of(part[self.of], self.only)})
+
+    def result(self, part: xr.Dataset) -> xr.DataArray:
+        """Amplitudes by order, (block,) order and column, or means over a turn."""
+        if self.planets:
+            angle = np.radians(self.sensor_angle_deg)
+            return planet_averages(part, self.of, self.planets, sensor_angle=angle)
+        history = history_over_turns(
+            part, self.of, self.member, self.against,
+            highest=self.highest, band_hz=self.envelope_hz,
+        )  # fmt: skip
+        if self.average:
+            return synchronous_average(history)
+        if self.block_turns is not None:
+            return order_map(history, self.block_turns, self.window)
+        return order_spectrum(history, self.window)
+
+
+def orders(analysis: OrderAnalysis) -> None:
     """Order analysis of a transient: spectrum over the turn of a member, whatever its speed does,
     lines that are expected there, run-up maps, envelopes and averages over turns."""
-    data = _opened(file)
-    with complete(file):
-        case = case_of(data)
+    data, out = _opened(analysis.file), analysis.out
+    with complete(analysis.file):
+        case, against = case_of(data), analysis.against
         if out is not None:
-            options.claim_folder(out, FILES, origin_of_case(case), force)
-        part = _part(over_time(data, of), from_s, to_s, block_turns is not None)
-        part, member = part.assign({of: _only(part[of], only)}), member or first_input(part)
-        with progress(quiet) as report:
+            options.claim_folder(out, FILES, origin_of_case(case), analysis.force)
+        part = analysis.part(data)
+        member = analysis.member or first_input(part)
+        with progress(analysis.quiet) as report:
             report("orders", 0.0)
-            if planets:
-                at = np.radians(sensor_angle_deg)
-                result = planet_averages(part, of, planets, sensor_angle=at)
-            else:
-                history = history_over_turns(
-                    part, of, member, against, highest=highest, band_hz=envelope_hz
-                )
-                result = (
-                    synchronous_average(history) if average
-                    else order_spectrum(history, window) if block_turns is None
-                    else order_map(history, block_turns, window)
-                )  # fmt: skip
+            result = analysis.result(part)
             report("orders", 1.0)
-        expected = [] if "phase" in result.dims else _expected(case, result, member, against)
+        expected, rows = list[tuple[ExpectedLine, float]](), list[dict[str, Any]]()
+        if "phase" not in result.dims:
+            expected = _expected(case, result, member, against)
+            rows = list(strongest(result, expected))
         if out is not None:
             _write(out, case, result, expected)
-        rows = [] if "phase" in result.dims else list(strongest(result, expected))
-        if as_json:
-            typer.echo(as_json_text({"of": of, "member": member, "against": against or None,
-                                     "turns": result.attrs["turns"], "lines": rows}))  # fmt: skip
-            return
-        _print(case, result, rows)
-        if out is not None:
-            typer.echo(f"\nwrote {out}")
+        figures = {"of": analysis.of, "member": member, "against": against or None,
+                   "turns": result.attrs["turns"], "lines": rows}  # fmt: skip
+        show(figures, lambda: _print(case, result, rows), analysis.as_json, out)
 
 
 def _opened(file: Path) -> xr.Dataset:
@@ -136,43 +164,36 @@ def _opened(file: Path) -> xr.Dataset:
     return reopened(path)
 
 
-def _part(data: xr.Dataset, first: float | None, last: float | None, run_up: bool) -> xr.Dataset:
-    """The selected part of a transient: by times, else the settled part, else all."""
-    if first is None and last is None:
-        return data if run_up else settled(data)
-    end = float(data.variables["time"][-1])
-    start, stop = first or 0.0, end if last is None else last
-    part = between(data, start)
-    part = part.isel(time=part["time"].to_numpy() <= stop)
-    if part.sizes["time"] < 16:
-        raise InputError(
-            SOURCE, f"{start:g} to {stop:g} s", "holds no samples",
-            f"the transient ends at {end:.4g} s",
-        )  # fmt: skip
-    return part
-
-
-def _only(history: xr.DataArray, text: str) -> xr.DataArray:
-    """Columns of a variable as one axis, those with a text in their labels. InputError where there
-    are none, more than a picture shows, or of several units."""
+def columns_of(history: xr.DataArray, text: str) -> xr.DataArray:
+    """Columns (time, column) of a variable, those with a text in their labels, of which the part of
+    a file is read that holds them. InputError where there are none, more than a picture shows, or
+    of several units."""
     others = [str(d) for d in history.dims if d != "time"]
     if not others:
         return history
-    flat = history.stack(column=others).transpose("time", "column")
-    names = np.array([" ".join(map(str, np.atleast_1d(x))) for x in flat["column"].to_numpy()])
-    flat = flat[:, np.char.find(names, text) >= 0]
-    units = {str(x) for x in np.ravel(flat.coords.get("sensor_unit", history.attrs["units"]))}
+    labels = product(*(history[d].to_numpy() for d in others))
+    names = np.array([" ".join(map(str, label)) for label in labels], dtype=str)
+    chosen = np.flatnonzero(np.char.find(names, text) >= 0)
+    at = dict(
+        zip(others, np.unravel_index(chosen, [history.sizes[d] for d in others]), strict=True)
+    )
+    units = {str(history.attrs["units"])}
+    if "sensor_unit" in history.coords:
+        units = set(map(str, history["sensor_unit"].to_numpy()[at["sensor"]]))
     problem, remedy = "", f"name up to {MOST_CURVES} with --only, e.g. of {', '.join(names[:4])}"
-    if not 0 < flat.shape[1] <= MOST_CURVES:
-        problem = f"are {flat.shape[1]} columns" if flat.size else "is no label"
+    if not 0 < len(chosen) <= MOST_CURVES:
+        problem = f"are {len(chosen)} columns" if len(chosen) else "is no label"
     elif len(units) > 1:
         problem = f"is in {' and '.join(sorted(units))}"
         remedy = "name sensors of one unit with --only"
     if problem:
         raise InputError(SOURCE, f"{history.name} {text}".strip(), problem, remedy)
-    coords = {"time": history["time"], "column": names[np.char.find(names, text) >= 0]}
+    inside = {d: slice(k.min(), k.max() + 1) for d, k in at.items()}
+    values = history.isel(inside).transpose("time", *others).to_numpy()
+    columns = values[:, *(k - k.min() for k in at.values())]
+    coords = {"time": history["time"], "column": names[chosen]}
     attrs = {**history.attrs, "units": units.pop()}
-    return xr.DataArray(flat.to_numpy(), coords, ("time", "column"), history.name, attrs)
+    return xr.DataArray(columns, coords, ("time", "column"), history.name, attrs)
 
 
 def _expected(

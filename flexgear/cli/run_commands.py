@@ -26,24 +26,20 @@ from flexgear.studies.early_workers import EarlyWorkers
 
 
 def run(
-    case: options.CaseName,
+    common: options.CaseOptions,
     out: options.OutFolder = None,
-    settings: options.Settings = None,
     pictures: Annotated[bool, Option(help="Draw pictures and the report.")] = True,
     interactive: options.Interactive = True,
-    force: options.Force = False,
-    as_json: options.AsJson = False,
-    quiet: options.Quiet = False,
 ) -> None:
     """Every analysis of a case, with results, summary, pictures and a report in one folder."""
-    source = options.read_case(case, settings)
+    source = common.read_case()
     folder = Path("results") / source.name if out is None else out
-    options.claim_folder(folder, options.RUN, origin_of_case(source, "run"), force)
+    options.claim_folder(folder, options.RUN, origin_of_case(source, "run"), common.force)
     watch = Stopwatch()
     with (
         EarlyWorkers(pictures, _imported if source.flexible_stages else bool) as workers,
         staged_folder(folder, options.earlier(options.RUN)) as stage,
-        progress(quiet) as report,
+        progress(common.quiet) as report,
     ):
         with watch.stage("bodies"):
             bodies = reduced_bodies(source, report)
@@ -62,7 +58,7 @@ def run(
         write_json(stage / "summary.json", summary)
     warn([*summary["warnings"], *notes])
     options.require_pictures(lost, folder)
-    if as_json:
+    if common.as_json:
         typer.echo(as_json_text(summary))
         return
     _show(f"{source.name}: results in {folder}", source, summary)

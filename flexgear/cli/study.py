@@ -17,18 +17,13 @@ from flexgear.results.origin import Origin
 
 
 @dataclass(frozen=True)
-class Study:
+class Study(options.CaseOptions):
     """Options of a study."""
 
-    case: options.CaseName
-    settings: options.Settings = None
     workers: options.Workers = None
     scheduler: options.Scheduler = None
     out: options.OutFolder = None
     pictures: Annotated[bool, Option(help="Draw pictures, and the report if any.")] = True
-    force: options.Force = False
-    as_json: options.AsJson = False
-    quiet: options.Quiet = False
 
     @property
     def where(self) -> dict[str, Any]:

@@ -49,7 +49,7 @@ SAMPLES_SENTENCE = "Sets of parts by what they got: left how many, right what sh
 
 def rate(study: Study) -> None:
     """Safety, damage and life of gears and bearings under the load cases of a case."""
-    case = options.read_case(study.case, study.settings)
+    case = study.read_case()
     folder = study.out or Path("results") / f"rating-{case.name}"
     origin = origin_of_case(case, "rating")
     with study.results(folder, options.RATING, origin) as (stage, report):

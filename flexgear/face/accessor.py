@@ -15,6 +15,7 @@ from flexgear.gears.power_flow import power_flow
 from flexgear.model.case import Case
 from flexgear.model.errors import FlexgearError, InputError
 from flexgear.results.run_folder import Folder, tuples_of
+from flexgear.results.sinks import TIME, ranges_of
 
 if TYPE_CHECKING:
     from flexgear.views.chart import Planned
@@ -177,9 +178,10 @@ class Comparison:
         ``planet_load_factor`` (run, gear_mesh)."""
         names = ["gear_mesh_force", "planet_load_factor"]
         largest = [
-            data[names].max("time" if "time" in data.dims else "position")
+            ranges_of(data[names], lambda piece: piece).largest if TIME in data.dims
+            else data[names].max("position")
             for data in self.runs.values()
-        ]
+        ]  # fmt: skip
         return xr.concat(largest, xr.IndexVariable("run", list(self.runs)))
 
     def plot(self) -> Figure:

@@ -132,12 +132,10 @@ def reopened(path: PathLike) -> xr.Dataset:
 
 
 def open_lazily(path: PathLike) -> xr.Dataset:
-    """A dataset whose variables, time included, are read from the file on access."""
+    """A dataset whose variables are read from the file each time they are wanted; labels and times
+    are in memory."""
     with readable(path):
-        data = read(h5py.File(path), whole=False)
-        for label in {*map(str, data.dims)} & {*map(str, data.coords)} - {*CLOCKS}:
-            data = data.set_xindex(label)
-        return data
+        return read(h5py.File(path), whole=False)
 
 
 class DatasetFile(DatasetSink):

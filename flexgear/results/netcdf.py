@@ -20,6 +20,8 @@ from numpy.typing import NDArray
 from xarray.backends import BackendArray
 from xarray.core import indexing
 
+from flexgear.model.errors import InputError
+
 Encoding = Mapping[str, Mapping[str, Any]]
 BARE = "This is a netCDF dimension but not a netCDF variable."
 COORDINATES = "coordinates"  # attribute that names those beside the axes
@@ -177,23 +179,25 @@ def set_attributes(target: h5py.File | h5py.Dataset, attrs: Mapping[Any, Any]) -
 
 
 def read(file: h5py.File, whole: bool) -> xr.Dataset:
-    """The dataset of a file. whole: in memory; else values are read by slices on access, as long as
-    the file is open, and axes that are read so have no index."""
-    variables: dict[str, xr.Variable] = {}
-    coordinates = set(_text(file.attrs.get(COORDINATES, "")).split())
-    for name, stored in file.items():
-        name_of_scale = _text(stored.attrs.get("NAME", ""))
-        if isinstance(stored, h5py.Dataset) and not name_of_scale.startswith(BARE):
-            coordinates.update(_text(stored.attrs.get(COORDINATES, "")).split())
-            variables[name] = xr.Variable(
-                _dims(file, name, stored), _values(stored, whole), dict(_attributes(stored))
-            )
-    axes = {name for name, v in variables.items() if v.dims == (name,)}
-    coords = {n: v for n, v in variables.items() if n in axes | coordinates}
-    rest = {n: v for n, v in variables.items() if n not in coords}
-    if whole:
-        return xr.Dataset(rest, coords, dict(_attributes(file)))
-    return xr.Dataset(rest, xr.Coordinates(coords, indexes={}), dict(_attributes(file)))
+    """The dataset of a file. whole: in memory; else coordinates alone are, and numbers of variables
+    are read, by slices, each time they are wanted, as long as the file is open."""
+    stored = {
+        name: item
+        for name, item in file.items()
+        if isinstance(item, h5py.Dataset) and not _text(item.attrs.get("NAME", "")).startswith(BARE)
+    }
+    dims = {name: _dims(file, name, item) for name, item in stored.items()}
+    labels = {name for name, axes in dims.items() if axes == (name,)}
+    for source in (file, *stored.values()):
+        labels.update(_text(source.attrs.get(COORDINATES, "")).split())
+    variables = {
+        name: xr.Variable(
+            dims[name], _values(item, whole or name in labels), dict(_attributes(item))
+        )
+        for name, item in stored.items()
+    }
+    coords = {name: variables.pop(name) for name in [*variables] if name in labels}
+    return xr.Dataset(variables, coords, dict(_attributes(file)))
 
 
 def _dims(file: h5py.File, name: str, stored: h5py.Dataset) -> tuple[str, ...]:
@@ -206,19 +210,31 @@ def _dims(file: h5py.File, name: str, stored: h5py.Dataset) -> tuple[str, ...]:
 
 
 class _Stored(BackendArray):  # type: ignore[misc]
-    """Numbers of an open file, read by slices."""
+    """Numbers of a file that is open, read by slices. Copies are the same, as nothing writes to it;
+    where pickles of it are read, the file is opened again."""
 
     def __init__(self, stored: h5py.Dataset) -> None:
         self._stored, self.shape, self.dtype = stored, stored.shape, stored.dtype
 
     def __deepcopy__(self, memo: Any) -> _Stored:
-        """The object itself, as nothing writes to it; xarray copies coordinates of new arrays."""
         return self
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        path = Path(self._stored.file.filename).absolute()
+        return _stored_at, (path, self._stored.name)
+
     def __getitem__(self, key: Any) -> Any:
-        return indexing.explicit_indexing_adapter(
-            key, self.shape, indexing.IndexingSupport.BASIC, self._stored.__getitem__
-        )
+        try:
+            return indexing.explicit_indexing_adapter(
+                key, self.shape, indexing.IndexingSupport.BASIC, self._stored.__getitem__
+            )
+        except OSError as error:
+            name, path = self._stored.name.strip("/"), self._stored.file.filename
+            raise InputError(path, name, f"is damaged ({error})", "run the case again") from error
+
+
+def _stored_at(path: Path, name: str) -> _Stored:
+    return _Stored(h5py.File(path)[name])
 
 
 def _values(stored: h5py.Dataset, whole: bool) -> Any:

@@ -6,7 +6,6 @@ keeps no chunk unless it says so: what a run needs in memory does not grow with 
 
 from __future__ import annotations
 
-from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
@@ -203,17 +202,11 @@ def ranges_of(data: xr.Dataset, watched: Callable[[xr.Dataset], xr.Dataset]) -> 
 
 
 def between(data: xr.Dataset, begin: float, end: float | None = None) -> xr.Dataset:
-    """Samples with begin ≤ time ≤ end, s, found without reading all times."""
-    samples, time = range(data.sizes[TIME]), data.variables[TIME]
+    """Samples with begin ≤ time ≤ end, s, by the time of sensors, too."""
 
-    def at(sample: int) -> float:
-        return float(time[sample])
+    def samples(clock: str) -> slice:
+        time = data.variables[clock].to_numpy()
+        stop = len(time) if end is None else np.searchsorted(time, end, side="right")
+        return slice(int(np.searchsorted(time, begin)), int(stop))
 
-    first = bisect_left(samples, begin, key=at)
-    last = None if end is None else bisect_right(samples, end, key=at)
-    chosen = data.isel({TIME: slice(first, last)})
-    if SENSOR_TIME not in data.dims:
-        return chosen
-    recorded = data.variables[SENSOR_TIME].to_numpy()
-    stop = len(recorded) if end is None else np.searchsorted(recorded, end, side="right")
-    return chosen.isel({SENSOR_TIME: slice(int(np.searchsorted(recorded, begin)), int(stop))})
+    return data.isel({clock: samples(clock) for clock in CLOCKS if clock in data.dims})

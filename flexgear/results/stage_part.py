@@ -119,7 +119,8 @@ def _carrying(
     data: xr.Dataset, gear: str, planet: int, parts: Sequence[str]
 ) -> tuple[xr.Dataset, xr.DataArray]:
     """``carrying_pairs``, and True (sample, planet) where the coast flank bears more."""
-    drive, coast = (pairs_of(data, gear, sense, planet, parts) for sense in ("drive", "coast"))
+    senses = ("drive", "coast")
+    drive, coast = (pairs_of(data, gear, sense, planet, parts).load() for sense in senses)
     load = abs(drive["load"].sum("slot"))
     if not coast.sizes["planet"]:
         return drive, load < 0.0
@@ -127,15 +128,17 @@ def _carrying(
     return drive.where(~on_coast, coast), on_coast
 
 
-def carrying_pairs(data: xr.Dataset, gear: str, planet: int = 0) -> xr.Dataset:
+def carrying_pairs(
+    data: xr.Dataset, gear: str, planet: int = 0, parts: Sequence[str] = PARTS
+) -> xr.Dataset:
     """Pairs of the flank that carries, planet by planet and sample by sample, as ``pairs_of`` has
-    them; the drive flank's where neither carries."""
-    return _carrying(data, gear, planet, PARTS)[0]
+    them; the drive flank's where neither carries. parts: "load" is one of them."""
+    return _carrying(data, gear, planet, parts)[0]
 
 
 def tooth_loads(data: xr.Dataset, gear: str) -> xr.DataArray:
     """Loads of the pairs on the flank that carries, N, flat; slots without a pair are left out."""
-    pairs = carrying_pairs(data, gear)
+    pairs = carrying_pairs(data, gear, parts=("load", "tooth"))
     at = pairs["tooth"].to_numpy() > 0
     return xr.DataArray(pairs["load"].to_numpy()[at], dims="pair", attrs={"units": "N"})
 

@@ -162,7 +162,7 @@ class StageDrop:
 
         def of_half(half: str) -> Ranges:
             return ranges_of(
-                data, lambda piece: stage_histories(stage_part(piece, self.stage, half))
+                data, lambda piece: stage_histories(stage_part(piece.load(), self.stage, half))
             )
 
         return [of_half(half) for half in halves(data, self.stage)]
@@ -231,9 +231,10 @@ class SteadyRun:
 
     def _histories(self, whole: xr.Dataset) -> xr.Dataset:
         data = stage_part(whole, self.stage)
+        pairs = carrying_pairs(data, "ring", parts=("load", "tooth"))
         return data[["stage_speed"]].assign(
             tooth_node=data["tooth_displacement"].isel(tooth=0, drop=True),
-            pairs_in_contact=pairs_in_contact(carrying_pairs(data, "ring")["tooth"] > 0),
+            pairs_in_contact=pairs_in_contact(pairs["tooth"] > 0),
         )
 
     def pairs(self) -> dict[str, float]:

@@ -89,7 +89,7 @@ def run_summary(analyses: Analyses) -> dict[str, Any]:
         resonance=resonance_figures(case, datasets["campbell"], datasets["modes"]),
         load_sharing=_load_sharing(analyses),
         transient=transient_summary(transient),
-        motion_um_max=_motions(equilibria, transient.data),
+        motion_um_max=motion_summary(equilibria, transient.data),
         harmonic=harmonic,
         torque_steps=analyses.ended.torque_steps,
         energy_residual=_energy_residual(model, analyses.ended),
@@ -146,11 +146,11 @@ def transient_summary(run: TimedRun) -> dict[str, Any]:
     return {**head, "steps": int(run.data.attrs["steps"]), **values(TRANSIENT, rest)}
 
 
-def _motions(equilibria: xr.Dataset, transient: xr.Dataset) -> dict[str, float]:
-    """Largest displacement of every body in the equilibria and the transient, µm; of ring teeth in
-    the equilibria only."""
-    in_time = transient.drop_vars("tooth_displacement", errors="ignore")
-    motions, others = (largest_motions(motion_histories(data)) for data in (equilibria, in_time))
+def motion_summary(equilibria: xr.Dataset, transient: xr.Dataset) -> dict[str, float]:
+    """Largest displacement of every body in the equilibria and the transient, µm; ring teeth are
+    looked at in the equilibria alone."""
+    ranges = ranges_of(transient[["body_displacement"]], motion_histories)
+    motions, others = map(largest_motions, (motion_histories(equilibria), ranges.largest))
     return {name: 1e6 * max(size, others.get(name, size)) for name, size in motions.items()}
 
 

@@ -93,10 +93,10 @@ def pair_arrays(dataset: xr.Dataset, gear_mesh: str, planet: int) -> tuple[Array
     """Load (N), tooth number and stiffness (N/m), each (n, slots), of one planet's gear mesh, on
     whichever flank carries."""
     dim = leading_dim(dataset)
-    pairs = carrying_pairs(dataset, gear_mesh, planet).isel(planet=0)
+    parts = ("load", "tooth", "stiffness")
+    pairs = carrying_pairs(dataset, gear_mesh, planet, parts).isel(planet=0)
     load, tooth, stiffness = (
-        np.asarray(pairs[name].transpose(dim, "slot"), dtype=float)
-        for name in ("load", "tooth", "stiffness")
+        np.asarray(pairs[name].transpose(dim, "slot"), dtype=float) for name in parts
     )
     return load, tooth, stiffness
 
@@ -153,9 +153,10 @@ def engagement_map(whole: xr.Dataset) -> Figure:
 
     The right column shows planet 1 closer, over a few teeth in the middle.
     """
-    dataset = thinned(whole, MOST_SAMPLES)
+    names = ["stage_angle", "pair_load", "pair_tooth", "pair_stiffness"]
+    dataset = thinned(whole[names], MOST_SAMPLES).load()
     at = abscissa(dataset, "stage_angle")
-    planets = planet_count(dataset)
+    planets = planet_count(whole)
     states = [pair_arrays(dataset, "ring", i + 1) for i in range(planets)]
     last = int(max(tooth.max() for _, tooth, _ in states))
     figure, axes = panels(2, 2, height_mm=150, width_mm=215, sharex="col", width_ratios=[2.2, 1])
@@ -386,7 +387,7 @@ def tooth_displacement_map(dataset: xr.Dataset, axis: str = "x") -> Figure:
     """Displacement of all tooth nodes along ``axis`` as a map over carrier angle (Figure 13)."""
     dataset = thinned(dataset, MAP_SAMPLES)
     field = variable(dataset, "tooth_displacement").isel(axis=AXES.index(axis))
-    image = np.asarray(field.transpose("tooth", leading_dim(dataset)), dtype=float) * MICRO
+    image = np.asarray(field.transpose(leading_dim(dataset), "tooth"), dtype=float).T * MICRO
     at = abscissa(dataset, "stage_angle")
     limit = float(np.nanmax(np.abs(image), initial=1e-12))
     figure, axes = panels(1, 1, height_mm=92)

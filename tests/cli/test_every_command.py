@@ -1,6 +1,7 @@
 """Every command on bundled cases: it works, or says in one line why it makes no sense."""
 
 import json
+from dataclasses import fields
 
 import jsonschema
 import pytest
@@ -11,9 +12,15 @@ from train_contexts import BUNDLED
 
 from flexgear.cli import exchange_commands
 from flexgear.cli.entry import app, run
+from flexgear.face.runs import read_run
 from flexgear.model.load import bundled_cases, load_case
+from flexgear.results import dataset_file
+from flexgear.results.run_folder import Folder
 from flexgear.results.summary import json_schema
 from flexgear.solve.headlines import rows_schema
+from flexgear.views.chart import planned
+from flexgear.views.interactive import panels_of
+from flexgear.views.run_charts import RUN_CHARTS
 
 SUMMARY_SCHEMA = json_schema({"headlines": rows_schema()})
 LUMPED = "has only lumped members"
@@ -160,6 +167,51 @@ def test_every_kind_of_run_is_drawn(flexgear, run_of_case, tmp_path):
     code, said, err = flexgear("render", folder, "-q", "--no-interactive", "--out", pictures)
     assert (code, said) == (0, f"drew {case} into {pictures}\n"), err
     assert (pictures / "report.html").stat().st_size > 1e5
+
+
+READERS = {
+    "render": lambda run, folder, out: run("render", folder, "-q", "--out", out),
+    "compare": lambda run, folder, out: run(
+        "compare", folder, folder, "-q", "--no-interactive", "--out", out / "two.html"
+    ),
+    "orders": lambda run, folder, out: run("orders", folder, "-q", "--only", "1", "--out", out),
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("reader", READERS)
+@pytest.mark.parametrize("run_of_case", ["nrel-5mw", "wind-5mw"], indirect=True)
+def test_large_files_give_the_same_as_small_ones(
+    flexgear, run_of_case, tmp_path, monkeypatch, reader
+):
+    """Files of runs are read whole, or by slices where they are large: outputs are the same,
+    byte by byte."""
+    outputs = []
+    for whole in (dataset_file.WHOLE, 0):
+        monkeypatch.setattr(dataset_file, "WHOLE", whole)
+        out = tmp_path / str(whole)
+        out.mkdir()
+        READERS[reader](flexgear.out, run_of_case[1], out)
+        files = (f for f in sorted(out.rglob("*")) if f.is_file())
+        outputs.append({f.relative_to(out): f.read_bytes() for f in files})
+    assert outputs[0] == outputs[1] and outputs[0]
+
+
+@pytest.mark.parametrize("run_of_case", ["nrel-5mw", "wind-5mw"], indirect=True)
+def test_pictures_of_large_files_show_the_same(run_of_case, monkeypatch):
+    """What matplotlib gets, without the time that it takes to draw it; from a notebook, too."""
+    shown = []
+    for whole in (dataset_file.WHOLE, 0):
+        monkeypatch.setattr(dataset_file, "WHOLE", whole)
+        left = read_run(run_of_case[1])
+        plots = left.datasets["transient"].fg.plot
+        charts = {name: panels_of(getattr(plots, name)()) for name in dir(plots)}
+        plan = planned(Folder(*(getattr(left, f.name) for f in fields(Folder))), RUN_CHARTS)
+        for name, picture in plan.items():
+            if not picture.chart.slow and name not in charts:
+                charts[name] = panels_of(picture.draw())
+        shown.append(charts)
+    assert shown[0] == shown[1] and len(shown[0]) > 10
 
 
 @pytest.mark.slow

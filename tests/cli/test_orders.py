@@ -14,6 +14,7 @@ from flexgear.face import accessor as accessor  # gives datasets their ``fg``
 from flexgear.gears.expected_lines import expected_lines
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.load import load_case
+from flexgear.results import dataset_file
 from flexgear.results.dataset_file import load
 from flexgear.results.orders import (
     amplitudes_at,
@@ -124,6 +125,49 @@ def test_command_names_the_lines(flexgear, transient, tmp_path):
         assert {f.name for f in folder.iterdir()} == {"orders.nc", "orders.png", "report.html"}
         assert load(folder / "orders.nc")["gear_mesh_force"].size
         assert "plotly" in (folder / "report.html").read_text()
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        ["--only", "sun", "--from-s", 0.3, "--to-s", 1.2],
+        ["--only", "ring 1", "--map", 2, "--member", "carrier"],
+        ["--only", "ring", "--average", "--member", "planet", "--against", "carrier"],
+        ["--only", "sun", "--envelope-hz", 300, 400],
+        ["--only", "ring 2", "--planets", "stage", "--sensor-angle-deg", 30],
+        ["--of", "body_displacement", "--only", "sun u"],
+        ["--of", "output_speed", "--window", "flattop"],
+    ],
+)
+def test_samples_that_stay_in_the_file_give_the_same(
+    flexgear, transient, tmp_path, monkeypatch, options
+):
+    outcomes = []
+    for whole in (dataset_file.WHOLE, 0):
+        monkeypatch.setattr(dataset_file, "WHOLE", whole)
+        folder = tmp_path / str(whole)
+        more = ["--highest", 100] if "--planets" not in options else []
+        figures = flexgear.json("orders", transient[0], *options, *more, "--out", folder)
+        outcomes.append((figures, {f.name: f.read_bytes() for f in folder.iterdir()}))
+    assert outcomes[0] == outcomes[1]
+
+
+def test_columns_that_are_not_drawn_stay_in_the_file(flexgear, transient, monkeypatch):
+    monkeypatch.setattr(dataset_file, "WHOLE", 0)
+    reads, read = [], h5py.Dataset.__getitem__
+
+    def watched(variable, key):
+        values = read(variable, key)
+        if variable.name == "/body_displacement":
+            reads.append(np.shape(values)[1:])
+        return values
+
+    monkeypatch.setattr(h5py.Dataset, "__getitem__", watched)
+    flexgear.quiet("orders", transient[0], "--of", "body_displacement", "--only", "sun ux", "-q")
+    assert {*reads} == {(1, 1)}
+    reads.clear()
+    flexgear.refused("orders", transient[0], "--of", "body_displacement", "-q")
+    assert not reads
 
 
 @pytest.mark.parametrize("window", ["hann", "boxcar", "blackman"])

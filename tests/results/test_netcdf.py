@@ -1,10 +1,14 @@
 """netCDF files as other programs have them: what is written here they read, and the other way."""
 
+import copy
+import pickle
+
 import h5py
 import numpy as np
 import pytest
 import xarray as xr
 
+from flexgear.model.errors import InputError
 from flexgear.results.netcdf import NewFile, read
 
 SMALL = {"compression": "gzip", "compression_opts": 1, "shuffle": True}
@@ -67,9 +71,9 @@ def test_others_read_what_is_written(data, tmp_path, engine):
 def test_what_others_write_is_read(data, tmp_path, whole):
     data.to_netcdf(tmp_path / "a.nc", engine="h5netcdf")
     with h5py.File(tmp_path / "a.nc") as file:
-        found = read(file, whole).load()
-    if not whole:
-        found = found.set_xindex("time").set_xindex("gear_mesh")
+        found = read(file, whole)
+        np.testing.assert_array_equal(found["force"].sel(time=[0.5]), data["force"][3:4])
+        found = found.load()
     xr.testing.assert_identical(found, data)
 
 
@@ -87,13 +91,31 @@ def test_values_stay_in_the_file_until_they_are_wanted(data, tmp_path, monkeypat
     assert len(keys) == 1 and all(isinstance(k, slice) for k in keys[0])
 
 
-def test_coordinates_of_an_open_file_serve_new_arrays(data, tmp_path):
-    """xarray copies them, which an open file does not let it do."""
+@pytest.mark.parametrize("copied", [copy.deepcopy, lambda x: pickle.loads(pickle.dumps(x))])
+def test_what_lies_in_a_file_can_be_copied(data, tmp_path, copied):
+    """As xarray does with coordinates of new arrays, and other processes with all of it."""
     NewFile(tmp_path / "a.nc", data, {}, {}).close()
     with h5py.File(tmp_path / "a.nc") as file:
-        force = read(file, whole=False)["force"]
-        new = xr.DataArray(np.zeros(force.shape), force.coords, force.dims)
-        np.testing.assert_array_equal(new["time"].to_numpy(), data["time"].to_numpy())
+        found = read(file, whole=False)
+        late = copied(found)
+        assert not late.variables["force"]._in_memory
+        xr.testing.assert_identical(late.load(), data)
+        new = xr.DataArray(np.zeros((7, 3)), found["force"].coords, ("time", "gear_mesh"))
+        np.testing.assert_array_equal(new["time"], data["time"])
+
+
+def test_damage_that_is_met_late_is_one_line(data, tmp_path):
+    NewFile(tmp_path / "a.nc", data, {"force": SMALL}, {}).close()
+    with h5py.File(tmp_path / "a.nc") as file:
+        chunk = file["force"].id.get_chunk_info(0)
+    content = bytearray((tmp_path / "a.nc").read_bytes())
+    content[chunk.byte_offset : chunk.byte_offset + chunk.size] = bytes(chunk.size)
+    (tmp_path / "a.nc").write_bytes(content)
+    with h5py.File(tmp_path / "a.nc") as file:
+        found = read(file, whole=False)
+        assert float(found["factor"]) == 1.25
+        with pytest.raises(InputError, match=r"a\.nc: force: is damaged"):
+            found["force"].load()
 
 
 def test_room_for_samples_that_come_later(data, tmp_path):

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from flexgear.face.accessor import compare
 from flexgear.model.names import GearMeshName
 from flexgear.model.units import RPM
 from flexgear.results import sinks as pieces_module
@@ -15,7 +16,9 @@ from flexgear.results.sinks import between, pieces
 from flexgear.results.stage_part import pairs_of, ring_force_spread, ring_sharing, stage_part
 from flexgear.results.time_figures import STAGE_DROP, STEADY, StageDrop, SteadyRun
 from flexgear.solve.long_run import TimedRun
-from flexgear.solve.run_summary import transient_summary
+from flexgear.solve.run_summary import motion_summary, transient_summary
+from flexgear.views.histories import MAP_SAMPLES, tooth_displacement_map
+from flexgear.views.select import thinned
 
 SAMPLES = 5000
 AT_ONCE = 2**16
@@ -102,6 +105,32 @@ def test_a_stage(make_run, tmp_path, reads):
     }
 
 
+def test_pictures_of_a_stage(make_run, tmp_path, reads):
+    """A map of so many samples as it shows takes no others into memory."""
+    file = in_file(stage_run(make_run), tmp_path)
+    part = stage_part(file, "stage")
+    whole = file["tooth_displacement"].isel(axis=0).nbytes
+    reads.clear()
+    figure = tooth_displacement_map(part)
+    assert max(reads) < whole / 2
+    shown = thinned(part, MAP_SAMPLES)["tooth_displacement"].isel(axis=0).to_numpy().T
+    (image,) = figure.axes[0].collections
+    np.testing.assert_array_equal(image.get_array(), 1e6 * shown.astype(float))
+
+
+def test_runs_side_by_side(make_run, tmp_path, reads):
+    """The largest of every run is that of its pieces."""
+    runs = {name: make_run(name, SAMPLES * factor) for name, factor in (("a", 1), ("b", 2))}
+    files = {name: in_file(data, tmp_path / name) for name, data in runs.items()}
+    reads.clear()
+    found = compare(**files).figures
+    assert 0 < max(reads) < AT_ONCE
+    for name, data in runs.items():
+        largest = data[["gear_mesh_force", "planet_load_factor"]].max("time")
+        xr.testing.assert_allclose(found.sel(run=name, drop=True), largest, rtol=1e-6)
+        assert found["gear_mesh_force"].attrs["units"] == "N"
+
+
 def test_a_train(tmp_path, reads):
     rng = np.random.default_rng(3)
     gear_meshes = [GearMeshName.of("s", kind, "", i) for kind in ("ring", "sun") for i in (1, 2)]
@@ -136,6 +165,12 @@ def test_a_train(tmp_path, reads):
         ranges = {"min_n": force.min(), "mean_n": force.mean(), "max_n": force.max()}
         expected = {n: float(v) for n, v in ranges.items()}
         assert found["gear_mesh_force"][name] == pytest.approx(expected, rel=1e-12, abs=1e-16)
+    reads.clear()
+    still = data.isel(time=slice(1)).rename(time="position")
+    motions = motion_summary(still, file)
+    assert 0 < max(reads) < AT_ONCE
+    at_any_time = np.hypot(*file["body_displacement"].sel(body="s.sun").to_numpy()[:, :2].T)
+    assert motions["s.sun"] == pytest.approx(1e6 * float(at_any_time.max()), rel=1e-6)
     sun = rest["body_displacement"].sel(body="s.sun").to_numpy()
     largest = 1e6 * float(np.hypot(sun[:, 0], sun[:, 1]).max())
     assert found["displacement_um_max"] == {"s.sun": largest, "s.carrier": 0.0}
