@@ -55,6 +55,7 @@ from flexgear.studies.tolerance_samples import (
 )
 
 FORMAT = 2  # of the files, and of the numerics behind them; raise it when either changes
+CLOSED_FORM = "flanks, roots and bearings"  # stage of progress
 NO_SPECTRUM = "no load case has a duration, so that there is neither"
 
 
@@ -85,13 +86,15 @@ def rate(
     of_trains = []
     for train in trains:
         of_trains.append(_solved(train, workers, scheduler, progress))
-        variant = train.model.variant
+        variant, samples = train.model.variant, train.samples
         train.release()
     loads = [worst_of(of_bin) for of_bin in zip(*of_trains, strict=True)]
-    train = trains[0]
+    progress(CLOSED_FORM, 0.0)
     flows = [power_flow(case_in_bin(case, b)) for b in bins]
     gear_meshes, parts, missing = rate_gears(pairs, trains, flows, loads)
+    progress(CLOSED_FORM, 0.5)
     parts = (*parts, *rate_bearings(case, bins, flows, loads))
+    progress(CLOSED_FORM, 1.0)
     open_parts = {p.alike: p.missing for p in parts if p.missing}
     rating = Rating(
         case=case,
@@ -109,7 +112,7 @@ def rate(
             **({"faults": NOT_ASSESSED} if case.faults else {}),
             **NEVER,
         },
-        positions={stage: len(s.angles) for stage, s in train.samples.items()},
+        positions={stage: len(s.angles) for stage, s in samples.items()},
         closure=max(x.closure for x in loads),
     )
     if not keep_bins:
@@ -176,19 +179,17 @@ def _solved(
     bins, store = train.bins, bin_store(train.case)
     files = [_file(k) for k in range(len(bins))]
     reduced_bodies(train.case, progress)  # into the cache, where every process finds them
-    left = [k for k, file in enumerate(files) if store.get(file) is None]
-    if left:  # one alone, so that others start with what it compiles and assembles
-        store.put(files[left[0]], loads_in_bin(train, bins[left[0]]))
+    first = next((k for k, file in enumerate(files) if store.get(file) is None), None)
+    if first is not None:  # alone, so that others start with what it compiles and assembles
+        store.put(files[first], loads_in_bin(train, bins[first]))
     finished, faults = stored_or_run(
         store, files, loads_in_bin, train, bins, workers=workers, scheduler=scheduler,
         progress=lambda share: progress("load bins", share),
     )  # fmt: skip
     if faults:
-        first = min(faults)
-        where = f"{bins[first].name} ({bins[first].source})"
-        raise FlexgearError(
-            f"{len(faults)} of {len(bins)} load bins failed; {where}: {faults[first]}"
-        )
+        k = min(faults)
+        where = f"{bins[k].name} ({bins[k].source})"
+        raise FlexgearError(f"{len(faults)} of {len(bins)} load bins failed; {where}: {faults[k]}")
     return [finished[k] for k in range(len(bins))]
 
 
