@@ -35,6 +35,8 @@ SPREAD_CYCLES = 4_000  # of a linear train whose error cycle is longer
 SOLVED_CYCLES = 120  # of a train that is solved position by position
 LONGEST = 10**15  # gear-mesh cycles beyond which an error cycle is as good as endless
 
+RATED_SHARES = 1e-3, 1e3  # least and most of rated speed or torque that vibration is followed over
+
 
 @dataclass(frozen=True)
 class StageMotion:

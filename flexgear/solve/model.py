@@ -34,6 +34,8 @@ from flexgear.solve.bodies import Bodies, Progress, reduced_bodies, rigid_bodies
 from flexgear.solve.sensors import Sensors, sensors_of
 from flexgear.solve.stresses import RootTables, rim_stress_rows
 
+MOST_ANGLE = 1e9  # rad, whose sine still has six digits
+
 
 @dataclass(frozen=True, repr=False)
 class Model:
@@ -218,8 +220,9 @@ def rated_rotations(system: System, lead: Array) -> Array:
     """Independent rotations (p, F), rad, in the proportion of rated speeds. lead: (p,) rotation of
     the first of them that turns, forward in time where it rises; of the first one alone where none
     turns. InputError for angles that are no numbers."""
-    if not np.isfinite(lead).all():
-        raise InputError("--angle-deg", "nan or inf", "is no angle", "give a number, e.g. 30")
+    largest = np.abs(lead).max(initial=0.0)
+    if not largest < MOST_ANGLE:
+        raise InputError("--angle-deg", f"{largest:g} rad", "is no angle", "give a number, e.g. 30")
     speeds = system.rated_input_speeds
     first = next((abs(w) for w in speeds if w != 0), 0.0)
     rates = speeds / first if first else np.eye(1, len(speeds))[0]

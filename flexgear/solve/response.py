@@ -24,7 +24,7 @@ from flexgear.arrays import Array
 from flexgear.model.errors import FlexgearError, InputError, echo
 from flexgear.model.read import nearest
 from flexgear.results.labelled_dataset import labelled_dataset
-from flexgear.solve.angles import lead_speed
+from flexgear.solve.angles import RATED_SHARES, lead_speed
 from flexgear.solve.bodies import Progress, silent
 from flexgear.solve.dataset import result_attrs, support_names
 from flexgear.solve.model import Model
@@ -119,7 +119,10 @@ def _range(
     over, ends = ("speed", speeds or RANGE) if torques is None else ("torque", torques)
     other, fixed = ("torque", torque) if torques is None else ("speed", speed)
     low, high = sorted(map(float, ends))
-    if not (math.isfinite(low) and math.isfinite(high)) or low <= 0.0 <= high:
+    least, most = RATED_SHARES
+    if most < high or 0.0 < low < least:
+        problem = f"is not within {least:g} and {most:g} times the rated {over}"
+    elif not (math.isfinite(low) and math.isfinite(high)) or low <= 0.0 <= high:
         problem = f"goes through zero {over}, or touches it"
     else:
         problem = "is below zero" if low < 0.0 else "" if low < high else "is no range"
@@ -128,9 +131,10 @@ def _range(
         raise InputError(
             f"--{over}-range", _words(ends), problem, REVERSED if high < 0.0 else remedy
         )
-    if not (math.isfinite(fixed) and fixed > 0.0):
+    if not least <= fixed <= most:
         remedy = REVERSED if fixed < 0.0 else "e.g. 1, the rated one"
-        raise InputError(f"--{other}", f"{fixed:g}", "is not positive", remedy)
+        problem = "is not positive" if fixed <= 0.0 else f"is not within {least:g} and {most:g}"
+        raise InputError(f"--{other}", f"{fixed:g}", problem, remedy)
     return Range("load" if over == "torque" else "speed", low, high, fixed)
 
 
