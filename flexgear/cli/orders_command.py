@@ -59,7 +59,7 @@ class OrderAnalysis:
     ]
     of: Annotated[str, typer.Option("--of", metavar="NAME", help="Variable over time.")] = USUAL
     only: Annotated[
-        str, typer.Option("--only", metavar="LABEL", help="Columns with this in their labels.")
+        str, typer.Option("--only", metavar="LABEL", help="Columns whose labels contain this.")
     ] = ""
     member: Annotated[
         str, typer.Option("--member", help="Orders of its rotation; the first input if left out.")
