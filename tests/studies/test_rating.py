@@ -67,15 +67,6 @@ def test_equilibria_share_evenly_without_errors():
         assert k_gamma.source.startswith("computed")
 
 
-def test_one_bin_is_the_constant_load():
-    """Damage of one bin is n/N(σ) of its curve: at the safety S of the spectrum n = N(S σ)."""
-    rating = _frozen(("a", 20000.0, 1.0))
-    for part in rating.parts:
-        if part.kind != "bearing":
-            assert part.whole_safety == pytest.approx(part.safety[0], rel=1e-9)
-            assert part.life == pytest.approx(20000.0 / part.damage_sum, rel=1e-12)
-
-
 def test_damage_rises_by_the_slopes_of_the_curves():
     """Case-hardened, beyond the knees with a life factor of 0.85 at 1e10 cycles: stresses of roots
     grow with the load, those of flanks with its root."""
