@@ -150,8 +150,8 @@ def pass_lines(stage: Stage, flow: StageFlow, sensor: float) -> Iterator[Expecte
 def _sidebands(
     stage: Stage, gear_mesh: float, passing: float, harmonic: int
 ) -> Iterator[ExpectedLine]:
-    """Lines of one harmonic: the gear mesh itself and its sidebands, up to N planet passes
-    apart."""
+    """Lines of one harmonic: the gear mesh itself and its sidebands, up to the rate of N turns
+    of the carrier beside it."""
     if abs(passing) * TURN < SAME * abs(gear_mesh):  # planets stay where they are: none cancels
         yield _order(stage, harmonic, harmonic * abs(gear_mesh))
         return
@@ -160,8 +160,8 @@ def _sidebands(
         share = phasor_share(harmonic * stage.ring.teeth + n, stage.planet_angles)
         frequency = abs(harmonic * gear_mesh + n * passing)
         sense = n if gear_mesh * passing > 0 else -n  # + is above the gear mesh
-        passes = f"{'+' if sense > 0 else '−'}{abs(n)} passes" if n else ""
-        yield _order(stage, harmonic, frequency, share, passes)
+        turns = f"{'+' if sense > 0 else '−'}{abs(n)} carrier turn{'s' * (abs(n) > 1)}" if n else ""
+        yield _order(stage, harmonic, frequency, share, turns)
 
 
 def _order(
@@ -257,8 +257,8 @@ _KEYS = {
 
 def line_rows(lines: Sequence[ExpectedLine], stage: str) -> dict[str, dict[str, float]]:
     """Frequencies, Hz, of the lines of a stage by kind and label, as in ``check`` and reports.
-    Sidebands are those of the first harmonic, named by planet passes; where planets cancel in part,
-    their share is in the label; shares below a tenth are left out."""
+    Sidebands are those of the first harmonic, named by turns of the carrier; where planets cancel
+    in part, their share is in the label; shares below a tenth are left out."""
     rows: dict[str, dict[str, float]] = {key: {} for key in _KEYS.values()}
     for line in (x for x in lines if x.stage == stage):
         if line.kind == SIDEBAND and line.harmonic > 1:

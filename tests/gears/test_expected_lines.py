@@ -75,7 +75,7 @@ def test_ring_that_turns_and_carrier_that_stands():
     assert passes == pytest.approx([case.stages[0].planets * abs(ring) / (2 * np.pi)])
     beside = {line.label: line.frequency for line in turning if line.harmonic == 1}
     assert case.stages[0].ring.teeth % 4 == 3  # so that 4 planets leave one pass more
-    step = beside["gear mesh 1 +1 passes"] - beside["gear mesh 1"]
+    step = beside["gear mesh 1 +1 carrier turn"] - beside["gear mesh 1"]
     assert step == pytest.approx(passes[0] / 4)
 
 
