@@ -59,12 +59,6 @@ class StageView:
         return part
 
     @property
-    def planet(self) -> Planet:
-        """The FE body of its planets; AttributeError where they are lumped."""
-        part: Planet = _there(self.stage.planet and self.stage.planet.fe, "FE planets")
-        return part
-
-    @property
     def shaft(self) -> Shaft:
         """The sun's shaft; AttributeError where there is none."""
         part: Shaft = _there(self.stage.sun and self.stage.sun.shaft, "sun shaft")

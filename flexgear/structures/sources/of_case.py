@@ -84,9 +84,10 @@ def _shaped_segment(view: StageView) -> SegmentParameters | None:
 
 def _common(view: StageView, part: str) -> dict[str, Any]:
     """Parameters that sources of all bodies have."""
+    key = BodyName.of(view.name, part)
     return {
-        "key": BodyName.of(view.name, part),
-        "section": getattr(view, part),
+        "key": key,
+        "section": view.fe_bodies[key],
         "material": view.material,
         "cyclic": view.case.solver.cyclic == "auto",
         "limit_hz": view.case.solver.reduction_limit,
