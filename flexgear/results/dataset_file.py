@@ -128,7 +128,9 @@ def dataset_file(
 
 def reopened(path: PathLike) -> xr.Dataset:
     """A dataset in memory, or read lazily where it is large."""
-    return load(path) if Path(path).stat().st_size <= WHOLE else open_lazily(path)
+    with readable(path):
+        is_large = Path(path).stat().st_size > WHOLE
+    return open_lazily(path) if is_large else load(path)
 
 
 def open_lazily(path: PathLike) -> xr.Dataset:
