@@ -209,6 +209,7 @@ def test_where_gears_of_a_case_are_held():
     ring = of_case.influence_parameters(case, "ring")
     assert ring.held_radius == pytest.approx(ring.tooth.root_radius + of_case.DEEPEST * MODULE)
     assert of_case.is_tied(case, "ring") and not of_case.is_tied(case, "planet")
+    assert of_case.is_tied(case.with_(**{"stage.planet.fe.tie": "root"}), "planet")
     clamped = load_case("wind-5mw", {"stage.ring.fe.tie_kind": "rigid"}).view()
     alone = of_case.influence_parameters(clamped, "ring")
     assert alone.held_radius is None and alone.teeth == 1

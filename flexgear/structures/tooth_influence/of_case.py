@@ -89,7 +89,7 @@ def segment_influence(p: SegmentParameters, m: Material, *, tied: bool) -> Tooth
 
 def is_tied(view: StageView, role: str) -> bool:
     """Whether the node of an averaging tie at the tooth's root has part of its flexibility."""
-    return view.fe_tie(role) == "root" and getattr(view, role).tie_kind == "averaging"
+    return view.fe_tie(role) == "root" and getattr(view.stage, role).fe.tie_kind == "averaging"
 
 
 def influence_parameters(view: StageView, role: str) -> SegmentParameters | None:
