@@ -185,7 +185,7 @@ def pair_data(
         bearing_law=np.array([LAW_NUMBERS[b.law] for b in bearings], np.int64),
         bearing_block=np.where(rings >= 0, first + rings, -1),
         bearing_angle=np.array([(b.angle, -1) for b in bearings], np.int64).reshape(-1, 2),
-        bearing_parameters=_padded([b.parameters for b in bearings]),
+        bearing_parameters=_ragged([b.parameters for b in bearings]),
         bearing_turned=np.array([b.turned for b in bearings], np.int64),
         load_block=np.array([x.block for x in loads], np.int64),
         load_vector=np.array([x.vector for x in loads], float).reshape(-1, 6),
@@ -308,6 +308,14 @@ def _place(s: GearMeshSet) -> tuple[int, str, str]:
 def _stacked(values: Sequence[Any]) -> NDArray[Any]:
     """A column of numbers, or of arrays that may be of different lengths."""
     return _padded(values) if isinstance(values[0], np.ndarray) else np.array(values)
+
+
+def _ragged(lines: Sequence[NDArray[Any]]) -> NDArray[Any]:
+    """Rows each of its own length: what laws make of theirs has as many values."""
+    out = np.empty(len(lines), dtype=object)
+    for k, line in enumerate(lines):
+        out[k] = np.asarray(line, dtype=float)
+    return out
 
 
 def _padded(lines: Sequence[NDArray[Any]]) -> NDArray[Any]:

@@ -12,11 +12,13 @@ from flexgear.analysis.equilibrium import revolution
 from flexgear.analysis.recovery import Recovery
 from flexgear.analysis.transient import Drive
 from flexgear.coupling.build import build_system
+from flexgear.coupling.kernels.elements import packed
 from flexgear.coupling.laws import LAW_NUMBERS
 from flexgear.coupling.laws.rollers import roller_loads, roller_parameters, roller_stiffness
 from flexgear.coupling.modal import modal_system
 from flexgear.model.bearings import Rollers
 from flexgear.model.errors import InputError
+from flexgear.model.load import load_case
 
 N = 10 / 9
 
@@ -136,3 +138,17 @@ def test_rollers_that_cannot_be(tmp_path, key, value, message):
     keys = {k: v for k, v in keys.items() if not (k.endswith("length_mm") and "length" in key)}
     with pytest.raises(InputError, match=message):
         stage_train(tmp_path, planets=3, **{**keys, key: value})
+
+
+def test_rollers_and_dampers_of_one_bearing_have_rows_of_their_own():
+    """Laws with more and with fewer parameters stand side by side."""
+    planet = "stage.planet_bearing"
+    settings = {
+        f"{planet}.rollers.count": 14,
+        f"{planet}.rollers.length_mm": 12,
+        f"{planet}.damping.radial_n_s_per_m": 1e3,
+    }
+    rows = packed(build_system(load_case("lin-parker", settings)).pairs).fixed.row
+    planets, of_rollers, of_dampers = 4, 4, 6
+    assert len(rows) == planets * (of_rollers + of_dampers)
+    assert np.sum(rows["stiffness"] == 1e8) == 2 * planets  # radial, of modes
