@@ -1,6 +1,7 @@
 """What a script or a notebook does with `import flexgear as fg`, and what it is answered."""
 
 import inspect
+import pickle
 import re
 import subprocess
 import sys
@@ -134,6 +135,13 @@ def test_the_page_of_building_blocks_runs(capsys):
         fg.reduce_mesh(
             names["grid"], {"rim": None}, young_modulus=1.0, poisson_ratio=0.3, density=1.0
         )
+
+
+def test_results_go_to_other_processes_with_their_pictures(model):
+    data = model.static(0.0)
+    names = dir(data.fg.plot)
+    late = pickle.loads(pickle.dumps(data))
+    assert late.identical(data) and dir(late.fg.plot) == names
 
 
 def test_what_comes_of_a_case_has_its_methods(case, model):

@@ -135,9 +135,15 @@ class Plots:
         return plan
 
     def __getattr__(self, name: str) -> Callable[[], Figure]:
-        if name.startswith("_") or name not in self._plan:
+        if name.startswith("_"):
+            raise AttributeError(name)
+        if name not in self._plan:
             raise AttributeError(f"no picture {name!r} of this dataset: {self!r}")
         return self._plan[name].draw
+
+    def __getstate__(self) -> dict[str, Any]:
+        """The dataset alone: other processes plan anew."""
+        return {"_data": self._data}
 
     def __dir__(self) -> list[str]:
         return sorted(self._plan)
