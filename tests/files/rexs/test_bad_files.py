@@ -120,3 +120,27 @@ def test_whatever_is_missing_or_odd_is_said_in_one_line(boxes, box, random):
     except InputError as fault:
         said = str(fault)
     assert "\n" not in said
+
+
+def test_words_of_a_file_stay_in_their_comment(imported):
+    m = planetary()
+    word = ('ball"\nteeth = 7\r', "")
+    m.set(m.planet_bearings[0], bearing_type=word, radial_dynamic_load_rating=(900.0, "kN"))
+    assert imported(m, ".rexsj")[0].stages[0].planet_bearing.rolling == "ball"
+
+
+@pytest.mark.parametrize("size", [1e100, 1e300])
+def test_sizes_beyond_all_machines_are_left_out(imported, size):
+    m = three_stages()
+    m.set(m.section, outer_diameter_begin=(size, MM))
+    assert any("outer_diameter_begin" in line for line in imported(m)[1].left_out)
+
+
+def test_places_in_places_in_places(imported):
+    m = planetary()
+    here = {"support_vector": ((1.0, 0.0, 0.0), MM), "reference_component_for_position": (1, "")}
+    last = m.add("shaft", **here)
+    for _ in range(2000):
+        last = m.add("shaft", **{**here, "reference_component_for_position": (last, "none")})
+    m.set(m.drive, **{**here, "reference_component_for_position": (last, "none")})
+    assert imported(m)[0].stages

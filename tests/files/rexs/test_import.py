@@ -15,7 +15,6 @@ from rexs_samples import (
     RPM,
     at,
     bearing,
-    case_of_file,
     planetary,
     three_stages,
 )
@@ -28,16 +27,6 @@ from flexgear.gears.tooth import involute, tooth_geometry, transverse_angle
 from flexgear.model.errors import InputError
 
 TURNS = 60 / (2 * math.pi)
-
-
-@pytest.fixture
-def imported(tmp_path):
-    """Function: model -> (case, what was assumed, what was left out)."""
-
-    def run(model, suffix=".rexs", load_case_id=None):
-        return case_of_file(model.write(tmp_path / f"model{suffix}"), load_case_id)
-
-    return run
 
 
 def test_planetary_stage(imported):
@@ -285,30 +274,6 @@ def test_static_and_fatigue_ratings_of_bearings(imported):
     bearing = imported(m)[0].stages[0].planet_bearing
     assert (bearing.dynamic_rating, bearing.static_rating) == (9e5, 1.4e6)
     assert bearing.fatigue_load_limit == 1.6e5
-
-
-def test_words_of_a_file_stay_in_their_comment(imported):
-    m = planetary()
-    word = ('ball"\nteeth = 7\r', "")
-    m.set(m.planet_bearings[0], bearing_type=word, radial_dynamic_load_rating=(900.0, "kN"))
-    assert imported(m, ".rexsj")[0].stages[0].planet_bearing.rolling == "ball"
-
-
-@pytest.mark.parametrize("size", [1e100, 1e300])
-def test_sizes_beyond_all_machines_are_left_out(imported, size):
-    m = three_stages()
-    m.set(m.section, outer_diameter_begin=(size, MM))
-    assert any("outer_diameter_begin" in line for line in imported(m)[1].left_out)
-
-
-def test_places_in_places_in_places(imported):
-    m = planetary()
-    here = {"support_vector": ((1.0, 0.0, 0.0), MM), "reference_component_for_position": (1, "")}
-    last = m.add("shaft", **here)
-    for _ in range(2000):
-        last = m.add("shaft", **{**here, "reference_component_for_position": (last, "none")})
-    m.set(m.drive, **{**here, "reference_component_for_position": (last, "none")})
-    assert imported(m)[0].stages
 
 
 def test_load_and_speed_on_different_shafts(imported):
