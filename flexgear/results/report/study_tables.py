@@ -233,7 +233,7 @@ def _rows(sheet: Sheet) -> list[Row]:
 
 
 def in_words(table: Table) -> Table:
-    """The table with keys of cases as words, for pages."""
+    """The table with names as words, for pages."""
     rows = [
         Row(spelled(r.label), spelled(r.value) if isinstance(r.value, str) else r.value, r.unit)
         for r in table.rows
@@ -242,8 +242,9 @@ def in_words(table: Table) -> Table:
 
 
 def spelled(text: str) -> str:
-    """A text with keys as words: "rating.k_v" -> "rating.k v"."""
-    return re.sub(r"\b[a-z][a-z0-9]*(?:_[a-z0-9]+)+\b", lambda key: key[0].replace("_", " "), text)
+    """A text with names as words: "wind_4" -> "wind 4"; keys to be written stay: "key k_v"."""
+    name = r"(?<!\bkey )(?<!\.)\b[a-z][a-z0-9]*(?:_[a-z0-9]+)+\b"
+    return re.sub(name, lambda match: match[0].replace("_", " "), text)
 
 
 TOLERANCE = "tolerance"
