@@ -153,6 +153,7 @@ def _stored(
     dtype = h5py.string_dtype() if text else options.pop("dtype", "i1" if truth else values.dtype)
     shape = tuple(sizes[str(d)] for d in variable.dims)
     if set(long) & {*map(str, variable.dims)}:
+        options = options if all(shape) else {}  # a run may end before a sensor's first sample
         stored = file.create_dataset(name, shape, dtype, track_order=True, **options)
     else:
         content = values.astype(object) if text else values.astype(dtype)

@@ -213,3 +213,11 @@ def test_nobody_waits_for_a_pipe(flexgear, tmp_path, kind):
         )  # fmt: skip
     assert code == 2 and err.count("\n") == 1
     assert "is a device or pipe" in err
+
+
+def test_a_run_that_ends_before_a_sensor_has_a_sample_is_written(flexgear, tmp_path):
+    sensor = 'sensors=[{name = "a", on = "stage.sun", measures = "speed"}]'
+    recorder = "recorder={band_hz = 1.0}"
+    flexgear.out("simulate", "lin-parker", "-q", "--duration-s", "0.01", "--set", sensor,
+                 "--set", recorder, "--out", tmp_path / "a.nc")  # fmt: skip
+    assert load(tmp_path / "a.nc").sizes["sensor_time"] == 0

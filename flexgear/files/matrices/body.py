@@ -188,7 +188,11 @@ def _require_mass(inertia: Array, mass_of_matrix: float, where: str) -> None:
 def _flexible_modes(body: ReducedMatrices, where: str) -> float:
     """Lowest elastic frequency, Hz. InputError for other than six motions without stiffness."""
     scale = 1.0 / np.sqrt(np.abs(np.diag(body.stiffness)) + np.finfo(float).tiny)
-    values = np.linalg.eigvalsh(body.stiffness * scale[:, None] * scale)
+    scaled = body.stiffness * scale[:, None] * scale
+    if not np.isfinite(scaled).all():
+        problem = "has entries beyond all measure beside those on its diagonal"
+        raise InputError(where, "stiffness", problem, "export the full matrix")
+    values = np.linalg.eigvalsh(scaled)
     free = int(np.count_nonzero(values < FREE))
     if free != 6:
         raise InputError(

@@ -200,6 +200,8 @@ def spoiled(what):
         k[:, 4], k[4, :] = 0.0, 0.0
     elif what == "negative mass":
         m *= -1
+    elif what == "wild mode":
+        k[-1, -1], k[-1, -2], k[-2, -1] = 1e-300, 1e300, 1e300
     elif what == "endless mass":
         m *= 1e308 / m.max()
     elif what == "lengths":
@@ -221,6 +223,7 @@ def spoiled(what):
         ("loose", "rigid motion|without stiffness"),
         ("negative mass", "not positive"),
         ("endless mass", "not positive"),
+        ("wild mode", "beyond all measure"),
         ("lengths", "positions are taken 0.001 times"),
         ("nan", "no numbers"),
         ("other size", "rows, the stiffness"),
