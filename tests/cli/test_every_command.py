@@ -174,7 +174,6 @@ READERS = {
     "compare": lambda run, folder, out: run(
         "compare", folder, folder, "-q", "--no-interactive", "--out", out / "two.html"
     ),
-    "orders": lambda run, folder, out: run("orders", folder, "-q", "--only", "1", "--out", out),
 }
 
 
