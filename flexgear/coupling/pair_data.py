@@ -121,7 +121,7 @@ class PairData(NamedTuple):
     bearing_law: Ints  # (n_b,) index into ``laws.LAWS``
     bearing_block: Ints  # (n_b, 2) inner and outer block of a bearing, −1: housing
     bearing_angle: Ints  # (n_b, 2) angle by which the block's frame has turned, −1: none
-    bearing_parameters: Array  # (n_b, p) of its law, as many as the longest has
+    bearing_parameters: Array  # (n_b,) arrays, each as long as its law has values
     bearing_turned: Ints  # (n_b,) angle that is one of these, −1 none
     load_block: Ints  # (n_l,)
     load_vector: Array  # (n_l, 6) N, N·m

@@ -24,6 +24,7 @@ from flexgear.solve.result_warnings import (
 
 STANDARD = "IEC 61400-4:2012"
 ALIKE = 1e-6  # by which K is above 1 where nothing tells the planets apart
+ROUNDING = 1e-6  # of the limit for small displacements, below which a displacement is none
 
 
 @dataclass(frozen=True)
@@ -216,22 +217,18 @@ def _deflections(findings: Findings) -> Iterator[Answer]:
     for stage, shares in motion_shares(findings.case, motions).items():
         worst = max(shares, key=lambda s: s.size / s.limit)
         farthest = max(shares, key=lambda s: s.size)
+        size = worst.size if worst.size > ROUNDING * worst.limit else 0.0
         sentence = (
-            f"{words(worst.body).capitalize()}, {_share(worst.size / worst.limit)} of the limit "
-            f"for small displacements beside {worst.beside}; {window}."
+            f"{words(worst.body).capitalize()}, {number(100 * size / worst.limit, 2)} % of the "
+            f"limit for small displacements beside {worst.beside}; {window}."
         )
-        if farthest.body != worst.body:
+        if farthest.body != worst.body and size:
             sentence += f" Largest: {words(farthest.body)}, {with_unit(farthest.size, 'm')}."
         if worst.size > worst.limit:
             sentence += f" {CONSEQUENCE}"
-        figure = f"{with_unit(worst.size, 'm')} of {with_unit(worst.limit, 'm')}"
-        level: Level = "good" if worst.size <= worst.limit else "bad"
-        size, limit = 1e6 * worst.size, 1e6 * worst.limit
-        yield Answer(level, stage, size, figure, sentence, limit, window)
-
-
-def _share(ratio: float) -> str:
-    return f"{number(100.0 * ratio, 2)} %"
+        figure = f"{with_unit(size, 'm')} of {with_unit(worst.limit, 'm')}"
+        level: Level = "good" if size <= worst.limit else "bad"
+        yield Answer(level, stage, 1e6 * size, figure, sentence, 1e6 * worst.limit, window)
 
 
 def _transmission_error(findings: Findings) -> Iterator[Answer]:
