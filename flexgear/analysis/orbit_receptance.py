@@ -96,7 +96,7 @@ class CondensedTrain:
 
     @property
     def modal(self) -> ModalSystem:
-        """Modes of the train."""
+        """The train in its modes, as the force elements have it."""
         return self.elements.modal
 
     @cached_property

@@ -232,8 +232,8 @@ def present(title: str, sections: Mapping[str, Mapping[str, Any]], as_json: bool
 
 
 def by_figure(rows: Mapping[str, Any]) -> Mapping[str, Any]:
-    """Rows with many figures each, transposed: one row for each figure, with its values in the
-    order of the names, which come first; other rows unchanged."""
+    """Transposes a table that has many figures for each name: the first row lists the names, each
+    other row one figure of all of them. Other tables stay as they are."""
     flat = {name: flattened(row) for name, row in rows.items() if isinstance(row, Mapping)}
     if not flat or len(flat) < len(rows) or min(map(len, flat.values())) <= MOST_BESIDE:
         return rows

@@ -47,6 +47,7 @@ MOST_CURVES, LINES = 12, 12  # in a picture; strongest that are printed
 CANDIDATES, ABOVE = 400, 1.5  # peaks, and how far lines stand above the lobes of higher ones
 RESOLVED = 2.0  # lines of the transform between neighbours that Hann's window tells apart
 MULTIPLE = 0.25  # of a line of the transform: how near multiples of a fault's line are to a peak
+APART = 10.0  # lines between multiples: a peak then meets one by chance in one of 20 cases
 
 
 @dataclass(frozen=True)
@@ -243,7 +244,7 @@ def _labels(order: float, expected: list[tuple[ExpectedLine, float]], turns: flo
     faults = [
         (f"{round(order / at)} × {name}", round(order / at) * at)
         for (line, at), (name, _) in zip(expected, named, strict=True)
-        if line.kind == TOOTH_FAULT and at >= RESOLVED / turns
+        if line.kind == TOOTH_FAULT and at >= APART / turns
     ]
     for lines, within in ((named, 1.0 / turns), (faults, MULTIPLE / turns)):
         least = min((abs(at - order) for _, at in lines), default=np.inf)

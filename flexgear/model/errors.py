@@ -12,7 +12,7 @@ class FlexgearError(Exception):
 
 
 class FlexgearWarning(UserWarning):
-    """Something was corrected, or needs attention; one line, for ``warnings``."""
+    """A warning to the user in one line, for Python's ``warnings``."""
 
 
 class InputError(FlexgearError):

@@ -359,7 +359,7 @@ def _is_ideal(data: xr.Dataset, meeting: int) -> bool:
 
 
 def _legend(data: xr.Dataset, kinds: list[int], whirls: bool) -> list[Line2D]:
-    """Legend of lines, colours and dots."""
+    """Entries of the Campbell chart's legend: excitation orders, kinds of modes, meetings."""
     out = [
         Line2D([], [], color=NEUTRAL, ls="--", lw=1.0, label="orders of gear meshes"),
         Line2D([], [], color=NEUTRAL, ls=":", lw=0.9, label="shafts, passing planets"),

@@ -137,8 +137,8 @@ def damage_chart(data: xr.Dataset) -> Figure:
 
 @styled
 def safety_chart(data: xr.Dataset) -> Figure:
-    """Factor on all loads that each part would bear within its limits, of equal ones the weakest; 1
-    is the limit."""
+    """Bars of the load reserve by part, the factor on all loads at which it reaches its limit.
+    Equal parts have one bar, of the weakest."""
     reserve, alike = data["load_reserve"].to_numpy(), data["part_alike"].to_numpy()
     finite = [k for k in np.argsort(reserve) if np.isfinite(reserve[k]) and reserve[k] > 0.0]
     of_equal: dict[str, int] = {}

@@ -141,8 +141,8 @@ def contamination_factor(
 
 
 def life_modification(rolling: Rolling, viscosity_ratio: float, fatigue_ratio: ArrayLike) -> Array:
-    """a_ISO of fatigue ratios e_C C_u/P of any shape; below κ = 0.1, for which the standard has
-    none, 0.1."""
+    """Life modification factor a_ISO at fatigue ratios e_C C_u/P (an array of any shape) and one
+    viscosity ratio κ. Below κ = 0.1, where the standard gives no a_ISO, it is 0.1."""
     kappa = min(max(viscosity_ratio, LEAST_RATIO), LARGEST_RATIO)
     _, y, z = next(row for row in reversed(_BRANCHES[rolling]) if kappa >= row[0])
     ratio = np.asarray(fatigue_ratio, dtype=float)

@@ -43,7 +43,8 @@ _PROBED_TEETH = 12  # teeth whose flanks the static error estimate loads
 
 @dataclass(frozen=True, eq=False)
 class ToothedSource(FeBody):
-    """A gear with an FE mesh. reference_radius: of the circle of its tooth nodes, m."""
+    """A ring or planet with teeth and an FE mesh; reference_radius: radius of the circle on which
+    its tooth nodes lie, m."""
 
     section: Ring | Planet
     mesh: RingMeshParameters | PlanetMeshParameters
