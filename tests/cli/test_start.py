@@ -39,6 +39,12 @@ def test_help_and_version_load_nothing_of_what_commands_need(option):
     assert not modules & (MODEL | SOLVES | SHOWS)
 
 
+def test_the_module_is_the_command():
+    command = [sys.executable, "-m", "flexgear", "--version"]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0 and done.stdout == loaded("--version")[1]
+
+
 def test_check_loads_neither_solvers_nor_pictures():
     modules, shown = loaded("check", "wind-5mw")
     assert "input power" in shown
