@@ -6,6 +6,7 @@ import xml.etree.ElementTree as ET
 
 import pytest
 from report_pages import require_sound
+from rexs_schema import require_valid
 
 import flexgear as fg
 from flexgear.results.dataset_file import load
@@ -54,6 +55,7 @@ def test_screen_files_and_page(flexgear, tmp_path):
         if (r["of"], r["bin"]) == ("stage_1.sun flank", "extreme torque")
     }
     assert {"stress", "bin_safety", "load_cycles", "Z_H", "σ_H"} <= of_bin
+    require_valid(out / "rating.rexs")
     model = ET.parse(out / "rating.rexs").getroot()
     pitting = {
         float(attribute.text)

@@ -198,7 +198,7 @@ class StageOut:
             minimum_normal_backlash=geometry.backlash,
             maximum_normal_backlash=geometry.backlash,
             radial_contact_ratio=geometry.transverse_contact_ratio,
-            overlap_contact_ratio=geometry.overlap_ratio,
+            overlap_contact_ratio=geometry.overlap_ratio or None,
             total_contact_ratio=geometry.total_contact_ratio,
         )
         self.meshes.append((role, number))

@@ -1,12 +1,8 @@
 """Cases become REXS 2.0 that is valid, and that read again is the same case."""
 
-import os
-import xml.etree.ElementTree as ET
-from collections import Counter
-from pathlib import Path
-
 import pytest
 from rexs_samples import again, case_of_file, exported, planetary, three_stages
+from rexs_schema import require_valid
 from train_contexts import BUNDLED
 
 from flexgear.files.rexs.from_case import not_written
@@ -25,16 +21,6 @@ GROUND = {
     "stage.planet.modifications.root_relief": "{ amount_um = 12, length_mm = 5 }",
     "stage.ring.modifications.end_relief": "{ amount_um = 20, length_mm = 15 }",
 }
-
-
-def schema(name):
-    """Rows of a table of what the public REXS schema 2.0 says of the components that are exported:
-    attributes with units, components in the roles of relations. Facts of rexs.info, FVA."""
-    text = Path(__file__).with_name(f"schema_2_0_{name}.tsv").read_text("utf-8")
-    return {tuple(line.split("\t")) for line in text.splitlines()[1:]}
-
-
-ATTRIBUTES, RELATIONS = schema("attributes"), schema("relations")
 
 
 def require_same_gears(first, second):
@@ -146,38 +132,10 @@ def test_what_was_imported_survives(tmp_path, make):
 
 @pytest.mark.parametrize("name", [*CASES, "with relief"])
 def test_valid_by_the_schema(tmp_path, name):
-    """Order of elements, ids, references, attributes of each component, their units, relations."""
     sloped = {f"stage.sun.modifications.drive.{k}_um": "5" for k in SLOPES}
     relief = {**GROUND, **sloped, "gravity_m_per_s2": "[0, -9.81, 0]"}
     case = load_case("lin-parker", relief) if name == "with relief" else load_case(name)
-    root = ET.parse(exported(case, tmp_path / "out.rexs")).getroot()
-    assert root.tag == "model" and root.get("version") == "2.0"
-    assert {"applicationId", "applicationVersion", "date"} <= set(root.keys())
-    assert [e.tag for e in root][:2] == ["relations", "components"]
-    kinds = {c.get("id"): c.get("type") for c in root.find("components")}
-    assert len(kinds) == len(root.find("components"))
-    assert max(Counter(r.get("id") for r in root.find("relations")).values()) == 1
-    for component in root.iter("component"):
-        kind = kinds[component.get("id")]
-        assert kind in {known for known, *_ in ATTRIBUTES}
-        for attribute in component:
-            assert (kind, attribute.get("id"), attribute.get("unit")) in ATTRIBUTES
-        assert max(Counter(a.get("id") for a in component).values(), default=1) == 1
-    for relation in root.find("relations"):
-        roles = {f"{ref.get('role')} {kinds[ref.get('id')]}" for ref in relation}
-        assert (relation.get("type"), ", ".join(sorted(roles))) in RELATIONS
-        assert (relation.get("type") == "manufacturing_step") == (relation.get("order") is not None)
-
-
-@pytest.mark.skipif(
-    "REXS_FILE_XSD" not in os.environ, reason="REXS_FILE_XSD names no rexs-file.xsd"
-)
-@pytest.mark.parametrize("name", CASES)
-def test_valid_by_the_public_xsd(tmp_path, name):
-    xmlschema = pytest.importorskip("xmlschema")
-    xmlschema.XMLSchema(os.environ["REXS_FILE_XSD"]).validate(
-        str(exported(load_case(name), tmp_path / "out.rexs"))
-    )
+    require_valid(exported(case, tmp_path / "out.rexs"))
 
 
 def test_results_balance(tmp_path):
