@@ -15,15 +15,14 @@ the life of a row in 10⁶ revolutions at a reliability of 0.9, and with lubrica
     L_10r = [Σ_k ((q_ki/q_ci)^4.5 + (q_ke/q_ce)^4.5)]^(−8/9)
     L_nmr = [Σ_k a_ISO,k^(−9/8) ((q_ki/q_ci)^4.5 + (q_ke/q_ce)^4.5)]^(−8/9)
 
-Loads to the same factor change the life by its fourth power. a_ISO,k is that of C_u/i and of
+Loads to the same factor change the life by its fourth power. a_ISO,k is that of C_u/i and of the
+load of a row all of whose laminae are loaded like lamina k,
 
-    P_k = C i^(−7/9) [n_s ((q_ki/q_ci)^4.5 + (q_ke/q_ce)^4.5)]^(2/9),
-
-the load of a row all of whose laminae are loaded like lamina k; that is derived here, not quoted.
+    P_k = 0.323 Z n_s cos α [(q_ki^4.5 + (r q_ke)^4.5)/(1 + r^4.5)]^(2/9),   r = 1.038 q_ci/q_ce.
 
 Balls, w = 3 and 10/3:
 
-    Q_ci = C/(0.407 Z cos^0.7 α i^0.7) (1 + t^(10/3))^0.3,   Q_ce with 0.389 and t^(−10/3),
+    Q_ci = C/(0.407 Z cos α i^0.7) (1 + t^(10/3))^0.3,   Q_ce with 0.389 and t^(−10/3),
     t = 1.044 ((1 − γ)/(1 + γ))^1.72 (r_i (2 r_e − D_w)/(r_e (2 r_i − D_w)))^0.41
     L_10r = [(Q_i/Q_ci)^(10/3) + (Q_e/Q_ce)^(10/3)]^(−9/10),   L_nmr = a_ISO L_10r
 
@@ -203,8 +202,7 @@ def edge_factors(laminae: int) -> Array:
 class _Law(NamedTuple):
     """Exponents and numbers of the life of rollers or balls. turning, standing: w on the ring that
     turns relative to the load, and on the stationary one; damage: exponent of q/q_c; life: of the
-    sum of damages, negative; rows, angle: of i and n_s, and of cos α, in q_c; inner, outer: numbers
-    in q_ci and q_ce."""
+    sum of damages, negative; rows: of i and n_s in q_c; inner, outer: numbers in q_ci and q_ce."""
 
     kind: Rolling
     turning: float
@@ -212,17 +210,16 @@ class _Law(NamedTuple):
     damage: float
     life: float
     rows: float
-    angle: float
     inner: float
     outer: float
 
 
 LAWS = {
     RollerRow: _Law(
-        "roller", 4.0, 4.5, 4.5, 8 / 9, 7 / 9, 1.0,
+        "roller", 4.0, 4.5, 4.5, 8 / 9, 7 / 9,
         0.378 * LIFE_FACTOR_MATERIAL, 0.364 * LIFE_FACTOR_MATERIAL,
     ),
-    BallRow: _Law("ball", 3.0, 10 / 3, 10 / 3, 9 / 10, 0.7, 0.7, 0.407, 0.389),
+    BallRow: _Law("ball", 3.0, 10 / 3, 10 / 3, 9 / 10, 0.7, 0.407, 0.389),
 }  # fmt: skip
 
 
@@ -255,19 +252,25 @@ def row_lives(
     law, laminae, t = LAWS[type(row)], loads.shape[1], _raceways(row)
     rating = ratings.dynamic_rating / ratings.rows**law.rows  # of a row
     uneven = edge_factors(laminae) if isinstance(row, RollerRow) and row.edge_stress else 1.0
-    damages = np.zeros(laminae)
-    for ring, number, sign in (("inner", law.inner, 1), ("outer", law.outer, -1)):
-        at_rating = (
-            rating / laminae**law.rows / row.count / math.cos(row.contact_angle) ** law.angle
-        )
-        at_rating *= (1 + t ** (sign * law.damage)) ** (1 / law.damage) / number
+    at_rating, equivalent = np.zeros(2), np.zeros((2, laminae))
+    elements = row.count * math.cos(row.contact_angle)
+    for k, (ring, number, sign) in enumerate((("inner", law.inner, 1), ("outer", law.outer, -1))):
+        raceway = (1 + t ** (sign * law.damage)) ** (1 / law.damage)
+        at_rating[k] = rating / laminae**law.rows / elements * raceway / number
         exponent = law.standing if ring == stationary else law.turning
-        damages += (_equivalent(loads * uneven, exponent) / at_rating) ** law.damage
+        equivalent[k] = _equivalent(loads * uneven, exponent)
+    damages = ((equivalent / at_rating[:, None]) ** law.damage).sum(axis=0)
     basic, limit = _life(float(damages.sum()), law.life), ratings.fatigue_load_limit
     if lubrication is None or limit is None:
         return basic, None
-    equivalent = np.maximum(rating * (laminae * damages) ** (1 / law.damage), 1e-300)
-    fatigue = lubrication.contamination * limit / ratings.rows / equivalent
+    if isinstance(row, RollerRow):
+        outer = (1.038 * at_rating[0] / at_rating[1]) ** law.damage
+        mean = np.array([1.0, outer]) @ equivalent**law.damage / (1 + outer)
+        load = 0.323 * elements * laminae * mean ** (1 / law.damage)
+    else:
+        load = rating * damages ** (1 / law.damage)
+    load = np.maximum(load, 1e-300)
+    fatigue = lubrication.contamination * limit / ratings.rows / load
     factors = life_modification(law.kind, lubrication.viscosity_ratio, fatigue)
     return basic, _life(float((factors ** (-1 / law.life) * damages).sum()), law.life)
 
