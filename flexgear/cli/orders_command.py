@@ -219,7 +219,7 @@ def strongest(
     largest = result.max(others).to_numpy()
     spacing = max(1, int(RESOLVED / turns / (order[1] - order[0])))
     peaks, _ = find_peaks(largest, distance=spacing)
-    peaks = peaks[largest[peaks] > 0]
+    peaks = peaks[largest[peaks] > result.attrs.get("rounding", 0.0)]
     lines, lobes = list[int](), side_lobes(result.attrs["window"])
     for k in sorted(peaks, key=lambda k: -largest[k])[:CANDIDATES]:
         away = turns * np.abs([order[lines] - order[k], order[lines] + order[k]])
@@ -257,7 +257,8 @@ def _print(case: Case, result: xr.DataArray, rows: list[dict[str, Any]]) -> None
     turns = float(result.attrs["turns"])
     title = f"{case.name}: {result.name} over {number(turns)} turns of {result.attrs['of']}"
     if not rows:
-        typer.echo(title)
+        quiet = "" if "phase" in result.dims else ": nothing but rounding varies"
+        typer.echo(title + quiet)
         return
     resolution, window = number(RESOLVED / turns, 2), result.attrs["window"]
     title += f", {window} window; lines less than {resolution} orders apart are one"

@@ -40,6 +40,9 @@ MAP_PADDING = 8
 OVERLAP = 4  # blocks of a map that share a sample
 SOURCE = "orders"
 TURN, ORDER, TIME = "turn", "order", "time"
+SINGLE = 1e-7  # of the largest mean: rounding of what is kept in single precision
+# of a rated torque, and m or rad: rounding of forces and motions without a mean
+OF_TORQUE, OF_MOTION = 1e-9, 1e-15
 CLOCKS = {TIME: "input_angle", "sensor_time": "sensor_input_angle"}  # and the angles they sample
 LAST, HIGHEST = 2**17, 10.5  # samples, and orders, of a run's spectrum of forces
 Value = TypeVar("Value", Array, float)
@@ -213,7 +216,15 @@ def history_over_turns(
     part = over_time(data, name)
     history = part[name] if band_hz is None else envelope(part[name], band_hz)
     turns = member_turns(part, member or first_input(data), against)
-    return synchronous(history, turns, highest)
+    least = _least_rounding(case_of(data), str(history.attrs.get("units", "")))
+    return synchronous(history, turns, highest).assign_attrs(rounding=least)
+
+
+def _least_rounding(case: Case, unit: str) -> float:
+    """Amplitude up to which histories in a unit are rounding, whatever their mean."""
+    if unit.startswith("N"):
+        return OF_TORQUE * max(map(abs, power_flow(case).torque.values()), default=0.0)
+    return OF_MOTION if unit in ("m", "rad", "m, rad") else 0.0
 
 
 def first_input(data: xr.Dataset) -> str:
@@ -348,13 +359,14 @@ def _spectrum_of(
     window: str,
     turns: float,
 ) -> xr.DataArray:
-    """Labelled amplitudes of a history."""
+    """Labelled amplitudes of a history; attrs["rounding"]: up to which they are rounding."""
     of, name = str(history.attrs["of"]), history.attrs.get("long_name", history.name)
     about = {"units": "1", "long_name": f"order of {of}"}
+    mean = float(np.abs(history.mean(TURN)).max())
     attrs = {
         "units": history.attrs.get("units", ""), "long_name": f"amplitude of {name}",
-        "window": window, "of": of, "turns": turns,
-        "largest_mean": float(np.abs(history.mean(TURN)).max()),
+        "window": window, "of": of, "turns": turns, "largest_mean": mean,
+        "rounding": max(SINGLE * mean, history.attrs.get("rounding", 0.0)),
     }  # fmt: skip
     coords = {**coords_beside(history, TURN), ORDER: xr.Variable(ORDER, orders, about)}
     return xr.DataArray(values, coords, dims, history.name, attrs)

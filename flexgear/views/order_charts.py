@@ -38,7 +38,6 @@ from flexgear.views.style import (
 from flexgear.views.traces import CELLS
 
 Lines = Sequence[tuple[ExpectedLine, float]]  # with their orders
-CONSTANT = 1e-7  # of the mean, rounding of what is kept in single precision
 DECADES = 5  # below the largest amplitude that are shown
 MAP_DECADES = 4
 COLUMNS = 4  # of a legend
@@ -74,7 +73,7 @@ def order_chart(spectrum: xr.DataArray, lines: Lines = ()) -> Figure:
     largest = max((float(np.nanmax(a, initial=0.0)) for a in amplitudes.values()), default=0.0)
     mean = float(spectrum.attrs.get("largest_mean", 0.0))
     unit, by = scale([max(largest, mean)], str(spectrum.attrs["units"]))
-    if largest <= CONSTANT * mean:
+    if largest <= spectrum.attrs.get("rounding", 0.0):
         return text_only(f"Constant, {by * mean:.4g} {unit}: no amplitudes to show")
     unit, by = scale([largest], str(spectrum.attrs["units"]))
     figure, axes = panels(1, 1, height_mm=85)

@@ -170,6 +170,22 @@ def test_columns_that_are_not_drawn_stay_in_the_file(flexgear, transient, monkey
     assert not reads
 
 
+def test_a_train_that_nothing_excites_has_no_lines(flexgear, tmp_path):
+    """Forces with a mean and without, and motions: one sentence."""
+    file = tmp_path / "quiet.nc"
+    settings = {"stage.gear_mesh.model": "constant", "solver.time_step_s": "1e-4"}
+    options = [x for k, v in settings.items() for x in ("--set", f"{k}={v}")]
+    flexgear.out("simulate", "lin-parker", *options, "--duration-s", 0.15, "--out", file, "-q")
+    for of, only in (
+        ("gear_mesh_force", ""), ("inertia_torque", ""), ("bearing_force", "sun"),
+        ("body_displacement", "sun u"), ("port_speed", ""),
+    ):  # fmt: skip
+        out = flexgear.quiet("orders", file, "--of", of, "--only", only, "-q")
+        assert out.count("\n") == 1 and out.endswith("nothing but rounding varies\n")
+    figures = flexgear.json("orders", file, "--out", tmp_path / "quiet")
+    assert figures["lines"] == []
+
+
 @pytest.mark.parametrize("window", ["hann", "boxcar", "blackman"])
 def test_side_lobes_of_a_line_are_no_lines(window):
     """Two sines, whose lobes are higher than a third one only near to it."""
