@@ -181,7 +181,7 @@ def test_bad_input(stage):
     back = turns_of(time, np.sin(np.linspace(-1, 2, len(time))))
     for call, text in (
         (lambda: member_turns(data, "wheel"), "wheel: is no member"),
-        (lambda: over_time(data.drop_vars("input_angle"), "sound"), "lacks input_angle"),
+        (lambda: over_time(data.drop_vars("input_angle"), "sound"), "input_angle: is not in"),
         (lambda: over_time(data, "noise"), "noise: is no history of this file -- name one of inp"),
         (lambda: synchronous(history, turns_of(time, 0 * turns)), "does not rotate"),
         (lambda: synchronous(history, back), "goes through zero"),
