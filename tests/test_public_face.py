@@ -82,6 +82,33 @@ def modes(model):
         (lambda case: case.assemble().static(0, member="stage.rim"), "static(): member: "),
         (lambda case: case.assemble().modes(limit_hz="a"), "Model.modes(): limit_hz: 'a'"),
         (lambda case: case.assemble().transient("long"), "Model.transient(): duration: 'long'"),
+        (lambda case: case.assemble().transient("0.5"), "transient(): duration: '0.5' is of"),
+        (lambda case: case.assemble().transient(0), "transient(): duration: 0 is too small"),
+        (lambda case: case.assemble().transient(np.inf), "transient(): duration: inf is of the"),
+        (lambda case: case.assemble().transient(0.001, output_interval=0.0),
+         "transient(): output_interval: 0.0 is too small -- give a number above zero"),
+        (lambda case: case.assemble().static({}), "static(): angle_deg: {} is of the wrong type"),
+        (lambda case: case.assemble().static([]), "static(): angle_deg: [] is of the wrong type"),
+        (lambda case: case.assemble().static(np.eye(2)), "angle_deg: array([[1., 0.], [0., 1.]])"),
+        (lambda case: case.assemble().static(np.datetime64("2020-01-01")), "static(): angle_deg"),
+        (lambda case: case.assemble().static(np.inf), "static(): angle_deg: inf rad: is no angle"),
+        (lambda case: case.assemble().static(0, torque=True), "static(): torque: True is of the"),
+        (lambda case: case.assemble().static(0, torque=np.nan), "static(): torque: nan is of the"),
+        (lambda case: case.assemble().static(0, progress=1), "progress: 1 is of the wrong type -- g"
+         "ive a function of a stage of the work and the share of it that is done"),
+        (lambda case: case.assemble().modes(limit_hz=0), "modes(): limit_hz: 0 is too small"),
+        (lambda case: case.assemble().modes(member="x"), "modes(): member: 'x': does not turn"),
+        (lambda case: case.assemble().campbell("x"), "campbell(): factors: 'x' is of the wrong"),
+        (lambda case: case.assemble().campbell(margin=-1), "campbell(): margin: -1 is too small"),
+        (lambda case: case.assemble().stability(count=0), "stability(): count: 0 is too small"),
+        (lambda case: case.assemble().stability((0, 0)), "stability(): speeds: 0 to 0: is no"),
+        (lambda case: case.assemble().linear_response(orders=-1), "linear_response(): orders: -1"),
+        (lambda case: case.assemble().response(speed=0.5), "response(): speed: 0.5: is fixed, but"),
+        (lambda case: case.assemble().mode_field(b"x", 1), "mode_field(): body: b'x' is of the"),
+        (lambda case: case.assemble().static().fg.orders(3), "orders(): name: 3 is of the wrong"),
+        (lambda case: fg.stage_part(case.assemble().static(), "x"), "stage_part(): stage: 'x'"),
+        (lambda case: fg.stage_part(case.assemble().static(), "stage", "x"), "half: 'x': is no"),
+        (lambda case: fg.radial_harmonics(1.0), "radial_harmonics(): displacement: (): is not"),
         (lambda case: fg.compare(a=1, b=2), "compare(): a: 1 is of the wrong type"),
         (lambda case: fg.compare(), "compare(): runs: are fewer than two"),
         (lambda case: fg.Case(stages=[{"planets": "five"}]), "Case()"),
@@ -92,6 +119,32 @@ def test_a_wrong_argument_is_one_line_that_names_it(case, call, line):
         call(case)
     assert str(fault.value).startswith("flexgear.") and line in str(fault.value)
     assert "\n" not in str(fault.value) and "--" not in str(fault.value).replace(" -- ", "")
+
+
+def test_an_unknown_stage_is_one_line(case):
+    for block in (fg.geometry, fg.contact_paths):
+        with pytest.raises(fg.InputError, match=r"lin-parker: 'x': is of no stage .* one of stage"):
+            block(case, "x")
+
+
+def test_numbers_of_numpy_and_labelled_ones_are_numbers(model):
+    angles = model.static(np.arange(3)).lead_angle
+    assert model.static(np.degrees(angles)).lead_angle.values == pytest.approx(angles.values)
+    path = fg.contact_paths(model.case)["ring"]
+    assert np.isnan(fg.pair_stiffness(path, [np.nan, 0.0])[0])  # as in places without a pair
+    assert model.static(np.float32(1), torque=angles[0]).sizes["position"] == 1
+    assert model.campbell(1, orders=np.array([1, 2])).attrs["margin"] == pytest.approx(0.1)
+    unsorted, rising = model.campbell([1, 0, 0.5]), model.campbell([0, 0.5, 1])
+    xr.testing.assert_equal(unsorted, rising)
+
+
+def test_a_transient_in_memory_keeps_what_is_asked_for(model, tmp_path):
+    alone = model.transient(0.002, save=["gear_mesh_force"])
+    assert "gear_mesh_force" in alone and "body_displacement" not in alone
+    in_file = model.transient(0.002, save=["gear_mesh_force"], out=tmp_path / "run.nc")
+    assert set(alone.data_vars) == set(in_file.data_vars)
+    with pytest.raises(fg.InputError, match=r"transient\(\): save: x: is not saved by this run"):
+        model.transient(0.002, save=["x"])
 
 
 def test_keys_of_a_case_are_keywords_of_load_case():

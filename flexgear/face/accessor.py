@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import xarray as xr
 
 from flexgear.gears.power_flow import power_flow
+from flexgear.model.arguments import Positive, checked
 from flexgear.model.case import Case
 from flexgear.model.errors import FlexgearError, InputError
 from flexgear.results.run_folder import Folder, tuples_of
@@ -34,13 +35,14 @@ class Accessor:
         """Pictures; their names are those of the files that ``flexgear run`` writes."""
         return Plots(self._data)
 
+    @checked
     def orders(
         self,
         name: str,
         member: str = "",
         *,
         against: str = "",
-        highest: float | None = None,
+        highest: Positive | None = None,
         window: str = "hann",
         band_hz: tuple[float, float] | None = None,
     ) -> xr.DataArray:
@@ -57,14 +59,15 @@ class Accessor:
         )
         return order_spectrum(history, window)
 
+    @checked
     def order_map(
         self,
         name: str,
         member: str = "",
         *,
         against: str = "",
-        highest: float | None = None,
-        block_turns: float | None = None,
+        highest: Positive | None = None,
+        block_turns: Positive | None = None,
         window: str = "hann",
         band_hz: tuple[float, float] | None = None,
     ) -> xr.DataArray:
@@ -77,8 +80,9 @@ class Accessor:
         )
         return order_map(history, block_turns, window)
 
+    @checked
     def synchronous_average(
-        self, name: str, member: str = "", *, against: str = "", highest: float | None = None
+        self, name: str, member: str = "", *, against: str = "", highest: Positive | None = None
     ) -> xr.DataArray:
         """Mean (phase, …) of a variable over the whole turns of a member."""
         from flexgear.results.orders import history_over_turns
@@ -87,13 +91,14 @@ class Accessor:
         history = history_over_turns(self._data, name, member, against, highest=highest)
         return synchronous_average(history)
 
+    @checked
     def planet_averages(
         self,
         name: str,
         stage: str,
         *,
         sensor_angle_deg: float = 0.0,
-        width: float | None = None,
+        width: Positive | None = None,
         on_ring: bool = False,
     ) -> xr.DataArray:
         """Means (planet, phase, …) of a variable over the turns of the planets of a stage, from one

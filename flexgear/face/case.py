@@ -39,7 +39,7 @@ class Case(case.Case):
         data = to_si(case.Case, stated, where, written, bare_si=True)
         resolve_files(data, Path())
         try:
-            super().__init__(**data)
+            super().__init__(**{"source": where, **data})
         except ValidationError as fault:
             raise input_error(case.Case, fault, where, written) from None
 

@@ -9,16 +9,17 @@ from pathlib import Path
 
 import numpy as np
 import xarray as xr
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from flexgear.face import accessor as accessor  # datasets have ``.fg`` from here on
 from flexgear.face.notebook import Progress, html_table, progress_or_bars
-from flexgear.model.arguments import checked
+from flexgear.model.arguments import Count, Numbers, Positive, checked
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError, echo
 from flexgear.model.machine import TorqueHistory
 from flexgear.model.read import nearest
-from flexgear.results.dataset_file import dataset_file, reopened
+from flexgear.results.dataset_file import chosen, dataset_file, reopened
+from flexgear.results.sinks import TIME, Gathered
 from flexgear.solve import deformed, model, response, static, transient
 from flexgear.solve.angles import lead_angles, reference_member
 from flexgear.solve.bodies import Bodies, silent
@@ -58,7 +59,7 @@ class Model(model.Model):
     @checked
     def static(
         self,
-        angle_deg: ArrayLike = 0.0,
+        angle_deg: Numbers = 0.0,
         *,
         member: str = "",
         torque: float | None = None,
@@ -73,7 +74,7 @@ class Model(model.Model):
 
     @checked
     def modes(
-        self, limit_hz: float | None = None, *, angle_deg: float | None = None, member: str = ""
+        self, limit_hz: Positive | None = None, *, angle_deg: float | None = None, member: str = ""
     ) -> xr.Dataset:
         """Undamped modes at zero speed, with the variables of ``campbell``: frequencies over speed.
 
@@ -82,8 +83,9 @@ class Model(model.Model):
         stiffness over a gear-mesh cycle.
         """
         limit = usual_limit(self) if limit_hz is None else limit_hz
+        angle = self._reference_angle(angle_deg or 0.0, member)
         if angle_deg is not None:
-            return modes(self, angle=self._reference_angle(angle_deg, member), limit_hz=limit)
+            return modes(self, angle=angle, limit_hz=limit)
         over_speed = campbell(self, limit_hz=limit)
         at_rest = modes(self, limit_hz=limit)
         return at_rest.merge(over_speed).assign_attrs({**at_rest.attrs, **over_speed.attrs})
@@ -91,11 +93,11 @@ class Model(model.Model):
     @checked
     def campbell(
         self,
-        factors: ArrayLike | None = None,
+        factors: Numbers | None = None,
         *,
-        orders: Sequence[float] | None = None,
-        limit_hz: float | None = None,
-        margin: float = MARGIN,
+        orders: Numbers | None = None,
+        limit_hz: Positive | None = None,
+        margin: Positive = MARGIN,
     ) -> xr.Dataset:
         """Frequencies over speed, orders of gear meshes and shafts, and their intersections.
 
@@ -111,8 +113,8 @@ class Model(model.Model):
         self,
         speeds: tuple[float, float] | None = None,
         *,
-        count: int = SPEEDS,
-        limit_hz: float | None = None,
+        count: Count = SPEEDS,
+        limit_hz: Positive | None = None,
         progress: Progress | None = None,
     ) -> xr.Dataset:
         """Parametric instability: where over speed the gear-mesh stiffness, as it varies over its
@@ -132,9 +134,9 @@ class Model(model.Model):
         self,
         speeds: tuple[float, float] | None = None,
         *,
-        count: int = LINEAR_SPEEDS,
-        orders: int = ORDERS,
-        limit_hz: float | None = None,
+        count: Count = LINEAR_SPEEDS,
+        orders: Count = ORDERS,
+        limit_hz: Positive | None = None,
         progress: Progress | None = None,
     ) -> xr.Dataset:
         """Forced response to the static transmission error at mean gear-mesh stiffness: amplitudes
@@ -150,11 +152,11 @@ class Model(model.Model):
     @checked
     def transient(
         self,
-        duration: float | None = None,
+        duration: Positive | None = None,
         *,
         drive: TorqueHistory | None = None,
         torque_share: float = 1.0,
-        output_interval: float | None = None,
+        output_interval: Positive | None = None,
         energy: bool = False,
         fields: Sequence[str] = (),
         out: str | Path | None = None,
@@ -169,9 +171,9 @@ class Model(model.Model):
         torque_share: factor on all torques. output_interval: s between samples. energy: with the
         energy balance. fields: FE bodies whose coordinates are kept, for ``deformed``. out: netCDF
         file that takes the samples as they come, so that memory does not grow with the duration;
-        save: variables that it has, all if none is named. start: a transient of this train, also
-        under other machines, from whose end this one goes on in time. InputError where the run
-        would not come to an end, FlexgearError where the time stepping runs away.
+        save: variables over time that are kept, all if none is named. start: a transient of this
+        train, also under other machines, from whose end this one goes on in time. InputError where
+        the run would not come to an end, FlexgearError where the time stepping runs away.
         """
         simulate = partial(
             transient.simulate,
@@ -186,7 +188,9 @@ class Model(model.Model):
             start=start,
         )
         if out is None:
-            return simulate().data
+            samples = Gathered(lambda data: chosen(data, save) if TIME in data.dims else data)
+            simulate(sink=samples)
+            return samples.data
         with dataset_file(out, save) as sink:
             simulate(sink=sink)
         return reopened(out)
@@ -250,7 +254,7 @@ class Model(model.Model):
         *,
         angle_deg: float | None = None,
         member: str = "",
-        largest: float = 1e-3,
+        largest: Positive = 1e-3,
     ) -> xr.Dataset:
         """Displacement (p, 3) m and stress (p, 6) Pa of a body in a natural mode.
 
@@ -261,7 +265,7 @@ class Model(model.Model):
         angle = None if angle_deg is None else self._reference_angle(angle_deg, member)
         return deformed.mode_field(self, body, mode, angle, largest)
 
-    def _reference_angles(self, angle_deg: ArrayLike, member: str) -> NDArray[np.float64]:
+    def _reference_angles(self, angle_deg: Numbers, member: str) -> NDArray[np.float64]:
         """Rotations (p,) rad of the reference member; InputError for a member that does not
         turn."""
         angles = np.radians(np.atleast_1d(np.asarray(angle_deg, dtype=float)))

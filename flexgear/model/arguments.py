@@ -10,12 +10,67 @@ from functools import cache, partial, wraps
 from typing import Annotated, Any, TypeVar, cast
 
 import numpy as np
-from pydantic import ConfigDict, InstanceOf, PlainValidator, ValidationError, validate_call
+from numpy.typing import ArrayLike
+from pydantic import (
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    InstanceOf,
+    PlainValidator,
+    Strict,
+    ValidationError,
+    validate_call,
+)
 
 from flexgear.model.errors import InputError, echo
 
 F = TypeVar("F", bound=Callable[..., Any])
-_NUMBERS = Annotated[Any, PlainValidator(lambda value: np.asarray(value, dtype=float))]
+Numbers = ArrayLike  # one, or a sequence of them
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+Count = Annotated[int, Field(ge=1)]
+
+
+def _numbers(value: object) -> object:
+    """Any array that holds numbers and nothing else."""
+    array = np.asarray(value)
+    if array.dtype.kind not in "iuf" or not array.size:
+        raise ValueError
+    return value
+
+
+def _sequence(value: object) -> object:
+    """A number, or an array (n,) of numbers, NaN not among them."""
+    array = np.asarray(_numbers(value), dtype=float)
+    if array.ndim > 1 or np.isnan(array).any():
+        raise ValueError
+    return value
+
+
+def _number(value: object) -> object:
+    """What is a number already: no text that reads like one, and neither yes nor NaN."""
+    if isinstance(value, str | bytes | bool) or value != value:
+        raise ValueError
+    return value
+
+
+_TYPES = {  # by their names in annotations
+    "ArrayLike": Annotated[Any, PlainValidator(_numbers)],
+    "Numbers": Annotated[Any, PlainValidator(_sequence)],
+    "float": Annotated[float, BeforeValidator(_number)],
+    "int": Annotated[int, BeforeValidator(_number)],
+    "str": Annotated[str, Strict()],
+    "bool": Annotated[bool, Strict()],
+    "Positive": Annotated[Positive, BeforeValidator(_number)],
+    "Count": Annotated[Count, BeforeValidator(_number)],
+}
+_TO_GIVE = {  # in a complaint
+    "ArrayLike": "a number or an array of numbers",
+    "Numbers": "a number or a sequence of numbers",
+    "Positive": "a number above zero",
+    "Count": "a whole number above zero",
+    "Progress": "a function of a stage of the work and the share of it that is done",
+}
+_ARGUMENTS = {"speed_range": "speeds", "torque_range": "torques"}  # by the option of a command
 
 
 def checked(function: F) -> F:
@@ -38,8 +93,10 @@ def checked(function: F) -> F:
         except InputError as fault:
             if not fault.where.startswith("--"):
                 raise
-            option = fault.where.removeprefix("--")
-            where = f"{place}: {option}" if option in parameters else place
+            option = fault.where.removeprefix("--").replace("-", "_")
+            names = (option, option.rpartition("_")[0], _ARGUMENTS.get(option))
+            named = [f": {name}" for name in names if name in parameters]
+            where = place + "".join(named[:1])
             raise InputError(where, fault.key, fault.problem, fault.remedy) from fault
 
     return cast(F, called)
@@ -67,7 +124,7 @@ class _Classes(dict[str, Any]):
     data to make them from; of a class that a module imports for type checkers alone, its name."""
 
     def __init__(self, names: dict[str, Any]) -> None:
-        super().__init__(vars(builtins) | names | {"ArrayLike": _NUMBERS})
+        super().__init__(vars(builtins) | names | _TYPES)
 
     def __getitem__(self, name: str) -> Any:
         if name not in self:
@@ -80,7 +137,7 @@ class _Classes(dict[str, Any]):
 def _require_class(name: str, value: object) -> object:
     """The value if a class of that name is among those that it is an instance of."""
     if name not in {c.__name__ for c in type(value).__mro__}:
-        raise ValueError(name)
+        raise ValueError
     return value
 
 
@@ -94,6 +151,8 @@ def _wrong_argument(place: str, parameters: Any, line: Any) -> InputError:
     if isinstance(argument, int):
         argument = names[min(argument, len(names) - 1)]
     hint = parameters.get(argument, parameters[names[-1]]).annotation
-    hint = hint.replace("ArrayLike", "a number or an array of numbers")
-    problem = f"{echo(line['input'])} is of the wrong type"
+    for name, remedy in _TO_GIVE.items():
+        hint = hint.replace(name, remedy)
+    fault = "too small" if line["type"].startswith("greater_than") else "of the wrong type"
+    problem = f"{echo(line['input'])} is {fault}"
     return InputError(place, argument, problem, f"give {hint}")

@@ -253,9 +253,14 @@ class Case(Section):
         return {body: section for view in views for body, section in view.flexible_bodies.items()}
 
     def stage_index(self, name: str) -> int:
-        """Place of the stage of that name, or of a member's stage, in the train."""
-        stage_name = MemberName.parse(name).stage
-        return next(k for k, stage in enumerate(self.stages) if stage.name == stage_name)
+        """Place of the stage of that name, or of a member's stage, in the train; InputError for
+        another name."""
+        stages, stage = [s.name for s in self.stages], MemberName.parse(name).stage
+        if stage not in stages:
+            raise InputError(
+                self.source, echo(name), "is of no stage of the case", nearest(stage, stages)
+            )
+        return stages.index(stage)
 
     def member_names(self) -> tuple[MemberName, ...]:
         """All members, stage by stage: "stage_1.sun", "stage_1.ring", …"""

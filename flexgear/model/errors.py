@@ -30,9 +30,9 @@ class InputError(FlexgearError):
 
 
 def echo(value: object) -> str:
-    """A value as it was written, at most 80 characters of it."""
+    """A value as it was written, at most 80 characters of it, on one line."""
     try:
-        text = repr(value)
+        text = re.sub(r"\s*\n\s*", " ", repr(value))
     except ValueError:  # Python does not print whole numbers of more than 4 300 digits
         text = "a whole number of thousands of digits"
     except RecursionError:

@@ -13,8 +13,9 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
-from flexgear.model.errors import FlexgearError
+from flexgear.model.errors import FlexgearError, InputError, echo
 from flexgear.model.names import BodyName, MemberName
+from flexgear.model.read import nearest
 from flexgear.results.quantities import RESULT_COORDINATES
 
 OTHER = {"left": "right", "right": "left"}
@@ -25,9 +26,18 @@ def stage_part(data: xr.Dataset, stage: str, half: str = "left") -> xr.Dataset:
     or "right", or of both, "".
 
     Of every axis whose entries are of stages (``RESULT_COORDINATES`` says so), it has those of the
-    stage and those of none, as joints are; ``turning_stage`` is no axis any more.
+    stage and those of none, as joints are; ``turning_stage`` is no axis any more. InputError for an
+    unknown stage or half.
     """
-    part = data.sel(turning_stage=stage) if "turning_stage" in data.dims else data
+    if half not in ("left", "right", ""):
+        raise InputError("--half", echo(half), "is no half", 'use "left", "right" or ""')
+    part = data
+    if "turning_stage" in data.dims:
+        stages = data["turning_stage"].to_numpy().astype(str).tolist()
+        if stage not in stages:
+            problem = "is no stage of the dataset"
+            raise InputError("--stage", echo(stage), problem, nearest(stage, stages))
+        part = data.sel(turning_stage=stage)
     masks = {
         dim: _of_stage(data[dim], stage)
         for dim, declared in RESULT_COORDINATES.items()

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from flexgear.analysis.kernels.energy import LEFT_OVER
 from flexgear.arrays import Array
-from flexgear.model.errors import FlexgearError
+from flexgear.model.errors import FlexgearError, InputError
 from flexgear.model.names import BodyName
 from flexgear.model.units import RPM
 from flexgear.results.labelled_dataset import groups_in
@@ -203,8 +203,11 @@ def harmonics(shape: ArrayLike) -> NDArray[np.complex128]:
 
 def radial_harmonics(displacement: ArrayLike) -> NDArray[np.complex128]:
     """``harmonics`` in m of the radial part of tooth-node displacements (..., z, 2 or 3) in global
-    axes, the first tooth at angle 0."""
+    axes, the first tooth at angle 0. InputError for another shape."""
     u = np.asarray(displacement, dtype=float)
+    if u.ndim < 2 or u.shape[-1] not in (2, 3):
+        remedy = "give (..., teeth, 2 or 3), as tooth_displacement of a dataset"
+        raise InputError("--displacement", str(u.shape), "is not the shape of tooth nodes", remedy)
     phi = 2 * np.pi * np.arange(u.shape[-2]) / u.shape[-2]
     return harmonics(u[..., 0] * np.cos(phi) + u[..., 1] * np.sin(phi))
 

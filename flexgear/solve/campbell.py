@@ -163,7 +163,7 @@ def campbell(
     model: Model,
     *,
     factors: ArrayLike | None = None,
-    orders: Sequence[float] | None = None,
+    orders: ArrayLike | None = None,
     limit_hz: float | None = None,
     margin: float = MARGIN,
 ) -> xr.Dataset:
@@ -179,10 +179,11 @@ def campbell(
     operating = operating_factors(model)
     if factors is None:
         factors = np.linspace(0.0, HIGHEST * operating[-1], STEPS + 1)
+    chosen = None if orders is None else tuple(np.ravel(orders).astype(float))
     rest = model.natural_modes(limit_hz)
-    diagram = _over_speed(model, np.asarray(factors, dtype=float), limit_hz)
+    diagram = _over_speed(model, np.unique(np.asarray(factors, dtype=float)), limit_hz)
     highest = limit_hz or float(diagram.frequencies.max(initial=0.0))
-    lines = excitations(model, highest, None if orders is None else tuple(map(float, orders)))
+    lines = excitations(model, highest, chosen)
     met = crossings(diagram, [line.slope for line in lines])
     count = diagram.frequencies.shape[1]
     rest = Modes(rest.frequencies[:count], rest.shapes[:, :count], rest.energy)

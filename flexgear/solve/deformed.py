@@ -12,7 +12,7 @@ from flexgear.analysis.equilibrium import revolution
 from flexgear.analysis.modes import Modes
 from flexgear.analysis.recovery import Recovery
 from flexgear.analysis.transient import Transient
-from flexgear.model.errors import InputError
+from flexgear.model.errors import InputError, echo
 from flexgear.model.names import BodyName
 from flexgear.model.read import nearest
 from flexgear.results.labelled_dataset import variable
@@ -52,7 +52,8 @@ def require_bending(model: Model, body: str) -> None:
     """InputError unless a body is one of ``bending_bodies``."""
     bodies = bending_bodies(model)
     if body not in bodies:
-        raise InputError("deformed", body, "is not a flexible FE body", nearest(body, bodies))
+        remedy = nearest(body, bodies) if bodies else "no body of this model is one"
+        raise InputError("deformed", echo(body), "is not a flexible FE body", remedy)
 
 
 def deformed(

@@ -118,6 +118,10 @@ def _range(
         )  # fmt: skip
     over, ends = ("speed", speeds or RANGE) if torques is None else ("torque", torques)
     other, fixed = ("torque", torque) if torques is None else ("speed", speed)
+    unused = speed if torques is None else torque
+    if unused != 1.0:
+        problem, remedy = f"is fixed, but the {over} is followed", f"give a range of {over}s alone"
+        raise InputError(f"--{over}", f"{unused:g}", problem, remedy)
     low, high = sorted(map(float, ends))
     least, most = RATED_SHARES
     if most < high or 0.0 < low < least:
