@@ -26,8 +26,8 @@ distribution. The edition of 2019 further has f_ε in Y_F and 1/cos³ β in Y_β
 
 The critical section is where tangents at 30° to the tooth's middle line (60° for a ring) touch the
 root that the gear's tool leaves (``tool``). For a rack these are the standard's equations 10
-to 16. For a cutter the edition of 2006 has a rack in its place, the edition of 2019 the cutter. The
-formula of Y_S is for 1 ≤ q_s < 8.
+to 16. For a cutter the edition of 2006 has a rack in its place (``substitute_rack_section``), the
+edition of 2019 the cutter. The formula of Y_S is for 1 ≤ q_s < 8.
 """
 
 from __future__ import annotations
@@ -58,6 +58,9 @@ if TYPE_CHECKING:
     from flexgear.model.member import GearMember
     from flexgear.model.stage import Stage
     from flexgear.model.stage_view import StageView
+
+
+_ITERATIONS = 30  # of θ, each a twentieth of the error before
 
 
 def flank_load_share(gear_mesh: GearMeshGeometry) -> float:
@@ -140,18 +143,58 @@ def contact_line_factor(gear_mesh: GearMeshGeometry, beta_b: float, edition: int
     return math.sqrt((1.0 - overlap) / (2.0 if ratio >= 2.0 else 1.0) + overlap / ratio)
 
 
+def substitute_rack_section(
+    tooth: ToothGeometry, gear: GearMember, stage: Stage
+) -> CriticalSection:
+    """Critical section of a ring by the rack that ISO 6336-3:2006 has in place of its cutter, with
+    z_n < 0 and lengths in modules:
+
+        ρ_fPv = ρ_fP + (x_0 + h_fP − ρ_fP)^1.95/(3.156 · 1.036^{z_0})
+        E = π/4 − h_fP tan α_n + s_pr/cos α_n − (1 − sin α_n) ρ_fP/cos α_n
+        G = ρ_fPv − h_fP + x,  H = 2/z_n (π/2 − E) − π/6,  θ = 2G/z_n tan θ − H
+        s_Fn = z_n sin(π/6 − θ) + q,  q = G/cos θ − ρ_fPv
+        ρ_F = ρ_fPv + 2G²/(cos θ (z_n cos² θ − 2G))
+
+    and the distance −(z_n cos(π/6 − θ) + √3 q)/2 from the axis. h_fP: dedendum, or what the root
+    circle of a cutter of stated tip diameter leaves. Equations 10 to 16, 19, 21 there.
+    """
+    m, alpha, tool = stage.normal_module, stage.pressure_angle, gear.tool
+    assert isinstance(tooth.tool, CutterTool)
+    cutter_teeth, shift, tip = tooth.tool.teeth, gear.profile_shift, gear.root_fillet
+    depth = gear.dedendum
+    if tool.tip_diameter is not None:
+        depth = shift + (tooth.root_radius - tooth.reference_radius) / m
+    teeth, lean = -virtual_teeth(gear.teeth, stage), math.pi / 6.0
+    over = max(tool.profile_shift + depth - tip, 0.0)
+    virtual_tip = tip + over**1.95 / (3.156 * 1.036**cutter_teeth)
+    free = (tool.protuberance - tool.grinding_allowance) / m
+    half = math.pi / 4.0 - depth * math.tan(alpha)
+    half += (free - (1.0 - math.sin(alpha)) * tip) / math.cos(alpha)
+    g, h, theta = virtual_tip - depth + shift, 2.0 / teeth * (math.pi / 2.0 - half) - lean, lean
+    for _ in range(_ITERATIONS):
+        theta = 2.0 * g / teeth * math.tan(theta) - h
+    q, cos = g / math.cos(theta) - virtual_tip, math.cos(theta)
+    thickness = teeth * math.sin(lean - theta) + q
+    distance = -0.5 * (teeth * math.cos(lean - theta) + math.sqrt(3.0) * q)
+    radius = virtual_tip + 2.0 * g**2 / (cos * (teeth * cos**2 - 2.0 * g))
+    return CriticalSection(m * thickness, m * distance, m * radius)
+
+
 def root_stress(
     tooth: ToothGeometry,
     gear: GearMember,
     stage: Stage,
     gear_mesh: GearMeshGeometry,
     force: float,
+    edition: int = 2019,
 ) -> RootStress:
     """Nominal root stress of the gear ``tooth`` in a gear mesh of normal force ``force``, N along
-    the 3D normal."""
+    the 3D normal; edition: 2006 has a rack in place of a ring's cutter."""
     module, beta_b = stage.normal_module, base_helix_angle(stage)
     virtual = virtual_tooth(tooth, gear, stage)
     section = virtual.root.section
+    if edition == 2006 and tooth.internal:
+        section = substitute_rack_section(tooth, gear, stage)
     pitch = math.pi * module * math.cos(stage.pressure_angle)
     ratio = gear_mesh.transverse_contact_ratio / math.cos(beta_b) ** 2
     radius = outer_single_contact(virtual, pitch, ratio)

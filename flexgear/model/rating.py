@@ -36,8 +36,8 @@ class GearRating(Section):
     place, R_z = 6 R_a. accuracy_grade: of ISO 1328-1. pitch_deviation, profile_deviation: single
     pitch deviation f_pt and profile form deviation f_fα in place of those of the grade;
     helix_deviation: helix slope deviation f_Hβ, likewise. rim_factor: Y_B in place of that of the
-    rim's thickness. mean_stress_ratio: M of ISO 6336-3 for roots loaded in both senses; of
-    case-hardened steels 0.8 - 0.15 Y_S if left out.
+    rim's thickness. mean_stress_ratio: M for roots loaded in both senses; left out, that of
+    ISO 6336-3, annex B: 0.8 - 0.15 Y_S case-hardened, 0.4 induction-hardened, else 0.3.
     """
 
     steel: SteelKind | None = None

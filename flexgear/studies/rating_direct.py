@@ -64,10 +64,10 @@ def direct_path(
         for b, state in states.items()
         if (c := state.curve) is not None
     }
-    influence = 0.0 if kind == "flank" else mean_stress_influence(pair.gears[first.part])
     several = len({x.group.kind for x in history.values()}) > 1
-    if several or isinstance(influence, str) or not len(stresses) == len(curves) == len(history):
+    if several or not len(stresses) == len(curves) == len(history):
         return None
+    influence = 0.0 if kind == "flank" else mean_stress_influence(pair.gears[first.part])
     return DirectPath(trains, pair, kind, history, loads, stresses, curves, influence)
 
 

@@ -206,12 +206,12 @@ def load_factors(
                 return True
         return False
 
-    def product() -> float:
-        return math.prod(lines[s].value for s in ("K_A", "K_γ", "K_v", "K_Hβ") if s in lines)
+    def product(*symbols: str) -> float:
+        return math.prod(lines[s].value for s in symbols if s in lines)
 
     take("K_A", ("key application_factor", rules.application_factor))
     take("K_γ", (of_planet, computed.k_gamma))
-    k_v, resonance = dynamic_factor(pair, load, product())
+    k_v, resonance = dynamic_factor(pair, load, product("K_A", "K_γ"))
     least = rules.least("face_load_factor")
     if not take("K_Hβ", (of_planet, computed.k_h_beta), least=least):
         return UNKNOWN["K_Hβ"]
@@ -221,7 +221,7 @@ def load_factors(
     if not take("K_v", of_train, by_rule, least=rules.least("dynamic_factor")):
         return UNKNOWN["K_v"]
     take("K_Fβ", ("ISO 6336-1, from K_Hβ", root_face_factor(pair, lines["K_Hβ"].value)))
-    norm = transverse_factors(pair, load, product())
+    norm = transverse_factors(pair, load, product("K_A", "K_γ"), product("K_v", "K_Hβ"))
     for symbol, by_norm in zip(("K_Hα", "K_Fα"), norm, strict=True):
         if not take(symbol, (of_planet, computed.k_h_alpha), (METHOD_B, by_norm), least=1.0):
             return UNKNOWN["K_Hα"]

@@ -104,6 +104,42 @@ def test_dynamic_factor_goes_over_between_its_ranges_without_a_step(rated, limit
         assert above[0] == pytest.approx(below[0], rel=1e-6)
 
 
+def test_static_strength_of_a_through_hardened_gear_by_hand(tmp_path):
+    """ISO 6336-2, 13: Z_W = 1.05 − (HB − 130)/6800 = 1.03 of 280 HV, that is HB 266, beside a case-
+    hardened pinion; ISO 6336-3, 13.3: Y_δrelT with (300/700)^¼ = 0.80910 and 0.82 · 0.80910 =
+    0.66346; σ_Hlim = 1.313 · 280 + 373 = 740.64, σ_Flim = 0.425 · 280 + 187 = 306 N/mm²."""
+    rated = rate(*pair_of(case_of(tmp_path, PAIR, **{"rating.static_factors": "interpolated"})), {})
+    flank, root = (rated["planet", limit] for limit in ("flank", "root"))
+    assert flank.curve.stress_at(1e5) == pytest.approx(1.6 * 740.64e6 * 1.03, rel=1e-6)
+    notch = (1 + 0.66346 * (value(root, "Y_S") - 1)) / 1.66346
+    assert root.curve.stress_at(1e4) == pytest.approx(2.5 * 306e6 * 2 * notch, rel=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("steel", "hardness", "endures", "bears"),
+    [
+        ("induction_hardened", 550, 0.66038, 0.76923),
+        ("nitrided", 700, 0.60748, 0.60748),
+        ("through_hardened", 300, 0.60748, 0.71429),
+        ("case_hardened", 700, None, 0.82524),
+    ],
+)
+def test_alternating_roots_of_planets_by_hand(tmp_path, steel, hardness, endures, bears):
+    """ISO 6336-3, annex B, R = −1.2: Y_M = 1/(1 + 1.2 (1 − M)/(1 + M)) with M = 0.4, 0.3, 0.3 of
+    endurance and 0.6, 0.3, 0.5 of static stress; 0.8 − 0.15 Y_S and 0.7 case-hardened."""
+    changes = {"steel": steel, "vickers_hardness": hardness, "yield_strength": 6e8}
+    keys = {f"stage.planet.rating.{key}": x for key, x in changes.items()}
+    keys["rating.static_factors"] = "interpolated"
+    state = rate(*pair_of(case_of(tmp_path, PLANETARY, **keys)), {})["planet", "root"]
+    mean = 0.8 - 0.15 * value(state, "Y_S")
+    expected = endures or 1 / (1 + 1.2 * (1 - mean) / (1 + mean))
+    assert value(state, "Y_M") == pytest.approx(expected, rel=1e-5)
+    stated = {**keys, "stage.planet.rating.mean_stress_ratio": 0.999999}
+    pulsating = rate(*pair_of(case_of(tmp_path, PLANETARY, **stated)), {})["planet", "root"]
+    ratio = state.curve.stress_at(1e3) / pulsating.curve.stress_at(1e3)
+    assert ratio == pytest.approx(bears, rel=1e-5)
+
+
 def test_floors_of_a_named_set_and_what_a_case_puts_in_their_place(tmp_path):
     changes = {"rating.limits": "wind", "rating.least_root_safety": 1.4}
     pair, load = pair_of(case_of(tmp_path, PLANETARY, **changes))
@@ -137,7 +173,7 @@ def test_what_is_not_known_is_named_and_not_assessed(tmp_path, part, key, place,
 def test_without_accuracy_there_is_no_factor_of_method_b(tmp_path):
     changes = {"stage.sun.rating.accuracy_grade": None}
     pair, load = pair_of(case_of(tmp_path, PLANETARY, **changes))
-    factors = (dynamic_factor(pair, load, 1.0)[0], *transverse_factors(pair, load, 1.0))
+    factors = (dynamic_factor(pair, load, 1.0)[0], *transverse_factors(pair, load, 1.0, 1.0))
     assert all(map(math.isnan, factors))
 
 

@@ -60,7 +60,6 @@ class ByHand:
         self.k_gamma, self.k_h_beta = data["k_gamma"], data["k_h_beta"]
         gears = ("sun", "planet", "ring")
         self.of = {g: dict(zip(GEAR, data[g], strict=True)) for g in gears}
-        self.mean_stress = 0.6 if name == "high" else None
         self.beta = beta = radians(data["beta"])
         self.at, self.bb = atan(tan(ALPHA) / cos(beta)), asin(sin(beta) * cos(ALPHA))
         z = {g: self.of[g]["z"] for g in gears}
@@ -80,7 +79,7 @@ class ByHand:
         self.mesh = {"sun": self._mesh("sun", 1), "ring": self._mesh("ring", -1)}
         self.roots = {("planet", role): self._root("planet", role) for role in ("sun", "ring")} | {
             ("sun", "sun"): self._root("sun", "sun"),
-            ("ring", "ring"): self._ring_root(),
+            ("ring", "ring"): self._ring_root() if edition == 2019 else self._substitute_root(),
         }
 
     def _mesh(self, role, sign):
@@ -160,6 +159,30 @@ class ByHand:
         load = at + (pi / 2 + 2 * x * tan(ALPHA)) / zn - inv(ALPHA) + inv(at)
         return self._form(2 * section.imag, section.real - base / cos(load), rho, load)
 
+    def _substitute_root(self):
+        """Of the ring by the rack in place of its cutter: ISO 6336-3:2006, 6.2, z_n < 0. h_fP from
+        the root circle of the cutter."""
+        zn, x, tip = -self.zn["ring"], self.of["ring"]["x"], self.of["ring"]["fillet"]
+        depth = (self.df["ring"] - self.d["ring"]) / 2 / self.m + x
+        big_e = pi / 4 - depth * tan(ALPHA) - (1 - sin(ALPHA)) * tip / cos(ALPHA)
+        round_tip = tip + (self.x0 + depth - tip) ** 1.95 / (3.156 * 1.036**self.z0)  # ρ_fPv
+        g, big_h = round_tip - depth + x, 2 / zn * (pi / 2 - big_e) - pi / 6
+        theta = brentq(lambda t: 2 * g / zn * tan(t) - big_h - t, 0.1, 1.2, xtol=1e-15)
+        q = g / cos(theta) - round_tip
+        s, rho = zn * sin(pi / 6 - theta) + q, 2 * g**2 / cos(theta)
+        rho = round_tip + rho / (zn * cos(theta) ** 2 - 2 * g)
+        e_n = self.mesh["ring"]["e_alpha"] / cos(self.bb) ** 2
+        tip_diameter = zn - (self.da["ring"] - self.d["ring"]) / self.m
+        base = zn * cos(ALPHA)
+        roll = sqrt((tip_diameter / 2) ** 2 - (base / 2) ** 2) + pi * cos(ALPHA) * (e_n - 1)
+        loaded = -2 * sqrt(roll**2 + (base / 2) ** 2)  # d_en
+        at = math.acos(base / loaded)
+        gamma = (pi / 2 + 2 * x * tan(ALPHA)) / zn + inv(ALPHA) - inv(at)
+        load = at - gamma
+        h = (cos(gamma) - sin(gamma) * tan(load)) * loaded
+        h -= zn * cos(pi / 6 - theta) + sqrt(3) * q
+        return self._form(s, h / 2, rho, load)
+
     @staticmethod
     def _form(s, h, rho, load):
         slim, notch = s / h, s / 2 / rho
@@ -173,7 +196,7 @@ class ByHand:
         ends = [g["z"] / (cos(self.bb) ** 2 * cos(self.beta)) for g in order]
         x1, x2 = (g["x"] for g in order)
         if role == "ring":
-            ends[1], x2 = math.inf, 0.0
+            ends[1] = math.inf
         q = 0.04723 + 0.15551 / ends[0] + 0.25791 / ends[1] - 0.00635 * x1 - 0.11654 * x1 / ends[0]
         q += -0.00193 * x2 - 0.24188 * x2 / ends[1] + 0.00529 * x1**2 + 0.00182 * x2**2
         full = 0.8 / q * 0.975 * cos(self.beta)
@@ -221,8 +244,7 @@ class ByHand:
         k_v = 1 + resonance * (0.32 * b_p + c2 * b_f + c3 * b_k)
         k_v, k_h = max(k_v, 1.0), self.k_h_beta[role]
         slim = max(abs(self.da[g] - self.df[g]) / 2 for g in ("planet", role)) / self.b
-        w *= k_v * k_h
-        uneven = full * min(w / 100, 1) ** 0.25 * (0.75 * mesh["e_alpha"] + 0.25) * pitch_error / w
+        uneven = c_gamma * max(pitch_error, profile) / (w * k_v * k_h)
         across = e_gamma / 2 * (0.9 + 0.4 * uneven)
         if e_gamma > 2:
             across = 0.9 + 0.4 * sqrt(2 * (e_gamma - 1) / e_gamma) * uneven
@@ -253,7 +275,7 @@ class ByHand:
             "Z_H": sqrt(2 * cos(self.bb) * cos(working) / (cos(self.at) ** 2 * sin(working))),
             "Z_E": sqrt(206e3 / (2 * pi * (1 - 0.3**2))),
             "Z_ε": self.z_epsilon(role),
-            "Z_β": sqrt(helix) if self.edition == 2006 else 1 / sqrt(helix),
+            "Z_β": 1 / sqrt(helix),  # 2006 by its corrigendum of 2008
         }  # fmt: skip
         line = force / (self.d[small] * self.b) * (u + sign) / u
         f["σ_H0"] = f["Z_H"] * f["Z_E"] * f["Z_ε"] * f["Z_β"] * sqrt(line)
@@ -314,7 +336,7 @@ class ByHand:
         rough = 1.674 - 0.529 * (gear["rz_root"] + 1) ** 0.1
         if gear["steel"] in NITRIDED:
             rough = 4.299 - 3.259 * (gear["rz_root"] + 1) ** 0.0058
-        ratio = self.mean_stress or 0.8 - 0.15 * notch
+        ratio = 0.3 if gear["steel"] == "nitrided" else 0.8 - 0.15 * notch
         f |= {
             "σ_Flim": gear["s_f"], "Y_ST": 2.0,
             "Y_δrelT": (1 + sqrt(layer * (1 + 2 * q_s) / 5)) / (1 + sqrt(layer * 1.2)),

@@ -26,7 +26,6 @@ HOURS = sum(hours for _, hours, *_ in BINS)
 
 MORE = {  # keys of some gears' ratings
     ("low", "planet"): {"core_rockwell_hardness": 31},
-    ("high", "planet"): {"mean_stress_ratio": 0.6},
     ("high", "ring"): {"yield_strength_mpa": 750},
 }
 

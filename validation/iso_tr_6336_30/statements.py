@@ -26,15 +26,15 @@ SECONDS = 50_000 * 3600.0
 GEARS = {"1": "sun", "2": "planet"}  # pinion and wheel
 
 
-@lru_cache(maxsize=1)
-def figures() -> dict[str, float]:
-    """By the quantities of reference.csv, in its units."""
-    case = load_case(HERE / "case.toml")
+@lru_cache(maxsize=2)
+def figures(edition: str = "2019") -> dict[str, float]:
+    """By the quantities of reference.csv, in its units; edition: of ISO 6336."""
+    case = load_case(HERE / "case.toml", {"rating.edition": edition})
     view, flow = case.view(), power_flow(case).stages[0]
     pair = gear_pair(view, stage_geometry(view), "sun")
     load = pair_load(pair, flow)
     dynamic, _ = dynamic_factor(pair, load, 1.0)
-    transverse = transverse_factors(pair, load, dynamic * FACE_LOAD_FACTOR)
+    transverse = transverse_factors(pair, load, 1.0, dynamic * FACE_LOAD_FACTOR)
     factors = {
         "K_v": dynamic,
         "K_Hβ": FACE_LOAD_FACTOR,

@@ -7,7 +7,7 @@ Load capacity of flanks (pitting), ISO 6336-2 method B.
     σ_HG = σ_Hlim Z_NT Z_L Z_v Z_R Z_W Z_X,  σ_HP = σ_HG/S_Hmin,  S_H = σ_HG/σ_H
 
     Z_H = √(2 cos β_b cos α_wt/(cos² α_t sin α_wt)),  Z_E = √(E/(2π (1 − ν²)))
-    Z_ε² of ``nominal_stress``,  Z_β = √cos β (2006) or 1/√cos β (corrigendum of 2008, 2019)
+    Z_ε² of ``nominal_stress``,  Z_β = 1/√cos β
     M = √(ρ_C1 ρ_C2/(ρ_1 ρ_2)) at the inner point of single contact of the gear;
     Z_B, Z_D = M of spur gears, M − ε_β (M − √f_ZCa) of helical ones, √f_ZCa where ε_β ≥ 1; at
                least 1; f_ZCa = 1 (2006) or for the profile modification (2019)
@@ -22,8 +22,10 @@ Load capacity of flanks (pitting), ISO 6336-2 method B.
           harder such pinion, A = 0.00898 HB_1/HB_2 − 0.00829 for 1.2 ≤ HB_1/HB_2 ≤ 1.7, u ≤ 20
     Z_X = 1
 
-Lengths in µm and mm there. Source: ISO 6336-2:2006, clauses 5 to 14; f_ZCa by manuals of gear
-programs. A ring has M = 1. From ε_α = 2 on the standard rates other points than these.
+Lengths in µm and mm there. Source: ISO 6336-2:2006, clauses 5 to 14, with the Z_β of its
+corrigendum of 2008, which ISO/TR 6336-30:2017 takes; f_ZCa by manuals of gear programs. A ring has
+M = 1. From ε_α = 2 on the standard rates other points than these. Static stress has Z_L = Z_v = Z_R
+= 1 and Z_W = 1.05 − (HB − 130)/6800, 1 between through-hardened gears.
 
 Load capacity of tooth roots (bending), ISO 6336-3 method B.
 
@@ -36,8 +38,9 @@ Load capacity of tooth roots (bending), ISO 6336-3 method B.
     Y_δrelT = (1 + √(ρ' χ*))/(1 + √(1.2 ρ')),  χ* = (1 + 2 q_s)/5,  ρ' mm of the steel
     Y_M = 1/(1 − R (1 − M)/(1 + M)),  R = −1.2 times the lower over the higher of two opposite loads
 
-Static stress has Y_RrelT = Y_X = 1, Y_δrelT = 0.44 Y_S + 0.12 (case- and induction-hardened)
-or 0.20 Y_S + 0.60 (nitrided). Source: ISO 6336-3:2006, clauses 5 and 9 to 15, annex B for Y_M.
+Static stress has Y_RrelT = Y_X = 1, Y_δrelT = 0.44 Y_S + 0.12 (case- and induction-hardened),
+0.20 Y_S + 0.60 (nitrided) or (1 + 0.82 (Y_S − 1) t)/(1 + 0.82 t), t = (300/σ_0.2)^{1/4} (through-
+hardened), and the M of its own. Source: ISO 6336-3:2006, clauses 5 and 9 to 15, annex B for Y_M.
 Beside it the fillet yields under a static load at σ_F = σ_0.2, where that is stated.
 
 What is not known leaves a ``LimitState`` without a curve, and its ``missing`` names the key.
@@ -60,6 +63,7 @@ from flexgear.gears.rating.steels import (
     THROUGH_HARDENED,
     Knees,
     flank_knees,
+    mean_stress_ratio,
     root_knees,
     root_roughness_factor,
     root_size_factor,
@@ -144,14 +148,14 @@ def rate(
 def _flank(pair: GearPair, gear: RatedGear, load: PairLoad, product: float) -> LimitState:
     """product: of load factors."""
     rules, stage, steel = pair.rules, pair.stage, pair.material
-    working, cos = pair.geometry.working_angle, math.sqrt(math.cos(pair.stage.helix_angle))
+    working = pair.geometry.working_angle
     above = 2.0 * math.cos(pair.base_helix_angle) * math.cos(working) / math.sin(working)
     elastic = steel.young_modulus / (2.0 * math.pi * (1.0 - steel.poisson_ratio**2))
     of_pair = {
         "Z_H": math.sqrt(above) / math.cos(pair.transverse_angle),
         "Z_E": math.sqrt(elastic) / 1e3,
         "Z_ε": math.sqrt(flank_load_share(pair.geometry)),
-        "Z_β": cos if rules.edition == 2006 else 1.0 / cos,
+        "Z_β": 1.0 / math.sqrt(math.cos(stage.helix_angle)),
     }
     u = pair.wheel.teeth / pair.pinion.teeth
     line = load.tangential_force / (pair.pinion.reference_diameter * stage.face_width)
@@ -175,7 +179,7 @@ def _flank(pair: GearPair, gear: RatedGear, load: PairLoad, product: float) -> L
     strength = _flank_strength(pair, gear, load)
     if isinstance(strength, str) or gear.data.steel is None:
         return _state("H", pair, lines, strength)
-    static = strength["σ_Hlim"] * strength["Z_W"] * strength["Z_X"]
+    static = strength["σ_Hlim"] * _static_hardening(pair, gear) * strength["Z_X"]
     knees = flank_knees(gear.data.steel, rules.flank_long_life_factor, rules.limited_pitting)
     return _state("H", pair, lines, strength, knees, static)
 
@@ -260,6 +264,15 @@ def _work_hardening(pair: GearPair, gear: RatedGear, load: PairLoad) -> float | 
     return 1.0 + (0.00898 * min(ratio, 1.7) - 0.00829) * (teeth - 1.0)
 
 
+def _static_hardening(pair: GearPair, gear: RatedGear) -> float:
+    """Z_W of static stress."""
+    hard = any(g.data.steel in SURFACE_HARDENED for g in pair.gears.values())
+    hardness = gear.data.vickers_hardness
+    if gear.data.steel not in THROUGH_HARDENED or not hard or hardness is None:
+        return 1.0
+    return 1.05 - (min(max(HB_OVER_HV * hardness, 130.0), 470.0) - 130.0) / 6800.0
+
+
 def _root(pair: GearPair, gear: RatedGear, load: PairLoad, product: float) -> LimitState:
     """product: of load factors; Y_B counts as 1 where the rim is not known."""
     rules, stage, geometry = pair.rules, pair.stage, pair.geometry
@@ -279,11 +292,8 @@ def _root(pair: GearPair, gear: RatedGear, load: PairLoad, product: float) -> Li
     strength = _root_strength(pair, gear)
     if isinstance(strength, str) or gear.data.steel is None:
         return _state("F", pair, lines, strength)
-    notch = strength["Y_δrelT"]  # of steels without a rule for static stress
-    if gear.data.steel in SURFACE_HARDENED:
-        slope, least = (0.20, 0.60) if gear.data.steel in NITRIDED else (0.44, 0.12)
-        notch = slope * gear.root.notch_factor + least
-    static = strength["σ_Flim"] * strength["Y_ST"] * notch * strength["Y_M"]
+    static = strength["σ_Flim"] * strength["Y_ST"] * _static_notch(gear)
+    static *= _mean_stress_factor(gear, static=True)
     knees = root_knees(gear.data.steel, rules.root_long_life_factor)
     state = _state("F", pair, lines, strength, knees, static)
     return replace(state, yield_strength=gear.data.yield_strength)
@@ -305,9 +315,9 @@ def _root_strength(pair: GearPair, gear: RatedGear) -> dict[str, float] | str:
         return "steel" if data.steel is None else str(gear.root_strength)
     if gear.rim_factor is None or data.root_roughness is None:
         return "rim_factor" if gear.rim_factor is None else "root_rz"
-    layer, influence = slip_layer(data), mean_stress_influence(gear) if gear.reversed else 0.0
-    if isinstance(layer, str) or isinstance(influence, str):
-        return layer if isinstance(layer, str) else str(influence)
+    layer = slip_layer(data)
+    if isinstance(layer, str):
+        return layer
     q_s = gear.root.section.thickness / (2.0 * gear.root.section.fillet_radius)
     gradient = (1.0 + 2.0 * q_s) / 5.0
     return {
@@ -316,17 +326,32 @@ def _root_strength(pair: GearPair, gear: RatedGear) -> dict[str, float] | str:
         "Y_δrelT": (1.0 + math.sqrt(layer * gradient)) / (1.0 + math.sqrt(TEST_NOTCH * layer)),
         "Y_RrelT": root_roughness_factor(data.steel, data.root_roughness),
         "Y_X": root_size_factor(data.steel, pair.stage.normal_module),
-        "Y_M": 1.0 / (1.0 + SENSE * influence),
+        "Y_M": _mean_stress_factor(gear),
     }
 
 
-def mean_stress_influence(gear: RatedGear) -> float | str:
-    """(1 − M)/(1 + M), or the key that is missing."""
+def _static_notch(gear: RatedGear) -> float:
+    """Y_δrelT of static stress."""
+    notch, yields = gear.root.notch_factor, gear.data.yield_strength
+    if gear.data.steel in THROUGH_HARDENED:
+        assert yields is not None
+        share = 0.82 * (3e8 / yields) ** 0.25
+        return (1.0 + share * (notch - 1.0)) / (1.0 + share)
+    return 0.20 * notch + 0.60 if gear.data.steel in NITRIDED else 0.44 * notch + 0.12
+
+
+def _mean_stress_factor(gear: RatedGear, static: bool = False) -> float:
+    """Y_M; static: of static stress."""
+    return 1.0 / (1.0 + SENSE * mean_stress_influence(gear, static)) if gear.reversed else 1.0
+
+
+def mean_stress_influence(gear: RatedGear, static: bool = False) -> float:
+    """(1 − M)/(1 + M) of a gear whose steel is known, with the M that the case states or that of
+    endurance or static stress."""
     ratio = gear.data.mean_stress_ratio
     if ratio is None:
-        if gear.data.steel != "case_hardened":
-            return "mean_stress_ratio"
-        ratio = max(0.8 - 0.15 * gear.root.notch_factor, 0.0)
+        assert gear.data.steel is not None
+        ratio = mean_stress_ratio(gear.data.steel, gear.root.notch_factor, static)
     return (1.0 - ratio) / (1.0 + ratio)
 
 

@@ -18,14 +18,16 @@ here both of the rule for y_α. C_a: mean of what reliefs take at both ends of t
 C_ay = (σ_Hlim/97 − 18.45)²/18 + 1.5 µm (σ_Hlim N/mm², mean of both). B_k = 1 from grade 6 on.
 Deviations of a grade: ISO 1328-1, edition 1995 or 2013, of the gear's own module and diameter.
 
-Transverse load factors (clause 8), w_H = F_t K_A K_γ K_v K_Hβ/b:
+Transverse load factors (clause 8), w_H = w K_v K_Hβ:
 
     K_Hα = K_Fα = ε_γ/2 (0.9 + 0.4 q)            ε_γ ≤ 2,  q = c_γα (f_pb − y_α)/w_H
                 = 0.9 + 0.4 q √(2 (ε_γ − 1)/ε_γ)  above
     1 ≤ K_Hα ≤ ε_γ/(ε_α Z_ε²),  1 ≤ K_Fα ≤ ε_γ/(0.25 ε_α + 0.75)
 
+with f_fα − y_f in place of f_pb − y_α where f_fα is larger (8.3.2).
+
 Face load factor of the root (7.2): K_Fβ = K_Hβ^{N_F}, N_F = 1/(1 + h/b + (h/b)²), h/b ≤ 1/3, the
-larger of both gears. c' falls with (w/100 N/mm)^{1/4} below that load.
+larger of both gears. c', c_γα fall with (w/100 N/mm)^{1/4} below that load (9.3), everywhere.
 """
 
 from __future__ import annotations
@@ -173,8 +175,10 @@ def root_face_factor(pair: GearPair, face_flank: float) -> float:
     return float(face_flank ** (1.0 / (1.0 + slim + slim**2)))
 
 
-def transverse_factors(pair: GearPair, load: PairLoad, ratio: float) -> tuple[float, float]:
-    """K_Hα, K_Fα; ratio: K_A K_γ K_v K_Hβ. NaN where accuracy or steel are not known."""
+def transverse_factors(
+    pair: GearPair, load: PairLoad, ratio: float, uneven: float
+) -> tuple[float, float]:
+    """K_Hα, K_Fα; ratio: K_A K_γ; uneven: K_v K_Hβ. NaN where accuracy or steel are not known."""
     deviation = deviations(pair, load.velocity)
     if deviation is None:
         return math.nan, math.nan
@@ -185,9 +189,9 @@ def transverse_factors(pair: GearPair, load: PairLoad, ratio: float) -> tuple[fl
     if line_load == 0.0:
         return flank_limit, root_limit
     stiffness = _softened(line_load) * pair.mesh_stiffness
-    uneven = 0.4 * stiffness * deviation[0] / line_load
+    share = 0.4 * stiffness * max(deviation) / (line_load * uneven)
     if total <= 2.0:
-        value = total / 2.0 * (0.9 + uneven)
+        value = total / 2.0 * (0.9 + share)
     else:
-        value = 0.9 + uneven * math.sqrt(2.0 * (total - 1.0) / total)
+        value = 0.9 + share * math.sqrt(2.0 * (total - 1.0) / total)
     return max(min(value, flank_limit), 1.0), max(min(value, root_limit), 1.0)

@@ -160,9 +160,11 @@ def gear_pair(view: StageView, g: StageGeometry, role: str) -> GearPair:
             "cannot be rated beside base diameters or working angles that the case states",
             "take these out, so that teeth are those of module, tooth numbers and profile shifts",
         )
-    (first, second), shifts = iso_numbers(view, role)
+    (first, second), (shift, other) = iso_numbers(view, role)
     large = math.inf if role == "ring" else virtual_teeth(second, stage)
-    theoretical = iso_theoretical_stiffness((virtual_teeth(first, stage), large), shifts)
+    if role == "ring":  # ∞ is put in place of z_n2 alone
+        other = gears_by_role(stage)["ring"].profile_shift
+    theoretical = iso_theoretical_stiffness((virtual_teeth(first, stage), large), (shift, other))
     parts = sorted(("planet", role), key=lambda part: g.gears[part].teeth)
     lubricant = view.case.lubricant
     return GearPair(
@@ -199,7 +201,7 @@ def _gear(view: StageView, g: StageGeometry, role: str, part: str) -> RatedGear:
         teeth=member.teeth,
         tooth=tooth,
         data=member.rating,
-        root=root_stress(tooth, member, stage, gear_mesh, unit),
+        root=root_stress(tooth, member, stage, gear_mesh, unit, view.case.rating.edition),
         flank_strength=strengths[0],
         root_strength=strengths[1],
         rim_factor=_rim_factor(member, tooth, rim, stage.normal_module)

@@ -132,6 +132,17 @@ def slip_layer(data: GearRating) -> float | str:
     return 0.1005 if data.steel in NITRIDED else 0.0030
 
 
+def mean_stress_ratio(steel: SteelKind, notch_factor: float, static: bool) -> float:
+    """M of ISO 6336-3, annex B: of endurance, or static stress; notch_factor: Y_S."""
+    if steel == "case_hardened" and not static:
+        return max(0.8 - 0.15 * notch_factor, 0.0)
+    if steel in NITRIDED:
+        return 0.3
+    if steel in THROUGH_HARDENED:
+        return 0.5 if static else 0.3
+    return 0.7 if steel == "case_hardened" else 0.6 if static else 0.4
+
+
 def root_roughness_factor(steel: SteelKind, roughness: float) -> float:
     """Y_RrelT of R_z, m; at most R_z = 40 µm."""
     rz = min(max(1e6 * roughness, 1.0), 40.0)
