@@ -176,7 +176,8 @@ class RollingElements(Section):
     Keys that ``rollers`` of the same bearing has are left out here.
 
     count: of a row; rows: of one bearing; spacing: between the middles of neighbouring rows, also
-    of neighbouring bearings. diameter: D_w of balls, D_we of rollers. pitch_diameter: D_pw of the
+    of neighbouring bearings; a single row is at z of its bearing, several are about the middle of
+    the gear or seat. diameter: D_w of balls, D_we of rollers. pitch_diameter: D_pw of the
     circle of their centres. length: L_we, effective length of rollers. clearance: radial gap on
     every side (half of the radial internal clearance), in operation. contact_angle: nominal; of
     several rows half face one way, half the other, and a single row is loaded by thrust along +z.
@@ -254,6 +255,12 @@ def check_elements(bearing: Bearing, rolling: Rolling) -> None:
     elements, rollers = rolling.elements, bearing.rollers
     if elements is None:
         return
+    if rolling.rolling == "ball":
+        distance = (elements.inner_groove + elements.outer_groove - 1) * elements.diameter
+        room = distance * math.cos(elements.contact_angle)
+        if (elements.clearance or 0.0) >= room:
+            problem = f"is no clearance in grooves whose centres are {1e3 * distance:.4g} mm apart"
+            raise Refusal("elements.clearance", problem, f"keep it below {1e3 * room:.4g} mm")
     if rollers is None:
         several = (elements.rows or 1) * rolling.count > 1
         needed = {"count": True, "length": rolling.rolling == "roller", "spacing": several}

@@ -26,6 +26,7 @@ from flexgear.gears.bearings.bearing import (
     rolling_bearing,
 )
 from flexgear.gears.bearings.reference_life import (
+    LAWS,
     Lubrication,
     Ring,
     Rolling,
@@ -63,8 +64,8 @@ class BearingLoad(NamedTuple):
 def bearing_load(
     force: Array, turned: Array, exponent: float, z: float = 0.0, least: float = 0.0
 ) -> BearingLoad:
-    """Of forces and moments (p, 6), N and N m, at positions that count alike; zero where no radial
-    load is above ``least``, N.
+    """Of forces and moments (p, 6), N and N m, at positions that count alike; zero where neither
+    radial load nor thrust is above ``least``, N.
 
     turned: (p,) rotation in space of the axes that the force is given in, rad: the load stands
     still against the ring that sees more of its mean. exponent: of the load in the damage. z: of
@@ -73,16 +74,17 @@ def bearing_load(
     """
     x, y = force[:, 0], force[:, 1]
     radial = np.hypot(x, y)
-    largest = float(radial.max())
-    if largest <= least:
+    largest, axial = float(radial.max()), float(force[:, 2].mean())
+    if max(largest, abs(axial)) <= least:
         return BearingLoad(np.zeros(5), 0.0, "inner")
     cos, sin = np.divide([x, y], radial, out=np.zeros((2, len(x))), where=radial > 0.0)
     along = cos * force[:, 3] + sin * force[:, 4]
     across = cos * force[:, 4] - sin * force[:, 3] - z * radial
-    load, axial = x + 1j * y, float(force[:, 2].mean())
+    load = x + 1j * y
     turns_along = abs(load.mean()) >= abs((load * np.exp(1j * turned)).mean())
     axial = axial if abs(axial) > ROUNDING * largest else 0.0
-    vector = [varying_load(radial, exponent), 0.0, axial, along.mean(), across.mean()]
+    constant = varying_load(radial, exponent) if largest > least else 0.0
+    vector = [constant, 0.0, axial, along.mean(), across.mean()]
     return BearingLoad(np.array(vector), largest, "inner" if turns_along else "outer")
 
 
@@ -102,6 +104,20 @@ class _Place(NamedTuple):
     @property
     def kind(self) -> Rolling:
         return self.section.rolling or "roller"
+
+    @property
+    def exponent(self) -> float:
+        """Of the load in the damage: 4 of rows of rollers."""
+        if isinstance(self.rows, RollingBearing):
+            return LAWS[type(self.rows.rows[0])].turning
+        return EXPONENTS[self.kind]
+
+    @property
+    def z(self) -> float:
+        """Middle of the rows, m. Springs act at z, which is that of one row and of the rows of
+        ``rollers``, but not of two rows that springs stand for."""
+        one = isinstance(self.rows, RollingBearing) and len(self.rows.rows) == 1
+        return self.section.z if one or self.section.rollers else 0.0
 
     def speed(self, flow: PowerFlow) -> float:
         """Speed of the inner against the outer ring, rad/s."""
@@ -148,17 +164,18 @@ def _part(
     loads: Sequence[BinLoads], least: float,
 ) -> RatedPart:  # fmt: skip
     """least: load below which there is none, N."""
-    section, hours, exponent = place.section, sum(b.hours for b in bins), EXPONENTS[place.kind]
+    section, hours = place.section, sum(b.hours for b in bins)
     missing = ""
     if any(place.name not in x.supports for x in loads):
         missing = "the model has no such support"
     elif isinstance(place.rows, str) and section.dynamic_rating is None:
         missing = f"{stage_key(place.stage, place.key)}.dynamic_rating_kn is missing"
     speeds = [place.speed(flow) for flow in flows]
-    states = [
-        _in_bin(case, place, of_bin, speed, least, rated=not missing)
-        for of_bin, speed in zip(loads, speeds, strict=True)
-    ]
+    try:
+        states = _in_bins(case, place, loads, speeds, least, rated=not missing)
+    except FlexgearError as error:
+        missing = str(error)
+        states = _in_bins(case, place, loads, speeds, least, rated=False)
     cycles = np.array([b.turns(speed) for b, speed in zip(bins, speeds, strict=True)], dtype=float)
     damage = np.array([n / x.life if n else 0.0 for n, x in zip(cycles, states, strict=True)])
     damage[:] = damage if hours and not missing else math.nan
@@ -178,10 +195,20 @@ def _part(
         load=np.array([value_of(x.factors, "F_r") for x in states]), cycles=cycles,
         safety=np.array([x.safety for x in states]), damage=damage,
         life=math.nan if math.isnan(total) else hours * lasts,
-        whole_safety=lasts ** (1.0 / exponent), required=required, missing=missing,
+        whole_safety=lasts ** (1.0 / place.exponent), required=required, missing=missing,
         estimates={key: rule for x in states for key, rule in x.estimates.items()},
-        factors=tuple(x.factors for x in states), exponent=exponent, of_rows=of_rows,
+        factors=tuple(x.factors for x in states), exponent=place.exponent, of_rows=of_rows,
     )  # fmt: skip
+
+
+def _in_bins(
+    case: Case, place: _Place, loads: Sequence[BinLoads], speeds: Sequence[float], least: float,
+    rated: bool,
+) -> list[_InBin]:  # fmt: skip
+    return [
+        _in_bin(case, place, of_bin, speed, least, rated)
+        for of_bin, speed in zip(loads, speeds, strict=True)
+    ]
 
 
 def _in_bin(
@@ -189,22 +216,20 @@ def _in_bin(
 ) -> _InBin:
     """The load with its life and safety if it is to be ``rated``; speed: of the inner against the
     outer ring, rad/s."""
-    uneven, exponent = _unevenness(case, place, loads), EXPONENTS[place.kind]
+    uneven = _unevenness(case, place, loads)
     force = uneven * loads.supports.get(place.name, np.zeros((1, 6)))
     turned = loads.carrier_angle.get(place.stage, np.zeros(1))
-    # springs act at z, which is not the middle of two rows unless rollers make them
-    z = place.section.z if place.section.rollers else 0.0
-    load = bearing_load(force, turned, exponent, z, least)
+    load = bearing_load(force, turned, place.exponent, place.z, least)
     radial, _, axial, *moment = load.vector.tolist()
     how = COMPUTED if uneven == 1.0 else f"computed, times {uneven:.4g} by key k_gamma"
     loads_of = {"F_r": radial, "F_a": axial, "M": math.hypot(*moment), "F_r,max": load.largest}
     factors = sheet_of(loads_of, how)
-    if not rated or not load.largest:
+    if not rated or not load.vector.any():
         return _InBin(math.inf, math.inf if rated else math.nan, factors, {})
     if isinstance(place.rows, RollingBearing):
         of_bin = _of_rows(case, place.rows, load, speed)
     else:
-        of_bin = _basic(place.section, load, exponent)
+        of_bin = _basic(place.section, load, place.exponent)
     return of_bin._replace(factors={**factors, **of_bin.factors})
 
 
@@ -223,7 +248,9 @@ def _basic(section: PlanetBearing | SeatBearing, load: BearingLoad, exponent: fl
     rating, static = section.dynamic_rating, section.static_rating
     assert rating is not None
     life = rating_life(rating, float(load.vector[0]) / section.count, exponent)
-    safety = None if static is None else static * section.count / load.largest
+    safety = None if static is None else math.inf
+    if static is not None and load.largest:
+        safety = static * section.count / load.largest
     factors = sheet_of({"C": rating, "C_0": static, "S_0": safety, "L_10": life / 1e6})
     return _InBin(life, math.nan if safety is None else safety, factors, {})
 
@@ -234,11 +261,13 @@ def _of_rows(case: Case, bearing: RollingBearing, at: BearingLoad, speed: float)
     load = at.vector.copy()
     if bearing.of_rollers and not any(row.contact_angle for row in bearing.rows):
         load[2] = 0.0
+    if not load[:3].any():
+        return _InBin(math.inf, math.inf, {}, {})
     film = _lubrication(case, bearing, speed)
     try:
         rated = rate_load(bearing, load, at.stationary, film)
     except FlexgearError as error:
-        raise FlexgearError(f"a bearing under {load[0]:.4g} N: {error}") from None
+        raise FlexgearError(f"{error} (radial {load[0]:.4g} N)") from None
     estimated = "dynamic_rating" in bearing.estimates
     rating = bearing.ratings.dynamic_rating
     factors = sheet_of({"C": rating}, "estimate, ISO 281" if estimated else "")

@@ -42,7 +42,7 @@ from flexgear.gears.bearings.rows import BallRow, RollerRow, standard_drops
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.bearings import Lubricant
-from flexgear.model.errors import InputError
+from flexgear.model.errors import FlexgearError, InputError
 from flexgear.model.load import load_case
 
 positive = st.floats(1e-2, 1e7)
@@ -256,6 +256,17 @@ def test_rows_of_equal_load_and_limits_of_lubrication(make):
     assert set(starved.estimates) == {"a_ISO"} and not alone.estimates
 
 
+@pytest.mark.parametrize("make", [rollers, balls])
+@pytest.mark.parametrize("degrees", [15, 40])
+def test_one_row_with_a_contact_angle_takes_no_moment_without_thrust(make, degrees):
+    row = make(contact_angle=math.radians(degrees))
+    bearing, level = RollingBearing((row,), RATINGS), {"rx": 0.0, "ry": 0.0}
+    with pytest.raises(FlexgearError, match="one row with a contact angle"):
+        rate_load(bearing, [1e4, 0, 0, 0, 500], "inner")
+    loaded = rate_load(bearing, [1e4, 0, 2e4, 0, 0], "inner", held=level)
+    assert loaded.rows[0].load == pytest.approx((1e4, 2e4), rel=1e-6)
+
+
 def test_estimates_count_where_figures_rest_on_them():
     bearing = rolling_bearing(planet_bearing(static_rating_kn="5000"))
     assert len(bearing.estimates) == 1
@@ -422,6 +433,10 @@ def test_faced_rows_of_tapered_rollers():
         ({"rolling": None}, r"rolling.*missing"),
         ({"elements.diameter_mm": "70"}, r"diameter.*only 65"),
         ({"elements.profile": "table"}, r"drops.*profile by a table"),
+        (
+            {"rolling": "ball", "elements.length_mm": None, "elements.clearance_um": "3500"},
+            r"clearance.*centres are 3 mm apart.*below 3 mm",
+        ),
     ],
 )
 def test_bad_elements_are_one_line(changes, line):

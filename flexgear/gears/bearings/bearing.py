@@ -57,6 +57,7 @@ from flexgear.model.member import PlanetBearing, SeatBearing
 COMPONENTS = ("x", "y", "z", "rx", "ry")
 FILM = {"a_ISO": "is 0.1 for a viscosity ratio below 0.1, where ISO 281 states none"}
 CLOSURE = 1e-9  # of an equilibrium, over the load
+LEAST_DAMPING = 1e-14  # keeps the step finite where no element is loaded
 ITERATIONS = 200
 
 
@@ -146,10 +147,13 @@ def equilibrium(
         trial_state = at(trial)
         if trial_state[0] <= potential + 1e-12 * abs(potential):
             motion, (potential, balance, tangent) = trial, trial_state
-            damping *= 0.1
+            damping = max(0.1 * damping, LEAST_DAMPING)
         else:
             damping *= 10
-    raise FlexgearError("no equilibrium of the bearing under its load: it can move freely")
+    why = "it can move freely"
+    if len(bearing.rows) == 1 and bearing.rows[0].contact_angle:
+        why = "one row with a contact angle slides without thrust; give both rows of its pair"
+    raise FlexgearError(f"no equilibrium of the bearing under its load: {why}")
 
 
 def _scale(bearing: RollingBearing, load: Array) -> Array:

@@ -141,6 +141,8 @@ def _sentence(rating: Rating, part: RatedPart) -> str:
     static = [s for s in part.safety.tolist() if math.isfinite(s)]
     if part.kind == "bearing" and static:
         texts.append(f"static safety {number(min(static), 3)}")
+    if part.kind == "bearing" and not any("L_nmr" in sheet for sheet in part.factors):
+        texts.append("basic life, without the lubricant's factor a_ISO")
     if part.estimates:
         texts.append(f"no verdict: {', '.join(part.estimates)} estimated")
     return f"{'; '.join(texts)}."
