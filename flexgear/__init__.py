@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
     from flexgear.face.accessor import Comparison as Comparison
     from flexgear.face.accessor import compare as compare
+    from flexgear.face.accessor import open_dataset as open_dataset
     from flexgear.face.blocks import contact_paths as contact_paths
     from flexgear.face.blocks import geometry as geometry
     from flexgear.face.blocks import pair_stiffness as pair_stiffness
@@ -57,6 +58,7 @@ _HOME = {
     "report": "flexgear.face.runs",
     "Comparison": "flexgear.face.accessor",
     "compare": "flexgear.face.accessor",
+    "open_dataset": "flexgear.face.accessor",
     "FlexgearError": "flexgear.model.errors",
     "InputError": "flexgear.model.errors",
     "geometry": "flexgear.face.blocks",

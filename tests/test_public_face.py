@@ -197,6 +197,18 @@ def test_results_go_to_other_processes_with_their_pictures(model):
     assert late.identical(data) and dir(late.fg.plot) == names
 
 
+def test_a_saved_dataset_is_read_as_it_was_with_its_pictures(model, tmp_path):
+    data = model.static([0.0, 3.0])
+    data.to_netcdf(tmp_path / "mine.nc", engine="h5netcdf")
+    code = "import sys, flexgear as fg; print(dir(fg.open_dataset(sys.argv[1]).fg.plot))"
+    command = [sys.executable, "-c", code, str(tmp_path / "mine.nc")]
+    alone = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert alone.stdout.strip() == str(dir(data.fg.plot))
+    xr.testing.assert_identical(fg.open_dataset(tmp_path / "mine.nc"), data)
+    with pytest.raises(fg.InputError, match="there is no such file"):
+        fg.open_dataset(tmp_path / "other.nc")
+
+
 def test_what_comes_of_a_case_has_its_methods(case, model):
     assert isinstance(case.with_(gyroscopic=True), fg.Case)
     assert isinstance(model.without_errors(), fg.Model)

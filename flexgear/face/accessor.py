@@ -7,6 +7,7 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import xarray as xr
@@ -15,6 +16,7 @@ from flexgear.gears.power_flow import power_flow
 from flexgear.model.arguments import Positive, checked
 from flexgear.model.case import Case
 from flexgear.model.errors import FlexgearError, InputError
+from flexgear.results.dataset_file import reopened
 from flexgear.results.run_folder import Folder, tuples_of
 from flexgear.results.sinks import TIME, ranges_of
 
@@ -216,6 +218,13 @@ class Comparison:
             "largest load factor": largest["planet_load_factor"],
         }
         return xr.Dataset(columns).to_dataframe().reset_index()
+
+
+def open_dataset(path: str | Path) -> xr.Dataset:
+    """A dataset from a netCDF file, in memory, or read where it is used if it is large; as
+    ``xarray.open_dataset``, with the methods of ``data.fg`` and an InputError of one line for a
+    file that is none."""
+    return reopened(path)
 
 
 def compare(**runs: xr.Dataset) -> Comparison:

@@ -311,6 +311,7 @@ def load_sharing(runs: Runs, x: str = "stage_angle", spread: bool = False) -> Fi
     figure, axes = panels(2 if spread else 1, 1, height_mm=110 if spread else 70, sharex=True)
     top = axes[0, 0]
     over_runs(top, runs, x, SHARING)
+    least_span(top, 0.01)
     top.axhline(1.0, color=NEUTRAL, lw=0.7)
     if any(bool(ring_sharing(d).isnull().any()) for d in runs.values()):
         top.set_title("gaps: gear-mesh force below 3 % of rated", fontsize=8, weight="normal")
@@ -340,7 +341,8 @@ def three_directions(
     fields = {name: pick(d).transpose(leading_dim(d), ...)[:, :3] for name, d in runs.items()}
     picked = {name: np.asarray(field, dtype=float) * MICRO for name, field in fields.items()}
     largest = np.max([np.nanmax(np.abs(v), axis=0, initial=0.0) for v in picked.values()], axis=0)
-    is_noise = largest < ROUNDING * largest.max(initial=0.0)
+    of_all = max([largest.max(), *(MICRO * _last_displacement(d) for d in runs.values())])
+    is_noise = largest < ROUNDING * of_all
     for i, (name, dataset) in enumerate(runs.items()):
         at, values = abscissa(dataset, x), picked[name]
         for k, ax in enumerate(axes[:, 0]):
@@ -352,11 +354,17 @@ def three_directions(
                 ax.set_title(f"{directions[k]}: {text}", weight="normal", fontsize=8)
     for k, ax in enumerate(axes[:, 0]):
         if is_noise[k]:
-            ax.set_ylim(-0.1 * largest.max(), 0.1 * largest.max())
+            ax.set_ylim(-0.1 * of_all, 0.1 * of_all)
         ax.axhline(0, color=NEUTRAL, lw=0.6, zorder=1)
         ax.set_ylabel(f"{directions[k]} (µm)")
     figure.suptitle(title, fontsize=9.5, weight="bold")
     return finish(figure, axes, runs, x)
+
+
+def _last_displacement(data: xr.Dataset) -> float:
+    """Largest displacement of a body in the last sample, m."""
+    last = data["body_displacement"].isel({leading_dim(data): -1, "dof": slice(3)})
+    return float(abs(last).max())
 
 
 def tooth_node_displacement(runs: Runs, x: str = "stage_angle") -> Figure:

@@ -190,6 +190,7 @@ RIGID = 1e-6  # of the highest frequency: below it nothing is strained
 LABEL_ROOM = 0.028  # of the picture's height that a label needs
 MOST_LABELS = 10  # of meetings in a panel
 ABSENT = -2  # nodal index of modes that leave a stage at rest
+MOST_LINES = 60  # in a panel at their full width
 LEAST_MODES = 3  # elastic ones that a panel shows
 ABOVE: Any = {"xytext": (0, 2), "ha": "center", "va": "bottom"}  # matplotlib's own types change
 BESIDE: Any = {"xytext": (3, 0), "va": "center"}
@@ -234,8 +235,9 @@ def _panel(ax: Axes, data: xr.Dataset, stage: str, whirls: bool) -> set[int]:
         ax.axvspan((1.0 - margin) * speed, (1.0 + margin) * speed, color="#F3F4F6", zorder=0)
         ax.axvline(speed, color=NEUTRAL, lw=0.8)
     drawn = set[int]()
+    width = 0.8 * min(1.0, MOST_LINES / (1.0 + float((values.min(axis=0) <= top).sum())))
     for m in range(values.shape[1]):
-        ax.plot(factor, values[:, m], color=_mode_colour(index[m], whirl[:, m], whirls), lw=0.8)
+        ax.plot(factor, values[:, m], color=_mode_colour(index[m], whirl[:, m], whirls), lw=width)
         if index[m] >= 0 and values[:, m].min() <= top:
             drawn.add(int(index[m]))
     drawn |= _orders(ax, data, lines, factor, top, whirls)

@@ -113,10 +113,11 @@ def _outline(ring: RingFolder) -> star.StageOutline:
 
 
 def _two_positions(ring: RingFolder) -> tuple[xr.DataArray, Any, star.StageOutline]:
-    """Teeth of a ring in equilibrium with a planet above the first one, and between two planets."""
-    angles = ring.equilibria["stage_angle"].to_numpy()
-    targets = (0.0, np.pi / ring.stage.stage.planets)
-    positions = ring.equilibria.isel(position=[int(np.argmin(np.abs(angles - a))) for a in targets])
+    """Teeth of a ring in equilibrium with a planet above the first one, and between two planets;
+    once where the same position is nearest to both."""
+    turned = ring.equilibria["stage_angle"].to_numpy() * ring.stage.stage.planets / (2.0 * np.pi)
+    away = [np.abs((turned - target + 0.5) % 1.0 - 0.5).round(6) for target in (0.0, 0.5)]
+    positions = ring.equilibria.isel(position=list(dict.fromkeys(map(np.argmin, away))))
     return positions["tooth_displacement"], positions["stage_angle"].to_numpy(), _outline(ring)
 
 

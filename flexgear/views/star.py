@@ -93,7 +93,7 @@ def star_reach(displacement: Array, outline: StageOutline, factor: float) -> flo
 def angle_text(angle: float, planets: int) -> str:
     """Carrier angle in rad, as a fraction of π too where it is one."""
     unit = pi / (2 * planets)
-    text = f"{angle:.3f} rad"
+    text = f"{angle:.3f} rad".replace("-", "−")
     if abs(angle / unit - round(angle / unit)) < 1e-6 and round(angle / unit) != 0:
         text = f"{pi_label(angle, 2 * planets)} = {text}"
     return f"$θ_c$ = {text}"
@@ -113,15 +113,15 @@ def draw_gears(axes: Axes, outline: StageOutline, carrier_angle: float) -> None:
         axes.text(x, y, f"{i + 1}", ha="center", va="center", color=colour, weight="bold")
 
 
-def draw_rotation_arrow(axes: Axes, outline: StageOutline) -> None:
-    """Sense of the carrier's rotation (counter-clockwise)."""
+def draw_rotation_arrow(axes: Axes, outline: StageOutline, sense: float) -> None:
+    """Arrow of the carrier's rotation against the ring: counter-clockwise where sense > 0."""
     r = 0.72 * outline.sun_radius
-    start, end = np.radians(-35), np.radians(35)
+    start, end = sense * np.radians(-35), sense * np.radians(35)
     axes.add_patch(
         FancyArrowPatch(
             (r * np.cos(start), r * np.sin(start)),
             (r * np.cos(end), r * np.sin(end)),
-            connectionstyle="arc3,rad=0.35",
+            connectionstyle=f"arc3,rad={0.35 * sense}",
             arrowstyle="-|>",
             mutation_scale=9,
             color=NEUTRAL,
@@ -167,12 +167,13 @@ def ring_star(
     for ax in axes.ravel()[angles.size :]:
         ax.set_visible(False)
     for ax, u, angle in zip(axes.ravel(), field, angles, strict=False):
-        draw_star(ax, u, angle, outline, factor)
+        draw_star(ax, u, angle, outline, factor, np.sign(angles[-1] - angles[0]))
         square(ax, reach)
     peak = float(np.nanmax(np.abs(radial(field)))) * MICRO
-    figure.legend(handles=star_handles(), loc="outside lower center", ncols=3)
+    gap = " " if columns > 1 else "\n"
+    figure.legend(handles=star_handles(), loc="outside lower center", ncols=min(columns + 1, 3))
     figure.suptitle(
-        f"Ring tooth nodes, displacement {factor_text(factor)} (largest radial {peak:.1f} µm)",
+        f"Ring tooth nodes, displacement {factor_text(factor)}{gap}(largest radial {peak:.1f} µm)",
         fontsize=9.5,
     )
     return figure
@@ -182,16 +183,22 @@ def star_handles() -> list[Line2D]:
     return [
         Line2D([], [], color=ORIGINAL_COLOUR, ls="--", lw=1.0, label="undeformed pitch circle"),
         Line2D([], [], color=DEFORMED_COLOUR, marker="o", ms=2.4, lw=1.2, label="deformed ring"),
-        Line2D([], [], color=NEUTRAL, lw=1.0, label="planets 1…N and sun (undeformed)"),
+        Line2D([], [], color=NEUTRAL, lw=1.0, label="undeformed planets, sun"),
     ]
 
 
 def draw_star(
-    axes: Axes, displacement: Array, angle: float, outline: StageOutline, factor: float
+    axes: Axes,
+    displacement: Array,
+    angle: float,
+    outline: StageOutline,
+    factor: float,
+    sense: float,
 ) -> None:
-    """One star into ``axes``."""
+    """One star into ``axes``. sense: ±1, of the carrier's rotation against the ring; 0: none."""
     draw_gears(axes, outline, angle)
-    draw_rotation_arrow(axes, outline)
+    if sense:
+        draw_rotation_arrow(axes, outline, sense)
     circle = Circle(
         (0, 0), outline.ring_radius, fill=False, ec=ORIGINAL_COLOUR, ls="--", lw=1.0, zorder=2
     )
@@ -270,7 +277,7 @@ def animate_star(
     for u, angle in zip(field, angles, strict=True):
         for artist in (*ax.patches, *ax.lines, *ax.texts):
             artist.remove()
-        draw_star(ax, u, angle, outline, factor)
+        draw_star(ax, u, angle, outline, factor, np.sign(angles[-1] - angles[0]))
         ax.set_title(f"$θ_c$ = {np.degrees(angle):.1f}°")
         canvas.draw()
         figure.set_layout_engine("none")  # the axes stay where the first frame has them

@@ -231,7 +231,7 @@ def angle_axis(axes: Axes, planets: int) -> None:
         axes.xaxis.set_major_formatter(FuncFormatter(lambda v, _: pi_label(v, planets)))
     else:
         axes.xaxis.set_major_locator(MaxNLocator(8))
-    axes.set_xlabel("carrier angle $θ_c$ (rad)")
+    axes.set_xlabel("carrier angle $θ_c$ against the ring (rad)")
 
 
 def nice_number(value: float) -> float:

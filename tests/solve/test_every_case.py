@@ -62,6 +62,14 @@ def test_every_picture_of_a_result_is_drawn(result):
         assert getattr(plots, name)().axes, name
 
 
+@pytest.mark.parametrize("model", ["wind-5mw"], indirect=True)
+def test_a_carrier_that_turns_backwards_has_its_stars_at_two_angles(model):
+    axes = model.static([0, -20, -36]).fg.plot.ring_star().axes
+    assert [ax.get_title(loc="left")[-9:] for ax in axes] == ["0.000 rad", "0.628 rad"]
+    assert "−π/5" in axes[1].get_title(loc="left")
+    assert len(model.static(0).fg.plot.ring_star().axes) == 1  # one position is not shown twice
+
+
 def test_every_result_says_whose_it_is_and_how_good(model, result):
     name, data = result
     assert data.attrs["content_hash"] == model.case.content_hash()

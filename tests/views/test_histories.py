@@ -35,6 +35,17 @@ def test_constant_speed_is_not_blown_up_to_noise(steady):
     assert high - low >= 0.2
 
 
+def test_rounding_is_not_blown_up_to_curves(steady):
+    data = steady["flexible"].copy(deep=True)
+    data["load_sharing"][:] = 1.0 + 1e-10 * np.random.default_rng(1).random(data.load_sharing.shape)
+    data["body_displacement"].loc[{"body": "stage.sun"}] = 1e-16
+    low, high = histories.load_sharing({"flexible": data}).axes[0].get_ylim()
+    assert high - low >= 0.01
+    sun = histories.sun_displacement({"flexible": data}).axes
+    assert all("zero, to rounding" in ax.get_title(loc="left") for ax in sun)
+    assert sun[0].get_ylim()[1] > 1e-3  # µm
+
+
 def test_torque_drop_has_five_panels_with_units(dropped):
     figure = histories.torque_drop(within_window(dropped, "time", (0.8, 1.6)))
     assert len(figure.axes) == 5
