@@ -293,9 +293,10 @@ def _teeth(rating: Rating) -> list[tuple[RatedPart, int]]:
 
 
 def _symbols(rating: Rating) -> list[str]:
-    """Load factors of all gear meshes."""
+    """Load factors of all gear meshes, without what they follow from."""
     sheets = (sheet for g in rating.gear_meshes for sheet in g.factors)
-    return list(dict.fromkeys(symbol for sheet in sheets for symbol in sheet))
+    every = dict.fromkeys(symbol for sheet in sheets for symbol in sheet)
+    return [symbol for symbol in every if symbol.startswith("K_")]
 
 
 def rating_dataset(rating: Rating) -> xr.Dataset:

@@ -25,11 +25,12 @@ from flexgear.gears.rating.capacity import LOAD_FACTORS, Limit, rate
 from flexgear.gears.rating.damage import Spectrum
 from flexgear.gears.rating.load_factors import (
     dynamic_factor,
+    method_b_inputs,
     root_face_factor,
     transverse_factors,
 )
 from flexgear.gears.rating.pair import GearPair, PairLoad, gear_pair, load_cycles, pair_load
-from flexgear.gears.rating.sheet import Factor, Sheet, factor, value_of
+from flexgear.gears.rating.sheet import Factor, Sheet, dated, factor, sheet_of, value_of
 from flexgear.model.case import Case
 from flexgear.model.names import GroupName
 from flexgear.results.load_sharing import ROUNDING
@@ -120,7 +121,7 @@ def rate_gears(
                 if isinstance(factors, str):
                     missing.setdefault(str(group), factors)
                 else:
-                    sheets[b] = factors
+                    sheets[b] = dated(factors, case.rating.edition)
                     states = _states(case, pair, load, group, bins[b], flow, factors, of_bin)
                     for place, state in states.items():
                         histories[place][b] = state
@@ -225,6 +226,8 @@ def load_factors(
     for symbol, by_norm in zip(("K_Hα", "K_Fα"), norm, strict=True):
         if not take(symbol, (of_planet, computed.k_h_alpha), (METHOD_B, by_norm), least=1.0):
             return UNKNOWN["K_Hα"]
+    if any(METHOD_B in line.source for line in lines.values()):
+        lines |= sheet_of(method_b_inputs(pair, load, product("K_A", "K_γ")))
     return lines
 
 
@@ -237,7 +240,8 @@ def _part(case: Case, place: _Place, history: History, bins: Sequence[LoadBin]) 
     of_planets = place.gear == "planet"
     for b, x in history.items():
         load[b], cycles[b], planets[b] = x.state.stress, x.cycles, x.planet
-        sheets[b], safety[b] = x.state.sheet(x.at), x.state.safety(x.at)
+        sheets[b] = dated(x.state.sheet(x.at), case.rating.edition)
+        safety[b] = x.state.safety(x.at)
     states = [x.state for x in history.values()]
     missing = _missing(case, place, next((x.missing for x in states if x.missing), ""))
     lasting = [b for b in history if bins[b].hours > 0.0]

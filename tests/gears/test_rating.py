@@ -183,7 +183,11 @@ def test_a_hardness_that_the_standard_has_no_strength_for_is_one_line(tmp_path):
         pair_of(case)
     assert "flank_strength_mpa" in str(caught.value)
     stated = {"stage.gear.rating.flank_strength": 8e8, "stage.gear.rating.root_strength": 3e8}
-    assert pair_of(case.with_(**stated))[0].gears["planet"].flank_strength == 8e8
+    rated = pair_of(case.with_(**stated))
+    assert rated[0].gears["planet"].flank_strength == 8e8
+    states = rate(*rated, {})
+    assert states["planet", "flank"].factors["σ_Hlim"].source == "key flank_strength"
+    assert states["sun", "flank"].factors["σ_Hlim"].source == "ISO 6336-5:2003, table 1"
 
 
 @pytest.mark.parametrize(

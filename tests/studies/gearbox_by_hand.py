@@ -187,7 +187,10 @@ class ByHand:
     def _form(s, h, rho, load):
         slim, notch = s / h, s / 2 / rho
         form = 6 * h * cos(load) / (s**2 * cos(ALPHA))
-        return form, (1.2 + 0.13 * slim) * notch ** (1 / (1.21 + 2.3 / slim)), notch
+        tooth = {
+            "h_Fe/m_n": h, "s_Fn/m_n": s, "ρ_F/m_n": rho, "α_Fen": math.degrees(load),
+        }  # fmt: skip
+        return form, (1.2 + 0.13 * slim) * notch ** (1 / (1.21 + 2.3 / slim)), notch, tooth
 
     def factors(self, role, force, v):
         """K_A … K_Fα by method B."""
@@ -254,6 +257,8 @@ class ByHand:
             "K_A": K_A, "K_γ": self.k_gamma, "K_v": k_v, "K_Hβ": k_h,
             "K_Fβ": k_h ** (1 / (1 + slim + slim**2)),
             "K_Hα": max(1.0, min(across, most)), "K_Fα": max(1.0, min(across, most_root)),
+            "c′": c, "c_γα": c_gamma, "m_red": mass, "N": resonance, "f_pb,eff": pitch_error,
+            "f_fα,eff": profile,
         }  # fmt: skip
 
     def z_epsilon(self, role):
@@ -317,7 +322,8 @@ class ByHand:
 
     def root(self, part, role, force, k):
         """Factors, and life curve."""
-        mesh, gear, (form, notch, q_s) = self.mesh[role], self.of[part], self.roots[part, role]
+        mesh, gear = self.mesh[role], self.of[part]
+        form, notch, q_s, tooth = self.roots[part, role]
         e_n, e_beta = mesh["e_alpha"] / cos(self.bb) ** 2, mesh["e_beta"]
         tilt = 1 - e_beta * math.degrees(self.beta) / 120
         if self.edition == 2019:
@@ -344,6 +350,7 @@ class ByHand:
             "Y_X": 1.03 - 0.006 * self.m if soft else 1.05 - 0.01 * self.m,
             "Y_M": 1 / (1 + 1.2 * (1 - ratio) / (1 + ratio)) if part == "planet" else 1.0,
         }  # fmt: skip
+        f |= tooth
         last = ("σ_Flim", "Y_ST", "Y_δrelT", "Y_RrelT", "Y_X", "Y_M")
         first = (1e4 if soft else 1e3, 1.6 if gear["steel"] in NITRIDED else 2.5)
         curve = Curve([first, (3e6, 1.0), (1e10, 0.85)], math.prod(f[s] for s in last) / f["σ_F"])

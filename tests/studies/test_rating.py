@@ -182,7 +182,7 @@ def _dynamic(**changes):
     rating = rate(_train().with_(load_cases=_cases(("a", 1.0, 1.0)), **keys), workers=1)
     factors = {g.name: g.factors[0]["K_v"] for g in rating.gear_meshes}
     assert all(f.source.startswith("computed") for f in factors.values())
-    assert all("; ISO 6336-1 method B: 1." in f.source for f in factors.values())
+    assert all("; ISO 6336-1:2019 method B: 1." in f.source for f in factors.values())
     return {name: f.value for name, f in factors.items()}
 
 

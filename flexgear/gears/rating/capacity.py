@@ -76,6 +76,10 @@ TEST_NOTCH = 1.2  # χ*_T of q_s = 2.5
 FINE = 4  # coarsest accuracy grade with Y_DT below 1
 SENSE = 1.2  # of the stress under the other flank's load
 Limit = Literal["flank", "root"]
+STATED = {  # keys of a gear's rating by symbol
+    "σ_Hlim": "flank_strength", "σ_Flim": "root_strength", "Y_B": "rim_factor",
+    "Y_M": "mean_stress_ratio",
+}  # fmt: skip
 LOAD_FACTORS: dict[Limit, tuple[str, ...]] = {
     "flank": ("K_A", "K_γ", "K_v", "K_Hβ", "K_Hα"),
     "root": ("K_A", "K_γ", "K_v", "K_Fβ", "K_Fα"),
@@ -140,9 +144,26 @@ def rate(
             limit: math.prod(load_factors.get(symbol, 1.0) for symbol in symbols)
             for limit, symbols in LOAD_FACTORS.items()
         }
-        states[part, "flank"] = _flank(pair, gear, load, product["flank"])
-        states[part, "root"] = _root(pair, gear, load, product["root"])
+        states[part, "flank"] = _keyed(_flank(pair, gear, load, product["flank"]), gear)
+        states[part, "root"] = _keyed(_root(pair, gear, load, product["root"]), gear)
     return states
+
+
+def _keyed(state: LimitState, gear: RatedGear) -> LimitState:
+    """The state, with keys as sources of what the gear's rating states."""
+    lines = dict(state.factors)
+    for symbol, key in STATED.items():
+        if symbol in lines and getattr(gear.data, key) is not None:
+            lines[symbol] = replace(lines[symbol], source=f"key {key}")
+    return replace(state, factors=lines)
+
+
+def _of_load(pair: GearPair, load: PairLoad) -> dict[str, Factor]:
+    """Lines that flank and root begin with."""
+    ratios = pair.geometry.transverse_contact_ratio, pair.geometry.overlap_ratio
+    symbols = ("F_t", "v", "ε_α", "ε_β")
+    values = (load.tangential_force, load.velocity, *ratios)
+    return sheet_of(dict(zip(symbols, values, strict=True)))
 
 
 def _flank(pair: GearPair, gear: RatedGear, load: PairLoad, product: float) -> LimitState:
@@ -164,7 +185,7 @@ def _flank(pair: GearPair, gear: RatedGear, load: PairLoad, product: float) -> L
         * math.sqrt(line * (u + (-1.0 if pair.internal else 1.0)) / u)
         / 1e3
     )
-    lines = sheet_of({"F_t": load.tangential_force, "v": load.velocity, **of_pair})
+    lines = _of_load(pair, load) | sheet_of({"ρ_red": 1e3 * pair.relative_curvature, **of_pair})
     if rules.edition != 2006 and stage.helix_angle:
         source = "assumed" if rules.profile_modification_factor is None else ""
         lines["f_ZCa"] = factor("f_ZCa", _profile_modification(pair), source)
@@ -288,7 +309,15 @@ def _root(pair: GearPair, gear: RatedGear, load: PairLoad, product: float) -> Li
     nominal = load.tangential_force / (1e6 * stage.face_width * stage.normal_module)
     nominal *= math.prod(factors.values())
     stresses = {"σ_F0": nominal, "σ_F": nominal * product}
-    lines = sheet_of({"F_t": load.tangential_force, "v": load.velocity, **factors, **stresses})
+    module, of_tooth = stage.normal_module, gear.root
+    form = {
+        "ε_αn": geometry.transverse_contact_ratio / math.cos(pair.base_helix_angle) ** 2,
+        "h_Fe/m_n": of_tooth.lever / module,
+        "s_Fn/m_n": of_tooth.section.thickness / module,
+        "ρ_F/m_n": of_tooth.section.fillet_radius / module,
+        "α_Fen": math.degrees(of_tooth.load_angle),
+    }
+    lines = _of_load(pair, load) | sheet_of(form | factors | stresses)
     strength = _root_strength(pair, gear)
     if isinstance(strength, str) or gear.data.steel is None:
         return _state("F", pair, lines, strength)

@@ -117,8 +117,10 @@ def _softened(line_load: float) -> float:
 
 
 def _tip_relief(pair: GearPair) -> float | None:
-    """C_a of B_k, m; None where neither relief nor strengths are known."""
+    """C_a of B_k, m, 0 from grade 6 on; None where neither relief nor strengths are known."""
     gears = pair.gears.values()
+    if any((gear.data.accuracy_grade or 0) >= COARSE for gear in gears):
+        return 0.0
     if any(gear.relief for gear in gears):
         return sum(gear.relief for gear in gears) / 2
     amounts = [
@@ -147,9 +149,6 @@ def dynamic_factor(pair: GearPair, load: PairLoad, ratio: float) -> tuple[float,
     load."""
     line_load = ratio * load.tangential_force / pair.stage.face_width
     deviation, relief = deviations(pair, load.velocity), _tip_relief(pair)
-    grades = [gear.data.accuracy_grade for gear in pair.gears.values()]
-    if any(grade is not None and grade >= COARSE for grade in grades):
-        relief = 0.0  # B_k = 1
     if deviation is None or relief is None:
         return math.nan, math.nan
     soft = _softened(line_load) if line_load else 1.0
@@ -166,6 +165,25 @@ def dynamic_factor(pair: GearPair, load: PairLoad, ratio: float) -> tuple[float,
     near, above = 1.0 + c1 * b_p + c2 * b_f + c4 * b_k, c5 * b_p + c6 * b_f + c7
     past = min(max(resonance - 1.15, 0.0) / 0.35, 1.0)
     return (1.0 - past) * near + past * above, resonance
+
+
+def method_b_inputs(pair: GearPair, load: PairLoad, ratio: float) -> dict[str, float]:
+    """What K_v and K_Hα follow from, by symbol, in the units of the sheet; ratio: K_A K_γ. Nothing
+    where accuracy, steel or strength are not known."""
+    line_load = ratio * load.tangential_force / pair.stage.face_width
+    deviation, relief = deviations(pair, load.velocity), _tip_relief(pair)
+    if deviation is None or relief is None:
+        return {}
+    soft = _softened(line_load) if line_load else 1.0
+    return {
+        "c′": soft * pair.single_stiffness / 1e9,
+        "c_γα": soft * pair.mesh_stiffness / 1e9,
+        "m_red": reduced_mass(pair) / 1e3,
+        "f_pb,eff": 1e6 * deviation[0],
+        "f_fα,eff": 1e6 * deviation[1],
+        "C_a": 1e6 * relief,
+        "N": dynamic_factor(pair, load, ratio)[1],
+    }
 
 
 def root_face_factor(pair: GearPair, face_flank: float) -> float:

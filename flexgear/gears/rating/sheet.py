@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
-LOADS, FLANK, ROOT, STEEL, KEY = (
-    "ISO 6336-1", "ISO 6336-2", "ISO 6336-3", "ISO 6336-5", "[rating]",
-)  # fmt: skip
+LOADS, STEEL, KEY, TEETH = "ISO 6336-1", "ISO 6336-5:2003, table 1", "[rating]", "ISO 21771"
 COMPUTED, BEYOND = "computed, equilibria", "beyond ISO 6336"
 BASIC, ROWS, REV = "ISO 281", "ISO/TS 16281", "10⁶ rev"
 CAUSE = "direct path over norm"  # meaning of a line of the direct path that splits the difference
@@ -22,43 +21,58 @@ SYMBOLS = {  # unit, meaning, source
     "K_Fβ": ("", "face load factor, root", LOADS),
     "K_Hα": ("", "transverse load factor, flank", LOADS),
     "K_Fα": ("", "transverse load factor, root", LOADS),
-    "Z_H": ("", "zone factor", FLANK),
-    "Z_E": ("√(N/mm²)", "elasticity factor", FLANK),
-    "Z_ε": ("", "contact ratio factor", FLANK),
-    "Z_β": ("", "helix angle factor", FLANK),
+    "c′": ("N/(mm µm)", "stiffness of a pair", "ISO 6336-1, clause 9"),
+    "c_γα": ("N/(mm µm)", "stiffness of the gear mesh", "ISO 6336-1, clause 9"),
+    "m_red": ("kg/mm", "reduced mass per width", "ISO 6336-1, clause 6"),
+    "N": ("", "resonance ratio", "ISO 6336-1, clause 6"),
+    "f_pb,eff": ("µm", "base pitch deviation after running in", "ISO 6336-1, clause 6"),
+    "f_fα,eff": ("µm", "profile form deviation after running in", "ISO 6336-1, clause 6"),
+    "C_a": ("µm", "tip relief of B_k", "ISO 6336-1, clause 6"),
+    "ε_α": ("", "transverse contact ratio", TEETH),
+    "ε_β": ("", "overlap ratio", TEETH),
+    "ρ_red": ("mm", "radius of relative curvature", "ISO 6336-2, clause 12"),
+    "ε_αn": ("", "contact ratio of the virtual gears", "ISO 6336-3, clause 6"),
+    "h_Fe/m_n": ("", "lever of the load", "ISO 6336-3, clause 6"),
+    "s_Fn/m_n": ("", "thickness of the critical section", "ISO 6336-3, clause 6"),
+    "ρ_F/m_n": ("", "radius of the fillet there", "ISO 6336-3, clause 6"),
+    "α_Fen": ("deg", "load angle", "ISO 6336-3, clause 6"),
+    "Z_H": ("", "zone factor", "ISO 6336-2, clause 6"),
+    "Z_E": ("√(N/mm²)", "elasticity factor", "ISO 6336-2, clause 7"),
+    "Z_ε": ("", "contact ratio factor", "ISO 6336-2, clause 8"),
+    "Z_β": ("", "helix angle factor", "ISO 6336-2, clause 9"),
     "f_ZCa": ("", "profile modification factor", KEY),
-    "Z_B": ("", "single pair tooth contact factor", FLANK),
-    "Z_D": ("", "single pair tooth contact factor", FLANK),
-    "σ_H0": ("MPa", "nominal contact stress", FLANK),
-    "σ_H": ("MPa", "contact stress", FLANK),
+    "Z_B": ("", "single pair tooth contact factor", "ISO 6336-2, clause 6"),
+    "Z_D": ("", "single pair tooth contact factor", "ISO 6336-2, clause 6"),
+    "σ_H0": ("MPa", "nominal contact stress", "ISO 6336-2, clause 5"),
+    "σ_H": ("MPa", "contact stress", "ISO 6336-2, clause 5"),
     "σ_Hlim": ("MPa", "allowable stress number", STEEL),
-    "Z_L": ("", "lubricant factor", FLANK),
-    "Z_v": ("", "velocity factor", FLANK),
-    "Z_R": ("", "roughness factor", FLANK),
-    "Z_W": ("", "work hardening factor", FLANK),
-    "Z_X": ("", "size factor", FLANK),
+    "Z_L": ("", "lubricant factor", "ISO 6336-2, clause 12"),
+    "Z_v": ("", "velocity factor", "ISO 6336-2, clause 12"),
+    "Z_R": ("", "roughness factor", "ISO 6336-2, clause 12"),
+    "Z_W": ("", "work hardening factor", "ISO 6336-2, clause 13"),
+    "Z_X": ("", "size factor", "ISO 6336-2, clause 14"),
     "S_Hmin": ("", "least safety", KEY),
     "N_L": ("", "load cycles", "ISO 6336-6"),
-    "Z_NT": ("", "life factor", FLANK),
-    "σ_HP": ("MPa", "permissible stress", FLANK),
-    "S_H": ("", "safety", FLANK),
-    "Y_F": ("", "form factor", ROOT),
-    "Y_S": ("", "stress correction factor", ROOT),
-    "Y_β": ("", "helix angle factor", ROOT),
-    "Y_DT": ("", "deep tooth factor", ROOT),
-    "Y_B": ("", "rim thickness factor", ROOT),
-    "σ_F0": ("MPa", "nominal root stress", ROOT),
-    "σ_F": ("MPa", "root stress", ROOT),
+    "Z_NT": ("", "life factor", "ISO 6336-2, clause 11"),
+    "σ_HP": ("MPa", "permissible stress", "ISO 6336-2, clause 5"),
+    "S_H": ("", "safety", "ISO 6336-2, clause 5"),
+    "Y_F": ("", "form factor", "ISO 6336-3, clause 6"),
+    "Y_S": ("", "stress correction factor", "ISO 6336-3, clause 7"),
+    "Y_β": ("", "helix angle factor", "ISO 6336-3, clause 8"),
+    "Y_DT": ("", "deep tooth factor", "ISO 6336-3, clause 10"),
+    "Y_B": ("", "rim thickness factor", "ISO 6336-3, clause 9"),
+    "σ_F0": ("MPa", "nominal root stress", "ISO 6336-3, clause 5"),
+    "σ_F": ("MPa", "root stress", "ISO 6336-3, clause 5"),
     "σ_Flim": ("MPa", "allowable stress number", STEEL),
-    "Y_ST": ("", "stress correction of test gears", ROOT),
-    "Y_δrelT": ("", "relative notch sensitivity factor", ROOT),
-    "Y_RrelT": ("", "relative surface factor", ROOT),
-    "Y_X": ("", "size factor", ROOT),
-    "Y_M": ("", "mean stress factor", ROOT),
+    "Y_ST": ("", "stress correction of test gears", "ISO 6336-3, clause 5"),
+    "Y_δrelT": ("", "relative notch sensitivity factor", "ISO 6336-3, clause 13"),
+    "Y_RrelT": ("", "relative surface factor", "ISO 6336-3, clause 14"),
+    "Y_X": ("", "size factor", "ISO 6336-3, clause 15"),
+    "Y_M": ("", "mean stress factor", "ISO 6336-3, annex B"),
     "S_Fmin": ("", "least safety", KEY),
-    "Y_NT": ("", "life factor", ROOT),
-    "σ_FP": ("MPa", "permissible stress", ROOT),
-    "S_F": ("", "safety", ROOT),
+    "Y_NT": ("", "life factor", "ISO 6336-3, clause 12"),
+    "σ_FP": ("MPa", "permissible stress", "ISO 6336-3, clause 5"),
+    "S_F": ("", "safety", "ISO 6336-3, clause 5"),
     "σ_0.2": ("MPa", "yield strength", "key yield_strength"),
     "S_0.2": ("", "against yield of the fillet", "σ_0.2/σ_F"),
     "S_direct": ("", "safety at the worst place", BEYOND),
@@ -125,6 +139,15 @@ def sheet_of(
     ``factor``."""
     lines = [factor(s, value, source, row) for s, value in values.items() if value is not None]
     return {line.symbol: line for line in lines}
+
+
+def dated(lines: Sheet, edition: int) -> Sheet:
+    """The lines with the edition beside the parts of ISO 6336 that have both."""
+    name = r"(ISO 6336-[1236])(?!:)"
+    return {
+        symbol: replace(line, source=re.sub(name, rf"\1:{edition}", line.source))
+        for symbol, line in lines.items()
+    }
 
 
 def value_of(lines: Sheet, symbol: str, without: float = math.nan) -> float:
