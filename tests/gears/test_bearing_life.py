@@ -267,6 +267,17 @@ def test_one_row_with_a_contact_angle_takes_no_moment_without_thrust(make, degre
     assert loaded.rows[0].load == pytest.approx((1e4, 2e4), rel=1e-6)
 
 
+@pytest.mark.parametrize("places", [[0.0], [-30.0, 30.0], [-94.0, -31.0, 31.0, 94.0]])
+def test_tiny_loads_have_an_equilibrium(places):
+    """Lives grow with the third power down to loads whose closings are rounding of the grooves'."""
+    rows = tuple(balls(position=place * MM) for place in places)
+    bearing = RollingBearing(rows, Ratings(1e5))
+    directions = [np.array([math.cos(k), math.sin(k), 0, 0, 0]) for k in range(12)]
+    whole = [rate_load(bearing, 1e4 * along, "inner").basic_life for along in directions]
+    tiny = [rate_load(bearing, 1e-4 * along, "inner").basic_life for along in directions]
+    assert tiny == pytest.approx([1e24 * life for life in whole], rel=1e-4)
+
+
 def test_estimates_count_where_figures_rest_on_them():
     bearing = rolling_bearing(planet_bearing(static_rating_kn="5000"))
     assert len(bearing.estimates) == 1

@@ -57,8 +57,9 @@ from flexgear.model.member import PlanetBearing, SeatBearing
 COMPONENTS = ("x", "y", "z", "rx", "ry")
 FILM = {"a_ISO": "is 0.1 for a viscosity ratio below 0.1, where ISO 281 states none"}
 CLOSURE = 1e-9  # of an equilibrium, over the load
+ROUNDED_CLOSURE = 1e-5  # where rounding ends it: closings far below the distance of grooves
 LEAST_DAMPING = 1e-14  # keeps the step finite where no element is loaded
-ITERATIONS = 200
+ITERATIONS = 1000
 
 
 @dataclass(frozen=True)
@@ -150,6 +151,8 @@ def equilibrium(
             damping = max(0.1 * damping, LEAST_DAMPING)
         else:
             damping *= 10
+            if damping > 1 and np.abs(balance).max() < ROUNDED_CLOSURE:
+                return motion
     why = "it can move freely"
     if len(bearing.rows) == 1 and bearing.rows[0].contact_angle:
         why = "one row with a contact angle slides without thrust; give both rows of its pair"
