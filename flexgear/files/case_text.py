@@ -51,7 +51,7 @@ class Section:
 
     def is_below(self, other: Section) -> bool:
         """Whether its table is one inside the other's."""
-        return self.header.startswith(f"{other.header[:-1]}.")
+        return self.header.lstrip("[").startswith(f"{other.header.strip('[]')}.")
 
     def holds(self, key: str) -> bool:
         """Whether the table has the key."""
@@ -87,13 +87,13 @@ class CaseText:
                 place += 1
             self.sections.insert(place, section)
             return section
-        parent = header.rpartition(".")[0]
+        parent = header.strip("[]").rpartition(".")[0]
         for k in range(len(self.sections) - 1, -1, -1):
-            before = self.sections[k].header
-            if parent.count(".") and (before == f"{parent}]" or before.startswith(f"{parent}.")):
+            before = self.sections[k].header.strip("[]")
+            if parent.count(".") and f"{before}.".startswith(f"{parent}."):
                 place = k + 1
                 break
-            if before.startswith("[["):
+            if self.sections[k].header == f"[[{before.partition('.')[0]}]]":
                 break
         self.sections.insert(place, section)
         return section

@@ -173,19 +173,23 @@ class Assembly:
         mine = self.body(component)
         return any(self.body(c) == mine for c in self.document.kind("gear_casing"))
 
-    def torsion(self, first: Component, second: Component) -> tuple[float, list[Component]]:
+    def torsion(
+        self, first: Component, second: Component, beyond: int = 0
+    ) -> tuple[float, list[Component]]:
         """Stiffness between two parts of a body (N m/rad, inf if rigid) and the couplings passed.
 
-        Series of shaft sections and couplings along the shortest path.
+        Series of shaft sections and couplings along the shortest path, without its first ``beyond``
+        links and what is between these.
         """
-        path = self._path(first, second)
-        compliance = sum(link.compliance for link, _ in path)
+        path = self.path(first, second)[max(beyond - 1, 0) :]
+        passed_links = path[1:] if beyond else path
+        compliance = sum(link.compliance for link, _ in passed_links)
         for (before, k), (after, m) in pairwise(path):
             shaft = self.document.components[before.ends[k]]
             compliance += self._between(shaft, before.at[k], after.at[1 - m])
         passed = [
             self.document.components[joint]
-            for link, _ in path
+            for link, _ in passed_links
             if (joint := link.coupling) is not None
         ]
         return 1.0 / compliance if compliance > 0 else float("inf"), passed
@@ -193,7 +197,7 @@ class Assembly:
     def path_length(self, first: Component, second: Component) -> tuple[int, float]:
         """Links between two parts of a body, and the distance (mm) along the first one's shaft."""
         places = [value(c, "u_coordinate_on_shaft", "mm") for c in (first, second)]
-        return len(self._path(first, second)), abs(places[0] - places[1])
+        return len(self.path(first, second)), abs(places[0] - places[1])
 
     def _reached(self, first: int) -> dict[int, Step | None]:
         """All components of the body of one, breadth first, each with the step that leads to it."""
@@ -206,7 +210,7 @@ class Assembly:
                     waiting.append(link.ends[k])
         return steps
 
-    def _path(self, first: Component, second: Component) -> list[Step]:
+    def path(self, first: Component, second: Component) -> list[Step]:
         """Steps from one component of a body to another."""
         steps, path = self._reached(first.id), []
         step = steps[second.id]

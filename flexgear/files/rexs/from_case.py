@@ -17,7 +17,13 @@ import numpy as np
 from flexgear.arrays import Array
 from flexgear.files.rexs import tables as table
 from flexgear.files.rexs.outgoing import Outgoing, Place, Written, located
-from flexgear.files.rexs.stage_out import StageOut, TrainOut, springs_out, torsion_out
+from flexgear.files.rexs.stage_out import (
+    StageOut,
+    TrainOut,
+    add_section,
+    springs_out,
+    torsion_out,
+)
 from flexgear.gears.load_bins import HOUR, LoadBin, bins_of_load_cases
 from flexgear.gears.power_flow import power_flow
 from flexgear.gears.radii import stage_radii
@@ -34,7 +40,9 @@ _WRITTEN = {
 }  # fmt: skip
 _UNWRITTEN = sorted(FlankModifications.model_fields.keys() - table.KEYS)  # modifications
 _OF_SPRINGS = ("damping", "journal", "rollers")  # that REXS has not
-_OF_PORTS = {"member", "speed", "torque", "power", "inertia"}
+_OF_PORTS = {
+    "member", "speed", "torque", "power", "inertia", "mass", "tilt_inertia", "bearing",
+}  # fmt: skip
 
 
 def not_written(case: Case) -> list[str]:
@@ -43,6 +51,7 @@ def not_written(case: Case) -> list[str]:
     for k, port in enumerate(case.ports):
         where = "output" if port is case.output else f"inputs[{k}]"
         lost += _set(port, f"{where}.", _OF_PORTS)
+        lost += _lost(port.bearing, f"{where}.bearing.", *_OF_SPRINGS)
     lost += [f"loads on {load.member}" for load in case.loads if not _is_written(load)]
     states = [state for c in case.load_cases for _, _, state in c.states("")]
     if any(s.frame != "fixed" and (s.force or s.moment) for s in states):
@@ -66,8 +75,11 @@ def not_written(case: Case) -> list[str]:
                 for flank in FLANKS:
                     of_flank = getattr(ground, flank, None)
                     lost += _lost(of_flank, f"{where}.modifications.{flank}.", *_UNWRITTEN)
-        if stage.is_flexible:
-            lost.append(f"{before[:-1]}: FE bodies of ring and carrier, their bearings, shaft")
+        if stage.sun is not None:
+            keys = ("flexible", "elements_per_section")
+            lost += _lost(stage.sun.shaft, f"{before}sun.shaft.", *keys)
+        if "fe" in map(stage.form, (*stage.members, "planet")):
+            lost.append(f"{before[:-1]}: FE bodies, bearings of an FE carrier")
     return lost
 
 
@@ -147,26 +159,24 @@ def _gravity(case: Case) -> dict[str, Written | None]:
 
 
 def _add_joint(train: TrainOut, joint: Joint) -> None:
-    case = train.case
-    first = MemberName.parse(joint.first)
-    torsion = torsion_out(joint, stage_radii(case.view(first.stage)), first.part)
+    model, name, ends = train.model, f"{joint.first} – {joint.second}", (joint.first, joint.second)
+    first, second = map(train.end, ends)
     if joint.length is not None and joint.outer_diameter is not None:
-        polar = math.pi / 32 * (joint.outer_diameter**4 - joint.inner_diameter**4)
-        shear = case.material.young_modulus / (2 * (1 + case.material.poisson_ratio))
-        torsion = shear * polar / joint.length
-    train.model.side(
-        "coupling",
-        train.shafts[joint.first],
-        train.shafts[joint.second],
-        f"{joint.first} – {joint.second}",
-        rotational_stiffness=torsion,
-        **springs_out(joint, 1.0),
-    )
+        shaft = model.part(train.unit, "shaft", name, **located(train.places[joint.first]))
+        section = (joint.length, joint.outer_diameter, joint.inner_diameter)
+        add_section(model, shaft, 0.0, *section)
+        model.side("coupling", first, shaft, name, u_coordinate_on_shaft_outer_side=0.0)
+        model.side("coupling", shaft, second, name, u_coordinate_on_shaft_inner_side=joint.length)
+        return
+    at = MemberName.parse(joint.first)
+    torsion = torsion_out(joint, stage_radii(train.case.view(at.stage)), at.part)
+    springs = springs_out(joint, 1.0)
+    model.side("coupling", first, second, name, rotational_stiffness=torsion, **springs)
 
 
 def _add_port(train: TrainOut, port: Input | Output) -> int:
     """Adds the external load at a port; its id."""
-    shaft, inertia = train.shafts[port.member], train.case.port_inertia(port.member)
+    shaft, inertia = train.end(port.member), train.case.port_inertia(port.member)
     number = train.model.part(
         shaft,
         "external_load",
@@ -178,9 +188,15 @@ def _add_port(train: TrainOut, port: Input | Output) -> int:
     if train.case.output is not None:
         torque, power = train.flow.torque[port.member], train.flow.power[port.member]
         train.model.result(number, torque_around_u_axis=torque, power=power)
-    if inertia > 0:
+    if inertia > 0 or port.mass is not None:
         train.model.part(
-            shaft, "additional_mass", u_coordinate_on_shaft=0.0, moment_of_inertia_u_axis=inertia
+            shaft,
+            "additional_mass",
+            u_coordinate_on_shaft=0.0,
+            moment_of_inertia_u_axis=inertia,
+            mass_of_component=port.mass,
+            moment_of_inertia_v_axis=port.tilt_inertia,
+            moment_of_inertia_w_axis=port.tilt_inertia,
         )
     return number
 
@@ -188,7 +204,7 @@ def _add_port(train: TrainOut, port: Input | Output) -> int:
 def _add_forces(train: TrainOut, forces: dict[str, list[int]], member: str, load: Array) -> None:
     """Adds force and transverse moments (6,) on a member, with the id among ``forces``."""
     number = train.model.part(
-        train.shafts[member],
+        train.end(member),
         "external_load",
         f"force on {member}",
         u_coordinate_on_shaft=0.0,

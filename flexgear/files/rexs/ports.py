@@ -14,7 +14,7 @@ from __future__ import annotations
 import itertools
 import tomllib
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -23,8 +23,9 @@ from flexgear.arrays import Array
 from flexgear.files.case_text import CaseText, Datum, Section
 from flexgear.files.rexs.assembly import Assembly
 from flexgear.files.rexs.document import Component, Document, LoadCase, flag, number, read, value
+from flexgear.files.rexs.shafts import SunShaft
 from flexgear.files.rexs.stages import Member
-from flexgear.files.rexs.tables import FORCES, INERTIA, MOMENTS, PORT, SCHEMA_UNITS
+from flexgear.files.rexs.tables import BEHIND, FORCES, INERTIA, MOMENTS, PORT, SCHEMA_UNITS
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
@@ -44,7 +45,7 @@ _FREE = "a case of free vibration, modes only"
 class Port:
     """A member that an external load acts on; speed (rpm), torque (N m), power (kW) about +u.
 
-    inertia: of additional masses, kg m².
+    masses: additional ones; inertia: theirs, kg m².
     """
 
     member: Member
@@ -54,6 +55,7 @@ class Port:
     power: Datum | None = None
     defines_torque: bool = False
     inertia: Datum | None = None
+    masses: list[Component] = field(default_factory=list)
 
     @property
     def drives(self) -> bool | None:
@@ -97,8 +99,11 @@ def ports_of(assembly: Assembly, members: list[Member]) -> list[Port]:
         port.defines_torque |= flag([load], "defines_torque") is True
     for mass in assembly.document.kind("additional_mass"):
         port_there = ports.get(assembly.body(mass))
-        inertia = None if port_there is None else read([mass], INERTIA)
-        if port_there is not None and inertia is not None:
+        if port_there is None:
+            continue
+        port_there.masses.append(mass)
+        inertia = read([mass], INERTIA)
+        if inertia is not None:
             mass.role = "inertia at a port"
             port_there.inertia = _sum(port_there.inertia, inertia)
     for body, port in ports.items():
@@ -173,7 +178,8 @@ def _sum(total: Datum | None, more: Datum | None) -> Datum | None:
 
 
 class PortWriter:
-    """Ports of a document's loads. ``bodies``: those they act on; ``where``: the file."""
+    """Ports of a document's loads. ``bodies``: those they act on; ``where``: the file; ``shafts``:
+    of suns; ``sections``: those written, by member."""
 
     def __init__(
         self, assembly: Assembly, case: CaseText, members: list[Member], where: str
@@ -181,6 +187,8 @@ class PortWriter:
         self.assembly, self.case, self.members, self.where = assembly, case, members, where
         self.ports = ports_of(assembly, members)
         self.bodies = {port.member.body for port in self.ports}
+        self.shafts: dict[Member, SunShaft] = {}
+        self.sections: dict[Member, Section] = {}
 
     def write(self) -> None:
         """Inputs, output and forces on members, at the end of the case."""
@@ -201,8 +209,11 @@ class PortWriter:
         chosen, loaded = self._chosen(mobility)
         if len(self.ports) < 2 or len(loaded) < len(self.ports) - mobility:
             self.case.warn(f"the torques of the file do not suffice: {_FREE}")
-            for port in chosen:
-                self._begin("[[inputs]]", port).take(_SPEED.key, port.speed)
+            for port in self.ports:
+                if port in chosen or port.member in self.shafts:
+                    section = self._begin("[[inputs]]", port)
+                    section.take(_SPEED.key, port.speed if port in chosen else None)
+                    self._end(section, port)
             return
         self._loaded(chosen, loaded, speeds)
         for load, member, values in forces_of(self.assembly, self.members):
@@ -216,6 +227,9 @@ class PortWriter:
         """The case so far, with these speeds (rpm) and no torques."""
         raw = tomllib.loads(self.case.text())
         raw["inputs"] = [{"member": m, _SPEED.key: datum.value} for m, datum in speeds.items()]
+        suns = {member.name for member in self.shafts}
+        for port in raw["inputs"]:  # whose bodies have no part in speeds
+            port |= {row.key: 1.0 for row in BEHIND} if port["member"] in suns else {}
         return case_of_toml(raw, self.where, "imported")
 
     def _speeds(self, mobility: int) -> dict[str, float] | None:
@@ -287,6 +301,15 @@ class PortWriter:
         section.put("member", port.member.name, port.loads[0].label)
         return section
 
+    def _end(self, section: Section, port: Port) -> None:
+        """Inertia of a port; behind a sun's shaft all that its body has."""
+        self.sections[port.member] = section
+        shaft = self.shafts.get(port.member)
+        if shaft is None:
+            section.take(INERTIA.key, port.inertia)
+        else:
+            shaft.write_behind(self.case, section, port.masses)
+
     def _loaded(self, chosen: list[Port], loaded: list[Port], speeds: dict[str, float]) -> None:
         """Inputs and output; power of the output, or at a speed that follows, becomes torque."""
         output = self._output(loaded)
@@ -301,7 +324,7 @@ class PortWriter:
                     section.put(_TORQUE.key, value, f"{port.power.source} / speed")
                 else:
                     port.take_torque(section)
-            section.take(INERTIA.key, port.inertia)
+            self._end(section, port)
         if output.drives is True:
             self.case.warn(f"{output.loads[0].label}: its signs say that it drives, as all others")
 

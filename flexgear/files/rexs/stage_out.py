@@ -18,7 +18,8 @@ from flexgear.gears.paths import tooth_sides
 from flexgear.gears.power_flow import PowerFlow
 from flexgear.gears.radii import StageRadii, gears_by_role
 from flexgear.gears.tool import CutterTool
-from flexgear.model.bearings import Springs
+from flexgear.model.bearings import Bearing, Springs
+from flexgear.model.bodies import Shaft
 from flexgear.model.case import Case
 from flexgear.model.member import PlanetBearing, Support
 from flexgear.model.modifications import FlankModifications
@@ -32,8 +33,9 @@ _DATUM, _ORIENTATION = -1, "negative"
 @dataclass
 class TrainOut:
     """A train that becomes a model. places: of members; unit, casing, material: ids of components;
-    shafts: their ids by member or planet; gear_data: ids by gear meshes of one half and gear;
-    bearings: by planet's bearing."""
+    shafts: their ids by member or planet; ends: of those behind the spline of a sun's shaft, where
+    ports and joints are; gear_data: ids by gear meshes of one half and gear; bearings: by planet's
+    bearing."""
 
     case: Case
     flow: PowerFlow
@@ -43,6 +45,7 @@ class TrainOut:
     casing: int
     material: int
     shafts: dict[str, int] = field(default_factory=dict)
+    ends: dict[str, int] = field(default_factory=dict)
     gear_data: dict[tuple[GroupName, str], list[int]] = field(default_factory=dict)
     bearings: dict[str, list[int]] = field(default_factory=dict)
 
@@ -53,6 +56,10 @@ class TrainOut:
         number = self.model.part(whole, "shaft", member, **located(place), defines_speed=defines)
         self.shafts[member] = number
         return number
+
+    def end(self, member: str) -> int:
+        """Id of the shaft of a member where it meets the rest of the train."""
+        return self.ends.get(member, self.shafts[member])
 
 
 class StageOut:
@@ -71,6 +78,9 @@ class StageOut:
         self.loaded = train.case.output is not None
         self.halves = (-1, 1) if stage.double_helical else (0,)
         self.reach = stage.face_width / 2 - self._middle(self.halves[0])  # from the middle
+        beam = stage.sun.shaft if stage.sun else None
+        back = () if beam is None or beam.direction == "+z" else beam.sections
+        self.sun_reach = max(self.reach, sum(section.length for section in back))
         self.gears: list[tuple[str, int]] = []
         self.meshes: list[tuple[str, int]] = []
 
@@ -82,6 +92,8 @@ class StageOut:
             self._parallel()
         for part in self.stage.members:
             self._support(part)
+        if self.stage.sun is not None and self.stage.sun.shaft is not None:
+            self._sun_shaft(self.stage.sun.shaft)
         if self.train.case.ports:
             self._results()
 
@@ -142,14 +154,44 @@ class StageOut:
         return half * (self.stage.face_width + self.stage.half_gap) / 2
 
     def _shaft(self, member: str, place: Place, whole: int | None = None) -> int:
-        begin = (place[0] - self.reach, *place[1:])
+        reach = self.sun_reach if member == f"{self.stage.name}.sun" else self.reach
+        begin = (place[0] - reach, *place[1:])
         return self.train.shaft(member, begin, self.train.unit if whole is None else whole)
+
+    def _sun_shaft(self, beam: Shaft) -> None:
+        """Adds the sections of the sun's shaft, the spline at its end, and behind that the casing
+        of a held sun, or a shaft with the port's bearing."""
+        train, model, member = self.train, self.model, f"{self.stage.name}.sun"
+        shaft, at, held = train.shafts[member], self.sun_reach, member in train.case.held_members()
+        for section in beam.sections:
+            end = max(at + (section.length if beam.direction == "+z" else -section.length), 0.0)
+            sizes = (section.length, section.outer_diameter, section.inner_diameter)
+            add_section(model, shaft, min(at, end), *sizes)
+            at = end
+        u, v, w = train.places[member]
+        end_place = (u + at - self.sun_reach, v, w)
+        if held:
+            behind = train.casing
+        else:
+            behind = model.part(train.unit, "shaft", f"{member} end", **located(end_place))
+            train.ends[member] = behind
+        springs = springs_out(beam.spline, 1.0) | {"rotational_stiffness": beam.spline.stiffness[5]}
+        model.side(
+            "coupling", shaft, behind, f"{member} spline", **located(end_place), **springs,
+            u_coordinate_on_shaft_inner_side=at,
+            u_coordinate_on_shaft_outer_side=None if held else 0.0,
+        )  # fmt: skip
+        port = train.case.port_at(member)
+        if port is not None and port.bearing is not None:
+            name = f"{member} end bearing"
+            self._bearing(behind, train.casing, name, port.bearing, end_place, 1.0)
 
     def _gears(self, role: str, shaft: int, name: str, place: Place) -> list[int]:
         """Adds a gear for each half of the stage and returns their ids; place: of the middle of the
         stage on the gear's axis."""
         stage, gear, tooth = self.stage, self.members[role], self.geometry.gears[role]
         ring, (u, v, w) = role == "ring", place
+        reach = self.sun_reach if name == f"{stage.name}.sun" else self.reach
         base = tooth.base_radius if gear.base_diameter is None else gear.base_diameter / 2
         right = (stage.planet_hand == "right") != (role == "sun")  # of a single or left half
         numbers = []
@@ -168,7 +210,7 @@ class StageOut:
                 root_diameter=2 * tooth.root_radius,
                 base_diameter=2 * base,
                 reference_diameter_cylindrical_gear=2 * tooth.reference_radius,
-                u_coordinate_on_shaft=self.reach + middle,
+                u_coordinate_on_shaft=reach + middle,
                 **located((u + middle, v, w)),
                 datum_face_orientation=_ORIENTATION,
                 mass_of_component=(
@@ -276,7 +318,8 @@ class StageOut:
         support = self.stage.member(part).support
         shaft, place = self.train.shafts[member], self.train.places[member]
         copies = 2 if part == "ring" and self.stage.double_helical else 1  # halves with one each
-        if member not in self.train.case.held_members():
+        spline = self.stage.form(part) == "beam"  # which takes the torque of a held sun
+        if spline or member not in self.train.case.held_members():
             if support.matrix.any():
                 self._bearing(shaft, casing, f"{member} bearing", support, place, copies)
             return
@@ -288,7 +331,7 @@ class StageOut:
         self.model.side("coupling", shaft, casing, f"{member} held", **located(place), **springs)
 
     def _bearing(
-        self, inner: int, outer: int, name: str, springs: Support, place: Place, share: float
+        self, inner: int, outer: int, name: str, springs: Bearing, place: Place, share: float
     ) -> int:
         kind, clearance = "concept_bearing", "radial_clearance"
         rating: dict[str, Written | None] = {}
@@ -301,6 +344,22 @@ class StageOut:
             kind, inner, outer, name, **located((place[0] + springs.z, *place[1:])),
             **springs_out(springs, share), **rating, **{clearance: 2 * springs.clearance or None},
         )  # fmt: skip
+
+
+def add_section(
+    model: Outgoing, shaft: int, start: float, length: float, outer: float, inner: float
+) -> None:
+    """Adds a cylinder to a shaft, m."""
+    model.part(
+        shaft,
+        "shaft_section",
+        u_coordinate_on_shaft=start,
+        length=length,
+        outer_diameter_begin=outer,
+        outer_diameter_end=outer,
+        inner_diameter_begin=inner,
+        inner_diameter_end=inner,
+    )
 
 
 def springs_out(springs: Springs, share: float) -> dict[str, Written | None]:

@@ -66,7 +66,7 @@ class SupportWriter:
         torsion = bool(member.couplings) or "torsion" in needs
         directions = ("radial", "axial", "tilt") + (("torsion",) if torsion else ())
         halves = len(member.stage.halves["ring"]) if member.role == "ring" else 1
-        self._springs(section, joints, scale, directions, needs, member.z, halves)
+        self.springs(section, joints, scale, directions, needs, member.z, halves)
 
     def planet(
         self, bearings: list[list[Component]], scale: Scale, z: float | None, needs: tuple[str, ...]
@@ -80,14 +80,14 @@ class SupportWriter:
             for twin, bearing in zip(others, first, strict=False):
                 for row in SPRINGS:  # alike ones are used, others listed
                     read([bearing, twin], row)
-        self._springs(section, first, scale, ("radial", "axial", "tilt"), needs, z)
+        self.springs(section, first, scale, ("radial", "axial", "tilt"), needs, z)
         clearance = number(first, CLEARANCES, "mm")
         if clearance is not None and clearance.value > 0:
             source = f"{clearance.source}, half the diametral clearance"
             section.put("clearance_mm", clearance.value / 2, source)
         self._rating(section, first)
 
-    def _springs(
+    def springs(
         self,
         section: Section,
         joints: list[Component],
@@ -97,7 +97,7 @@ class SupportWriter:
         z: float | None,
         halves: int = 1,
     ) -> None:
-        """Springs of all directions, shared by the halves of a ring."""
+        """Springs of all directions, shared by the halves of a ring; z: where they act, mm."""
         note = "; half of it for each ring half" * (halves == 2)
         radial: list[tuple[float, float]] = []
         for direction in directions:
@@ -134,7 +134,7 @@ class SupportWriter:
         centre = sum(k * z for k, z in radial) / total
         lever = sum(k * (z - centre) ** 2 for k, z in radial) * 1e-6
         if centre and abs(centre) <= 1e3:
-            section.put("z_mm", centre, "centre of the radial springs, from the middle of the gear")
+            section.put("z_mm", centre, "centre of the radial springs along the axis")
         return tilt + lever, ["distance of the radial springs"] if lever > 0 else []
 
     def _stiffness(self, joint: Component, direction: str, scale: Scale) -> Datum | None:

@@ -252,6 +252,11 @@ PORT = (
     Row("power", "kw", ("power",)),
 )
 INERTIA = Row("inertia", "kg_m2", ("moment_of_inertia_u_axis",))
+BEHIND = (  # the spline of a sun's shaft: a port's body
+    INERTIA,
+    Row("mass", "kg", ("mass_of_component",)),
+    Row("tilt_inertia", "kg_m2", ("moment_of_inertia_v_axis", "moment_of_inertia_w_axis")),
+)
 AXES = ("v", "w", "u")  # x, y, z of a case
 FORCES = tuple(f"force_{axis}_direction" for axis in AXES)
 MOMENTS = tuple(f"torque_around_{axis}_axis" for axis in AXES[:2])

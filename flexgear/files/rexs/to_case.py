@@ -1,7 +1,7 @@
 """The commented case of a REXS model.
 
-Members are lumped. Every key of the case says which component and attribute it comes from, or why
-it was assumed; what the case does not hold is listed below it.
+Members are lumped, or suns on shafts. Every key of the case says which component and attribute it
+comes from, or why it was assumed; what the case does not hold is listed below it.
 """
 
 from __future__ import annotations
@@ -11,7 +11,6 @@ import tomllib
 from collections import Counter, defaultdict
 from collections.abc import Iterable
 from dataclasses import dataclass
-from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -20,6 +19,7 @@ from flexgear.files.case_text import CaseText, Section, commented
 from flexgear.files.rexs.assembly import Assembly
 from flexgear.files.rexs.document import Component, Document, flag, number, read, value
 from flexgear.files.rexs.gears import GearReader, Rack
+from flexgear.files.rexs.joints import Joints
 from flexgear.files.rexs.ports import PortWriter, write_load_cases
 from flexgear.files.rexs.stage_keys import StageWriter
 from flexgear.files.rexs.stages import (
@@ -105,6 +105,8 @@ class _Conversion:
         self._choose(load_case)
         self.assembly = Assembly(document)
         self.material: dict[str, float] = {}
+        self.supports = SupportWriter(self.assembly, self.case)
+        self.scales: dict[str, Scale] = {}  # by stage
 
     def run(self) -> Imported:
         stages, refused = stages_of(self.assembly)
@@ -119,14 +121,18 @@ class _Conversion:
         top = self.case.section("")
         self._material([gear for stage in stages for gear in stage.all_gears])
         ports = PortWriter(self.assembly, self.case, members, self.where)
-        self.joined, self.held = self._joined(), self._held(ports)
+        self.held = self._held(ports)
+        self.joints = Joints(self.assembly, members, self.held)
+        self.joints.find_shafts(self.case, members, ports.ports)
+        self.lost += self.joints.left_out
+        ports.shafts = self.joints.shafts
         for gear in (gear for stage in stages for gear in stage.all_gears):
             if not self.assembly.frames.is_parallel(gear):
                 self.case.warn(f"{gear.label}: its axis is not parallel to the gear unit's u axis")
         gears = GearReader(self.assembly, self.case)
         racks = self._stages(gears, named)
         self._top(top, racks)
-        self._joints(racks)
+        self.joints.write(self.case, self.scales)
         damping = self.case.section("[damping]")
         self.case.assume(damping, "kind", "modal", "damping is not in REXS")
         self.case.assume(damping, "ratio", 0.02, "usual of roller bearings and bolted housings")
@@ -135,6 +141,10 @@ class _Conversion:
         except InputError as fault:  # the case is written for its reader to mend
             key, message = fault.key, f"{fault.problem} -- {fault.remedy}"
             self.case.warn(f"the case cannot run before this is mended: {key}: {message}")
+        for member, shaft in self.joints.shafts.items():
+            if member in ports.sections:
+                scale, section = self.scales[member.stage_name], ports.sections[member]
+                shaft.write_bearings(self.case, section, self.supports, scale)
         gears.modified.write(self._carries(named))
         written = write_load_cases(self.document, self.assembly, self.case, self.members)
         self._list_other_cases(written)
@@ -186,21 +196,25 @@ class _Conversion:
 
     def _stages(self, gears: GearReader, named: dict[str, RexsStage]) -> dict[str, Rack]:
         """Write all stages with supports; racks by the stage's name."""
-        supports = SupportWriter(self.assembly, self.case)
         racks = {}
-        axial = any(is_helical(stage) for stage in named.values())
+        spatial = self.joints.bends
+        axial = spatial or any(is_helical(stage) for stage in named.values())
         for name, stage in named.items():
             racks[name] = StageWriter(gears, self.case, self.where, stage, name).write()
-            scale = self._scale(stage, racks[name])
+            self.scales[name] = scale = self._scale(stage, racks[name])
             of_stage = [m for m in self.members if m.stage is stage]
             carriers = [m for m in of_stage if m.role == "carrier"]
+            for shaft in (shaft for m, shaft in self.joints.shafts.items() if m.stage is stage):
+                shaft.write(self.case, self.supports, scale)
             for carrier in carriers:
-                supports.carrier_blank(carrier, self.material["density_kg_per_m3"], scale.radius)
+                self.supports.carrier_blank(
+                    carrier, self.material["density_kg_per_m3"], scale.radius
+                )
             for member in of_stage:
-                supports.support(member, scale, self._needs(member, axial))
+                self.supports.support(member, scale, self._needs(member, axial))
             for carrier in carriers:
-                needs = ("radial", "axial") if axial else ("radial",)
-                supports.planet(planet_bearings(self.assembly, stage), scale, carrier.z, needs)
+                needs = ("radial", *["axial"] * axial, *["tilt"] * spatial)
+                self.supports.planet(planet_bearings(self.assembly, stage), scale, carrier.z, needs)
             self._gear_mesh(gears.modified.has(name))
         return racks
 
@@ -229,27 +243,18 @@ class _Conversion:
 
         A sun may float between its planets. Members of one body hold one another axially.
         """
-        joined = dict.fromkeys(m for pair in self.joined for m in pair)
-        body = [m for m in joined if m.body == member.body] or [member]
+        joints, body = self.joints, self.joints.body(member)
         floats = member.role == "sun" and len(member.stage.halves["planet"][0]) >= 3
         needs = [] if floats or member.bearings else ["radial"]
-        if axial and not any(m.bearings for m in body) and member is body[0]:
+        if axial and not any(map(joints.is_carried, body)) and member is body[0]:
             needs.append("axial")
+        if member in joints.shafts:
+            return tuple(needs)
         if member in self.held:
             needs = ["radial", "axial", "torsion"] if axial else ["radial", "torsion"]
+        if joints.bends and not joints.is_straight(member):
+            needs.append("tilt")
         return tuple(needs)
-
-    def _joined(self) -> list[tuple[Member, Member]]:
-        """Neighbours along the axis among the members of one body."""
-        casing = {self.assembly.body(c) for c in self.document.kind("gear_casing")}
-        pairs: list[tuple[Member, Member]] = []
-        for body in dict.fromkeys(m.body for m in self.members):
-            mine = [m for m in self.members if m.body == body]
-            if body is not None and body not in casing:
-                if all(m.z is not None for m in mine):
-                    mine.sort(key=lambda m: m.z or 0.0)
-                pairs += pairwise(mine)
-        return pairs
 
     def _held(self, ports: PortWriter) -> dict[Member, str]:
         """Members that do not turn, and why."""
@@ -274,7 +279,10 @@ class _Conversion:
         top.put("title", printable or "Imported from REXS", units[0].label if printable else "")
         helical = any(rack.helix for rack in racks.values())
         why = "helical stages push along the axis" if helical else "spur gears alone"
-        self.case.assume(top, "kinematics", "axial" if helical else "planar", why)
+        kinematics = "axial" if helical else "planar"
+        if self.joints.bends:
+            kinematics, why = "spatial", "a shaft between its members bends"
+        self.case.assume(top, "kinematics", kinematics, why)
         if self.held:
             names = [member.name for member in self.held]
             top.put("held", names, "; ".join(self.held.values()))
@@ -297,26 +305,6 @@ class _Conversion:
         why = f"{units[0].label}, direction_vector_gravity: x, y, z are v, w, u"
         why += "" if size is not None else "; size assumed"
         top.put("gravity_m_per_s2", [value * p / length for p in parts], why)
-
-    def _joints(self, racks: dict[str, Rack]) -> None:
-        for first, second in self.joined:
-            if first in self.held and second in self.held:
-                continue
-            assert first.anchor is not None and second.anchor is not None
-            scale = self._scale(first.stage, racks[first.stage_name])
-            section = self.case.section("[[joints]]")
-            section.put("first", first.name, first.anchor.label)
-            section.put("second", second.name, second.anchor.label)
-            stiffness, passed = self.assembly.torsion(first.anchor, second.anchor)
-            limit = scale.limit("torsion")
-            labels = ["shaft sections between them", *(c.label for c in passed)]
-            if stiffness < limit:
-                section.put("torsion_nm_per_rad", stiffness, ", ".join(labels))
-            else:
-                why = f"rigid in the file ({', '.join(labels[1:]) or 'same body'})"
-                self.case.assume(section, "torsion_nm_per_rad", limit, why)
-            why = "one body along the axis; its bending is not carried over"
-            self.case.assume(section, "axial_n_per_m", scale.limit("axial"), why)
 
     def _text(self, listed: tuple[str, ...]) -> str:
         file, by = Path(self.where).name, self.document.application

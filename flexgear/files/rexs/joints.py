@@ -1,0 +1,175 @@
+"""Members of one body as they are joined: shafts of suns, beams, springs of couplings.
+
+Neighbours along the axis become joints. A shaft of one diameter between them is a beam; of any
+other the torsion is kept, in series with the couplings that are passed, and across it what all of
+these state.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from itertools import pairwise
+
+from flexgear.files.case_text import CaseText, Section
+from flexgear.files.rexs.assembly import Assembly
+from flexgear.files.rexs.document import Component, read, value
+from flexgear.files.rexs.ports import Port
+from flexgear.files.rexs.shafts import Piece, SunShaft, pieces_between, sun_shafts
+from flexgear.files.rexs.stages import Member
+from flexgear.files.rexs.supports import Scale
+from flexgear.files.rexs.tables import SPRINGS
+
+_TILT = SPRINGS[2]
+_LEAST = 1.0  # mm, of the length of a beam
+
+Pair = tuple[Member, Member]
+
+
+class Joints:
+    """pairs: members that are joined; held: those that do not turn; shafts: of suns; beams: shafts
+    of one diameter between two members."""
+
+    def __init__(
+        self, assembly: Assembly, members: list[Member], held: Mapping[Member, str]
+    ) -> None:
+        self.assembly, self.held = assembly, held
+        self.pairs = list(self._neighbours(members))
+        self.shafts: dict[Member, SunShaft] = {}
+        self.beams: dict[Pair, Piece] = {}
+        self.left_out: list[str] = []
+
+    def find_shafts(self, case: CaseText, members: list[Member], ports: list[Port]) -> None:
+        """Shafts of suns with their bearings, and beams."""
+        loads = {port.member: port.loads[0] for port in ports}
+        self.shafts |= sun_shafts(self.assembly, members, self.pairs, self.held, loads)
+        for shaft in self.shafts.values():
+            shaft.take_bearings(self.assembly, case, shaft.member in loads)
+            self.left_out += shaft.left_out
+        for pair in self.written:
+            pieces = self._pieces(pair)
+            sizes = {(piece.outer, piece.inner) for piece in pieces}
+            length, labels = sum(p.length for p in pieces), [p.source for p in pieces]
+            if len(sizes) == 1 and length >= _LEAST:
+                self.beams[pair] = Piece(length, *sizes.pop(), " + ".join(labels))
+            elif pieces:
+                line = f"{labels[0]} to {labels[-1]}: bending between {pair[0].name} and "
+                self.left_out.append(f"{line}{pair[1].name}, whose joint has one diameter or none")
+
+    @property
+    def bends(self) -> bool:
+        """Whether a shaft of the case bends."""
+        return bool(self.shafts or self.beams)
+
+    @property
+    def written(self) -> list[Pair]:
+        """Pairs that become joints: not two members that are held."""
+        return [p for p in self.pairs if not (p[0] in self.held and p[1] in self.held)]
+
+    def body(self, member: Member) -> list[Member]:
+        """Members of a member's body, in the order of their joints."""
+        joined = dict.fromkeys(m for pair in self.pairs for m in pair)
+        return [m for m in joined if m.body == member.body] or [member]
+
+    def is_carried(self, member: Member) -> bool:
+        """Whether bearings carry a member, or the casing the spline of its shaft."""
+        shaft = self.shafts.get(member)
+        behind = shaft is not None and (bool(shaft.bearings) or member in self.held)
+        return behind or bool(member.bearings)
+
+    def is_straight(self, member: Member) -> bool:
+        """Whether two bearings or planets of its body hold a member against tilt."""
+        body = self.body(member)
+        planets = [m for m in body if m.role == "sun" and len(m.stage.halves["planet"][0]) >= 3]
+        bearings = [b for m in body for b in m.bearings]
+        mine = [pair for pair in self.written if pair[0] in body]
+        return all(map(self._passes_moment, mine)) and len(planets) + len(bearings) >= 2
+
+    def write(self, case: CaseText, scales: Mapping[str, Scale]) -> None:
+        """All joints. scales: by the stage's name."""
+        for pair in self.written:
+            scale, section = scales[pair[0].stage_name], case.section("[[joints]]")
+            for key, member in zip(("first", "second"), pair, strict=True):
+                assert member.anchor is not None
+                section.put(key, member.name, member.anchor.label)
+            beam = self.beams.get(pair)
+            if beam is not None:
+                for key in ("length", "outer", "inner"):
+                    name = key if key == "length" else f"{key}_diameter"
+                    section.put(f"{name}_mm", getattr(beam, key), beam.source)
+                continue
+            stiffness, passed = self._torsion(pair)
+            limit = scale.limit("torsion")
+            labels = ["shaft sections between them", *(c.label for c in passed)]
+            if stiffness < limit:
+                section.put("torsion_nm_per_rad", stiffness, ", ".join(labels))
+            else:
+                why = f"rigid in the file ({', '.join(labels[1:]) or 'same body'})"
+                case.assume(section, "torsion_nm_per_rad", limit, why)
+            self._across(case, section, passed, scale, self._sun(pair) is not None)
+
+    def _across(
+        self, case: CaseText, section: Section, passed: list[Component], scale: Scale, hangs: bool
+    ) -> None:
+        """Stiffness but for torsion: what all couplings state, in series. hangs: whether the shaft
+        of a sun ends there, which needs it."""
+        for row in SPRINGS[:3]:
+            data = [datum for c in passed if (datum := read([c], row)) is not None]
+            limit = scale.limit(row.field)
+            if data and len(data) == len(passed) and all(datum.value > 0 for datum in data):
+                softest = min(datum.value for datum in data)
+                total = softest / sum(softest / datum.value for datum in data)
+                section.put(row.key, min(total, limit), " and ".join(d.source for d in data))
+            elif hangs and not data:
+                case.assume(section, row.key, limit, "rigid behind the sun's shaft")
+            elif row.field == "axial":
+                why = "one body along the axis; its bending is not carried over"
+                case.assume(section, row.key, limit, why)
+
+    def _neighbours(self, members: list[Member]) -> Iterator[Pair]:
+        """Neighbours along the axis among the members of one body."""
+        casing = {self.assembly.body(c) for c in self.assembly.document.kind("gear_casing")}
+        for body in dict.fromkeys(m.body for m in members):
+            mine = [m for m in members if m.body == body]
+            if body is not None and body not in casing:
+                if all(m.z is not None for m in mine):
+                    mine.sort(key=lambda m: m.z or 0.0)
+                yield from pairwise(mine)
+
+    def _sun(self, pair: Pair) -> Member | None:
+        """The one of two members that is a sun on a shaft."""
+        return next((m for m in pair if m in self.shafts), None)
+
+    def _ends(self, pair: Pair) -> tuple[Component, Component, int]:
+        """Components at both ends, a sun on a shaft first, and the links of its shaft."""
+        sun = self._sun(pair)
+        first, second = pair if sun in (None, pair[0]) else pair[::-1]
+        assert first.anchor is not None and second.anchor is not None
+        return first.anchor, second.anchor, 0 if sun is None else 2
+
+    def _torsion(self, pair: Pair) -> tuple[float, list[Component]]:
+        return self.assembly.torsion(*self._ends(pair))
+
+    def _pieces(self, pair: Pair) -> list[Piece]:
+        """Cylinders between two members; none where a coupling has a stiffness."""
+        first, second, beyond = self._ends(pair)
+        path = self.assembly.path(first, second)[max(beyond - 1, 0) :]
+        if any(link.compliance for link, _ in path[1 if beyond else 0 :]):
+            return []
+        document = self.assembly.document
+        return [
+            piece
+            for (before, k), (after, m) in pairwise(path)
+            for piece in pieces_between(
+                document, document.components[before.ends[k]], before.at[k], after.at[1 - m]
+            )
+        ]
+
+    def _passes_moment(self, pair: Pair) -> bool:
+        """Whether a joint passes bending moments, with the spline of a sun's shaft in it."""
+        if pair in self.beams:
+            return True
+        shaft, passed = self.shafts.get(self._sun(pair) or pair[0]), self._torsion(pair)[1]
+        if shaft is None:
+            return False
+        joints = [*passed, *([] if shaft.coupling is None else [shaft.coupling])]
+        return all(value(c, _TILT.names[0], _TILT.unit) > 0 for c in joints)

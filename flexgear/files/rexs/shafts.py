@@ -1,0 +1,241 @@
+"""The shaft of a sun: sections of a file that become a beam of the case.
+
+The beam of a case goes from the middle of the sun through cylinders to one end, where its spline
+is. Here it ends where the path to the rest of the train leaves the shaft: at a coupling, a part of
+the next member, or the load. Bearings act at the gear or, where the sun is a port, on the body
+behind the spline; they are those of the nearer place.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from math import pi
+
+from flexgear.files.case_text import CaseText, Section
+from flexgear.files.rexs.assembly import Assembly, ShaftSection, sections_of
+from flexgear.files.rexs.document import Component, Document, mean, value
+from flexgear.files.rexs.stages import Member, axial_place
+from flexgear.files.rexs.supports import Scale, SupportWriter
+from flexgear.files.rexs.tables import BEHIND, SPRINGS
+
+_LEAST = 0.1  # mm, of a piece of a shaft, and of a gap in it
+_CYLINDERS = 4  # in place of a cone
+_STEEL = 7850.0  # kg/m³
+_TILT = ("bending_stiffness", "N m / rad")
+_DIRECTIONS = tuple(row.field for row in SPRINGS)
+
+
+@dataclass(frozen=True)
+class Piece:
+    """A cylinder of a shaft, mm, and where it is from."""
+
+    length: float
+    outer: float
+    inner: float
+    source: str
+
+
+@dataclass(frozen=True, eq=False)
+class SunShaft:
+    """pieces: from the gear on. ends: places of gear and end along the gear unit's u axis, mm.
+    coupling: at the end, None where the next body is there rigidly. outside:
+    length of the shaft's sections that are not in the beam, mm; gap: from its end to that of the
+    path, without sections, mm. bearings: those at the end."""
+
+    member: Member
+    shaft: Component
+    pieces: tuple[Piece, ...]
+    ends: tuple[float, float]
+    coupling: Component | None
+    outside: float
+    gap: float
+    bearings: list[Component] = field(default_factory=list)
+
+    def take_bearings(self, assembly: Assembly, case: CaseText, port: bool) -> None:
+        """Take over the bearings of a port that are nearer to the end than to the gear; couplings
+        of the member are its spline. Says which bearings act rigidly at a distance."""
+        member, (gear, end) = self.member, self.ends
+        half = sum(value(g, "face_width", "mm") for g in member.stage.gears(member.role)) / 2
+        member.couplings.clear()
+        for bearing in tuple(member.bearings):
+            place = axial_place(assembly, bearing)
+            if place is None:
+                continue
+            arm, least, where = abs(place - gear), half, "gear"
+            if port and abs(place - end) < arm:
+                member.bearings.remove(bearing)
+                self.bearings.append(bearing)
+                arm, least, where = abs(place - end), _LEAST, "end of the shaft"
+            if arm > least:
+                case.warn(
+                    f"{bearing.label}: {arm:.4g} mm from the {where} of {member.name}, where it "
+                    "acts by a rigid arm here"
+                )
+
+    @property
+    def left_out(self) -> list[str]:
+        """Lines about sections that are not in the case, or that are missing."""
+        shaft, sun, lines = self.shaft.label, self.member.name, []
+        if self.outside > _LEAST:
+            lines.append(
+                f"{shaft}: mass and bending of {self.outside:.4g} mm of its sections, which are not"
+                f" between the middle of {sun} and the end of its beam"
+            )
+        if self.gap > _LEAST:
+            lines.append(f"{shaft}: has no sections in {self.gap:.4g} mm behind the beam of {sun}")
+        return lines
+
+    def write(self, case: CaseText, supports: SupportWriter, scale: Scale) -> None:
+        """The sections of a case from [stages.sun.shaft] on."""
+        gear, end = self.ends
+        section = case.section("[stages.sun.shaft]")
+        where = "the next part" if self.coupling is None else self.coupling.label
+        side = "+z" if end > gear else "-z"
+        section.put("direction", side, f"{self.shaft.label}, from the gear to {where}")
+        for piece in self.pieces:
+            section = case.section("[[stages.sun.shaft.sections]]")
+            section.put("length_mm", piece.length, piece.source)
+            section.put("outer_diameter_mm", piece.outer, piece.source)
+            section.put("inner_diameter_mm", piece.inner, piece.source)
+        spline = case.section("[stages.sun.shaft.spline]")
+        if self.coupling is not None:
+            joints, needs = [self.coupling], ("radial", "torsion")
+            supports.springs(spline, joints, scale, _DIRECTIONS, needs, None)
+            return
+        for row in SPRINGS:
+            why = "rigid: no coupling at the end of the shaft"
+            case.assume(spline, row.key, scale.limit(row.field), why)
+
+    def write_behind(self, case: CaseText, section: Section, masses: list[Component]) -> None:
+        """Mass and inertia of the body behind the spline of a port: those of additional masses."""
+        d = 1e-3 * self.pieces[-1].outer
+        stub = _STEEL * pi / 4 * d**3
+        sizes = {"mass": stub, "tilt_inertia": stub * d**2 * 7 / 48, "inertia": stub * d**2 / 8}
+        for row in BEHIND:
+            data = [x for mass in masses if (x := mean([mass], row.names, row.unit)) is not None]
+            total = sum(datum.value for datum in data)
+            for mass in masses:
+                mass.role = f"behind the shaft of {self.member.name}"
+            if total > 0.0:
+                section.put(row.key, total, " + ".join(datum.source for datum in data))
+            else:
+                why = "not in the file; a cylinder of steel as long and wide as the shaft's end"
+                case.assume(section, row.key, sizes[row.field], why)
+
+    def write_bearings(
+        self, case: CaseText, port: Section, supports: SupportWriter, scale: Scale
+    ) -> None:
+        """The bearing of the body behind the spline of a port, with what that body needs where the
+        file has no bearing at all, or a spline that is free to tilt."""
+        section = case.section(f"[{port.header.strip('[]')}.bearing]", behind=port)
+        needs = () if self.bearings or self.member.bearings else ("radial",)
+        free = self.coupling is not None and not value(self.coupling, *_TILT)
+        needs = (*needs, "tilt") if free else needs
+        supports.springs(section, self.bearings, scale, _DIRECTIONS[:3], needs, self.ends[1])
+
+
+def sun_shafts(
+    assembly: Assembly,
+    members: Sequence[Member],
+    joined: Iterable[tuple[Member, Member]],
+    held: Container[Member],
+    loads: Mapping[Member, Component],
+) -> dict[Member, SunShaft]:
+    """Shafts of suns up to the casing of a held one, the next member, or the load; none of suns
+    with several neighbours."""
+    casings = [c for c in assembly.document.kind("gear_casing") if assembly.held(c)]
+    shafts = {}
+    for sun in (m for m in members if m.role == "sun" and m.anchor is not None):
+        others = [a if b is sun else b for a, b in joined if sun in (a, b)]
+        z = others[0].z if others else None
+        target = others[0].anchor if others else loads.get(sun)
+        if sun in held:
+            target, z = next(iter(casings), None), None
+        shaft = None if len(others) > 1 else _sun_shaft(assembly, sun, target, z)
+        if shaft is not None:
+            shafts[sun] = shaft
+    return shafts
+
+
+def _sun_shaft(
+    assembly: Assembly, member: Member, target: Component | None, target_z: float | None
+) -> SunShaft | None:
+    """The shaft of a sun up to where it meets ``target``, which is at target_z (mm); None where the
+    file has no sections there."""
+    assert member.anchor is not None
+    path = [] if target is None else assembly.path(member.anchor, target)
+    if len(path) < 2:
+        return None
+    (first, k), (last, m) = path[:2]
+    shaft, beyond = (assembly.document.components[link.ends[n]] for link, n in path[:2])
+    if shaft.kind != "shaft":
+        return None
+    coupling = None if last.coupling is None else assembly.document.components[last.coupling]
+    gear, end = first.at[k], last.at[1 - m]
+    if gear is None or len(member.stage.gears(member.role)) > 1:
+        gear = _along(assembly, shaft, member.z)
+    for z in (axial_place(assembly, coupling or beyond), target_z):
+        end = _along(assembly, shaft, z) if end is None else end
+    sections = [(part.label, section) for part, section in sections_of(assembly.document, shaft)]
+    if gear is None or not sections:
+        return None
+    if end is None:
+        edges = [u for _, s in sections for u in (s.start, s.start + s.length)]
+        end = max(edges, key=lambda u: abs(u - gear))
+    half = value(member.anchor, "face_width", "mm") / 2
+    pieces = tuple(_pieces(sections, gear, end, half))
+    if not pieces:
+        return None
+    reach = sum(piece.length for piece in pieces)
+    gap = abs(end - gear) - reach
+    end = gear + (reach if end > gear else -reach)
+    z = member.z or 0.0
+    ends = z, z + assembly.frames.sense(shaft) * (end - gear)
+    outside = sum(section.length for _, section in sections) - reach
+    return SunShaft(member, shaft, pieces, ends, coupling, outside, gap)
+
+
+def pieces_between(
+    document: Document, shaft: Component, a: float | None, b: float | None
+) -> list[Piece]:
+    """Cylinders between two places on a shaft; none where sections do not reach from one to the
+    other."""
+    if shaft.kind != "shaft" or a is None or b is None:
+        return []
+    sections = [(part.label, section) for part, section in sections_of(document, shaft)]
+    pieces = list(_pieces(sections, a, b, 0.0))
+    return pieces if abs(sum(p.length for p in pieces) - abs(b - a)) < _LEAST else []
+
+
+def _along(assembly: Assembly, shaft: Component, z: float | None) -> float | None:
+    """u on a shaft of a place along the gear unit's u axis, mm."""
+    origin = axial_place(assembly, shaft)
+    return None if z is None or origin is None else (z - origin) * assembly.frames.sense(shaft)
+
+
+def _pieces(
+    sections: list[tuple[str, ShaftSection]], begin: float, end: float, half: float
+) -> Iterator[Piece]:
+    """Cylinders from ``begin`` to ``end`` on a shaft, up to the first gap in its sections. One that
+    begins within ``half`` of the gear's face reaches to its middle."""
+    forward, at = end > begin, begin
+    ordered = sorted(sections, key=lambda one: one[1].start, reverse=not forward)
+    for label, section in ordered:
+        low, high = section.start, section.start + section.length
+        near, far = (low, min(high, end)) if forward else (high, max(low, end))
+        gap = near - at if forward else at - near
+        if gap > max(_LEAST, half if at == begin else 0.0):
+            return
+        if (far - at if forward else at - far) < _LEAST:
+            continue
+        cone = section.outer[0] != section.outer[1] or section.inner[0] != section.inner[1]
+        count = _CYLINDERS if cone else 1
+        note = f", {count} cylinders in place of a cone" if cone else ""
+        for n in range(count):
+            middle = at + (far - at) * (n + 0.5) / count
+            outer, inner = section.diameters(min(max(middle, low), high))
+            if outer <= inner:
+                return
+            yield Piece(abs(far - at) / count, outer, inner, f"{label}{note}")
+        at = far
