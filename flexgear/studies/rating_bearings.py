@@ -37,7 +37,7 @@ from flexgear.gears.bearings.reference_life import (
 )
 from flexgear.gears.load_bins import LoadBin
 from flexgear.gears.power_flow import PowerFlow, power_flow
-from flexgear.gears.rating.sheet import COMPUTED, Sheet, sheet_of, value_of
+from flexgear.gears.rating.sheet import COMPUTED, ROWS, Factor, Sheet, sheet_of, value_of
 from flexgear.model.case import Case
 from flexgear.model.errors import FlexgearError
 from flexgear.model.member import PlanetBearing, SeatBearing
@@ -257,7 +257,8 @@ def _basic(section: PlanetBearing | SeatBearing, load: BearingLoad, exponent: fl
 
 def _of_rows(case: Case, bearing: RollingBearing, at: BearingLoad, speed: float) -> _InBin:
     """Rows in equilibrium with the load; thrust that cylindrical rollers cannot take is left to
-    their ribs, which are not rated."""
+    their ribs, which are not rated. Static safety is that of the largest radial load, to which
+    loads of elements grow in proportion or, with a gap, less."""
     load = at.vector.copy()
     if bearing.of_rollers and not any(row.contact_angle for row in bearing.rows):
         load[2] = 0.0
@@ -268,22 +269,32 @@ def _of_rows(case: Case, bearing: RollingBearing, at: BearingLoad, speed: float)
         rated = rate_load(bearing, load, at.stationary, film)
     except FlexgearError as error:
         raise FlexgearError(f"{error} (radial {load[0]:.4g} N)") from None
-    estimated = "dynamic_rating" in bearing.estimates
-    rating = bearing.ratings.dynamic_rating
-    factors = sheet_of({"C": rating}, "estimate, ISO 281" if estimated else "")
+    factors = dict[str, Factor]()
+    for symbol, key in (("C", "dynamic_rating"), ("C_0", "static_rating")):
+        factors |= _rating(bearing, symbol, key)
     if film is not None:
+        factors |= _rating(bearing, "C_u", "fatigue_load_limit")
         factors |= sheet_of({"κ": film.viscosity_ratio, "e_C": film.contamination})
     for k, row in enumerate(rated.rows, 1):
         of_row = {"F": row.load[0], "ψ": 1e3 * row.tilt, "p": row.pressure / 1e6}
         factors |= sheet_of(of_row | _lives(row), row=k)
-    factors |= sheet_of(_lives(rated) | {"S_0": rated.static_safety})
+    factors |= sheet_of(_lives(rated), f"{ROWS}, {at.stationary} ring stationary under the load")
     life, safety = rated.modified_life, rated.static_safety
+    if safety is not None and load[0]:
+        safety *= float(load[0]) / at.largest
+    factors |= sheet_of({"S_0": safety})
     return _InBin(
         rated.basic_life if life is None else life,
         math.nan if safety is None else safety,
         factors,
         rated.estimates,
     )
+
+
+def _rating(bearing: RollingBearing, symbol: str, key: str) -> dict[str, Factor]:
+    """A rating with its key or the rule by which it is estimated."""
+    rule = bearing.estimates.get(key)
+    return sheet_of({symbol: getattr(bearing.ratings, key)}, f"estimated {rule}" if rule else "")
 
 
 def _lives(rated: RowRating | BearingRating) -> dict[str, float | None]:

@@ -9,9 +9,8 @@ import pytest
 from flexgear.model.load import load_case
 from flexgear.model.load_cases import LoadCase
 from flexgear.results.report.study_tables import rating_tables
-from flexgear.solve.bin_loads import loads_in_bin
 from flexgear.studies import rating as study
-from flexgear.studies.rating import rate
+from flexgear.studies.rating import rate, worst_of
 
 RIGID = {
     **{f"stage.{b}.flexible": "false" for b in ("ring.fe", "carrier.fe", "sun.shaft")},
@@ -33,6 +32,16 @@ def _rated(planet=None, far=None, **changes):
     keys |= {f"stage.carrier.bearing_far.{key}": value for key, value in (far or {}).items()}
     cases = (LoadCase(name="a", hours=1000.0, torque=4e6, moment=(1e6, 5e5, 0.0)),)
     return rate(load_case("wind-5mw", RIGID | keys | changes).with_(load_cases=cases), workers=1)
+
+
+def _loaded(monkeypatch, forces):
+    """All bearings under these forces and moments (p, 6) in place of the model's."""
+
+    def with_forces(deviated):
+        loads = worst_of(deviated)
+        return replace(loads, supports={name: np.array(forces) for name in loads.supports})
+
+    monkeypatch.setattr(study, "worst_of", with_forces)  # after what is stored on disk
 
 
 def _part(rating, name):
@@ -59,12 +68,7 @@ def test_a_thrust_alone_wears_out_rows_that_carry_it(monkeypatch):
     """240 kN on one of two rows that face one another: Q = F_a/(Z sin α) on all of its rollers,
     L = ((Q/Q_ci)^4.5 + (Q/Q_ce)^4.5)^(−8/9)."""
 
-    def with_thrust(train, load_bin):
-        loads = loads_in_bin(train, load_bin)
-        thrust = {name: np.array([[0, 0, 2.4e5, 0, 0, 0]]) for name in loads.supports}
-        return replace(loads, supports=thrust)
-
-    monkeypatch.setattr(study, "loads_in_bin", with_thrust)
+    _loaded(monkeypatch, [[0, 0, 2.4e5, 0, 0, 0]])
     rating = _rated(planet=ROLLERS | PAIR, far=ROLLERS | TILTED | PAIR)
     part, angle = _part(rating, "stage.carrier_far"), math.radians(15)
     curved = (1 - 0.12 * math.cos(angle)) / (1 + 0.12 * math.cos(angle))
@@ -86,3 +90,17 @@ def test_a_life_without_lubricant_is_said_to_be_basic():
         first = rating_tables(_rated(planet=ROLLERS | PAIR, **lubricant))[0]
         row = next(row for row in first.rows if "planet bearings" in row.label)
         assert ("basic life" in str(row.value)) == basic
+
+
+def test_static_safety_is_that_of_the_largest_load(monkeypatch):
+    """By hand 5 C_0/(i Z Q_max) with Q_max = 4.08 F/(i Z) of rollers without clearance or profile:
+    S_0 = 5/4.08 C_0/F at the largest of all positions; the sheet says what it stands on."""
+    _loaded(monkeypatch, [[f, 0, 0, 0, 0, 0] for f in (1e6, 2e6, 5e5, 1e6)])
+    part = _part(_rated(planet=ROLLERS | PAIR), "stage.planet_bearing_1")
+    assert part.safety == pytest.approx(5 / 4.08 * 9000 / 2000, rel=0.01)
+    sheet = part.factors[0]
+    assert sheet["S_0"].value == part.safety[0] and sheet["C_0"].value == 9e6
+    assert "ring stationary" in sheet["L_10r"].source
+    rated = _rated(planet={k: v for k, v in (ROLLERS | PAIR).items() if "rating" not in k})
+    sheet = _part(rated, "stage.planet_bearing_1").factors[0]
+    assert "estimated by ISO 281" in sheet["C"].source and "ISO 76" in sheet["C_0"].source

@@ -96,6 +96,7 @@ SYMBOLS = {  # unit, meaning, source
     "F_r,max": ("N", "largest radial load", COMPUTED),
     "C": ("N", "dynamic rating of one bearing", "key dynamic_rating"),
     "C_0": ("N", "static rating of one bearing", "key static_rating"),
+    "C_u": ("N", "fatigue load limit of one bearing", "key fatigue_load_limit"),
     "L_10": (REV, "basic life, radial load alone", BASIC),
     "κ": ("", "viscosity ratio", BASIC),
     "e_C": ("", "contamination factor", BASIC),
