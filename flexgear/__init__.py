@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from flexgear.face.blocks import contact_paths as contact_paths
     from flexgear.face.blocks import geometry as geometry
     from flexgear.face.blocks import pair_stiffness as pair_stiffness
-    from flexgear.face.blocks import reduce_mesh as reduce_mesh
+    from flexgear.face.blocks import reduce_fe_mesh as reduce_fe_mesh
     from flexgear.face.case import Case as Case
     from flexgear.face.case import load_case as load_case
     from flexgear.face.model import Model as Model
@@ -64,7 +64,7 @@ _HOME = {
     "geometry": "flexgear.face.blocks",
     "contact_paths": "flexgear.face.blocks",
     "pair_stiffness": "flexgear.face.blocks",
-    "reduce_mesh": "flexgear.face.blocks",
+    "reduce_fe_mesh": "flexgear.face.blocks",
     "power_flow": "flexgear.gears.power_flow",
     "field_grid": "flexgear.views.render",
     "save_series": "flexgear.views.field_series",

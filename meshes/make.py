@@ -3,14 +3,14 @@
 from math import radians
 from pathlib import Path
 
-from flexgear.structures.fe_mesh.carrier import CarrierMeshParameters
+from flexgear.structures.fe_mesh.carrier import CarrierFeMeshParameters
 from flexgear.structures.fe_mesh.carrier_mesh import carrier_fe_mesh
 from flexgear.structures.fe_mesh.files import write_fe_mesh
-from flexgear.structures.fe_mesh.gears import RingMeshParameters, ring_fe_mesh
+from flexgear.structures.fe_mesh.gears import RingFeMeshParameters, ring_fe_mesh
 
 HERE = Path(__file__).parent
 
-RING_36 = RingMeshParameters(
+RING_36 = RingFeMeshParameters(
     teeth=36,
     normal_module=0.01,
     pressure_angle=radians(20.0),
@@ -23,7 +23,7 @@ RING_36 = RingMeshParameters(
     fits=((-0.05, -0.03), (0.03, 0.05)),
     fidelity="quick",
 )
-CARRIER_5 = CarrierMeshParameters(fidelity="quick")
+CARRIER_5 = CarrierFeMeshParameters(fidelity="quick")
 
 if __name__ == "__main__":
     write_fe_mesh(ring_fe_mesh(RING_36), HERE / "ring36_quick.vtu")

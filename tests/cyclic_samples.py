@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 from plain_meshes import annulus
 
-from flexgear.structures.fe_mesh.gears import RingMeshParameters, ring_fe_mesh
+from flexgear.structures.fe_mesh.gears import RingFeMeshParameters, ring_fe_mesh
 from flexgear.structures.fem.assembly import FeModel, disc_points, facet_sample, point_sample
 from flexgear.structures.fem.ties import averaging_tie, interface_of
 
@@ -50,7 +50,7 @@ def some_supports(interface):
 def toothed_ring_mesh():
     """The generator's ring with helical teeth and bolts that share no factor."""
     return ring_fe_mesh(
-        RingMeshParameters(
+        RingFeMeshParameters(
             teeth=24,
             addendum=0.6,
             root_fillet=0.3,

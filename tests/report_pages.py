@@ -8,7 +8,7 @@ import zlib
 from pathlib import Path
 
 MOST = 10e6  # bytes
-OF_RUNS = ("geometry", "power", "meshes", "sharing", "dynamics", "modes", "accuracy", "case")
+OF_RUNS = ("geometry", "power", "gear_meshes", "sharing", "dynamics", "modes", "accuracy", "case")
 NO_FIGURE = re.compile(r"\b(nan|NaN|None|null|undefined|inf|Infinity)\b")
 # but for what a reader is to write: "key k_gamma", "rating.yield_strength_mpa"
 KEY = re.compile(r"(?<!\bkey )(?<!\.)\b[a-z][a-z0-9]*(?:_[a-z0-9]+)+\b")

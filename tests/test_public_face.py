@@ -185,7 +185,7 @@ def test_the_page_of_building_blocks_runs(capsys):
     assert of_pairs.min() < path.mean_stiffness < of_pairs.max()
     assert capsys.readouterr().out.count("\n") == 5
     with pytest.raises(fg.InputError, match="nodes: 'rim': is no boundary"):
-        fg.reduce_mesh(
+        fg.reduce_fe_mesh(
             names["grid"], {"rim": None}, young_modulus=1.0, poisson_ratio=0.3, density=1.0
         )
 

@@ -266,7 +266,7 @@ def _stiffness(
     """K (R, R) N/m of all rows: nominal for flanks that are ``unloaded`` (M,) and for pairs that
     may pull, else the tangent of the pairs' laws under the load of an equilibrium."""
     pair, p, count = rows.pair, rows.pair_position, len(rows.row)
-    first, flank, slot = (pair[name].astype(int) for name in ("row", "mesh", "slot"))
+    first, flank, slot = (pair[name].astype(int) for name in ("row", "gear_mesh", "slot"))
     by_law = ~unloaded[flank] & ((rows.row["sided"][first] != 0) | (pair["rows"] == 2))
     nominal = ~by_law
     if result is not None:

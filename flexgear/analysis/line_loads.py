@@ -237,7 +237,7 @@ def pairs_at(result: Equilibrium | Transient) -> PairsAt:
     for t, theta in enumerate(np.ascontiguousarray(result.theta)):
         _, _, count = fill_rows(elements, theta, result.active_flanks[t], rows)
         records = rows.pair[:count]
-        m, at = records["mesh"], (t, records["mesh"], records["slot"])
+        m, at = records["gear_mesh"], (t, records["gear_mesh"], records["slot"])
         error[at] = records["error"] - pairs.error_slope[m] * records["z"] - pairs.gap[m]
         tooth[at] = records["planet_tooth"]
     return PairsAt(error, tooth)

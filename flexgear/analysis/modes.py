@@ -110,9 +110,9 @@ def springs_at(system: System, input_angles: Array | float = 0.0) -> ContactSpri
     rows, n = rows_at(system, input_angles)
     vectors, stiffness = row_vectors(system, rows, n), row_stiffness(rows, n)
     owner = np.where(rows.row["kind"][:n] >= 0, rows.row["owner"][:n], -1)
-    rows_of_mesh = [np.flatnonzero(owner == m) for m in range(len(system.pairs.s0))]
+    rows_of_gear_mesh = [np.flatnonzero(owner == m) for m in range(len(system.pairs.s0))]
     return ContactSprings(
-        tuple(Springs(vectors[at], stiffness[np.ix_(at, at)]) for at in rows_of_mesh),
+        tuple(Springs(vectors[at], stiffness[np.ix_(at, at)]) for at in rows_of_gear_mesh),
         other_springs(system, rows, n),
     )
 

@@ -84,15 +84,15 @@ def _of_teeth(
     """Mean (t,) of Nᵀ u over the teeth in mesh; blocks (t, slots): of the teeth, normal and place
     (t, 3) in their frame."""
     pairs, result = recovery.modal.system.pairs, recovery.result
-    in_mesh = result.pair_tooth[:, m] >= 0
-    at = np.where(in_mesh, blocks, blocks.max(initial=0))
+    in_contact = result.pair_tooth[:, m] >= 0
+    at = np.where(in_contact, blocks, blocks.max(initial=0))
     arm = place[:, None] - pairs.tooth_position[at]
     n = np.broadcast_to(normal[:, None], arm.shape)
     motion = recovery.of_blocks(at)
     along = np.einsum("tsi,tsi->ts", np.concatenate([n, np.cross(arm, n)], axis=2), motion)
-    load = np.where(in_mesh, np.maximum(result.pair_load[:, m], 0.0), 0.0)
+    load = np.where(in_contact, np.maximum(result.pair_load[:, m], 0.0), 0.0)
     carries = load.sum(axis=1, keepdims=True) > 0
-    weight = np.where(carries, load, in_mesh)
+    weight = np.where(carries, load, in_contact)
     total = weight.sum(axis=1)
     missing = np.full(len(total), np.nan)
     return np.divide((weight * along).sum(axis=1), total, out=missing, where=total > 0)

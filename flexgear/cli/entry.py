@@ -44,7 +44,7 @@ COMMANDS = {
     "schema": Home("case_commands", "schema", "JSON schema of case files, for editors of TOML."),
     "upgrade": Home("case_commands", "upgrade", "Rewrite a case of an earlier version."),
     "new": Home("new_command", "new", "Propose a stage for a ratio, torque and speed."),
-    "mesh": Home("exchange_commands", "mesh", "FE meshes of the bodies, to view or export."),
+    "mesh": Home("exchange_commands", "fe_meshes", "FE meshes of the bodies, to view or export."),
     "reduce": Home("exchange_commands", "reduce", "Reduce FE bodies; error estimates."),
     "static": Home("analysis_commands", "static", "Static equilibrium at angles."),
     "modes": Home("analysis_commands", "modes", "Natural modes; --campbell over speed."),

@@ -62,7 +62,7 @@ def components(case: Case, name: str) -> dict[str, tuple[BodyName, FeBody]]:
     return chosen
 
 
-def mesh(
+def fe_meshes(
     common: options.CaseOptions,
     component: Component = "all",
     export: Annotated[

@@ -82,7 +82,7 @@ def build_system(
         with inside(case, stage):
             for connection in connections(case.view(stage.name)):
                 a.connect(number, connection)
-        _mesh(a, number, bending, rims.get(stage.name))
+        _gear_mesh(a, number, bending, rims.get(stage.name))
     for joint in case.joints:
         _join(a, joint)
     for port in case.ports:
@@ -149,7 +149,7 @@ def _pin_rotation(a: Assembly, number: int) -> Array:
     return np.asarray(np.mean(tangential, axis=0) / stage_radii(view).center_distance)
 
 
-def _mesh(a: Assembly, number: int, bending: bool, rim: RimFlexibility | None) -> None:
+def _gear_mesh(a: Assembly, number: int, bending: bool, rim: RimFlexibility | None) -> None:
     """Gear meshes of a stage; rim: of its FE ring that bends. Teeth of FE members that do not bend
     have all their compliance in the gear mesh, as those of lumped ones."""
     view, blocks = a.case.view(a.case.stages[number].name), _gear_blocks(a, number)

@@ -154,8 +154,10 @@ def pair_data(
     gear meshes, and by node which angle its frame has turned by (−1: fixed).
     """
     paths, rows = list[GearMeshPath](), list[dict[str, Any]]()
-    first_mesh = np.cumsum([0, *(len(s.phi) for s in sets)]).tolist()
-    coast = {_place(s): m for s, m in zip(sets, first_mesh, strict=False) if not s.path.carries}
+    first_gear_mesh = np.cumsum([0, *(len(s.phi) for s in sets)]).tolist()
+    coast = {
+        _place(s): m for s, m in zip(sets, first_gear_mesh, strict=False) if not s.path.carries
+    }
     for s in sets:
         opposite = coast.get(_place(s)) if s.path.carries else None
         for i in range(len(s.phi)):

@@ -16,7 +16,7 @@ from flexgear.gears.power_flow import power_flow
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError, echo
 from flexgear.model.read import nearest
-from flexgear.structures.fem.assembly import FeModel, facet_sample, solid_mesh
+from flexgear.structures.fem.assembly import FeModel, facet_sample, solid_fe_mesh
 from flexgear.structures.fem.ties import averaging_tie, interface_of
 from flexgear.structures.reduced import ReducedBody
 from flexgear.structures.reduction import reduce
@@ -57,8 +57,8 @@ def pair_stiffness(path: GearMeshPath, s: ArrayLike) -> NDArray[np.float64]:
     return np.interp(np.asarray(s, dtype=float), path.s_grid, path.k_grid, left=0.0, right=0.0)
 
 
-def reduce_mesh(
-    mesh: Mesh,
+def reduce_fe_mesh(
+    fe_mesh: Mesh,
     nodes: Mapping[str, ArrayLike | None],
     *,
     young_modulus: float,
@@ -74,14 +74,14 @@ def reduce_mesh(
     nodes held. Of the result ``mass`` and ``stiffness`` (6 n + modes)² have the nodes first, ux,
     uy, uz, rx, ry, rz each, in their order; ``recover(q)`` is the displacement of every vertex.
     """
-    solid = solid_mesh(mesh)
+    solid = solid_fe_mesh(fe_mesh)
     model = FeModel(solid, young_modulus, poisson_ratio, density)
     ties = []
     for name, position in nodes.items():
         if name not in solid.facets:
             remedy = nearest(name, list(solid.facets)) if solid.facets else "name its boundaries"
             raise InputError(
-                "flexgear.reduce_mesh(): nodes", echo(name), "is no boundary of the mesh", remedy
+                "flexgear.reduce_fe_mesh(): nodes", echo(name), "is no boundary of the mesh", remedy
             )
         sample = facet_sample(model, solid.facets[name])
         centre = sample.weights @ sample.points / sample.weights.sum()

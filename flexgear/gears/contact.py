@@ -156,7 +156,7 @@ class GearMeshPath:
 
 def ring_start(g: StageGeometry, planet_angles: Array) -> Array:
     """s of the ring tooth on the x axis with every planet at θ_c = 0, z = 0; (N,) m."""
-    a, ring = g.ring_mesh.working_angle, g.ring
+    a, ring = g.ring_gear_mesh.working_angle, g.ring
     angle = -ring.base_half_angle + a - planet_angles
     return ring.base_radius * angle - g.center_distance * math.sin(a)
 
@@ -164,18 +164,18 @@ def ring_start(g: StageGeometry, planet_angles: Array) -> Array:
 def planet_tooth_angle(g: StageGeometry, s: Array) -> Array:
     """γ of the planet tooth whose ring-side flank is at s, in planet axes, rad."""
     planet = g.planet
-    return s / planet.base_radius - planet.base_half_angle - g.ring_mesh.working_angle
+    return s / planet.base_radius - planet.base_half_angle - g.ring_gear_mesh.working_angle
 
 
 def sun_side(g: StageGeometry, planet_tooth: Array) -> Array:
     """s on the sun side of planet teeth at angles γ, m."""
-    planet, a = g.planet, g.sun_mesh.working_angle
+    planet, a = g.planet, g.sun_gear_mesh.working_angle
     return planet.base_radius * (math.pi + a + planet.base_half_angle - planet_tooth)
 
 
 def sun_tooth_angle(g: StageGeometry, s: Array) -> Array:
     """Centre angle of the sun tooth at s, in planet axes, rad."""
-    a, sun = g.sun_mesh.working_angle, g.sun
+    a, sun = g.sun_gear_mesh.working_angle, g.sun
     rho = g.center_distance * math.sin(a) - s
     return a + sun.base_half_angle - rho / sun.base_radius
 
@@ -215,7 +215,7 @@ def planetary_starts(g: StageGeometry, planet_angles: Array) -> dict[GearMeshKin
     sun = sun_side(g, gamma)
     sigma0 = float((sun_tooth_angle(g, sun) + phi)[0])
     # coast flanks are drive flanks of the stage mirrored in y = 0; ring and sun are thinned there
-    ring_coast = ring_start(g, -phi) + g.ring_mesh.allowance / math.cos(g.base_helix_angle)
+    ring_coast = ring_start(g, -phi) + g.ring_gear_mesh.allowance / math.cos(g.base_helix_angle)
     gamma_coast = _coast_planet_tooth(g, gamma, ring_coast)
     sun_coast = sun_side(g, -gamma_coast)
 

@@ -120,12 +120,12 @@ class StageGeometry(StageRadii):
         return self.gears["ring"]
 
     @property
-    def sun_mesh(self) -> GearMeshGeometry:
+    def sun_gear_mesh(self) -> GearMeshGeometry:
         """Gear mesh of sun and planet, or of pinion and gear."""
         return self.gear_meshes["sun"]
 
     @property
-    def ring_mesh(self) -> GearMeshGeometry:
+    def ring_gear_mesh(self) -> GearMeshGeometry:
         """Gear mesh of planet and ring."""
         return self.gear_meshes["ring"]
 

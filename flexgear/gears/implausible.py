@@ -228,7 +228,7 @@ def _places(view: StageView, g: StageGeometry) -> Iterator[str]:
                 "pitches off the gap of the sun, and they are computed as if it were cut to fit"
             )
     for role, gear_mesh in g.gear_meshes.items() if g.overridden else ():
-        name = _mesh(view, role)
+        name = _gear_mesh(view, role)
         low, high = g.planet.path_of_contact(g.gears[role], gear_mesh.working_angle)
         room = bottom_clearance(g.gears[role], g.planet, g.center_distance)
         depth = 2.0 * max(abs(t.tip_radius - t.root_radius) for t in (g.planet, g.gears[role]))
@@ -258,12 +258,12 @@ def _backlash(view: StageView, g: StageGeometry, stage: StageFlow) -> Iterator[s
         if closed > gear_mesh.backlash:
             yield (
                 f"errors of manufacture close up to {1e6 * closed:.4g} µm of a backlash of "
-                f"{1e6 * gear_mesh.backlash:.4g} µm in the {_mesh(view, role)}: both flanks carry "
-                "there; raise the backlash, or lower the errors"
+                f"{1e6 * gear_mesh.backlash:.4g} µm in the {_gear_mesh(view, role)}: both flanks "
+                "carry there; raise the backlash, or lower the errors"
             )
 
 
-def _mesh(view: StageView, role: str) -> str:
+def _gear_mesh(view: StageView, role: str) -> str:
     return "gear mesh" if view.stage.kind == "parallel" else f"{role} gear mesh"
 
 
@@ -289,7 +289,7 @@ def _stress(view: StageView, g: StageGeometry, stage: StageFlow) -> Iterator[str
         pressure = pitch_point_pressure(view, g, role, forces[role])
         if pressure > FLANK:
             yield (
-                f"the flanks of the {_mesh(view, role)} are pressed with "
+                f"the flanks of the {_gear_mesh(view, role)} are pressed with "
                 f"{pressure / 1e6:.4g} MPa at rated torque, and the strongest case-hardened steel "
                 f"bears {FLANK / 1e6:.0f} for long; {torque}"
             )

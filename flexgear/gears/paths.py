@@ -372,7 +372,7 @@ def _wave(
 def _parallel_starts(g: StageGeometry) -> dict[GearMeshKind, Start]:
     """Starting positions of pinion and gear on the drive and the coast flank at θ = 0."""
     zero = np.zeros(1, np.int64)
-    pitch_point = g.planet.base_radius * math.tan(g.sun_mesh.working_angle)
+    pitch_point = g.planet.base_radius * math.tan(g.sun_gear_mesh.working_angle)
     coast, gear_tooth, pinion_tooth = _coast_of_parallel(g, pitch_point)
     return {
         GearMeshKind.SUN: (np.array([pitch_point]), zero, zero),
@@ -388,7 +388,7 @@ def _coast_of_parallel(g: StageGeometry, drive: float) -> tuple[float, int, int]
     place γ of the gear's tooth; on the drive flank, mirrored, −γ. So s_drive + s_coast of one tooth
     of the gear is 2 r_b,gear (π + α + Δ). Likewise for the pinion with σ = α + Δ − ρ/r_b,pinion.
     """
-    pinion, gear, gear_mesh = g.sun, g.planet, g.sun_mesh
+    pinion, gear, gear_mesh = g.sun, g.planet, g.sun_gear_mesh
     angle, pitch = gear_mesh.working_angle, gear_mesh.base_pitch
     same_tooth = 2 * gear.base_radius * (math.pi + angle + gear.base_half_angle) - drive
     steps = round((same_tooth - drive) / pitch)

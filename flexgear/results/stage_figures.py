@@ -196,7 +196,7 @@ def flow_summary(flow: PowerFlow) -> dict[str, Any]:
     return values(TRAIN, flow) | {"members": {n: values(MEMBERS, (flow, n)) for n in flow.speed}}
 
 
-MESHES = (
+GEAR_MESHES = (
     Figure("kind", "", '"planetary" or "parallel"', of=lambda s: s.view.stage.kind),
     Figure("gear_mesh_frequency_hz", "Hz", "at rated speed", ALWAYS,
            lambda s: s.flow.gear_mesh_frequency, "gear-mesh frequency"),
@@ -252,4 +252,4 @@ LIVES = (
            bars=Bars("bearings", "basic rating life", "Basic rating life of the bearings, ISO 281",
                      "Under the constant load of the same damage over the equilibria.")),
 )  # fmt: skip
-STAGE_FIGURES = (*MESHES, *ROOTS, *PLANET_BEARINGS, *SEATS, *LIVES)
+STAGE_FIGURES = (*GEAR_MESHES, *ROOTS, *PLANET_BEARINGS, *SEATS, *LIVES)

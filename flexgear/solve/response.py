@@ -193,8 +193,8 @@ class _Figures:
         self.model, self.train, self.span, self._progress = model, train, span, progress
         elements = train.elements
         stage = model.case.stages[elements.stage].name
-        self.meshes = model.gear_meshes.of_stage(stage)
-        carrying = model.gear_meshes.carrying[self.meshes]
+        self.gear_meshes = model.gear_meshes.of_stage(stage)
+        carrying = model.gear_meshes.carrying[self.gear_meshes]
         opposite = model.system.pairs.opposite[carrying]
         self.rows = np.array([elements.mean_row(int(m)) for m in carrying])
         self.drive = elements.owner[:, :, None] == carrying
@@ -213,7 +213,7 @@ class _Figures:
         low, high = self._passed = min(low, value), max(high, value)
         share = (high - low) / (self.span.high - self.span.low)
         self._progress(f"response, curve {self._curve}", min(share, 0.999))
-        values = {**self._stability(orbit), **self._of_meshes(orbit), **self._recovered(orbit)}
+        values = {**self._stability(orbit), **self._of_gear_meshes(orbit), **self._recovered(orbit)}
         return State(**vars(orbit.light), values=values)
 
     def _stability(self, orbit: Orbit) -> dict[str, Any]:
@@ -229,7 +229,7 @@ class _Figures:
             "multiplier_imag": float(np.imag(first)),
         }
 
-    def _of_meshes(self, orbit: Orbit) -> dict[str, Any]:
+    def _of_gear_meshes(self, orbit: Orbit) -> dict[str, Any]:
         force = np.einsum("jn,jnm->jm", orbit.force, self.drive)
         coast_force = np.einsum("jn,jnm->jm", orbit.force, self.coast)
         closed = (orbit.displacement[:, :, None] > 0.0) & self.drive
@@ -297,7 +297,7 @@ def _dataset(
         "left_out": "; ".join(elements.left_out),
         "doubling_change": change,
     }
-    names = tuple(model.gear_meshes.names[g] for g in figures.meshes)
+    names = tuple(model.gear_meshes.names[g] for g in figures.gear_meshes)
     labels = {"support": figures.supports, "measure": list(MEASURES)}
     labels |= {} if model.sensors is None else model.sensors.labels
     return labelled_dataset(

@@ -285,9 +285,9 @@ def effects_of(
     rims = [sizes[key] for key in RIM_KEYS.values() if key in sizes]
     effects = {"rim": (max(rims), sum(rims))} if rims else {}
     if "pin_bends_in_planet_um" in sizes:
-        meshes = stage_geometry(view).gear_meshes.values()
+        gear_meshes = stage_geometry(view).gear_meshes.values()
         pin = sizes["pin_bends_in_planet_um"]
-        effects["pin"] = pin, pin * sum(math.cos(m.working_angle) for m in meshes)
+        effects["pin"] = pin, pin * sum(math.cos(m.working_angle) for m in gear_meshes)
     return {name: (1e-6 * size, 1e-6 * more) for name, (size, more) in effects.items()}
 
 

@@ -75,10 +75,10 @@ class SensorPlace:
         point = BodyPoint(self._motion(rows), axes, self._center, place, direction)
         if sensor.frame == "body" or not axes.turn:
             return point.turning(sensor.order)
-        if self.body.rigid or self._mesh is None:
+        if self.body.rigid or self._fe_mesh is None:
             return point.in_space(sensor.order)
         angle = math.atan2(place[1], place[0])
-        around = self._motion(self._rows_around(self._mesh, angle, float(place[2]), direction))
+        around = self._motion(self._rows_around(self._fe_mesh, angle, float(place[2]), direction))
         return passing(around, axes, angle + axes.start, sensor.order)
 
     def _motion(self, rows: Array, turns: Array | float = 0.0) -> Motion:
@@ -104,7 +104,7 @@ class SensorPlace:
         return usual if usual in nodes else nodes[0]
 
     @property
-    def _mesh(self) -> ReducedBody | None:
+    def _fe_mesh(self) -> ReducedBody | None:
         """The body with its FE mesh, where it is flexible and has one."""
         reduced = self.bodies.get(self.body.name.alike)
         return reduced if reduced is not None and len(reduced.points) else None
@@ -125,7 +125,7 @@ class SensorPlace:
         if sensor.node is not None and sensor.node not in body.node_names:
             remedy = nearest(sensor.node, list(body.node_names))
             raise self._refuse("node", f"{sensor.node} is no node of {sensor.on}", remedy)
-        without = not body.rigid and self._mesh is None and body.name.part != "shaft"
+        without = not body.rigid and self._fe_mesh is None and body.name.part != "shaft"
         if without and sensor.node is None:
             problem = f"is needed, as {sensor.on} has no FE mesh"
             raise self._refuse("node", problem, f"name one of {', '.join(body.node_names[:6])} …")
@@ -181,30 +181,30 @@ class SensorPlace:
         """Position (3,) in the body's axes, m, and rows (6, d): displacement of the point, and
         rotation about the frame's origin of the rigid body that it belongs to, zero on an FE
         mesh."""
-        sensor, body, mesh = self.sensor, self.body, self._mesh
-        if mesh is not None and sensor.node is None and not body.rigid:
-            place, vertices, weights = self._on_surface(mesh)
+        sensor, body, fe_mesh = self.sensor, self.body, self._fe_mesh
+        if fe_mesh is not None and sensor.node is None and not body.rigid:
+            place, vertices, weights = self._on_surface(fe_mesh)
             rows = np.zeros((6, self.system.size))
             columns = self.system.slice_of(body.name)
-            rows[:3, columns] = Surface(mesh).motion(vertices, weights)
+            rows[:3, columns] = Surface(fe_mesh).motion(vertices, weights)
             return place, rows
         rows, at = self.system.node_rows(body.name, self.node), body.position(self.node)
         if not body.rigid and sensor.place is None:
             rows[3:] = 0.0
             return at, rows
-        place = self._on_rigid(mesh, at)
+        place = self._on_rigid(fe_mesh, at)
         rows[:3] -= np.cross(rows[3:], at, axisa=0, axisc=0)  # of the frame's origin
         return place, rows
 
-    def _on_rigid(self, mesh: ReducedBody | None, node: Array) -> Array:
+    def _on_rigid(self, fe_mesh: ReducedBody | None, node: Array) -> Array:
         """Position (3,) on a rigid body, m."""
         sensor, body = self.sensor, self.body
         if sensor.place is not None:
             return np.asarray(sensor.place, dtype=float)
         if sensor.node is not None or len(body.node_names) == 1:
             return node
-        if mesh is not None:
-            return self._on_surface(mesh)[0]
+        if fe_mesh is not None:
+            return self._on_surface(fe_mesh)[0]
         if body.name.part == "ring" and sensor.angle is not None:
             view = self.case.view(body.name.stage)
             radius = stage_geometry(view).ring.root_radius + view.ring.rim_thickness
@@ -212,11 +212,11 @@ class SensorPlace:
             return np.array([radius * c, radius * s, sensor.z])
         raise self._refuse("place_mm", f"is needed, as {sensor.on} is rigid", "give x, y, z")
 
-    def _on_surface(self, mesh: ReducedBody) -> tuple[Array, Ints, Array]:
+    def _on_surface(self, fe_mesh: ReducedBody) -> tuple[Array, Ints, Array]:
         """Position (3,), m, on the surface of an FE mesh, vertices (3,) around it and their
         weights."""
-        sensor, surface = self.sensor, Surface(mesh)
-        points = np.asarray(mesh.points, dtype=float)
+        sensor, surface = self.sensor, Surface(fe_mesh)
+        points = np.asarray(fe_mesh.points, dtype=float)
         if sensor.place is None and sensor.angle is None:
             raise self._refuse("angle_deg", "is missing", "give angle and z, place_mm, or node")
         if sensor.place is not None:
@@ -239,12 +239,12 @@ class SensorPlace:
         return self._refuse(key, problem, "give a place on the body, in its axes")
 
     def _rows_around(
-        self, mesh: ReducedBody, angle: float, height: float, direction: Array
+        self, fe_mesh: ReducedBody, angle: float, height: float, direction: Array
     ) -> Array:
         """Displacements of points around the body at a height, m: rows (AROUND, d), each along the
         direction (3,) at an angle, rad, as its point has it when it passes there."""
         angles = 2 * np.pi * np.arange(AROUND) / AROUND
-        surface, of_body = Surface(mesh), self.system.slice_of(self.body.name)
+        surface, of_body = Surface(fe_mesh), self.system.slice_of(self.body.name)
         rows = np.zeros((AROUND, self.system.size))
         for row, at, along in zip(rows, angles, turned(direction, angles - angle), strict=True):
             meeting = surface.meeting(Ray(float(at), height))
@@ -260,12 +260,12 @@ class SensorPlace:
         rows = np.zeros((1, self.system.size))
         if body.rigid:
             return rows
-        mesh = self._mesh
-        if mesh is None:
+        fe_mesh = self._fe_mesh
+        if fe_mesh is None:
             raise self._refuse("on", f"{sensor.on} has no FE mesh", "name a body that has one")
-        strain = Surface(mesh).strain([self._ray()]).along([sensor.grid_angle])
+        strain = Surface(fe_mesh).strain([self._ray()]).along([sensor.grid_angle])
         if np.isnan(strain).any():
-            self._on_surface(mesh)  # says how far away it is
+            self._on_surface(fe_mesh)  # says how far away it is
             raise self._refuse("tooth", "is outside the FE mesh", "compare z with the face")
         rows[:, self.system.slice_of(body.name)] = strain
         return rows

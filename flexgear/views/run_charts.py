@@ -240,13 +240,13 @@ RUN_CHARTS: Sequence[tuple[Subjects, Sequence[Chart]]] = (
         Chart("{prefix}tooth_displacement_map", "deflections",
             "{ring}x displacement of all tooth nodes, {window}", NODE,
             lambda ring: histories.tooth_displacement_map(_first(ring))),
-        Chart("{prefix}ring_tooth_loads", "meshes", "{ring}Load of the ring's tooth pairs, "
+        Chart("{prefix}ring_tooth_loads", "gear_meshes", "{ring}Load of the ring's tooth pairs, "
             f"{TEETH_SHOWN} pitches; dashed: by stiffness alone", PAIRS,
             lambda ring: _pair_loads(ring, "ring")),
-        Chart("{prefix}sun_tooth_loads", "meshes", "{ring}Load of the sun's tooth pairs, "
+        Chart("{prefix}sun_tooth_loads", "gear_meshes", "{ring}Load of the sun's tooth pairs, "
             f"{TEETH_SHOWN} pitches; dashed: by stiffness alone", PAIRS,
             lambda ring: _pair_loads(ring, "sun")),
-        Chart("{prefix}engagement_map", "meshes",
+        Chart("{prefix}engagement_map", "gear_meshes",
             "{ring}Engaged ring teeth and their pair stiffness, {window}",
             "Which teeth of the ring are in contact as the carrier turns.",
             lambda ring: histories.engagement_map(_first(ring))),
@@ -355,7 +355,7 @@ RUN_CHARTS: Sequence[tuple[Subjects, Sequence[Chart]]] = (
             lambda data, _: sharing_charts.sharing_chart(data), "sharing_{stage}"),
     )),
     (having(each.stages, lambda stage: stage.flow.gear_mesh_frequency), (
-        Chart("transient_forces_{stage}", "meshes",
+        Chart("transient_forces_{stage}", "gear_meshes",
             "Gear-mesh forces{of} in time, the last " f"{CYCLES_SHOWN} gear-mesh cycles",
             "Normal force of every gear mesh; equal lines share the load.",
             _forces, "transient"),

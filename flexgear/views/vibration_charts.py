@@ -103,11 +103,11 @@ def _limit(ax: Axes, values: Array, lowest: float, stable: NDArray[np.bool_]) ->
             va="top", fontsize=7.5, color=NEUTRAL)  # fmt: skip
 
 
-def _contact(ax: Axes, data: xr.Dataset, x: Array, y: Array, mesh: int) -> None:
+def _contact(ax: Axes, data: xr.Dataset, x: Array, y: Array, gear_mesh: int) -> None:
     """A broad line below a curve where teeth of a gear mesh part, and where their backs touch."""
     branch = data["response_branch"].to_numpy()
     for name, colour in (("lost_contact_share", LOST), ("back_contact_share", BACK)):
-        at = np.flatnonzero(data[name].to_numpy()[:, mesh] > 0.0)
+        at = np.flatnonzero(data[name].to_numpy()[:, gear_mesh] > 0.0)
         breaks = (np.diff(at) > 1) | (np.diff(branch[at]) != 0)
         for run in np.split(at, np.flatnonzero(breaks) + 1) if len(at) else []:
             ax.plot(x[run], y[run], color=colour, lw=BROAD, solid_capstyle="butt", zorder=1)

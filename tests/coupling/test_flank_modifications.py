@@ -167,7 +167,7 @@ def test_relief_is_the_gap_of_each_pair_at_its_place(tmp_path, make):
     assert gap.max() > 20e-6 and gap.min() == 0.0
     short = clean.error_gear.copy()
     for q in range(count):
-        short[rows.pair["mesh"][q], rows.pair["tooth"][q]] -= gap[q]
+        short[rows.pair["gear_mesh"][q], rows.pair["tooth"][q]] -= gap[q]
     shifted = system.with_(pairs=clean._replace(error_gear=short))
     torque = system.rated_torque
     found, expected, plain = (

@@ -155,7 +155,7 @@ def touch(path, i, theta, z, gear, side, planet, planet_side):
 
 def test_shares_of_pairs_are_those_of_the_contact_ratio(bench):
     theta = (np.arange(2000) + 0.5) / 2000 * 2 * np.pi / bench.g.ring.teeth
-    for kind, gear_mesh in (("ring", bench.g.ring_mesh), ("sun", bench.g.sun_mesh)):
+    for kind, gear_mesh in (("ring", bench.g.ring_gear_mesh), ("sun", bench.g.sun_gear_mesh)):
         path = bench.paths[kind]
         reach = abs(path.slope) * path.half_face
         epsilon = gear_mesh.total_contact_ratio

@@ -36,18 +36,18 @@ def test_centre_distance_and_diameters_of_the_bundled_stage(case):
 def test_contact_ratios(case):
     """ε_α from tip circles, ε_β = b sinβ/(π m_n); the ring has between two and three pairs."""
     g = stage_geometry(case)
-    at, pb = g.transverse_angle, g.ring_mesh.base_pitch
+    at, pb = g.transverse_angle, g.ring_gear_mesh.base_pitch
     alpha_p = math.acos(g.planet.base_radius / g.planet.tip_radius)
     alpha_s = math.acos(g.sun.base_radius / g.sun.tip_radius)
     classic = (
         27 * (math.tan(alpha_s) - math.tan(at)) + 33 * (math.tan(alpha_p) - math.tan(at))
     ) / (2 * math.pi)
-    assert g.sun_mesh.transverse_contact_ratio == pytest.approx(classic)
+    assert g.sun_gear_mesh.transverse_contact_ratio == pytest.approx(classic)
     assert pb == pytest.approx(math.pi * 0.018 / math.cos(math.radians(7.5)) * math.cos(at))
     overlap = 0.43 * math.sin(math.radians(7.5)) / (math.pi * 0.018)
-    assert g.ring_mesh.overlap_ratio == pytest.approx(overlap)
-    assert 2 < g.ring_mesh.total_contact_ratio < 3
-    assert 2 < g.sun_mesh.total_contact_ratio < 3
+    assert g.ring_gear_mesh.overlap_ratio == pytest.approx(overlap)
+    assert 2 < g.ring_gear_mesh.total_contact_ratio < 3
+    assert 2 < g.sun_gear_mesh.total_contact_ratio < 3
 
 
 @settings(max_examples=60, deadline=None)
@@ -79,7 +79,7 @@ def test_any_unshifted_stage_is_consistent(planets, sun, planet, helix, module, 
             stage_geometry(case)
         return
     g = stage_geometry(case)
-    for gear_mesh, play in ((g.ring_mesh, 0.01), (g.sun_mesh, 0.02)):
+    for gear_mesh, play in ((g.ring_gear_mesh, 0.01), (g.sun_gear_mesh, 0.02)):
         assert gear_mesh.backlash == pytest.approx(play * module * 1e-3, rel=1e-6)
         assert gear_mesh.working_angle == pytest.approx(g.transverse_angle)
         assert 1 < gear_mesh.transverse_contact_ratio < 2.6
@@ -105,7 +105,7 @@ def test_profile_shift_moves_all_gears_after_iso():
         assert (b.thickness - a.thickness) * x > 0
         out = -1 if name == "ring" else 1
         assert b.tip_radius - a.tip_radius == pytest.approx(out * x * 0.018)
-    assert g.ring_mesh.backlash == pytest.approx(0.5e-3, rel=1e-6)
+    assert g.ring_gear_mesh.backlash == pytest.approx(0.5e-3, rel=1e-6)
 
 
 def test_a_printed_centre_distance_without_backlash_is_accepted():
@@ -124,7 +124,7 @@ def test_a_printed_centre_distance_without_backlash_is_accepted():
     for distance in (684.272, 684.273, 684.274):
         case = load_case("lin-parker", {**over, "stage.center_distance_mm": distance})
         g = stage_geometry(case.view())
-        assert 0.0 <= g.sun_mesh.backlash < 1e-6
+        assert 0.0 <= g.sun_gear_mesh.backlash < 1e-6
 
 
 @pytest.mark.parametrize(

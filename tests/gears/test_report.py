@@ -43,7 +43,7 @@ def test_a_planetary_stage_tells_what_its_geometry_says():
     assert assembly["planet_clearance_mm"] == pytest.approx(1e3 * g.planet_clearance)
     assert assembly["center_distance_mm"] == pytest.approx(270 / math.cos(stage.helix_angle))
     assert sun["tip_diameter_mm"] - sun["reference_diameter_mm"] == pytest.approx(20)
-    assert contact["contact_ratio"] == pytest.approx(g.sun_mesh.total_contact_ratio)
+    assert contact["contact_ratio"] == pytest.approx(g.sun_gear_mesh.total_contact_ratio)
     assert contact["backlash_um"] == pytest.approx(200)
     assert contact["mean_stiffness_n_per_m"] == pytest.approx(3e9)
     ratio = contact["transverse_contact_ratio"]

@@ -311,12 +311,12 @@ def test_a_rings_tip_on_the_root_of_a_planet():
     view = load_case("wind-5mw", {**PROFILE_A, **SPUR}).view()
     (text,) = tooth_warnings(view)
     g = stage_geometry(view)
-    reach = lowest_contact(g.planet, g.ring, g.ring_mesh.working_angle)
+    reach = lowest_contact(g.planet, g.ring, g.ring_gear_mesh.working_angle)
     # by the cosine rule: the ring's tip on the line of action, seen from the planet's centre
-    along = g.planet.base_radius * math.tan(g.ring_mesh.working_angle)
+    along = g.planet.base_radius * math.tan(g.ring_gear_mesh.working_angle)
     at, sine = (
-        g.ring.base_radius / math.cos(g.ring_mesh.working_angle),
-        math.sin(g.ring_mesh.working_angle),
+        g.ring.base_radius / math.cos(g.ring_gear_mesh.working_angle),
+        math.sin(g.ring_gear_mesh.working_angle),
     )
     square = at**2 + (along - reach) ** 2 - 2 * at * (along - reach) * sine
     assert math.sqrt(square) == pytest.approx(g.ring.tip_radius, rel=1e-9)
@@ -340,10 +340,10 @@ def test_undercut_shortens_the_path_of_contact():
     assert any("sun: its tool undercuts" in text for text in texts)
     assert any("does not cover the path of contact" in text for text in texts)
     g = stage_geometry(view)
-    between = g.planet.tangent_distance(g.sun, g.sun_mesh.working_angle)
+    between = g.planet.tangent_distance(g.sun, g.sun_gear_mesh.working_angle)
     at_end = g.sun.roll_length(g.sun.form_radius)
-    assert g.sun_mesh.s_hi == pytest.approx(between - at_end, rel=1e-12)
-    assert g.sun_mesh.s_hi < g.planet.roll_length(g.planet.tip_radius)
+    assert g.sun_gear_mesh.s_hi == pytest.approx(between - at_end, rel=1e-12)
+    assert g.sun_gear_mesh.s_hi < g.planet.roll_length(g.planet.tip_radius)
 
 
 @pytest.mark.parametrize("teeth", [60, 93])

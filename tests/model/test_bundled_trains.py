@@ -102,11 +102,13 @@ def test_pitch_drive():
         assert (stage.sun.teeth, stage.planet.teeth, stage.ring.teeth) == (sun, planet, ring)
         assert stage.normal_module == pytest.approx(1e-3 * module)
         geometry = stage_geometry(train.view(stage.name))
-        assert math.degrees(geometry.sun_mesh.working_angle) == pytest.approx(outer, abs=0.006)
-        assert math.degrees(geometry.ring_mesh.working_angle) == pytest.approx(inner, abs=0.006)
+        assert math.degrees(geometry.sun_gear_mesh.working_angle) == pytest.approx(outer, abs=0.006)
+        assert math.degrees(geometry.ring_gear_mesh.working_angle) == pytest.approx(
+            inner, abs=0.006
+        )
         # shifts fit the distance: hardly any backlash is left
-        assert geometry.sun_mesh.backlash < 5e-6
-        assert geometry.ring_mesh.backlash < 5e-6
+        assert geometry.sun_gear_mesh.backlash < 5e-6
+        assert geometry.ring_gear_mesh.backlash < 5e-6
         errors = stage.errors
         assert errors.of_planets("planet_eccentricity", 3) == (21e-6,) * 3
         assert errors.planet_eccentricity_phase == pytest.approx(
@@ -161,8 +163,8 @@ def test_wind_gearboxes_have_the_printed_gears(name):
             assert 2e3 * found.reference_radius == pytest.approx(pitch, abs=1e-3)
             assert 2e3 * found.tip_radius == pytest.approx(tip, abs=0.06)
         # the printed shifts and distances belong together: no more play than was chosen
-        assert geometry.sun_mesh.backlash == pytest.approx(0.5e-3, abs=6e-6)
-        assert geometry.ring_mesh.backlash == pytest.approx(0.5e-3, abs=6e-6)
+        assert geometry.sun_gear_mesh.backlash == pytest.approx(0.5e-3, abs=6e-6)
+        assert geometry.ring_gear_mesh.backlash == pytest.approx(0.5e-3, abs=6e-6)
     last = train.stages[2]
     for gear, (pitch, tip) in {"pinion": (341.183, 380.751), "gear": (1350.517, 1395.372)}.items():
         part = last.member(gear)

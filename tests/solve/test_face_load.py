@@ -141,7 +141,7 @@ def test_contact_pressure_is_that_of_hertz(stage):
     at = int(np.nanargmax(own["line_load"].values))
     w, s = (own[name].values.ravel()[at] for name in ("line_load", "slice_path"))
     cos_b = np.cos(g.base_helix_angle)
-    reach = g.center_distance * np.sin(g.sun_mesh.working_angle)
+    reach = g.center_distance * np.sin(g.sun_gear_mesh.working_angle)
     radius = s * (reach - s) / reach / cos_b
     modulus = material.young_modulus / (1 - material.poisson_ratio**2)
     pressure = np.sqrt(w * cos_b * modulus / (2 * np.pi * radius))

@@ -94,7 +94,7 @@ def test_even_load_at_the_pitch_point_against_weber_and_banaschek():
     xi = (s_pitch - path.s_lo) / (path.s_hi - path.s_lo)
     width = case.stage.face_width
     # the theory's contact part is the secant at the mean line load of the whole path
-    even = force / g.sun_mesh.transverse_contact_ratio / 5
+    even = force / g.sun_gear_mesh.transverse_contact_ratio / 5
     at = int(np.argmin(np.abs(path.slices.s - s_pitch)))
     approach = c[at].sum(axis=1) * even + scale[at] * even * np.log(limit[at] / even)
     found = approach.mean() * width / (5 * even)

@@ -17,15 +17,15 @@ from flexgear.model.member import PlanetBearing
 from flexgear.model.names import BodyName
 from flexgear.structures.bodies import rigid_rows, rigid_variant, turn
 from flexgear.structures.fe_mesh.fe_mesh import FeMesh
-from flexgear.structures.fe_mesh.gears import PlanetMeshParameters
-from flexgear.structures.fe_mesh.solids import mesh_solid
+from flexgear.structures.fe_mesh.gears import PlanetFeMeshParameters
+from flexgear.structures.fe_mesh.solids import fe_mesh_of_solid
 from flexgear.structures.reduced import ReducedBody, elastic_modes, floating
 from flexgear.structures.sources.gears import PlanetSource
 
 YOUNG, POISSON, DENSITY = 210e9, 0.3, 7850.0
-HELICAL = PlanetMeshParameters(fidelity="quick")
+HELICAL = PlanetFeMeshParameters(fidelity="quick")
 SPUR = replace(HELICAL, helix_angle=0.0)
-SMOOTH = PlanetMeshParameters(  # an annulus of 20 by 20 mm on a mean radius of 90 mm
+SMOOTH = PlanetFeMeshParameters(  # an annulus of 20 by 20 mm on a mean radius of 90 mm
     teeth=60, normal_module=0.2 / 60, helix_angle=0.0, addendum=5e-3, dedendum=1e-2,
     root_fillet=5e-3, bore_diameter=0.16, face_width=0.02,
 )  # fmt: skip
@@ -35,11 +35,11 @@ NAME = BodyName.of("stage", "planet", 0)
 pytestmark = pytest.mark.usefixtures("one_thread")
 
 
-def source(mesh: PlanetMeshParameters, young: float = YOUNG, modes: int = 20) -> PlanetSource:
+def source(mesh: PlanetFeMeshParameters, young: float = YOUNG, modes: int = 20) -> PlanetSource:
     return PlanetSource(
         key=BodyName.of("stage", "planet"),
         section=Planet(fixed_interface_modes=modes),
-        mesh=mesh,
+        parameters=mesh,
         material=Material(young_modulus=young, poisson_ratio=POISSON, density=DENSITY),
         cyclic=True,
         limit_hz=2000.0,
@@ -49,7 +49,7 @@ def source(mesh: PlanetMeshParameters, young: float = YOUNG, modes: int = 20) ->
 
 
 @cache
-def reduced(mesh: PlanetMeshParameters, young: float = YOUNG) -> ReducedBody:
+def reduced(mesh: PlanetFeMeshParameters, young: float = YOUNG) -> ReducedBody:
     return source(mesh, young).reduced()
 
 
@@ -96,7 +96,7 @@ def factored(matrix) -> SuperLU:
 
 
 @cache
-def unreduced(mesh: PlanetMeshParameters) -> Unreduced:
+def unreduced(mesh: PlanetFeMeshParameters) -> Unreduced:
     return Unreduced(source(mesh).fe_mesh())
 
 
@@ -217,7 +217,7 @@ def test_elastic_coordinates_are_orthonormal_and_have_no_momentum() -> None:
 
 def test_rigid_motion_has_the_mass_of_the_solid() -> None:
     of_source, body = source(HELICAL), floating(reduced(HELICAL), NAME, 0.4)
-    meshed = mesh_solid(of_source.fe_mesh()).rigid_mass(DENSITY)
+    meshed = fe_mesh_of_solid(of_source.fe_mesh()).rigid_mass(DENSITY)
     assert body.mass[:6, :6] == pytest.approx(meshed, rel=2e-5, abs=1e-9)
     exact = of_source.solid().rigid_mass(DENSITY)
     assert np.diag(body.mass)[:6] == pytest.approx(np.diag(exact), rel=1.5e-2)

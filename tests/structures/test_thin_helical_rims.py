@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 import scipy.linalg as sla
 
-from flexgear.structures.fe_mesh.gears import RingMeshParameters, ring_fe_mesh
-from flexgear.structures.fe_mesh.solids import mesh_solid, ring_solid
+from flexgear.structures.fe_mesh.gears import RingFeMeshParameters, ring_fe_mesh
+from flexgear.structures.fe_mesh.solids import fe_mesh_of_solid, ring_solid
 from flexgear.structures.fem.assembly import FeModel, facet_sample
 from flexgear.structures.fem.ties import averaging_tie, interface_of
 from flexgear.structures.reduction import reduce
@@ -27,7 +27,7 @@ def ring(rim_modules, overlap, **changes):
         "root_fillet": 0.3, "face_width": width, "rim_thickness": rim_modules * MODULE, "bolts": 0,
         "fits": ((-width / 2, -width / 4), (width / 4, width / 2)), "fidelity": "standard",
     }  # fmt: skip
-    return RingMeshParameters(**(values | changes))
+    return RingFeMeshParameters(**(values | changes))
 
 
 @pytest.mark.parametrize("hand", ["right", "left"])
@@ -40,7 +40,7 @@ def test_cells_are_sound_and_fill_the_body(rim, overlap, hand):
     for fidelity in FIDELITIES:
         fe_mesh = ring_fe_mesh(replace(p, fidelity=fidelity))
         assert fe_mesh.quality() > 0.2
-        solid = mesh_solid(fe_mesh)
+        solid = fe_mesh_of_solid(fe_mesh)
         second = np.abs(solid.second - expected.second).max() / np.abs(expected.second).max()
         apart.append(max(abs(solid.volume / expected.volume - 1.0), second))
     assert max(apart) < 0.02

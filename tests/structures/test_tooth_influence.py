@@ -36,7 +36,7 @@ FINE = SegmentDivisions(flank=16, fillet=8, tooth=6, rim=10, layers=1)
 
 
 def pitch_point(slot):
-    gear_mesh = GEARS.ring_mesh if slot == "ring" else GEARS.sun_mesh
+    gear_mesh = GEARS.ring_gear_mesh if slot == "ring" else GEARS.sun_gear_mesh
     return GEARS.gears[slot].base_radius * math.tan(gear_mesh.working_angle)
 
 

@@ -52,7 +52,7 @@ def chart(tmp_path: Path) -> Picture:
     axes[0, 0].set_xlabel("carrier angle $θ_c$ (rad)")
     axes[0, 0].set_title("force")
     file = save_figure(figure, tmp_path / "a.png", dpi=40)
-    return Picture("a", "meshes", "A caption", "What it shows.", file, panels_of(figure))
+    return Picture("a", "gear_meshes", "A caption", "What it shows.", file, panels_of(figure))
 
 
 def side(tmp_path: Path, force: float = 788e3, name: str = "wind <5> MW") -> Side:
@@ -61,7 +61,7 @@ def side(tmp_path: Path, force: float = 788e3, name: str = "wind <5> MW") -> Sid
         name=name,
         lead="Stage: 5 planets.",
         verdicts=[Verdict("good", "Load sharing", "K = 1.023", "Within 1.35.")],
-        tables=[Table("meshes", "forces", [Row("ring", force, "N"), Row("sun", None, "N")])],
+        tables=[Table("gear_meshes", "forces", [Row("ring", force, "N"), Row("sun", None, "N")])],
         pictures=[chart(tmp_path)],
         version="1.2.3",
         content_hash="abc123",
@@ -147,7 +147,7 @@ def test_a_page_says_what_it_shows_more_coarsely(tmp_path, monkeypatch):
     line = {"type": "scatter", "x": rng.random(4000).tolist(), "y": rng.random(4000).tolist()}
     Image.fromarray(rng.integers(0, 255, (300, 300, 3), np.uint8)).save(tmp_path / "noise.png")
     noise = Picture(
-        "n", "meshes", "Noise", "", tmp_path / "noise.png", [{"data": [line], "layout": {}}]
+        "n", "gear_meshes", "Noise", "", tmp_path / "noise.png", [{"data": [line], "layout": {}}]
     )
     own = replace(own, pictures=[noise])
     whole = page(tmp_path, own)
@@ -169,7 +169,7 @@ def test_a_page_of_too_much_leaves_out_the_largest_and_says_so(tmp_path, monkeyp
         file.write_bytes(b"GIF89a" + rng.bytes(15_000 + k))
         noise = {"type": "heatmap", "z": rng.random((35, 35 + k)).tolist()}
         plot = {"data": [noise], "layout": {}}
-        pictures.append(Picture(f"p{k}", "meshes", f"Picture {k}", "Noise.", file, [plot]))
+        pictures.append(Picture(f"p{k}", "gear_meshes", f"Picture {k}", "Noise.", file, [plot]))
     text = page(tmp_path, replace(side(tmp_path), pictures=pictures))
     assert text.count("would make this page too large") >= 4
     kept = json.loads(zlib.decompress(base64.b64decode(PLOTS.search(text)[1])))
@@ -251,7 +251,7 @@ def test_symbols_of_load_factors_are_printed_as_such():
 
 
 def test_a_missing_picture_is_one_clear_line(tmp_path: Path):
-    lost = Picture("a", "meshes", "", "", tmp_path / "gone.png")
+    lost = Picture("a", "gear_meshes", "", "", tmp_path / "gone.png")
     broken = Side("t", "", [], [], [lost], "1", "h")
     with pytest.raises(FlexgearError, match=r"cannot read picture .*gone\.png"):
         write_report(tmp_path / "r.html", "t", "t", [broken])
@@ -386,7 +386,10 @@ def test_sections_close_and_the_case_is_closed_at_first(tmp_path):
     case = [replace(table, section="case") for table in one.tables]
     text = page(tmp_path, replace(one, tables=[*one.tables, *case]), interactive=False)
     found = re.findall(r'<section id="(\w+)">\s*<details class="chapter"( open)?>', text)
-    assert [(key, bool(is_open)) for key, is_open in found] == [("meshes", True), ("case", False)]
+    assert [(key, bool(is_open)) for key, is_open in found] == [
+        ("gear_meshes", True),
+        ("case", False),
+    ]
     assert text.count("<summary><h2>") == 2
-    assert 'class="skip" href="#meshes"' in text
+    assert 'class="skip" href="#gear_meshes"' in text
     assert "section:has(> .chapter:not([open]))" in text

@@ -7,7 +7,7 @@ import scipy.sparse as sp
 from plain_meshes import plain_matrices
 
 from benchmarks.record import Comparison, Curve, Report
-from benchmarks.rings import dofs_text, ring_mesh
+from benchmarks.rings import dofs_text, ring_fe_mesh_of_size
 from benchmarks.timing import interleaved
 from flexgear.structures.fem.assembly import FeModel
 from flexgear.structures.linalg.dense import single_threaded_blas
@@ -20,7 +20,7 @@ def run(report: Report, size: str) -> None:
     """Both matrices by both ways; entries must agree to 1e-12 of the largest."""
     dofs, own, plain = [], [], []
     for name, repeats in REPEATS[size].items():
-        case, fe_mesh = ring_mesh(name)
+        case, fe_mesh = ring_fe_mesh_of_size(name)
         m = case.material
         steel = (m.young_modulus, m.poisson_ratio, m.density)
 

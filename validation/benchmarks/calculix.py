@@ -12,7 +12,7 @@ import numpy as np
 from scipy.sparse.linalg import LinearOperator, eigsh
 
 from benchmarks.record import Comparison, Report
-from benchmarks.rings import dofs_text, ring_mesh
+from benchmarks.rings import dofs_text, ring_fe_mesh_of_size
 from benchmarks.timing import interleaved
 from flexgear.structures.fe_mesh.fe_mesh import EDGES_VTK, FeMesh
 from flexgear.structures.fe_mesh.inp import write_inp
@@ -31,7 +31,7 @@ def run(report: Report, size: str) -> None:
     if program is None:
         report.skip("CalculiX", "ccx is not installed (Debian: apt-get install calculix-ccx)")
         return
-    case, fe_mesh = ring_mesh("37k")
+    case, fe_mesh = ring_fe_mesh_of_size("37k")
     m, count = case.material, MODES[size]
     steel = (m.young_modulus, m.poisson_ratio, m.density)
     with tempfile.TemporaryDirectory() as folder, single_threaded_blas():

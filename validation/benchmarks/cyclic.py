@@ -8,7 +8,7 @@ from statistics import median
 import numpy as np
 
 from benchmarks.record import Comparison, Curve, Report
-from benchmarks.rings import dofs_text, ring_mesh
+from benchmarks.rings import dofs_text, ring_fe_mesh_of_size
 from benchmarks.timing import interleaved
 from flexgear.model.stage_view import StageView
 from flexgear.structures.fe_mesh.fe_mesh import FeMesh
@@ -32,7 +32,7 @@ def run(report: Report, size: str) -> None:
     count = MODES[size]
     curves: dict[str, tuple[list[float], list[float]]] = {"cyclic": ([], []), "general": ([], [])}
     for name, repeats in REPEATS[size].items():
-        case, fe_mesh = ring_mesh(name)
+        case, fe_mesh = ring_fe_mesh_of_size(name)
         seconds, answers = interleaved(
             {
                 "cyclic": lambda case=case, mesh=fe_mesh: by_sectors(case, mesh, count),
@@ -62,7 +62,7 @@ def run(report: Report, size: str) -> None:
             dofs.append(float(fe_mesh.quadratic_dofs))
             times.append(median(seconds[path].wall))
     for name in ALONE[size]:
-        case, fe_mesh = ring_mesh(name)
+        case, fe_mesh = ring_fe_mesh_of_size(name)
         seconds, _ = interleaved({"cyclic": lambda c=case, m=fe_mesh: by_sectors(c, m, count)}, 1)
         curves["cyclic"][0].append(float(fe_mesh.quadratic_dofs))
         curves["cyclic"][1].append(median(seconds["cyclic"].wall))

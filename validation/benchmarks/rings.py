@@ -31,11 +31,11 @@ def ring_case(fidelity: str = "quick") -> StageView:
     return load_case("wind-5mw", {"solver.fidelity": fidelity}).view()
 
 
-def ring_mesh(size: str) -> tuple[StageView, FeMesh]:
+def ring_fe_mesh_of_size(size: str) -> tuple[StageView, FeMesh]:
     """Case and FE mesh of a size in `SIZES`."""
     fidelity, bands = SIZES[size]
     case = ring_case(fidelity)
-    p = ring_source(case).mesh
+    p = ring_source(case).parameters
     lows = sorted(p.fits)
     edges = np.linspace(lows[0][1], lows[-1][0], bands + 1)
     cuts = tuple(zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True)) if bands else ()
@@ -45,7 +45,7 @@ def ring_mesh(size: str) -> tuple[StageView, FeMesh]:
 @cache
 def ring_model(size: str) -> tuple[StageView, FeModel, Interface]:
     """Case, assembled FE model and all 120 interface nodes."""
-    case, fe_mesh = ring_mesh(size)
+    case, fe_mesh = ring_fe_mesh_of_size(size)
     model = assembled(case, fe_mesh)
     return case, model, tied(model, ring_source(case).nodes(model.fe_mesh))
 
@@ -53,7 +53,7 @@ def ring_model(size: str) -> tuple[StageView, FeModel, Interface]:
 def small_ring() -> FeModel:
     """A ring of half the teeth and bolts, for peers that take long; patches as usual."""
     case = ring_case()
-    p = replace(ring_source(case).mesh, teeth=47, bolts=13, bolt_circle_diameter=1.13)
+    p = replace(ring_source(case).parameters, teeth=47, bolts=13, bolt_circle_diameter=1.13)
     return assembled(case, ring_fe_mesh(p))
 
 

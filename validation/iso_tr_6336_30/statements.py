@@ -46,7 +46,7 @@ def figures(edition: str = "2019") -> dict[str, float]:
         **factors,
         "c′_th": pair.theoretical_stiffness / 1e9,
         "c′": pair.single_stiffness / 1e9,
-        "c_γα": pair.mesh_stiffness / 1e9,
+        "c_γα": pair.gear_mesh_stiffness / 1e9,
         "c_γβ": pair.face_stiffness / 1e9,
     }
     states, rates = rate(pair, load, factors), load_cycles(view, flow)

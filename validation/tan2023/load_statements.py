@@ -48,7 +48,7 @@ def ring_teeth_engage_in_order(runs: Runs) -> Finding:
     tolerance="2 and 3 only; shares of time within 0.005 of the contact ratio's",
 )
 def two_and_three_pairs_alternate(runs: Runs) -> Finding:
-    data, ratio = runs.steady["flexible"], runs.geometry.ring_mesh.total_contact_ratio
+    data, ratio = runs.steady["flexible"], runs.geometry.ring_gear_mesh.total_contact_ratio
     at_work = pairs_of(data, "ring", "drive")["tooth"].to_numpy() > 0
     number, low = at_work.sum(axis=-1), int(ratio)
     found = {int(n): float(np.mean(number == n)) for n in np.unique(number)}

@@ -90,7 +90,7 @@ def draw(p, m, compliances, file):
 def test_pair(gear, case):
     """Both flanks pressed with Hertz's width at the rated line load, over the path of contact."""
     g, m = stage_geometry(case), case.material
-    gear_mesh = g.ring_mesh if gear == "ring" else g.sun_mesh
+    gear_mesh = g.ring_gear_mesh if gear == "ring" else g.sun_gear_mesh
     force = power_flow(case.case).stages[0].gear_mesh_forces[gear]
     theory = compliance(case, g, gear, force)
     load = line_load(case, g, gear, force)

@@ -30,7 +30,7 @@ def _nearest(pairs, count, m, s_pitch):
     best = -1
     distance = 1e30
     for q in range(count):
-        if pairs[q].mesh == m:
+        if pairs[q].gear_mesh == m:
             off = abs(pairs[q].s - s_pitch)
             if off < distance:
                 distance = off
@@ -50,20 +50,20 @@ def _margins_left(coast, radial, delta, path):
 
 
 @njit(**INNER)
-def _gear_approach(mesh, theta, x, y):
+def _gear_approach(gear_mesh, theta, x, y):
     """Approach of the gear end at the line of centres, from its motion in the gear's frame."""
-    angle = mesh.phi
-    if mesh.turns >= 0:
-        angle += theta[mesh.turns]
-    return mesh.cos_b * mesh.normal_x * (math.cos(angle) * x + math.sin(angle) * y)
+    angle = gear_mesh.phi
+    if gear_mesh.turns >= 0:
+        angle += theta[gear_mesh.turns]
+    return gear_mesh.cos_b * gear_mesh.normal_x * (math.cos(angle) * x + math.sin(angle) * y)
 
 
 @njit(**INNER)
-def _planet_tooth_approach(mesh, theta, x, y):
+def _planet_tooth_approach(gear_mesh, theta, x, y):
     """Approach of a planet's tooth at the line of centres, from its elastic displacement in the
     frame of the planet's teeth."""
-    angle = theta[mesh.planet_turns]
-    return -mesh.cos_b * mesh.normal_x * (math.cos(angle) * x - math.sin(angle) * y)
+    angle = theta[gear_mesh.planet_turns]
+    return -gear_mesh.cos_b * gear_mesh.normal_x * (math.cos(angle) * x - math.sin(angle) * y)
 
 
 @njit(**PART)
@@ -77,25 +77,25 @@ def _beside_rotation(x, y, turned, place):
 @njit(**INNER)
 def look_at_rest(gears, rows, pairs, theta, motion, m, active_flanks):
     """Watch the coast flank of gear mesh m if its gap has nearly closed at a channel motion."""
-    meshes, mesh = gears.mesh, gears.mesh[m]
-    best = _nearest(rows.pair, pairs, m, mesh.s_pitch)
+    gear_meshes, gear_mesh = gears.gear_mesh, gears.gear_mesh[m]
+    best = _nearest(rows.pair, pairs, m, gear_mesh.s_pitch)
     if best < 0:
-        active_flanks[mesh.opposite] = 1
+        active_flanks[gear_mesh.opposite] = 1
         return
     r, count, delta = rows.pair[best].row, rows.pair[best].rows, 0.0
-    radial = -mesh.cos_b * mesh.normal_x * motion[6 * rows.blocks[r, 0]]
+    radial = -gear_mesh.cos_b * gear_mesh.normal_x * motion[6 * rows.blocks[r, 0]]
     for i in range(r, r + count):
         delta += of_blocks(rows, i, motion) / count
     c = 6 * rows.blocks[r, 1]
     x, y, turned = motion[c], motion[c + 1], motion[c + 5]
-    if mesh.per_tooth == 1:
+    if gear_mesh.per_tooth == 1:
         x, y = _beside_rotation(x, y, turned, gears.tooth_position[rows.blocks[r, 1]])
-    radial += _gear_approach(mesh, theta, x, y)
-    if mesh.planet_turns >= 0:
+    radial += _gear_approach(gear_mesh, theta, x, y)
+    if gear_mesh.planet_turns >= 0:
         c = 6 * rows.blocks[r, rows.row[r].width - 1]
-        radial += _planet_tooth_approach(mesh, theta, motion[c], motion[c + 1])
-    left = _margins_left(meshes[mesh.opposite], radial, delta, 0.0)
-    active_flanks[mesh.opposite] = 1 if left < 1.0 else 0
+        radial += _planet_tooth_approach(gear_mesh, theta, motion[c], motion[c + 1])
+    left = _margins_left(gear_meshes[gear_mesh.opposite], radial, delta, 0.0)
+    active_flanks[gear_mesh.opposite] = 1 if left < 1.0 else 0
 
 
 @njit(**PART)
@@ -103,9 +103,9 @@ def _radial_approach(data, work, level, m, r):
     """Approach of gear mesh m along its line of centres, and its rate, at the new motion."""
     channels, active, rows, modes = data.channels, work.active, work.rows, work.modes
     counts, gears, theta = active.counts[0], data.elements.gears, modes.theta
-    meshes = gears.mesh
+    gear_meshes = gears.gear_mesh
     force, eta, rate = work.dofs.force, modes.free, modes.free_rate
-    line = 6 * counts.blocks + counts.ports + 2 * meshes.shape[0] + m
+    line = 6 * counts.blocks + counts.ports + 2 * gear_meshes.shape[0] + m
     radial, nearing = channel_motion(channels, active, line, eta, rate, force)
     if rows.row[r].beyond == 1:
         d, place = np.int64(rows.place[r, 1]), gears.tooth_position[rows.blocks[r, 1]]
@@ -113,15 +113,15 @@ def _radial_approach(data, work, level, m, r):
         y, y_speed = dof_motion(active, level, d + 1, eta, rate, force)
         turned, turning = dof_motion(active, level, d + 5, eta, rate, force)
         x, y = _beside_rotation(x, y, turned, place)
-        radial += _gear_approach(meshes[m], theta, x, y)
+        radial += _gear_approach(gear_meshes[m], theta, x, y)
         x, y = _beside_rotation(x_speed, y_speed, turning, place)
-        nearing += _gear_approach(meshes[m], theta, x, y)
-    if meshes[m].planet_turns >= 0:
+        nearing += _gear_approach(gear_meshes[m], theta, x, y)
+    if gear_meshes[m].planet_turns >= 0:
         d = np.int64(rows.place[r, rows.row[r].width - 1])
         x, x_speed = dof_motion(active, level, d, eta, rate, force)
         y, y_speed = dof_motion(active, level, d + 1, eta, rate, force)
-        radial += _planet_tooth_approach(meshes[m], theta, x, y)
-        nearing += _planet_tooth_approach(meshes[m], theta, x_speed, y_speed)
+        radial += _planet_tooth_approach(gear_meshes[m], theta, x, y)
+        nearing += _planet_tooth_approach(gear_meshes[m], theta, x_speed, y_speed)
     return radial, nearing
 
 
@@ -131,13 +131,13 @@ def look_after_step(data, work, level, pairs, ahead, active_flanks):
 
     Returns the fewest margins that any gap has: at two, half as many looks are as safe.
     """
-    meshes, rows, speed = data.elements.gears.mesh, work.rows, work.closing_speed
+    gear_meshes, rows, speed = data.elements.gears.gear_mesh, work.rows, work.closing_speed
     fewest, motion = NONE, work.problem.motion
-    for m in range(meshes.shape[0]):
-        b = meshes[m].opposite
+    for m in range(gear_meshes.shape[0]):
+        b = gear_meshes[m].opposite
         if b < 0:
             continue
-        best = _nearest(rows.pair, pairs, m, meshes[m].s_pitch)
+        best = _nearest(rows.pair, pairs, m, gear_meshes[m].s_pitch)
         if best < 0:
             active_flanks[b] = 1
             fewest = 0.0
@@ -147,7 +147,7 @@ def look_after_step(data, work, level, pairs, ahead, active_flanks):
         delta = 0.5 * (motion[0, r] + motion[0, far] - rows.row[r].offset - rows.row[far].offset)
         approach = 0.5 * (motion[1, r] + motion[1, far])
         speed[m] = max(abs(2.0 * nearing - approach), LATE * speed[m])
-        left = _margins_left(meshes[b], radial, delta, ahead * speed[m])
+        left = _margins_left(gear_meshes[b], radial, delta, ahead * speed[m])
         active_flanks[b] = 1 if left < 1.0 else 0
         fewest = min(fewest, left)
     return fewest

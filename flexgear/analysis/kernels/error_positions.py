@@ -31,8 +31,8 @@ class Waves(NamedTuple):
 def forces_under_errors(laws, positions, span, train, waves, work, force):
     """Positions of a span into ``force``; the position that failed, or the end."""
     theta, port_torques, forward = positions
-    meshes, rows, contact = work.elements.gears.mesh, work.rows, work.contact
-    watched, out = np.ones(len(meshes), dtype=np.int64), np.zeros(len(contact.right))
+    gear_meshes, rows, contact = work.elements.gears.gear_mesh, work.rows, work.contact
+    watched, out = np.ones(len(gear_meshes), dtype=np.int64), np.zeros(len(contact.right))
     extra = train.motions.shape[1]
     for p in range(span[0], span[1]):
         n, _, pairs, closure = solve_position(
@@ -42,7 +42,7 @@ def forces_under_errors(laws, positions, span, train, waves, work, force):
             return p
         # what it solved is still there: the whole matrix and the right side without errors
         q0, influence, places, loaded, residual = _eliminated(
-            contact, meshes, rows, n, extra, forward[p]
+            contact, gear_meshes, rows, n, extra, forward[p]
         )
         if not residual <= CLOSURE:
             return p
@@ -55,7 +55,7 @@ def forces_under_errors(laws, positions, span, train, waves, work, force):
 
 
 @njit()
-def _eliminated(contact, meshes, rows, n, extra, forward):
+def _eliminated(contact, gear_meshes, rows, n, extra, forward):
     """x_S and y_B of the gear-mesh rows under zero errors (c,), and in errors (c, c), N and N/m.
 
     Also their rows (c,), whether in S (c,), and the residual of the inverse.
@@ -69,7 +69,9 @@ def _eliminated(contact, meshes, rows, n, extra, forward):
     for i in range(n):
         in_s = True
         if rows.row[i].kind >= 0:
-            in_s = rows.row[i].sided == 0 or (meshes[rows.row[i].owner].carries == 1) == forward
+            in_s = (
+                rows.row[i].sided == 0 or (gear_meshes[rows.row[i].owner].carries == 1) == forward
+            )
             places[c], loaded[c] = i, 1 if in_s else 0
             c += 1
         if in_s:
@@ -130,7 +132,7 @@ def _row_errors(gears, rows, pairs, theta, waves, n):
     last = -1
     for q in range(pairs):
         pair = rows.pair[q]
-        m, row, share = pair.mesh, pair.row, pair.share
+        m, row, share = pair.gear_mesh, pair.row, pair.share
         if m != last:
             last = m
             steady[:] = waves.offset[m]
@@ -140,7 +142,7 @@ def _row_errors(gears, rows, pairs, theta, waves, n):
                 for j in range(count):
                     steady[j] += sine * waves.runout_sine[m, h, j]
                     steady[j] += cosine * waves.runout_cosine[m, h, j]
-        angle = 2 * np.pi * pair.s / gears.mesh[m].pitch
+        angle = 2 * np.pi * pair.s / gears.gear_mesh[m].pitch
         sine, cosine = np.sin(angle), np.cos(angle)
         tooth, other = pair.tooth, pair.planet_tooth
         for j in range(count):

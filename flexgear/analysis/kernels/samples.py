@@ -48,7 +48,7 @@ def note_loads(rows, n, pairs, force, delta, at, loads):
     """Note forces (≥ n,) and δ (≥ n,) of n rows with so many tooth pairs as sample ``at``."""
     for q in range(pairs):
         pair = rows.pair[q]
-        m, slot, first = pair.mesh, pair.slot, pair.row
+        m, slot, first = pair.gear_mesh, pair.slot, pair.row
         loads.pair_load[at, m, slot] = pair.share * force[first]
         if pair.rows == 2:
             loads.far_load[at, m, slot] = force[first + 1]
@@ -79,9 +79,9 @@ def all_forces(elements, rows, angles, active_flanks, loads, out):
             forces[c] = 0.0
         for q in range(pairs):  # loads of pairs that share a row add up to its force
             pair = rows.pair[q]
-            load = pair_load[t, pair.mesh, pair.slot]
+            load = pair_load[t, pair.gear_mesh, pair.slot]
             if pair.rows == 2:
-                far = far_load[t, pair.mesh, pair.slot]
+                far = far_load[t, pair.gear_mesh, pair.slot]
                 add_to_blocks(rows, pair.row + 1, -far, forces)
                 load -= far
             add_to_blocks(rows, pair.row, -load, forces)

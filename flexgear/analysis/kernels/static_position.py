@@ -244,7 +244,7 @@ def solve_position(laws, theta, port_torques, forward, active_flanks, train, wor
     """
     extra = train.motions.shape[1]
     rows, contact, memory, elements = work.rows, work.contact, work.memory, work.elements
-    meshes = elements.gears.mesh
+    gear_meshes = elements.gears.gear_mesh
     n, count, pairs, closure = ZERO, ZERO, ZERO, np.inf
     for attempt in range(3):
         if attempt == 1:
@@ -258,7 +258,7 @@ def solve_position(laws, theta, port_torques, forward, active_flanks, train, wor
         for i in range(n):
             contact.active[i] = 1
             if rows.row[i].sided == 1:
-                carries = meshes[rows.row[i].owner].carries == 1
+                carries = gear_meshes[rows.row[i].owner].carries == 1
                 contact.active[i] = 1 if carries == forward else 0
         # all at once, by continuation to the end, by continuation to the smallest share
         first, last = EXACT if attempt == 0 else 0, LOOSE if attempt == 2 else EXACT
@@ -308,9 +308,9 @@ def modal_part(elastic, forces, omega2, first, eta):
 @njit(**INNER)
 def _coast_flanks_agree(gears, rows, pairs, theta, motion, active_flanks):
     """Whether no coast flank has come near that is not looked at; looks at those from now on."""
-    agreed, meshes = True, gears.mesh
-    for m in range(meshes.shape[0]):
-        b = meshes[m].opposite
+    agreed, gear_meshes = True, gears.gear_mesh
+    for m in range(gear_meshes.shape[0]):
+        b = gear_meshes[m].opposite
         if b >= 0 and active_flanks[b] == 0:
             look_at_rest(gears, rows, pairs, theta, motion, m, active_flanks)
             agreed = agreed and active_flanks[b] == 0
@@ -318,20 +318,20 @@ def _coast_flanks_agree(gears, rows, pairs, theta, motion, active_flanks):
 
 
 @njit(**INNER)
-def _start_slices(meshes, forward, memory):
+def _start_slices(gear_meshes, forward, memory):
     """Slices of flanks that do not carry start open; of those that do, where they were last, or
     with all of them touching where they were open."""
-    for m in range(meshes.shape[0]):
-        if meshes[m].slices == 0:
+    for m in range(gear_meshes.shape[0]):
+        if gear_meshes[m].slices == 0:
             continue
-        carries = (meshes[m].carries == 1) == forward
-        first = meshes[m].places * m
-        for place in range(first, first + meshes[m].places):
+        carries = (gear_meshes[m].carries == 1) == forward
+        first = gear_meshes[m].places * m
+        for place in range(first, first + gear_meshes[m].places):
             for a in range(2):
                 if not carries:
                     memory[place, 0, a] = -TOUCHING
                 elif memory[place, 0, a] < 0.0:
-                    memory[place, 0, a] = DEEP * meshes[m].pitch
+                    memory[place, 0, a] = DEEP * gear_meshes[m].pitch
 
 
 @njit(**PART)
@@ -339,11 +339,11 @@ def _solve_one(laws, theta, port_torques, forward, train, work, out, active_flan
     """Equilibrium at one position, solved again until the coast flanks that it closes are among
     its rows; returns how many rows and tooth pairs there are, and the closure."""
     gears, rows, motion = work.elements.gears, work.rows, work.channels[0]
-    meshes = gears.mesh
+    gear_meshes = gears.gear_mesh
     memory = work.memory
-    for m in range(meshes.shape[0]):
-        active_flanks[m] = meshes[m].carries if forward else 1
-    _start_slices(meshes, forward, memory)
+    for m in range(gear_meshes.shape[0]):
+        active_flanks[m] = gear_meshes[m].carries if forward else 1
+    _start_slices(gear_meshes, forward, memory)
     n, pairs, closure = ZERO, ZERO, 0.0
     for look in range(LOOKS):
         n, count, pairs, closure = solve_position(

@@ -259,7 +259,7 @@ def advance(data, laws, prescribed, first, state, space, samples, control):
     (see ``consistent_acceleration``) finds accelerations and looks nowhere.
     """
     work, ledger, counts, by_level = space.work, space.ledger, control.counts[0], control.by_level
-    modal, machines, meshes = data.modal, data.machines, data.elements.gears.mesh.shape[0]
+    modal, machines, gear_meshes = data.modal, data.machines, data.elements.gears.gear_mesh.shape[0]
     modes, active, force = work.modes, work.active, work.problem.force
     ports, sizes, loads = modes.ports, modal.h, prescribed[:, machines.shape[0] :]
     tracked = ledger.booked[0].tracked == 1
@@ -281,7 +281,7 @@ def advance(data, laws, prescribed, first, state, space, samples, control):
         machine_torques(machines, force, n, ports)
         if not _advance_motion(h, machines, n, work, state):
             return -end, saved
-        if meshes > 0 and h > 0.0:
+        if gear_meshes > 0 and h > 0.0:
             now = first + tick
             if now % LOOK == 0 and now >= counts.next_look:
                 ahead = 2 * LOOK * sizes[0] + h

@@ -68,14 +68,16 @@ ROW = _record(
     "kind owner sided width line beyond after following dof since parts",
     "along stiffness damping offset",
 )
-PAIR = _record("row rows mesh slot tooth planet_tooth place table", "stiffness share s z error")
+PAIR = _record(
+    "row rows gear_mesh slot tooth planet_tooth place table", "stiffness share s z error"
+)
 ELEMENT = _record("law first rows place", "")
 
 
 class GearMeshes(NamedTuple):
     """Gear meshes m; the path of a pair is read from its table."""
 
-    mesh: Records  # (M,) GEAR_MESH: PairData's columns, m, rad, N/m
+    gear_mesh: Records  # (M,) GEAR_MESH: PairData's columns, m, rad, N/m
     table: Array  # (K, T, 3) stiffness N/m, centroid z m and gap m over the path
     slices: Array  # (K, T, …) of contact lines in slices: see ``PairData.slice_table``
     gear_error: Array  # (M, z) m
@@ -130,20 +132,20 @@ class Rows(NamedTuple):
 
 def packed(data: PairData) -> Elements:
     """The records of ``data``; arrays are copied."""
-    mesh = np.zeros(len(data.s0), dtype=GEAR_MESH)
+    gear_mesh = np.zeros(len(data.s0), dtype=GEAR_MESH)
     for name in set(GEAR_MESH.names or ()) & set(data._fields):
         column = getattr(data, name)
-        mesh[name] = column[data.table] if name.startswith("table_") else column
+        gear_mesh[name] = column[data.table] if name.startswith("table_") else column
     for i, axis in enumerate("xy"):
-        mesh[f"radial_{axis}"] = data.radial[:, i]
-        mesh[f"normal_{axis}"] = data.normal[:, i]
-        mesh[f"tangent_{axis}"] = data.tangent_point[:, i]
-    mesh["slots"], mesh["places"] = data.slots, places_of_gear_mesh(data)
+        gear_mesh[f"radial_{axis}"] = data.radial[:, i]
+        gear_mesh[f"normal_{axis}"] = data.normal[:, i]
+        gear_mesh[f"tangent_{axis}"] = data.tangent_point[:, i]
+    gear_mesh["slots"], gear_mesh["places"] = data.slots, places_of_gear_mesh(data)
     runout = np.zeros(data.runout_amplitude.shape, dtype=RUNOUT)
     for name in RUNOUT.names or ():
         runout[name] = getattr(data, f"runout_{name}")
     gears = GearMeshes(
-        mesh=mesh,
+        gear_mesh=gear_mesh,
         table=np.ascontiguousarray(np.stack([data.k_table, data.z_table, data.gap_table], axis=-1)),
         slices=np.ascontiguousarray(data.slice_table),
         gear_error=np.ascontiguousarray(data.error_gear),

@@ -17,16 +17,16 @@ from flexgear.compiled import INNER, UNCOUNTED, njit
 
 
 @njit(**INNER)
-def common_error(mesh, runout, theta, base):
+def common_error(gear_mesh, runout, theta, base):
     """Error that all pairs of a gear mesh share, m: offset, runouts, wave of the base pitch."""
-    total = mesh.error_offset
+    total = gear_mesh.error_offset
     for h in range(runout.shape[0]):
         wave = runout[h]
         if wave.amplitude != 0.0:
             total += wave.amplitude * math.sin(wave.rate * theta[wave.angle] + wave.phase)
-    if mesh.error_amplitude != 0.0:
-        angle = 2 * math.pi * base / mesh.pitch + mesh.error_phase
-        total += mesh.error_amplitude * math.sin(angle)
+    if gear_mesh.error_amplitude != 0.0:
+        angle = 2 * math.pi * base / gear_mesh.pitch + gear_mesh.error_phase
+        total += gear_mesh.error_amplitude * math.sin(angle)
     return total
 
 
@@ -34,18 +34,21 @@ def common_error(mesh, runout, theta, base):
 def error_rates(gears, theta, speeds, out):
     """Rates (M,), m/s, of the errors that all pairs of a gear mesh share, ``common_error``, at the
     angles theta (A,) and their speeds (A,), rad/s, into ``out``."""
-    for m in range(gears.mesh.shape[0]):
-        mesh, runout, total = gears.mesh[m], gears.runout[m], 0.0
+    for m in range(gears.gear_mesh.shape[0]):
+        gear_mesh, runout, total = gears.gear_mesh[m], gears.runout[m], 0.0
         for h in range(runout.shape[0]):
             wave = runout[h]
             if wave.amplitude != 0.0:
                 turning = wave.amplitude * wave.rate * speeds[wave.angle]
                 total += turning * math.cos(wave.rate * theta[wave.angle] + wave.phase)
-        if mesh.error_amplitude != 0.0:
-            turns = 2 * math.pi / mesh.pitch
-            rolling = mesh.rate * speeds[mesh.angle]
-            angle = turns * (mesh.s0 + mesh.rate * theta[mesh.angle]) + mesh.error_phase
-            total += mesh.error_amplitude * turns * rolling * math.cos(angle)
+        if gear_mesh.error_amplitude != 0.0:
+            turns = 2 * math.pi / gear_mesh.pitch
+            rolling = gear_mesh.rate * speeds[gear_mesh.angle]
+            angle = (
+                turns * (gear_mesh.s0 + gear_mesh.rate * theta[gear_mesh.angle])
+                + gear_mesh.error_phase
+            )
+            total += gear_mesh.error_amplitude * turns * rolling * math.cos(angle)
         out[m] = total
 
 

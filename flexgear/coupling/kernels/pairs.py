@@ -82,11 +82,11 @@ BESIDE = 2  # column of a table of slices where B begins
 
 
 @njit(**INNER)
-def _between(table, mesh, s):
+def _between(table, gear_mesh, s):
     """Neighbouring rows of a table over the path, and the share of the way from one to the
     other."""
     last = table.shape[0] - 1
-    y = min(max((s - mesh.table_start) / mesh.table_step, 0.0), float(last))
+    y = min(max((s - gear_mesh.table_start) / gear_mesh.table_step, 0.0), float(last))
     at = min(int(y), last - 1)
     return table[at], table[at + 1], y - at
 
@@ -102,18 +102,18 @@ def _periodic(table, share):
 
 
 @njit(**INNER)
-def _first_and_last(mesh, base):
+def _first_and_last(gear_mesh, base):
     """Indices of the pairs that may be in contact; of a stiffness wave the one nearest the pitch
     point, or where teeth are bodies of their own both that lie next to it."""
-    if mesh.model == WAVE:
-        place = (mesh.s_pitch - base) / mesh.pitch
-        if mesh.per_tooth == 1 or mesh.planet_turns >= 0:
+    if gear_mesh.model == WAVE:
+        place = (gear_mesh.s_pitch - base) / gear_mesh.pitch
+        if gear_mesh.per_tooth == 1 or gear_mesh.planet_turns >= 0:
             return math.floor(place), math.floor(place) + 1
         return math.floor(place + 0.5), math.floor(place + 0.5)
-    reach = abs(mesh.slope) * mesh.half_face
+    reach = abs(gear_mesh.slope) * gear_mesh.half_face
     return (
-        math.ceil((mesh.s_lo - reach - base) / mesh.pitch),
-        math.floor((mesh.s_hi + reach - base) / mesh.pitch),
+        math.ceil((gear_mesh.s_lo - reach - base) / gear_mesh.pitch),
+        math.floor((gear_mesh.s_hi + reach - base) / gear_mesh.pitch),
     )
 
 
@@ -128,42 +128,46 @@ def _wrapped(tooth, teeth):
 @njit(**PART)
 def _find_pairs(gears, m, theta, pairs, p):
     """Note the tooth pairs of gear mesh m that are in contact from ``pairs[p]`` on; the new p."""
-    mesh = gears.mesh[m]
-    base = mesh.s0 + mesh.rate * theta[mesh.angle]
-    common = common_error(mesh, gears.runout[m], theta, base)
-    low, high = _first_and_last(mesh, base)
+    gear_mesh = gears.gear_mesh[m]
+    base = gear_mesh.s0 + gear_mesh.rate * theta[gear_mesh.angle]
+    common = common_error(gear_mesh, gears.runout[m], theta, base)
+    low, high = _first_and_last(gear_mesh, base)
     # whole divisions are slow: only of the pair before the first
-    place = (low - 1) % mesh.places
-    tooth = (mesh.gear_tooth0 + mesh.gear_step * (low - 1)) % mesh.gear_teeth
-    other = (mesh.planet_tooth0 + mesh.planet_step * (low - 1)) % mesh.planet_teeth
+    place = (low - 1) % gear_mesh.places
+    tooth = (gear_mesh.gear_tooth0 + gear_mesh.gear_step * (low - 1)) % gear_mesh.gear_teeth
+    other = (gear_mesh.planet_tooth0 + gear_mesh.planet_step * (low - 1)) % gear_mesh.planet_teeth
     for k in range(low, high + 1):
-        place = _wrapped(place + 1, mesh.places)
-        tooth = _wrapped(tooth + mesh.gear_step, mesh.gear_teeth)
-        other = _wrapped(other + mesh.planet_step, mesh.planet_teeth)
-        s, z, gap = base + k * mesh.pitch, 0.0, 0.0
-        number = mesh.table + gears.gear_table[m, tooth] + gears.planet_table[m, other]
+        place = _wrapped(place + 1, gear_mesh.places)
+        tooth = _wrapped(tooth + gear_mesh.gear_step, gear_mesh.gear_teeth)
+        other = _wrapped(other + gear_mesh.planet_step, gear_mesh.planet_teeth)
+        s, z, gap = base + k * gear_mesh.pitch, 0.0, 0.0
+        number = gear_mesh.table + gears.gear_table[m, tooth] + gears.planet_table[m, other]
         table = gears.table[number]
-        if mesh.model == WAVE:
-            stiffness = _periodic(table, (s - mesh.s_lo) / mesh.pitch)
+        if gear_mesh.model == WAVE:
+            stiffness = _periodic(table, (s - gear_mesh.s_lo) / gear_mesh.pitch)
             if high > low:  # handed over from tooth to tooth as they pass the pitch point
-                stiffness *= 1.0 - abs(s - mesh.s_pitch) / mesh.pitch
+                stiffness *= 1.0 - abs(s - gear_mesh.s_pitch) / gear_mesh.pitch
         else:
-            a, b, w = _between(table, mesh, s)
+            a, b, w = _between(table, gear_mesh, s)
             v = 1.0 - w
             stiffness, z, gap = v * a[0] + w * b[0], v * a[1] + w * b[1], v * a[2] + w * b[2]
-        if mesh.model == FACE_LOAD:
-            a, b, w = _between(gears.slices[number], mesh, s)
+        if gear_mesh.model == FACE_LOAD:
+            a, b, w = _between(gears.slices[number], gear_mesh, s)
             touches = (1.0 - w) * a[1] + w * b[1] > 0.0
         else:
             touches = stiffness > 0.0
         if not touches:
             continue
         pair = pairs[p]
-        pair.mesh, pair.place, pair.slot = m, place, _wrapped(place - mesh.slots, mesh.slots)
+        pair.gear_mesh, pair.place, pair.slot = (
+            m,
+            place,
+            _wrapped(place - gear_mesh.slots, gear_mesh.slots),
+        )
         pair.tooth, pair.planet_tooth, pair.table = tooth, other, number
         pair.stiffness, pair.s, pair.z, pair.share = stiffness, s, z, 1.0
         tooth_error = gears.gear_error[m, tooth] + gears.planet_error[m, other]
-        pair.error = common + tooth_error + mesh.error_slope * z - gap
+        pair.error = common + tooth_error + gear_mesh.error_slope * z - gap
         p += 1
     return p
 
@@ -202,11 +206,11 @@ def _tooth_end(gears, coef, block, share, n, at):
 
 
 @njit(**INNER)
-def _damping_of(mesh, stiffness, share):
+def _damping_of(gear_mesh, stiffness, share):
     """Damping of tooth pairs of a gear mesh, N s/m; share: of all of its pairs that are there."""
-    if mesh.constant_damping > 0.0:
-        return mesh.constant_damping * share
-    return mesh.damping * math.sqrt(stiffness)
+    if gear_mesh.constant_damping > 0.0:
+        return gear_mesh.constant_damping * share
+    return gear_mesh.damping * math.sqrt(stiffness)
 
 
 @njit(**PART)
@@ -219,47 +223,54 @@ def _fill_row(gears, m, turn, rows, n, span, away, share):
     contact line; share: of these pairs in the stiffness of all that are there.
     """
     first, stop = span
-    mesh, row, pairs = gears.mesh[m], rows.row[n], rows.pair
+    gear_mesh, row, pairs = gears.gear_mesh[m], rows.row[n], rows.pair
     blocks, coef = rows.blocks[n], rows.coef[n]
-    s, z = mesh.s_pitch, 0.0
-    if mesh.model == PER_PAIR or mesh.model == FACE_LOAD:
+    s, z = gear_mesh.s_pitch, 0.0
+    if gear_mesh.model == PER_PAIR or gear_mesh.model == FACE_LOAD:
         z = pairs[first].z + away
-        s = pairs[first].s + mesh.slope * z
-    cx, cy = mesh.tangent_x - s * mesh.normal_x, mesh.tangent_y - s * mesh.normal_y
-    cz = mesh.z_offset + z
+        s = pairs[first].s + gear_mesh.slope * z
+    cx, cy = (
+        gear_mesh.tangent_x - s * gear_mesh.normal_x,
+        gear_mesh.tangent_y - s * gear_mesh.normal_y,
+    )
+    cz = gear_mesh.z_offset + z
     ca, sa, cp, sp = turn
-    bx, by, nz = mesh.cos_b * mesh.normal_x, mesh.cos_b * mesh.normal_y, mesh.sin_b
+    bx, by, nz = (
+        gear_mesh.cos_b * gear_mesh.normal_x,
+        gear_mesh.cos_b * gear_mesh.normal_y,
+        gear_mesh.sin_b,
+    )
     normal = (ca * bx - sa * by, sa * bx + ca * by, nz)
-    px = mesh.center_distance + cx
+    px = gear_mesh.center_distance + cx
     x, y = ca * px - sa * cy, sa * px + ca * cy
     total, error = _shares(pairs, first, stop)
     width = 1
-    blocks[0] = mesh.planet_block
-    _end(coef[0], -1.0, (bx, by, nz), (cx, cy, cz), mesh.planet_arm)
-    row.beyond = 1 if mesh.per_tooth == 1 or mesh.turns >= 0 else 2
+    blocks[0] = gear_mesh.planet_block
+    _end(coef[0], -1.0, (bx, by, nz), (cx, cy, cz), gear_mesh.planet_arm)
+    row.beyond = 1 if gear_mesh.per_tooth == 1 or gear_mesh.turns >= 0 else 2
     for q in range(first, stop):
         pair = pairs[q]
         pair.row, pair.rows = n, 1
-        if mesh.per_tooth == 1:
-            blocks[width] = mesh.gear_block + pair.tooth
+        if gear_mesh.per_tooth == 1:
+            blocks[width] = gear_mesh.gear_block + pair.tooth
             _tooth_end(gears, coef[width], blocks[width], pair.share, normal, (x, y, cz))
             width += 1
-    if mesh.per_tooth == 0:
-        blocks[width] = mesh.gear_block
-        _end(coef[width], 1.0, normal, (x, y, cz), mesh.gear_arm)
+    if gear_mesh.per_tooth == 0:
+        blocks[width] = gear_mesh.gear_block
+        _end(coef[width], 1.0, normal, (x, y, cz), gear_mesh.gear_arm)
         width += 1
-    if mesh.planet_turns >= 0:
+    if gear_mesh.planet_turns >= 0:
         normal = (cp * bx + sp * by, cp * by - sp * bx, nz)
         x, y = cp * cx + sp * cy, cp * cy - sp * cx
         for q in range(first, stop):
-            blocks[width] = mesh.planet_tooth_block + pairs[q].planet_tooth
+            blocks[width] = gear_mesh.planet_tooth_block + pairs[q].planet_tooth
             _tooth_end(gears, coef[width], blocks[width], -pairs[q].share, normal, (x, y, cz))
             width += 1
-    row.width, row.line, row.along = width, m, nz * s + mesh.cos_b * z
-    row.kind, row.owner, row.sided, row.following = mesh.kind, m, mesh.sided, 0
-    damping = _damping_of(mesh, total, share)
+    row.width, row.line, row.along = width, m, nz * s + gear_mesh.cos_b * z
+    row.kind, row.owner, row.sided, row.following = gear_mesh.kind, m, gear_mesh.sided, 0
+    damping = _damping_of(gear_mesh, total, share)
     row.stiffness, row.damping = total, damping
-    row.offset = error + mesh.error_slope * away - mesh.gap
+    row.offset = error + gear_mesh.error_slope * away - gear_mesh.gap
     return total, damping
 
 
@@ -267,12 +278,12 @@ def _fill_row(gears, m, turn, rows, n, span, away, share):
 def _slices_of_pair(gears, m, turn, rows, n, e, q, share):
     """Rows n and n + 1 and element e of pair q, which has a share of the stiffness of all: see
     ``laws.slices``; whether the next pairs, if they touch, yield to it: see ``elements``."""
-    mesh, pair, element = gears.mesh[m], rows.pair[q], rows.element[e]
-    table, count = gears.slices[pair.table], mesh.slices
-    a, b, w = _between(table, mesh, pair.s)
+    gear_mesh, pair, element = gears.gear_mesh[m], rows.pair[q], rows.element[e]
+    table, count = gears.slices[pair.table], gear_mesh.slices
+    a, b, w = _between(table, gear_mesh, pair.s)
     v, parameters = 1.0 - w, rows.parameters[e]
     radius, whole = v * a[0] + w * b[0], v * a[1] + w * b[1]
-    columns = 3 * count + mesh.bent * (2 * count + count * (count + 1) // 2)
+    columns = 3 * count + gear_mesh.bent * (2 * count + count * (count + 1) // 2)
     for j in range(columns):
         parameters[FIRST + j] = v * a[OF_LINE + j] + w * b[OF_LINE + j]
     for j in range(count):
@@ -288,13 +299,13 @@ def _slices_of_pair(gears, m, turn, rows, n, e, q, share):
             at = BESIDE + FOLLOWING * i + k
             rows.yields[n + i, k] = v * a[at] + w * b[at]
     pair.row, pair.rows = n, 2
-    damping = _damping_of(mesh, whole, share)
+    damping = _damping_of(gear_mesh, whole, share)
     parameters[COUNT], parameters[RELAXATION], parameters[DAMPER] = count, damping / whole, 0.0
-    if mesh.constant_damping > 0.0:
+    if gear_mesh.constant_damping > 0.0:
         parameters[RELAXATION], parameters[DAMPER] = 0.0, 0.5 * damping
-    element.law = COUPLED_SLICES_LAW if mesh.bent == 1 else SLICES_LAW
+    element.law = COUPLED_SLICES_LAW if gear_mesh.bent == 1 else SLICES_LAW
     element.first, element.rows = n, 2
-    element.place = mesh.places * m + pair.place
+    element.place = gear_mesh.places * m + pair.place
     return rows.yields[n, 0] != 0.0
 
 
@@ -304,32 +315,32 @@ def _rows_of_pairs(gears, m, gear_turn, planet_turn, rows, counts, span):
     (first, stop); the new counts. Turns: cosine and sine of the angles of gear and planet teeth."""
     count, element_count = counts
     first, stop = span
-    mesh = gears.mesh[m]
-    (c, s), (x, y) = gear_turn, (mesh.radial_x, mesh.radial_y)
+    gear_mesh = gears.gear_mesh[m]
+    (c, s), (x, y) = gear_turn, (gear_mesh.radial_x, gear_mesh.radial_y)
     turn = (c * x - s * y, s * x + c * y, planet_turn[0], planet_turn[1])
     whole = 0.0
     for q in range(first, stop):
         whole += rows.pair[q].stiffness
     while first < stop:
         share = rows.pair[first].stiffness / whole if whole > 0.0 else 0.0
-        if mesh.model == FACE_LOAD:
+        if gear_mesh.model == FACE_LOAD:
             if _slices_of_pair(gears, m, turn, rows, count, element_count, first, share):
                 following = min(2 * (stop - first - 1), FOLLOWING)
                 for row in (rows.row[count], rows.row[count + 1]):
                     row.after, row.following = count + 2, following
             count, element_count, first = count + 2, element_count + 1, first + 1
             continue
-        after = first + 1 if mesh.model == PER_PAIR else stop
-        share = share if mesh.model == PER_PAIR else 1.0
+        after = first + 1 if gear_mesh.model == PER_PAIR else stop
+        share = share if gear_mesh.model == PER_PAIR else 1.0
         stiffness, damping = _fill_row(gears, m, turn, rows, count, (first, after), 0.0, share)
         parameters, element = rows.parameters[element_count], rows.element[element_count]
-        element.law = ONE_SIDED_LAW if mesh.sided == 1 else LINEAR_LAW
+        element.law = ONE_SIDED_LAW if gear_mesh.sided == 1 else LINEAR_LAW
         element.first, element.rows = count, 1
-        element.place = mesh.places * m
-        if mesh.model == PER_PAIR:
+        element.place = gear_mesh.places * m
+        if gear_mesh.model == PER_PAIR:
             element.place += rows.pair[first].place
         parameters[0], parameters[1], parameters[2] = stiffness, damping, 0.0
-        if mesh.sided == 1 and mesh.constant_damping > 0.0:
+        if gear_mesh.sided == 1 and gear_mesh.constant_damping > 0.0:
             parameters[1], parameters[2] = 0.0, damping
         count, element_count, first = count + 1, element_count + 1, after
     return count, element_count
@@ -352,14 +363,14 @@ def fill_rows(elements, theta, active_flanks, rows):
     gears = elements.gears
     count = element_count = pairs = places = ZERO
     gear_angle, planet_angle, gear_turn, planet_turn = -1, -1, (1.0, 0.0), (1.0, 0.0)
-    for m in range(gears.mesh.shape[0]):
-        places += gears.mesh[m].places
+    for m in range(gears.gear_mesh.shape[0]):
+        places += gears.gear_mesh[m].places
         if active_flanks[m] == 1:
-            if gears.mesh[m].turns != gear_angle:
-                gear_angle = gears.mesh[m].turns
+            if gears.gear_mesh[m].turns != gear_angle:
+                gear_angle = gears.gear_mesh[m].turns
                 gear_turn = _cosine_and_sine(theta, gear_angle)
-            if gears.mesh[m].planet_turns != planet_angle:
-                planet_angle = gears.mesh[m].planet_turns
+            if gears.gear_mesh[m].planet_turns != planet_angle:
+                planet_angle = gears.gear_mesh[m].planet_turns
                 planet_turn = _cosine_and_sine(theta, planet_angle)
             stop = _find_pairs(gears, m, theta, rows.pair, pairs)
             count, element_count = _rows_of_pairs(

@@ -152,7 +152,7 @@ def dynamic_factor(pair: GearPair, load: PairLoad, ratio: float) -> tuple[float,
     if deviation is None or relief is None:
         return math.nan, math.nan
     soft = _softened(line_load) if line_load else 1.0
-    natural = math.sqrt(pair.mesh_stiffness * soft / reduced_mass(pair))
+    natural = math.sqrt(pair.gear_mesh_stiffness * soft / reduced_mass(pair))
     resonance = 2.0 * math.pi * load.velocity / pair.pitch / natural
     if line_load == 0.0:
         return 1.0, resonance
@@ -177,7 +177,7 @@ def method_b_inputs(pair: GearPair, load: PairLoad, ratio: float) -> dict[str, f
     soft = _softened(line_load) if line_load else 1.0
     return {
         "c′": soft * pair.single_stiffness / 1e9,
-        "c_γα": soft * pair.mesh_stiffness / 1e9,
+        "c_γα": soft * pair.gear_mesh_stiffness / 1e9,
         "m_red": reduced_mass(pair) / 1e3,
         "f_pb,eff": 1e6 * deviation[0],
         "f_fα,eff": 1e6 * deviation[1],
@@ -206,7 +206,7 @@ def transverse_factors(
     line_load = ratio * load.tangential_force / pair.stage.face_width
     if line_load == 0.0:
         return flank_limit, root_limit
-    stiffness = _softened(line_load) * pair.mesh_stiffness
+    stiffness = _softened(line_load) * pair.gear_mesh_stiffness
     share = 0.4 * stiffness * max(deviation) / (line_load * uneven)
     if total <= 2.0:
         value = total / 2.0 * (0.9 + share)

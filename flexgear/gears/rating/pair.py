@@ -123,14 +123,14 @@ class GearPair:
         return math.pi * self.stage.normal_module / math.cos(self.stage.helix_angle)
 
     @property
-    def mesh_stiffness(self) -> float:
+    def gear_mesh_stiffness(self) -> float:
         """c_γα at high loads, N/m²; ISO 6336-1:2006, 9.3."""
         return self.single_stiffness * (0.75 * self.geometry.transverse_contact_ratio + 0.25)
 
     @property
     def face_stiffness(self) -> float:
         """c_γβ, N/m²; ISO 6336-1:2006, 9.3."""
-        return 0.85 * self.mesh_stiffness
+        return 0.85 * self.gear_mesh_stiffness
 
     def curvature(self, part: str, place: float = 0.0) -> float:
         """Radius of curvature of a flank in the transverse section at the pitch point, or on the

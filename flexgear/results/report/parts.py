@@ -47,7 +47,10 @@ SECTIONS = {  # in the order of the page: heading and what the section answers
         "Gears, centre distances and supports, as the case states them.",
     ),
     "power": ("Power flow", "Speeds, torques and powers of the members in steady running."),
-    "meshes": ("Gear meshes", "Contact ratios, gear-mesh forces and what each tooth pair carries."),
+    "gear_meshes": (
+        "Gear meshes",
+        "Contact ratios, gear-mesh forces and what each tooth pair carries.",
+    ),
     "face": ("Load along the face", "How evenly teeth carry along the face, and what tilts them."),
     "sharing": (
         "Load sharing",

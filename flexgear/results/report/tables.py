@@ -28,9 +28,9 @@ from flexgear.results.report.wording import (
     words,
 )
 from flexgear.results.stage_figures import (
+    GEAR_MESHES,
     LIVES,
     MEMBERS,
-    MESHES,
     PLANET_BEARINGS,
     ROOTS,
     SEATS,
@@ -39,8 +39,8 @@ from flexgear.results.stage_figures import (
 from flexgear.results.time_figures import DISTANCES, DROP, FORCES, RIM, STAGE_DROP, STEADY
 
 Summary = Mapping[str, Any]
-GEOMETRY, MESH = "geometry", "meshes"
-GEAR_MESHES = ("gear_mesh", "ring_gear_mesh", "sun_gear_mesh")
+GEOMETRY, GEAR_MESH_PART = "geometry", "gear_meshes"
+GEAR_MESH_SECTIONS = ("gear_mesh", "ring_gear_mesh", "sun_gear_mesh")
 _TITLES = {
     "not_modelled": "not modelled, with its size",
     "missing_on_flanks": "missing on modified flanks, least and most",
@@ -80,7 +80,7 @@ def stage_tables(case: Case) -> Iterator[Table]:
     """Tables of assembly, gears, gear meshes, modified flanks and what is not modelled."""
     for stage, report in case_reports(case).items():
         for name, section_rows in report.items():
-            section = MESH if name in GEAR_MESHES else GEOMETRY
+            section = GEAR_MESH_PART if name in GEAR_MESH_SECTIONS else GEOMETRY
             title = f"{words(stage)} {_TITLES.get(name, words(name))}".strip()
             yield Table(section, title, rows_of(section_rows))
 
@@ -94,12 +94,16 @@ def _power(summary: Summary) -> Iterator[Table]:
 
 def _forces(summary: Summary) -> Iterator[Table]:
     for name, figures in summary["stages"].items():
-        yield Table(MESH, titled_by_stage("from the power flow", name), list(rows(MESHES, figures)))
+        yield Table(
+            GEAR_MESH_PART,
+            titled_by_stage("from the power flow", name),
+            list(rows(GEAR_MESHES, figures)),
+        )
         title = titled_by_stage("root stress by finite elements", name)
         yield Table("face", title, list(rows(ROOTS, figures)))
     transient = summary["transient"]
     title = f"forces in time, {window_words(transient)}"
-    yield Table(MESH, title, list(rows(FORCES, transient)))
+    yield Table(GEAR_MESH_PART, title, list(rows(FORCES, transient)))
 
 
 def _sharing(summary: Summary) -> Iterator[Table]:

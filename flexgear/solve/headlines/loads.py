@@ -194,7 +194,7 @@ LARGEST_FORCE = Headline(
     "1",
     "largest normal force of a gear mesh over the nominal force of the power flow, in the "
     "transient and in torque drops",
-    "meshes",
+    "gear_meshes",
     _largest_force,
     f"mesh load factor of {STANDARD} for the number of planets; K_A and K_v come on top",
 )

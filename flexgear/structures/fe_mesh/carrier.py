@@ -88,7 +88,7 @@ class Web:
 
 
 @dataclass(frozen=True)
-class CarrierMeshParameters:
+class CarrierFeMeshParameters:
     """Everything the carrier's FE mesh depends on; m and rad.
 
     planet_angles: where each pin stands; None: equally spaced, the first at 0;
@@ -124,7 +124,7 @@ class CarrierMeshParameters:
     fidelity: Fidelity = "standard"
     where: str = "case"
 
-    def in_units_of(self, unit: float) -> CarrierMeshParameters:
+    def in_units_of(self, unit: float) -> CarrierFeMeshParameters:
         """The same carrier with all lengths over a unit, m: every number but counts and angles."""
         lengths: dict[str, Any] = {
             k: v / unit for k, v in vars(self).items() if isinstance(v, float)

@@ -21,7 +21,7 @@ from scipy.spatial import cKDTree
 from flexgear.arrays import Array, Ints
 from flexgear.model.errors import FlexgearError, InputError
 from flexgear.structures.bodies import rotation
-from flexgear.structures.fe_mesh.carrier import CarrierMeshParameters
+from flexgear.structures.fe_mesh.carrier import CarrierFeMeshParameters
 from flexgear.structures.fe_mesh.fe_mesh import FeMesh, corner_jacobians, welded
 from flexgear.structures.fe_mesh.session import gmsh_session, meshing_unit
 
@@ -33,7 +33,7 @@ _REFINEMENTS = (1.0, 1.3, 1.6, 2.0, 2.5)  # of the cell size, until the FE mesh 
 _ROUND_BORE = 8  # the same for holes much thinner than a pin
 
 
-def carrier_fe_mesh(p: CarrierMeshParameters) -> FeMesh:
+def carrier_fe_mesh(p: CarrierFeMeshParameters) -> FeMesh:
     """Tetrahedra of the carrier; patches drive, bearing_drive, bearing_far, pin_1 .. pin_N."""
     p.check()
     unit = meshing_unit(p.plate_diameter)
@@ -41,11 +41,11 @@ def carrier_fe_mesh(p: CarrierMeshParameters) -> FeMesh:
     return replace(fe_mesh, points=fe_mesh.points * unit)
 
 
-def _in_gmsh(p: CarrierMeshParameters) -> FeMesh:
+def _in_gmsh(p: CarrierFeMeshParameters) -> FeMesh:
     """FE mesh of the carrier in the unit of its lengths, made by gmsh."""
     with gmsh_session("carrier") as gmsh:
-        for meshes in _half_sectors(gmsh, p):
-            halves = [FeMesh(points, cells, "tet", {}) for points, cells in meshes]
+        for fe_meshes in _half_sectors(gmsh, p):
+            halves = [FeMesh(points, cells, "tet", {}) for points, cells in fe_meshes]
             factor = _pin_factor(p, halves[0])  # one for all: they meet in a pin's plane
             bulged = [(_rounded(p, half.points, factor), half.cells) for half in halves]
             if all(corner_jacobians(*half, "tet")[1].min() > _FLATTEST for half in bulged):
@@ -59,7 +59,7 @@ def _in_gmsh(p: CarrierMeshParameters) -> FeMesh:
     )
 
 
-def _half_patches(p: CarrierMeshParameters, half: FeMesh) -> dict[str, Ints]:
+def _half_patches(p: CarrierFeMeshParameters, half: FeMesh) -> dict[str, Ints]:
     """Patches of the half sector, found by their exact surfaces; keys without pin numbers."""
     facets = half.boundary
     at = half.points[facets]
@@ -89,7 +89,7 @@ def _half_patches(p: CarrierMeshParameters, half: FeMesh) -> dict[str, Ints]:
     }
 
 
-def _pin_factor(p: CarrierMeshParameters, half: FeMesh) -> float:
+def _pin_factor(p: CarrierFeMeshParameters, half: FeMesh) -> float:
     """Factor on the pins' radius that gives each pin its true volume.
 
     A polygon inscribed in a circle has too small a section: bending stiffness is proportional to
@@ -108,7 +108,7 @@ def _pin_factor(p: CarrierMeshParameters, half: FeMesh) -> float:
     return 1.0 if missing(1.0) >= 0.0 else float(brentq(missing, 1.0, 1.5))
 
 
-def _rounded(p: CarrierMeshParameters, points: Array, factor: float) -> Array:
+def _rounded(p: CarrierFeMeshParameters, points: Array, factor: float) -> Array:
     """Vertices (n, 3) with those on the pin's surface at `factor` times its radius."""
     x, y, z = points[:, 0] - p.center_distance, points[:, 1], points[:, 2]
     tolerance = 1e-7 * p.plate_diameter
@@ -120,7 +120,9 @@ def _rounded(p: CarrierMeshParameters, points: Array, factor: float) -> Array:
     return out
 
 
-def _half_sectors(gmsh: ModuleType, p: CarrierMeshParameters) -> Iterator[list[tuple[Array, Ints]]]:
+def _half_sectors(
+    gmsh: ModuleType, p: CarrierFeMeshParameters
+) -> Iterator[list[tuple[Array, Ints]]]:
     """Vertices (n, 3) m and right-handed cells (m, 4) of each of p.half_gaps; in a gmsh session.
 
     One after the other all FE meshes that are sound, the coarsest first; a finer one is made only
@@ -136,7 +138,7 @@ def _half_sectors(gmsh: ModuleType, p: CarrierMeshParameters) -> Iterator[list[t
         gmsh.model.mesh.clear()
 
 
-def _solids(occ: ModuleType, p: CarrierMeshParameters, phi: float) -> list[int]:
+def _solids(occ: ModuleType, p: CarrierFeMeshParameters, phi: float) -> list[int]:
     """Volumes of the half sector 0 <= θ <= φ, sharing the faces where they meet."""
     bore, plate, pin = p.hub_bore / 2.0, p.plate_diameter / 2.0, p.pin_diameter / 2.0
     gap, seat = p.plate_gap / 2.0, p.seat_width / 2.0
@@ -181,7 +183,7 @@ def _solids(occ: ModuleType, p: CarrierMeshParameters, phi: float) -> list[int]:
     return sorted({tag for dim, tag in entities if dim == 3})
 
 
-def _same_plane(gmsh: ModuleType, p: CarrierMeshParameters, halves: list[list[int]]) -> None:
+def _same_plane(gmsh: ModuleType, p: CarrierFeMeshParameters, halves: list[list[int]]) -> None:
     """Let the faces at θ = 0 of every half sector take the mesh of the first one's."""
     if len(halves) == 1:
         return
@@ -226,7 +228,7 @@ def _flattest(gmsh: ModuleType) -> float:
 
 
 def _set_sizes(
-    gmsh: ModuleType, p: CarrierMeshParameters, halves: list[list[int]], refinement: float
+    gmsh: ModuleType, p: CarrierFeMeshParameters, halves: list[list[int]], refinement: float
 ) -> None:
     """Number of straight sides of every curve; what half sectors have in common has the same."""
     size = _SIZE[p.fidelity] * p.plate_thickness / refinement
@@ -265,7 +267,7 @@ def _samples(gmsh: ModuleType, volumes: list[int]) -> dict[int, Array]:
 
 def _sides(
     gmsh: ModuleType,
-    p: CarrierMeshParameters,
+    p: CarrierFeMeshParameters,
     samples: dict[int, Array],
     size: float,
     refinement: float,
@@ -316,7 +318,7 @@ def _tetrahedra(gmsh: ModuleType, volumes: list[int]) -> tuple[Array, Ints]:
     return points, cells
 
 
-def _half_web(occ: ModuleType, p: CarrierMeshParameters, phi: float) -> tuple[int, int]:
+def _half_web(occ: ModuleType, p: CarrierFeMeshParameters, phi: float) -> tuple[int, int]:
     """Half a web on the pin's side of the middle line θ = φ, extruded over the gap."""
     web, z = p.web(phi), -p.plate_gap / 2.0
     edge, start, at = web.edge, web.start, phi - web.phi
@@ -340,7 +342,7 @@ def _half_web(occ: ModuleType, p: CarrierMeshParameters, phi: float) -> tuple[in
 
 
 def _complete(
-    p: CarrierMeshParameters, halves: list[FeMesh], patches: list[dict[str, Ints]]
+    p: CarrierFeMeshParameters, halves: list[FeMesh], patches: list[dict[str, Ints]]
 ) -> FeMesh:
     """Every pin with the half sector of the gap that follows it and the mirror image of that of
     the gap before; vertices that two of them share have one number, the first one's."""

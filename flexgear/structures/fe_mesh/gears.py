@@ -65,7 +65,7 @@ GROWTH = {"quick": 1.4, "standard": 1.3, "fine": 1.15}
 
 
 @dataclass(frozen=True)
-class ToothedMeshParameters:
+class ToothedFeMeshParameters:
     """Parameters of the FE mesh of a gear; m and rad. Defaults are those of a ring.
 
     Coefficients addendum, dedendum, root_fillet and profile_shift are multiples of the normal
@@ -163,7 +163,7 @@ def _toothed(
 
 
 @dataclass(frozen=True)
-class PlanetMeshParameters(ToothedMeshParameters):
+class PlanetFeMeshParameters(ToothedFeMeshParameters):
     """Everything the planet's FE mesh depends on; m and rad. Defaults are those of a planet of the
     default ring."""
 
@@ -196,7 +196,7 @@ class PlanetMeshParameters(ToothedMeshParameters):
             self.reject("bore_diameter_mm", problem, "lower it")
 
 
-def planet_fe_mesh(p: PlanetMeshParameters) -> FeMesh:
+def planet_fe_mesh(p: PlanetFeMeshParameters) -> FeMesh:
     """Hexahedra of the planet with its teeth and the patches listed in the module's head."""
     p.check()
     section = toothed_section(p.tooth, p.bore_radius, DIVISIONS[p.fidelity][0], GROWTH[p.fidelity])
@@ -209,7 +209,7 @@ BLOCK = 1.7  # inner border of a bolt's block, in bolt radii from the bolt's axi
 
 
 @dataclass(frozen=True)
-class RingMeshParameters(ToothedMeshParameters):
+class RingFeMeshParameters(ToothedFeMeshParameters):
     """Everything the ring's FE mesh depends on; m and rad.
 
     fits: (z_low, z_high) of each housing fit's band, splines likewise. Bolt k is at
@@ -309,7 +309,7 @@ class RingMeshParameters(ToothedMeshParameters):
             _section(self)
 
 
-def ring_fe_mesh(p: RingMeshParameters) -> FeMesh:
+def ring_fe_mesh(p: RingFeMeshParameters) -> FeMesh:
     """Hexahedra of the ring gear with its teeth and the patches listed in the module's head."""
     p.check()
     section = _section(p)
@@ -326,7 +326,7 @@ def ring_fe_mesh(p: RingMeshParameters) -> FeMesh:
     return _toothed(section, _twist(p, section.radius), z, walls)
 
 
-def _section(p: RingMeshParameters) -> ToothedSection:
+def _section(p: RingFeMeshParameters) -> ToothedSection:
     divisions, growth = DIVISIONS[p.fidelity][0], GROWTH[p.fidelity]
     if not p.has_holes:
         return toothed_section(p.tooth, p.outer_radius, divisions, growth)
@@ -342,7 +342,7 @@ def _section(p: RingMeshParameters) -> ToothedSection:
     )
 
 
-def _twist(p: RingMeshParameters, radius: Array) -> Array:
+def _twist(p: RingFeMeshParameters, radius: Array) -> Array:
     """κ f(r), rad/m: f = 1 to the root circle, 0 from the straight radius on, C¹ between."""
     root = p.tooth.root_radius
     t = np.clip((radius - root) / (p.straight_radius - root), 0.0, 1.0)

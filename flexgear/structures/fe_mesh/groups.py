@@ -16,11 +16,11 @@ import numpy as np
 
 from flexgear.arrays import Array
 from flexgear.model.ring import End, RingSupport
-from flexgear.structures.fe_mesh.carrier import CarrierMeshParameters
+from flexgear.structures.fe_mesh.carrier import CarrierFeMeshParameters
 from flexgear.structures.fe_mesh.gears import (
-    PlanetMeshParameters,
-    RingMeshParameters,
-    ToothedMeshParameters,
+    PlanetFeMeshParameters,
+    RingFeMeshParameters,
+    ToothedFeMeshParameters,
 )
 
 _ANYWHERE = float("nan")
@@ -118,7 +118,7 @@ def _at(stem: str, place: tuple[float, ...], says: str, **limits: Any) -> Family
     return Family(stem, (stem,), np.array([place]), says, **limits)
 
 
-def ring_groups(p: RingMeshParameters, tie: str, supports: Sequence[RingSupport]) -> Groups:
+def ring_groups(p: RingFeMeshParameters, tie: str, supports: Sequence[RingSupport]) -> Groups:
     """Groups of a ring: teeth for either tie, "root" or "flank", fits, and the surfaces of bolts:
     walls of holes, or the bolted face."""
     walls, bolted = [s for s in supports if s.group], {s.end for s in supports if not s.group}
@@ -142,12 +142,12 @@ def ring_groups(p: RingMeshParameters, tie: str, supports: Sequence[RingSupport]
     return _toothed(p, tie, families)
 
 
-def planet_groups(p: PlanetMeshParameters, tie: str) -> Groups:
+def planet_groups(p: PlanetFeMeshParameters, tie: str) -> Groups:
     """Teeth for either tie, "root" or "flank", and the bore."""
     return _toothed(p, tie, [_at("bore", _ON_AXIS, "stage.planet.bore_diameter_mm")])
 
 
-def _toothed(p: ToothedMeshParameters, tie: str, more: Sequence[Family]) -> Groups:
+def _toothed(p: ToothedFeMeshParameters, tie: str, more: Sequence[Family]) -> Groups:
     """Base sections and flanks of a gear's teeth, and more groups."""
     tooth, middle = p.tooth, (p.tooth.tip_radius + p.tooth.form_radius) / 2.0
     angles = tooth.pitch_angle * np.arange(p.teeth, dtype=float)
@@ -167,7 +167,7 @@ def _toothed(p: ToothedMeshParameters, tie: str, more: Sequence[Family]) -> Grou
     return Groups(p.part, (*teeth, *more), radius, tooth.pitch_angle * radius, p.face_width)
 
 
-def carrier_groups(p: CarrierMeshParameters, angles: Array, pitch: float) -> Groups:
+def carrier_groups(p: CarrierFeMeshParameters, angles: Array, pitch: float) -> Groups:
     """Drive flange, bearing seats and pins; angles: of the pins (N,), rad; pitch: of the ring's
     teeth, m."""
     drive, far = (1, -1) if p.drive_side == "+z" else (-1, 1)

@@ -58,7 +58,7 @@ def placed(fe_mesh: FeMesh, placement: Placement) -> FeMesh:
     return replace(fe_mesh, points=placement.of(fe_mesh.points))
 
 
-def mesh_of_file(source: FeMeshSource, groups: Groups, size: float, where: str) -> FeMesh:
+def fe_mesh_of_file(source: FeMeshSource, groups: Groups, size: float, where: str) -> FeMesh:
     """The user's FE mesh, placed as the case states; InputError unless its groups are at their
     positions.
 

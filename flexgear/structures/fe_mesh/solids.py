@@ -21,9 +21,9 @@ import numpy as np
 from flexgear.arrays import Array
 from flexgear.gears.tooth import ToothGeometry
 from flexgear.structures.bodies import rotation
-from flexgear.structures.fe_mesh.carrier import CarrierMeshParameters, Web
+from flexgear.structures.fe_mesh.carrier import CarrierFeMeshParameters, Web
 from flexgear.structures.fe_mesh.fe_mesh import FeMesh
-from flexgear.structures.fe_mesh.gears import PlanetMeshParameters, RingMeshParameters
+from flexgear.structures.fe_mesh.gears import PlanetFeMeshParameters, RingFeMeshParameters
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,7 +111,7 @@ def _prism(plane: Array, low: float, high: float) -> Solid:
 _POINTS = 24  # of a flank, of a fillet with its land, of an arc of a web
 
 
-def ring_solid(p: RingMeshParameters) -> Solid:
+def ring_solid(p: RingFeMeshParameters) -> Solid:
     """The ring about its centre; the helix turns sections and changes no area."""
     half = p.face_width / 2.0
     out = cylinder(p.outer_radius, -half, half) - prism(_outline(p.tooth), -half, half)
@@ -122,13 +122,13 @@ def ring_solid(p: RingMeshParameters) -> Solid:
     return out
 
 
-def planet_solid(p: PlanetMeshParameters) -> Solid:
+def planet_solid(p: PlanetFeMeshParameters) -> Solid:
     """Solid of the planet with its bore; the origin is its centre."""
     half = p.face_width / 2.0
     return prism(_outline(p.tooth), -half, half) - cylinder(p.bore_radius, -half, half)
 
 
-def carrier_solid(p: CarrierMeshParameters) -> Solid:
+def carrier_solid(p: CarrierFeMeshParameters) -> Solid:
     """Solid of the carrier; z = 0 is the middle between its plates."""
     gap, bore = p.plate_gap / 2.0, p.hub_bore / 2.0
     drive, far = -gap - p.plate_thickness_drive, gap + p.plate_thickness_far
@@ -155,7 +155,7 @@ def carrier_solid(p: CarrierMeshParameters) -> Solid:
     return out.mirrored() if p.drive_side == "+z" else out
 
 
-def mesh_solid(fe_mesh: FeMesh) -> Solid:
+def fe_mesh_of_solid(fe_mesh: FeMesh) -> Solid:
     """The cells of an FE mesh."""
     points, weights = fe_mesh.quadrature()
     at = np.concatenate([np.ones((*weights.shape, 1)), points], axis=2)

@@ -51,12 +51,12 @@ from flexgear.model.errors import FlexgearError, InputError
 from flexgear.structures.fe_mesh.fe_mesh import FeMesh, Kind, facet_keys
 
 INTEGRATION_ORDER = 4
-_MESHES: dict[Kind, type[Mesh]] = {"hex": MeshHex, "tet": MeshTet}
+_FE_MESHES: dict[Kind, type[Mesh]] = {"hex": MeshHex, "tet": MeshTet}
 _ELEMENTS = {"hex": ElementHexS2, "tet": ElementTetP2}
 
 
 @dataclass(frozen=True, eq=False)
-class SolidMesh:
+class SolidFeMesh:
     """Vertices (n, 3) m, cells (m, 8) or (m, 4), and patches by name, their facets (k, 4) or
     (k, 3) in cyclic order: an ``FeMesh`` that is taken as it is."""
 
@@ -66,17 +66,17 @@ class SolidMesh:
     facets: Mapping[str, Ints]
 
 
-def solid_mesh(mesh: Mesh) -> SolidMesh:
+def solid_fe_mesh(fe_mesh: Mesh) -> SolidFeMesh:
     """A mesh of scikit-fem with its named boundaries as patches; InputError for other cells than
     hexahedra and tetrahedra with straight edges."""
-    kind = next((kind for kind, form in _MESHES.items() if type(mesh) is form), None)
+    kind = next((kind for kind, form in _FE_MESHES.items() if type(fe_mesh) is form), None)
     if kind is None:
-        problem = f"is a {type(mesh).__name__}"
-        raise InputError("reduce_mesh", "mesh", problem, "give a MeshHex or a MeshTet")
-    facets, boundaries = mesh.facets.T.astype(np.int64), mesh.boundaries or {}
+        problem = f"is a {type(fe_mesh).__name__}"
+        raise InputError("reduce_fe_mesh", "fe_mesh", problem, "give a MeshHex or a MeshTet")
+    facets, boundaries = fe_mesh.facets.T.astype(np.int64), fe_mesh.boundaries or {}
     patches = {str(name): facets[np.asarray(numbers)] for name, numbers in boundaries.items()}
-    points, cells = np.ascontiguousarray(mesh.p.T), np.ascontiguousarray(mesh.t.T)
-    return SolidMesh(points, cells.astype(np.int64), kind, patches)
+    points, cells = np.ascontiguousarray(fe_mesh.p.T), np.ascontiguousarray(fe_mesh.t.T)
+    return SolidFeMesh(points, cells.astype(np.int64), kind, patches)
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,7 +86,7 @@ class FeModel:
     Its matrices are assembled when they are asked for.
     """
 
-    fe_mesh: FeMesh | SolidMesh
+    fe_mesh: FeMesh | SolidFeMesh
     young_modulus: float
     poisson_ratio: float
     density: float
@@ -104,7 +104,7 @@ class FeModel:
         edge midpoints follow.
         """
         nowhere = (np.zeros((3, 0)), np.zeros(0))
-        basis = AbstractBasis(*_mesh_and_element(self.fe_mesh), quadrature=nowhere)
+        basis = AbstractBasis(*_fe_mesh_and_element(self.fe_mesh), quadrature=nowhere)
         basis.nelems = basis.mesh.nelements
         return basis
 
@@ -143,7 +143,7 @@ class FeModel:
         corners = np.asarray(self.fe_mesh.cells)[cells]
         vertices, numbers = np.unique(corners, return_inverse=True)
         points = np.asarray(self.fe_mesh.points)[vertices]
-        small = SolidMesh(points, numbers.reshape(corners.shape), self.fe_mesh.kind, {})
+        small = SolidFeMesh(points, numbers.reshape(corners.shape), self.fe_mesh.kind, {})
         model = replace(self, fe_mesh=small)
         nodes = np.empty(len(model.nodes), dtype=np.int64)
         nodes[model.basis.element_dofs] = self.basis.element_dofs[:, cells]
@@ -178,15 +178,15 @@ class FeModel:
         return cKDTree(self.cell_corners.mean(axis=1))
 
 
-def scalar_basis(fe_mesh: FeMesh | SolidMesh) -> Basis:
+def scalar_basis(fe_mesh: FeMesh | SolidFeMesh) -> Basis:
     """Scalar quadratic basis on the cells."""
-    return Basis(*_mesh_and_element(fe_mesh), intorder=INTEGRATION_ORDER)
+    return Basis(*_fe_mesh_and_element(fe_mesh), intorder=INTEGRATION_ORDER)
 
 
-def _mesh_and_element(fe_mesh: FeMesh | SolidMesh) -> tuple[Mesh, Element]:
+def _fe_mesh_and_element(fe_mesh: FeMesh | SolidFeMesh) -> tuple[Mesh, Element]:
     cells = np.ascontiguousarray(np.asarray(fe_mesh.cells).T)
     points = np.ascontiguousarray(np.asarray(fe_mesh.points, dtype=float).T)
-    return _MESHES[fe_mesh.kind](points, cells), _ELEMENTS[fe_mesh.kind]()
+    return _FE_MESHES[fe_mesh.kind](points, cells), _ELEMENTS[fe_mesh.kind]()
 
 
 def plane_strain(
@@ -222,11 +222,11 @@ def facet_nodes(model: FeModel, facets: Ints) -> Ints:
 def nodes_between(model: FeModel, free: Ints, border: Ints) -> Ints:
     """Nodes of the cells whose vertices are all among two sets, but for those of facets between
     vertices of ``border`` alone."""
-    mesh, inside = model.basis.mesh, np.zeros(len(model.nodes), dtype=bool)
+    fe_mesh, inside = model.basis.mesh, np.zeros(len(model.nodes), dtype=bool)
     inside[border] = True
-    held = model.basis.get_dofs(np.flatnonzero(inside[mesh.facets].all(axis=0))).all()
+    held = model.basis.get_dofs(np.flatnonzero(inside[fe_mesh.facets].all(axis=0))).all()
     inside[free] = True
-    cells = inside[mesh.t].all(axis=0)
+    cells = inside[fe_mesh.t].all(axis=0)
     return np.setdiff1d(model.basis.element_dofs[:, cells], held)
 
 
@@ -258,14 +258,14 @@ def facet_sample(model: FeModel, facets: Ints) -> Sample:
 
     Geometry is (bi)linear on a facet: x = sum_i N_i x_i, dA = |dx/da x dx/db| da db.
     """
-    facets, mesh, elem = np.asarray(facets), model.basis.mesh, model.basis.elem
-    cells = mesh.f2t[0, facet_numbers(model, facets)]
-    flat, weights = get_quadrature(mesh.brefdom, INTEGRATION_ORDER)
+    facets, fe_mesh, elem = np.asarray(facets), model.basis.mesh, model.basis.elem
+    cells = fe_mesh.f2t[0, facet_numbers(model, facets)]
+    flat, weights = get_quadrature(fe_mesh.brefdom, INTEGRATION_ORDER)
     value, slope = _functions(_FACETS[facets.shape[1]], flat)  # (q, c), (2, q, c)
-    corners = mesh.p.T[facets]
+    corners = fe_mesh.p.T[facets]
     points = value @ corners  # (f, q, 3)
     normal = np.cross(slope[0] @ corners, slope[1] @ corners)
-    corner = (mesh.t[:, cells].T[:, None] == facets[:, :, None]).argmax(axis=2)
+    corner = (fe_mesh.t[:, cells].T[:, None] == facets[:, :, None]).argmax(axis=2)
     local = value @ elem.refdom.p.T[corner]  # (f, q, 3) reference coordinates in the cells
     return Sample(
         points.reshape(-1, 3),

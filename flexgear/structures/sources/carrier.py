@@ -16,7 +16,7 @@ from flexgear.model.bodies import Carrier
 from flexgear.model.member import SeatBearing
 from flexgear.model.names import NodeName
 from flexgear.structures.bodies import Spring
-from flexgear.structures.fe_mesh.carrier import CarrierMeshParameters
+from flexgear.structures.fe_mesh.carrier import CarrierFeMeshParameters
 from flexgear.structures.fe_mesh.carrier_mesh import carrier_fe_mesh
 from flexgear.structures.fe_mesh.fe_mesh import FeMesh
 from flexgear.structures.fe_mesh.groups import Groups, carrier_groups
@@ -40,7 +40,7 @@ class CarrierSource(FeBody):
     turning = "drive"
 
     section: Carrier
-    mesh: CarrierMeshParameters
+    parameters: CarrierFeMeshParameters
     pin_angles: tuple[float, ...]
     pitch: float
     bearings: Mapping[str, SeatBearing]
@@ -48,7 +48,7 @@ class CarrierSource(FeBody):
     @property
     def groups(self) -> Groups:
         """Drive flange, bearing seats and pins."""
-        return carrier_groups(self.mesh, np.array(self.pin_angles), self.pitch)
+        return carrier_groups(self.parameters, np.array(self.pin_angles), self.pitch)
 
     @property
     def repeats(self) -> int:
@@ -66,7 +66,7 @@ class CarrierSource(FeBody):
         Pins are seats of planet bearings; carrier bearings are narrow beside their diameter and
         hold the carrier by shoulders as well, so their nodes average the whole displacement.
         """
-        heights = self.mesh.seat_heights
+        heights = self.parameters.seat_heights
         if fe_mesh is not None:
             heights = {name: float(fe_mesh.centre(name)[2]) for name in SEATS}
         nodes = [
@@ -75,7 +75,7 @@ class CarrierSource(FeBody):
         ]
         for i, angle in enumerate(self.pin_angles):
             name = NodeName.of("pin", i + 1)
-            place = self.mesh.center_distance * np.array([np.cos(angle), np.sin(angle), 0.0])
+            place = self.parameters.center_distance * np.array([np.cos(angle), np.sin(angle), 0.0])
             nodes.append(TiedNode(name, place, "seat", name))
         return nodes
 
@@ -96,5 +96,5 @@ class CarrierSource(FeBody):
     def _content(self) -> Mapping[str, Any]:
         return {
             "ties": "seats of pins",
-            "pins": [list(self.pin_angles), self.mesh.center_distance],
+            "pins": [list(self.pin_angles), self.parameters.center_distance],
         }

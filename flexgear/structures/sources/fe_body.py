@@ -24,12 +24,12 @@ from flexgear.model.names import BodyName, NodeName
 from flexgear.model.ring import Ring
 from flexgear.structures.bodies import Body, Spring, rigid_rows, rigid_variant, stiffness_at
 from flexgear.structures.cache import content_key
-from flexgear.structures.fe_mesh.carrier import CarrierMeshParameters
+from flexgear.structures.fe_mesh.carrier import CarrierFeMeshParameters
 from flexgear.structures.fe_mesh.fe_mesh import FeMesh
-from flexgear.structures.fe_mesh.gears import PlanetMeshParameters, RingMeshParameters
+from flexgear.structures.fe_mesh.gears import PlanetFeMeshParameters, RingFeMeshParameters
 from flexgear.structures.fe_mesh.groups import Groups
-from flexgear.structures.fe_mesh.placement import mesh_of_file
-from flexgear.structures.fe_mesh.solids import Solid, mesh_solid
+from flexgear.structures.fe_mesh.placement import fe_mesh_of_file
+from flexgear.structures.fe_mesh.solids import Solid, fe_mesh_of_solid
 from flexgear.structures.reduced import Progress, ReducedBody, silent
 from flexgear.structures.sources.matrices import given_body
 from flexgear.structures.store import cached, is_cached
@@ -66,7 +66,7 @@ class FeBody(ABC):
 
     key: BodyName
     section: Ring | Planet | Carrier
-    mesh: RingMeshParameters | PlanetMeshParameters | CarrierMeshParameters
+    parameters: RingFeMeshParameters | PlanetFeMeshParameters | CarrierFeMeshParameters
     material: Material
     cyclic: bool
     limit_hz: float | None
@@ -117,7 +117,7 @@ class FeBody(ABC):
         """Everything that the reduced body depends on; the cache makes its key of it."""
         return {
             "body": self.key.part,
-            "fe_mesh": self._mesh_content(),
+            "fe_mesh": self._fe_mesh_content(),
             "material": self.material.model_dump(),
             "modes": self.section.fixed_interface_modes,
             "cyclic": "auto" if self.cyclic else "off",
@@ -130,14 +130,14 @@ class FeBody(ABC):
         whose reduced body is in the cache was accepted when that was made, and is not compared
         again."""
         if self.section.fe_mesh == "generate":
-            self.mesh.check()
+            self.parameters.check()
             return
         file = Path(str(self.section.fe_mesh_file))
         try:
             require_regular(file, f"stage.{self.key.part}.fe.fe_mesh_file", MOST_FE_MESH)
         except InputError as fault:
             problem = f"{file}: {fault.problem}"
-            raise InputError(self.mesh.where, fault.key, problem, fault.remedy) from None
+            raise InputError(self.parameters.where, fault.key, problem, fault.remedy) from None
         if self.section.fe_mesh == "reduced":
             self.reduced()
         elif not is_cached(content_key(**self.content())):
@@ -146,9 +146,10 @@ class FeBody(ABC):
     def fe_mesh(self) -> FeMesh:
         """The generated FE mesh, or the user's file, placed; InputError where it is refused."""
         if self.section.fe_mesh == "generate":
-            generated: FeMesh = self.meshed(self.mesh)
+            generated: FeMesh = self.meshed(self.parameters)
             return generated
-        return mesh_of_file(self.section, self.groups, self.mesh.size, self.mesh.where)
+        sizes = self.parameters
+        return fe_mesh_of_file(self.section, self.groups, sizes.size, sizes.where)
 
     def reduced(self, progress: Progress = silent, limit_hz: float | None = None) -> ReducedBody:
         """The reduced body, of a double-helical ring its left half; from the cache if it was
@@ -172,7 +173,7 @@ class FeBody(ABC):
 
     def solid(self) -> Solid:
         """The generated body in closed form about its middle, of a double-helical ring one half."""
-        solid: Solid = self.as_solid(self.mesh)
+        solid: Solid = self.as_solid(self.parameters)
         return solid
 
     def whole(self, body: ReducedBody) -> ReducedBody:
@@ -186,7 +187,7 @@ class FeBody(ABC):
         if from_files and self.section.fe_mesh == "reduced":
             return rigid_variant(self.whole(self._given()).as_body())
         fe_mesh = self.fe_mesh() if from_files and self.section.fe_mesh == "file" else None
-        solid = self.solid() if fe_mesh is None else mesh_solid(fe_mesh)
+        solid = self.solid() if fe_mesh is None else fe_mesh_of_solid(fe_mesh)
         solid, places = self._whole_solid(
             solid, {node.name: node.place for node in self.nodes(fe_mesh)}
         )
@@ -214,14 +215,14 @@ class FeBody(ABC):
         places = {node.name: node.place for node in self.nodes()}
         sizes = self.groups.pitch, self.groups.face_width
         mass = float(self.solid().rigid_mass(self.material.density)[0, 0])
-        return given_body(self.section, self.key.part, places, sizes, mass, self.mesh.where)
+        return given_body(self.section, self.key.part, places, sizes, mass, self.parameters.where)
 
-    def _mesh_content(self) -> object:
+    def _fe_mesh_content(self) -> object:
         """What the FE mesh depends on: the generator's parameters, or the bytes of the user's file,
         its placement, and the positions of the groups that it was compared with."""
         section = self.section
         if section.fe_mesh == "generate" or section.fe_mesh_file is None:
-            return replace(self.mesh, where="")  # the case's path changes nothing
+            return replace(self.parameters, where="")  # the case's path changes nothing
         file = section.fe_mesh_file
         try:
             digest = hashlib.sha256(Path(file).read_bytes()).hexdigest()

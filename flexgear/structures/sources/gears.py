@@ -22,8 +22,8 @@ from flexgear.structures.bodies import Spring
 from flexgear.structures.cache import content_key
 from flexgear.structures.fe_mesh.fe_mesh import FeMesh
 from flexgear.structures.fe_mesh.gears import (
-    PlanetMeshParameters,
-    RingMeshParameters,
+    PlanetFeMeshParameters,
+    RingFeMeshParameters,
     planet_fe_mesh,
     ring_fe_mesh,
 )
@@ -47,13 +47,13 @@ class ToothedSource(FeBody):
     its tooth nodes lie, m."""
 
     section: Ring | Planet
-    mesh: RingMeshParameters | PlanetMeshParameters
+    parameters: RingFeMeshParameters | PlanetFeMeshParameters
     reference_radius: float
 
     @property
     def repeats(self) -> int:
         """Number of its teeth."""
-        return self.mesh.teeth
+        return self.parameters.teeth
 
     @property
     def ties(self) -> tuple[str, str]:
@@ -63,7 +63,7 @@ class ToothedSource(FeBody):
     @property
     def tooth_nodes(self) -> list[TiedNode]:
         """tooth_001.. at the reference circle and mid-face."""
-        radius, teeth, tie = self.reference_radius, self.mesh.teeth, self.section.tie_kind
+        radius, teeth, tie = self.reference_radius, self.parameters.teeth, self.section.tie_kind
         angles = 2 * np.pi * np.arange(teeth) / teeth
         places = radius * np.column_stack([np.cos(angles), np.sin(angles), 0 * angles])
         return [
@@ -76,18 +76,18 @@ class ToothedSource(FeBody):
     def _content(self) -> Mapping[str, Any]:
         return {
             "ties": [self.section.tie, self.section.tie_kind],
-            "teeth": [self.mesh.teeth, self.reference_radius],
+            "teeth": [self.parameters.teeth, self.reference_radius],
         }
 
     def probe_loads(self, model: FeModel) -> Sequence[ProbeLoad]:
         """Lines on flanks of some teeth, where all flanks are groups of the FE mesh."""
         from flexgear.structures.estimate import tooth_lines
 
-        teeth = self.mesh.teeth
+        teeth = self.parameters.teeth
         if not all(f"tooth_flank_{j + 1:03d}" in model.fe_mesh.facets for j in range(teeth)):
             return []
         probed = sorted({k * teeth // _PROBED_TEETH for k in range(_PROBED_TEETH)})
-        return tooth_lines(model, probed, self.mesh.face_width, self.mesh.tooth.outward)
+        return tooth_lines(model, probed, self.parameters.face_width, self.parameters.tooth.outward)
 
 
 BORE = "bore"
@@ -102,13 +102,13 @@ class PlanetSource(ToothedSource):
     turning = BORE
 
     section: Planet
-    mesh: PlanetMeshParameters
+    parameters: PlanetFeMeshParameters
     bearing: PlanetBearing
 
     @property
     def groups(self) -> Groups:
         """Teeth for either tie, and the bore."""
-        return planet_groups(self.mesh, self.section.tie)
+        return planet_groups(self.parameters, self.section.tie)
 
     def nodes(self, fe_mesh: FeMesh | None = None) -> list[TiedNode]:
         """Teeth, then the bore, a seat of the bearing about the axis."""
@@ -130,7 +130,7 @@ class RingSource(ToothedSource):
     as_solid = staticmethod(ring_solid)
 
     section: Ring
-    mesh: RingMeshParameters
+    parameters: RingFeMeshParameters
     half_offset: float | None
     segment: SegmentParameters | None
     along_face: bool
@@ -138,7 +138,7 @@ class RingSource(ToothedSource):
     @property
     def held_by(self) -> list[RingSupport]:
         """Fits, splines and bolts of the meshed part."""
-        return ring_supports(self.section, self.mesh.face_width)
+        return ring_supports(self.section, self.parameters.face_width)
 
     @property
     def springs(self) -> list[Spring]:
@@ -154,7 +154,7 @@ class RingSource(ToothedSource):
     @property
     def groups(self) -> Groups:
         """Teeth for either tie, fits, splines, and the surfaces of bolts."""
-        return ring_groups(self.mesh, self.section.tie, self.held_by)
+        return ring_groups(self.parameters, self.section.tie, self.held_by)
 
     def nodes(self, fe_mesh: FeMesh | None = None) -> list[TiedNode]:
         """Teeth, then fits, splines and bolts, see `model/ring.py`."""
@@ -179,7 +179,7 @@ class RingSource(ToothedSource):
         b, segment = slice(0, body.interface_dofs), self.segment
         supports = self.supports(body.node_names, body.stiffness[b, b])
         key = content_key(**self.content())
-        shapes = cached_shapes(segment, self.mesh.teeth, key, self.condensed)
+        shapes = cached_shapes(segment, self.parameters.teeth, key, self.condensed)
         always = self.section.tooth_shapes == "always"
         return with_rim(body, shapes, segment, self.material, supports, always=always)
 

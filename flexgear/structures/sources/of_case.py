@@ -14,8 +14,8 @@ from flexgear.model.bodies import Carrier
 from flexgear.model.member import Gear
 from flexgear.model.names import BodyName
 from flexgear.model.stage_view import StageView
-from flexgear.structures.fe_mesh.carrier import SAME_ANGLE, CarrierMeshParameters
-from flexgear.structures.fe_mesh.gears import BLOCK, PlanetMeshParameters, RingMeshParameters
+from flexgear.structures.fe_mesh.carrier import SAME_ANGLE, CarrierFeMeshParameters
+from flexgear.structures.fe_mesh.gears import BLOCK, PlanetFeMeshParameters, RingFeMeshParameters
 from flexgear.structures.fe_mesh.tooth_segment import SegmentParameters
 from flexgear.structures.sources.carrier import CarrierSource
 from flexgear.structures.sources.fe_body import FeBody
@@ -31,7 +31,7 @@ def fe_sources(view: StageView) -> dict[BodyName, FeBody]:
 def ring_source(view: StageView) -> RingSource:
     """Source of the FE ring of a stage."""
     return RingSource(
-        mesh=_ring_mesh(view),
+        parameters=_ring_fe_mesh(view),
         reference_radius=reference_radius(view.ring_gear.teeth, view.stage),
         half_offset=view.stage.half_offset if view.stage.double_helical else None,
         segment=_shaped_segment(view),
@@ -45,7 +45,7 @@ def planet_source(view: StageView) -> PlanetSource:
     gear = view.stage.planet
     assert gear is not None
     return PlanetSource(
-        mesh=PlanetMeshParameters(bore_diameter=gear.bore_diameter, **_teeth(view, gear)),
+        parameters=PlanetFeMeshParameters(bore_diameter=gear.bore_diameter, **_teeth(view, gear)),
         reference_radius=reference_radius(gear.teeth, view.stage),
         bearing=view.stage.planet_bearing,
         **_common(view, "planet"),
@@ -56,7 +56,7 @@ def carrier_source(view: StageView) -> CarrierSource:
     """Source of the FE carrier of a stage."""
     teeth = view.ring_gear.teeth
     return CarrierSource(
-        mesh=_carrier_mesh(view),
+        parameters=_carrier_fe_mesh(view),
         pin_angles=view.stage.planet_angles,
         pitch=2.0 * np.pi * reference_radius(teeth, view.stage) / teeth,
         bearings=view.stage.seat_bearings,
@@ -67,10 +67,10 @@ def carrier_source(view: StageView) -> CarrierSource:
 def _shaped_segment(view: StageView) -> SegmentParameters | None:
     """Segment of a ring's teeth with shapes along the face; None unless slices have FE influence,
     the ring is tied at its roots by averaging ties, and is not given reduced."""
-    ring, mesh = view.ring, view.gear_mesh
+    ring, gear_mesh = view.ring, view.gear_mesh
     bent = (
-        mesh.model == "face_load"
-        and mesh.tooth_compliance == "fe"
+        gear_mesh.model == "face_load"
+        and gear_mesh.tooth_compliance == "fe"
         and view.fe_tie("ring") == "root"
     )
     shaped = ring.tie_kind == "averaging" and ring.tooth_shapes != "none"
@@ -114,7 +114,7 @@ def _teeth(view: StageView, gear: Gear) -> dict[str, Any]:
     }
 
 
-def _ring_mesh(view: StageView) -> RingMeshParameters:
+def _ring_fe_mesh(view: StageView) -> RingFeMeshParameters:
     """The ring of a case, with its teeth and supports.
 
     Of several bolt circles the FE mesh follows the one with holes, else the innermost.
@@ -134,7 +134,7 @@ def _ring_mesh(view: StageView) -> RingMeshParameters:
             "first_bolt_angle": circles[0].first_angle,
             "first_bolt": ring.first_bolt(circles[0]),
         }
-    return RingMeshParameters(
+    return RingFeMeshParameters(
         rim_thickness=ring.rim_thickness,
         fits=tuple(fit.band for fit in ring.fits),
         splines=tuple(spline.band for spline in ring.splines),
@@ -144,14 +144,14 @@ def _ring_mesh(view: StageView) -> RingMeshParameters:
     )
 
 
-def _carrier_mesh(view: StageView) -> CarrierMeshParameters:
+def _carrier_fe_mesh(view: StageView) -> CarrierFeMeshParameters:
     """The carrier of a case, with a pin for each planet."""
     stage, carrier = view.stage, view.carrier
-    same = {field.name for field in fields(CarrierMeshParameters)}
+    same = {field.name for field in fields(CarrierFeMeshParameters)}
     equal = 2.0 * np.pi * np.arange(stage.planets) / stage.planets
     unequal = not np.allclose(stage.planet_angles, equal, rtol=0.0, atol=SAME_ANGLE)
     gears = stage_geometry(view)
-    return CarrierMeshParameters(
+    return CarrierFeMeshParameters(
         planets=stage.planets,
         planet_angles=stage.planet_angles if unequal else None,
         center_distance=gears.center_distance,

@@ -88,7 +88,7 @@ def reduced_body(source: FeBody, progress: Progress) -> ReducedBody:
         **body.report,
         "tie": tie,
         "tie_kind": tie_kind,
-        "fidelity": source.mesh.fidelity,
+        "fidelity": source.parameters.fidelity,
         "supports_key": content_key(supports=supports),
         "static_end_share": estimate.END_SHARE,
         "compared_to_hz": max(limit, float(frequencies.full[-1])),

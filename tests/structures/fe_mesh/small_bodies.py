@@ -5,12 +5,12 @@ from typing import Any
 
 import numpy as np
 
-from flexgear.structures.fe_mesh.carrier import CarrierMeshParameters
+from flexgear.structures.fe_mesh.carrier import CarrierFeMeshParameters
 from flexgear.structures.fe_mesh.fe_mesh import FeMesh
-from flexgear.structures.fe_mesh.gears import RingMeshParameters
+from flexgear.structures.fe_mesh.gears import RingFeMeshParameters
 
 
-def small_ring(**changes: Any) -> RingMeshParameters:
+def small_ring(**changes: Any) -> RingFeMeshParameters:
     """36 teeth of 10 mm, helical, with five bolts and two fits."""
     values: dict[str, Any] = {
         "teeth": 36,
@@ -25,12 +25,12 @@ def small_ring(**changes: Any) -> RingMeshParameters:
         "fits": ((-0.05, -0.03), (0.03, 0.05)),
         "fidelity": "quick",
     }
-    return RingMeshParameters(**(values | changes))
+    return RingFeMeshParameters(**(values | changes))
 
 
-def small_carrier(**changes: Any) -> CarrierMeshParameters:
+def small_carrier(**changes: Any) -> CarrierFeMeshParameters:
     """The default carrier at quick fidelity."""
-    return CarrierMeshParameters(**({"fidelity": "quick"} | changes))
+    return CarrierFeMeshParameters(**({"fidelity": "quick"} | changes))
 
 
 def require_same(one: FeMesh, other: FeMesh) -> None:

@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial import cKDTree
 
 from flexgear.model.errors import InputError
-from flexgear.structures.fe_mesh.carrier import CarrierMeshParameters
+from flexgear.structures.fe_mesh.carrier import CarrierFeMeshParameters
 from flexgear.structures.fe_mesh.carrier_mesh import carrier_fe_mesh
 from flexgear.structures.fe_mesh.fe_mesh import FeMesh
 
@@ -39,7 +39,7 @@ def test_carrier_repeats_after_every_planet_and_in_the_mirror(carrier: FeMesh, m
 def test_slender_pins_are_round_all_along(slenderness: float, fidelity: str, sides: int) -> None:
     """Pushed out to their true volume, their surface is not far beyond that of a prism of as many
     sides: no section is far from the circle. Those of quick are half as fine."""
-    p = CarrierMeshParameters(pin_diameter=0.48 / slenderness, fidelity=fidelity)
+    p = CarrierFeMeshParameters(pin_diameter=0.48 / slenderness, fidelity=fidelity)
     made = carrier_fe_mesh(p)
     at = made.points[made.facets["pin_1"]]
     off = np.hypot(at[..., 0] - p.center_distance, at[..., 1])
@@ -55,7 +55,7 @@ def test_slender_pins_are_round_all_along(slenderness: float, fidelity: str, sid
 def test_pins_too_thin_are_refused_before_meshing(gap: float, least: float, scale: float) -> None:
     pins = (1.01e-3 * least, 0.99e-3 * least)
     good, bad = (
-        CarrierMeshParameters(plate_gap=gap, gear_face_width=0.1, pin_diameter=d).in_units_of(
+        CarrierFeMeshParameters(plate_gap=gap, gear_face_width=0.1, pin_diameter=d).in_units_of(
             1 / scale
         )
         for d in pins

@@ -11,23 +11,23 @@ from flexgear.gears.tool import PlainTool
 from flexgear.model.errors import InputError
 from flexgear.structures.fe_mesh.fe_mesh import FeMesh
 from flexgear.structures.fe_mesh.gears import (
-    PlanetMeshParameters,
-    RingMeshParameters,
+    PlanetFeMeshParameters,
+    RingFeMeshParameters,
     layer_positions,
     planet_fe_mesh,
     ring_fe_mesh,
 )
-from flexgear.structures.fe_mesh.solids import mesh_solid, planet_solid
+from flexgear.structures.fe_mesh.solids import fe_mesh_of_solid, planet_solid
 
 from .small_bodies import small_ring
 
-MESHED = {RingMeshParameters: ring_fe_mesh, PlanetMeshParameters: planet_fe_mesh}
-SMALL_PLANET = PlanetMeshParameters(
+MESHED = {RingFeMeshParameters: ring_fe_mesh, PlanetFeMeshParameters: planet_fe_mesh}
+SMALL_PLANET = PlanetFeMeshParameters(
     teeth=33, normal_module=0.01, helix_angle=0.14, face_width=0.1, bore_diameter=0.2
 )
 
 
-def meshed(p: RingMeshParameters | PlanetMeshParameters) -> FeMesh:
+def meshed(p: RingFeMeshParameters | PlanetFeMeshParameters) -> FeMesh:
     return MESHED[type(p)](p)
 
 
@@ -94,10 +94,10 @@ def test_nodes_of_a_tooth_lie_on_flank_and_root() -> None:
 
 def test_planet_has_the_volume_and_moments_of_the_closed_form() -> None:
     """Chords of flanks, tips and bore lose O(h²)."""
-    p = PlanetMeshParameters()
+    p = PlanetFeMeshParameters()
     solid, errors = planet_solid(p), []
     for fidelity in ("quick", "standard", "fine"):
-        of_mesh = mesh_solid(planet_fe_mesh(replace(p, fidelity=fidelity)))
+        of_mesh = fe_mesh_of_solid(planet_fe_mesh(replace(p, fidelity=fidelity)))
         assert np.abs(of_mesh.first).max() < 1e-14
         errors.append(abs(of_mesh.volume / solid.volume - 1.0))
         assert of_mesh.second == pytest.approx(solid.second, rel=2e-2, abs=1e-12)
@@ -181,14 +181,14 @@ def test_bolt_holes_are_straight_round_and_on_their_axes(holed: FeMesh) -> None:
         assert distance.max() < 1e-15
 
 
-def holes_of(teeth: int, bolts: int) -> RingMeshParameters:
+def holes_of(teeth: int, bolts: int) -> RingFeMeshParameters:
     return small_ring(
         teeth=teeth, normal_module=0.36 / teeth, rim_thickness=0.07, bolts=bolts, bolt_holes=True,
         bolt_circle_diameter=0.45,
     )  # fmt: skip
 
 
-def half_a_column_off(first_angle: float) -> RingMeshParameters:
+def half_a_column_off(first_angle: float) -> RingFeMeshParameters:
     """Thick holes that lie beside the middle of their block of columns."""
     options = {"first_bolt_angle": first_angle, "fidelity": "standard"}
     return small_ring(bolt_holes=True, bolt_diameter=0.02, **options)
@@ -199,9 +199,12 @@ def half_a_column_off(first_angle: float) -> RingMeshParameters:
     [
         *((0.25, holes_of(*numbers)) for numbers in ((40, 7), (50, 12), (93, 25))),
         *((0.25, half_a_column_off(angle)) for angle in np.linspace(0.0, 2 * pi / 72, 7)),
-        *((0.3, RingMeshParameters(fidelity="quick", rim_thickness=t)) for t in (0.15, 0.16, 0.3)),
         *(
-            (0.3, PlanetMeshParameters(bore_diameter=bore, fidelity=fidelity))
+            (0.3, RingFeMeshParameters(fidelity="quick", rim_thickness=t))
+            for t in (0.15, 0.16, 0.3)
+        ),
+        *(
+            (0.3, PlanetFeMeshParameters(bore_diameter=bore, fidelity=fidelity))
             for bore in (0.02, 0.2, 0.5)
             for fidelity in ("quick", "standard", "fine")
         ),
@@ -212,7 +215,7 @@ def test_cells_are_well_shaped(least, body) -> None:
 
 
 def test_standard_ring_has_the_promised_size() -> None:
-    m = ring_fe_mesh(RingMeshParameters())
+    m = ring_fe_mesh(RingFeMeshParameters())
     assert 100_000 < m.quadratic_dofs < 140_000
     assert m.quality() > 0.3
 
@@ -223,7 +226,7 @@ def test_layers_follow_the_bands_and_the_wanted_number() -> None:
     np.testing.assert_allclose(layer_positions(0.4, (), 4), [-0.2, -0.1, 0.0, 0.1, 0.2], atol=1e-15)
 
 
-RING, PLANET = small_ring(), PlanetMeshParameters()
+RING, PLANET = small_ring(), PlanetFeMeshParameters()
 
 
 @pytest.mark.parametrize(
@@ -244,12 +247,12 @@ RING, PLANET = small_ring(), PlanetMeshParameters()
             "bolts.holes",
         ),
         (
-            PlanetMeshParameters(),
+            PlanetFeMeshParameters(),
             {"bore_diameter": 0.0},
             "bore_diameter_mm: is missing",
         ),
         (
-            PlanetMeshParameters(),
+            PlanetFeMeshParameters(),
             {"bore_diameter": 0.53},
             "bore_diameter_mm: leaves a rim of 9",
         ),

@@ -9,7 +9,7 @@ from flexgear.gears.geometry import stage_geometry
 from flexgear.model.errors import InputError
 from flexgear.model.load import load_case
 from flexgear.model.stage_view import StageView
-from flexgear.structures.fe_mesh.carrier import CarrierMeshParameters
+from flexgear.structures.fe_mesh.carrier import CarrierFeMeshParameters
 from flexgear.structures.fe_mesh.files import write_fe_mesh
 from flexgear.structures.fe_mesh.solids import carrier_solid
 from flexgear.structures.sources.of_case import carrier_source, planet_source, ring_source
@@ -23,8 +23,8 @@ def case() -> StageView:
 
 def test_the_bundled_case_is_the_generators_default(case: StageView) -> None:
     for source in (ring_source(case), planet_source(case)):
-        assert replace(source.mesh, where="case") == type(source.mesh)(fidelity="quick")
-    ours, default = carrier_source(case).mesh, CarrierMeshParameters(fidelity="quick")
+        assert replace(source.parameters, where="case") == type(source.parameters)(fidelity="quick")
+    ours, default = carrier_source(case).parameters, CarrierFeMeshParameters(fidelity="quick")
     assert carrier_solid(ours).volume == pytest.approx(carrier_solid(default).volume, rel=1e-3)
 
 
@@ -35,14 +35,14 @@ def test_tooth_equals_the_gear_theory_of_the_same_case(case: StageView, shift: f
            "stage.sun.profile_shift": -shift}
     )  # fmt: skip
     theory = stage_geometry(shifted)
-    assert ring_source(shifted).mesh.tooth == theory.ring
-    assert planet_source(shifted).mesh.tooth == theory.planet
+    assert ring_source(shifted).parameters.tooth == theory.ring
+    assert planet_source(shifted).parameters.tooth == theory.planet
 
 
 def test_planets_stated_at_equal_angles_have_the_carrier_of_equal_ones(case: StageView) -> None:
     four = case.with_(**{"stage.planets": 4})
     stated = four.with_(**{"stage.planet_positions": four.stage.planet_angles})
-    assert carrier_source(stated).mesh == carrier_source(four).mesh
+    assert carrier_source(stated).parameters == carrier_source(four).parameters
 
 
 def test_own_files_are_read_and_checked(case: StageView, tmp_path: Path) -> None:

@@ -8,14 +8,14 @@ import pytest
 
 from flexgear.gears.tooth import ToothGeometry, tooth_geometry
 from flexgear.model.errors import FlexgearError
-from flexgear.structures.fe_mesh.gears import RingMeshParameters, ring_fe_mesh
+from flexgear.structures.fe_mesh.gears import RingFeMeshParameters, ring_fe_mesh
 from flexgear.structures.fe_mesh.tooth_segment import (
     SegmentDivisions,
     SegmentParameters,
     tooth_segment,
 )
 
-RACK = RingMeshParameters(teeth=60, normal_module=6e-3, helix_angle=0.2, bolts=0, fits=())
+RACK = RingFeMeshParameters(teeth=60, normal_module=6e-3, helix_angle=0.2, bolts=0, fits=())
 DIVISIONS = SegmentDivisions(flank=4, fillet=3, layers=2)
 GEARS = {  # teeth, internal, profile shift; 17 teeth have a radial flank below the base circle
     "sun": (17, False, 0.3),
