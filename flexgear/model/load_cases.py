@@ -157,6 +157,7 @@ class LoadSeries(Section):
 
 SUM_OF_HOURS = 1e-3  # by which hours may miss their stated total; tables are printed with 4 digits
 _PLAIN = ("name", "hours", "cycles", "extreme", "back_driven")  # titles without a unit
+SHARE = "share"  # title of hours as shares of the total
 AXES = ("x", "y", "z")
 _OF_STATE = {"speed": "speed", "torque": "torque", "power": "power", **LOAD_COLUMNS}
 FLAGS = {"1": True, "true": True, "yes": True, "0": False, "false": False, "no": False, "": False}
@@ -231,8 +232,8 @@ class Spectrum(Section):
 
     file: CSV with a row for each load case under titles that are keys of ``load_cases``: name,
     hours or cycles, extreme and back_driven (1 or 0), speed_rpm, torque_knm or power_mw, force_x_kn
-    … moment_z_knm, frame; for other members after their name: stage.sun.torque_nm. total_hours: sum
-    of the hours of all load cases, for a check.
+    … moment_z_knm, frame; for other members after their name: stage.sun.torque_nm; in place of
+    hours share, of total_hours. total_hours: sum of the hours of all load cases, for a check.
     """
 
     file: str | None = None
@@ -291,13 +292,17 @@ def take_spectrum(data: dict[str, Any], written: Written) -> None:
     if not isinstance(spectrum, dict) or not isinstance(spectrum.get("file"), str):
         return
     cases = list(data.get("load_cases") or ())
-    for row in read_load_cases(Path(spectrum["file"]), len(cases), written):
+    total = spectrum.get("total_hours")
+    for row in read_load_cases(Path(spectrum["file"]), len(cases), written, total):
         cases.append(row)
     data["load_cases"] = tuple(cases)
 
 
-def read_load_cases(path: Path, before: int, written: Written) -> Iterator[dict[str, Any]]:
-    """SI data of a load case for each row of a CSV file. before: load cases that come before it."""
+def read_load_cases(
+    path: Path, before: int, written: Written, total: float | None = None
+) -> Iterator[dict[str, Any]]:
+    """SI data of a load case for each row of a CSV file. before: load cases that come before it;
+    total: hours that shares are of."""
     where = str(path)
     header, rows, separator = read_cells(path, "load spectrum")
     columns = [_column(title, where) for title in header]
@@ -334,6 +339,10 @@ def read_load_cases(path: Path, before: int, written: Written) -> Iterator[dict[
                 value = number_in(text, separator, *key)
                 quantity = quantity_of(LoadCase, name)
                 value = quantity.to_si(value, suffix) if quantity else value
+                if suffix == SHARE:
+                    if not isinstance(total, float | int):
+                        raise InputError(*key, "is of no total", "give spectrum.total_hours")
+                    value *= total
                 if axis:
                     vector = list(state.get(name, (0.0, 0.0, 0.0)))
                     vector[AXES.index(axis)] = value
@@ -366,6 +375,8 @@ def _column(title: str, where: str) -> tuple[str, str, str, str]:
     key = key.lower()
     if key == "frame" or (not member and key in _PLAIN):
         return member, key, "", ""
+    if not member and key == SHARE:
+        return "", "hours", "", SHARE
     if named := quantity_in(key, _OF_STATE):
         name, _, axis = named[0].partition("_")
         return member, name, axis, named[1]
@@ -380,4 +391,4 @@ def _titles() -> list[str]:
     """Usual titles of the table."""
     usual = {"force": "kn", "torque": "knm"}  # of vectors
     of_state = [k for k in accepted_keys(MemberState) if not k.startswith(("force", "moment"))]
-    return [*_PLAIN, *of_state, *(f"{n}_{usual[d]}" for n, d in LOAD_COLUMNS.items())]
+    return [*_PLAIN, SHARE, *of_state, *(f"{n}_{usual[d]}" for n, d in LOAD_COLUMNS.items())]
