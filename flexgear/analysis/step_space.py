@@ -159,7 +159,7 @@ def work_space(modal: ModalSystem, track_energy: bool = False, sizes: int = 1) -
     ledger = Ledger(
         booked=booked,
         rows=last,
-        lost=np.zeros((3, count)),
+        lost=np.zeros((4, count)),
         now=np.zeros((2, count)),
         before=np.zeros((2, count)),
         delta=np.zeros(count),

@@ -150,7 +150,9 @@ def loose_fault(bodies: Sequence[Body], source: str, free: Array, allowed: int) 
     keys = list(dict.fromkeys(_holder(bodies, body.name, direction) for body, direction in loose))
     more = f" and at {_and(keys[1:])}" if 1 < len(keys) <= MOST_KEYS else ""
     more = ", likewise for the others" if len(keys) > MOST_KEYS else more
-    remedy = f"give a stiffness there{more}, or hold them by a joint"
+    tilts = all(body.name.part == "planet" and d == "tilt" for body, d in loose)
+    other = 'gear_mesh.model = "face_load", whose slices do' if tilts else "hold them by a joint"
+    remedy = f"give a stiffness there{more}, or {other}"
     if all(d in ("axial", "tilt") for _, d in loose) and all(_is_lumped(key) for key in keys):
         remedy += ', or take kinematics = "planar"'
     moving = _and([f"{name} {_and(list(ways))}" for name, ways in motions_of.items()])

@@ -296,11 +296,6 @@ class Stage(Section):
         if self.planet.fe is not None and self.planet_bearing.journal is not None:
             problem = "has its film in the bore of a planet that bends, which is not modelled"
             raise Refusal("planet_bearing.journal", problem, "take out planet.fe, or the journal")
-        held = self.planet_bearing.stiffness
-        for i, key in ((2, "axial"), (3, "tilt"), (4, "tilt")):
-            if held[i] <= 0 and self.planet.kinematics in (None, "spatial"):
-                problem = "is zero, so the planet is not held"
-                raise Refusal(f"planet_bearing.{key}", problem, "give a stiffness")
         body, bore = self.carrier.fe, self.planet.bore_diameter
         if body is not None and 0.0 < bore <= body.pin_diameter:
             pin = body.pin_diameter * 1e3

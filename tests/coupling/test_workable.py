@@ -119,6 +119,15 @@ def test_supports_of_a_stage(settings, key):
         stage_system(case, make_bodies(case))
 
 
+def test_spur_planets_on_self_aligning_bearings_are_held_by_load_along_the_face():
+    spur = {"stage.helix_angle_deg": "0", "stage.planet_hand": "",
+            "stage.planet_bearing.tilt_nm_per_rad": "0"}  # fmt: skip
+    key, words = refusal(load_case("ev-reducer", spur))
+    assert key == "stage.planet_bearing.tilt_nm_per_rad"
+    assert 'or gear_mesh.model = "face_load"' in words and "joint" not in words
+    require_workable(load_case("ev-reducer", spur | {"stage.gear_mesh.model": "face_load"}))
+
+
 def test_a_stage_whose_sun_floats_has_its_rigid_motions(tmp_path):
     """Beside rotations those of a sun without spline or bearing: all it has but turning."""
     loose = {f"stage.sun.shaft.spline.{k}": "0" for k in ("radial_n_per_m", "tilt_nm_per_rad")}

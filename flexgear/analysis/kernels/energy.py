@@ -6,12 +6,16 @@ given loads, of what else in the elements has no potential, and by *parametric w
 contact vectors change with the carrier angle, which the small-motion model imposes, and so do
 errors: what dampers of pairs take at the rate of these comes from there, too. What a
 controller remembers is no energy of the train; all that it does is in its torque. With E(rows, u)
-the potential of a set of rows at motion u, the parametric work of a step is
+the potential of a set of rows at motion u, F(rows, u) the forces in it and δ their closing, the
+parametric work of a step is B(new) − B(old), with
 
-    ½ [E(new, u⁺) + E(new, u) − E(old, u⁺) − E(old, u)] ,
+    B(rows) = ½ [E(rows, u⁺) + E(rows, u)] − ¼ [F(rows, u⁺) − F(rows, u)]ᵀ (δ⁺ − δ) ,
 
-second order in the step and free of bookkeeping about which pair entered or left. What rows yield
-to their neighbours, and the energy in it, are those of the rows' own forces in both.
+of springs ½ k δ δ⁺. It is free of bookkeeping about which pair entered or left, and exact for
+springs where a pair comes or goes under load, too: then R f, and so u, jumps, however short the
+step is (**derived**: ½ uᵀ(K_new − K_old)u⁺ closes the balance identically; the mean of changing
+the rows at either motion leaves ¼ Δuᵀ(K_old − K_new)Δu). What rows yield to their neighbours, and
+the energy in it, are those of the rows' own forces in both.
 """
 
 from __future__ import annotations
@@ -47,7 +51,7 @@ BOOKED = np.dtype(
     [(name, np.int64) for name in ("tracked", "rows", "elements")]
     + [(name, float) for name in ("potential", "beside")]
 )
-LAST, FRESH, SPARE = range(3)
+LAST, FRESH, SPARE, HELD = range(4)
 
 
 class Ledger(NamedTuple):
@@ -55,7 +59,8 @@ class Ledger(NamedTuple):
 
     booked: Any  # (1,) BOOKED: whether energy is tracked; rows, elements, potential of the last one
     rows: Rows
-    lost: Array  # (3, R) force without a potential of the last step and of this one, N; work
+    lost: Array  # (4, R) force without a potential of the last step and of this one, N; forces
+    # with one at the other motion, and at that of the rows themselves
     now: Array  # (2, R) δ at the new motion, and a rate of zero
     before: Array  # (2, R) the same at the old motion
     delta: Array  # δ of the last step's rows at its motion
@@ -94,6 +99,16 @@ def _book_work(rows, force, now, before, n, h, rates, energy):
             of_errors = 0.5 * force[i] * h * error_rate(rows, i, rates)
             energy[LOST] += work + of_errors
             energy[PARAMETRIC] += of_errors
+
+
+@njit(**INNER)
+def _cross(own, other, now, before, n):
+    """¼ (F⁺ − F) (δ⁺ − δ) of rows, from their forces at their own motion and at the other one,
+    which is that of the last step for the rows of this one, and the other way round."""
+    total = 0.0
+    for i in range(n):
+        total += (own[i] - other[i]) * (now[0, i] - before[0, i])
+    return 0.25 * total
 
 
 @njit(**INNER)
@@ -154,9 +169,9 @@ def settle(laws, modal, h, channels, count, n, state, work, ledger):
         energy[ELASTIC] += 0.5 * dofs.force[d] * dofs.image[2 * d + 1]
     put(now[0], delta)
     beside = neighbour_energy(rows, n, force)
-    potential = beside + _potential(laws, rows, count, now, space, lost[FRESH])
+    potential = beside + _potential(laws, rows, count, now, space, lost[HELD])
     for i in range(n):
-        lost[FRESH, i] = force[i] - lost[FRESH, i]
+        lost[FRESH, i] = force[i] - lost[HELD, i]
     if booked.rows >= 0:
         for t in range(ports.shape[0]):
             of_port = 0.5 * (torque[t] + ports[t].torque) * (dofs.motion[t] - dofs.before[t])
@@ -168,13 +183,16 @@ def settle(laws, modal, h, channels, count, n, state, work, ledger):
         _approach(rows, n, dofs.before, before)
         _book_work(rows, lost[FRESH], now, before, n, h, work.error_rates, energy)
         was = beside + _potential(laws, rows, count, before, space, lost[SPARE])
+        cross = _cross(lost[HELD], lost[SPARE], now, before, n)
         place_rows(active, channels, last, booked.rows, ZERO)
         _approach(last, booked.rows, dofs.motion, now)
         put(before[0], last_delta[: booked.rows])
         _book_work(last, lost[LAST], now, before, booked.rows, h, ledger.error_rates, energy)
+        _potential(laws, last, booked.elements, before, space, lost[HELD])
         goes = booked.beside
         goes += _potential(laws, last, booked.elements, now, space, lost[SPARE])
-        energy[PARAMETRIC] += 0.5 * (potential + was - goes - booked.potential)
+        cross += _cross(lost[HELD], lost[SPARE], now, before, booked.rows)
+        energy[PARAMETRIC] += 0.5 * (potential + was - goes - booked.potential) - cross
     energy[ELEMENTS] = potential
     put(lost[LAST], lost[FRESH])
     put(ledger.error_rates, work.error_rates)
