@@ -32,7 +32,7 @@ from flexgear.model.faults import Fault, bearing_defects
 from flexgear.model.names import BodyName, MemberName, SupportName
 from flexgear.model.stage_view import StageView
 from flexgear.structures.reduced import RimFlexibility
-from flexgear.structures.sources.of_case import ring_source
+from flexgear.structures.sources.ring import source as ring_source
 
 End = tuple[BodyName, str]  # a body and one of its ports
 Bent = Callable[[GearMeshPath, Array | None], GearMeshPath]  # slices bend each other, and ΔC

@@ -8,7 +8,7 @@ from typing import Any, Literal
 from pydantic import Field, ValidationError, model_validator
 
 from flexgear.model.bearings import Lubricant
-from flexgear.model.bodies import Carrier, Housing, Material, Planet, Shaft
+from flexgear.model.bodies import FeMeshSource, Housing, Material, Shaft
 from flexgear.model.content import content_hash, digest_files
 from flexgear.model.errors import InputError, echo
 from flexgear.model.faults import Fault, check_faults, require_rollers
@@ -19,7 +19,6 @@ from flexgear.model.member import CarrierMember, GearMember, Kinematics
 from flexgear.model.names import BodyName, Member, MemberName
 from flexgear.model.rating import Rating, check_rating
 from flexgear.model.read import Written, changed, is_place, nearest, numbered, of_only_stage
-from flexgear.model.ring import Ring
 from flexgear.model.section import Missing, Refusal, Section, raw_value
 from flexgear.model.sensor import Recorder, Sensor, check_sensors
 from flexgear.model.solver import Solver
@@ -247,7 +246,7 @@ class Case(Section):
         return {s.name: self.view(s.name) for s in self.stages if s.form("ring") == "fe"}
 
     @property
-    def flexible_bodies(self) -> dict[BodyName, Ring | Planet | Carrier | Shaft]:
+    def flexible_bodies(self) -> dict[BodyName, FeMeshSource | Shaft]:
         """Sections of all bodies that may bend, stage by stage."""
         views = self.flexible_stages.values()
         return {body: section for view in views for body, section in view.flexible_bodies.items()}

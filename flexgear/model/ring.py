@@ -76,16 +76,15 @@ class Spline(Fit):
 class Ring(FeMeshSource):
     """Ring gear as a body.
 
-    flexible: false makes it rigid with the same mass. rim_thickness: outside the root circle of the
+    rim_thickness: outside the root circle of the
     teeth. tie: whether tooth nodes act on the root or the flank of their teeth. tie_kind: averaging
     (RBE3) or rigid (RBE2) tie of a node to its surface. tooth_shapes: whether the rim bends along
     the face within a tooth, where slices have FE influences and nodes act on roots: auto, where its
-    static effect exceeds 2 %. fixed_interface_modes: number kept in the reduction. fits: bands of
+    static effect exceeds 2 %. fits: bands of
     the outer diameter in the housing. splines: bands that take torque. bolts: one circle, or a list
     of them; end: the bolted face of circles without ``end``.
     """
 
-    flexible: bool = True
     rim_thickness: Length = Field(ge=1e-3, le=3.0)
     tie: Literal["root", "flank"] = "root"
     tie_kind: Literal["averaging", "rigid"] = "averaging"

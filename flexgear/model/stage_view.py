@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
-from flexgear.model.bodies import Carrier, Material, Planet, Shaft
+from flexgear.model.bodies import Carrier, FeMeshSource, Material, Shaft
 from flexgear.model.content import content_hash, digest_files
 from flexgear.model.errors import InputError
 from flexgear.model.names import BodyName
@@ -65,14 +65,14 @@ class StageView:
         return part
 
     @property
-    def fe_bodies(self) -> dict[BodyName, Ring | Planet | Carrier]:
+    def fe_bodies(self) -> dict[BodyName, FeMeshSource]:
         """Sections of its FE bodies; "<stage>.planet" is that of all planets."""
         parts = ("ring", "planet", "carrier", "sun", "pinion", "gear")
         sections = {part: getattr(getattr(self.stage, part), "fe", None) for part in parts}
         return {BodyName.of(self.name, part): fe for part, fe in sections.items() if fe}
 
     @property
-    def flexible_bodies(self) -> dict[BodyName, Ring | Planet | Carrier | Shaft]:
+    def flexible_bodies(self) -> dict[BodyName, FeMeshSource | Shaft]:
         """Sections of bodies that may be flexible: its FE bodies, and the shaft of its sun."""
         shaft = self.stage.sun and self.stage.sun.shaft
         return self.fe_bodies | ({BodyName.of(self.name, "shaft"): shaft} if shaft else {})

@@ -14,7 +14,7 @@ from flexgear.coupling.modal import modal_system
 from flexgear.model.load import bundled_text, load_case
 from flexgear.structures.fe_mesh.fe_mesh import FeMesh
 from flexgear.structures.fe_mesh.files import write_fe_mesh
-from flexgear.structures.sources.of_case import ring_source
+from flexgear.structures.sources.ring import source as ring_source
 
 
 def test_check_prints_what_follows_from_the_case(flexgear):

@@ -22,7 +22,8 @@ from flexgear.model.errors import InputError
 from flexgear.model.load import case_of_toml
 from flexgear.solve.model import assemble
 from flexgear.solve.static import static
-from flexgear.structures.sources.of_case import carrier_source, ring_source
+from flexgear.structures.sources.carrier import source as carrier_source
+from flexgear.structures.sources.ring import source as ring_source
 from flexgear.studies.proposal import proposed_case
 
 PHASES = (Phase.explicit, Phase.reuse, Phase.generate)  # to shrink an example takes minutes

@@ -13,7 +13,7 @@ from flexgear.results.dataset_file import load
 from flexgear.solve import bodies
 from flexgear.structures.sources.carrier import CarrierSource
 from flexgear.structures.sources.fe_body import FeBody
-from flexgear.structures.sources.gears import RingSource
+from flexgear.structures.sources.ring import RingSource
 
 STAGE_BODIES = bodies.stage_bodies
 

@@ -13,7 +13,7 @@ from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.errors import InputError
 from flexgear.model.load import load_case
-from flexgear.structures.sources.of_case import ring_source
+from flexgear.structures.sources.ring import source as ring_source
 
 DOUBLE = {
     "stage.double_helical": "true", "stage.face_width_mm": "190", "stage.half_gap_mm": "60",

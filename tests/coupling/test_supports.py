@@ -14,7 +14,8 @@ from flexgear.coupling.springs import invariant_part, rotating_rows
 from flexgear.model.errors import InputError
 from flexgear.model.load import load_case
 from flexgear.structures.bodies import turn
-from flexgear.structures.sources.of_case import carrier_source, ring_source
+from flexgear.structures.sources.carrier import source as carrier_source
+from flexgear.structures.sources.ring import source as ring_source
 
 ODD = {  # a carrier bearing softer in one fixed direction
     "stage.carrier.bearing_far.radial_x_n_per_m": "1e9",

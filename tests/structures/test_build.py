@@ -18,8 +18,9 @@ from flexgear.results.stage_part import of_kind, stage_part
 from flexgear.solve.model import assemble
 from flexgear.solve.static import static
 from flexgear.structures.bodies import rotation
-from flexgear.structures.sources.gears import RingSource
-from flexgear.structures.sources.of_case import carrier_source, ring_source
+from flexgear.structures.sources.carrier import source as carrier_source
+from flexgear.structures.sources.ring import RingSource
+from flexgear.structures.sources.ring import source as ring_source
 
 SOURCES = {"ring": ring_source, "carrier": carrier_source}
 

@@ -13,8 +13,9 @@ from flexgear.structures.fe_mesh.placement import Placement, check_place
 from flexgear.structures.fem.assembly import FeModel, facet_sample
 from flexgear.structures.fem.ties import Interface
 from flexgear.structures.reduction import condense
-from flexgear.structures.sources.of_case import carrier_source, ring_source
+from flexgear.structures.sources.carrier import source as carrier_source
 from flexgear.structures.sources.reducing import tied
+from flexgear.structures.sources.ring import source as ring_source
 
 
 @pytest.fixture(scope="module")

@@ -8,8 +8,9 @@ from flexgear.solve import bodies as solve_bodies
 from flexgear.structures.bodies import rigid_rows
 from flexgear.structures.fe_mesh.files import write_fe_mesh
 from flexgear.structures.fe_mesh.solids import cylinder, fe_mesh_of_solid, prism
+from flexgear.structures.sources.carrier import source as carrier_source
 from flexgear.structures.sources.fe_body import FeBody
-from flexgear.structures.sources.of_case import carrier_source, ring_source
+from flexgear.structures.sources.ring import source as ring_source
 
 PARTS = {"ring": ring_source, "carrier": carrier_source}
 HOLES = {

@@ -20,7 +20,7 @@ from flexgear.structures.fe_mesh.fe_mesh import FeMesh
 from flexgear.structures.fe_mesh.gears import PlanetFeMeshParameters
 from flexgear.structures.fe_mesh.solids import fe_mesh_of_solid
 from flexgear.structures.reduced import ReducedBody, elastic_modes, floating
-from flexgear.structures.sources.gears import PlanetSource
+from flexgear.structures.sources.planet import PlanetSource
 
 YOUNG, POISSON, DENSITY = 210e9, 0.3, 7850.0
 HELICAL = PlanetFeMeshParameters(fidelity="quick")

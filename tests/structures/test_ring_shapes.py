@@ -17,7 +17,7 @@ from flexgear.structures.fe_mesh.tooth_segment import SegmentDivisions
 from flexgear.structures.fem.assembly import facet_sample, point_sample
 from flexgear.structures.fem.ties import averaging_tie
 from flexgear.structures.reduced import ReducedBody, carried
-from flexgear.structures.sources.of_case import ring_source
+from flexgear.structures.sources.ring import source as ring_source
 from flexgear.structures.tooth_influence import of_case, rim
 from flexgear.structures.tooth_influence.influence import influence_of
 from flexgear.structures.tooth_influence.rim import (

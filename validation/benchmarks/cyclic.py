@@ -15,8 +15,8 @@ from flexgear.structures.fe_mesh.fe_mesh import FeMesh
 from flexgear.structures.fem.assembly import FeModel
 from flexgear.structures.linalg.dense import THREADS
 from flexgear.structures.reduction import reduce
-from flexgear.structures.sources.of_case import ring_source
 from flexgear.structures.sources.reducing import tied
+from flexgear.structures.sources.ring import source as ring_source
 
 REPEATS = {"quick": {"37k": 1}, "full": {"37k": 2, "57k": 2, "133k": 1, "314k": 1}}
 ALONE = {"quick": (), "full": ("1M",)}  # sizes at which the general path takes too long here

@@ -13,8 +13,8 @@ from flexgear.structures.fe_mesh.fe_mesh import FeMesh
 from flexgear.structures.fe_mesh.gears import ring_fe_mesh
 from flexgear.structures.fem.assembly import FeModel
 from flexgear.structures.fem.ties import Interface
-from flexgear.structures.sources.of_case import ring_source
 from flexgear.structures.sources.reducing import tied
+from flexgear.structures.sources.ring import source as ring_source
 
 # name -> fidelity of the section, number of bands that cut the middle of the face into layers
 SIZES = {

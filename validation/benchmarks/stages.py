@@ -15,7 +15,8 @@ from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.system import System
 from flexgear.model.load import load_case
 from flexgear.model.stage_view import StageView
-from flexgear.structures.sources.of_case import carrier_source, ring_source
+from flexgear.structures.sources.carrier import source as carrier_source
+from flexgear.structures.sources.ring import source as ring_source
 
 STEADY = Drive(lambda t: np.full_like(t, TORQUE))
 

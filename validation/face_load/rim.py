@@ -29,7 +29,7 @@ from flexgear.model.stage_view import StageView
 from flexgear.solve.bodies import stage_bodies
 from flexgear.structures.bodies import turn
 from flexgear.structures.reduced import RimFlexibility
-from flexgear.structures.sources.of_case import ring_source
+from flexgear.structures.sources.ring import source as ring_source
 from flexgear.structures.tooth_influence.of_case import PairBending, mating_flanks, pair_bending
 from flexgear.structures.tooth_influence.rim import flank_motion, rim_bending
 

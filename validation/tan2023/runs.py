@@ -33,7 +33,7 @@ from flexgear.solve.model import Model, assemble
 from flexgear.solve.static import static
 from flexgear.solve.transient import RATED_DRIVE, simulate, torque_drop
 from flexgear.structures.reduced import ReducedBody
-from flexgear.structures.sources.of_case import ring_source
+from flexgear.structures.sources.ring import source as ring_source
 from flexgear.views.star import StageOutline
 
 T = TypeVar("T")

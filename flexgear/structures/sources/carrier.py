@@ -7,21 +7,25 @@ pin_1.. on the pins' axes at mid-face.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from flexgear.gears.geometry import stage_geometry
+from flexgear.gears.tooth import reference_radius
 from flexgear.model.bodies import Carrier
 from flexgear.model.member import SeatBearing
 from flexgear.model.names import NodeName
+from flexgear.model.stage_view import StageView
 from flexgear.structures.bodies import Spring
-from flexgear.structures.fe_mesh.carrier import CarrierFeMeshParameters
+from flexgear.structures.fe_mesh.carrier import SAME_ANGLE, CarrierFeMeshParameters
 from flexgear.structures.fe_mesh.carrier_mesh import carrier_fe_mesh
 from flexgear.structures.fe_mesh.fe_mesh import FeMesh
 from flexgear.structures.fe_mesh.groups import Groups, carrier_groups
 from flexgear.structures.fe_mesh.solids import carrier_solid
 from flexgear.structures.sources.fe_body import FeBody, TiedNode
+from flexgear.structures.sources.of_case import common_parameters
 
 if TYPE_CHECKING:
     from flexgear.structures.estimate import ProbeLoad
@@ -98,3 +102,38 @@ class CarrierSource(FeBody):
             "ties": "seats of pins",
             "pins": [list(self.pin_angles), self.parameters.center_distance],
         }
+
+
+def source(view: StageView) -> CarrierSource:
+    """Source of the FE carrier of a stage."""
+    teeth = view.ring_gear.teeth
+    return CarrierSource(
+        parameters=_carrier_fe_mesh(view),
+        pin_angles=view.stage.planet_angles,
+        pitch=2.0 * np.pi * reference_radius(teeth, view.stage) / teeth,
+        bearings=view.stage.seat_bearings,
+        **common_parameters(view, "carrier"),
+    )
+
+
+def _carrier_fe_mesh(view: StageView) -> CarrierFeMeshParameters:
+    """The carrier of a case, with a pin for each planet."""
+    stage, carrier = view.stage, view.carrier
+    same = {field.name for field in fields(CarrierFeMeshParameters)}
+    equal = 2.0 * np.pi * np.arange(stage.planets) / stage.planets
+    unequal = not np.allclose(stage.planet_angles, equal, rtol=0.0, atol=SAME_ANGLE)
+    gears = stage_geometry(view)
+    return CarrierFeMeshParameters(
+        planets=stage.planets,
+        planet_angles=stage.planet_angles if unequal else None,
+        center_distance=gears.center_distance,
+        planet_tip_radius=gears.planet.tip_radius,
+        gear_face_width=stage.gear_width,
+        seat_drive_diameter=carrier.seat_drive.diameter,
+        seat_drive_width=carrier.seat_drive.width,
+        seat_far_diameter=carrier.seat_far.diameter,
+        seat_far_width=carrier.seat_far.width,
+        fidelity=view.case.solver.fidelity,
+        where=view.case.source,
+        **{name: getattr(carrier, name) for name in same & Carrier.model_fields.keys()},
+    )

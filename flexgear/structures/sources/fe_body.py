@@ -2,7 +2,7 @@
 
 parameters -> FE mesh -> nodes tied to its surfaces -> reduced body with weight, recovery and its
 errors, from the cache where it was made before; or rigid, of the same mass. What a kind of body
-adds to this: ``gears.py``, ``carrier.py``.
+adds to this: ``ring.py``, ``planet.py``, ``carrier.py``.
 """
 
 from __future__ import annotations
@@ -17,16 +17,13 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal
 import numpy as np
 
 from flexgear.arrays import Array
-from flexgear.model.bodies import Carrier, Material, Planet
+from flexgear.model.bodies import FeMeshSource, Material
 from flexgear.model.errors import InputError
 from flexgear.model.input_file import MOST_FE_MESH, require_regular
 from flexgear.model.names import BodyName, NodeName
-from flexgear.model.ring import Ring
 from flexgear.structures.bodies import Body, Spring, rigid_rows, rigid_variant, stiffness_at
 from flexgear.structures.cache import content_key
-from flexgear.structures.fe_mesh.carrier import CarrierFeMeshParameters
 from flexgear.structures.fe_mesh.fe_mesh import FeMesh
-from flexgear.structures.fe_mesh.gears import PlanetFeMeshParameters, RingFeMeshParameters
 from flexgear.structures.fe_mesh.groups import Groups
 from flexgear.structures.fe_mesh.placement import fe_mesh_of_file
 from flexgear.structures.fe_mesh.solids import Solid, fe_mesh_of_solid
@@ -56,17 +53,18 @@ class TiedNode:
 
 @dataclass(frozen=True, eq=False)
 class FeBody(ABC):
-    """key: of the body; section: of the case, as [stage.ring.fe]; mesh: parameters or file of the
-    FE mesh; material; cyclic: whether equal sectors are used; limit_hz: highest frequency that is
-    judged, None: all that were compared."""
+    """key: of the body; section: of the case, as [stage.ring.fe]; parameters: of the FE mesh, a
+    frozen dataclass with ``check()``, ``size`` (m) and ``where``, the file of the case; material;
+    cyclic: whether equal sectors are used; limit_hz: highest frequency that is judged, None: all
+    that were compared."""
 
     meshed: ClassVar[Any]  # function that makes an FE mesh of ``mesh``
     as_solid: ClassVar[Any]  # and one that makes the solid in closed form
     turning: ClassVar[str] = ""  # node that nothing holds against rotation about the axis
 
     key: BodyName
-    section: Ring | Planet | Carrier
-    parameters: RingFeMeshParameters | PlanetFeMeshParameters | CarrierFeMeshParameters
+    section: FeMeshSource
+    parameters: Any
     material: Material
     cyclic: bool
     limit_hz: float | None

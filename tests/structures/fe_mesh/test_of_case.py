@@ -12,7 +12,9 @@ from flexgear.model.stage_view import StageView
 from flexgear.structures.fe_mesh.carrier import CarrierFeMeshParameters
 from flexgear.structures.fe_mesh.files import write_fe_mesh
 from flexgear.structures.fe_mesh.solids import carrier_solid
-from flexgear.structures.sources.of_case import carrier_source, planet_source, ring_source
+from flexgear.structures.sources.carrier import source as carrier_source
+from flexgear.structures.sources.planet import source as planet_source
+from flexgear.structures.sources.ring import source as ring_source
 
 
 @pytest.fixture(scope="module")

@@ -19,8 +19,9 @@ from flexgear.structures.fe_mesh.files import write_fe_mesh
 from flexgear.structures.fe_mesh.groups import Groups
 from flexgear.structures.fe_mesh.placement import Placement, check_place, placed
 from flexgear.structures.sources import fe_body
+from flexgear.structures.sources.carrier import source as carrier_source
 from flexgear.structures.sources.fe_body import FeBody
-from flexgear.structures.sources.of_case import carrier_source, ring_source
+from flexgear.structures.sources.ring import source as ring_source
 
 BODIES = {"ring": ring_source, "carrier": carrier_source}
 

@@ -1,0 +1,188 @@
+"""A ring as an FE body, held at its fits, splines and bolts.
+
+Nodes, in order: tooth_001.. (``sources.gears``), fit_1.. and spline_1.. on the axis, bolt_01.. on
+the bolt circles in the bolted faces.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from flexgear.arrays import Array
+from flexgear.gears.tooth import reference_radius
+from flexgear.model.names import NodeName
+from flexgear.model.ring import End, Ring, RingSupport, ring_supports
+from flexgear.model.stage_view import StageView
+from flexgear.structures.bodies import Spring
+from flexgear.structures.cache import content_key
+from flexgear.structures.fe_mesh.fe_mesh import FeMesh
+from flexgear.structures.fe_mesh.gears import BLOCK, RingFeMeshParameters, ring_fe_mesh
+from flexgear.structures.fe_mesh.groups import Groups, ring_groups
+from flexgear.structures.fe_mesh.solids import Solid, ring_solid
+from flexgear.structures.fe_mesh.tooth_segment import SegmentParameters
+from flexgear.structures.reduced import PLACE, Progress, ReducedBody, both_halves, mirrored, silent
+from flexgear.structures.sources.fe_body import TiedNode
+from flexgear.structures.sources.gears import ToothedSource, tooth_parameters
+from flexgear.structures.sources.of_case import common_parameters
+
+
+@dataclass(frozen=True, eq=False)
+class RingSource(ToothedSource):
+    """A ring. half_offset: of the mid-planes of both halves of a double-helical ring from z = 0, m;
+    None for a single one; segment: of teeth with shapes along the face, None without such shapes;
+    along_face: whether gear meshes distribute load along the face."""
+
+    meshed = staticmethod(ring_fe_mesh)
+    as_solid = staticmethod(ring_solid)
+
+    section: Ring
+    parameters: RingFeMeshParameters
+    half_offset: float | None
+    segment: SegmentParameters | None
+    along_face: bool
+
+    @property
+    def held_by(self) -> list[RingSupport]:
+        """Fits, splines and bolts of the meshed part."""
+        return ring_supports(self.section, self.parameters.face_width)
+
+    @property
+    def springs(self) -> list[Spring]:
+        """Springs of its fits, splines and bolts."""
+        return [Spring(s.node, np.diag(s.stiffness), s.angle) for s in self.held_by]
+
+    @property
+    def whole_springs(self) -> list[Spring]:
+        """Supports of the whole ring; those of the right half are the mirror image of those of the
+        left."""
+        return self.springs if self.half_offset is None else mirrored(self.springs)
+
+    @property
+    def groups(self) -> Groups:
+        """Teeth for either tie, fits, splines, and the surfaces of bolts."""
+        return ring_groups(self.parameters, self.section.tie, self.held_by)
+
+    def nodes(self, fe_mesh: FeMesh | None = None) -> list[TiedNode]:
+        """Teeth, then fits, splines and bolts, see `model/ring.py`."""
+        tie, nodes = self.section.tie_kind, self.tooth_nodes
+        for s in self.held_by:
+            place = np.array(s.place)
+            if s.end is not None and fe_mesh is not None:
+                place[2] = _bolted_face(fe_mesh, s.end)
+            of_bolt = tie if s.end is not None and s.group else "averaging"
+            nodes.append(TiedNode(s.node, place, of_bolt, s.group, s.diameter, s.angle))
+        return nodes
+
+    def reduced(self, progress: Progress = silent, limit_hz: float | None = None) -> ReducedBody:
+        """The reduced ring (``FeBody.reduced``), with the flexibility of its rim along the face
+        where that counts."""
+        body = super().reduced(progress, limit_hz)
+        if self.segment is None:
+            return body if self.along_face else _loaded_evenly(body)
+        # half of the package
+        from flexgear.structures.tooth_influence.rim import cached_shapes, with_rim
+
+        b, segment = slice(0, body.interface_dofs), self.segment
+        supports = self.supports(body.node_names, body.stiffness[b, b])
+        key = content_key(**self.content())
+        shapes = cached_shapes(segment, self.parameters.teeth, key, self.condensed)
+        always = self.section.tooth_shapes == "always"
+        return with_rim(body, shapes, segment, self.material, supports, always=always)
+
+    def whole(self, body: ReducedBody) -> ReducedBody:
+        """The body itself, or both halves of a double-helical ring."""
+        return body if self.half_offset is None else both_halves(body, self.half_offset)
+
+    def _whole_solid(
+        self, solid: Solid, places: dict[NodeName, Array]
+    ) -> tuple[Solid, dict[NodeName, Array]]:
+        if self.half_offset is None:
+            return solid, places
+        lift = np.array([0.0, 0.0, self.half_offset])
+        left = {n.of_half("left"): place - lift for n, place in places.items()}
+        right = {n.of_half("right"): place * PLACE + lift for n, place in places.items()}
+        return solid.shifted(-lift) + solid.mirrored().shifted(lift), left | right
+
+    def _content(self) -> Mapping[str, Any]:
+        supports = [[s.node, s.group, s.place, s.end, s.diameter] for s in self.held_by]
+        return {"supports": supports, **super()._content()}
+
+
+def _bolted_face(fe_mesh: FeMesh, end: End) -> float:
+    """z of an end face, m: the group's, or the body's end where there is no group."""
+    name = "end_plus" if end == "+z" else "end_minus"
+    points, facets = np.asarray(fe_mesh.points), fe_mesh.facets
+    z = points[facets[name] if name in facets else slice(None)][..., 2]
+    return float(z.max() if end == "+z" else z.min())
+
+
+def _loaded_evenly(body: ReducedBody) -> ReducedBody:
+    """The body with a report whose static error is that of teeth loaded over the whole face."""
+    from flexgear.structures.estimate import judged
+
+    cases = body.report.get("static_error_cases")
+    return body.with_(report={**body.report, **judged(cases)}) if cases else body
+
+
+def source(view: StageView) -> RingSource:
+    """Source of the FE ring of a stage."""
+    return RingSource(
+        parameters=_ring_fe_mesh(view),
+        reference_radius=reference_radius(view.ring_gear.teeth, view.stage),
+        half_offset=view.stage.half_offset if view.stage.double_helical else None,
+        segment=_shaped_segment(view),
+        along_face=view.gear_mesh.model == "face_load",
+        **common_parameters(view, "ring"),
+    )
+
+
+def _shaped_segment(view: StageView) -> SegmentParameters | None:
+    """Segment of a ring's teeth with shapes along the face; None unless slices have FE influence,
+    the ring is tied at its roots by averaging ties, and is not given reduced."""
+    ring, gear_mesh = view.ring, view.gear_mesh
+    bent = (
+        gear_mesh.model == "face_load"
+        and gear_mesh.tooth_compliance == "fe"
+        and view.fe_tie("ring") == "root"
+    )
+    shaped = ring.tie_kind == "averaging" and ring.tooth_shapes != "none"
+    if not bent or not shaped or ring.fe_mesh == "reduced":
+        return None
+    # half of the package
+    from flexgear.structures.tooth_influence.of_case import influence_parameters
+
+    return influence_parameters(view, "ring")
+
+
+def _ring_fe_mesh(view: StageView) -> RingFeMeshParameters:
+    """The ring of a case, with its teeth and supports.
+
+    Of several bolt circles the FE mesh follows the one with holes, else the innermost.
+    """
+    ring = view.ring
+    circles = sorted(
+        (c for c in ring.bolt_circles if c.number),
+        key=lambda c: (not c.holes, c.circle_diameter - BLOCK * c.diameter),
+    )
+    bolts: dict[str, Any] = {"bolts": 0}
+    if circles:
+        bolts = {
+            "bolts": circles[0].number,
+            "bolt_circle_diameter": circles[0].circle_diameter,
+            "bolt_diameter": circles[0].diameter,
+            "bolt_holes": circles[0].holes,
+            "first_bolt_angle": circles[0].first_angle,
+            "first_bolt": ring.first_bolt(circles[0]),
+        }
+    return RingFeMeshParameters(
+        rim_thickness=ring.rim_thickness,
+        fits=tuple(fit.band for fit in ring.fits),
+        splines=tuple(spline.band for spline in ring.splines),
+        other_bolts=tuple((c.number, c.circle_diameter, c.diameter) for c in circles[1:]),
+        **bolts,
+        **tooth_parameters(view, view.ring_gear),
+    )
