@@ -144,20 +144,39 @@ def _coefficients(ratio: float) -> tuple[float, ...]:
     return 0.32, v2, v3, v4, 0.47, v6, v7
 
 
+def method_b_inputs(pair: GearPair, load: PairLoad, ratio: float) -> dict[str, float]:
+    """What K_v follows from, by symbol, in the units of the sheet; ratio: K_A K_γ. Nothing where
+    accuracy, steel or strength are not known."""
+    line_load = ratio * load.tangential_force / pair.stage.face_width
+    deviation, relief = deviations(pair, load.velocity), _tip_relief(pair)
+    if deviation is None or relief is None:
+        return {}
+    soft, mass = _softened(line_load) if line_load else 1.0, reduced_mass(pair)
+    natural = math.sqrt(pair.gear_mesh_stiffness * soft / mass)
+    return {
+        "c′": soft * pair.single_stiffness / 1e9,
+        "c_γα": soft * pair.gear_mesh_stiffness / 1e9,
+        "m_red": mass / 1e3,
+        "f_pb,eff": 1e6 * deviation[0],
+        "f_fα,eff": 1e6 * deviation[1],
+        "C_a": 1e6 * relief,
+        "N": 2.0 * math.pi * load.velocity / pair.pitch / natural,
+    }
+
+
 def dynamic_factor(pair: GearPair, load: PairLoad, ratio: float) -> tuple[float, float]:
     """K_v and N; ratio: K_A K_γ. NaN where accuracy, steel or strength are not known; 1 without
     load."""
     line_load = ratio * load.tangential_force / pair.stage.face_width
-    deviation, relief = deviations(pair, load.velocity), _tip_relief(pair)
-    if deviation is None or relief is None:
+    inputs = method_b_inputs(pair, load, ratio)
+    if not inputs:
         return math.nan, math.nan
-    soft = _softened(line_load) if line_load else 1.0
-    natural = math.sqrt(pair.gear_mesh_stiffness * soft / reduced_mass(pair))
-    resonance = 2.0 * math.pi * load.velocity / pair.pitch / natural
+    resonance = inputs["N"]
     if line_load == 0.0:
         return 1.0, resonance
-    per_load = soft * pair.single_stiffness / line_load
-    b_p, b_f, b_k = per_load * deviation[0], per_load * deviation[1], abs(1.0 - per_load * relief)
+    per_load = 1e3 * inputs["c′"] / line_load
+    b_p, b_f = per_load * inputs["f_pb,eff"], per_load * inputs["f_fα,eff"]
+    b_k = abs(1.0 - per_load * inputs["C_a"])
     c1, c2, c3, c4, c5, c6, c7 = _coefficients(pair.geometry.total_contact_ratio)
     low = 0.85 if line_load >= LOW_LOAD else 0.5 + 0.35 * math.sqrt(line_load / LOW_LOAD)
     if resonance <= low:
@@ -165,25 +184,6 @@ def dynamic_factor(pair: GearPair, load: PairLoad, ratio: float) -> tuple[float,
     near, above = 1.0 + c1 * b_p + c2 * b_f + c4 * b_k, c5 * b_p + c6 * b_f + c7
     past = min(max(resonance - 1.15, 0.0) / 0.35, 1.0)
     return (1.0 - past) * near + past * above, resonance
-
-
-def method_b_inputs(pair: GearPair, load: PairLoad, ratio: float) -> dict[str, float]:
-    """What K_v and K_Hα follow from, by symbol, in the units of the sheet; ratio: K_A K_γ. Nothing
-    where accuracy, steel or strength are not known."""
-    line_load = ratio * load.tangential_force / pair.stage.face_width
-    deviation, relief = deviations(pair, load.velocity), _tip_relief(pair)
-    if deviation is None or relief is None:
-        return {}
-    soft = _softened(line_load) if line_load else 1.0
-    return {
-        "c′": soft * pair.single_stiffness / 1e9,
-        "c_γα": soft * pair.gear_mesh_stiffness / 1e9,
-        "m_red": reduced_mass(pair) / 1e3,
-        "f_pb,eff": 1e6 * deviation[0],
-        "f_fα,eff": 1e6 * deviation[1],
-        "C_a": 1e6 * relief,
-        "N": dynamic_factor(pair, load, ratio)[1],
-    }
 
 
 def root_face_factor(pair: GearPair, face_flank: float) -> float:
