@@ -22,7 +22,7 @@ from flexgear.arrays import Array
 from flexgear.files.rexs.document import Component, Document, number, read, value, vector
 from flexgear.files.rexs.tables import MATERIAL
 
-_ALONG = 1e-9
+_ALONG = 1e-6  # mm, and of the length of a unit vector
 _ALIGNED = 1e-6  # 1 − cos of the angle between axes that count as parallel: 1.4 mrad
 
 
@@ -245,9 +245,18 @@ class Assembly:
             relation.used |= whole is not None and whole.kind == "gear_unit"
             if whole is None or part is None or whole.kind not in _WHOLES:
                 continue
-            place = number([part], "u_coordinate_on_shaft", "mm")
-            self._join(Link((whole.id, part.id), (None if place is None else place.value, None)))
+            self._join(Link((whole.id, part.id), (self._on(whole, part), None)))
             relation.used = True
+
+    def _on(self, shaft: Component, part: Component) -> float | None:
+        """Place of a part on its shaft, mm: its own, which is that of a gear's middle, where the
+        u coordinate differs from it, as that of the face's begin does in some files."""
+        stated = number([part], "u_coordinate_on_shaft", "mm")
+        frame, base = self.frames.of(part), self.frames.of(shaft)
+        if frame is None or base is None:
+            return None if stated is None else stated.value
+        along = float((frame.origin - base.origin) @ base.axes[0])
+        return along if stated is None or abs(stated.value - along) > _ALONG else stated.value
 
     def _of_carriers(self) -> None:
         """A carrier is one body: its frame, its shafts and its pins."""

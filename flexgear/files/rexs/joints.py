@@ -14,7 +14,7 @@ from flexgear.files.case_text import CaseText, Section
 from flexgear.files.rexs.assembly import Assembly
 from flexgear.files.rexs.document import Component, read, value
 from flexgear.files.rexs.ports import Port
-from flexgear.files.rexs.shafts import Piece, SunShaft, pieces_between, sun_shafts
+from flexgear.files.rexs.shafts import Piece, SunShaft, pieces_between, points, sun_shafts
 from flexgear.files.rexs.stages import Member
 from flexgear.files.rexs.supports import Scale
 from flexgear.files.rexs.tables import SPRINGS
@@ -77,12 +77,12 @@ class Joints:
         return behind or bool(member.bearings)
 
     def is_straight(self, member: Member) -> bool:
-        """Whether two bearings or planets of its body hold a member against tilt."""
+        """Whether bearings, or planets round a sun, at two places hold a member against tilt
+        through joints that pass moments."""
         body = self.body(member)
-        planets = [m for m in body if m.role == "sun" and len(m.stage.halves["planet"][0]) >= 3]
-        bearings = [b for m in body for b in m.bearings]
         mine = [pair for pair in self.written if pair[0] in body]
-        return all(map(self._passes_moment, mine)) and len(planets) + len(bearings) >= 2
+        straight = bool(mine) and all(map(self._passes_moment, mine))
+        return straight and len(points(self.assembly, body)) > 1
 
     def write(self, case: CaseText, scales: Mapping[str, Scale]) -> None:
         """All joints. scales: by the stage's name."""

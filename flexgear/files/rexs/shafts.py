@@ -126,13 +126,24 @@ class SunShaft:
     def write_bearings(
         self, case: CaseText, port: Section, supports: SupportWriter, scale: Scale
     ) -> None:
-        """The bearing of the body behind the spline of a port, with what that body needs where the
-        file has no bearing at all, or a spline that is free to tilt."""
+        """The bearing of the body behind the spline of a port, with what that body needs where
+        nothing holds the shaft straight, or the spline is free to tilt."""
         section = case.section(f"[{port.header.strip('[]')}.bearing]", behind=port)
-        needs = () if self.bearings or self.member.bearings else ("radial",)
+        needs = (
+            ()
+            if self.bearings or len(points(supports.assembly, [self.member])) > 1
+            else ("radial",)
+        )
         free = self.coupling is not None and not value(self.coupling, *_TILT)
         needs = (*needs, "tilt") if free else needs
         supports.springs(section, self.bearings, scale, _DIRECTIONS[:3], needs, self.ends[1])
+
+
+def points(assembly: Assembly, body: Sequence[Member]) -> set[float]:
+    """Places along the axis (0.1 mm) where bearings hold members of a body, or planets a sun."""
+    known = [m.z for m in body if m.role == "sun" and len(m.stage.halves["planet"][0]) >= 3]
+    known += [axial_place(assembly, bearing) for m in body for bearing in m.bearings]
+    return {round(z, 1) for z in known if z is not None}
 
 
 def sun_shafts(

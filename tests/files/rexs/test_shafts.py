@@ -311,6 +311,31 @@ def test_shafts_between_members_of_a_file(imported):
     assert any("bending between stage_2.pinion and stage_3.gear" in x for x in made.left_out)
 
 
+def test_u_coordinates_of_faces(imported):
+    """Some files give the begin of a gear's face as u, its middle as place: the middle counts."""
+    wanted = imported(three_stages())[0]
+    m = three_stages()
+    for number in m.of("cylindrical_gear"):
+        u, unit = m.components[number][2]["u_coordinate_on_shaft"]
+        m.set(number, u_coordinate_on_shaft=(u - 30.0, unit))
+    assert imported(m)[0].content_hash() == wanted.content_hash()
+
+
+def test_without_places(imported):
+    """Two bearings that the file does not place hold no shaft straight; what is free is held."""
+    m = planetary()
+    add_sections(m, m.sun_shaft, 20.0, [BELOW, *STEPPED])
+    for _ in range(2):
+        m.side("concept_bearing", m.sun_shaft, m.casing, **bearing(1e9, 1e8, 50.0))
+    for number in list(m.components):
+        m.set(number, support_vector=None)
+    case, made = imported(m)
+    assert len(case.stages[0].sun.shaft.sections) == 3
+    assert any(line.startswith("output.bearing.radial") for line in made.assumed)
+    assert any("carrier.support.tilt" in line for line in made.assumed)
+    assert fg.Case.of(case).assemble().modes()["frequency"].values[1] > 1.0
+
+
 def case_shear(case):
     return case.material.young_modulus / (2 * (1 + case.material.poisson_ratio))
 
