@@ -31,6 +31,7 @@ from flexgear.arrays import Array, Ints
 from flexgear.coupling.kernels.elements import Rows, between_rows, law_functions, packed, pair_rows
 from flexgear.coupling.kernels.pair_errors import error_rates
 from flexgear.coupling.kernels.pairs import fill_rows
+from flexgear.coupling.laws import LAW_NUMBERS
 from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.pair_data import LOAD, SUPPORT, PairData
 from flexgear.model.errors import FlexgearError
@@ -196,7 +197,7 @@ def orbit_elements(
     """Elements of a stage (number); coast: with the flanks that carry no rated load. FlexgearError
     where a bearing or damper depends on the speed of its shaft."""
     system, pairs = modal.system, periodic(modal.system.pairs)
-    if first_memory(pairs, system.rolling_rates)[:, 1].any():
+    if first_memory(_taking_turns(pairs), system.rolling_rates)[:, 1].any():
         raise FlexgearError(
             "periodic states have no shaft speeds, which plain bearings and dampers "
             "against turning take: run transients, or take these out"
@@ -229,6 +230,15 @@ def orbit_elements(
         flanks=flanks,
         left_out=_left_out(modal, stage),
     )
+
+
+def _taking_turns(pairs: PairData) -> PairData:
+    """Pairs without the dampers that have no coefficient about the axis."""
+    dampers = pairs.bearing_law == LAW_NUMBERS["dampers"]
+    takes = ~dampers | np.array([c[-1] != 0.0 for c in pairs.bearing_parameters], bool)
+    fields = ("bearing_law", "bearing_block", "bearing_angle", "bearing_parameters",
+              "bearing_turned")  # fmt: skip
+    return pairs._replace(**{name: getattr(pairs, name)[takes] for name in fields})
 
 
 def periodic(pairs: PairData) -> PairData:

@@ -52,6 +52,8 @@ Save = Annotated[
     ),
 ]
 
+VARIES = 1e-3  # of the largest torque of a port: one that changes by less is constant
+
 
 def static(
     analysis: Analysis,
@@ -201,6 +203,11 @@ def _figures(model: Model, run: TimedRun, rest: Ranges) -> dict[str, Any]:
         "port_torque_nm": {
             str(p): float(mean["port_torque"].sel(port=p)) for p in mean["port"].to_numpy()
         },
+        "port_torque_range_nm": {
+            port: ends
+            for port, ends in _ends(rest, "port_torque", 1.0).items()
+            if ends["max"] - ends["min"] > VARIES * max(abs(ends["max"]), abs(ends["min"]))
+        },
         "inertia_torque_nm": _ends(rest, "inertia_torque", 1.0),
         "gear_mesh_force": force_ranges(rest),
         "load_sharing": sharing_summary_of(run.data),
@@ -209,7 +216,7 @@ def _figures(model: Model, run: TimedRun, rest: Ranges) -> dict[str, Any]:
 
 
 def _ends(ranges: Ranges, name: str, factor: float) -> dict[str, dict[str, float]]:
-    """Least and largest value of every input coordinate, times ``factor``."""
+    """Least and largest value of every input coordinate or port, times ``factor``."""
     least, largest = (r[name].to_series() for r in (ranges.least, ranges.largest))
     return {
         str(m): {"min": float(low) * factor, "max": float(high) * factor}

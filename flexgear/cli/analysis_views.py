@@ -249,7 +249,8 @@ def show_transient(title: str, figures: dict[str, Any], notes: list[str]) -> Non
     for name, value in figures.items():
         if isinstance(value, dict) and value and name != "second_reduction":
             typer.echo("")
-            key_table(name, {k: _plain(v) for k, v in value.items()})
+            title = "mean_port_torque_nm" if name == "port_torque_nm" else name
+            key_table(title, {k: _plain(v) for k, v in value.items()})
     last = [*([DEFINITION] if figures["load_sharing"] else []), *notes]
     if last:
         typer.echo("\n" + "\n".join(last))

@@ -212,8 +212,9 @@ def _expected(
 def strongest(
     result: xr.DataArray, expected: list[tuple[ExpectedLine, float]]
 ) -> Iterator[dict[str, Any]]:
-    """The highest peaks of all columns except side lobes of higher ones, and the nearest expected
-    line within the resolution of the window, else the tooth faults of which they are multiples."""
+    """The highest peaks of all columns except side lobes of higher ones, and the expected
+    line at it, else the tooth faults of which it is a multiple, else the nearest expected line
+    within the resolution of the window."""
     order, turns = result["order"].to_numpy(), float(result.attrs["turns"])
     others = [d for d in result.dims if d != "order"]
     largest = result.max(others).to_numpy()
@@ -246,9 +247,9 @@ def _labels(order: float, expected: list[tuple[ExpectedLine, float]], turns: flo
         for (line, at), (name, _) in zip(expected, named, strict=True)
         if line.kind == TOOTH_FAULT and at >= APART / turns
     ]
-    for lines, within in ((named, 1.0 / turns), (faults, MULTIPLE / turns)):
+    for lines, within in ((named, MULTIPLE), (faults, MULTIPLE), (named, 1.0)):
         least = min((abs(at - order) for _, at in lines), default=np.inf)
-        if least <= within:
+        if least <= within / turns:
             return [name for name, at in lines if abs(at - order) <= least + 1e-9]
     return []
 

@@ -206,7 +206,7 @@ GEAR_MESHES = (
     Figure("contact_ratio.<gear>", "1", "total, of the planet's gear mesh with sun or ring, or of "
            "pinion and gear", of=StageRun.contact_ratios),
     Figure("rolling_power_w", "W", "power through the gear meshes, relative to the carrier", "",
-           lambda s: s.flow.stage_power, "rolling power, from sun to ring relative to the carrier"),
+           lambda s: s.flow.stage_power, "rolling power, of sun or pinion relative to any carrier"),
     Figure("sun_gear_mesh_force_n", "N",
            "mean rated force of a sun-planet gear mesh, or of pinion and gear",
            ALWAYS, lambda s: abs(s.flow.sun_gear_mesh_force), "normal force of one gear mesh, sun"),

@@ -15,7 +15,7 @@ from flexgear.analysis.excitation import folded
 from flexgear.model.case import Case
 from flexgear.model.names import GEAR_MESH
 from flexgear.results.report.parts import Level
-from flexgear.results.report.wording import excitation_words, with_unit, words
+from flexgear.results.report.wording import excitation_words, number, with_unit, words
 from flexgear.solve.campbell import ERRORS, IDEAL, LEAST
 from flexgear.solve.modes import index_word
 
@@ -140,7 +140,7 @@ def resonance_verdict(figures: Mapping[str, Any]) -> tuple[Level, str, str]:
 
 
 def _force(share: float) -> str:
-    return f"a gear-mesh force would vary by {100 * share:.2g} % of its mean"
+    return f"a gear-mesh force would vary by {number(100 * share, 2)} % of its mean"
 
 
 def _met(row: Mapping[str, Any]) -> str:
@@ -179,7 +179,10 @@ def orders_words(orders: Mapping[str, Sequence[float]]) -> str:
         f"{span(list(numbers))}{'' if stage == 'stage' else f' of {words(stage)}'}"
         for stage, numbers in orders.items()
     ]
-    return f"Orders {', '.join(named)} and turns of shafts" if named else "Turns of shafts"
+    if not named:
+        return "Turns of shafts"
+    several = sum(map(len, orders.values())) > 1
+    return f"Order{'s' if several else ''} {', '.join(named)} and turns of shafts"
 
 
 def span(orders: list[float]) -> str:

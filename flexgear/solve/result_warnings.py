@@ -159,7 +159,7 @@ def small_against(view: StageView) -> dict[str, float]:
             rate = 2.0 * math.sin(gear_mesh.working_angle) * math.cos(g.base_helix_angle)
             closed.append((play / rate, play))
         most, play = min(closed)
-        limits[f"the backlash of {with_unit(play, 'm')}, which linear contact has not"] = most
+        limits[f"the backlash of {with_unit(play, 'm')}, which linear contact leaves out"] = most
     return limits
 
 

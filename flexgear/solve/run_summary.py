@@ -12,8 +12,11 @@ import xarray as xr
 from flexgear.coupling.pace import timed_drops, too_coarse
 from flexgear.files.atomic import plain
 from flexgear.gears.implausible import implausible
+from flexgear.model.case import Case
+from flexgear.model.machine import machines_of
 from flexgear.results.face_load import edge_warnings
 from flexgear.results.quantities import values
+from flexgear.results.report.wording import words
 from flexgear.results.settling import settled, window_of
 from flexgear.results.sinks import between, ranges_of
 from flexgear.results.stage_figures import STAGE_FIGURES, StageRun, flow_summary
@@ -183,6 +186,19 @@ def _warnings(analyses: Analyses) -> list[str]:
         *edge_warnings(analyses.face_load.get(model.variant, {})),
         *reduction_warnings(case, model.bodies, rigid_bodies(case)),
         *_unsettled(analyses.ended.runs),
+        *_rated_machines(case),
+    ]
+
+
+def _rated_machines(case: Case) -> list[str]:
+    """A line for histories of machines, in whose place a run has rated torques and speeds."""
+    machines = zip(case.ports, machines_of(case), strict=True)
+    kept = [port.member for port, m in machines if m is not None and m.kind != "constant"]
+    if not kept:
+        return []
+    return [
+        f"machine of {' and '.join(map(words, kept))}: this run keeps it at its rated torque and "
+        "speed; flexgear simulate follows its history"
     ]
 
 

@@ -2,6 +2,7 @@
 
 import json
 import shutil
+from dataclasses import replace
 
 import h5py
 import numpy as np
@@ -212,6 +213,14 @@ def test_multiples_of_a_fault_s_line_are_named(tmp_path):
     assert named[1] == ["tooth of sun at one gear mesh"]
     assert all(f"{k} × tooth of sun at one gear mesh" in named[k] for k in (2, 3, 6))
     assert "tooth of sun" in named[4]  # which all four planets meet in turn
+    # a line within the resolution, but not at the peak, is not what the comb is named by
+    beside = replace(lines[0][0], label="beside")
+    named = {
+        round(row["order"]): row["expected"]
+        for row in strongest(spectrum, [*lines, (beside, 6.015), (beside, 25.015)])
+    }
+    assert named[25] == ["gear mesh 1"]
+    assert named[6] == ["6 × tooth of sun at one gear mesh"]
 
 
 @pytest.mark.parametrize(

@@ -6,6 +6,7 @@ import copy
 from typing import Any
 
 import pytest
+from trains import spur_pair, write
 
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.case import Case
@@ -13,6 +14,7 @@ from flexgear.model.errors import InputError
 from flexgear.model.load import load_case
 from flexgear.results.report.parts import Verdict
 from flexgear.solve.headlines import HEADLINES, headlines, verdicts
+from flexgear.solve.run import run
 
 
 def shared(k: float) -> dict[str, Any]:
@@ -187,7 +189,20 @@ def test_a_force_that_passes_zero_is_said():
     parts = {"stage ring": {"min_n": -1e3, "mean_n": 788e3, "max_n": 8e5}}
     said = found(transient={**SUMMARY["transient"], "gear_mesh_force": parts})
     assert said["Largest gear-mesh force"].level == "watch"
-    assert "passes zero" in said["Largest gear-mesh force"].sentence
+    assert "passes zero: flanks part" in said["Largest gear-mesh force"].sentence
+    linear = CASE.with_(**{"stages.stage.gear_mesh.contact_law": "linear"})
+    summary = SUMMARY | {"transient": {**SUMMARY["transient"], "gear_mesh_force": parts}}
+    (said,) = [v for v in said_of(linear, summary) if v.subject == "Largest gear-mesh force"]
+    assert "passes zero: teeth pull" in said.sentence
+
+
+def test_a_pair_of_gears_is_said_to_have_no_planets_and_no_sun(tmp_path):
+    text = spur_pair(gear_mesh='model = "per_pair"', speed=100)
+    found = run(load_case(write(tmp_path, text), {"solver.duration_s": "0.05"}))
+    said = {row["name"]: row for row in found.summary["headlines"]}
+    assert "load_sharing" not in said
+    words = " ".join(row["sentence"] for row in said.values()).lower()
+    assert "sun" not in words and "planets share" not in words
 
 
 def test_what_the_case_does_not_rate_is_not_assessed():

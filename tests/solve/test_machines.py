@@ -162,6 +162,8 @@ def test_a_run_with_a_controlled_generator(tmp_path):
     assert data["port_speed"].to_numpy()[:, 1] * RPM == pytest.approx(rated, rel=1e-6)
     assert found.datasets["torque_step_2500"]["port_torque"].to_numpy()[:, 0].min() == 2500
     assert found.summary["energy_residual"] < 1e-6
+    (left_out,) = [w for w in found.summary["warnings"] if "flexgear simulate follows" in w]
+    assert left_out.startswith("machine of sun: ")
 
 
 HOUSING = lumped_housing("4000", "[900, 900, 1500]", "2e8", "2e8", "1e8", "1e8")

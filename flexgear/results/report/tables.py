@@ -21,6 +21,7 @@ from flexgear.results.report.sharing import groups_of
 from flexgear.results.report.wording import (
     FACTOR,
     excitation_words,
+    number,
     of_stage,
     titled_by_stage,
     window_words,
@@ -215,7 +216,7 @@ def _meeting(row: Mapping[str, Any]) -> Row:
     speed = "" if row["speed_factor"] == 1.0 else f" at {row['speed_factor']:.3g} of rated speed"
     order = "" if row["excited_index"] is None else f", of the order {row['excited_index']}"
     force = row["force_share"]
-    raised = "" if force is None else f"; force if met {100 * force:.2g} %"
+    raised = "" if force is None else f"; force if met {number(100 * force, 2)} %"
     return Row(
         f"{excitation_words(row['excitation'])}{speed} at {modes}",
         f"{with_unit(row['frequency_hz'], 'Hz')}, {100 * row['away']:+.1f} % from "

@@ -23,6 +23,10 @@ from flexgear.solve.result_warnings import (
 )
 
 STANDARD = "IEC 61400-4:2012"
+PARTED = "flanks part, or the other ones carry."
+PULLED = (
+    'teeth pull, as contact is linear; contact_law = "one-sided" of gear_mesh lets flanks part.'
+)
 ALIKE = 1e-6  # by which K is above 1 where nothing tells the planets apart
 ROUNDING = 1e-6  # of the limit for small displacements, below which a displacement is none
 
@@ -71,7 +75,9 @@ def _largest_force(findings: Findings) -> Iterator[Answer]:
             continue
         peak, steady = max(peaks, key=lambda p: p.ratio), peaks[0]
         level: Level = "note"
-        sentence = f"{with_unit(peak.force, 'N')} at {words(peak.group)}, {peak.window}"
+        view = findings.case.view(stage)
+        where = "" if view.stage.kind == "parallel" else f" at {words(peak.group)}"
+        sentence = f"{with_unit(peak.force, 'N')}{where}, {peak.window}"
         if peak is not steady:
             sentence += f"; {factor(steady.ratio)} × in time {steady.window}"
         covered = findings.sharings[stage].assumed if stage in findings.sharings else None
@@ -87,9 +93,8 @@ def _largest_force(findings: Findings) -> Iterator[Answer]:
         sentence += "."
         if any(p.reversed for p in peaks):
             level = "watch"
-            sentence += (
-                " The force of a gear mesh passes zero: flanks part, or the other ones carry."
-            )
+            one_sided = view.gear_mesh.contact_law == "one-sided"
+            sentence += f" The force of a gear mesh passes zero: {PARTED if one_sided else PULLED}"
         sentence += _sudden_contact(findings, stage)
         figure = f"{factor(peak.ratio)} × nominal"
         yield Answer(level, stage, peak.ratio, figure, sentence, covered, peak.window)
@@ -126,10 +131,10 @@ def _load_sharing(findings: Findings) -> Iterator[Answer]:
     top of it. Without equilibria K in time is held to it."""
     for sharing in findings.sharings.values():
         yield _of_stage(findings, sharing)
-    if not findings.sharings:
-        groups = groups_of(first_variant(findings.summary["load_sharing"]["transient"]))
+    together = groups_of(first_variant(findings.summary["load_sharing"]["transient"]))
+    if together and not findings.sharings:
         why = "The planets carry no load together, so that K is not defined."
-        yield Answer("note", "", None, "–", why if groups else "No planets share a load.")
+        yield Answer("note", "", None, "–", why)
 
 
 def _of_stage(findings: Findings, sharing: Sharing) -> Answer:
