@@ -38,6 +38,8 @@ class GearRating(Section):
     helix_deviation: helix slope deviation f_Hβ, likewise. rim_factor: Y_B in place of that of the
     rim's thickness. mean_stress_ratio: M for roots loaded in both senses; left out, that of
     ISO 6336-3, annex B: 0.8 - 0.15 Y_S case-hardened, 0.4 induction-hardened, else 0.3.
+    face_width: of a gear that is wider than its gear mesh; of what it has more, one module at
+    either end bears in its root.
     """
 
     steel: SteelKind | None = None
@@ -57,6 +59,7 @@ class GearRating(Section):
     helix_deviation: Length | None = Field(default=None, ge=0.0, le=1e-3)
     rim_factor: float | None = Field(default=None, ge=1.0, le=5.0)
     mean_stress_ratio: float | None = Field(default=None, ge=0.0, lt=1.0)
+    face_width: Length | None = Field(default=None, ge=1e-4, le=5.0)
 
     @property
     def flank_roughness(self) -> float | None:

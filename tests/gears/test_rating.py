@@ -140,6 +140,12 @@ def test_alternating_roots_of_planets_by_hand(tmp_path, steel, hardness, endures
     assert ratio == pytest.approx(bears, rel=1e-5)
 
 
+def test_a_gear_narrower_than_its_gear_mesh_is_one_line(tmp_path):
+    case = case_of(tmp_path, PAIR, **{"stage.gear.rating.face_width": 0.04})
+    with pytest.raises(InputError, match=r"gear\.rating\.face_width: is 40 mm, .* is 45 mm wide"):
+        pair_of(case)
+
+
 def test_floors_of_a_named_set_and_what_a_case_puts_in_their_place(tmp_path):
     changes = {"rating.limits": "wind", "rating.least_root_safety": 1.4}
     pair, load = pair_of(case_of(tmp_path, PLANETARY, **changes))

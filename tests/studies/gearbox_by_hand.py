@@ -19,6 +19,7 @@ GEAR = (
     "z", "x", "fillet", "steel", "grade", "hv", "s_h", "s_f", "rz_flank", "rz_root", "accuracy",
     "size", "layer",
 )  # fmt: skip
+GEARS = ("sun", "planet", "ring")
 STAGES = {
     "low": {
         "planets": 4, "m": 12.0, "beta": 7.5, "b": 260.0, "cutter": (29, 0.1),
@@ -57,19 +58,20 @@ class ByHand:
     def __init__(self, name, edition):
         self.edition, data = edition, STAGES[name]
         self.n, self.m, self.b = data["planets"], data["m"], data["b"]
+        wider = {"low": {"planet": 290.0}, "high": {"ring": 200.0}}[name]
+        self.width = {g: min(wider.get(g, self.b), self.b + 2 * self.m) for g in data if g in GEARS}
         self.k_gamma, self.k_h_beta = data["k_gamma"], data["k_h_beta"]
-        gears = ("sun", "planet", "ring")
-        self.of = {g: dict(zip(GEAR, data[g], strict=True)) for g in gears}
+        self.of = {g: dict(zip(GEAR, data[g], strict=True)) for g in GEARS}
         self.beta = beta = radians(data["beta"])
         self.at, self.bb = atan(tan(ALPHA) / cos(beta)), asin(sin(beta) * cos(ALPHA))
-        z = {g: self.of[g]["z"] for g in gears}
+        z = {g: self.of[g]["z"] for g in GEARS}
         self.zn = {g: n / (cos(self.bb) ** 2 * cos(beta)) for g, n in z.items()}
         self.d = {g: n * self.m / cos(beta) for g, n in z.items()}
         self.db = {g: d * cos(self.at) for g, d in self.d.items()}
         sign = {"sun": 1, "planet": 1, "ring": -1}
-        x = {g: self.of[g]["x"] for g in gears}
-        self.da = {g: self.d[g] + sign[g] * 2 * self.m * (1 + x[g]) for g in gears}
-        self.df = {g: self.d[g] - sign[g] * 2 * self.m * (1.25 - x[g]) for g in gears}
+        x = {g: self.of[g]["x"] for g in GEARS}
+        self.da = {g: self.d[g] + sign[g] * 2 * self.m * (1 + x[g]) for g in GEARS}
+        self.df = {g: self.d[g] - sign[g] * 2 * self.m * (1.25 - x[g]) for g in GEARS}
         self.z0, self.x0 = data["cutter"]
         self.cutter_tip = self.z0 * self.m / cos(beta) + 2 * self.m * (1.25 + self.x0)
         turned = 2 * tan(ALPHA) * (-x["ring"] - self.x0) / (z["ring"] - self.z0)
@@ -246,7 +248,7 @@ class ByHand:
             c2, c3 = 0.57 / (e_gamma - 0.3), 0.096 / (e_gamma - 1.56)
         k_v = 1 + resonance * (0.32 * b_p + c2 * b_f + c3 * b_k)
         k_v, k_h = max(k_v, 1.0), self.k_h_beta[role]
-        slim = max(abs(self.da[g] - self.df[g]) / 2 for g in ("planet", role)) / self.b
+        slim = max(abs(self.da[g] - self.df[g]) / 2 / self.width[g] for g in ("planet", role))
         uneven = c_gamma * max(pitch_error, profile) / (w * k_v * k_h)
         across = e_gamma / 2 * (0.9 + 0.4 * uneven)
         if e_gamma > 2:
@@ -336,7 +338,7 @@ class ByHand:
             height = (self.da[part] - self.df[part]) / 2
             rim = max(1.0, 1.6 * log(2.242 * height / ((self.df[part] - gear["size"]) / 2)))
         f = {"Y_F": form, "Y_S": notch, "Y_β": tilt, "Y_DT": 1.0, "Y_B": rim}
-        f["σ_F0"] = force / (self.b * self.m) * math.prod(f.values())
+        f["σ_F0"] = force / (self.width[part] * self.m) * math.prod(f.values())
         f["σ_F"] = f["σ_F0"] * math.prod(k[s] for s in ("K_A", "K_γ", "K_v", "K_Fβ", "K_Fα"))
         soft, layer = gear["steel"] == "through_hardened", gear["layer"]
         rough = 1.674 - 0.529 * (gear["rz_root"] + 1) ** 0.1

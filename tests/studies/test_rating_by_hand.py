@@ -25,8 +25,8 @@ HOURS = sum(hours for _, hours, *_ in BINS)
 
 
 MORE = {  # keys of some gears' ratings
-    ("low", "planet"): {"core_rockwell_hardness": 31},
-    ("high", "ring"): {"yield_strength_mpa": 750},
+    ("low", "planet"): {"core_rockwell_hardness": 31, "face_width_mm": 290},
+    ("high", "ring"): {"yield_strength_mpa": 750, "face_width_mm": 200},
 }
 
 

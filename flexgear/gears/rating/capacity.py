@@ -306,11 +306,12 @@ def _root(pair: GearPair, gear: RatedGear, load: PairLoad, product: float) -> Li
     }
     if gear.rim_factor is not None:
         factors["Y_B"] = gear.rim_factor
-    nominal = load.tangential_force / (1e6 * stage.face_width * stage.normal_module)
+    nominal = load.tangential_force / (1e6 * gear.face_width * stage.normal_module)
     nominal *= math.prod(factors.values())
     stresses = {"σ_F0": nominal, "σ_F": nominal * product}
     module, of_tooth = stage.normal_module, gear.root
     form = {
+        "b": 1e3 * gear.face_width,
         "ε_αn": geometry.transverse_contact_ratio / math.cos(pair.base_helix_angle) ** 2,
         "h_Fe/m_n": of_tooth.lever / module,
         "s_Fn/m_n": of_tooth.section.thickness / module,

@@ -188,7 +188,7 @@ def dynamic_factor(pair: GearPair, load: PairLoad, ratio: float) -> tuple[float,
 
 def root_face_factor(pair: GearPair, face_flank: float) -> float:
     """K_Fβ of K_Hβ."""
-    slim = max(gear.tooth_height for gear in pair.gears.values()) / pair.stage.face_width
+    slim = max(gear.tooth_height / gear.face_width for gear in pair.gears.values())
     slim = min(slim, 1.0 / 3.0)
     return float(face_flank ** (1.0 / (1.0 + slim + slim**2)))
 

@@ -54,8 +54,9 @@ class RatedGear:
     """One gear of a rated pair. root: nominal root stress under F_t = 1 N and its factors;
     flank_strength, root_strength: σ_Hlim, σ_Flim, Pa, or the missing key; rim_factor: Y_B, None
     where the rim is not known; inertia: J per face width, kg m; turns: whether it rotates about its
-    axis; reversed: whether its roots are loaded in both senses; relief: C_αa + C_αf of the flank in
-    this gear mesh, m; roll_length: at the pitch point, m."""
+    axis; face_width: that its root bears with, m; reversed: whether its roots are loaded in both
+    senses; relief: C_αa + C_αf of the flank in this gear mesh, m; roll_length: at the pitch point,
+    m."""
 
     part: str
     name: str
@@ -68,6 +69,7 @@ class RatedGear:
     rim_factor: float | None
     inertia: float
     turns: bool
+    face_width: float
     reversed: bool
     relief: float
     roll_length: float
@@ -209,10 +211,23 @@ def _gear(view: StageView, g: StageGeometry, role: str, part: str) -> RatedGear:
         else 1.0,
         inertia=_inertia(view, tooth, member, rim),
         turns=f"{stage.name}.{name}" not in view.case.held_members(),
+        face_width=_root_width(view, member, f"{name}.rating.face_width"),
         reversed=is_planet,
         relief=sum(relief.amount for relief in reliefs if relief is not None),
         roll_length=tooth.base_radius * math.tan(gear_mesh.working_angle),
     )
+
+
+def _root_width(view: StageView, member: GearMember, key: str) -> float:
+    """Width that a root bears with, m: of a wider gear at most one module more at either end; ISO
+    6336-3:2006, clause 5. InputError for one narrower than its gear mesh."""
+    common, stated = view.stage.face_width, member.rating.face_width
+    if stated is None:
+        return common
+    if stated < common:
+        problem = f"is {1e3 * stated:g} mm, and the gear mesh is {1e3 * common:g} mm wide"
+        raise view.refuse(key, problem, "face_width_mm of a stage is that of its narrower gear")
+    return min(stated, common + 2.0 * view.stage.normal_module)
 
 
 def _rim(view: StageView, part: str, tooth: ToothGeometry, member: GearMember) -> float | None:

@@ -32,6 +32,7 @@ SYMBOLS = {  # unit, meaning, source
     "ε_β": ("", "overlap ratio", TEETH),
     "ρ_red": ("mm", "radius of relative curvature", "ISO 6336-2, clause 12"),
     "ε_αn": ("", "contact ratio of the virtual gears", "ISO 6336-3, clause 6"),
+    "b": ("mm", "face width that bears", "ISO 6336-3, clause 5"),
     "h_Fe/m_n": ("", "lever of the load", "ISO 6336-3, clause 6"),
     "s_Fn/m_n": ("", "thickness of the critical section", "ISO 6336-3, clause 6"),
     "ρ_F/m_n": ("", "radius of the fillet there", "ISO 6336-3, clause 6"),
