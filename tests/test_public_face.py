@@ -106,6 +106,10 @@ def modes(model):
         (lambda case: case.assemble().response(speed=0.5), "response(): speed: 0.5: is fixed, but"),
         (lambda case: case.assemble().mode_field(b"x", 1), "mode_field(): body: b'x' is of the"),
         (lambda case: case.assemble().static().fg.orders(3), "orders(): name: 3 is of the wrong"),
+        (lambda case: fg.sweep(case, {"stage.planets": [3]}, workers=0), "workers: 0 is too small"),
+        (lambda case: fg.sweep(case, {"stage.planets": [3]}, modes=0), "modes: 0 is too small"),
+        (lambda case: fg.sweep(3, {"stage.planets": [3]}), "sweep(): source: 3 is of the wrong"),
+        (lambda case: fg.load_case(case, planets=0), "load_case(): stage.planets: 0 is outside"),
         (lambda case: fg.stage_part(case.assemble().static(), "x"), "stage_part(): stage: 'x'"),
         (lambda case: fg.stage_part(case.assemble().static(), "stage", "x"), "half: 'x': is no"),
         (lambda case: fg.radial_harmonics(1.0), "radial_harmonics(): displacement: (): is not"),
@@ -125,6 +129,13 @@ def test_an_unknown_stage_is_one_line(case):
     for block in (fg.geometry, fg.contact_paths):
         with pytest.raises(fg.InputError, match=r"lin-parker: 'x': is of no stage .* one of stage"):
             block(case, "x")
+
+
+def test_a_value_in_place_of_a_section_is_one_line(case):
+    with pytest.raises(fg.InputError, match="inputs: -1 is not a list -- give a list"):
+        case.with_(inputs=-1)
+    with pytest.raises(fg.InputError, match="damping: 3 is not a section with keys"):
+        case.with_(damping=3)
 
 
 def test_numbers_of_numpy_and_labelled_ones_are_numbers(model):
@@ -207,6 +218,28 @@ def test_a_saved_dataset_is_read_as_it_was_with_its_pictures(model, tmp_path):
     xr.testing.assert_identical(fg.open_dataset(tmp_path / "mine.nc"), data)
     with pytest.raises(fg.InputError, match="there is no such file"):
         fg.open_dataset(tmp_path / "other.nc")
+
+
+def test_a_case_is_swept_as_a_file_is(case):
+    keys = {"stage.planet_bearing.radial_n_per_m": [1e8, 2e8]}
+    study = fg.sweep(case, keys, settings={"stage.planets": 3}, workers=1)
+    by_name = fg.sweep("lin-parker", keys, settings={"stage.planets": 3}, workers=1)
+    xr.testing.assert_equal(study, by_name)
+    assert "frequency" in dir(study.fg.plot)
+    figure = study.fg.plot.frequency()
+    assert figure.axes[0].get_ylabel() == "frequency (Hz)"
+    assert fg.load_case(case, planets=3) == fg.load_case("lin-parker", planets=3)
+    assert fg.load_case(fg.load_case("nrel-5mw")) == fg.load_case("nrel-5mw")
+
+
+def test_samples_of_a_tolerance_have_their_picture():
+    study = fg.tolerance(
+        fg.load_case("herringbone", {
+            "tolerance.samples": 20, "tolerance.errors.pin_tangential.standard_deviation_um": 15,
+        }),
+        workers=1,
+    )  # fmt: skip
+    assert dir(study.fg.plot) == ["load_sharing"] and study.fg.plot.load_sharing().axes
 
 
 def test_what_comes_of_a_case_has_its_methods(case, model):

@@ -8,12 +8,11 @@ Any key of a case over values: here the natural frequencies over the planets' be
 import numpy as np
 
 import flexgear as fg
-from flexgear.views.style import save_figure
-from flexgear.views.sweep_charts import sweep_chart
 
 values = np.geomspace(2e7, 5e9, 9)
 study = fg.sweep("lin-parker", {"stage.planet_bearing.radial_n_per_m": values}, workers=1)
 for stiffness, frequencies in zip(values, study.frequency.values, strict=True):
     print(f"{stiffness:8.2e} N/m: second mode {frequencies[1]:7.1f} Hz")
-figure = sweep_chart(study, "frequency")
-print("wrote", save_figure(figure, "sweep.png"))
+figure = study.fg.plot.frequency()
+figure.savefig("sweep.png")
+print("wrote sweep.png")

@@ -7,8 +7,6 @@ distribution of the load sharing.
 """
 
 import flexgear as fg
-from flexgear.views.study_charts import tolerance_chart
-from flexgear.views.style import save_figure
 
 case = fg.load_case("herringbone", {
     "tolerance.samples": 100,
@@ -16,5 +14,6 @@ case = fg.load_case("herringbone", {
 })  # fmt: skip
 study = fg.tolerance(case, workers=1)
 print(study.load_sharing_max.quantile(0.95, "sample").values)
-figure = tolerance_chart(study)
-print("wrote", save_figure(figure, "tolerance.png"))
+figure = study.fg.plot.load_sharing()
+figure.savefig("tolerance.png")
+print("wrote tolerance.png")

@@ -6,7 +6,7 @@ import json
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -124,11 +124,19 @@ class Plots:
         self._data = data
 
     @cached_property
-    def _plan(self) -> Mapping[str, Planned]:
-        """All that can be drawn of the dataset alone."""
+    def _plan(self) -> Mapping[str, Callable[[], Figure]]:
+        """All that can be drawn of the dataset alone: measures of a sweep over its keys,
+        distributions of random samples, pictures of a run."""
         from flexgear.views.chart import planned
         from flexgear.views.run_charts import RUN_CHARTS
+        from flexgear.views.study_charts import DRAWN, tolerance_chart
+        from flexgear.views.sweep_charts import drawn_variables, sweep_chart
 
+        if swept := drawn_variables(self._data):
+            return {name: partial(sweep_chart, self._data, name) for name in swept}
+        if "load_sharing_max" in self._data:
+            drawn = [name for name, (of, *_) in DRAWN.items() if of in self._data]
+            return {name: partial(tolerance_chart, self._data, name) for name in drawn}
         case = Case.model_validate(tuples_of(json.loads(self._data.attrs["parameters"])))
         summary = {"variant": self._data.attrs["variant"]}
         run = Folder(case, power_flow(case), _by_file(self._data), {}, summary)
@@ -139,14 +147,14 @@ class Plots:
                     plan |= {} if chart.slow else planned(run, [(subjects, [chart])])
                 except KeyError:  # a picture of another dataset or of the summary
                     continue
-        return plan
+        return {name: picture.draw for name, picture in plan.items()}
 
     def __getattr__(self, name: str) -> Callable[[], Figure]:
         if name.startswith("_"):
             raise AttributeError(name)
         if name not in self._plan:
             raise AttributeError(f"no picture {name!r} of this dataset: {self!r}")
-        return self._plan[name].draw
+        return self._plan[name]
 
     def __getstate__(self) -> dict[str, Any]:
         """The dataset alone: other processes plan anew."""

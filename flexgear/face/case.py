@@ -133,9 +133,11 @@ def _plain(value: object) -> Any:
 
 
 def load_case(
-    source: str | Path, overrides: Mapping[str, object] | None = None, **keys: object
+    source: str | Path | case.Case,
+    overrides: Mapping[str, object] | None = None,
+    **keys: object,
 ) -> Case:
-    """A TOML file or a bundled case by name, with keys changed.
+    """A TOML file, a bundled case by name, or another case, with keys changed.
 
     keys, overrides: by the keys of the file, with their units; those of a case's only stage also
     without it, "__" for ".": ``load_case("wind-5mw", planets=5, solver__fidelity="quick")``. They

@@ -366,6 +366,8 @@ class Case(Section):
         """Where power goes in, a member takes it, and the other way round."""
         require_rollers(data)
         inputs, loaded = data.get("inputs") or (), data.get("output") is not None
+        if not isinstance(inputs, list | tuple):
+            return []  # which is what is wrong
         if loaded and not inputs:
             return [Missing("inputs", "is missing beside output", "add [[inputs]]")]
         powers = [k for i in inputs for k in ("torque", "power") if raw_value(i, k) is not None]

@@ -117,8 +117,10 @@ def _merged(base: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, An
     return out
 
 
-def load_case(source: str | Path, overrides: Mapping[str, object] | None = None) -> Case:
+def load_case(source: str | Path | Case, overrides: Mapping[str, object] | None = None) -> Case:
     """Read a TOML file or a bundled case by name; overrides are keyed like the TOML keys.
+
+    source: a case is taken as it is, but for the overrides.
 
     A single stage may be written [stage]; it is the only element of ``stages`` under another name,
     in the file, in overrides and in messages. Files of earlier forms are refused (``upgrade``).
@@ -127,9 +129,21 @@ def load_case(source: str | Path, overrides: Mapping[str, object] | None = None)
     "stage.".
     Raises InputError with one line for anything that is wrong.
     """
+    if isinstance(source, Case):
+        return _overridden(source, overrides or {})
     text, where, folder, name = _find(source)
     where = where.encode(errors="backslashreplace").decode()  # a file name may be no UTF-8
     return case_of_toml(parse_toml(text, where), where, name, folder, overrides)
+
+
+def _overridden(case: Case, overrides: Mapping[str, object]) -> Case:
+    data, written = case.model_dump(mode="python", exclude_unset=True), Written()
+    try:
+        for key, value in overrides.items():
+            data = _override(data, key, value, written)
+        return validated_case(data, case.source, written)
+    except InputError as fault:
+        raise (of_only_stage(fault) if case.stages[0].name == "stage" else fault) from None
 
 
 def case_of_toml(

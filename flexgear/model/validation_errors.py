@@ -30,6 +30,7 @@ _TYPES = {
     "string_type": 'text in quotes ("…")',
     "tuple_type": "a list",
     "finite_number": "a finite number",
+    "model_type": "a section with keys",
 }
 _LIMITS = ("greater_than_equal", "greater_than", "less_than_equal", "less_than")
 

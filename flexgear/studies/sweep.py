@@ -18,6 +18,7 @@ import numpy as np
 import xarray as xr
 
 from flexgear.coupling.build import require_workable
+from flexgear.model.arguments import Count
 from flexgear.model.case import Case
 from flexgear.model.errors import FlexgearError, InputError
 from flexgear.model.load import load_case
@@ -87,38 +88,39 @@ class Sweep:
 
 
 def sweep(
-    source: str | Path,
+    source: str | Path | Case,
     keys: Mapping[str, Values | str | Iterable[object]],
     *,
-    settings: Mapping[str, str] | None = None,
+    settings: Mapping[str, object] | None = None,
     measures: Sequence[str] = (),
-    modes: int = 10,
-    workers: int | None = None,
+    modes: Count = 10,
+    workers: Count | None = None,
     scheduler: str | None = None,
     progress: Progress = silent,
 ) -> xr.Dataset:
     """Measures of a case over all values of ``keys`` as one dataset.
 
-    As ``planned`` and ``run_sweep`` in turn. keys: e.g. {"stage.planets": [3, 4, 5]}, or values as
-    the command line writes them, "0:50:6".
+    source: a case, a TOML file or a bundled case by name. keys: of the case with their units, e.g.
+    {"stage.face_width_mm": [30, 40]}, or values as the command line writes them, "0:50:6".
+    settings: other keys that are changed. measures: names (none: the usual ones of that kind of
+    case); modes: how many natural modes are listed. workers: processes (1: this one; None: as many
+    as pay); scheduler: address of a Dask cluster instead. The dataset's ``message`` says why a
+    point failed. InputError for bad keys, values or measures, FlexgearError where every point
+    fails.
     """
     plan = planned(source, keys, settings=settings, measures=measures, modes=modes)
     return run_sweep(plan, workers=workers, scheduler=scheduler, progress=progress)
 
 
 def planned(
-    source: str | Path,
+    source: str | Path | Case,
     keys: Mapping[str, Values | str | Iterable[object]],
     *,
-    settings: Mapping[str, str] | None = None,
+    settings: Mapping[str, object] | None = None,
     measures: Sequence[str] = (),
     modes: int = 10,
 ) -> Sweep:
-    """A sweep to be run.
-
-    source, settings: as for ``load_case``; measures: names (none: the usual ones of that kind of
-    case); modes: how many natural modes are listed. InputError for bad keys, values or measures.
-    """
+    """A sweep to be run; arguments as of ``sweep``."""
     if not keys:
         raise InputError(WHERE, "KEY=VALUES", "is missing", "e.g. stage.planets=3,4,5")
     base = load_case(source, settings)
@@ -232,8 +234,8 @@ def failures(data: xr.Dataset, name: str = "message") -> list[tuple[str, str]]:
 
 
 def _case(
-    source: str | Path,
-    settings: Mapping[str, str] | None,
+    source: str | Path | Case,
+    settings: Mapping[str, object] | None,
     keys: Sequence[SweptKey],
     point: Point,
 ) -> Case | InputError:
