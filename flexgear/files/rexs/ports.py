@@ -221,7 +221,8 @@ class PortWriter:
                 section = self.case.section("[[loads]]")
                 section.put("member", member.name, load.label)
                 _put_forces(section, values, load.label)
-                self.case.warn(f"{load.label}: its force acts in the middle of {member.name} here")
+                place = "behind the shaft" if member in self.shafts else "in the middle"
+                self.case.warn(f"{load.label}: its force acts {place} of {member.name} here")
 
     def _case(self, speeds: Mapping[str, Datum]) -> Case:
         """The case so far, with these speeds (rpm) and no torques."""

@@ -132,6 +132,11 @@ def test_spline_bearings_and_body_behind(imported):
     assert port.bearing.radial == sun.support.radial == pytest.approx(10 * YOUNG * 0.06)
     assert case.kinematics == "spatial"
     m = clamped(tilt=7e4)
+    m.part(m.sun_shaft, "external_load", "push", force_v_direction=(10.0, "N"))
+    case, made = imported(m)
+    assert case.loads[0].force == (10, 0, 0)
+    assert any("acts behind the shaft of low.sun" in line for line in made.assumed)
+    m = clamped(tilt=7e4)
     m.components[m.mass] = ("additional_mass", "none", {})
     case, made = imported(m)
     d = 0.032
