@@ -176,11 +176,11 @@ class RollingElements(Section):
     Keys that ``rollers`` of the same bearing has are left out here.
 
     count: of a row; rows: of one bearing; spacing: between the middles of neighbouring rows, also
-    of neighbouring bearings; a single row is at z of its bearing, several are about the middle of
-    the gear or seat. diameter: D_w of balls, D_we of rollers. pitch_diameter: D_pw of the
-    circle of their centres. length: L_we, effective length of rollers. clearance: radial gap on
-    every side (half of the radial internal clearance), in operation. contact_angle: nominal; of
-    several rows half face one way, half the other, and a single row is loaded by thrust along +z.
+    of neighbouring bearings; their middle is at z of the bearing. diameter: D_w of balls, D_we of
+    rollers. pitch_diameter: D_pw of the circle of their centres. length: L_we, effective length of
+    rollers. clearance: radial gap on every side (half of the radial internal clearance), in
+    operation. contact_angle: nominal; of several rows half face one way, half the other, and a
+    single row is loaded by thrust along +z.
     arrangement: contact lines meet the axis outside of the rows ("O") or between them ("X").
     profile: of rollers, see below. drops: of a profile by a table, at equal steps from the middle
     of the roller to its end. edge_stress: whether lives include the stress concentration at the

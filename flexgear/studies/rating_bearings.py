@@ -112,13 +112,6 @@ class _Place(NamedTuple):
             return LAWS[type(self.rows.rows[0])].turning
         return EXPONENTS[self.kind]
 
-    @property
-    def z(self) -> float:
-        """Middle of the rows, m. Springs act at z, which is that of one row and of the rows of
-        ``rollers``, but not of two rows that springs stand for."""
-        one = isinstance(self.rows, RollingBearing) and len(self.rows.rows) == 1
-        return self.section.z if one or self.section.rollers else 0.0
-
     def speed(self, flow: PowerFlow) -> float:
         """Speed of the inner against the outer ring, rad/s."""
         if self.planet:
@@ -219,7 +212,7 @@ def _in_bin(
     uneven = _unevenness(case, place, loads)
     force = uneven * loads.supports.get(place.name, np.zeros((1, 6)))
     turned = loads.carrier_angle.get(place.stage, np.zeros(1))
-    load = bearing_load(force, turned, place.exponent, place.z, least)
+    load = bearing_load(force, turned, place.exponent, place.section.z, least)
     radial, _, axial, *moment = load.vector.tolist()
     how = COMPUTED if uneven == 1.0 else f"computed, times {uneven:.4g} by key k_gamma"
     loads_of = {"F_r": radial, "F_a": axial, "M": math.hypot(*moment), "F_r,max": load.largest}

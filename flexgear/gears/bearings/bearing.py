@@ -155,7 +155,7 @@ def equilibrium(
                 return motion
     why = "it can move freely"
     if len(bearing.rows) == 1 and bearing.rows[0].contact_angle:
-        why = "one row with a contact angle slides without thrust; give both rows of its pair"
+        why = "one row slides along its contact angle unless thrust holds it; give both of its pair"
     raise FlexgearError(f"no equilibrium of the bearing under its load: {why}")
 
 

@@ -142,7 +142,8 @@ def _sentence(rating: Rating, part: RatedPart) -> str:
     if part.kind == "bearing" and static:
         texts.append(f"static safety {number(min(static), 3)}")
     if part.kind == "bearing" and not any("L_nmr" in sheet for sheet in part.factors):
-        texts.append("basic life, without the lubricant's factor a_ISO")
+        alone = " of the radial load alone" if any("L_10" in x for x in part.factors) else ""
+        texts.append(f"basic life{alone}, without the lubricant's factor a_ISO")
     if part.estimates:
         texts.append(f"no verdict: {', '.join(part.estimates)} estimated")
     return f"{'; '.join(texts)}."
