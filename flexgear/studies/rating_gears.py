@@ -279,4 +279,5 @@ def _missing(case: Case, place: _Place, key: str) -> str:
         return ""
     if key == "lubricant":
         return "lubricant.viscosity_40_mm2_per_s is missing"
-    return f"{case.view(place.stage).key(place.gear)}.rating.{key} is missing"
+    view, (mate, _, bare) = case.view(place.stage), key.rpartition(".")
+    return f"{view.key(view.part(mate) if mate else place.gear)}.rating.{bare} is missing"

@@ -142,7 +142,9 @@ def test_alternating_roots_of_planets_by_hand(tmp_path, steel, hardness, endures
 
 def test_a_gear_narrower_than_its_gear_mesh_is_one_line(tmp_path):
     case = case_of(tmp_path, PAIR, **{"stage.gear.rating.face_width": 0.04})
-    with pytest.raises(InputError, match=r"gear\.rating\.face_width: is 40 mm, .* is 45 mm wide"):
+    with pytest.raises(
+        InputError, match=r"gear\.rating\.face_width_mm: is 40 mm, .* is 45 mm wide"
+    ):
         pair_of(case)
 
 
@@ -160,8 +162,8 @@ def test_floors_of_a_named_set_and_what_a_case_puts_in_their_place(tmp_path):
     ("part", "key", "place", "missing"),
     [
         ("sun", "steel", "flank", "steel"),
-        ("sun", "flank_rz", "flank", "flank_rz"),
-        ("planet", "root_rz", "root", "root_rz"),
+        ("sun", "flank_rz", "flank", "flank_rz_um"),
+        ("planet", "root_rz", "root", "root_rz_um"),
         ("planet", "grade", "root", "grade"),
     ],
 )
@@ -174,6 +176,8 @@ def test_what_is_not_known_is_named_and_not_assessed(tmp_path, part, key, place,
     assert state.missing == missing
     assert state.curve is None and math.isnan(state.safety(1e6)) and "S_H" not in state.sheet(1e6)
     assert state.stress > 0
+    if place == "flank":  # Z_R, and σ_Hlim in Z_L, are of both gears
+        assert rate(pair, load, {})["planet", "flank"].missing == f"sun.{missing}"
 
 
 def test_without_accuracy_there_is_no_factor_of_method_b(tmp_path):

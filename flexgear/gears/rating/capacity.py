@@ -90,7 +90,8 @@ LOAD_FACTORS: dict[Limit, tuple[str, ...]] = {
 class LimitState:
     """Flank ("H") or root ("F") of one gear under one load. factors: all that do not depend on
     cycles, but for load factors; curve: σ_HG or σ_FG over cycles, Pa, None where ``missing`` names
-    the key that it lacks, in the gear's section ``rating`` or "lubricant"; reference: σ_G with a
+    the key that it lacks, in the gear's section ``rating`` (of its mate "planet.flank_rz_um") or
+    "lubricant"; reference: σ_G with a
     life factor of 1, Pa; yield_strength: σ_0.2 of a root, Pa, where it is stated."""
 
     letter: str
@@ -235,16 +236,19 @@ def _flank_strength(pair: GearPair, gear: RatedGear, load: PairLoad) -> dict[str
         return "steel" if gear.data.steel is None else str(gear.flank_strength)
     if pair.viscosity is None:
         return "lubricant"
-    peaks = [g.data.flank_roughness for g in pair.gears.values()]
-    rough = [rz for rz in peaks if rz is not None]
+    peaks = {part: g.data.flank_roughness for part, g in pair.gears.items()}
+    rough = [rz for rz in peaks.values() if rz is not None]
     if len(rough) < len(peaks):
-        return "flank_rz"
+        mate = next(part for part, rz in peaks.items() if rz is None)
+        return "flank_rz_um" if peaks[gear.part] is None else f"{mate}.flank_rz_um"
     hardening = _work_hardening(pair, gear, load)
     if isinstance(hardening, str):
         return hardening
-    of_gears = [g.flank_strength for g in pair.gears.values()]
-    softer = min(x / 1e6 for x in of_gears if not isinstance(x, str))
-    softer = min(max(softer, 850.0), 1200.0)
+    softer = 1200.0
+    for part, each in pair.gears.items():
+        if isinstance(each.flank_strength, str):
+            return f"{part}.{each.flank_strength}"
+        softer = min(max(each.flank_strength / 1e6, 850.0), softer)
     oil = 0.83 + 0.08 * (softer - 850.0) / 350.0  # C_ZL
     speed, relative = oil + 0.02, 1e6 * sum(rough) / 2.0  # C_Zv
     relative *= (10.0 / (1e3 * pair.relative_curvature)) ** (1.0 / 3.0)
@@ -344,7 +348,7 @@ def _root_strength(pair: GearPair, gear: RatedGear) -> dict[str, float] | str:
     if data.steel is None or isinstance(gear.root_strength, str):
         return "steel" if data.steel is None else str(gear.root_strength)
     if gear.rim_factor is None or data.root_roughness is None:
-        return "rim_factor" if gear.rim_factor is None else "root_rz"
+        return "rim_factor" if gear.rim_factor is None else "root_rz_um"
     layer = slip_layer(data)
     if isinstance(layer, str):
         return layer

@@ -211,7 +211,7 @@ def _gear(view: StageView, g: StageGeometry, role: str, part: str) -> RatedGear:
         else 1.0,
         inertia=_inertia(view, tooth, member, rim),
         turns=f"{stage.name}.{name}" not in view.case.held_members(),
-        face_width=_root_width(view, member, f"{name}.rating.face_width"),
+        face_width=_root_width(view, member, f"{name}.rating.face_width_mm"),
         reversed=is_planet,
         relief=sum(relief.amount for relief in reliefs if relief is not None),
         roll_length=tooth.base_radius * math.tan(gear_mesh.working_angle),

@@ -127,7 +127,7 @@ def slip_layer(data: GearRating) -> float | str:
     """ρ', mm, or the key that is missing; straight between the table's yield strengths."""
     if data.steel in THROUGH_HARDENED:
         if data.yield_strength is None:
-            return "yield_strength"
+            return "yield_strength_mpa"
         return float(np.interp(data.yield_strength / 1e6, _SLIP_YIELD, _SLIP_LAYER))
     return 0.1005 if data.steel in NITRIDED else 0.0030
 
