@@ -260,4 +260,6 @@ def _plain(value: Any) -> Any:
     """A mapping without entries that are None; other values as they are."""
     if not isinstance(value, dict):
         return value
+    if value.get("instantaneous", 1.0) is None:
+        return "not defined, as the planets carry nothing together at times"
     return {k: v for k, v in value.items() if v is not None}

@@ -149,7 +149,9 @@ def _write_tolerance_page(
 
 def _show_tolerance(summary: dict[str, Any]) -> None:
     """Print the share of samples above the value of IEC 61400-4, and the spread of figures."""
-    samples = f"{summary['samples']} samples, largest K over one turn of the carrier"
+    samples = (
+        f"{summary['samples']} samples, largest K over one turn of the carrier against the ring"
+    )
     typer.echo(f"{summary['case']}, {summary['variant']}: {samples}")
     show_verdicts(tolerance_verdicts(summary))
     for each in tolerance_tables(summary):

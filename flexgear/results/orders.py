@@ -113,7 +113,8 @@ def gear_mesh_orders(data: xr.Dataset, stage: str) -> xr.DataArray:
     forces = last["gear_mesh_force"].isel(gear_mesh=first_planet)
     highest = min(HIGHEST, highest_order(cycles))
     spectrum = order_spectrum(synchronous(forces, cycles, highest))
-    return spectrum.assign_coords(gear_mesh=[g.part for g in groups_in(forces)])
+    pair = of.pinion is not None
+    return spectrum.assign_coords(gear_mesh=[g.side if pair else g.part for g in groups_in(forces)])
 
 
 def highest_order(turns: xr.DataArray) -> float:

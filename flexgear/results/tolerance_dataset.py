@@ -40,7 +40,7 @@ class Spread(NamedTuple):
 
 SPREADS = {  # by the beginning of the names of their statistics
     "load_sharing": Spread("load_sharing_max", "1", "load_sharing",
-        "largest load sharing factor K over one turn of the carrier"),
+        "largest load sharing factor K over one turn of the carrier against the ring"),
     "k_h_beta": Spread("k_h_beta", "1", "k_h_beta", "largest face load factor K_Hβ"),
     "largest_line_load": Spread("largest_line_load", "N/m", "largest_line_load_n_per_mm",
         "largest line load", "N/mm", 1e-3),

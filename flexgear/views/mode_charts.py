@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Mapping
 from typing import Any
@@ -12,6 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
+from matplotlib.ticker import NullFormatter
 
 from flexgear.arrays import Array
 from flexgear.model.errors import FlexgearError
@@ -125,7 +127,9 @@ def _frequencies(ax: Axes, frequency: Array, kinds: list[str], rows: list[list[i
             va="center", fontsize=7,
         )  # fmt: skip
     ax.set_xscale("log")
-    ax.set_xlim(low, high * (high / low) ** 0.35)
+    ax.set_xlim(low, last := high * (high / low) ** 0.35)
+    if math.ceil(math.log10(low)) <= math.log10(last):  # decades alone have room for labels
+        ax.xaxis.set_minor_formatter(NullFormatter())
     ax.set_yticks(range(len(rows)), [str(row[0] + 1) for row in rows])
     ax.grid(axis="y", visible=False)
     ax.set_xlabel("natural frequency (Hz)")

@@ -24,7 +24,7 @@ from flexgear.results.orders import (
     history_over_turns,
     order_spectrum,
 )
-from flexgear.results.report.wording import scale, words
+from flexgear.results.report.wording import number, scale, words
 from flexgear.results.sinks import SENSOR_TIME
 from flexgear.views.style import (
     SEQUENTIAL_MAP,
@@ -115,14 +115,16 @@ def _mark(axes: Axes, lines: Lines, highest: float) -> list[Line2D]:
 
 
 def _name_harmonics(axes: Axes, lines: Lines, highest: float) -> None:
-    """Harmonics of gear meshes above the panel, with their stage where there are several, as far as
-    there is room."""
+    """Harmonics of gear meshes above the panel, as far as there is room, with their stage where
+    there are several; the only stage of which there is more than the first has no name."""
     named = [(order, line) for line, order in lines if line.kind == GEAR_MESH and order <= highest]
     several = len({line.stage for _, line in named}) > 1
+    higher = {line.stage for _, line in named if line.harmonic > 1}
     room, last = (NEAREST * (2 if several else 1)) * highest, -highest
     for order, line in sorted(named, key=lambda entry: entry[0]):
         if order - last >= room:
-            text = f"{words(line.stage)} {line.harmonic}×" if several else f"{line.harmonic}×"
+            bare = not several or higher == {line.stage}
+            text = f"{line.harmonic}×" if bare else f"{words(line.stage)} {line.harmonic}×"
             look: Any = {"fontsize": 7, "ha": "center", "va": "bottom"}
             axes.text(order, axes.get_ylim()[1], text, color=LOOKS[GEAR_MESH][0], **look)
             last = order
@@ -204,6 +206,7 @@ SHOWN = {  # unit and factor of a quantity in pictures
     "strain": ("µm/m", 1e6), "speed": ("rad/s", 1.0), "torque": ("N m", 1.0),
 }  # fmt: skip
 STATIC = {"m": "displacement", "1": "strain", "N m": "torque"}
+ROUNDING = 1e-7  # of the largest value of a quantity: what varies by less is constant
 SENSOR_DECADES = 7  # of a spectrum, below its highest line
 MOST_SHOWN = 4000  # samples of a history
 MOST = 2**17  # of a spectrum, the last ones
@@ -220,12 +223,10 @@ def sensors_chart(data: xr.Dataset) -> Figure:
     (spectrum, lines), handles = _orders(data), list[Line2D]()
     for k, ((left, right), name) in enumerate(zip(axes, names, strict=True)):
         quantity = str(signal["sensor_quantity"][k].item())
-        unit, factor = SHOWN[quantity]
-        values = factor * signal.sel(sensor=name).to_numpy().astype(float)
-        left.plot(time, values, lw=0.7)
-        left.set_title(f"{name}: {values.min():.4g} … {values.max():.4g} {unit}")
-        left.set_ylabel(f"{quantity} ({unit})")
-        if spectrum is None:
+        values = signal.sel(sensor=name).to_numpy().astype(float)
+        alike = np.abs(signal.to_numpy()[:, signal["sensor_quantity"].to_numpy() == quantity])
+        unit, factor, varies = _draw(left, time, values, f"{name}", quantity, float(alike.max()))
+        if spectrum is None or not varies:
             right.set_visible(False)
             continue
         amplitude = factor * spectrum.sel(sensor=name).to_numpy()
@@ -234,15 +235,38 @@ def sensors_chart(data: xr.Dataset) -> Figure:
         right.semilogy(spectrum["order"], amplitude, lw=0.7)
         right.set_ylim(2 * top * 10.0**-SENSOR_DECADES, 3 * top)
         right.set_xlim(0, float(spectrum["order"][-1]))
+        right.locator_params(axis="x", nbins=5)
         right.set_title(f"{name}: amplitudes by order")
         right.set_ylabel(f"amplitude ({unit})")
     axes[-1, 0].set_xlabel("time (s)")
-    if spectrum is not None:
-        axes[-1, 1].set_xlabel(f"order of {spectrum.attrs['of']} (–)")
+    shown = [ax for ax in axes[:, 1] if ax.get_visible()]
+    if spectrum is not None and shown:
+        shown[-1].set_xlabel(f"order of {spectrum.attrs['of']} (–)")
+        shown[-1].tick_params(labelbottom=True)
     if handles:
         legend_below(figure, handles, len(handles))
     figure.align_ylabels(axes)
     return figure
+
+
+def _draw(
+    ax: Axes, x: Array, values: Array, name: str, quantity: str, largest: float
+) -> tuple[str, float, bool]:
+    """Draw values in SI over x; their unit and its factor, and whether they vary by more than the
+    rounding of the largest value of their quantity."""
+    unit, factor = scale(values, "N m") if quantity == "torque" else SHOWN[quantity]
+    shown = factor * values
+    low, high = float(np.min(shown)), float(np.max(shown))
+    varies = high - low > ROUNDING * factor * largest
+    if varies:
+        ax.set_title(f"{name}: {number(low)} … {number(high)} {unit}")
+    else:
+        mean = 0.0 if abs(high) <= ROUNDING * factor * largest else high
+        shown = np.full(len(shown), mean)
+        ax.set_title(f"{name}: constant, {number(mean)} {unit}")
+    ax.plot(x, shown, lw=0.8)
+    ax.set_ylabel(f"{quantity} ({unit})")
+    return unit, factor, varies
 
 
 def _orders(data: xr.Dataset) -> tuple[xr.DataArray | None, list[tuple[ExpectedLine, float]]]:
@@ -269,11 +293,8 @@ def static_sensors_chart(data: xr.Dataset) -> Figure:
     for ax, name in zip(axes[:, 0], names, strict=True):
         of_sensor = static.sel(static_sensor=name)
         quantity = STATIC[str(of_sensor["static_sensor_unit"].item())]
-        unit, factor = SHOWN[quantity]
-        values = factor * of_sensor.to_numpy()
-        ax.plot(degrees, values, lw=0.9)
-        ax.set_title(f"{name}: {values.min():.4g} … {values.max():.4g} {unit}")
-        ax.set_ylabel(f"{quantity} ({unit})")
+        values = of_sensor.to_numpy()
+        _draw(ax, degrees, values, f"{name}", quantity, float(np.abs(values).max()))
     axes[-1, 0].set_xlabel("rotation of the reference member (°)")
     figure.align_ylabels(axes[:, 0])
     return figure

@@ -360,8 +360,9 @@ RUN_CHARTS: Sequence[tuple[Subjects, Sequence[Chart]]] = (
             "Normal force of every gear mesh; equal lines share the load.",
             _forces, "transient"),
         Chart("spectrum_{stage}", "dynamics",
-            "Spectrum of the gear-mesh forces{of}, planet 1, gear-mesh frequency {hz} Hz, {window}",
-            "Amplitudes of the gear-mesh force by order, at any speed; unevenness of a member "
+            "Spectrum of the gear-mesh forces{of}, gear-mesh frequency {hz} Hz, {window}",
+            "Amplitudes of the gear-mesh force, where planets share it that of planet 1, by order, "
+            "at any speed; unevenness of a member "
             "causes sidebands at its rotation. Expected: orders of gear meshes, shafts and tooth "
             "faults.", _spectrum, "transient"),
     )),

@@ -1,10 +1,13 @@
 """Pictures of trains: what is drawn, with which unit, and what is left out."""
 
+import itertools
+
 import numpy as np
 import pytest
 import xarray as xr
 from matplotlib.figure import Figure
 
+from flexgear.gears.expected_lines import ExpectedLine
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.errors import FlexgearError
 from flexgear.model.load import load_case
@@ -19,6 +22,7 @@ from flexgear.views.mode_charts import (
     campbell_chart,
     index_colour,
 )
+from flexgear.views.order_charts import order_chart, static_sensors_chart
 from flexgear.views.style import planet_colour
 
 SAMPLES = 40
@@ -181,6 +185,37 @@ def modes(count: int = 6) -> xr.Dataset:
     )  # fmt: skip
 
 
+def test_a_sensor_of_a_constant_says_so_in_a_unit_of_its_size():
+    torque = 2.273642e6 * (1.0 + 1e-12 * np.arange(5.0))[:, None]
+    of_sensor = {"static_sensor": ["input"], "static_sensor_unit": ("static_sensor", ["N m"])}
+    data = xr.Dataset(
+        {
+            "sensor_static": (("position", "static_sensor"), torque),
+            "input_angle": (("position", "input_coordinate"), np.linspace(0, 1, 5)[:, None]),
+        },
+        coords=of_sensor,
+    )
+    (axis,) = static_sensors_chart(data).axes
+    assert axis.get_title(loc="left") + axis.get_title() == "input: constant, 2.274 MN m"
+    assert axis.get_ylabel() == "torque (MN m)"
+    data["sensor_static"][0] = 1.1e6
+    (axis,) = static_sensors_chart(data).axes
+    assert axis.get_title(loc="left") + axis.get_title() == "input: 1.1 … 2.274 MN m"
+
+
+def test_own_harmonics_need_no_name_beside_those_of_other_stages():
+    lines = [
+        (ExpectedLine(stage, "gear mesh", "", 100.0 * k, 1.0, harmonic=k), order)
+        for stage, k, order in (("planetary", 1, 1.0), ("planetary", 2, 2.0), ("helical", 1, 3.3))
+    ]
+    spectrum = xr.DataArray(
+        np.ones(50), {"order": np.linspace(0, 4, 50)}, "order", "gear_mesh_force",
+        {"units": "N", "turns": 10, "window": "hann", "of": "the gear mesh"},
+    )  # fmt: skip
+    texts = [t.get_text() for t in order_chart(spectrum, lines).axes[0].texts]
+    assert texts == ["1×", "2×", "helical 1×"]
+
+
 class TestModes:
     def test_repeated_frequencies_are_one_row(self):
         figure = mode_charts.modes_chart(modes())
@@ -189,6 +224,19 @@ class TestModes:
         ticks = [t.get_text() for t in figure.axes[0].get_yticklabels()]
         assert ticks == ["1", "2", "4", "5"]
         assert figure.axes[0].get_xlabel() == "natural frequency (Hz)"
+
+    def test_labels_of_frequencies_have_room(self):
+        axis = mode_charts.modes_chart(modes()).axes[0]
+        axis.figure.canvas.draw()
+        boxes = sorted(
+            (box.x0, box.x1)
+            for minor in (False, True)
+            for label in axis.get_xticklabels(minor=minor)
+            if label.get_text()
+            for box in [label.get_window_extent()]
+        )
+        assert boxes
+        assert all(one[1] < other[0] for one, other in itertools.pairwise(boxes))
 
     def test_springs_of_a_kind_are_summed(self):
         strain = mode_charts.modes_chart(modes()).axes[2]
