@@ -22,6 +22,7 @@ from flexgear.results.report.wording import with_unit
 
 Report = Callable[[str, float], None]
 MOST_BESIDE = 6  # figures that one line shows side by side
+COMPILED = "loops are compiled, once for this kind of case: up to a minute"
 PLAIN_INTERVAL = 5.0  # s between plain lines of one stage
 
 
@@ -31,10 +32,40 @@ def progress(quiet: bool = False) -> Iterator[Report]:
     if quiet:
         yield lambda stage, share: None
     elif sys.stderr.isatty():
-        with _bars() as report:
+        with _bars() as report, _compilation(report, report):
             yield report
     else:
-        yield PlainProgress()
+        plain_lines = PlainProgress()
+        with _compilation(plain_lines, lambda stage, share: None):
+            yield plain_lines
+
+
+@contextmanager
+def _compilation(begun: Report, after: Report) -> Iterator[None]:
+    """Report that loops are compiled: the first by ``begun``, how it goes on by ``after``.
+
+    It takes a minute where no command has solved a case of such laws before; else there is none.
+    """
+    if "numba" not in sys.modules:  # nothing is compiled
+        yield
+        return
+    from numba.core import event
+
+    class Compilation(event.Listener):
+        def __init__(self) -> None:
+            self.report, self.depth = begun, 0
+
+        def on_start(self, event: Any) -> None:
+            self.depth += 1
+            self.report(COMPILED, 0.0)
+            self.report = after
+
+        def on_end(self, event: Any) -> None:
+            self.depth -= 1
+            self.report(COMPILED, 0.0 if self.depth else 1.0)
+
+    with event.install_listener("numba:compile", Compilation()):
+        yield
 
 
 @contextmanager

@@ -4,6 +4,7 @@ import json
 import math
 import re
 
+import numba
 import numpy as np
 import pytest
 from dead_zone import case_text
@@ -176,6 +177,18 @@ def test_size_is_said_before(flexgear, tmp_path):
     code, _, err = flexgear("simulate", "lin-parker", *SHORT)
     assert (code, err.splitlines()[0]) == (0, "transient: 100 samples")
     assert flexgear("simulate", "lin-parker", *SHORT, "-q")[::2] == (0, "")
+
+
+def test_compilation_is_said_once(capsys):
+    """numba's own compiler, on a function that it has not seen."""
+    double = numba.njit(lambda x: 2 * x)
+    triple = numba.njit(lambda x: 3 * x)
+    with display.progress():
+        assert double(1) + triple(1) == 5
+    assert capsys.readouterr().err.count("are compiled, once") == 1
+    with display.progress():
+        assert double(1) + triple(1) == 5
+    assert capsys.readouterr().err == ""
 
 
 def test_progress_says_how_long_it_takes(capsys, monkeypatch):
