@@ -1,13 +1,14 @@
-r"""Blocks that a flank's rows act on, and teeth of FE bodies turned back to their start.
+r"""Motions that the rows of a flank act on, for means over a gear-mesh cycle.
 
-Rows move with the planets. The teeth of an FE ring pass through the gear mesh instead, so that the
-mean is taken at a place that stands still against the planets: rows on teeth are turned back by
-the ring's advance δ, as those on the teeth of FE planets are by theirs,
+Contacts stay beside their planet, while the teeth of an FE ring or FE planet pass through the gear
+mesh. For a mean at a fixed position of the gear's displacement field, the motion of tooth j, at the
+angle φ_j when the gear has advanced by δ, is replaced by that of the field at φ_j − δ:
 
-    u(φ_j − δ) = Σ_m D(φ_m − φ_j + δ) R(φ_j − φ_m) u_m,
+    u(φ_j − δ) = Σ_m D(φ_m − φ_j + δ) R(φ_j − φ_m) u_m
 
-with the Dirichlet kernel D of z teeth, the band-limited interpolation of a field given at z equal
-places: it commutes with every matrix that is the same from tooth to tooth.
+u_m (6,): displacement and rotation of tooth m of z; R: rotation about the axis; D: Dirichlet kernel
+of z teeth, band-limited interpolation between z equal angles. It commutes with every matrix that is
+the same from tooth to tooth.
 """
 
 from __future__ import annotations
@@ -36,8 +37,9 @@ class RowArrays(Protocol):
 
 @dataclass(frozen=True)
 class _Teeth:
-    """Teeth of a gear that are blocks from ``first`` on, at angles ``place`` (z,) rad; turns: angle
-    by which they pass their gear mesh, backwards where sense is 1, −1: they stand."""
+    """Teeth of an FE gear: blocks from ``first`` on, at angles ``place`` (z,) rad. turns: index of
+    the angle of the train by which they pass their gear mesh, −1 where they do not; sense: 1 where
+    they pass it against that angle, else −1."""
 
     first: int
     place: Array
@@ -45,8 +47,8 @@ class _Teeth:
     sense: float
 
     def turned_back(self, wrench: Array, tooth: Ints, turned: Array) -> Array:
-        """Wrenches (n, 6) on teeth (n,) as ones on all teeth (n, 6 z) that move them back by their
-        advance, at angles of the train since the start (n, A)."""
+        """Rows (n, 6) on the motion of teeth (n,) as rows (n, 6 z) on those of all teeth, at the
+        position without the advance; turned (n, A): angles of the train since the start, rad."""
         count = len(self.place)
         advance = np.zeros(len(tooth)) if self.turns < 0 else self.sense * turned[:, self.turns]
         away = self.place - self.place[tooth][:, None]
@@ -102,7 +104,8 @@ class FlankEnds:
 
 
 def _angles(positions: Array, first: int, teeth: int) -> Array:
-    """Angles (z,) of the tooth nodes from block ``first`` on, rad."""
+    """Angles (z,) about the axis, rad, of ``teeth`` tooth nodes: positions (·, 3) m, from block
+    ``first`` on."""
     place = positions[first : first + teeth]
     return np.arctan2(place[:, 1], place[:, 0])
 

@@ -297,7 +297,8 @@ def frame_data(modal: ModalSystem) -> FrameData:
 
 
 def rated_row(modal: ModalSystem) -> Array:
-    """Row (n,) of the share of rated speed; zero for a train of rated speed zero."""
+    """Row v/vᵀv (n,), which times velocities (n,) is their share of rated speed; v (n,): velocities
+    at rated speed. Zero for a train that is rated at rest."""
     rolling = modal.rolling @ modal.system.rated_input_speeds
     size = float(rolling @ rolling)
     return np.asarray(rolling / size if size else rolling)

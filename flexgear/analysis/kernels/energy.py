@@ -89,8 +89,11 @@ def _potential(laws, rows, count, motion, space, elastic):
 
 @njit(**INNER)
 def _book_work(rows, force, now, before, n, h, rates, energy):
-    """½ F (δ⁺ − δ) of rows: work that given loads do, and that all others take, with the part
-    ½ F ė h of it that errors of the rates (M,) do."""
+    """Add to ``energy``, J, half the work of a step: ½ F (δ⁺ − δ) of given loads, which they do, of
+    all other rows, which is lost, and ½ F ė h, which is lost, too, and done by errors that change.
+
+    force F (n,) N: without a potential; before, now (2, n): δ and δ⁺, m; rates ė (M,) m/s.
+    """
     for i in range(n):
         work = 0.5 * force[i] * (now[0, i] - before[0, i])
         if rows.row[i].kind == LOAD:
@@ -102,12 +105,12 @@ def _book_work(rows, force, now, before, n, h, rates, energy):
 
 
 @njit(**INNER)
-def _cross(own, other, now, before, n):
-    """¼ (F⁺ − F) (δ⁺ − δ) of rows, from their forces at their own motion and at the other one,
-    which is that of the last step for the rows of this one, and the other way round."""
+def _cross(force, other_force, now, before, n):
+    """¼ (F⁺ − F) (δ⁺ − δ) of rows. force: at the motion of their step; other_force: at that of
+    the other step, the last one for rows of this one and the reverse."""
     total = 0.0
     for i in range(n):
-        total += (own[i] - other[i]) * (now[0, i] - before[0, i])
+        total += (force[i] - other_force[i]) * (now[0, i] - before[0, i])
     return 0.25 * total
 
 
