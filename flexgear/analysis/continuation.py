@@ -11,6 +11,9 @@ x + t ds + ½ ds² dt/ds, dt/ds from the state before, and corrects on the plane
 turning points are states like all others (Keller 1977). Steps get shorter where Newton takes many
 tries or the tangent turns fast, as where teeth begin to part.
 
+States of twice the period leave a curve where a multiplier passes −1 (``period_doubling``). They
+are followed from there, first across the curve, with λ constant.
+
 Curves that reach into a range from beyond it, such as the one of parted teeth over a range within
 the hysteresis, are found by following all curves up to the far ends of the resonances around it.
 """
@@ -45,6 +48,7 @@ SAME = 0.02  # of the forces: states of one curve interpolate each other so well
 SEEDS = (0.0, 1.0, 0.5, 0.25, 0.75)  # of the range: where states are looked for without a curve
 # of the gear meshes' own frequency: gear-mesh frequencies between which order 1 or 2 parts teeth
 RESONANT = ((0.4, 1.4), (0.2, 0.7))
+REJOINED = 1e-3  # of the square of what a longer period adds: less from one state to the next
 
 
 @dataclass(frozen=True)
@@ -124,6 +128,33 @@ def curves(
             raise KeyboardInterrupt
 
 
+def leaving(
+    train: CondensedTrain, span: Range, start: Orbit, direction: Array,
+    seen: Callable[[Orbit], Orbit],
+) -> Curve:  # fmt: skip
+    """The curve of twice the period that leaves another one at its state ``start``, by the odd
+    harmonics of ``direction`` (m,), without that state: up to the ends of the range, or to where it
+    meets a curve of half its period again. KeyboardInterrupt ends it, if it has states."""
+    walk, states = _Walk(train, span, span, start, seen), list[Orbit]()
+    try:
+        cut = walk.along(walk.off(direction), states)
+    except KeyboardInterrupt:
+        if not states:
+            raise
+        cut = Cut(span.value(states[-1].point), "stopped")
+    return Curve(states, (cut,) if cut else ())
+
+
+def between(
+    train: CondensedTrain, span: Range, before: Orbit, after: Orbit, value: float
+) -> Orbit | None:
+    """The state at λ = ``value`` between two of a curve; None where none is found."""
+    low, high = span.value(before.point), span.value(after.point)
+    w, point = (value - low) / ((high - low) or 1.0), span.point(value)
+    balance = Balance(train.elements, train.at(point))
+    return converge(balance, point, (1 - w) * before.unknown + w * after.unknown)
+
+
 def _widened(span: Range, resonance: float) -> Range:
     """A range of speeds, up to the ends of the resonances around its own ends."""
     if span.over == "load":
@@ -182,9 +213,9 @@ def _follow(
     backward, forward, cuts = list[Orbit](), list[Orbit](), list[Cut | None]([None, None])
     try:
         if value > wide.low:
-            cuts[0] = walk.along(-1.0, backward)
+            cuts[0] = walk.along(walk.towards(-1.0), backward)
         if value < wide.high:
-            cuts[1] = walk.along(1.0, forward)
+            cuts[1] = walk.along(walk.towards(1.0), forward)
     except KeyboardInterrupt:
         last = (forward or backward or [first])[-1]
         cuts[1 if forward or not backward else 0] = Cut(wide.value(last.point), "stopped")
@@ -231,22 +262,35 @@ class _Walk:
     def _forces(self, unknown: Array) -> float:
         return float(np.linalg.norm(unknown[: self.balance.forces])) or 1.0
 
-    def along(self, sense: float, states: list[Orbit]) -> Cut | None:
-        """Append states from the start on, first with λ rising (1) or falling (−1), up to the end
-        of the wide range; where the curve is cut before."""
-        current = self._place(self.start, self.balance, None)
-        current = replace(current, tangent=current.tangent * np.sign(current.tangent[-1]) * sense)
+    def towards(self, sense: float) -> _Place:
+        """The start, with λ rising (1) or falling (−1) from there."""
+        place = self._place(self.start, self.balance, None)
+        return replace(place, tangent=place.tangent * np.sign(place.tangent[-1]) * sense)
+
+    def off(self, direction: Array) -> _Place:
+        """The start, with λ constant and the unknowns changing in a direction (m,)."""
+        weight, tangent = self._weight(self.start), np.r_[direction, 0.0]
+        tangent /= np.linalg.norm(weight * tangent)
+        return _Place(self.start, self.balance, weight, tangent)
+
+    def along(self, current: _Place, states: list[Orbit]) -> Cut | None:
+        """Append states from the start on, up to an end of the wide range or to where a curve of a
+        longer period meets that of half its period; where the curve is cut before."""
         step, bend = FIRST, np.zeros_like(current.tangent)
         for _ in range(MOST_STATES):
             step, before = min(step, self._longest(current)), self.span.value(current.orbit.point)
-            while (following := self._next(current, bend, step)) is None:
+            while (following := self._next(current, bend, step)) is None or (
+                step > FIRST and self._rejoins(current.orbit, following[0].orbit)
+            ):
                 step *= 0.5
                 if step < SHORTEST:
                     return Cut(before, "steps")
             successor, tries = following
+            if self._rejoins(current.orbit, successor.orbit):
+                return None
             edge = self._edge(before, self.span.value(successor.orbit.point))
             if edge is not None:
-                orbit = self._between(current.orbit, successor.orbit, edge)
+                orbit = between(self.train, self.span, current.orbit, successor.orbit, edge)
                 if orbit is None:
                     return Cut(before, "steps")
                 states.append(self.stored(orbit))
@@ -260,6 +304,15 @@ class _Walk:
             bend, current = (successor.tangent - current.tangent) / step, successor
             step *= 1.4 if tries <= QUICK else 0.8
         return Cut(self.span.value(current.orbit.point), "states")
+
+    def _rejoins(self, before: Orbit, after: Orbit) -> bool:
+        """Whether the odd harmonics, which states of half the period lack, vanish on the way from
+        one state to another."""
+        if self.train.elements.gear_meshes == 1:
+            return False
+        a, b = (self.balance.parts(orbit.unknown)[0][1::2] for orbit in (before, after))
+        size = np.vdot(a, a).real
+        return bool(size > 0.0 and np.vdot(a, b).real < REJOINED * size)
 
     def _longest(self, current: _Place) -> float:
         """Longest step from a place on."""
@@ -287,14 +340,18 @@ class _Walk:
         turned /= float(np.linalg.norm(successor.weight * current.tangent))
         return None if step > KINK and turned < STRAIGHT else (successor, tries)
 
+    def _weight(self, orbit: Orbit) -> Array:
+        """Of the unknowns and λ (m + 1,) in the length of a curve. Rigid motions follow the forces,
+        and have no length of their own."""
+        weight = np.zeros(len(orbit.unknown) + 1)
+        forces = max(self.size, self._forces(orbit.unknown))
+        weight[: self.balance.forces] = 1.0 / (FORCE_SPAN * forces)
+        weight[-1] = 1.0 / max(self.width, 0.5 * self.span.high)
+        return weight
+
     def _place(self, orbit: Orbit, balance: Balance, before: Array | None) -> _Place:
         """With the direction on from ``before``."""
-        size = len(orbit.unknown)
-        # rigid motions follow the forces, and have no length of their own
-        weight = np.zeros(size + 1)
-        forces = max(self.size, self._forces(orbit.unknown))
-        weight[: balance.forces] = 1.0 / (FORCE_SPAN * forces)
-        weight[-1] = 1.0 / max(self.width, 0.5 * self.span.high)
+        size, weight = len(orbit.unknown), self._weight(orbit)
         right = np.zeros(size + 1)
         right[-1] = 1.0
         border = right if before is None else weight**2 * before
@@ -332,13 +389,6 @@ class _Walk:
                 return None
             x = x - change
         return None
-
-    def _between(self, before: Orbit, after: Orbit, value: float) -> Orbit | None:
-        """The state at λ = ``value`` between two."""
-        low, high = self.span.value(before.point), self.span.value(after.point)
-        w, point = (value - low) / (high - low), self.span.point(value)
-        balance = Balance(self.train.elements, self.train.at(point))
-        return converge(balance, point, (1 - w) * before.unknown + w * after.unknown)
 
 
 def _closing_force(train: CondensedTrain) -> float:

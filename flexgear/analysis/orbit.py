@@ -17,7 +17,7 @@ are left out: ``left_out``.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -62,8 +62,9 @@ class OrbitElements:
     rows that carry; elements (E, 4), parameters (E, p): see ``evaluate_laws``;
     between (N, n, n) m/N: by which rows yield to each other, or (0, 0, 0); springs: linear rows;
     load (2, n_c): constant forces on the channels, and what grows with the square of speed, at the
-    rated one; frequency: of the gear mesh at rated speed, Hz; flanks (M,)
-    1 where rows were filled.
+    rated one; frequency: of the period at rated speed, Hz; flanks (M,) 1 where rows were filled;
+    gear_meshes: gear-mesh periods that the period has, the angle of ``error_slope`` being that of
+    the period.
     """
 
     modal: ModalSystem
@@ -83,11 +84,30 @@ class OrbitElements:
     frequency: float
     flanks: Ints
     left_out: tuple[str, ...]
+    gear_meshes: int = 1
 
     @property
     def samples(self) -> int:
         """N."""
         return len(self.rows)
+
+    def repeated(self, times: int) -> OrbitElements:
+        """The same over several of its periods."""
+        elements = np.tile(self.elements, (times, 1))
+        elements[:, 1] += np.repeat(self.samples * np.arange(times), len(self.elements))
+        return replace(
+            self,
+            rows=np.tile(self.rows, (times, 1, 1)),
+            offset=np.tile(self.offset, (times, 1)),
+            error_slope=np.tile(times * self.error_slope, (times, 1)),
+            owner=np.tile(self.owner, (times, 1)),
+            nominal=np.tile(self.nominal, (1, times, 1)),
+            elements=elements,
+            parameters=np.tile(self.parameters, (times, 1)),
+            between=np.tile(self.between, (times, 1, 1)),
+            frequency=self.frequency / times,
+            gear_meshes=times * self.gear_meshes,
+        )
 
     @property
     def bearing_rows(self) -> Ints:
@@ -150,28 +170,7 @@ class OrbitElements:
 
     def on_channels(self, tangent: Array) -> Array:
         """Wᵀ T W (N, q, q) of tangents T (N, n, n) between rows."""
-        if self.between.size:
-            return np.asarray(self.rows.transpose(0, 2, 1) @ (tangent @ self.rows))
-        (count, _, q), (source, target, product) = self.rows.shape, self._products
-        values = (product * tangent.ravel()[source][:, None, None]).ravel()
-        return np.bincount(target.ravel(), values, count * q * q).astype(float).reshape(count, q, q)
-
-    @cached_property
-    def _products(self) -> tuple[Ints, Ints, Array]:
-        """For each pair of rows of one element: where its tangent stands in (N, n, n), where in
-        (N, q, q) products of the entries of both rows of W go, and these (k, k)."""
-        (_, n, q), zero = self.rows.shape, self.rows == 0.0
-        most = int((~zero).sum(axis=2).max(initial=1))
-        columns = np.argsort(zero, axis=2, kind="stable")[:, :, :most]
-        entries = np.take_along_axis(self.rows, columns, axis=2)
-        pairs = []
-        for r in np.unique(self.elements[:, 3]):
-            _, j, first, _ = self.elements[self.elements[:, 3] == r].T[:, :, None]
-            a, b = np.divmod(np.arange(r * r), r)
-            pairs.append(np.stack(np.broadcast_arrays(j, first + a, first + b)).reshape(3, -1))
-        j, a, b = np.hstack([np.zeros((3, 0), dtype=np.int64), *pairs])
-        target = (j[:, None, None] * q + columns[j, a][:, :, None]) * q + columns[j, b][:, None]
-        return (j * n + a) * n + b, target, entries[j, a][:, :, None] * entries[j, b][:, None]
+        return np.asarray(self.rows.transpose(0, 2, 1) @ (tangent @ self.rows))
 
     def tangents_around(self, motion: Array, rate: Array, period: float) -> Array:
         """Tangents (2, N, q, q) on the channels under u and its rate (N, q) over a period, s, each

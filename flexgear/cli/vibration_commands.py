@@ -21,13 +21,15 @@ from flexgear.results.quantities import number
 from flexgear.results.report.wording import with_unit, words
 from flexgear.solve.linear_response import linear_response
 from flexgear.solve.model import Model
+from flexgear.solve.response import DOUBLINGS
 from flexgear.solve.response import response as steady_states
 from flexgear.solve.stability import SPEEDS
 from flexgear.solve.stability import stability as over_speed
-from flexgear.solve.turning_points import BESIDE, DOUBLED, KINDS, NARROW, SECOND_FREQUENCY
+from flexgear.solve.turning_points import BESIDE, DOUBLED, KINDS, NARROW, SECOND_FREQUENCY, TURNING
 from flexgear.views.vibration_charts import (
     bands_of,
     linear_response_chart,
+    period_words,
     response_chart,
     stability_chart,
 )
@@ -39,10 +41,7 @@ LINES = {
     "lost_contact": "teeth lose contact",
     "back_contact": "backs touch",
 }  # ranges of a response
-BRANCHES = {
-    KINDS[DOUBLED]: "motion of twice the gear-mesh period",
-    KINDS[SECOND_FREQUENCY]: "motion that beats with a second frequency",
-}  # by what makes a state unstable without a turning point
+TIMES = {2: "twice", 4: "four times", 8: "eight times", 16: "sixteen times"}
 PROMINENT = 0.02  # of the largest force: what a peak rises above its sides
 COLUMNS = ("stage", "speeds over rated", "fastest at", "growth", "what meets")
 SpeedRange = Annotated[
@@ -75,6 +74,12 @@ def response(
             "--harmonics", help="Of the gear-mesh frequency in a state; if left out, by the case."
         ),
     ] = None,
+    doublings: Annotated[
+        int,
+        typer.Option(
+            "--doublings", help="Of the gear-mesh period: 1 follows states of two gear meshes, too."
+        ),
+    ] = DOUBLINGS,
     linear: Annotated[
         bool,
         typer.Option(
@@ -95,6 +100,7 @@ def response(
                 torque=torque,
                 stage=stage,
                 harmonics=harmonics,
+                doublings=doublings,
                 progress=report,
             )
     analysis.keep(data, linear_response_chart if linear else response_chart)
@@ -162,8 +168,11 @@ def response_figures(data: xr.Dataset) -> dict[str, Any]:
     over = data.attrs["over"]
     share = f"{over}_share"
     parameter, branch = (data[f"response_{n}"].to_numpy() for n in (share, "branch"))
-    stable = data["stable"].to_numpy() == 1
+    period, stable = data["response_period"].to_numpy(), data["stable"].to_numpy() == 1
     force = data["response_gear_mesh_force"].sel(measure="maximum").max("gear_mesh").to_numpy()
+    doubled = ~stable & (data["multiplier_real"] < -1.0) & (data["multiplier_imag"] == 0.0)
+    doubled &= DOUBLED not in data["stability_change_kind"]
+    edges = np.diff(branch, prepend=0, append=0) != 0
     contact = {
         name: data[f"{name}_share"].max("gear_mesh").to_numpy() > 0.0
         for name in ("lost_contact", "back_contact")
@@ -178,7 +187,7 @@ def response_figures(data: xr.Dataset) -> dict[str, Any]:
         "states": len(parameter),
         "curves": int(branch.max()),
         "peaks": [
-            {share: float(parameter[k]), "force_n": float(force[k])}
+            {share: float(parameter[k]), "force_n": float(force[k]), "period": int(period[k])}
             for k in _peaks(force, branch, stable)
         ],
         "jumps": [
@@ -193,8 +202,27 @@ def response_figures(data: xr.Dataset) -> dict[str, Any]:
             )
         ],
         "stability_changes": [
-            {share: at, "kind": KINDS[kind]}
-            for at, kind in _rows(data, "stability_change", "parameter", "kind")
+            {
+                share: at,
+                "kind": KINDS[kind],
+                "curve": curve,
+                "leaving_curve": new or None,
+                "period": int(period[branch == curve][0]),
+            }
+            for at, kind, curve, new in _rows(
+                data, "stability_change", "parameter", "kind", "curve", "leaving"
+            )
+        ],
+        "doubled_at_ends": np.unique(parameter[doubled & (edges[1:] | edges[:-1])]).tolist(),
+        "longer_periods": [
+            {
+                "curve": int(curve),
+                "period": int(period[at][0]),
+                "stable": _ranges(parameter, branch, stable & at),
+                "force_n": float(force[stable & at].max()) if stable[at].any() else None,
+            }
+            for curve in np.unique(branch[period > 1])
+            for at in [branch == curve]
         ],
         "sensors": dict(_sensors(data, share, stable)),
         "several_stable": _several(parameter, branch, stable),
@@ -247,7 +275,7 @@ def _ranges(parameter: np.ndarray, branch: np.ndarray, where: np.ndarray) -> lis
     of a curve."""
     cuts = np.flatnonzero((np.diff(where.astype(int)) != 0) | (np.diff(branch) != 0)) + 1
     split = (np.split(values, cuts) for values in (parameter, where))
-    pieces = [piece for piece, holds in zip(*split, strict=True) if holds[0]]
+    pieces = [piece for piece, holds in zip(*split, strict=True) if holds[:1].any()]
     joined = list[list[float]]()
     for low, high in sorted((float(p.min()), float(p.max())) for p in pieces):
         if joined and low <= joined[-1][1] * (1.0 + NARROW):
@@ -262,9 +290,11 @@ def show_response(model: Model, data: xr.Dataset, figures: dict[str, Any]) -> No
     over = figures["over"]
     low, high = (float(f(data[f"response_{over}_share"])) for f in (np.min, np.max))
     change = figures["doubling_change"]
+    longer = len(figures["longer_periods"])
     rows = {
         f"{over} over rated": f"{low:g} to {high:g}, {figures['states']} steady states on "
-        f"{figures['curves']} {'curve' if figures['curves'] == 1 else 'curves'}",
+        f"{figures['curves']} {'curve' if figures['curves'] == 1 else 'curves'}"
+        + (f", {longer} of them with a period of several gear meshes" if longer else ""),
         "reference member": f"{data['response_speed'].min().item() * RPM:.5g} to "
         f"{data['response_speed'].max().item() * RPM:.5g} rpm",
         "gear mesh": f"{data['gear_mesh_frequency'].min().item():.5g} to "
@@ -290,7 +320,8 @@ def _lines(figures: dict[str, Any]) -> Iterator[str]:
     yield ""
     for row in figures["peaks"][:LISTED]:
         force = with_unit(row["force_n"], "N")
-        yield f"  peak at {row[share]:.4g}: gear-mesh force up to {force}"
+        period = f", {period_words(row['period'])}" if row["period"] > 1 else ""
+        yield f"  peak at {row[share]:.4g}: gear-mesh force up to {force}{period}"
     for row in figures["jumps"]:
         targets = " or ".join(with_unit(to, "N") for to in row["to_forces_n"])
         target = f" to {targets}" if targets else ", to no state of this range"
@@ -300,16 +331,32 @@ def _lines(figures: dict[str, Any]) -> Iterator[str]:
             f"{with_unit(row['force_n'], 'N')}{target}"
         )
     for row in figures["stability_changes"][:LISTED]:
-        if row["kind"] in BRANCHES:
-            yield f"  {BRANCHES[row['kind']]} branches off at {row[share]:.4g}; not followed"
+        motion = f"of {TIMES[2 * row['period']]} the gear-mesh period"
+        if row["kind"] == KINDS[SECOND_FREQUENCY]:
+            motion = "that beats with a second frequency"
+        curve = row["leaving_curve"]
+        followed = f": curve {curve}" if curve else "; not followed"
+        if row["kind"] != KINDS[TURNING]:
+            yield f"  motion {motion} branches off at {row[share]:.4g}{followed}"
+    if figures["doubled_at_ends"]:
+        ends = " and ".join(f"{x:.4g}" for x in figures["doubled_at_ends"])
+        wider = "wider " if over == "speed" else ""
+        yield f"  the period has doubled at {ends} already: a {wider}range of speeds shows where"
+    for row in figures["longer_periods"]:
+        text = f"stable {_spans(row['stable'])}, gear-mesh force up to "
+        text = text + with_unit(row["force_n"], "N") if row["stable"] else "unstable"
+        yield f"  curve {row['curve']}, {period_words(row['period'])}: {text}"
     for name, row in figures["sensors"].items():
         signal = with_unit(row["rms"], row["unit"])
         yield f"  sensor {name}: up to {signal} rms on stable branches, at {row[share]:.4g}"
     for name, what in LINES.items():
-        ends = ([f"{x:.4g}" for x in span] for span in figures[name])
-        spans = [" to ".join(dict.fromkeys(span)) for span in ends]
-        if spans or name != "several_stable":
-            yield f"  {what}: {', '.join(spans) if spans else 'nowhere on stable branches'}"
+        if figures[name] or name != "several_stable":
+            yield f"  {what}: {_spans(figures[name]) or 'nowhere on stable branches'}"
+
+
+def _spans(spans: list[list[float]]) -> str:
+    ends = ([f"{x:.4g}" for x in span] for span in spans)
+    return ", ".join(" to ".join(dict.fromkeys(span)) for span in ends)
 
 
 def _bands(data: xr.Dataset) -> list[dict[str, Any]]:

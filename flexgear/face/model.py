@@ -205,6 +205,7 @@ class Model(model.Model):
         torque: float = 1.0,
         stage: str = "",
         harmonics: int | None = None,
+        doublings: int = response.DOUBLINGS,
         progress: Progress | None = None,
     ) -> xr.Dataset:
         """Steady states over speed or torque, stable and unstable, with their turning points.
@@ -212,7 +213,8 @@ class Model(model.Model):
         speeds: lowest and highest over rated speed, at the share ``torque`` of rated torque;
         torques: the same of torque at the share ``speed`` of rated speed. stage: whose gear meshes
         excite. harmonics: of the gear-mesh frequency; as many as reach well above the gear meshes'
-        own frequency if left out. InputError for a range through zero.
+        own frequency if left out. doublings: of the gear-mesh period, up to which states that
+        branch off are followed. InputError for a range through zero.
         """
         return response.response(
             self,
@@ -222,6 +224,7 @@ class Model(model.Model):
             torque=torque,
             stage=stage,
             harmonics=harmonics,
+            doublings=doublings,
             progress=progress_or_bars(progress),
         )
 

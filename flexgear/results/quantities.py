@@ -86,7 +86,7 @@ RESULT_COORDINATES: dict[str, Coordinate] = {
         "", "of a tooth pair: planet (gear of a parallel stage), or gear: its mate"
     ),
     "fillet": Coordinate("", "fillet of a tooth: on its -theta or +theta side"),
-    "gear_mesh_order": Coordinate("1", "order of the gear mesh, from 1"),
+    "gear_mesh_order": Coordinate("1", "order of the gear mesh"),
     "gear_mesh_phase": Coordinate("1", "gear-mesh cycles from the first position on"),
     "bolt": Coordinate("", "bolt of a ring", "name"),
     "fe_coordinate_of": Coordinate("", "FE body that a coordinate belongs to", "name"),

@@ -1,66 +1,51 @@
 """Frequency response of a stage with all branches: forces and motions over speed or torque.
 
-Curves of steady states that repeat with the gear mesh (``analysis.continuation``), with their
-stability, as a dataset; and what of it a summary says: peaks, jumps, where teeth lose contact.
+Curves of steady states that repeat with the gear mesh (``analysis.continuation``), and of those of
+twice its period that leave them, with their figures as a dataset.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from flexgear.analysis.continuation import Cut, Range, curves
+from flexgear.analysis.continuation import Curve, Cut, Range, curves, leaving
 from flexgear.analysis.harmonic_balance import SAMPLES, Balance, Orbit, converge
 from flexgear.analysis.orbit import OrbitElements, orbit_elements
-from flexgear.analysis.orbit_motion import recovery_of
 from flexgear.analysis.orbit_receptance import CondensedTrain, condensed_train
-from flexgear.analysis.stability import fewer_steps, monodromy, multipliers, vibrating
+from flexgear.analysis.period_doubling import doubled, doubling, meets
 from flexgear.arrays import Array
 from flexgear.model.errors import FlexgearError, InputError, echo
 from flexgear.model.read import nearest
 from flexgear.results.labelled_dataset import labelled_dataset
 from flexgear.solve.angles import RATED_SHARES, lead_speed
 from flexgear.solve.bodies import Progress, silent
-from flexgear.solve.dataset import result_attrs, support_names
+from flexgear.solve.dataset import result_attrs
 from flexgear.solve.model import Model
-from flexgear.solve.turning_points import turning_points
+from flexgear.solve.state_figures import MEASURES, Figures, State
+from flexgear.solve.turning_points import DOUBLED, stability_changes, turning_points
 
-MEASURES = ("maximum", "minimum", "mean", "rms")
 RANGE = (0.2, 1.5)  # of rated speed, where nothing is asked for
+DOUBLINGS, MOST_DOUBLINGS = 1, 3  # of the gear-mesh period
 FEWEST, MOST = 20, 40  # harmonics where none are asked for
 FLANK_SAMPLES, FINE_SAMPLES = 512, 64  # a harmonic: of all flanks together, and at most
 HIGHER = 2.0  # times the gear mesh's own frequency that harmonics reach at the lowest speed
-LEAST_STEPS = (
-    256  # of a period in which small disturbances are followed, if there are so many samples
-)
 BESIDE = 0.03  # of the range: what is beside a turning point
 DOUBLING = "response, a state with twice as many harmonics"
 REVERSED = (
     "shares of the rated ones are positive: turn round torques or speeds in the case, whose rated "
     "ones say which flanks carry"
 )
-STABLE = 1e-5  # by which a multiplier of a stable state may exceed one: undamped modes have one
-
-
 CUTS = {
     "forces": "teeth hammer with forces that rise without bound; more damping limits them",
     "steps": "no steady state was found further on; try more harmonics or more damping",
     "states": "it has too many steady states; take a shorter range",
     "stopped": "stopped by the user; it goes on, and further curves were not looked for",
 }  # what ends a curve within the range
-
-
-@dataclass(frozen=True)
-class State(Orbit):
-    """A steady state without its arrays over time, with its row of the dataset by names of
-    variables."""
-
-    values: dict[str, Any]
 
 
 def response(
@@ -72,39 +57,43 @@ def response(
     torque: float = 1.0,
     stage: str = "",
     harmonics: int | None = None,
+    doublings: int = DOUBLINGS,
     progress: Progress = silent,
 ) -> xr.Dataset:
     """Steady states over speeds at one torque, or over torques at one speed, all over rated.
 
     stage: whose gear meshes excite; the only one, or the first that turns; harmonics: of the
-    gear-mesh frequency, H. InputError for a range through zero, a stage that is not there or does
-    not turn; FlexgearError where no steady state was found.
+    gear-mesh frequency, H; doublings: of the gear-mesh period, up to which states are followed.
+    InputError for a range through zero, a stage that is not there or does not turn; FlexgearError
+    where no steady state was found.
     """
     span = _range(speeds, torques, speed, torque)
+    if not 0 <= doublings <= MOST_DOUBLINGS:
+        remedy = f"from 0 to {MOST_DOUBLINGS}, e.g. 1"
+        raise InputError("--doublings", str(doublings), "is out of range", remedy)
     number = _stage_number(model, stage)
     count = _harmonics(model, number, span, harmonics)
     elements = _elements(model, number, count)
     train = condensed_train(elements, count)
-    figures = _Figures(model, train, span, progress)
-    branches, states, cuts = list[int](), list[State](), list[Cut]()
+    figures = Figures(model, train, span, progress)
     resonance = model.pace.resonance / elements.frequency
+    record = _Record()
     try:
-        for k, curve in enumerate(curves(train, span, figures.take, resonance), 1):
-            of_curve = [state for state in curve.states if isinstance(state, State)]
-            states += of_curve
-            branches += [k] * len(of_curve)
-            cuts += curve.cuts
+        for curve in curves(train, span, figures.take, resonance):
+            record.add(curve)
             figures.end_curve()
+        for _ in range(doublings if record.states else 0):
+            figures = _follow_doubled(figures, record)
     except KeyboardInterrupt:  # between two curves
-        if not states:
+        if not record.states:
             raise
-        cuts.append(Cut(span.value(states[-1].point), "stopped"))
-    if not states:
+        record.cuts.append(Cut(span.value(record.states[-1].point), "stopped"))
+    if not record.states:
         raise FlexgearError(
             "no steady state was found in this range: try another one, more --harmonics, or give "
             "the gear meshes damping"
         )
-    return _dataset(figures, states, np.array(branches), cuts, progress)
+    return _dataset(figures, train, record, progress)
 
 
 def _range(
@@ -183,97 +172,80 @@ def _elements(model: Model, stage: int, harmonics: int) -> OrbitElements:
     return orbit_elements(model.modal, stage, each * harmonics, one_sided)
 
 
-class _Figures:
-    """Figures of every state of one train as it is found. Reports how much of the range each curve
-    has passed; how many curves there are is not known before they are found."""
+class _Record:
+    """States of all curves one after the other, by curve; branches: the number of the curve of each
+    state; leaving: that of the curve of twice the period that leaves behind a state."""
 
-    def __init__(
-        self, model: Model, train: CondensedTrain, span: Range, progress: Progress
-    ) -> None:
-        self.model, self.train, self.span, self._progress = model, train, span, progress
-        elements = train.elements
-        stage = model.case.stages[elements.stage].name
-        self.gear_meshes = model.gear_meshes.of_stage(stage)
-        carrying = model.gear_meshes.carrying[self.gear_meshes]
-        opposite = model.system.pairs.opposite[carrying]
-        self.rows = np.array([elements.mean_row(int(m)) for m in carrying])
-        self.drive = elements.owner[:, :, None] == carrying
-        self.coast = (elements.owner[:, :, None] == opposite) & (opposite >= 0)
-        self.supports = support_names(model)
-        self._curve, self._passed = 1, (math.inf, -math.inf)
+    def __init__(self) -> None:
+        self.states, self.branches, self.cuts = list[State](), list[int](), list[Cut]()
+        self.leaving = dict[int, int]()
 
-    def end_curve(self) -> None:
-        """Report the end of a curve; the next state is one of the next curve."""
-        self._progress(f"response, curve {self._curve}", 1.0)
-        self._curve, self._passed = self._curve + 1, (math.inf, -math.inf)
+    def add(self, curve: Curve) -> int:
+        """Enter a curve; its number, from 1."""
+        number = max(self.branches, default=0) + 1
+        states = [state for state in curve.states if isinstance(state, State)]
+        self.states += states
+        self.branches += [number] * len(states)
+        self.cuts += curve.cuts
+        return number
 
-    def take(self, orbit: Orbit) -> State:
-        """A state with its figures, without its arrays over time."""
-        value, (low, high) = self.span.value(orbit.point), self._passed
-        low, high = self._passed = min(low, value), max(high, value)
-        share = (high - low) / (self.span.high - self.span.low)
-        self._progress(f"response, curve {self._curve}", min(share, 0.999))
-        values = {**self._stability(orbit), **self._of_gear_meshes(orbit), **self._recovered(orbit)}
-        return State(**vars(orbit.light), values=values)
+    @property
+    def stopped(self) -> bool:
+        """Whether the user ended the search."""
+        return any(cut.reason == "stopped" for cut in self.cuts)
 
-    def _stability(self, orbit: Orbit) -> dict[str, Any]:
-        period = 1.0 / (self.train.elements.frequency * orbit.point.speed)
-        elements, waves = self.train.elements, orbit.waves
-        tangents = elements.tangents_around(*waves, period)
-        steps = fewer_steps(tangents, max(SAMPLES * self.train.harmonics, LEAST_STEPS))
-        largest = multipliers(monodromy(vibrating(self.train, orbit.point), period, steps))
-        first = largest[0] if len(largest) else 0.0
-        return {
-            "stable": int(abs(first) <= 1.0 + STABLE),
-            "multiplier_real": float(np.real(first)),
-            "multiplier_imag": float(np.imag(first)),
-        }
+    @property
+    def longest(self) -> int:
+        """Gear-mesh periods of the longest period of a state."""
+        return max(state.values["response_period"] for state in self.states)
 
-    def _of_gear_meshes(self, orbit: Orbit) -> dict[str, Any]:
-        force = np.einsum("jn,jnm->jm", orbit.force, self.drive)
-        coast_force = np.einsum("jn,jnm->jm", orbit.force, self.coast)
-        closed = (orbit.displacement[:, :, None] > 0.0) & self.drive
-        closing = orbit.waves.motion @ self.rows.T
-        return {
-            **_measured("response_gear_mesh_force", force - coast_force, self.train.harmonics),
-            **_measured("response_transmission_error", closing, self.train.harmonics),
-            "lost_contact_share": 1.0 - closed.any(axis=1).mean(axis=0),
-            "back_contact_share": (coast_force > 0.0).mean(axis=0),
-        }
-
-    def _recovered(self, orbit: Orbit) -> dict[str, Any]:
-        """Of bearings and sensors."""
-        sensors, harmonics, out = self.model.sensors, self.train.harmonics, dict[str, Any]()
-        if not self.supports and sensors is None:
-            return out
-        balance = Balance(self.train.elements, self.train.at(orbit.point))
-        recovery = recovery_of(self.train, balance, orbit, self.model.outputs)
-        if self.supports:
-            forces = np.stack([recovery.link_force(name)[:, :2] for name in self.supports], axis=1)
-            size = np.linalg.norm(forces, axis=2)
-            out |= _measured("response_bearing_force", size, harmonics)
-        if sensors is not None:
-            signals = sensors.periodic(recovery, balance.receptance.omega)
-            out |= _measured("response_sensor", signals, harmonics)
+    def arrays(self) -> dict[str, Array]:
+        """Variables of all states; amplitudes by the harmonics of the longest period."""
+        out = {}
+        for name in self.states[0].values:
+            rows = [(s.values[name], s.values["response_period"]) for s in self.states]
+            if name.endswith("_amplitude"):
+                out[name] = np.array([np.kron(v, np.eye(self.longest // n)[-1:]) for v, n in rows])
+            else:
+                out[name] = np.array([v for v, _ in rows])
         return out
 
 
-def _measured(name: str, values: Array, harmonics: int) -> dict[str, Array]:
-    """Measures (k, 4) and amplitudes (k, H) of values (N, k) over a period."""
-    mean = values.mean(axis=0)
-    rms = np.sqrt(np.mean((values - mean) ** 2, axis=0))
-    spectrum = 2.0 * np.abs(np.fft.rfft(values, axis=0))[1 : harmonics + 1] / len(values)
-    measures = np.stack([values.max(axis=0), values.min(axis=0), mean, rms], axis=1)
-    return {name: measures, f"{name}_amplitude": spectrum.T}
+def _follow_doubled(figures: Figures, record: _Record) -> Figures:
+    """Add the curves of twice the period that leave those of the figures' train, and give the
+    figures of these."""
+    train, span, period = figures.train, figures.span, figures.train.elements.gear_meshes
+    longer = Figures(figures.model, doubled(train), span, figures.progress, figures.curve)
+    parameter, ends = np.array([span.value(s.point) for s in record.states]), dict[int, Orbit]()
+    for change in stability_changes(parameter, np.array(record.branches), record.arrays()):
+        before, after = record.states[change.before : change.before + 2]
+        if record.stopped or change.kind != DOUBLED or before.values["response_period"] != period:
+            continue
+        start = doubling(train, longer.train, span, before, after, change.value)
+        if start is None:
+            continue
+        same = (k for k, end in ends.items() if meets(longer.train, span, end, start[0]))
+        number = next(same, 0)
+        if not number:
+            curve = leaving(longer.train, span, *start, longer.take)
+            if not curve.states:
+                continue
+            number = record.add(curve)
+            ends[number] = curve.states[-1]
+            longer.end_curve()
+        record.leaving[change.before] = number
+    return longer
 
 
 def _dataset(
-    figures: _Figures, states: list[State], branches: Array, cuts: list[Cut], progress: Progress
+    figures: Figures, train: CondensedTrain, record: _Record, progress: Progress
 ) -> xr.Dataset:
-    model, elements, span = figures.model, figures.train.elements, figures.span
+    """Dataset of all states; train: over one gear-mesh period."""
+    model, elements, span, states = figures.model, train.elements, figures.span, record.states
     speed = np.array([s.point.speed for s in states])
     load = np.array([s.point.load for s in states])
-    arrays = {name: np.array([s.values[name] for s in states]) for name in states[0].values}
+    parameter, branches = speed if span.over == "speed" else load, np.array(record.branches)
+    arrays: dict[str, Any] = record.arrays()
     arrays |= {
         "response_speed_share": speed,
         "response_torque_share": load,
@@ -281,35 +253,38 @@ def _dataset(
         "gear_mesh_frequency": speed * elements.frequency,
         "response_branch": branches,
     }
-    parameter = speed if span.over == "speed" else load
-    arrays |= turning_points(parameter, branches, arrays)
-    stopped = any(cut.reason == "stopped" for cut in cuts)
+    arrays |= turning_points(parameter, branches, arrays, record.leaving)
     progress(DOUBLING, 0.0)
-    change = math.nan if stopped else _doubling(figures.train, _typical(states, parameter, arrays))
+    change = math.nan if record.stopped else _doubling(train, _typical(states, parameter, arrays))
     progress(DOUBLING, 1.0)
     attrs = {
         "stage": model.case.stages[elements.stage].name,
         "over": "speed" if span.over == "speed" else "torque",
-        "harmonics": figures.train.harmonics,
+        "harmonics": train.harmonics,
         "samples": elements.samples,
-        "complete": int(not cuts),
-        "cut": "\n".join(f"at {cut.value:.4g}: {CUTS[cut.reason]}" for cut in cuts),
+        "complete": int(not record.cuts),
+        "cut": "\n".join(f"at {cut.value:.4g}: {CUTS[cut.reason]}" for cut in record.cuts),
         "left_out": "; ".join(elements.left_out),
         "doubling_change": change,
     }
     names = tuple(model.gear_meshes.names[g] for g in figures.gear_meshes)
     labels = {"support": figures.supports, "measure": list(MEASURES)}
     labels |= {} if model.sensors is None else model.sensors.labels
+    if record.longest > 1:
+        orders = np.arange(1, train.harmonics * record.longest + 1) / record.longest
+        labels["gear_mesh_order"] = orders.tolist()
     return labelled_dataset(
         "point", np.arange(len(states)), arrays, result_attrs(model, **attrs), labels, names
     )
 
 
 def _typical(states: list[State], parameter: Array, arrays: dict[str, Any]) -> State | None:
-    """The stable state of the largest force that is not beside a turning point."""
+    """The stable state over one gear-mesh period of the largest force that is not beside a turning
+    point."""
     turning = arrays["turning_point_parameter"]
     distance = np.abs(parameter[:, None] - turning).min(axis=1, initial=np.inf)
-    free = (arrays["stable"] == 1) & (distance > BESIDE * np.ptp(parameter))
+    free = (arrays["stable"] == 1) & (arrays["response_period"] == 1)
+    free &= distance > BESIDE * np.ptp(parameter)
     if not free.any():
         return None
     force = arrays["response_gear_mesh_force"][:, :, 0].max(axis=1)

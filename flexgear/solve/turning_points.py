@@ -3,32 +3,40 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from flexgear.arrays import Array
 
 NARROW = 2e-3  # of λ: two turning points, or changes, nearer to each other are a kink of contact
+ROUNDING = 1e-9  # of λ, by which states of a curve with constant λ differ
 BESIDE = 5  # states on either side of a turning point among which one is stable
 
 
-def turning_points(parameter: Array, branches: Array, arrays: Mapping[str, Any]) -> dict[str, Any]:
+def turning_points(
+    parameter: Array,
+    branches: Array,
+    arrays: Mapping[str, Any],
+    leaving: Mapping[int, int] | None = None,
+) -> dict[str, Any]:
     """Variables of the turning points and changes of stability of curves.
 
     parameter (s,): λ along the curves; branches (s,): their numbers; arrays: variables of the
-    states, with "stable" and "response_gear_mesh_force".
+    states, with "stable" and "response_gear_mesh_force"; leaving: number of the curve of twice the
+    period that leaves behind a state.
     """
     force = arrays["response_gear_mesh_force"][:, :, 0].max(axis=1)
     stable = arrays["stable"] == 1
-    folds = [
-        fold
-        for fold in _folds(parameter, branches, force)
-        if stable[max(fold[0] - BESIDE, 0) : fold[0] + BESIDE + 1].any()
-    ]
-    targets = [_targets(parameter, branches, stable, force, k, at) for k, at, _, _ in folds]
+    folds = []
+    for fold in _folds(parameter, branches, force):
+        near = slice(max(fold[0] - BESIDE, 0), fold[0] + BESIDE + 1)
+        if (stable[near] & (branches[near] == branches[fold[0]])).any():
+            folds.append(fold)
+    growth = _growth(arrays)
+    targets = [_targets(parameter, branches, growth, force, k, at) for k, at, _, _ in folds]
     most = max(map(len, targets), default=0)
-    changes = list(_changes(parameter, branches, stable, arrays))
+    changes = stability_changes(parameter, branches, arrays)
     return {
         "turning_point_parameter": np.array([at for _, at, _, _ in folds]),
         "turning_point_force": np.array([top for _, _, top, _ in folds]),
@@ -36,8 +44,12 @@ def turning_points(parameter: Array, branches: Array, arrays: Mapping[str, Any])
         "turning_point_target_force": np.array(
             [[*forces, *[np.nan] * (most - len(forces))] for forces in targets]
         ).reshape(len(folds), most),
-        "stability_change_parameter": np.array([x[0] for x in changes]),
-        "stability_change_kind": np.array([x[1] for x in changes], dtype=int),
+        "stability_change_parameter": np.array([x.value for x in changes]),
+        "stability_change_kind": np.array([x.kind for x in changes], dtype=int),
+        "stability_change_curve": np.array([branches[x.before] for x in changes], dtype=int),
+        "stability_change_leaving": np.array(
+            [(leaving or {}).get(x.before, 0) for x in changes], dtype=int
+        ),
     }
 
 
@@ -45,8 +57,10 @@ def _folds(parameter: Array, branches: Array, force: Array) -> list[tuple[int, f
     """Index of the state next to a turning point, λ and force there, and 1 where λ has its largest
     value (a sweep up jumps), −1 the smallest."""
     out: list[tuple[int, float, float, int]] = []
+    steps = np.diff(parameter)
+    steps[np.abs(steps) < ROUNDING * parameter[1:]] = 0.0
     for k in range(1, len(parameter) - 1):
-        before, after = parameter[k] - parameter[k - 1], parameter[k + 1] - parameter[k]
+        before, after = steps[k - 1 : k + 1]
         if branches[k - 1] != branches[k + 1] or before * after >= 0.0:
             continue
         sense = 1 if before > 0.0 else -1
@@ -71,14 +85,16 @@ def _vertex(parameter: Array, force: Array) -> tuple[float, float]:
 
 
 def _targets(
-    parameter: Array, branches: Array, stable: Array, force: Array, fold: int, value: float
+    parameter: Array, branches: Array, growth: Array, force: Array, fold: int, value: float
 ) -> list[float]:
     """Forces of all other stable states at λ, rising; the way of a sweep decides among them."""
     low, high, same = parameter[:-1], parameter[1:], branches[:-1] == branches[1:]
     adjacent = (branches[:-1] == branches[fold]) & (np.abs(np.arange(len(low)) + 0.5 - fold) < 2)
     crosses = same & ((low <= value) != (high <= value)) & ~adjacent
-    k = np.flatnonzero(crosses & (stable[:-1] == 1) & (stable[1:] == 1))
+    k = np.flatnonzero(crosses)
     w = (value - low[k]) / (high[k] - low[k])
+    stable = (1 - w) * growth[k] + w * growth[k + 1] <= 0.0
+    k, w = k[stable], w[stable]
     return sorted(map(float, (1 - w) * force[k] + w * force[k + 1]))
 
 
@@ -88,14 +104,20 @@ REAL = 1e-6  # imaginary part of a multiplier that is real
 LEAST = 1e-12  # modulus of a multiplier
 
 
-def _changes(
-    parameter: Array, branches: Array, stable: Array, arrays: Mapping[str, Any]
-) -> list[tuple[float, int]]:
-    """λ, where the modulus of the largest multiplier is one between two states, and kind of
-    changes of stability."""
-    real, imag = arrays["multiplier_real"], arrays["multiplier_imag"]
-    over = np.log(np.maximum(np.hypot(real, imag), LEAST))
-    out = list[tuple[float, int]]()
+class Change(NamedTuple):
+    """Of stability between state ``before`` and the next: λ where the modulus of the largest
+    multiplier is one, and its kind."""
+
+    before: int
+    value: float
+    kind: int
+
+
+def stability_changes(parameter: Array, branches: Array, arrays: Mapping[str, Any]) -> list[Change]:
+    """Changes of stability along curves; see ``turning_points``."""
+    real, imag, stable = (arrays[n] for n in ("multiplier_real", "multiplier_imag", "stable"))
+    growth = _growth(arrays)
+    out = list[Change]()
     for k in range(len(parameter) - 1):
         if branches[k] != branches[k + 1] or stable[k] == stable[k + 1]:
             continue
@@ -103,10 +125,19 @@ def _changes(
         kind = SECOND_FREQUENCY
         if abs(imag[loose]) <= REAL:
             kind = TURNING if real[loose] > 0.0 else DOUBLED
-        w = float(np.clip(over[k] / (over[k] - over[k + 1]), 0.0, 1.0))
+        w = float(np.clip(growth[k] / (growth[k] - growth[k + 1]), 0.0, 1.0))
         value = float((1.0 - w) * parameter[k] + w * parameter[k + 1])
-        if out and abs(value / out[-1][0] - 1.0) < NARROW:
+        last = out[-1] if out else None
+        if last and branches[last.before] == branches[k] and abs(value / last.value - 1) < NARROW:
             out.pop()
         else:
-            out.append((value, kind))
+            out.append(Change(k, value, kind))
     return out
+
+
+def _growth(arrays: Mapping[str, Any]) -> Array:
+    """Logarithm of the modulus of the largest multiplier of every state; not above zero where it is
+    stable."""
+    modulus = np.hypot(arrays["multiplier_real"], arrays["multiplier_imag"])
+    growth = np.log(np.maximum(modulus, LEAST))
+    return np.asarray(np.where(arrays["stable"] == 1, np.minimum(growth, 0.0), growth))

@@ -32,6 +32,8 @@ from flexgear.views.style import (
 UP, DOWN, CHANGE = "#C5221F", "#2166AC", "#444444"
 LOST, BACK = "#F7CFA3", "#E59C8C"
 BROAD = 6.0  # points
+BEADS: Any = {"marker": "o", "ms": 2.2, "markevery": 0.025}  # of curves of longer periods
+COUNTS = {2: "two", 4: "four", 8: "eight"}
 FORCE, ERROR = "response_gear_mesh_force", "response_transmission_error"
 MOST_GEAR_MESHES = len(PLANET_COLOURS)
 MOST_SENSORS = 4  # that have a panel
@@ -42,7 +44,8 @@ HIGHEST = 20.0  # times the median of stable states: what grows beyond is cut of
 def response_chart(data: xr.Dataset) -> Figure:
     """Largest and smallest gear-mesh force, swing of the transmission error, and rms of what
     sensors measure. Solid: stable, dashed: unstable; arrows: where a sweep jumps, and to what
-    force; broad below: where teeth lose contact, and where their backs touch."""
+    force; beads: periods of several gear meshes; broad below: where teeth lose contact, and where
+    their backs touch."""
     x = data[f"response_{data.attrs['over']}_share"].to_numpy().astype(float)
     sensors = np.asarray(data.coords.get("sensor", ())).tolist()[:MOST_SENSORS]
     height, ratios = 150 + 40 * len(sensors), [1.6, 1.0, *[0.7] * len(sensors)]
@@ -87,7 +90,18 @@ def _curve(ax: Axes, data: xr.Dataset, x: Array, y: Array, colour: str, width: f
         joined = stop < len(x) and branch[stop] == branch[start]
         at = slice(start, stop + joined)
         style, faint = ("-", 1.0) if stable[start] else ((0, (3, 1.6)), 0.65)
-        ax.plot(x[at], y[at], linestyle=style, color=colour, lw=width * faint)
+        beads = BEADS if _periods(data)[start] > 1 else {}
+        ax.plot(x[at], y[at], linestyle=style, color=colour, lw=width * faint, **beads)
+
+
+def _periods(data: xr.Dataset) -> Array:
+    """Gear-mesh periods after which each state repeats; one in files that do not say it."""
+    return np.asarray(data.get("response_period", np.ones(data.sizes["point"])))
+
+
+def period_words(period: int) -> str:
+    """ "period of two gear meshes"."""
+    return f"period of {COUNTS[period]} gear meshes"
 
 
 def _limit(ax: Axes, values: Array, lowest: float, stable: NDArray[np.bool_]) -> None:
@@ -150,6 +164,11 @@ def _legend(data: xr.Dataset, names: list[str]) -> list[Any]:
     handles += [
         Line2D([], [], color=colour, lw=1.4, label="stable"),
         Line2D([], [], color=colour, lw=0.9, ls=(0, (3, 1.6)), label="unstable"),
+    ]
+    handles += [
+        Line2D([], [], color=colour, lw=1.4, label=period_words(period), **BEADS | {"markevery": 1})
+        for period in np.unique(_periods(data)).astype(int).tolist()
+        if period > 1
     ]
     sense = np.asarray(data.get("turning_point_sense", 0))
     change = np.asarray(data.get("stability_change_kind", 0))

@@ -37,11 +37,29 @@ def test_response_says_where_motion_of_twice_the_period_begins(flexgear, tmp_pat
     """Where the pair grows by itself at half of the gear-mesh frequency, by the linear command."""
     path = write(tmp_path, case_text(damping=0.02, error=0.0))
     command = (path, "--speed-range", 1.9, 2.4)
-    text = flexgear.quiet("response", *command, "--harmonics", 6, "--quiet")
+    response = ("response", *command, "--harmonics", 6, "--quiet")
+    text = flexgear.quiet(*response, "--doublings", 0)
     begins = re.findall("twice the gear-mesh period branches off at ([0-9.]+); not followed", text)
     (band,) = flexgear.json("stability", *command)["bands"]
     edges = [band["lower_factor"], band["upper_factor"]]
     assert sorted(map(float, begins)) == pytest.approx(edges, rel=2e-3)
+    text = flexgear.quiet(*response)
+    followed = dict(re.findall("branches off at ([0-9.]+): curve ([0-9]+)", text))
+    assert [*followed] == begins
+    assert f"{len({*followed.values()})} of them with a period of several gear meshes" in text
+    for curve in followed.values():
+        assert f"curve {curve}, period of two gear meshes: " in text
+
+
+def test_response_says_that_the_period_doubles_outside_its_range(flexgear, tmp_path):
+    """Where no state of one gear mesh is stable, over speed and over torque."""
+    path = write(tmp_path, case_text(damping=0.02, error=0.0))
+    for options, says in (
+        (("--speed-range", 2.05, 2.1), "doubled at 2.05 and 2.1 already: a wider range of speeds"),
+        (("--torque-range", 0.9, 1, "--speed", 2.1), "doubled at 0.9 and 1 already: a range of"),
+    ):
+        text = flexgear.quiet("response", path, *options, "--harmonics", 6, "--quiet")
+        assert says in text and "lose contact: nowhere on stable branches" in text
 
 
 def test_rigid_ring_does_not_bend(flexgear):

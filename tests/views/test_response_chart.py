@@ -57,6 +57,17 @@ def test_unstable_states_are_dashed_and_jumps_are_marked(curve):
     assert np.ptp(error.get_ylim()) > 0.0
 
 
+def test_curves_of_two_gear_meshes_have_beads(curve):
+    curve["response_branch"][{"point": slice(13, None)}] = 2
+    curve["response_period"] = curve["response_branch"]
+    figure = response_chart(curve)
+    beads = [x for x in figure.axes[0].lines if x.get_marker() == "o"]
+    x = np.concatenate([line.get_xdata() for line in beads])
+    assert {*x} == {*curve["response_speed_share"].to_numpy()[13:]}
+    labels = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert "period of two gear meshes" in labels
+
+
 def test_sensors_have_a_panel_each(curve):
     signals = np.stack([curve["response_gear_mesh_force"].to_numpy()[:, 0]] * 2, axis=1)
     curve = curve.assign_coords(sensor=["top", "foot"], sensor_unit=("sensor", ["m/s2", "1"]))

@@ -1,0 +1,119 @@
+"""Figures of steady states: stability, forces, transmission errors, bearings and sensors."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from flexgear.analysis.continuation import Range
+from flexgear.analysis.harmonic_balance import SAMPLES, Balance, Orbit
+from flexgear.analysis.orbit_motion import recovery_of
+from flexgear.analysis.orbit_receptance import CondensedTrain
+from flexgear.analysis.stability import fewer_steps, monodromy, multipliers, vibrating
+from flexgear.arrays import Array
+from flexgear.solve.bodies import Progress
+from flexgear.solve.dataset import support_names
+from flexgear.solve.model import Model
+
+MEASURES = ("maximum", "minimum", "mean", "rms")
+# of a period in which small disturbances are followed, if there are so many samples
+LEAST_STEPS = 256
+STABLE = 1e-5  # by which a multiplier of a stable state may exceed one: undamped modes have one
+
+
+@dataclass(frozen=True)
+class State(Orbit):
+    """A steady state without its arrays over time, with its row of the dataset by names of
+    variables."""
+
+    values: dict[str, Any]
+
+
+class Figures:
+    """Figures of every state of one train as it is found. Reports how much of the range each curve
+    has passed; how many curves there are is not known before they are found."""
+
+    def __init__(
+        self, model: Model, train: CondensedTrain, span: Range, progress: Progress, curve: int = 1
+    ) -> None:
+        self.model, self.train, self.span, self.progress = model, train, span, progress
+        elements = train.elements
+        stage = model.case.stages[elements.stage].name
+        self.gear_meshes = model.gear_meshes.of_stage(stage)
+        carrying = model.gear_meshes.carrying[self.gear_meshes]
+        opposite = model.system.pairs.opposite[carrying]
+        self.rows = np.array([elements.mean_row(int(m)) for m in carrying])
+        self.drive = elements.owner[:, :, None] == carrying
+        self.coast = (elements.owner[:, :, None] == opposite) & (opposite >= 0)
+        self.supports = support_names(model)
+        self.curve, self._passed = curve, (math.inf, -math.inf)
+
+    def end_curve(self) -> None:
+        """Report the end of a curve; the next state is one of the next curve."""
+        self.progress(f"response, curve {self.curve}", 1.0)
+        self.curve, self._passed = self.curve + 1, (math.inf, -math.inf)
+
+    def take(self, orbit: Orbit) -> State:
+        """A state with its figures, without its arrays over time."""
+        value, (low, high) = self.span.value(orbit.point), self._passed
+        low, high = self._passed = min(low, value), max(high, value)
+        share = (high - low) / (self.span.high - self.span.low)
+        self.progress(f"response, curve {self.curve}", min(share, 0.999))
+        values = {
+            "response_period": self.train.elements.gear_meshes,
+            **self._stability(orbit), **self._of_gear_meshes(orbit), **self._recovered(orbit),
+        }  # fmt: skip
+        return State(**vars(orbit.light), values=values)
+
+    def _stability(self, orbit: Orbit) -> dict[str, Any]:
+        period = 1.0 / (self.train.elements.frequency * orbit.point.speed)
+        elements, waves = self.train.elements, orbit.waves
+        tangents = elements.tangents_around(*waves, period)
+        steps = fewer_steps(tangents, max(SAMPLES * self.train.harmonics, LEAST_STEPS))
+        largest = multipliers(monodromy(vibrating(self.train, orbit.point), period, steps))
+        first = largest[0] if len(largest) else 0.0
+        return {
+            "stable": int(abs(first) <= 1.0 + STABLE),
+            "multiplier_real": float(np.real(first)),
+            "multiplier_imag": float(np.imag(first)),
+        }
+
+    def _of_gear_meshes(self, orbit: Orbit) -> dict[str, Any]:
+        force = np.einsum("jn,jnm->jm", orbit.force, self.drive)
+        coast_force = np.einsum("jn,jnm->jm", orbit.force, self.coast)
+        closed = (orbit.displacement[:, :, None] > 0.0) & self.drive
+        closing = orbit.waves.motion @ self.rows.T
+        return {
+            **_measured("response_gear_mesh_force", force - coast_force, self.train.harmonics),
+            **_measured("response_transmission_error", closing, self.train.harmonics),
+            "lost_contact_share": 1.0 - closed.any(axis=1).mean(axis=0),
+            "back_contact_share": (coast_force > 0.0).mean(axis=0),
+        }
+
+    def _recovered(self, orbit: Orbit) -> dict[str, Any]:
+        """Of bearings and sensors."""
+        sensors, harmonics, out = self.model.sensors, self.train.harmonics, dict[str, Any]()
+        if not self.supports and sensors is None:
+            return out
+        balance = Balance(self.train.elements, self.train.at(orbit.point))
+        recovery = recovery_of(self.train, balance, orbit, self.model.outputs)
+        if self.supports:
+            forces = np.stack([recovery.link_force(name)[:, :2] for name in self.supports], axis=1)
+            size = np.linalg.norm(forces, axis=2)
+            out |= _measured("response_bearing_force", size, harmonics)
+        if sensors is not None:
+            signals = sensors.periodic(recovery, balance.receptance.omega)
+            out |= _measured("response_sensor", signals, harmonics)
+        return out
+
+
+def _measured(name: str, values: Array, harmonics: int) -> dict[str, Array]:
+    """Measures (k, 4) and amplitudes (k, H) of values (N, k) over a period."""
+    mean = values.mean(axis=0)
+    rms = np.sqrt(np.mean((values - mean) ** 2, axis=0))
+    spectrum = 2.0 * np.abs(np.fft.rfft(values, axis=0))[1 : harmonics + 1] / len(values)
+    measures = np.stack([values.max(axis=0), values.min(axis=0), mean, rms], axis=1)
+    return {name: measures, f"{name}_amplitude": spectrum.T}

@@ -1,0 +1,101 @@
+"""States that repeat after several gear-mesh periods, against the equation of motion in time."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from dead_zone import GEAR_MESH_HZ, DeadZone, case_text
+
+import flexgear
+from flexgear.model.errors import InputError
+
+DAMPING, SETTLED = 0.05, 200  # periods until what is free has decayed
+
+
+@pytest.fixture(scope="module")
+def pair(tmp_path_factory):
+    """A spur pair that vibrates at half of the gear-mesh frequency about twice its own one."""
+    path = tmp_path_factory.mktemp("pair") / "pair.toml"
+    path.write_text(case_text(damping=DAMPING))
+    return flexgear.load_case(path).assemble()
+
+
+@pytest.fixture(scope="module")
+def data(pair):
+    return pair.response((1.5, 2.5), harmonics=20, doublings=2)
+
+
+def in_time(speed, periods):
+    """x over some gear-mesh periods (periods, 256) once it is settled, from teeth 5 µm apart."""
+    omega, oscillator = 2 * math.pi * GEAR_MESH_HZ * speed, DeadZone(DAMPING, first=0.0)
+    _, state = oscillator.settled(omega, np.array([-5e-6, 0.0]), SETTLED, 4)
+    out = []
+    for _ in range(periods):
+        x, state = oscillator.settled(omega, state, 1, 256)
+        out.append(x)
+    return np.array(out)
+
+
+@pytest.mark.parametrize("speed", [2.15, 2.05, 1.97])
+def test_amplitudes_of_half_orders_are_those_in_time(data, speed):
+    near = np.abs(data["response_speed_share"].to_numpy() - speed)
+    stable = (data["stable"] == 1).to_numpy() & (data["response_period"] == 2).to_numpy()
+    at = data.isel(point=int(np.argmin(np.where(stable, near, np.inf))))
+    speed = float(at["response_speed_share"])
+    x = in_time(speed, 2)
+    spectrum = 2 * np.abs(np.fft.rfft(x.ravel()))[1:5] / x.size
+    orders = [0.5, 1.0, 1.5, 2.0]
+    error = at["response_transmission_error_amplitude"].sel(gear_mesh_order=orders)
+    assert spectrum[0] > 5e-6  # m
+    np.testing.assert_allclose(error[0], spectrum, rtol=0, atol=1e-4 * spectrum[0])
+
+
+def test_the_period_doubles_once_more_where_motion_in_time_repeats_after_four(data):
+    """On either side of the change of stability of the curve of two periods; the curve of four
+    that leaves there comes back to it, and has its motion."""
+    of_two = data["stability_change_kind"].to_numpy() == 1
+    curves = data["stability_change_curve"].to_numpy()
+    period, branch = data["response_period"].to_numpy(), data["response_branch"].to_numpy()
+    of_two &= np.array([period[branch == curve][0] == 2 for curve in curves])
+    change = data.isel(stability_change=of_two)
+    first, last = sorted(change["stability_change_parameter"].to_numpy().tolist())
+    (leaving,) = set(change["stability_change_leaving"].to_numpy().tolist())
+    assert set(period[branch == leaving]) == {4}
+    for speed, repeats in ((1.01 * last, 2), (0.985 * last, 4), (1.04 * first, 4)):
+        x = in_time(speed, 8)
+        away = [np.abs(x[:2] - x[n : n + 2]).max() / np.ptp(x) for n in (1, 2, 4)]
+        assert away[0] > 0.1 and away[2] < 1e-4
+        assert (away[1] < 1e-4) == (repeats == 2)
+        if repeats == 4:
+            share = data["response_speed_share"].to_numpy()
+            largest = data["response_transmission_error_amplitude"][:, 0].sel(gear_mesh_order=0.25)
+            at = np.flatnonzero((branch == leaving) & (data["stable"].to_numpy() == 1))
+            at = at[np.argsort(share[at])]
+            quarter = np.interp(speed, share[at], largest[at])
+            assert quarter == pytest.approx(2 * abs(np.fft.rfft(x.ravel())[2]) / x.size, rel=2e-2)
+
+
+def test_a_doubling_is_in_the_dataset_where_it_is_not_followed(pair):
+    none = pair.response((1.9, 2.3), harmonics=6, doublings=0)
+    assert set(none["response_period"].to_numpy()) == {1}
+    assert none["gear_mesh_order"].to_numpy().tolist() == [1, 2, 3, 4, 5, 6]
+    assert none["stability_change_kind"].to_numpy().tolist() == [1, 1]
+    assert none["stability_change_leaving"].to_numpy().tolist() == [0, 0]
+    once = pair.response((1.9, 2.3), harmonics=6)
+    assert set(once["response_period"].to_numpy()) == {1, 2}
+    with pytest.raises(InputError, match="doublings: 9: is out of range"):
+        pair.response((1.9, 2.3), doublings=9)
+
+
+def test_a_sweep_jumps_to_the_state_of_one_period(data):
+    """From the only turning point of rising speed, above the speeds at which the period doubles."""
+    rising = data.isel(turning_point=(data["turning_point_sense"] > 0).to_numpy())
+    (at,) = rising["turning_point_parameter"].to_numpy()
+    target, *none = rising["turning_point_target_force"].to_numpy()[0]
+    assert at > data["stability_change_parameter"].max() - 1e-3 and not np.isfinite(none).any()
+    whole = (data["response_period"] == 1).to_numpy()
+    force = data["response_gear_mesh_force"].sel(measure="maximum").to_numpy()[whole, 0]
+    share = data["response_speed_share"].to_numpy()[whole]
+    assert target == pytest.approx(np.interp(at, share, force), rel=1e-3)
