@@ -193,11 +193,11 @@ def _warnings(analyses: Analyses) -> list[str]:
 def _rated_machines(case: Case) -> list[str]:
     """A line for histories of machines, in whose place a run has rated torques and speeds."""
     machines = zip(case.ports, machines_of(case), strict=True)
-    kept = [port.member for port, m in machines if m is not None and m.kind != "constant"]
-    if not kept:
+    ports = [port.member for port, m in machines if m is not None and m.kind != "constant"]
+    if not ports:
         return []
     return [
-        f"machine of {' and '.join(map(words, kept))}: this run keeps it at its rated torque and "
+        f"machine of {' and '.join(map(words, ports))}: this run keeps it at its rated torque and "
         "speed; flexgear simulate follows its history"
     ]
 

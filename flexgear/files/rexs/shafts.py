@@ -141,9 +141,9 @@ class SunShaft:
 
 def points(assembly: Assembly, body: Sequence[Member]) -> set[float]:
     """Places along the axis (0.1 mm) where bearings hold members of a body, or planets a sun."""
-    known = [m.z for m in body if m.role == "sun" and len(m.stage.halves["planet"][0]) >= 3]
-    known += [axial_place(assembly, bearing) for m in body for bearing in m.bearings]
-    return {round(z, 1) for z in known if z is not None}
+    places = [m.z for m in body if m.role == "sun" and len(m.stage.halves["planet"][0]) >= 3]
+    places += [axial_place(assembly, bearing) for m in body for bearing in m.bearings]
+    return {round(z, 1) for z in places if z is not None}
 
 
 def sun_shafts(
