@@ -267,10 +267,14 @@ class FlankReader:
 
     def _remember(self, stage: RexsStage, of_gear: GearFlanks) -> None:
         """Record the loaded flank that the file states for a gear in its gear meshes."""
-        meshes = {mesh.stage.id: role for role, every in stage.meshes.items() for mesh in every}
+        gear_meshes = {
+            gear_mesh.stage.id: role
+            for role, every in stage.gear_meshes.items()
+            for gear_mesh in every
+        }
         kind = "stage_gear_data"
         for _, (pair, gear, data) in self.document.each(kind, "stage", "gear", kind):
-            role = meshes.get(pair.id)
+            role = gear_meshes.get(pair.id)
             if role is None or gear is not of_gear.gear:
                 continue
             loaded_flank = text([data], table.LOADED)

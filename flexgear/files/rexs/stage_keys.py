@@ -7,7 +7,7 @@ import math
 from flexgear.files.case_text import CaseText, Datum
 from flexgear.files.rexs.document import Component, mean, number
 from flexgear.files.rexs.gears import GearReader, Rack
-from flexgear.files.rexs.stages import Mesh, RexsStage
+from flexgear.files.rexs.stages import RexsGearMesh, RexsStage
 from flexgear.gears.geometry import RULE, least_backlash
 from flexgear.gears.tooth import involute
 from flexgear.model.errors import InputError
@@ -36,7 +36,7 @@ class StageWriter:
         self._widths()
         self.teeth = {role: self._teeth(role) for role in stage.roles}
         self.distance = self._distance()
-        self.shift_sums = {role: self._shift_sum(role) for role in stage.meshes}
+        self.shift_sums = {role: self._shift_sum(role) for role in stage.gear_meshes}
 
     def write(self) -> Rack:
         """The sections [[stages]], [stages.sun] and so on. InputError where data are missing."""
@@ -154,12 +154,12 @@ class StageWriter:
 
     def _angles(self) -> None:
         """Working angles of the file where they do not follow from the gears' geometry."""
-        for role, meshes in self.stage.meshes.items():
+        for role, gear_meshes in self.stage.gear_meshes.items():
             data = [
                 component
-                for mesh in meshes
+                for gear_mesh in gear_meshes
                 for component in self.document.linked(
-                    mesh.stage, "stage", "stage_gear_data", "stage_gear_data"
+                    gear_mesh.stage, "stage", "stage_gear_data", "stage_gear_data"
                 )
             ]
             for component in data:
@@ -179,8 +179,10 @@ class StageWriter:
         planets, ring = self.stage.halves["planet"][0], self.stage.gears("ring")[0]
         angles = [self._direction(ring, planet) for planet in planets]
         if None in angles:
-            meshes = [m for p in planets for m in self.stage.meshes["sun"] if p in m.gears]
-            turns = [self._turn(mesh) for mesh in meshes]
+            gear_meshes = [
+                m for p in planets for m in self.stage.gear_meshes["sun"] if p in m.gears
+            ]
+            turns = [self._turn(gear_mesh) for gear_mesh in gear_meshes]
             angles = [None if turn is None else turn.value for turn in turns]
         present = [angle for angle in angles if angle is not None]
         count = len(planets)
@@ -213,9 +215,9 @@ class StageWriter:
             return None
         return math.degrees(math.atan2(across[1], across[0]))
 
-    def _turn(self, mesh: Mesh) -> Datum | None:
+    def _turn(self, gear_mesh: RexsGearMesh) -> Datum | None:
         """The same from the first to the second gear of a gear mesh as the file states it."""
-        turn = number([mesh.stage], "rotating_angle_around_neg_u_axis", "deg")
+        turn = number([gear_mesh.stage], "rotating_angle_around_neg_u_axis", "deg")
         return None if turn is None else Datum(90.0 - turn.value, turn.source)
 
     def _assembly(self) -> None:
@@ -228,12 +230,12 @@ class StageWriter:
     def _position(self) -> None:
         """Direction from pinion to gear."""
         pinion, gear = (self.stage.gears(role)[0] for role in self.stage.roles)
-        direction, mesh = self._direction(pinion, gear), self.stage.meshes["sun"][0]
+        direction, gear_mesh = self._direction(pinion, gear), self.stage.gear_meshes["sun"][0]
         if direction is not None:
             why = f"places of {pinion.label} and {gear.label}, from v to w"
             self.section.put("position_deg", direction, why)
-        elif (turn := self._turn(mesh)) is not None:
-            degrees = turn.value + (0.0 if mesh.gears[0] is pinion else 180.0)
+        elif (turn := self._turn(gear_mesh)) is not None:
+            degrees = turn.value + (0.0 if gear_mesh.gears[0] is pinion else 180.0)
             self.section.put("position_deg", math.remainder(degrees, 360.0), turn.source)
 
     def _backlash(self, shifts: dict[str, Datum]) -> None:
@@ -242,8 +244,8 @@ class StageWriter:
         2 m_n sin α_n (Σx without backlash − Σx), which a case has by itself. What the file does
         not say is left to the case's rule (``least_backlash``).
         """
-        for role, meshes in self.stage.meshes.items():
-            total = self._total_backlash([mesh.stage for mesh in meshes])
+        for role, gear_meshes in self.stage.gear_meshes.items():
+            total = self._total_backlash([gear_mesh.stage for gear_mesh in gear_meshes])
             sum_of_shifts = sum(shifts[end].value for end in self._pair(role))
             free = self.shift_sums[role]
             left = 0.0 if free is None else free - sum_of_shifts
@@ -253,7 +255,7 @@ class StageWriter:
                 extra = max(total.value - left, 0.0)
                 self.section.put(key, extra, f"{total.source}, less what profile shifts leave")
                 continue
-            thinned = self._allowances(meshes)
+            thinned = self._allowances(gear_meshes)
             if thinned is not None and left + thinned.value >= -AGREES * self.rack.module:
                 self.section.put(key, thinned.value, thinned.source)
             elif left < -AGREES * self.rack.module and self.distance is not None:
@@ -261,7 +263,7 @@ class StageWriter:
                 why = f"teeth overlap by {-left:.4g} mm at the file's centre distance; and {RULE}"
                 self.case.assume(self.section, key, least - left, why)
 
-    def _allowances(self, meshes: list[Mesh]) -> Datum | None:
+    def _allowances(self, gear_meshes: list[RexsGearMesh]) -> Datum | None:
         """Normal backlash of mean tooth-thickness allowances of both gears of a gear mesh, mm:
 
         −Σ A_sn cos α_n of deviations of the chordal thickness, or −Σ A_W of base tangent lengths
@@ -269,7 +271,7 @@ class StageWriter:
         """
         total, sources = 0.0, []
         for k in range(2):
-            gears = [mesh.gears[k] for mesh in meshes]
+            gears = [gear_mesh.gears[k] for gear_mesh in gear_meshes]
             ring = any(gear.kind == "ring_gear" for gear in gears)
             for name, ratio in (
                 ("chordal_tooth_thickness_{}_deviation", math.cos(self.rack.pressure_angle)),
@@ -304,7 +306,7 @@ class StageWriter:
                 shifts["ring"] = Datum(
                     -ring.value, f"{ring.source}; sign turned, which fits the centre distance"
                 )
-        for role in self.stage.meshes:
+        for role in self.stage.gear_meshes:
             self._fill(shifts, role)
         for role in self.stage.roles:
             if shifts[role] is None:

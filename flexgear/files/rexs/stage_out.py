@@ -82,7 +82,7 @@ class StageOut:
         back = () if beam is None or beam.direction == "+z" else beam.sections
         self.sun_reach = max(self.reach, sum(section.length for section in back))
         self.gears: list[tuple[str, int]] = []
-        self.meshes: list[tuple[str, int]] = []
+        self.gear_meshes: list[tuple[str, int]] = []
 
     def add(self) -> None:
         """Stage, shafts, gears, gear meshes, supports and results."""
@@ -103,7 +103,7 @@ class StageOut:
         speed = {"sun": flow.sun_speed, "ring": flow.ring_speed, "planet": flow.planet_speed}
         for role, number in self.gears:
             self.model.result(number, rotational_speed=speed[role])
-        for role, number in self.meshes if self.loaded else ():
+        for role, number in self.gear_meshes if self.loaded else ():
             force = abs(flow.gear_mesh_forces[role]) * math.cos(self.geometry.base_helix_angle)
             self.model.result(number, nominal_tangential_force_at_base_diameter=force)
 
@@ -243,7 +243,7 @@ class StageOut:
             overlap_contact_ratio=geometry.overlap_ratio or None,
             total_contact_ratio=geometry.total_contact_ratio,
         )
-        self.meshes.append((role, number))
+        self.gear_meshes.append((role, number))
         self.model.relate("stage", stage=number, gear_1=gears[0], gear_2=gears[1])
         for gear, of in zip(gears, (role, "planet"), strict=True):
             data = self.model.add(

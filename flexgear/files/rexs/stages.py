@@ -17,7 +17,7 @@ GEARS = ("cylindrical_gear", "ring_gear")
 
 
 @dataclass(frozen=True)
-class Mesh:
+class RexsGearMesh:
     """A gear mesh: its cylindrical_stage and its two gears, gear_1 first."""
 
     stage: Component
@@ -39,7 +39,7 @@ class RexsStage:
     component: Component
     kind: str
     halves: dict[str, list[list[Component]]]
-    meshes: dict[str, list[Mesh]]
+    gear_meshes: dict[str, list[RexsGearMesh]]
     carrier: list[Component] = field(default_factory=list)
 
     def gears(self, role: str) -> list[Component]:
@@ -59,7 +59,11 @@ class RexsStage:
     @property
     def pairs(self) -> list[Component]:
         """The cylindrical_stage of every gear mesh."""
-        return [mesh.stage for meshes in self.meshes.values() for mesh in meshes]
+        return [
+            gear_mesh.stage
+            for gear_meshes in self.gear_meshes.values()
+            for gear_mesh in gear_meshes
+        ]
 
 
 class Unfit(Exception):
@@ -80,21 +84,21 @@ def is_helical(stage: RexsStage) -> bool:
 
 def stages_of(assembly: Assembly) -> tuple[list[RexsStage], list[str]]:
     """All stages in the order of their ids, and in words those that cannot be carried over."""
-    meshes, refused = _meshes(assembly.document), []
+    gear_meshes, refused = _gear_meshes(assembly.document), []
     stages, inside = [], set()
     for planetary in assembly.document.kind("planetary_stage"):
         inner = {s.id for s in assembly.document.parts(planetary, "cylindrical_stage")}
-        mine = [mesh for mesh in meshes if mesh.stage.id in inner]
+        mine = [gear_mesh for gear_mesh in gear_meshes if gear_mesh.stage.id in inner]
         inside |= inner
         try:
             stages.append(_planetary(assembly, planetary, mine))
         except Unfit as why:
             refused.append(f"{planetary.label}: not carried over, {why}")
     groups = defaultdict(list)
-    for mesh in meshes:
-        if mesh.stage.id not in inside:
-            bodies = tuple(assembly.body(g) for g in mesh.gears)
-            groups[frozenset(bodies)].append(mesh)
+    for gear_mesh in gear_meshes:
+        if gear_mesh.stage.id not in inside:
+            bodies = tuple(assembly.body(g) for g in gear_mesh.gears)
+            groups[frozenset(bodies)].append(gear_mesh)
     for group in groups.values():
         for pair in _halves_of_pairs(group):
             try:
@@ -109,13 +113,13 @@ def stages_of(assembly: Assembly) -> tuple[list[RexsStage], list[str]]:
     return stages, refused
 
 
-def _meshes(document: Document) -> list[Mesh]:
-    meshes = []
+def _gear_meshes(document: Document) -> list[RexsGearMesh]:
+    gear_meshes = []
     for relation, (stage, *gears) in document.each("stage", "stage", "gear_1", "gear_2"):
         if stage.kind == "cylindrical_stage" and {gear.kind for gear in gears} <= {*GEARS}:
             relation.used = True
-            meshes.append(Mesh(stage, (gears[0], gears[1])))
-    return meshes
+            gear_meshes.append(RexsGearMesh(stage, (gears[0], gears[1])))
+    return gear_meshes
 
 
 def _mark(stage: RexsStage) -> None:
@@ -129,9 +133,13 @@ def _mark(stage: RexsStage) -> None:
         part.role = "the carrier"
 
 
-def _planetary(assembly: Assembly, planetary: Component, meshes: list[Mesh]) -> RexsStage:
-    rings = list(dict.fromkeys(g for mesh in meshes for g in mesh.gears if is_internal(g)))
-    pairs = [(g, mesh.mate(g)) for mesh in meshes for g in mesh.gears]
+def _planetary(
+    assembly: Assembly, planetary: Component, gear_meshes: list[RexsGearMesh]
+) -> RexsStage:
+    rings = list(
+        dict.fromkeys(g for gear_mesh in gear_meshes for g in gear_mesh.gears if is_internal(g))
+    )
+    pairs = [(g, gear_mesh.mate(g)) for gear_mesh in gear_meshes for g in gear_mesh.gears]
     planets = list(dict.fromkeys(mate for g, mate in pairs if g in rings))
     suns = list(dict.fromkeys(mate for g, mate in pairs if g in planets and mate not in rings))
     if not rings or not planets or not suns:
@@ -139,9 +147,11 @@ def _planetary(assembly: Assembly, planetary: Component, meshes: list[Mesh]) -> 
         raise Unfit(f"it has no gear mesh of planets with a {lacks}")
     if any(gear in planets for gear in suns):
         raise Unfit("its planets mesh with one another")
-    if any(g not in rings and g not in planets and g not in suns for m in meshes for g in m.gears):
+    if any(
+        g not in rings and g not in planets and g not in suns for m in gear_meshes for g in m.gears
+    ):
         raise Unfit("some of its gears mesh with neither sun nor ring")
-    if any(not any(m.mate(p) in suns for m in meshes if p in m.gears) for p in planets):
+    if any(not any(m.mate(p) in suns for m in gear_meshes if p in m.gears) for p in planets):
         raise Unfit("its planets have one gear for the sun and another for the ring")
     by_shaft = defaultdict(list)
     for planet in planets:
@@ -164,40 +174,40 @@ def _planetary(assembly: Assembly, planetary: Component, meshes: list[Mesh]) -> 
         "planetary",
         halves,
         {
-            "sun": [m for m in meshes if any(g in suns for g in m.gears)],
-            "ring": [m for m in meshes if any(g in rings for g in m.gears)],
+            "sun": [m for m in gear_meshes if any(g in suns for g in m.gears)],
+            "ring": [m for m in gear_meshes if any(g in rings for g in m.gears)],
         },
         carrier_parts(assembly.document, planetary),
     )
 
 
-def _halves_of_pairs(group: list[Mesh]) -> list[list[Mesh]]:
+def _halves_of_pairs(group: list[RexsGearMesh]) -> list[list[RexsGearMesh]]:
     """Gear meshes of the same two bodies: those of opposite hand belong together."""
     rest, halves = list(group), []
     while rest:
-        mesh = rest.pop(0)
-        mate = next((m for m in rest if _opposite(mesh.gears[0], m.gears[0])), None)
+        gear_mesh = rest.pop(0)
+        mate = next((m for m in rest if _opposite(gear_mesh.gears[0], m.gears[0])), None)
         if mate is not None:
             rest.remove(mate)
-        halves.append([mesh] if mate is None else [mesh, mate])
+        halves.append([gear_mesh] if mate is None else [gear_mesh, mate])
     return halves
 
 
-def _parallel(meshes: list[Mesh], assembly: Assembly) -> RexsStage:
-    if any(is_internal(gear) for mesh in meshes for gear in mesh.gears):
+def _parallel(gear_meshes: list[RexsGearMesh], assembly: Assembly) -> RexsStage:
+    if any(is_internal(gear) for gear_mesh in gear_meshes for gear in gear_mesh.gears):
         raise Unfit("an internal gear pair with fixed axes")
-    first, second = ([mesh.gears[k] for mesh in meshes] for k in (0, 1))
+    first, second = ([gear_mesh.gears[k] for gear_mesh in gear_meshes] for k in (0, 1))
     teeth = [number(gears, "number_of_teeth", "none") for gears in (first, second)]
     if None not in teeth and teeth[0].value > teeth[1].value:  # type: ignore[union-attr]
         first, second = second, first
     return RexsStage(
-        meshes[0].stage,
+        gear_meshes[0].stage,
         "parallel",
         {
             "pinion": [[gear] for gear in _along(first, assembly)],
             "gear": [[gear] for gear in _along(second, assembly)],
         },
-        {"sun": meshes},
+        {"sun": gear_meshes},
     )
 
 

@@ -219,14 +219,14 @@ class _Conversion:
         return racks
 
     def _gear_mesh(self, modified: bool) -> None:
-        mesh = self.case.section("[stages.gear_mesh]")
+        gear_mesh = self.case.section("[stages.gear_mesh]")
         if modified:
-            self.case.assume(mesh, "model", "per_pair", "modified flanks touch pair by pair")
-            self.case.assume(mesh, "contact_law", "one-sided", "gaps open and close")
+            self.case.assume(gear_mesh, "model", "per_pair", "modified flanks touch pair by pair")
+            self.case.assume(gear_mesh, "contact_law", "one-sided", "gaps open and close")
             return
         why = "mean of ISO 6336-1; gear-mesh stiffness is not carried over"
-        self.case.assume(mesh, "model", "constant", why)
-        self.case.assume(mesh, "contact_law", "linear", "as the constant stiffness")
+        self.case.assume(gear_mesh, "model", "constant", why)
+        self.case.assume(gear_mesh, "contact_law", "linear", "as the constant stiffness")
 
     def _scale(self, stage: RexsStage, rack: Rack) -> Scale:
         names = ("face_width", "common_face_width")
