@@ -12,10 +12,11 @@ from typer import Option
 
 from flexgear.cli import options
 from flexgear.cli.analysis import put_together
-from flexgear.cli.display import progress, show
+from flexgear.cli.display import columns, progress, show
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
 from flexgear.results.origin import origin_of_case
+from flexgear.results.report.wording import words
 from flexgear.studies.modify import (
     TRIALS,
     Aim,
@@ -26,6 +27,11 @@ from flexgear.studies.modify import (
 from flexgear.views.face_load_charts import before_and_after
 from flexgear.views.style import PICTURES, save_figure
 
+SHOWN = (  # of a flank: column, figure, decimals
+    ("K_Hβ", "k_h_beta", 3),
+    ("largest line load, N/mm", "largest_line_load_n_per_mm", 0),
+    ("transmission error peak to peak, µm", "transmission_error_peak_to_peak_um", 2),
+)
 AIMS: tuple[Aim, ...] = ("line-load", "transmission-error")
 
 
@@ -96,16 +102,13 @@ def modify(modification: Modification) -> None:
 def _show(proposal: Proposal, keys: str) -> None:
     """Print the improvement of every flank, and the keys."""
     for share, flanks in proposal.before.items():
-        typer.echo(f"\nat {share:g} of the rated torque   before -> after")
+        typer.echo(f"\nbefore → after, at {share:g} of the rated torque")
+        rows = [("gear mesh", *(name for name, _, _ in SHOWN))]
         for flank, old in flanks.items():
             new = proposal.after[share][flank]
-            typer.echo(
-                f"{flank:28s} K_Hbeta {old['k_h_beta']:.3f} -> {new['k_h_beta']:.3f}, largest "
-                f"{old['largest_line_load_n_per_mm']:.0f} -> "
-                f"{new['largest_line_load_n_per_mm']:.0f} N/mm, transmission error p-p "
-                f"{old['transmission_error_peak_to_peak_um']:.2f} -> "
-                f"{new['transmission_error_peak_to_peak_um']:.2f} um"
-            )
+            ends = (f"{old[k]:.{d}f} → {new[k]:.{d}f}" for _, k, d in SHOWN)
+            rows.append((words(flank), *ends))
+        columns(rows)
     typer.echo(f"\nkeys to copy ({proposal.trials} series of equilibria):\n\n{keys}")
 
 

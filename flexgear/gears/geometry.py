@@ -59,9 +59,10 @@ def backlash_allowance(view: StageView, role: str, center_distance: float) -> fl
 
 def backlash_source(view: StageView, role: str) -> str:
     """Source of the backlash as a phrase: the case, linear contact (none), or the rule."""
+    linear = view.gear_mesh.contact_law == "linear"
     if getattr(view.stage, f"backlash_{role}") is not None:
-        return "the case"
-    return RULE if view.gear_mesh.contact_law == "one-sided" else "linear contact needs none"
+        return f"the case{'; linear contact takes none' if linear else ''}"
+    return "linear contact takes none" if linear else RULE
 
 
 PER_PAIR_MODELS = ("per_pair", "face_load", "lumped")

@@ -144,14 +144,16 @@ def _force(share: float) -> str:
 
 
 def _met(row: Mapping[str, Any]) -> str:
-    """ "Order 7 of the gear mesh, 122.3 Hz, lies 4.5 % above modes 6 and 7 (…, 117 Hz)"."""
+    """ "Order 7 of the gear mesh, 122.3 Hz, lies 4.5 % above modes 6 and 7 (…, 117 Hz)"; "on"
+    modes that are nearer than the last digit."""
     numbers = " and ".join(map(str, row["modes"][:2]))
     modes = f"mode{'s' if len(row['modes']) > 1 else ''} {numbers}"
-    side = "above" if row["away"] > 0 else "below"
+    away = f"{100 * abs(row['away']):.1f}"
+    side = f"{away} % {'above' if row['away'] > 0 else 'below'}" if float(away) else "on"
     kind, natural = row["type"], with_unit(row["mode_frequency_hz"], "Hz")
     return (
         f"{excitation_words(row['excitation'])}, {with_unit(row['frequency_hz'], 'Hz')}, lies "
-        f"{100 * abs(row['away']):.1f} % {side} {modes} ({kind}{', ' * bool(kind)}{natural})"
+        f"{side} {modes} ({kind}{', ' * bool(kind)}{natural})"
     )
 
 

@@ -200,6 +200,8 @@ def test_check_names_the_rule():
     assert "case" in derived(plain_stage(backlash_ring_mm=0.1))["ring_gear_mesh"]["backlash_by"]
     linear = {"model": "per_pair", "contact_law": "linear"}
     assert "linear" in derived(plain_stage(gear_mesh=linear))["sun_gear_mesh"]["backlash_by"]
+    stated = plain_stage(gear_mesh=linear, backlash_sun_mm=0.1)
+    assert "case; linear" in derived(stated)["sun_gear_mesh"]["backlash_by"]
 
 
 def test_coast_flanks_carry_nothing_by_default():

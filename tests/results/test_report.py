@@ -4,7 +4,7 @@ import pytest
 
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.load import load_case
-from flexgear.results.report.parts import SECTIONS
+from flexgear.results.report.parts import SECTIONS, rows_of
 from flexgear.results.report.tables import case_tables, face_tables, stage_tables
 from flexgear.results.report.wording import split_unit, with_unit, words
 
@@ -32,6 +32,12 @@ from flexgear.results.report.wording import split_unit, with_unit, words
 )
 def test_numbers_have_units_a_person_uses(value, unit, text):
     assert with_unit(value, unit) == text
+
+
+def test_figures_of_the_load_along_the_face_have_words():
+    assert rows_of({"k_h_beta": 1.2})[0].label == "face load factor K_Hβ (ISO 6336-1)"
+    (row,) = rows_of({"misalignment_by_cause_um, planet_bearing": 3.0})
+    assert (row.label, row.unit) == ("misalignment by the planet bearing", "µm")
 
 
 def test_names_become_words():

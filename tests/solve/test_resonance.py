@@ -199,3 +199,8 @@ def test_verdict_says_what_is_met_and_by_what():
     ideal = {**row, "cause": IDEAL, "force_share": 0.2}
     level, _, sentence = resonance_verdict({**figures, "met": [ideal], "ideal": 1, "errors": 0})
     assert level == "watch" and "20 %" in sentence
+    ideal |= {"away": -2e-5, "force_share": 1.12}
+    _, _, sentence = resonance_verdict({**figures, "met": [ideal], "ideal": 1, "errors": 0})
+    assert " Hz, lies on modes 2 and 3 (" in sentence and "vary by 112 % of" in sentence
+    clear = {**figures, "met": [], "orders": {"stage": [1]}, "unknown_spectrum": []}
+    assert resonance_verdict(clear)[2].startswith("Order 1 and turns of shafts keep ")

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from itertools import groupby
 from typing import Any, Literal
 
+from flexgear.results.face_load import FLANK_FIGURES
 from flexgear.results.quantities import Figure
 from flexgear.results.report.wording import (
     FACTOR,
@@ -233,7 +234,8 @@ _WORDS = {
     "frequency_limit_hz": "compared up to",
     "frequency_error_on_these_supports": "on the supports of the case",
     "tie": "teeth or bores are tied to their node at",
-    **{figure.path: figure.label for figure in STAGE_FIGURES if figure.label},
+    "misalignment_by_cause_um, {part}": "misalignment by the {part}",
+    **{figure.path: figure.label for figure in (*STAGE_FIGURES, *FLANK_FIGURES) if figure.label},
 }
 _UNITS = {  # of those that do not end in theirs
     "largest_misfit_of_a_sun_tooth_in_pitches": _PITCHES,
@@ -246,6 +248,7 @@ _UNITS = {  # of those that do not end in theirs
     "mean-based": FACTOR,
     "cycle-based": FACTOR,
     "iec_61400_4": FACTOR,
+    "misalignment_by_cause_um, {part}": "µm",
     "distance_from_axis_um_max": "µm",
     "load_sharing_max": FACTOR,
     "planet_force_spread_max": _SHARE,
