@@ -194,6 +194,24 @@ class ByHand:
         }  # fmt: skip
         return form, (1.2 + 0.13 * slim) * notch ** (1 / (1.21 + 2.3 / slim)), notch, tooth
 
+    def _tolerance(self, kind, grade, d):
+        """µm, ISO 1328-1: of 1995 at geometric means of the ranges, of 2013 as calculated; both
+        rounded."""
+        m = self.m
+        if self.edition == 2006:
+            ends = [end for end in (125, 280, 560, 1000, 1600, 2500) if end >= d]
+            below = {280: 125, 560: 280, 1000: 560, 1600: 1000}[ends[0]]
+            d, m = sqrt(ends[0] * below), sqrt({12.0: 10 * 16, 7.0: 6 * 10}[m])
+            fifth = {
+                "pitch": 0.3 * (m + 0.4 * sqrt(d)) + 4,
+                "profile": 2.5 * sqrt(m) + 0.17 * sqrt(d) + 0.5,
+            }[kind]
+        else:
+            fifth = {"pitch": 0.001 * d + 0.4 * m + 5, "profile": 0.55 * m + 5}[kind]
+        value = fifth * sqrt(2) ** (grade - 5)
+        per_micron = 10 if value < 5 else 2 if value <= 10 else 1
+        return math.floor(value * per_micron + 0.5) / per_micron
+
     def factors(self, role, force, v):
         """K_A … K_Fα by method B."""
         mesh, pair = self.mesh[role], [self.of[g] for g in ("planet", role)]
@@ -208,16 +226,10 @@ class ByHand:
         e_gamma = mesh["e_alpha"] + mesh["e_beta"]
         w = force * K_A * self.k_gamma / self.b
         c = full * min(w / 100, 1) ** 0.25
-        deviations = []
-        for old, new in ((lambda d: 0.3 * (self.m + 0.4 * sqrt(d)) + 4,
-                          lambda d: 0.001 * d + 0.4 * self.m + 5),
-                         (lambda d: 2.5 * sqrt(self.m) + 0.17 * sqrt(d) + 0.5,
-                          lambda _: 0.55 * self.m + 5)):  # fmt: skip
-            of_grade = old if self.edition == 2006 else new
-            deviations.append(max(
-                of_grade(self.d[g]) * 2 ** ((self.of[g]["accuracy"] - 5) / 2)
-                for g in ("planet", role)
-            ))  # fmt: skip
+        deviations = [
+            max(self._tolerance(kind, self.of[g]["accuracy"], self.d[g]) for g in ("planet", role))
+            for kind in ("pitch", "profile")
+        ]
         deviations[0] *= cos(self.at)
 
         def run_in(f, gear):

@@ -41,20 +41,24 @@ def factors(case, symbol="K_Hβ"):
 
 
 @pytest.mark.parametrize(
-    ("edition", "grades"),  # µm of the pinion, grade 6, and of the gear, grade 7
+    ("edition", "of", "rounded"),  # µm of the pinion, grade 6, and of the gear, grade 7
     [
-        (2006, (0.07 * math.sqrt(106.03) + 0.45 * math.sqrt(45) + 3,
-                0.07 * math.sqrt(338.29) + 0.45 * math.sqrt(45) + 3)),
-        (2019, (0.05 * math.sqrt(106.03) + 0.35 * math.sqrt(45) + 4,
-                0.05 * math.sqrt(338.29) + 0.35 * math.sqrt(45) + 4)),
+        (2006, "pitch", (9.0, 16.0)),  # 9.110, 15.53
+        (2006, "profile", (10.0, 18.0)),  # 10.41, 18.47
+        (2006, "helix", (10.0, 16.0)),  # 9.909, 15.55
+        (2019, "pitch", (10.0, 15.0)),  # 10.05, 14.68
+        (2019, "profile", (11.0, 16.0)),  # 10.96, 15.50
+        (2019, "helix", (9.5, 15.0)),  # 9.705, 14.54
     ],
-)  # fmt: skip
-def test_helix_deviation_of_a_grade_by_hand(tmp_path, edition, grades):
-    """21 and 67 teeth of module 5 at 8°: d = 106.03 and 338.29 mm; 45 mm wide; √2 a grade."""
+)
+def test_deviations_of_grades_by_hand(tmp_path, edition, of, rounded):
+    """21 and 67 teeth of module 5 at 8°: d = 106.03 and 338.29 mm; 45 mm wide. 1995: m = √(3.5·6) =
+    4.583, d = √(50·125) = 79.06 and √(280·560) = 395.98, b = √(40·80) = 56.57 mm, in f_pt = 0.3
+    (m + 0.4 √d) + 4, f_fα = 2.5 √m + 0.17 √d + 0.5, f_Hβ = 0.07 √d + 0.45 √b + 3; 2013 with sizes
+    themselves: 0.001 d + 0.4 m + 5, 0.55 m + 5, 0.05 √d + 0.35 √b + 4; times √2 and 2."""
     pair, _ = pair_of(case_of(tmp_path, PAIR, **{"rating.edition": edition}))
-    for gear, of_fifth, grade in zip(pair.gears.values(), grades, (6, 7), strict=True):
-        by_hand = 1e-6 * of_fifth * math.sqrt(2) ** (grade - 5)
-        assert tolerance(pair, gear, "helix") == pytest.approx(by_hand, rel=1e-4)
+    computed = [1e6 * tolerance(pair, gear, of) for gear in pair.gears.values()]
+    assert computed == pytest.approx(rounded, rel=1e-9)
     stated = case_of(tmp_path, PAIR, **{"stages.pair.pinion.rating.helix_deviation": 3e-6})
     pair, _ = pair_of(stated)
     assert tolerance(pair, pair.pinion, "helix") == 3e-6
@@ -64,9 +68,8 @@ def test_the_worst_case_is_the_worst_of_its_signs_and_of_none():
     """Each deviated train by its errors alone; f_ma is the root of the sum of both squares."""
     case = train(**{"rating.deviations": "worst"})
     trains = deviated_cases(case)
-    d, b = (math.sqrt(x) for x in (27 * 18 / math.cos(math.radians(7.5)), 430))
-    sun = math.sqrt(2) * (0.05 * d + 0.35 * b + 4)
-    planet = math.sqrt(2) * (0.05 * d * math.sqrt(33 / 27) + 0.35 * b + 4)
+    # √2 (0.05 √d + 0.35 √430 + 4) = 17.49 of 27 teeth and 17.65 of 33 of module 18 at 7.5°
+    sun, planet = 17.0, 18.0
     slopes = {x.stages[0].errors.planet_sun_helix_slope for x in trains[1:]}
     f_ma = 1e-6 * math.hypot(sun, planet)
     assert {round(s[0] / f_ma, 9) for s in slopes} == {1.0, -1.0}

@@ -16,7 +16,7 @@ which is the standard's m_red of pinion and wheel, of sun and planets, and of pl
 ring. f_pb,eff and f_fα,eff are the larger deviation of the two gears less y_p, y_f by running in,
 here both of the rule for y_α. C_a: mean of what reliefs take at both ends of the path; without any
 C_ay = (σ_Hlim/97 − 18.45)²/18 + 1.5 µm (σ_Hlim N/mm², mean of both). B_k = 1 from grade 6 on.
-Deviations of a grade: ISO 1328-1, edition 1995 or 2013, of the gear's own module and diameter.
+Deviations of a grade: ISO 1328-1, edition 1995 or 2013.
 
 Transverse load factors (clause 8), w_H = w K_v K_Hβ:
 
@@ -32,6 +32,7 @@ larger of both gears. c', c_γα fall with (w/100 N/mm)^{1/4} below that load (9
 
 from __future__ import annotations
 
+import bisect
 import math
 from typing import Literal
 
@@ -41,31 +42,46 @@ from flexgear.gears.rating.steels import THROUGH_HARDENED
 
 LOW_LOAD = 1e5  # N/m, below which c' falls
 COARSE = 6  # accuracy grade, from which on B_k = 1
+RANGES = (  # mm, of module, reference diameter, face width; ISO 1328-1:1995
+    (0.5, 2, 3.5, 6, 10, 16, 25, 40, 70),
+    (5, 20, 50, 125, 280, 560, 1000, 1600, 2500, 4000, 6000, 8000, 10000),
+    (4, 10, 20, 40, 80, 160, 250, 400, 650, 1000),
+)
 Deviation = Literal["pitch", "profile", "helix"]
 
 
 def tolerance(pair: GearPair, gear: RatedGear, of: Deviation) -> float | None:
     """Deviation of a gear, m: stated, or of the accuracy grade A, ISO 1328-1 (m, d, b in mm, µm),
-    times 2^{(A−5)/2}:
+    times 2^{(A−5)/2} and rounded, to 0.1 below 5 µm, 0.5 up to 10 µm and 1 above:
 
             "pitch" f_pt             "profile" f_fα              "helix" f_Hβ
     1995    0.3 (m + 0.4 √d) + 4     2.5 √m + 0.17 √d + 0.5      0.07 √d + 0.45 √b + 3
     2013    0.001 d + 0.4 m + 5      0.55 m + 5                  0.05 √d + 0.35 √b + 4
 
-    None where neither is known.
+    In 1995 m, d and b are geometric means of the ends of their ranges. None where neither is known.
     """
     stated: float | None = getattr(gear.data, f"{of}_deviation")
     if stated is not None or gear.data.accuracy_grade is None:
         return stated
-    m, d, b = 1e3 * pair.stage.normal_module, 1e3 * gear.reference_diameter, pair.stage.face_width
-    root_d, root_b = math.sqrt(d), math.sqrt(1e3 * b)
+    sizes = (pair.stage.normal_module, gear.reference_diameter, pair.stage.face_width)
+    m, d, b = (1e3 * size for size in sizes)
+    if pair.rules.edition == 2006:
+        m, d, b = (_of_range(x, ends) for x, ends in zip((m, d, b), RANGES, strict=True))
+    root_d, root_b = math.sqrt(d), math.sqrt(b)
     of_grade_5 = {
         "pitch": (0.3 * (m + 0.4 * root_d) + 4.0, 0.001 * d + 0.4 * m + 5.0),
         "profile": (2.5 * math.sqrt(m) + 0.17 * root_d + 0.5, 0.55 * m + 5.0),
         "helix": (0.07 * root_d + 0.45 * root_b + 3.0, 0.05 * root_d + 0.35 * root_b + 4.0),
     }
-    step = 1e-6 * float(2.0 ** ((gear.data.accuracy_grade - 5) / 2))
-    return step * of_grade_5[of][0 if pair.rules.edition == 2006 else 1]
+    value = 2.0 ** ((gear.data.accuracy_grade - 5) / 2) * of_grade_5[of][pair.rules.edition != 2006]
+    step = 0.1 if value < 5.0 else 0.5 if value <= 10.0 else 1.0
+    return 1e-6 * step * math.floor(value / step + 0.5)
+
+
+def _of_range(size: float, ends: tuple[float, ...]) -> float:
+    """Geometric mean of the ends of its range; a size beyond all of them itself."""
+    k = bisect.bisect_left(ends, size)
+    return math.sqrt(ends[k - 1] * ends[k]) if 0 < k < len(ends) else size
 
 
 def _run_in(gear: RatedGear, deviation: float, velocity: float) -> float | None:
