@@ -91,11 +91,6 @@ class Curve:
     states: list[Orbit]
     cuts: tuple[Cut, ...]
 
-    @property
-    def complete(self) -> bool:
-        """Whether it was followed to both ends of the range, or from one to the same one."""
-        return not self.cuts
-
 
 def curves(
     train: CondensedTrain,

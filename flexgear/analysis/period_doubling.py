@@ -47,8 +47,8 @@ def doubling(
 
 
 def meets(longer: CondensedTrain, span: Range, end: Orbit, start: Orbit) -> bool:
-    """Whether a curve of twice the period whose last state is ``end`` ends at ``start``, a state of
-    half of its period: whether its even harmonics and λ are those."""
+    """Whether a curve of twice the period that begins or ends with the state ``end`` does so at
+    ``start``, a state of half of its period: whether its even harmonics and λ are those."""
     balance = Balance(longer.elements, longer.at(start.point))
     f, other = (balance.parts(orbit.unknown)[0][::2] for orbit in (start, end))
     value, size = span.value(start.point), np.linalg.norm(f)

@@ -8,6 +8,7 @@ proportion, so that its rotation stands for time.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -28,7 +29,7 @@ from flexgear.gears.error_cycle import (
 from flexgear.gears.power_flow import PowerFlow
 from flexgear.gears.tooth_faults import faulty_gears
 from flexgear.model.case import Case
-from flexgear.model.errors import FlexgearError
+from flexgear.model.errors import FlexgearError, InputError
 
 ALL_CYCLES = 25_000  # gear-mesh cycles of a linear train that are all looked at
 SPREAD_CYCLES = 4_000  # of a linear train whose error cycle is longer
@@ -36,6 +37,34 @@ SOLVED_CYCLES = 120  # of a train that is solved position by position
 LONGEST = 10**15  # gear-mesh cycles beyond which an error cycle is as good as endless
 
 RATED_SHARES = 1e-3, 1e3  # least and most of rated speed or torque that vibration is followed over
+REVERSED = (
+    "shares of the rated ones are positive: turn round torques or speeds in the case, whose rated "
+    "ones say which flanks carry"
+)
+
+
+def share_range(over: str, ends: Sequence[float]) -> tuple[float, float]:
+    """Lowest and highest share of the rated speed or torque; InputError where they are no range of
+    positive numbers."""
+    low, high = sorted(map(float, ends))
+    least, most = RATED_SHARES
+    if most < high or 0.0 < low < least:
+        problem = f"is not within {least:g} and {most:g} times the rated {over}"
+    elif not (math.isfinite(low) and math.isfinite(high)) or low <= 0.0 <= high:
+        problem = f"goes through zero {over}, or touches it"
+    else:
+        problem = "is below zero" if low < 0.0 else "" if low < high else "is no range"
+    if problem:
+        remedy = "take a range of one sign, over rated, e.g. 0.2 1.5"
+        raise InputError(
+            f"--{over}-range", range_words(ends), problem, REVERSED if high < 0.0 else remedy
+        )
+    return low, high
+
+
+def range_words(ends: Sequence[float]) -> str:
+    """ "0.2 1.5"."""
+    return " ".join(f"{x:g}" for x in ends)
 
 
 @dataclass(frozen=True)

@@ -22,7 +22,7 @@ from flexgear.arrays import Array
 from flexgear.model.errors import FlexgearError, InputError, echo
 from flexgear.model.read import nearest
 from flexgear.results.labelled_dataset import labelled_dataset
-from flexgear.solve.angles import RATED_SHARES, lead_speed
+from flexgear.solve.angles import RATED_SHARES, REVERSED, lead_speed, range_words, share_range
 from flexgear.solve.bodies import Progress, silent
 from flexgear.solve.dataset import result_attrs
 from flexgear.solve.model import Model
@@ -36,10 +36,7 @@ FLANK_SAMPLES, FINE_SAMPLES = 512, 64  # a harmonic: of all flanks together, and
 HIGHER = 2.0  # times the gear mesh's own frequency that harmonics reach at the lowest speed
 BESIDE = 0.03  # of the range: what is beside a turning point
 DOUBLING = "response, a state with twice as many harmonics"
-REVERSED = (
-    "shares of the rated ones are positive: turn round torques or speeds in the case, whose rated "
-    "ones say which flanks carry"
-)
+
 CUTS = {
     "forces": "teeth hammer with forces that rise without bound; more damping limits them",
     "steps": "no steady state was found further on; try more harmonics or more damping",
@@ -102,7 +99,7 @@ def _range(
     """The range; InputError where it is no range of positive numbers."""
     if speeds is not None and torques is not None:
         raise InputError(
-            "--torque-range", _words(torques), "is given beside a range of speeds",
+            "--torque-range", range_words(torques), "is given beside a range of speeds",
             "take one of them out: one is followed, the other fixed",
         )  # fmt: skip
     over, ends = ("speed", speeds or RANGE) if torques is None else ("torque", torques)
@@ -111,28 +108,13 @@ def _range(
     if unused != 1.0:
         problem, remedy = f"is fixed, but the {over} is followed", f"give a range of {over}s alone"
         raise InputError(f"--{over}", f"{unused:g}", problem, remedy)
-    low, high = sorted(map(float, ends))
+    low, high = share_range(over, ends)
     least, most = RATED_SHARES
-    if most < high or 0.0 < low < least:
-        problem = f"is not within {least:g} and {most:g} times the rated {over}"
-    elif not (math.isfinite(low) and math.isfinite(high)) or low <= 0.0 <= high:
-        problem = f"goes through zero {over}, or touches it"
-    else:
-        problem = "is below zero" if low < 0.0 else "" if low < high else "is no range"
-    if problem:
-        remedy = "take a range of one sign, over rated, e.g. 0.2 1.5"
-        raise InputError(
-            f"--{over}-range", _words(ends), problem, REVERSED if high < 0.0 else remedy
-        )
     if not least <= fixed <= most:
         remedy = REVERSED if fixed < 0.0 else "e.g. 1, the rated one"
         problem = "is not positive" if fixed <= 0.0 else f"is not within {least:g} and {most:g}"
         raise InputError(f"--{other}", f"{fixed:g}", problem, remedy)
     return Range("load" if over == "torque" else "speed", low, high, fixed)
-
-
-def _words(ends: Sequence[float]) -> str:
-    return " ".join(f"{x:g}" for x in ends)
 
 
 def _stage_number(model: Model, stage: str) -> int:
@@ -216,7 +198,8 @@ def _follow_doubled(figures: Figures, record: _Record) -> Figures:
     figures of these."""
     train, span, period = figures.train, figures.span, figures.train.elements.gear_meshes
     longer = Figures(figures.model, doubled(train), span, figures.progress, figures.curve)
-    parameter, ends = np.array([span.value(s.point) for s in record.states]), dict[int, Orbit]()
+    parameter = np.array([span.value(s.point) for s in record.states])
+    ends = list[tuple[int, Orbit]]()
     for change in stability_changes(parameter, np.array(record.branches), record.arrays()):
         before, after = record.states[change.before : change.before + 2]
         if record.stopped or change.kind != DOUBLED or before.values["response_period"] != period:
@@ -224,14 +207,14 @@ def _follow_doubled(figures: Figures, record: _Record) -> Figures:
         start = doubling(train, longer.train, span, before, after, change.value)
         if start is None:
             continue
-        same = (k for k, end in ends.items() if meets(longer.train, span, end, start[0]))
+        same = (k for k, end in ends if meets(longer.train, span, end, start[0]))
         number = next(same, 0)
         if not number:
             curve = leaving(longer.train, span, *start, longer.take)
             if not curve.states:
                 continue
             number = record.add(curve)
-            ends[number] = curve.states[-1]
+            ends += [(number, curve.states[0]), (number, curve.states[-1])]
             longer.end_curve()
         record.leaving[change.before] = number
     return longer

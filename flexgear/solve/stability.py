@@ -13,7 +13,7 @@ from flexgear.analysis.excitation import PeriodicTrain, acting_modes
 from flexgear.arrays import Array, Ints
 from flexgear.model.errors import InputError
 from flexgear.results.labelled_dataset import labelled_dataset
-from flexgear.solve.angles import RATED_SHARES
+from flexgear.solve.angles import share_range
 from flexgear.solve.bodies import Progress, silent
 from flexgear.solve.campbell import HIGHEST, MOST_MODES, operating_factors
 from flexgear.solve.dataset import result_attrs, result_labels
@@ -107,16 +107,7 @@ def speed_range(model: Model, speeds: tuple[float, float] | None) -> tuple[float
     highest = HIGHEST * operating_factors(model)[-1]
     if speeds is None:
         return LOWEST * highest, highest
-    first, last = sorted(speeds)
-    least, most = RATED_SHARES
-    if not least <= first < last <= most:
-        raise InputError(
-            "--speed-range",
-            f"{speeds[0]:g} to {speeds[1]:g}",
-            f"is no range above zero within {least:g} and {most:g} times rated speed",
-            f"e.g. 0.1 to {highest:.3g} times rated speed",
-        )
-    return first, last
+    return share_range("speed", speeds)
 
 
 def kept_modes(model: Model, limit_hz: float | None) -> tuple[Ints, Array, Array]:

@@ -122,9 +122,9 @@ def test_two_modes_that_meet_an_order_together_grow(tmp_path):
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        ({"speeds": (-0.5, 1.5)}, "no range above zero"),
-        ({"speeds": (1.0, 1.0)}, "no range above zero"),
-        ({"limit_hz": -3.0}, "not positive"),
+        ({"speeds": (-0.5, 1.5)}, "goes through zero speed"),
+        ({"speeds": (1.0, 1.0)}, "is no range"),
+        ({"limit_hz": -3.0}, "is too small"),
     ],
 )
 def test_what_cannot_be_looked_at_is_one_line(tmp_path, options, words):
