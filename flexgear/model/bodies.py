@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import BeforeValidator, Field, WithJsonSchema
 
@@ -46,6 +46,8 @@ _ONE_OR_THREE = WithJsonSchema(
     }
 )
 
+MOST_MODES = 2000  # fixed-interface modes of a body
+
 
 class FeMeshSource(Section):
     """A body with an FE mesh. A file's vertices X are placed at x = R X + fe_mesh_shift, in the
@@ -57,11 +59,14 @@ class FeMeshSource(Section):
     fe_mesh_unit: of lengths in the file; of a reduced body "mm" is N, mm, t, s and "m" SI.
     fe_mesh_shift: moves the file's vertices along x, y, z. fe_mesh_turn: turns them by R about the
     fixed x, then y, then z axis. flexible: false makes the body rigid with the same mass.
-    fixed_interface_modes: number kept in the reduction.
+    fixed_interface_modes: number kept in the reduction; left out: 120 of a ring or carrier, 20 of a
+    planet, or as many more as the band of the case needs.
     """
 
+    usual_modes: ClassVar[int] = 20
+
     flexible: bool = True
-    fixed_interface_modes: int = Field(default=20, ge=0, le=2000)
+    fixed_interface_modes: int | None = Field(default=None, ge=0, le=MOST_MODES)
     fe_mesh: Literal["generate", "file", "reduced"] = "generate"
     fe_mesh_file: str | None = None
     fe_mesh_mass_file: str | None = None
@@ -128,6 +133,8 @@ class Carrier(FeMeshSource):
     seat_far: bearing seats.
     """
 
+    usual_modes: ClassVar[int] = 120
+
     drive_side: Literal["-z", "+z"]
     plate_diameter: Length = Field(ge=1e-2, le=10.0)
     plate_thickness_drive: Length = Field(ge=1e-3, le=1.0)
@@ -144,7 +151,6 @@ class Carrier(FeMeshSource):
     hub_length: Length = Field(ge=1e-3, le=5.0)
     seat_drive: Seat
     seat_far: Seat
-    fixed_interface_modes: int = Field(default=120, ge=0, le=2000)
 
     def _check(self) -> None:
         if self.pin_bore >= self.pin_diameter:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Literal
+from typing import ClassVar, Literal
 
 from pydantic import Field
 
@@ -85,11 +85,12 @@ class Ring(FeMeshSource):
     of them; end: the bolted face of circles without ``end``.
     """
 
+    usual_modes: ClassVar[int] = 120
+
     rim_thickness: Length = Field(ge=1e-3, le=3.0)
     tie: Literal["root", "flank"] = "root"
     tie_kind: Literal["averaging", "rigid"] = "averaging"
     tooth_shapes: Literal["auto", "always", "none"] = "auto"
-    fixed_interface_modes: int = Field(default=120, ge=0, le=2000)
     end: End | None = None
     bolts: OneOrMany[Bolts] = ()
     fits: tuple[Fit, ...] = ()

@@ -130,6 +130,8 @@ def test_an_even_share_without_errors_is_no_praise():
     assert without.level == "note" and "No errors given" in without.sentence
     even = found(load_sharing=sharing(1.0, 1.0))["Load sharing"]
     assert even.level == "note" and "no error of the case tells them apart" in even.sentence
+    vibrates = found(load_sharing=sharing(1.00001, 1.0006))["Load sharing"]
+    assert vibrates.level == "note" and "alike but for vibration" in vibrates.sentence
     assert found(load_sharing=sharing(1.3, 1.3), errors_given=False)["Load sharing"].level == "bad"
 
 
@@ -384,6 +386,13 @@ def test_a_bearing_without_a_required_life_leaves_no_stage_within_limits():
     row = answer("bearing_life", settings, stages={"stage": stage})
     assert (row["level"], row["value"]) == ("note", 180e3)
     assert "No required life given: carrier bearing drive." in row["sentence"]
+
+
+def test_bearings_without_a_rating_are_named_unless_their_load_is_rounding():
+    seats = {"carrier_bearing_force_n": {"drive": 6e-4, "far": 2.5e4}}
+    row = answer("bearing_life", {}, stages={"stage": SUMMARY["stages"]["stage"] | seats})
+    assert "planet bearing (1.469 MN), carrier bearing, far side (25 kN)." in row["sentence"]
+    assert "drive" not in row["sentence"]
 
 
 def test_a_flank_pressure_is_held_to_the_softer_gear_and_grows_with_the_root_of_the_force():

@@ -19,6 +19,7 @@ from flexgear.solve.model import assemble
 from flexgear.solve.static import static
 from flexgear.structures.bodies import rotation
 from flexgear.structures.sources.carrier import source as carrier_source
+from flexgear.structures.sources.planet import source as planet_source
 from flexgear.structures.sources.ring import RingSource
 from flexgear.structures.sources.ring import source as ring_source
 
@@ -115,6 +116,19 @@ def test_reduced_bodies_come_from_the_cache(case, ring, monkeypatch):
     assert 0 < softer.report["static_error"] < ring.report["static_error"]  # more motion
     with pytest.raises(AssertionError, match="meshed again"):
         ring_source(case.with_(**{"stage.ring.fe.rim_thickness": 0.19})).reduced()
+
+
+def test_a_body_without_a_stated_number_has_as_many_modes_as_the_band_needs(case):
+    """A number that is stated stays, and what it does not answer for is reported."""
+    bends = case.with_(**{"stage.planet.fe.flexible": True})
+    usual = planet_source(bends).reduced()
+    limit = 1.3 * usual.report["compared_to_hz"]
+    enough = planet_source(bends).reduced(limit_hz=limit)
+    assert enough.n_modes > usual.n_modes and enough.report["frequency_limit_hz"] == limit
+    assert enough.report["fixed_interface_frequency_max_hz"] > 2 * limit
+    stated = bends.with_(**{"stage.planet.fe.fixed_interface_modes": usual.n_modes})
+    short = planet_source(stated).reduced(limit_hz=limit)
+    assert short.n_modes == usual.n_modes and short.report["frequency_limit_hz"] < limit
 
 
 @pytest.fixture(scope="module")

@@ -14,6 +14,7 @@ from flexgear.model.bearings import Rolling
 from flexgear.model.names import FlankName, GroupName, NodeName
 from flexgear.model.stage_view import StageView
 from flexgear.model.units import Quantity
+from flexgear.results.load_sharing import ROUNDING
 from flexgear.results.report.sharing import first_variant
 from flexgear.results.report.wording import factor, number, with_unit, words
 from flexgear.solve.headlines.declaration import Answer, Findings, Headline, Level
@@ -210,16 +211,20 @@ def _required(view: StageView, names: Iterable[str]) -> dict[str, float | None]:
 
 
 def _unrated(figures: Mapping[str, Any], lives: Mapping[str, float]) -> str:
-    """Bearings that have no life, with their loads."""
-    loads, rated = [], {NodeName.parse(name).kind for name in lives}
+    """Bearings that carry a load and have no life, with their loads."""
+    rated = {NodeName.parse(name).kind for name in lives}
+    loads: dict[tuple[str, str], float] = {}
     for key, name in LOADS.items():
-        rating = figures.get(key, {})
-        sides = rating if isinstance(rating, Mapping) else {"": rating}
-        for side, load in sides.items():
-            if load and f"{name} {side}".strip().replace(" ", "_") not in rated:
-                at = f", {words(side)} side" if side else ""
-                loads.append(f"{name}{at} ({with_unit(load, 'N')})")
-    return f"No dynamic rating given: {', '.join(loads)}." if loads else ""
+        of_kind = figures.get(key, {})
+        sides = of_kind if isinstance(of_kind, Mapping) else {"": of_kind}
+        loads |= {(name, side): load for side, load in sides.items() if load}
+    named = [
+        f"{name}{f', {words(side)} side' if side else ''} ({with_unit(load, 'N')})"
+        for (name, side), load in loads.items()
+        if f"{name} {side}".strip().replace(" ", "_") not in rated
+        and load > ROUNDING * max(loads.values())
+    ]
+    return f"No dynamic rating given: {', '.join(named)}." if named else ""
 
 
 def _faults(findings: Findings) -> Iterator[Answer]:

@@ -8,6 +8,7 @@ adds to this: ``ring.py``, ``planet.py``, ``carrier.py``.
 from __future__ import annotations
 
 import hashlib
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -17,7 +18,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal
 import numpy as np
 
 from flexgear.arrays import Array
-from flexgear.model.bodies import FeMeshSource, Material
+from flexgear.model.bodies import MOST_MODES, FeMeshSource, Material
 from flexgear.model.errors import InputError
 from flexgear.model.input_file import MOST_FE_MESH, require_regular
 from flexgear.model.names import BodyName, NodeName
@@ -56,7 +57,7 @@ class FeBody(ABC):
     """key: of the body; section: of the case, as [stage.ring.fe]; parameters: of the FE mesh, a
     frozen dataclass with ``check()``, ``size`` (m) and ``where``, the file of the case; material;
     cyclic: whether equal sectors are used; limit_hz: highest frequency that is judged, None: all
-    that were compared."""
+    that were compared; more_modes: fixed-interface modes where the usual number is not enough."""
 
     meshed: ClassVar[Any]  # function that makes an FE mesh of ``mesh``
     as_solid: ClassVar[Any]  # and one that makes the solid in closed form
@@ -68,6 +69,13 @@ class FeBody(ABC):
     material: Material
     cyclic: bool
     limit_hz: float | None
+    more_modes: int = field(default=0, kw_only=True)
+
+    @property
+    def modes(self) -> int:
+        """Number of fixed-interface modes: that of the case, else the usual one or more."""
+        stated = self.section.fixed_interface_modes
+        return (self.more_modes or self.section.usual_modes) if stated is None else stated
 
     @property
     @abstractmethod
@@ -117,7 +125,7 @@ class FeBody(ABC):
             "body": self.key.part,
             "fe_mesh": self._fe_mesh_content(),
             "material": self.material.model_dump(),
-            "modes": self.section.fixed_interface_modes,
+            "modes": self.modes,
             "cyclic": "auto" if self.cyclic else "off",
             "limit": self.limit_hz,
             **self._content(),
@@ -152,13 +160,19 @@ class FeBody(ABC):
     def reduced(self, progress: Progress = silent, limit_hz: float | None = None) -> ReducedBody:
         """The reduced body, of a double-helical ring its left half; from the cache if it was
         reduced before. limit_hz: highest frequency that is judged; all that were compared where
-        neither this nor the case states it. Given matrices are taken as they are, without error
-        estimates."""
+        neither this nor the case states it. Where the case states no number of modes, there are as
+        many as it needs, at most ``MOST_MODES``. Given matrices are taken as they are, without
+        error estimates."""
         if self.section.fe_mesh == "reduced":
             return self._given()
         from flexgear.structures.sources.reducing import judged, reduced_body  # half of the package
 
         body = cached(content_key(**self.content()), lambda: reduced_body(self, progress))
+        reached, limit = float(body.report["compared_to_hz"]), limit_hz or self.limit_hz or 0.0
+        if reached < limit and self.section.fixed_interface_modes is None:
+            more = _enough(self.modes, reached, limit)
+            if more > self.modes:
+                return replace(self, more_modes=more).reduced(progress, limit_hz)
         b = slice(0, body.interface_dofs)
         supports = self.supports(body.node_names, body.stiffness[b, b])
         return judged(body, supports, limit_hz or self.limit_hz)
@@ -230,3 +244,10 @@ class FeBody(ABC):
             ) from None
         put = [section.fe_mesh_unit, section.fe_mesh_shift, section.fe_mesh_turn]
         return ["file", digest, put, self.groups.content()]
+
+
+def _enough(modes: int, reached: float, limit: float) -> int:
+    """Number of fixed-interface modes that answers up to ``limit``, Hz, of a body with ``modes``
+    that answer up to ``reached``: modes below a frequency f of plates and shells grow as f, of
+    solids as f³; f² is taken, rounded up to twenties, and asked for again where it falls short."""
+    return min(20 * math.ceil(modes * (limit / reached) ** 2 / 20), MOST_MODES)

@@ -72,8 +72,7 @@ def reduced_body(source: FeBody, progress: Progress) -> ReducedBody:
     lap("ties")
     loads = source.probe_loads(model)
     lap("probe_loads")
-    modes = source.section.fixed_interface_modes
-    reduction = reduce(model, interface, modes, progress, name, _sectors(source))
+    reduction = reduce(model, interface, source.modes, progress, name, _sectors(source))
     lap("reduction")
     progress("static check", 0.0)
     highest = float(reduction.body.report.get("fixed_interface_frequency_max_hz") or 0.0)
