@@ -292,10 +292,14 @@ def _estimate(estimate: Mapping[str, Any] | None, unit: str) -> str:
 
 
 def tolerance_verdicts(summary: Mapping[str, Any]) -> list[Verdict]:
-    """Verdicts on the samples above the value of IEC 61400-4, by group, and on samples without
-    equilibrium."""
+    """Verdicts on the samples above the value of IEC 61400-4, equal ones of groups together, and on
+    samples without equilibrium."""
+    groups: dict[Verdict, list[str]] = {}
+    for group, figures in summary["load_sharing"].items():
+        groups.setdefault(_verdict(figures), []).append(words(group))
     verdicts = [
-        _verdict(words(group), figures) for group, figures in summary["load_sharing"].items()
+        replace(verdict, subject=f"{verdict.subject}, {', '.join(of)}")
+        for verdict, of in groups.items()
     ]
     if summary["failed"]:
         text = f"{summary['failed']} of {summary['samples']} sets"
@@ -303,15 +307,17 @@ def tolerance_verdicts(summary: Mapping[str, Any]) -> list[Verdict]:
     return verdicts
 
 
-def _verdict(group: str, figures: Mapping[str, Any]) -> Verdict:
-    subject, above = f"load sharing, {group}", figures.get("share_above_iec_61400_4")
+def _verdict(figures: Mapping[str, Any]) -> Verdict:
+    """The verdict on a group without its name."""
+    subject, above = "load sharing", figures.get("share_above_iec_61400_4")
     if above is None:
         mean = figures["mean"]
         text = "–" if mean is None else f"K {number(mean['value'])} in the mean"
         return Verdict("note", subject, text, "IEC 61400-4 states no value to hold it to.")
     limit = number(figures["iec_61400_4"])
+    sentence = f"So many have a larger K than the {limit} that IEC 61400-4 assumes."
     level: Level = "good" if above["high"] is not None and above["high"] <= _RARE else "watch"
-    return Verdict(
-        level, subject, f"{with_unit(above['value'], 'share')} of sets",
-        f"So many have a larger K than the {limit} that IEC 61400-4 assumes.",
-    )  # fmt: skip
+    if level == "watch" and above["value"] <= _RARE:
+        high = "more" if above["high"] is None else f"up to {with_unit(above['high'], 'share')}"
+        sentence += f" It may be {high} of all, as far as these sets tell: draw more of them."
+    return Verdict(level, subject, f"{with_unit(above['value'], 'share')} of sets", sentence)
