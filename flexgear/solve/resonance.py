@@ -128,12 +128,14 @@ def resonance_verdict(figures: Mapping[str, Any]) -> tuple[Level, str, str]:
         force = ideal["force_share"]
         level = "watch" if force is None or force >= WATCHED else "note"
         raised = "" if force is None else f"; at exact resonance {_force(force)}"
-        sentences.append(f"{_met(ideal)}, which equal planets excite{raised}.")
+        sentences.append(f"{_met(ideal)}, which perfect gears excite{raised}.")
     if other is not None:
         force = other["force_share"]
         raised = "" if force is None else f"; with a single planet {_force(force)}"
-        sentences.append(f"{_met(other)}, which only unequal planets or run-out excite{raised}.")
-    counts = f"{figures['ideal']} excited by equal planets, {figures['errors']} only with errors"
+        sentences.append(
+            f"{_met(other)}, which only errors excite, such as unequal planets or run-out{raised}."
+        )
+    counts = f"{figures['ideal']} excited by perfect gears, {figures['errors']} only with errors"
     text = f"Orders within {margin} of a mode {speeds}: {counts}. {' '.join(sentences)}{unknown}"
     figure = with_unit(rows[0]["frequency_hz"], "Hz")
     return ("watch" if level == "watch" else "note"), figure, text

@@ -377,7 +377,7 @@ def _legend(data: xr.Dataset, kinds: list[int], whirls: bool) -> list[Line2D]:
         out += legend_lines({f"k = {k}: {_kind(k)}": index_colour(k) for k in kinds})
     if data.sizes["meeting"]:
         within = f"within {100 * float(data.attrs['margin']):.0f} %"
-        for fill, cause in (("black", "equal planets excite it"), ("white", "errors alone do")):
+        for fill, cause in (("black", "perfect gears excite it"), ("white", "errors alone do")):
             label = f"{within}, {cause}"
             dot: Any = {"color": "black", "ls": "", "marker": "o", "ms": 3.6, "mfc": fill}
             out.append(Line2D([], [], label=label, **dot))

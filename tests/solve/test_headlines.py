@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import re
 from typing import Any
 
 import pytest
@@ -204,7 +205,7 @@ def test_a_pair_of_gears_is_said_to_have_no_planets_and_no_sun(tmp_path):
     said = {row["name"]: row for row in found.summary["headlines"]}
     assert "load_sharing" not in said
     words = " ".join(row["sentence"] for row in said.values()).lower()
-    assert "sun" not in words and "planets share" not in words
+    assert not re.search(r"\bsun\b|\bplanets? share|equal planets", words)
 
 
 def test_what_the_case_does_not_rate_is_not_assessed():

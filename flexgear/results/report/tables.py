@@ -203,8 +203,8 @@ def meetings(resonance: Mapping[str, Any]) -> Iterator[Table]:
     """Excitations within the margin of natural frequencies at the operating speeds."""
     within = with_unit(resonance["margin"], "share")
     for cause, title in (
-        ("ideal", "excited in a stage of equal planets"),
-        ("errors", "excited by unequal planets, run-out or unbalance alone"),
+        ("ideal", "excited by perfect gears"),
+        ("errors", "excited by errors alone, such as unequal planets, run-out or unbalance"),
     ):
         lines = [_meeting(row) for row in resonance["met"] if row["cause"] == cause]
         yield Table("modes", f"{title}, within {within}", lines)

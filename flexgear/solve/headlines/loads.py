@@ -146,7 +146,10 @@ def _of_stage(findings: Findings, sharing: Sharing) -> Answer:
         level = "watch" if level == "good" and factors[-1] > sharing.assumed else level
         least, most = min(factors) <= sharing.assumed, max(factors) > sharing.assumed
         side = ("in part above" if least else "above") if most else "within"
-        compared = f"{side} the {sharing.assumed:.2f} that {STANDARD} assumes for its planets"
+        compared = (
+            f"{side} the {sharing.assumed:.2f} that {STANDARD}, of wind turbines, assumes for so "
+            "many planets"
+        )
     in_time = f"; in time {sharing.window}" if sharing.in_time is not None else ""
     sentences = [f"{compared[0].upper()}{compared[1:]}{in_time}."]
     alike = factors[0] - 1.0 < ALIKE
