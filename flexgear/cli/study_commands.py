@@ -89,7 +89,8 @@ def _lead(rating: Rating) -> str:
     )
     count = "1 load bin" if len(rating.bins) == 1 else f"{len(rating.bins)} load bins"
     where = positions or "one position"
-    return f"{count}, {number(rating.hours)} h; in each equilibria at {where}."
+    hours = f", {number(rating.hours)} h" if rating.hours else ""
+    return f"{count}{hours}; in each equilibria at {where}."
 
 
 def _show_rating(rating: Rating) -> None:

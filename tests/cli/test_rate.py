@@ -7,6 +7,7 @@ import xml.etree.ElementTree as ET
 import pytest
 from report_pages import require_sound
 from rexs_schema import require_valid
+from trains import spur_pair
 
 import flexgear as fg
 from flexgear.results.dataset_file import load
@@ -136,3 +137,11 @@ def test_a_method_of_cases(tmp_path):
     assert set(rating.dataset()["part_kind"].to_numpy()) == {"flank", "root", "bearing"}
     with pytest.raises(fg.InputError, match="of the wrong type"):
         case.rate(workers="two")
+
+
+def test_loads_without_duration_are_not_of_zero_hours(flexgear, tmp_path):
+    path = tmp_path / "pair.toml"
+    path.write_text(spur_pair())
+    said = flexgear.out("rate", path, "--no-pictures", "--out", tmp_path / "rating")
+    assert said.startswith("pair: 1 load bin; in each equilibria at ")
+    assert "no duration" in said and " 0 h" not in said

@@ -196,7 +196,8 @@ def _direct(part: RatedPart) -> Row:
 def _bins(rating: Rating) -> Iterator[Row]:
     first = rating.case.inputs[0].member
     for load_bin in rating.bins[:MOST_BINS]:
-        how_long = "extreme" if load_bin.extreme else f"{number(load_bin.hours)} h"
+        hours = f"{number(load_bin.hours)} h" if load_bin.hours else "no duration"
+        how_long = "extreme" if load_bin.extreme else hours
         torque = with_unit(load_bin.torque[first], "N m")
         speed = f"{number(load_bin.speed[first] * RPM)} r/min"
         loads = ", ".join(words(load.member) for load in load_bin.loads)
