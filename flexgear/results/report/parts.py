@@ -190,7 +190,7 @@ _WORDS = {
     "planet_bearing_force_direction_deg": (
         "its direction, from radial outward in the sense of rotation"
     ),
-    "error_cycle_turns": "turns until errors repeat",
+    "error_cycle_turns": "turns of carrier against ring, or of gear, until errors repeat",
     "error_cycle_s": "time until errors repeat",
     "gear_mesh_orders": "orders of the gear-mesh frequency that results cover",
     "gear_mesh_resonance_hz": "gears vibrate on their gear mesh at",
