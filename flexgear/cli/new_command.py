@@ -54,7 +54,14 @@ class NewStages:
         str | None,
         Option("--module-mm", metavar="M[,M]", help="Normal module; follows if left out."),
     ] = None
-    helix: Annotated[str, Option("--helix-deg", metavar="DEG[,DEG]", help="Helix angle.")] = "0"
+    helix: Annotated[
+        str | None,
+        Option(
+            "--helix-deg",
+            metavar="DEG[,DEG]",
+            help="Helix angle; 0 if left out, of two halves 25.",
+        ),
+    ] = None
     double: Annotated[bool, Option("--double-helical", help="Two halves of opposite hand.")] = False
     force: options.ForceNew = False
 
@@ -62,17 +69,18 @@ class NewStages:
         """The stages, without torques and speeds; asks for ratios and planets that are left out."""
         about = "speed of the fast over that of the slow member"
         ratios = _asked_list("--ratio", about, self.ratio, "4.5")
+        helix = self.helix or ("25" if self.double else "0")
         modules = None if self.module is None else _list("--module-mm", self.module)
         columns: dict[str, list[Any]] = {
             "--arrangement": [_kind(word) for word in self.arrangement.split(",")],
             "--planets": _asked_list("--planets", "number of planets", self.planets, "4"),
             "--module-mm": [None] if modules is None else [1e-3 * m for m in modules],
-            "--helix-deg": [*map(math.radians, _list("--helix-deg", self.helix, least=0.0))],
+            "--helix-deg": [*map(math.radians, _list("--helix-deg", helix, least=0.0))],
         }
         by_stage = (_each(key, column, len(ratios)) for key, column in columns.items())
         return [
-            StageRequest(ratio, round(n), math.nan, math.nan, helix, module, self.double, kind)
-            for ratio, kind, n, module, helix in zip(ratios, *by_stage, strict=True)
+            StageRequest(ratio, round(n), math.nan, math.nan, angle, module, self.double, kind)
+            for ratio, kind, n, module, angle in zip(ratios, *by_stage, strict=True)
         ]
 
     def rated(self, kinds: Sequence[str]) -> Rated:

@@ -241,4 +241,8 @@ def compare(**runs: xr.Dataset) -> Comparison:
         raise InputError(
             "flexgear.compare()", "runs", "are fewer than two", "give two results or more by name"
         )
+    for name, data in runs.items():
+        if "gear_mesh_force" not in data:
+            remedy = "give transients, or equilibria"
+            raise InputError("flexgear.compare()", name, "has no gear_mesh_force", remedy)
     return Comparison(runs)

@@ -213,6 +213,13 @@ def test_each_member_may_be_held_and_either_end_drive(flexgear, tmp_path):
     assert found.inputs[0].speed == pytest.approx(8000 * math.pi / 30)
 
 
+def test_two_halves_are_helical_by_themselves(flexgear, tmp_path):
+    case = tmp_path / "mine.toml"
+    assert flexgear("new", case, *flags(), "--double-helical")[0] == 0
+    assert fg.load_case(case).stages[0].helix_angle == pytest.approx(math.radians(25))
+    assert flexgear("check", case)[::2] == (0, "")
+
+
 def test_stages_in_series_pass_their_torque_on(flexgear, tmp_path):
     case = tmp_path / "mine.toml"
     code, out, _ = flexgear("new", case, *flags(ratio="6,5.2,3.4", planets="3,4,5"))
