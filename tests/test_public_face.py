@@ -110,6 +110,8 @@ def modes(model):
         (lambda case: fg.sweep(case, {"stage.planets": [3]}, modes=0), "modes: 0 is too small"),
         (lambda case: fg.sweep(3, {"stage.planets": [3]}), "sweep(): source: 3 is of the wrong"),
         (lambda case: fg.load_case(case, planets=0), "load_case(): stage.planets: 0 is outside"),
+        (lambda case: fg.field_grid(case.assemble().static()), "field_grid(): field: dataset: is"),
+        (lambda case: fg.swing(case.assemble().static()), "swing(): field: dataset: is no natural"),
         (lambda case: fg.stage_part(case.assemble().static(), "x"), "stage_part(): stage: 'x'"),
         (lambda case: fg.stage_part(case.assemble().static(), "stage", "x"), "half: 'x': is no"),
         (lambda case: fg.radial_harmonics(1.0), "radial_harmonics(): displacement: (): is not"),

@@ -153,6 +153,12 @@ def _at(run: xr.Dataset, body: str, time: float) -> tuple[NDArray[np.float64], d
             f"is not kept in the run, which keeps {', '.join(dict.fromkeys(bodies)) or 'none'}"
         )
         raise InputError("deformed", body, problem, f'run it with fields=["{body}"]')
+    times = run["time"].to_numpy()
+    first, last = float(times[0]), float(times[-1])
+    interval = (last - first) / max(len(times) - 1, 1)
+    if not first - 1.5 * interval <= time <= last + 0.5 * interval:
+        remedy = f"take one from {first:g} to {last:g} s"
+        raise InputError("--time", f"{time:g}", "is not within the run", remedy)
     sample = run.sel(time=time, method="nearest")
     coordinates = sample["fe_coordinate"].to_numpy()[np.array(bodies) == body]
     return coordinates.astype(float), {"time": float(sample["time"])}

@@ -15,7 +15,8 @@ from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline
 from vtkmodules.vtkIOHDF import vtkHDFWriter
 
 from flexgear.files.atomic import PathLike, atomic_file, staged_folder
-from flexgear.model.errors import FlexgearError
+from flexgear.model.arguments import Count
+from flexgear.model.errors import FlexgearError, InputError
 from flexgear.views.render import field_grid
 
 SERIES = "series.pvd"
@@ -90,11 +91,13 @@ def _save_folder(fields: Mapping[float, xr.Dataset], folder: PathLike) -> Path:
     return Path(folder) / SERIES
 
 
-def swing(field: xr.Dataset, frames: int = 24) -> dict[float, xr.Dataset]:
+def swing(field: xr.Dataset, frames: Count = 24) -> dict[float, xr.Dataset]:
     """A mode's field (``mode_field``) over one period by time, s: u cos 2π f t, and its stress.
 
-    A rigid motion, which has no period, takes one second.
+    A rigid motion, which has no period, takes one second. InputError for another field.
     """
+    if "frequency" not in field.attrs:
+        raise InputError("--field", "dataset", "is no natural mode", "give one of mode_field()")
     period = 1.0 / field.attrs["frequency"] if field.attrs["frequency"] > 0 else 1.0
     phases = np.arange(frames) / frames
     return {float(share * period): _at_phase(field, float(share)) for share in phases}

@@ -25,7 +25,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from flexgear.arrays import Array
-from flexgear.model.errors import FlexgearError
+from flexgear.model.errors import FlexgearError, InputError
 from flexgear.results.report.wording import with_unit
 from flexgear.views.style import (
     FULL_WIDTH_MM,
@@ -181,7 +181,11 @@ def deformation_exaggeration(points: Array, displacement: Array) -> float:
 def field_grid(field: xr.Dataset) -> Any:
     """A field (``deformed``) as a pyvista.UnstructuredGrid in the place where nothing has moved, m,
     with the point data "displacement" (p, 3), m, "stress_Pa" (p, 6: xx, yy, zz, xy, yz, xz) and
-    "von_mises_stress_Pa": ``warp_by_vector`` and ``save`` work on it."""
+    "von_mises_stress_Pa": ``warp_by_vector`` and ``save`` work on it. InputError for another
+    dataset."""
+    if "point" not in field or "cell" not in field:
+        remedy = "give one of deformed() or mode_field()"
+        raise InputError("--field", "dataset", "is no field of a body", remedy)
     grid = _grid(field["point"].to_numpy(), field["cell"].to_numpy())
     grid.point_data["displacement"] = field["displacement"].to_numpy()
     for name in ("stress", "von_mises_stress"):
