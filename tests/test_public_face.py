@@ -101,7 +101,7 @@ def modes(model):
         (lambda case: case.assemble().campbell("x"), "campbell(): factors: 'x' is of the wrong"),
         (lambda case: case.assemble().campbell(margin=-1), "campbell(): margin: -1 is too small"),
         (lambda case: case.assemble().stability(count=0), "stability(): count: 0 is too small"),
-        (lambda case: case.assemble().stability((0, 0)), "stability(): speeds: 0 to 0: is no"),
+        (lambda case: case.assemble().stability((0, 0)), "stability(): speeds: 0 to 0: goes"),
         (lambda case: case.assemble().linear_response(orders=-1), "linear_response(): orders: -1"),
         (lambda case: case.assemble().response(speed=0.5), "response(): speed: 0.5: is fixed, but"),
         (lambda case: case.assemble().mode_field(b"x", 1), "mode_field(): body: b'x' is of the"),

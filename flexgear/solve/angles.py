@@ -63,8 +63,8 @@ def share_range(over: str, ends: Sequence[float]) -> tuple[float, float]:
 
 
 def range_words(ends: Sequence[float]) -> str:
-    """ "0.2 1.5"."""
-    return " ".join(f"{x:g}" for x in ends)
+    """ "0.2 to 1.5"."""
+    return " to ".join(f"{x:g}" for x in ends)
 
 
 @dataclass(frozen=True)
