@@ -26,6 +26,8 @@ def test_screen_files_and_page(flexgear, tmp_path):
     assert first[0].startswith("nrel-5mw: 14 load bins")
     assert "weakest part first" in text and "Not assessed" in text
     assert "K_γ, load sharing of the planets (key k_gamma)" in text
+    pair = text.split("stage 3 pinion, load factors")[1].split("\n\n")[0]
+    assert "K_v, " in pair and "planets" not in pair
     assert "micropitting" in text and f"wrote {out}" in text
     files = {
         "rating.json",

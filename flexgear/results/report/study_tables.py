@@ -215,7 +215,11 @@ def _gear_meshes(rating: Rating) -> Iterator[Table]:
             torque = [abs(rating.bins[b].torque[rating.case.inputs[0].member]) for b in loaded]
             b = loaded[torque.index(max(torque))]
             title = f"{_words(rating, gear_mesh.name)}, load factors in {rating.bins[b].name}"
-            yield Table(GEARS, title, _rows(gear_mesh.factors[b]))
+            pair = rating.case.stage(GroupName.parse(gear_mesh.name).stage).kind == "parallel"
+            factors = gear_mesh.factors[b].items()
+            yield Table(
+                GEARS, title, _rows({k: f for k, f in factors if not (pair and k == "K_γ")})
+            )
 
 
 def _parts(rating: Rating) -> Iterator[Table]:
