@@ -150,9 +150,9 @@ def _wrong_argument(place: str, parameters: Any, line: Any) -> InputError:
         return InputError(place, "arguments", problem, f"it takes {takes}")
     if isinstance(argument, int):
         argument = names[min(argument, len(names) - 1)]
-    hint = parameters.get(argument, parameters[names[-1]]).annotation
+    hint = parameters.get(argument, parameters[names[-1]]).annotation.replace(" | None", " or None")
     for name, remedy in _TO_GIVE.items():
         hint = hint.replace(name, remedy)
-    fault = "too small" if line["type"].startswith("greater_than") else "of the wrong type"
+    fault = "not positive" if line["type"].startswith("greater_than") else "of the wrong type"
     problem = f"{echo(line['input'])} is {fault}"
     return InputError(place, argument, problem, f"give {hint}")

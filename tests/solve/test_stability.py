@@ -124,7 +124,7 @@ def test_two_modes_that_meet_an_order_together_grow(tmp_path):
     [
         ({"speeds": (-0.5, 1.5)}, "goes through zero speed"),
         ({"speeds": (1.0, 1.0)}, "is no range"),
-        ({"limit_hz": -3.0}, "is too small"),
+        ({"limit_hz": -3.0}, "is not positive"),
     ],
 )
 def test_what_cannot_be_looked_at_is_one_line(tmp_path, options, words):
