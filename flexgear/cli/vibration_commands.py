@@ -38,9 +38,8 @@ LISTED = 12  # resonances, jumps and ranges that the screen lists
 LEAST_SHARE = 0.01  # of a peak: a mode with less is not named
 LINES = {
     "several_stable": "several stable states, the start decides",
-    "lost_contact": "teeth lose contact",
     "back_contact": "backs touch",
-}  # ranges of a response
+}  # ranges of a response beside those without contact
 TIMES = {2: "twice", 4: "four times", 8: "eight times", 16: "sixteen times"}
 PROMINENT = 0.02  # of the largest force: what a peak rises above its sides
 COLUMNS = ("stage", "speeds over rated", "fastest at", "growth", "what meets")
@@ -182,6 +181,7 @@ def response_figures(data: xr.Dataset) -> dict[str, Any]:
         "stage": data.attrs["stage"],
         "harmonics": int(data.attrs["harmonics"]),
         "doubling_change": number(data.attrs["doubling_change"]),
+        "without_contact": data.attrs["without_contact"],
         "complete": bool(data.attrs["complete"]),
         "cuts": data.attrs["cut"].splitlines(),
         "states": len(parameter),
@@ -349,7 +349,7 @@ def _lines(figures: dict[str, Any]) -> Iterator[str]:
     for name, row in figures["sensors"].items():
         signal = with_unit(row["rms"], row["unit"])
         yield f"  sensor {name}: up to {signal} rms on stable branches, at {row[share]:.4g}"
-    for name, what in LINES.items():
+    for name, what in {"lost_contact": figures["without_contact"], **LINES}.items():
         if figures[name] or name != "several_stable":
             yield f"  {what}: {_spans(figures[name]) or 'nowhere on stable branches'}"
 

@@ -240,8 +240,10 @@ def _dataset(
     progress(DOUBLING, 0.0)
     change = math.nan if record.stopped else _doubling(train, _typical(states, parameter, arrays))
     progress(DOUBLING, 1.0)
+    stage = model.case.stages[elements.stage].name
+    linear = model.case.view(stage).gear_mesh.contact_law == "linear"
     attrs = {
-        "stage": model.case.stages[elements.stage].name,
+        "stage": stage,
         "over": "speed" if span.over == "speed" else "torque",
         "harmonics": train.harmonics,
         "samples": elements.samples,
@@ -249,6 +251,7 @@ def _dataset(
         "cut": "\n".join(f"at {cut.value:.4g}: {CUTS[cut.reason]}" for cut in record.cuts),
         "left_out": "; ".join(elements.left_out),
         "doubling_change": change,
+        "without_contact": "teeth pull, as contact is linear" if linear else "teeth lose contact",
     }
     names = tuple(model.gear_meshes.names[g] for g in figures.gear_meshes)
     labels = {"support": figures.supports, "measure": list(MEASURES)}

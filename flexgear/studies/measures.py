@@ -21,6 +21,7 @@ from flexgear.results.rating import PARTS
 from flexgear.results.sinks import SENSOR_TIME
 from flexgear.results.stage_part import GEARS, stage_part, tooth_loads
 from flexgear.results.time_figures import axis_distance, central_distance
+from flexgear.solve.static import shared_stages
 from flexgear.studies.rating import rate
 from flexgear.studies.study_point import Point
 
@@ -146,18 +147,22 @@ def _coefficients(coefficients: xr.DataArray, about: str) -> xr.DataArray:
 
 @measure("largest quasi-static gear-mesh forces")
 def gear_mesh_forces(point: Point) -> MeasuredValues:
-    """Largest gear-mesh force of a planet over the error cycle of every stage."""
+    """Largest force of a gear mesh over the error cycle of every stage whose planets share a load,
+    and over the equilibria of all others."""
+    shared = shared_stages(point.model)
     forces = {
         name: force
-        for data in point.sharing
+        for data in (point.sharing if shared else [])
         for name, force in _by_group(data, "cycle_maximum").items()
     }
-    about = "largest quasi-static gear-mesh force of a planet"
+    if len(shared) < len(point.case.stages):
+        forces = _by_group(point.equilibria, "gear_mesh_force") | forces
+    about = "largest quasi-static force of a gear mesh"
     return {"gear_mesh_force_max": largest(forces, "N", about, "group")}
 
 
 def _by_group(data: xr.Dataset, name: str) -> dict[str, xr.DataArray]:
-    """Values of gear meshes that share a load."""
+    """Values of gear meshes by what shares a load, or of the one gear mesh of a pair."""
     return {group: data[name].isel(gear_mesh=at) for group, at in groups_in(data).items()}
 
 
@@ -192,9 +197,9 @@ def transient_sharing(point: Point) -> MeasuredValues:
 
 @measure("largest gear-mesh forces of a transient")
 def transient_forces(point: Point) -> MeasuredValues:
-    """Largest gear-mesh force of a planet in the settled transient."""
+    """Largest force of a gear mesh in the settled transient."""
     forces = _by_group(point.settled.largest, "gear_mesh_force")
-    about = "largest gear-mesh force of a planet after settling"
+    about = "largest force of a gear mesh after settling"
     return {"transient_force_max": largest(forces, "N", about, "group")}
 
 

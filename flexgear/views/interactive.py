@@ -150,7 +150,7 @@ def _axis(axes: Axes, which: str) -> dict[str, Any]:
     axis: dict[str, Any] = {"title": {"text": plain_math(_label(axes, which))}}
     log = drawn.get_scale() == "log"
     if log:
-        axis["type"] = "log"
+        axis |= {"type": "log", "exponentformat": "power"}  # else "100µ" beside other units
     ends = [low, high]
     axis["range"] = [float(np.log10(v)) for v in ends] if log and min(ends) > 0 else ends
     formatter = drawn.get_major_formatter()

@@ -182,7 +182,8 @@ def _legend(data: xr.Dataset, names: list[str]) -> list[Any]:
         for where, colour, marker, label in marks
         if np.any(where)
     ]
-    shades = (("lost", LOST, "teeth lose contact"), ("back", BACK, "backs touch, too"))
+    without = data.attrs["without_contact"]
+    shades = (("lost", LOST, without), ("back", BACK, "backs touch, too"))
     handles += [
         Patch(color=colour, label=label)
         for name, colour, label in shades

@@ -10,6 +10,7 @@ import pytest
 from dead_zone import case_text
 from stage_samples import cheap_stage, doubtful_stage, made_of
 from trains import free_stage, write
+from two_gears import gears_text
 
 from flexgear.cli import display, exchange_commands
 from flexgear.results.dataset_file import load
@@ -60,6 +61,12 @@ def test_response_says_that_the_period_doubles_outside_its_range(flexgear, tmp_p
     ):
         text = flexgear.quiet("response", path, *options, "--harmonics", 6, "--quiet")
         assert says in text and "lose contact: nowhere on stable branches" in text
+
+
+def test_response_of_linear_contact_says_that_teeth_pull(flexgear, tmp_path):
+    path = write(tmp_path, gears_text(model="per_pair", law="linear"))
+    text = flexgear.quiet("response", path, "--speed-range", 0.9, 1.1, "--harmonics", 4, "--quiet")
+    assert "teeth pull, as contact is linear: nowhere" in text and "lose contact" not in text
 
 
 def test_rigid_ring_does_not_bend(flexgear):

@@ -8,6 +8,7 @@ import xarray as xr
 from small_train import ALONE, FLEXIBLE
 from stage_samples import cheap_stage
 from trains import stage_train, write
+from two_gears import gears_text
 
 from flexgear.analysis.modes import modes, springs_at
 from flexgear.coupling.build import build_system
@@ -53,6 +54,14 @@ def file_with_another_digit(file):
     text = file.read_text()
     at = max(k for k, letter in enumerate(text) if letter.isdigit())
     return text[:at] + str((int(text[at]) + 1) % 10) + text[at + 1 :]
+
+
+def test_the_force_of_a_pair_is_that_of_its_power_flow(tmp_path):
+    file = write(tmp_path, gears_text(model="per_pair"))
+    data = swept(file, "stages.0.face_width_mm=20,30", measures=["gear_mesh_forces"])
+    nominal = abs(power_flow(load_case(file)).stages[0].sun_gear_mesh_force)
+    assert data["gear_mesh_force_max"].shape == (2, 1)
+    np.testing.assert_allclose(data["gear_mesh_force_max"], nominal, rtol=1e-9)
 
 
 class TestGrid:

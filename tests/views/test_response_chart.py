@@ -35,7 +35,9 @@ def curve():
     data |= {"stability_change_parameter": ("stability_change", [1.2, 0.9]),
              "stability_change_kind": ("stability_change", [0, 0])}  # fmt: skip
     coords = {"gear_mesh": ["pair sun 1"], "measure": ["maximum", "minimum", "mean", "rms"]}
-    return xr.Dataset(data, coords, {"over": "speed", "harmonics": 20})
+    return xr.Dataset(
+        data, coords, {"over": "speed", "harmonics": 20, "without_contact": "teeth lose contact"}
+    )
 
 
 def test_unstable_states_are_dashed_and_jumps_are_marked(curve):
