@@ -11,7 +11,7 @@ mode.
 import numpy as np
 
 import flexgear as fg
-from flexgear.results.orders import expected_orders
+from flexgear.results.run_orders import expected_orders
 from flexgear.views.order_charts import order_map_chart
 from flexgear.views.style import save_figure
 

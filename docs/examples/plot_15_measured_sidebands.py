@@ -39,7 +39,8 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 import flexgear as fg
-from flexgear.results.orders import amplitudes_at, history_over_turns
+from flexgear.results.orders import amplitudes_at
+from flexgear.results.run_orders import history_over_turns
 from flexgear.views.style import save_figure
 
 RIG = {  # profile shifts and the free centre distance make these teeth fit

@@ -21,21 +21,17 @@ from flexgear.model.case import Case
 from flexgear.model.errors import InputError
 from flexgear.model.units import RPM
 from flexgear.results.dataset_file import reopened, write_netcdf
-from flexgear.results.orders import (
-    PADDING,
-    SOURCE,
+from flexgear.results.orders import PADDING, SOURCE, order_map, order_spectrum, side_lobes
+from flexgear.results.origin import origin_of_case
+from flexgear.results.report.wording import number, scale, words
+from flexgear.results.run_folder import complete
+from flexgear.results.run_orders import (
     case_of,
     expected_orders,
     first_input,
     history_over_turns,
-    order_map,
-    order_spectrum,
     over_time,
-    side_lobes,
 )
-from flexgear.results.origin import origin_of_case
-from flexgear.results.report.wording import number, scale, words
-from flexgear.results.run_folder import complete
 from flexgear.results.settling import settled
 from flexgear.results.sinks import between
 from flexgear.results.synchronous_average import planet_averages, synchronous_average

@@ -54,7 +54,8 @@ class Accessor:
         which it turns, else space; highest: order, all that the sampling allows if left out;
         window: of scipy.signal.windows; band_hz: of the envelope of what is in a band.
         """
-        from flexgear.results.orders import history_over_turns, order_spectrum
+        from flexgear.results.orders import order_spectrum
+        from flexgear.results.run_orders import history_over_turns
 
         history = history_over_turns(
             self._data, name, member, against, highest=highest, band_hz=band_hz
@@ -75,7 +76,8 @@ class Accessor:
     ) -> xr.DataArray:
         """Amplitudes (block, order, …) of blocks of turns, with their ``speed`` and ``time``: a
         run-up map. block_turns: turns of a block; others as of ``orders``."""
-        from flexgear.results.orders import history_over_turns, order_map
+        from flexgear.results.orders import order_map
+        from flexgear.results.run_orders import history_over_turns
 
         history = history_over_turns(
             self._data, name, member, against, highest=highest, band_hz=band_hz
@@ -87,7 +89,7 @@ class Accessor:
         self, name: str, member: str = "", *, against: str = "", highest: Positive | None = None
     ) -> xr.DataArray:
         """Mean (phase, …) of a variable over the whole turns of a member."""
-        from flexgear.results.orders import history_over_turns
+        from flexgear.results.run_orders import history_over_turns
         from flexgear.results.synchronous_average import synchronous_average
 
         history = history_over_turns(self._data, name, member, against, highest=highest)

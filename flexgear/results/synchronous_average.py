@@ -21,17 +21,8 @@ import xarray as xr
 
 from flexgear.arrays import Array
 from flexgear.model.errors import InputError
-from flexgear.results.orders import (
-    PASSED,
-    SOURCE,
-    TURN,
-    case_of,
-    coords_beside,
-    highest_order,
-    member_turns,
-    over_time,
-    synchronous,
-)
+from flexgear.results.orders import PASSED, SOURCE, TURN, coords_beside, highest_order, synchronous
+from flexgear.results.run_orders import case_of, member_turns, over_time
 
 FEWEST = 4  # samples of a gear-mesh cycle
 BARE = 1e-6  # of the largest sum of weights: a phase with less was not at the sensor

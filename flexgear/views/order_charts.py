@@ -17,14 +17,9 @@ from flexgear.gears.expected_lines import BEARING, SIDEBAND, TOOTH_FAULT, Expect
 from flexgear.model.errors import InputError
 from flexgear.model.names import GEAR_MESH, PLANET_PASS, SHAFT
 from flexgear.model.units import RPM
-from flexgear.results.orders import (
-    case_of,
-    expected_orders,
-    first_input,
-    history_over_turns,
-    order_spectrum,
-)
+from flexgear.results.orders import order_spectrum
 from flexgear.results.report.wording import number, scale, words
+from flexgear.results.run_orders import case_of, expected_orders, first_input, history_over_turns
 from flexgear.results.sinks import SENSOR_TIME
 from flexgear.views.style import (
     SEQUENTIAL_MAP,

@@ -16,9 +16,9 @@ from flexgear.gears.expected_lines import TOOTH_FAULT, expected_lines
 from flexgear.gears.geometry import stage_geometry
 from flexgear.model.errors import FlexgearError, InputError
 from flexgear.model.names import GEAR_MESH, SHAFT
-from flexgear.results.orders import HIGHEST, case_of, gear_mesh_orders
 from flexgear.results.report.wording import with_unit
 from flexgear.results.run_folder import RingFolder
+from flexgear.results.run_orders import HIGHEST, case_of, gear_mesh_orders
 from flexgear.results.settling import settled
 from flexgear.results.sinks import between
 from flexgear.results.stage_figures import STAGE_FIGURES

@@ -17,12 +17,8 @@ from flexgear.gears.power_flow import power_flow
 from flexgear.model.load import load_case
 from flexgear.results import dataset_file
 from flexgear.results.dataset_file import load
-from flexgear.results.orders import (
-    amplitudes_at,
-    expected_orders,
-    history_over_turns,
-    order_spectrum,
-)
+from flexgear.results.orders import amplitudes_at, order_spectrum
+from flexgear.results.run_orders import expected_orders, history_over_turns
 
 SETTINGS = {  # 95 ring teeth leave 3 over of 4 planets: order 1 is heard one pass above
     "stage.gear_mesh.model": "fourier",

@@ -1,23 +1,16 @@
 """Order analysis of signals whose orders are known, and of transients of small stages."""
 
 import json
+import warnings
 
 import numpy as np
 import pytest
 import xarray as xr
 
-from flexgear.model.errors import FlexgearError, InputError
+from flexgear.model.errors import FlexgearError, FlexgearWarning, InputError
 from flexgear.model.load import load_case
-from flexgear.results.orders import (
-    amplitudes_at,
-    envelope,
-    history_over_turns,
-    member_turns,
-    order_map,
-    order_spectrum,
-    over_time,
-    synchronous,
-)
+from flexgear.results.orders import amplitudes_at, envelope, order_map, order_spectrum, synchronous
+from flexgear.results.run_orders import history_over_turns, member_turns, over_time
 from flexgear.results.synchronous_average import planet_averages, synchronous_average
 
 LINES = {4.0: 2.0, 12.37: 0.5, 31.9: 1.25}
@@ -137,6 +130,23 @@ def test_sensors_have_a_clock_of_their_own(stage):
     found = order_spectrum(history_over_turns(both, "sensor_signal", "carrier"))
     assert float(found.max()) == pytest.approx(1.0, rel=1e-3)
     assert float(found.idxmax()) == pytest.approx(5.0, abs=0.01)
+
+
+def test_a_history_that_jumps_warns_of_aliases_and_a_smooth_one_does_not(stage):
+    """The lines of a square wave fall as 1/n: a share of about √(1/4 n) lies in the upper quarter
+    of a band that holds n of them. A sensor's signal was filtered before it was sampled."""
+    _, data = stage
+    wave = np.sin(2 * np.pi * np.arange(data.sizes["time"]) / 20.7)
+    data = data.assign(smooth=("time", wave), jumps=("time", np.sign(wave)))
+    with pytest.warns(FlexgearWarning, match=r"jumps has no filter .*output_interval_ms"):
+        history_over_turns(data, "jumps", "carrier")
+    slow = {"time": "sensor_time"}
+    data = data.assign(sensor_signal=data["jumps"].drop_vars("time").rename(slow),
+                       sensor_input_angle=data["input_angle"].rename(slow))  # fmt: skip
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", FlexgearWarning)
+        history_over_turns(data, "smooth", "carrier")
+        history_over_turns(data, "sensor_signal", "carrier")
 
 
 def test_turns_of_members(stage):
