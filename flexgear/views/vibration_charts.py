@@ -161,10 +161,12 @@ def _legend(data: xr.Dataset, names: list[str]) -> list[Any]:
             for k, name in enumerate(names)
         ]
     colour = PLANET_COLOURS[0] if len(names) == 1 else NEUTRAL
-    handles += [
-        Line2D([], [], color=colour, lw=1.4, label="stable"),
-        Line2D([], [], color=colour, lw=0.9, ls=(0, (3, 1.6)), label="unstable"),
-    ]
+    stable = data["stable"].to_numpy() == 1
+    if stable.any():
+        handles.append(Line2D([], [], color=colour, lw=1.4, label="stable"))
+    if not stable.all():
+        dashes = (0, (3, 1.6))
+        handles.append(Line2D([], [], color=colour, lw=0.9, ls=dashes, label="unstable"))
     handles += [
         Line2D([], [], color=colour, lw=1.4, label=period_words(period), **BEADS | {"markevery": 1})
         for period in np.unique(_periods(data)).astype(int).tolist()

@@ -59,6 +59,13 @@ def test_unstable_states_are_dashed_and_jumps_are_marked(curve):
     assert np.ptp(error.get_ylim()) > 0.0
 
 
+@pytest.mark.parametrize(("stable", "label"), [(1, "stable"), (0, "unstable")])
+def test_the_legend_has_what_is_drawn(curve, stable, label):
+    curve["stable"][:] = stable
+    labels = [text.get_text() for text in response_chart(curve).legends[0].get_texts()]
+    assert [x for x in labels if "stable" in x] == [label]
+
+
 def test_curves_of_two_gear_meshes_have_beads(curve):
     curve["response_branch"][{"point": slice(13, None)}] = 2
     curve["response_period"] = curve["response_branch"]
