@@ -181,10 +181,10 @@ def tooth_sets(run: Folder) -> Iterator[Subject]:
 def rings(run: Folder) -> Iterator[Subject]:
     """FE rings; prefix: of names, ring: of captions."""
     for ring in run.rings:
-        title = f"{ring.name}: " if ring.prefix else ""
-        half = "left half: " if ring.stage.stage.double_helical else ""
-        words = {"prefix": ring.prefix, "ring": f"{title}{half}"}
-        yield Subject(_words(run, ring.name) | words, (ring,))
+        words, half = _words(run, ring.name), ring.stage.stage.double_helical
+        title = f"{words['Stage']}: " if ring.prefix else ""
+        title += "left half: " if half else ""
+        yield Subject(words | {"prefix": ring.prefix, "ring": title}, (ring,))
 
 
 def torque_drops(run: Folder) -> Iterator[Subject]:

@@ -94,7 +94,7 @@ def _planets_chart(
         if not unit:  # of load factors, whose mean is 1
             sizes = f"largest {wording.factor(most)}"
         alike_words = ", all planets alike" if alike else ""
-        row[0].set_title(f"{title}:{chr(10) if dense else ' '}{sizes}{alike_words}")
+        row[0].set_title(f"{title}{alike_words}:{chr(10) if dense else ' '}{sizes}")
         row[0].set_ylabel(f"{symbol} ({unit or '–'})")
         if dense:
             _planet_lines(row[1], data.isel(near), part.isel(near), factor, False)

@@ -10,6 +10,7 @@ counted from the X axis, the carrier turns counter-clockwise (docs/conventions.m
 
 from __future__ import annotations
 
+import math
 import os
 from dataclasses import dataclass
 from math import pi
@@ -91,8 +92,8 @@ def star_reach(displacement: Array, outline: StageOutline, factor: float) -> flo
 
 
 def angle_text(angle: float, planets: int) -> str:
-    """Carrier angle in rad, as a fraction of π too where it is one."""
-    unit = pi / (2 * planets)
+    """Carrier angle in rad within a turn, as a fraction of π too where it is one."""
+    unit, angle = pi / (2 * planets), math.fmod(angle, 2 * pi)
     text = f"{angle:.3f} rad".replace("-", "−")
     if abs(angle / unit - round(angle / unit)) < 1e-6 and round(angle / unit) != 0:
         text = f"{pi_label(angle, 2 * planets)} = {text}"
