@@ -10,16 +10,17 @@ standard is the largest load of a tooth pair over that of a gear mesh whose pair
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
 from flexgear.arrays import Array
 from flexgear.gears.slices import factor_along
 from flexgear.model.names import FlankName
-from flexgear.results.labelled_dataset import coordinate, variable
 from flexgear.results.quantities import Figure, values
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 TRANSMISSION, UNLOADED = "transmission_error", "unloaded_transmission_error"
 END = 2.0  # K at which a tilted tooth begins to leave its other end: see docs/face_load.md
@@ -122,6 +123,9 @@ def with_orders(data: xr.Dataset, phase: Array, orders: int) -> xr.Dataset:
     """The dataset of equilibria with the orders of loaded and unloaded transmission errors; missing
     of flanks that do not carry throughout. phase (p,): of the gear mesh at its positions, in
     cycles."""
+    # xarray, which words of figures need not
+    from flexgear.results.labelled_dataset import coordinate, variable
+
     variables = {}
     for name in (TRANSMISSION, UNLOADED):
         values = data[name].transpose("position", "flank").to_numpy()
