@@ -31,6 +31,7 @@ from flexgear.results.run_orders import (
     first_input,
     history_over_turns,
     over_time,
+    warn_of_aliases,
 )
 from flexgear.results.settling import settled
 from flexgear.results.sinks import between
@@ -140,6 +141,7 @@ def orders(analysis: OrderAnalysis) -> None:
             report("orders", 0.0)
             result = analysis.result(part)
             report("orders", 1.0)
+        warn_of_aliases(data, part[analysis.of])
         expected, rows = list[tuple[ExpectedLine, float]](), list[dict[str, Any]]()
         if "phase" not in result.dims:
             expected = _expected(case, result, member, against)

@@ -55,12 +55,25 @@ class Accessor:
         window: of scipy.signal.windows; band_hz: of the envelope of what is in a band.
         """
         from flexgear.results.orders import order_spectrum
-        from flexgear.results.run_orders import history_over_turns
 
-        history = history_over_turns(
-            self._data, name, member, against, highest=highest, band_hz=band_hz
-        )
+        history = self._over_turns(name, member, against, highest, band_hz)
         return order_spectrum(history, window)
+
+    def _over_turns(
+        self,
+        name: str,
+        member: str,
+        against: str,
+        highest: float | None,
+        band_hz: tuple[float, float] | None = None,
+    ) -> xr.DataArray:
+        """A variable over the turn of a member; FlexgearWarning where it may hold aliases."""
+        from flexgear.results.run_orders import history_over_turns, warn_of_aliases
+
+        data = self._data
+        history = history_over_turns(data, name, member, against, highest=highest, band_hz=band_hz)
+        warn_of_aliases(data, data[name])
+        return history
 
     @checked
     def order_map(
@@ -77,11 +90,8 @@ class Accessor:
         """Amplitudes (block, order, …) of blocks of turns, with their ``speed`` and ``time``: a
         run-up map. block_turns: turns of a block; others as of ``orders``."""
         from flexgear.results.orders import order_map
-        from flexgear.results.run_orders import history_over_turns
 
-        history = history_over_turns(
-            self._data, name, member, against, highest=highest, band_hz=band_hz
-        )
+        history = self._over_turns(name, member, against, highest, band_hz)
         return order_map(history, block_turns, window)
 
     @checked
@@ -89,11 +99,9 @@ class Accessor:
         self, name: str, member: str = "", *, against: str = "", highest: Positive | None = None
     ) -> xr.DataArray:
         """Mean (phase, …) of a variable over the whole turns of a member."""
-        from flexgear.results.run_orders import history_over_turns
         from flexgear.results.synchronous_average import synchronous_average
 
-        history = history_over_turns(self._data, name, member, against, highest=highest)
-        return synchronous_average(history)
+        return synchronous_average(self._over_turns(name, member, against, highest))
 
     @checked
     def planet_averages(

@@ -20,6 +20,7 @@ from flexgear.model.errors import FlexgearWarning, InputError
 from flexgear.results.labelled_dataset import groups_in
 from flexgear.results.orders import (
     DEGREE,
+    SINGLE,
     SOURCE,
     TIME,
     envelope,
@@ -134,29 +135,31 @@ def history_over_turns(
     band_hz: tuple[float, float] | None = None,
 ) -> xr.DataArray:
     """The variable of a transient at equal steps of the turn of a member, the first input if none
-    is named: (turn, …); with a band its envelope (``envelope``). FlexgearWarning where a history
-    that no filter has passed before it was sampled may hold aliases."""
+    is named: (turn, …); with a band its envelope (``envelope``)."""
     part = over_time(data, name)
-    if TIME in data[name].dims:
-        _warn_of_aliases(part[name])
     history = part[name] if band_hz is None else envelope(part[name], band_hz)
     turns = member_turns(part, member or first_input(data), against)
     least = _least_rounding(case_of(data), str(history.attrs.get("units", "")))
     return synchronous(history, turns, highest).assign_attrs(rounding=least)
 
 
-def _warn_of_aliases(history: xr.DataArray) -> None:
-    """FlexgearWarning where more than ``FOLDS`` of what varies in a history (time, …), by its root
-    mean square, lies in the upper quarter of what its samples resolve: more lies beyond, then, and
-    appears at lower frequencies. Histories of unequal steps are not looked at."""
+def warn_of_aliases(data: xr.Dataset, history: xr.DataArray) -> None:
+    """FlexgearWarning where more than ``FOLDS`` of what varies in a history (time, …) of a
+    transient, or in columns of it, by its root mean square, lies in the upper quarter of what its
+    samples resolve: more lies beyond, then, and appears at lower frequencies. Histories of sensors,
+    which are filtered before they are sampled, and of unequal steps are not looked at."""
+    if TIME not in data[history.name].dims:
+        return
     values, steps = history.transpose(TIME, ...), np.diff(history[TIME].to_numpy())
     if len(steps) < 2 * DEGREE or np.ptp(steps) > 1e-3 * steps.mean():
         return
     x = values.to_numpy().reshape(len(values), -1).astype(float)
+    least = _least_rounding(case_of(data), str(history.attrs.get("units", "")))
+    if np.ptp(x, axis=0).max() <= max(SINGLE * np.abs(x).max(), least):
+        return
     window = signal.get_window("hann", len(x))[:, None]
     power = np.abs(fft.rfft((x - x.mean(axis=0)) * window, axis=0)) ** 2
-    total, upper = float(power.sum()), float(power[int(UPPER * len(power)) :].sum())
-    share = math.sqrt(upper / total) if total > 0.0 else 0.0
+    share = math.sqrt(power[int(UPPER * len(power)) :].sum() / power.sum())
     if share > FOLDS:
         rate = 0.5 / steps.mean()
         warnings.warn(

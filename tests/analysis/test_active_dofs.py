@@ -64,6 +64,7 @@ def dense_rows(modal, rows, n):
     return out
 
 
+@pytest.mark.slow
 def test_products_on_active_dofs_are_the_dense_ones(modal):
     """As teeth come into contact and go, at positions of a turn and back."""
     data, space = step_data(modal, STEP), work_space(modal)

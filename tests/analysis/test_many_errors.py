@@ -31,6 +31,7 @@ def close(found, expected):
     return np.abs(found - expected).max() < 1e-10 * np.abs(expected).max()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("size", [2e-5, 3e-4])
 def test_linear_contact(linear_modal, size):
     sets = random_sets(linear_modal.system.pairs, 4, size)

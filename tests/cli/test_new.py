@@ -97,6 +97,7 @@ def computed(wanted, rated, text, stages):
     return case, flow
 
 
+@pytest.mark.slow
 @settings(max_examples=60, phases=PHASES)
 @given(wanted_stage(), ends)
 def test_any_stage_is_computed(wanted, rated):

@@ -128,6 +128,7 @@ def test_a_pit_takes_load_off_its_pair_as_two_springs_say(stage, model, gear):
     assert seen > 3 and place.any()
 
 
+@pytest.mark.slow
 def test_a_crack_softens_its_pair_as_plane_finite_elements_say(stage):
     """Change of the compliance of the pair at the pitch point; the same crack in triangles, of a
     tooth that was cut by brute force. Between plane strain and plane stress: (1 − ν²) apart."""
@@ -161,6 +162,7 @@ def test_a_crack_is_closed_under_the_other_flank(stage):
         assert differs or np.array_equal(k, k_cracked)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("gear", "torque"), [("pinion", 500.0), ("gear", -500.0)])
 def test_the_end_of_the_face_that_is_cracked_yields(stage, gear, torque, monkeypatch):
     """Places along the face count along +z on every flank, though segments are made of one."""

@@ -187,6 +187,7 @@ def test_hands_push_sun_and_ring_apart_and_tilt_planets(statics):
     assert (tilting < EV.axial * EV.planet_diameter).all()
 
 
+@pytest.mark.slow
 def test_a_short_run_holds_the_load_of_the_reducer(models):
     run = models["ev-reducer"].transient(duration=4 / FREQUENCY)
     ring = run.gear_mesh_force.values[:, :4].mean()

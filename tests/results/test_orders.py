@@ -139,14 +139,14 @@ def test_a_history_that_jumps_warns_of_aliases_and_a_smooth_one_does_not(stage):
     wave = np.sin(2 * np.pi * np.arange(data.sizes["time"]) / 20.7)
     data = data.assign(smooth=("time", wave), jumps=("time", np.sign(wave)))
     with pytest.warns(FlexgearWarning, match=r"jumps has no filter .*output_interval_ms"):
-        history_over_turns(data, "jumps", "carrier")
+        data.fg.orders("jumps", "carrier")
     slow = {"time": "sensor_time"}
     data = data.assign(sensor_signal=data["jumps"].drop_vars("time").rename(slow),
                        sensor_input_angle=data["input_angle"].rename(slow))  # fmt: skip
     with warnings.catch_warnings():
         warnings.simplefilter("error", FlexgearWarning)
-        history_over_turns(data, "smooth", "carrier")
-        history_over_turns(data, "sensor_signal", "carrier")
+        data.fg.orders("smooth", "carrier")
+        data.fg.orders("sensor_signal", "carrier")
 
 
 def test_turns_of_members(stage):

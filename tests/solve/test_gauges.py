@@ -57,6 +57,7 @@ def turn(model):
     return model.static(np.arange(0, 360, 7.5))
 
 
+@pytest.mark.slow
 def test_a_gauge_sees_the_star_pass_once_a_planet(turn):
     """Four alike planets, teeth and bolts that are a multiple of four: the strain at one place
     repeats a quarter turn of the carrier later, and a quarter on round the ring it is the same."""

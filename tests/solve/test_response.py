@@ -57,6 +57,7 @@ def test_harmonics_excite_only_modes_of_their_nodal_index(planetary):
             assert rotation < 1e-8 * size
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("dampers", ["0", "1e4"])
 def test_planetary_states_agree_with_a_transient(dampers):
     """Amplitudes of gear-mesh forces after 16 periods, which damp all that is free; with dampers

@@ -140,6 +140,7 @@ def fivefold(case):
     return case.with_(**teeth, **fewer, **kept, stage__errors=GearErrors())
 
 
+@pytest.mark.slow
 def test_modes_hold_the_nodal_diameters_of_their_kind(fivefold):
     """Diameters 5j, 5j ± 1 and the rest never meet in one mode, whose sun then turns, shifts or
     stands: see tests/coupling/test_turning_ring.py, here on finite elements."""

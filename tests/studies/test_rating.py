@@ -114,6 +114,7 @@ def test_extreme_loads_damage_nothing_and_count_for_safety():
         assert part.governing_bin in (None, 1)
 
 
+@pytest.mark.slow
 def test_what_is_missing_is_not_assessed_by_name():
     case = load_case(
         "wind-5mw", {"rating.gear_mesh_cycles": 1, "rating.positions_per_gear_mesh": 2}
