@@ -73,7 +73,8 @@ class FeBody(ABC):
 
     @property
     def modes(self) -> int:
-        """Number of fixed-interface modes: that of the case, else the usual one or more."""
+        """Number of fixed-interface modes: the case's; where it states none, ``usual_modes`` of the
+        kind of body, or ``more_modes``."""
         stated = self.section.fixed_interface_modes
         return (self.more_modes or self.section.usual_modes) if stated is None else stated
 
@@ -167,12 +168,14 @@ class FeBody(ABC):
             return self._given()
         from flexgear.structures.sources.reducing import judged, reduced_body  # half of the package
 
-        body = cached(content_key(**self.content()), lambda: reduced_body(self, progress))
-        reached, limit = float(body.report["compared_to_hz"]), limit_hz or self.limit_hz or 0.0
-        if reached < limit and self.section.fixed_interface_modes is None:
-            more = _enough(self.modes, reached, limit)
-            if more > self.modes:
-                return replace(self, more_modes=more).reduced(progress, limit_hz)
+        def made(source: FeBody) -> ReducedBody:
+            return cached(content_key(**source.content()), lambda: reduced_body(source, progress))
+
+        source, limit = self, limit_hz or self.limit_hz or 0.0
+        body = made(source)
+        while (more := _enough(source, float(body.report["compared_to_hz"]), limit)) > source.modes:
+            source = replace(source, more_modes=more)
+            body = made(source)
         b = slice(0, body.interface_dofs)
         supports = self.supports(body.node_names, body.stiffness[b, b])
         return judged(body, supports, limit_hz or self.limit_hz)
@@ -246,8 +249,11 @@ class FeBody(ABC):
         return ["file", digest, put, self.groups.content()]
 
 
-def _enough(modes: int, reached: float, limit: float) -> int:
-    """Number of fixed-interface modes that answers up to ``limit``, Hz, of a body with ``modes``
-    that answer up to ``reached``: modes below a frequency f of plates and shells grow as f, of
-    solids as f³; f² is taken, rounded up to twenties, and asked for again where it falls short."""
-    return min(20 * math.ceil(modes * (limit / reached) ** 2 / 20), MOST_MODES)
+def _enough(source: FeBody, reached: float, limit: float) -> int:
+    """Number of fixed-interface modes that answers up to ``limit``, Hz, of a body whose present
+    number answers up to ``reached``; that number where it is enough or stated by the case. Numbers
+    of modes below a frequency f grow as f in plates and shells and as f³ in solids; f² is taken,
+    rounded up to twenties, and asked for again where it falls short."""
+    if limit <= reached or source.section.fixed_interface_modes is not None:
+        return source.modes
+    return min(20 * math.ceil(source.modes * (limit / reached) ** 2 / 20), MOST_MODES)
