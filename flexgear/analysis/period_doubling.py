@@ -33,8 +33,11 @@ def doubling(
     train: CondensedTrain, longer: CondensedTrain, span: Range, before: Orbit, after: Orbit,
     value: float,
 ) -> tuple[Orbit, Array] | None:  # fmt: skip
-    """The state at λ = ``value`` between two of a train as one of twice the period, of ``longer``,
-    and v (m,) among its unknowns; None where no state is found."""
+    """Where and in which direction a curve of twice the period leaves.
+
+    before, after: neighbouring states of ``train`` between which, at λ = ``value``, a multiplier
+    is −1; longer: the same train over twice the period. Returns that state as one of ``longer``
+    and v (m,) in the order of its unknowns; None where the state is not found."""
     orbit = between(train, span, before, after, value)
     if orbit is None:
         return None
@@ -57,7 +60,8 @@ def meets(longer: CondensedTrain, span: Range, end: Orbit, start: Orbit) -> bool
 
 
 def _direction(balance: Balance, start: Orbit) -> Array:
-    """v (m,) by inverse iteration, over the channels that carry."""
+    """v (m,) in the order of the unknowns: null vector of J_odd over the channels that carry, by
+    inverse iteration; zero elsewhere."""
     at = np.flatnonzero(start.tangents.any(axis=(0, 1, 2)))
     places, part = balance.between(at)
     harmonic = np.r_[np.zeros(len(at)), np.repeat(1 + np.arange(balance.harmonics), 2 * len(at))]

@@ -47,7 +47,8 @@ def _sequence(value: object) -> object:
 
 
 def _number(value: object) -> object:
-    """What is a number already: no text that reads like one, and neither yes nor NaN."""
+    """The argument, if it is a number and not NaN. ValueError for text, also "3", and for True and
+    False, which Python takes for numbers."""
     if isinstance(value, str | bytes | bool) or value != value:
         raise ValueError
     return value

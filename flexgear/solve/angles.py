@@ -44,8 +44,8 @@ REVERSED = (
 
 
 def share_range(over: str, ends: Sequence[float]) -> tuple[float, float]:
-    """Lowest and highest share of the rated speed or torque; InputError where they are no range of
-    positive numbers."""
+    """The ends of a range of speeds or torques over the rated one, lowest first. over: "speed" or
+    "torque", for messages. InputError unless both are positive, different and plausible."""
     low, high = sorted(map(float, ends))
     least, most = RATED_SHARES
     if most < high or 0.0 < low < least:

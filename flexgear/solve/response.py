@@ -265,8 +265,8 @@ def _dataset(
 
 
 def _typical(states: list[State], parameter: Array, arrays: dict[str, Any]) -> State | None:
-    """The stable state over one gear-mesh period of the largest force that is not beside a turning
-    point."""
+    """The stable state with the largest force, of those that repeat after one gear-mesh period and
+    are not close to a turning point; None where there is none."""
     turning = arrays["turning_point_parameter"]
     distance = np.abs(parameter[:, None] - turning).min(axis=1, initial=np.inf)
     free = (arrays["stable"] == 1) & (arrays["response_period"] == 1)

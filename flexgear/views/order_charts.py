@@ -250,16 +250,16 @@ def _draw(
     """Draw values in SI over x; their unit and its factor, and whether they vary by more than the
     rounding of the largest value of their quantity."""
     unit, factor = scale(values, "N m") if quantity == "torque" else SHOWN[quantity]
-    shown = factor * values
-    low, high = float(np.min(shown)), float(np.max(shown))
+    scaled = factor * values
+    low, high = float(np.min(scaled)), float(np.max(scaled))
     varies = high - low > ROUNDING * factor * largest
     if varies:
         ax.set_title(f"{name}: {number(low)} … {number(high)} {unit}")
     else:
         mean = 0.0 if abs(high) <= ROUNDING * factor * largest else high
-        shown = np.full(len(shown), mean)
+        scaled = np.full(len(scaled), mean)
         ax.set_title(f"{name}: constant, {number(mean)} {unit}")
-    ax.plot(x, shown, lw=0.8)
+    ax.plot(x, scaled, lw=0.8)
     ax.set_ylabel(f"{quantity} ({unit})")
     return unit, factor, varies
 

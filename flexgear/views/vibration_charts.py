@@ -100,7 +100,7 @@ def _periods(data: xr.Dataset) -> Array:
 
 
 def period_words(period: int) -> str:
-    """ "period of two gear meshes"."""
+    """Words of a legend for a motion that repeats after so many gear-mesh periods."""
     return f"period of {COUNTS[period]} gear meshes"
 
 

@@ -249,8 +249,9 @@ class Assembly:
             relation.used = True
 
     def _on(self, shaft: Component, part: Component) -> float | None:
-        """Place of a part on its shaft, mm: its own, which is that of a gear's middle, where the
-        u coordinate differs from it, as that of the face's begin does in some files."""
+        """Where a part sits along its shaft, mm from the shaft's begin. Some files state the begin
+        of a gear's face as u_coordinate_on_shaft; where the part's own position differs from that
+        coordinate, the position counts, which is that of the gear's middle."""
         stated = number([part], "u_coordinate_on_shaft", "mm")
         frame, base = self.frames.of(part), self.frames.of(shaft)
         if frame is None or base is None:

@@ -85,7 +85,8 @@ class Joints:
         return straight and len(points(self.assembly, body)) > 1
 
     def write(self, case: CaseText, scales: Mapping[str, Scale]) -> None:
-        """All joints. scales: by the stage's name."""
+        """Write every joint of the train into a case. scales: stiffness limits of a stage, by its
+        name."""
         for pair in self.written:
             scale, section = scales[pair[0].stage_name], case.section("[[joints]]")
             for key, member in zip(("first", "second"), pair, strict=True):

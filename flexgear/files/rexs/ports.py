@@ -303,7 +303,8 @@ class PortWriter:
         return section
 
     def _end(self, section: Section, port: Port) -> None:
-        """Inertia of a port; behind a sun's shaft all that its body has."""
+        """Write the inertia of a port. Behind a sun's shaft the port is a body of its own, which
+        gets mass, inertias and bearings, too."""
         self.sections[port.member] = section
         shaft = self.shafts.get(port.member)
         if shaft is None:

@@ -53,8 +53,9 @@ class SunShaft:
     bearings: list[Component] = field(default_factory=list)
 
     def take_bearings(self, assembly: Assembly, case: CaseText, port: bool) -> None:
-        """Take over the bearings of a port that are nearer to the end than to the gear; couplings
-        of the member are its spline. Says which bearings act rigidly at a distance."""
+        """Move bearings of the sun to the shaft's end where they stand nearer to it than to the
+        gear and the sun is a port; its couplings become the spline. A bearing that acts at a
+        distance, as on a rigid arm, gets a comment in the case."""
         member, (gear, end) = self.member, self.ends
         half = sum(value(g, "face_width", "mm") for g in member.stage.gears(member.role)) / 2
         member.couplings.clear()
