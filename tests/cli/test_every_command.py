@@ -178,8 +178,10 @@ READERS = {
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("reader", READERS)
-@pytest.mark.parametrize("run_of_case", ["nrel-5mw", "wind-5mw"], indirect=True)
+@pytest.mark.parametrize(
+    ("run_of_case", "reader"), [("nrel-5mw", "compare"), ("wind-5mw", "render")],
+    indirect=["run_of_case"],
+)  # fmt: skip
 def test_large_files_give_the_same_as_small_ones(
     flexgear, run_of_case, tmp_path, monkeypatch, reader
 ):

@@ -30,13 +30,6 @@ def test_imported_case_is_solved(flexgear, tmp_path, monkeypatch, make):
     assert code == 0 and json.loads(out)["case"] == "box.toml"
 
 
-def test_bad_file_is_one_line(flexgear, tmp_path):
-    (tmp_path / "bad.rexs").write_text("<model")
-    command = ("import", tmp_path / "bad.rexs", "--out", tmp_path / "x.toml")
-    assert " -- " in flexgear.refused(*command)
-    assert not (tmp_path / "x.toml").exists()
-
-
 def test_export(flexgear, tmp_path):
     target = tmp_path / "nrel.rexs"
     assert "REXS does not hold" in flexgear.quiet("export", "nrel-5mw", "--rexs", target)
@@ -116,10 +109,3 @@ def test_bins_are_printed_written_and_drawn(flexgear, case, tmp_path):
     code, shown, _ = flexgear("spectrum", case, "-q", "--json")
     assert code == 0
     assert sum(b["hours"] for b in json.loads(shown)["bins"]) == pytest.approx(60_000)
-
-
-def test_a_case_without_loads_says_how_to_give_them(flexgear, case):
-    case.write_text(TRAIN)
-    code, out, err = flexgear("spectrum", case)
-    assert (code, out, err.count("\n")) == (2, "", 1)
-    assert "load_cases: is missing -- add [[load_cases]]" in err

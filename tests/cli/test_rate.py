@@ -105,13 +105,20 @@ def test_a_load_case_above_static_strength_is_drawn_and_named(flexgear, tmp_path
     few = {"rating__gear_mesh_cycles": 1, "rating__positions_per_gear_mesh": 2}
     case = fg.load_case("nrel-5mw", **few)
     heavy = case.load_cases[0].model_copy(update={"name": "far too much", "torque": 6e7})
-    rating = case.with_(load_cases=(*case.load_cases, heavy)).rate(tmp_path / "sheet")
+    case = case.with_(load_cases=(*case.load_cases, heavy))
+    rating = case.rate(tmp_path / "sheet")
     broken = [part for part in rating.ranked if part.damage_sum == float("inf")]
     assert broken and {rating.bins[p.worst_bin].name for p in broken} == {"far too much"}
     assert (tmp_path / "sheet" / "damage.png").exists()
     assert (
         "above static strength in far too much" in (tmp_path / "sheet" / "report.html").read_text()
     )
+    assert (tmp_path / "sheet" / "rating.json").exists()
+    assert rating.ranked[0].reserve == min(p.reserve for p in rating.parts if not p.missing)
+    assert f"{rating.ranked[0].least_safety:.2f}"[:3] in rating._repr_html_()
+    assert set(rating.dataset()["part_kind"].to_numpy()) == {"flank", "root", "bearing"}
+    with pytest.raises(fg.InputError, match="of the wrong type"):
+        case.rate(workers="two")
 
 
 @pytest.mark.parametrize(
@@ -127,18 +134,6 @@ def test_a_load_case_above_static_strength_is_drawn_and_named(flexgear, tmp_path
 )
 def test_a_life_has_three_figures(hours, text):
     assert with_unit(hours, "h").replace("\u202f", " ") == text
-
-
-def test_a_method_of_cases(tmp_path):
-    few = {"rating__gear_mesh_cycles": 1, "rating__positions_per_gear_mesh": 2}
-    case = fg.load_case("nrel-5mw", **few)
-    rating = case.rate(tmp_path / "sheet")
-    assert (tmp_path / "sheet" / "rating.json").exists()
-    assert rating.ranked[0].reserve == min(p.reserve for p in rating.parts if not p.missing)
-    assert f"{rating.ranked[0].least_safety:.2f}"[:3] in rating._repr_html_()
-    assert set(rating.dataset()["part_kind"].to_numpy()) == {"flank", "root", "bearing"}
-    with pytest.raises(fg.InputError, match="of the wrong type"):
-        case.rate(workers="two")
 
 
 def test_loads_without_duration_are_not_of_zero_hours(flexgear, tmp_path):

@@ -3,7 +3,6 @@
 import json
 
 import pytest
-from report_pages import OF_RUNS, require_sound
 from stage_samples import doubtful_stage
 
 from flexgear.cli import pictures, run_commands
@@ -138,20 +137,3 @@ def test_what_another_process_could_not_draw_is_drawn_here(
     pictures.drawn_side(content, finished[0], tmp_path, lambda *_: None, Lost())
     assert {"ring_3d", "ring_star", "ring_star_turning", "load_sharing"} <= set(drawn)
     assert pictures._of_folders == {}
-
-
-@pytest.mark.slow
-def test_pictures_and_report(flexgear, finished, tmp_path, monkeypatch):
-    monkeypatch.setattr("flexgear.studies.early_workers.processors", lambda: 2)
-    out = tmp_path / "drawn"
-    assert "drew wind-5mw" in flexgear.out("render", finished[0], "--quiet", "--out", out)
-    drawn = {p.name for p in (out / "pictures").iterdir()}
-    assert drawn >= {
-        "ring_star.png",
-        "ring_tooth_loads.png",
-        "tooth_node_1.png",
-        "load_sharing.png",
-        "torque_step_2e6.png",
-        "ring_star_turning.gif",
-    }
-    require_sound(out / "report.html", *OF_RUNS, "bearings", "deflections")

@@ -99,12 +99,6 @@ def test_weight_stands_in_space(tmp_path):
     assert total[1, 0] < -3 * 4 * 9.81  # their own weight and some of the sun's
 
 
-def test_datasets_carry_their_case(tmp_path):
-    data = static(put_together(bundled("lin-parker").case), [0.0])
-    assert data.attrs["case"] == "lin-parker"
-    assert data.attrs["closure_max"] < 1e-10
-
-
 BASE = load_case("wind-5mw").with_(
     **{"stage.gear_mesh.model": "face_load", "stage.gear_mesh.slices": 5}
 )

@@ -3,13 +3,7 @@
 import numpy as np
 import pytest
 from coupled import named
-from turning_ring import HUB, held_case
 
-from flexgear.analysis.equilibrium import revolution
-from flexgear.analysis.modes import modes, springs_at
-from flexgear.analysis.recovery import Recovery
-from flexgear.coupling.build import build_system
-from flexgear.coupling.modal import modal_system
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.gear_mesh import GearErrors
@@ -17,7 +11,6 @@ from flexgear.model.load import load_case
 from flexgear.results.stage_part import of_kind, stage_part
 from flexgear.solve.model import assemble
 from flexgear.solve.static import static
-from flexgear.structures.bodies import rotation
 from flexgear.structures.sources.carrier import source as carrier_source
 from flexgear.structures.sources.planet import source as planet_source
 from flexgear.structures.sources.ring import RingSource
@@ -144,75 +137,6 @@ def test_a_ring_with_more_modes_is_the_ring_of_that_stated_number(case, monkeypa
     assert np.array_equal(same.stiffness, enough.stiffness)
     assert np.array_equal(same.mass, enough.mass)
     assert same.report["static_error"] == enough.report["static_error"]
-
-
-@pytest.fixture(scope="module")
-def fivefold(case):
-    """Five planets in phase; the teeth and bolts of the ring repeat with them."""
-    teeth = {"stage.ring.teeth": 90, "stage.sun.teeth": 30, "stage.planet.teeth": 30}
-    fewer = {"stage.planet.bore_diameter": 0.38, "stage.carrier.fe.pin_diameter": 0.36}
-    kept = {"stage.carrier.fe.fixed_interface_modes": 40, "stage.ring.fe.fixed_interface_modes": 40}
-    return case.with_(**teeth, **fewer, **kept, stage__errors=GearErrors())
-
-
-@pytest.mark.slow
-def test_modes_hold_the_nodal_diameters_of_their_kind(fivefold):
-    """Diameters 5j, 5j ± 1 and the rest never meet in one mode, whose sun then turns, shifts or
-    stands: see tests/coupling/test_turning_ring.py, here on finite elements."""
-    bodies = named(
-        fivefold, ring=ring_source(fivefold).reduced(), carrier=carrier_source(fivefold).reduced()
-    )
-    system = assemble(fivefold.case, bodies=bodies).system
-    found, teeth = modes(system, springs_at(system).stiffness, limit_hz=1500.0), 90
-    rows = [system.node_rows("stage.ring", f"tooth_{j + 1:03d}")[:3] for j in range(teeth)]
-    axes = rotation(2 * np.pi * np.arange(teeth) / teeth)
-    moved = np.einsum("jba,jbd,dm->jam", axes, np.stack(rows), found.shapes)
-    size = np.abs(np.fft.fft(moved, axis=0)).max(axis=1)  # (diameter, mode)
-    kind = np.array([0, 1, 2, 2, 1])[np.arange(teeth) % 5]
-    share = np.stack([size[kind == k].max(axis=0) for k in range(3)]) / size.max(axis=0)
-    takes_part = size.max(axis=0) > 1e-6 * size.max()
-    assert np.sort(share, axis=0)[1, takes_part].max() < 1e-6
-    kinds = np.argmax(share, axis=0)
-    assert all(np.sum(kinds[takes_part] == k) > 5 for k in range(3))
-    sun = np.abs(system.node_rows("stage.shaft", "sun") @ found.shapes)[:, takes_part]
-    sun /= sun.max(axis=1, keepdims=True)
-    assert sun[[2, 5]][:, kinds[takes_part] != 0].max() < 1e-6
-    assert sun[[0, 1, 3, 4]][:, kinds[takes_part] != 1].max() < 1e-6
-
-
-AT_REST = """
-[[inputs]]
-member = "stage.carrier"
-speed_rpm = 0
-inertia_kg_m2 = 1e5
-"""
-
-
-def test_a_star_of_finite_elements_is_the_stage_with_held_ring(tmp_path, ring, carrier):
-    """As tests/coupling/test_turning_ring.py has it of springs. The carrier's torque enters at its
-    flange in both: of the star it is an input at rest, as seats that hold it would deform it
-    elsewhere."""
-    relative = np.array([0.0, 0.4, 2.0])  # φ_carrier − φ_ring, rad
-    ratio = 93 / 27
-    turning = held_case(tmp_path, "ring", "sun", "carrier")
-    star = held_case(tmp_path, "carrier", "sun", "ring", more=AT_REST, **HUB)
-    assert star.held_members() == ()
-    found = []
-    for case, angles in (
-        (turning, (1 + ratio) * relative),
-        (star, np.column_stack([ratio * relative, np.zeros(3)])),
-    ):
-        system = build_system(case, named(case.view(), ring=ring, carrier=carrier))
-        found.append(revolution(modal_system(system), angles, system.rated_torque))
-    own, other = found
-    assert np.array_equal(own.pair_tooth, other.pair_tooth)
-    assert np.abs(own.pair_load - other.pair_load).max() < 1e-8 * own.pair_load.max()
-    wound_up = Recovery(other).node("stage.hub", "stage.hub")[:, 5]
-    for tooth in ("tooth_001", "tooth_040"):
-        a, b = (Recovery(each).node("stage.ring", tooth) for each in found)
-        x, y, _ = other.modal.system.body("stage.ring").position(tooth)
-        b[:, :2] -= wound_up[:, None] * np.array([-y, x])
-        assert np.abs(a - b)[:, :3].max() < 1e-8 * np.abs(a[:, :3]).max()
 
 
 def four_planets(case, degrees):

@@ -4,12 +4,10 @@ import numpy as np
 import pytest
 
 from flexgear.model.load import load_case
-from flexgear.solve import bodies as solve_bodies
 from flexgear.structures.bodies import rigid_rows
 from flexgear.structures.fe_mesh.files import write_fe_mesh
 from flexgear.structures.fe_mesh.solids import cylinder, fe_mesh_of_solid, prism
 from flexgear.structures.sources.carrier import source as carrier_source
-from flexgear.structures.sources.fe_body import FeBody
 from flexgear.structures.sources.ring import source as ring_source
 
 PARTS = {"ring": ring_source, "carrier": carrier_source}
@@ -94,16 +92,3 @@ def test_closed_forms_of_solids():
     inertia = 12.0 / 12 * np.array([1 + 9, 4 + 9, 4 + 1])  # m (b² + c²)/12
     assert moved == pytest.approx(np.diag([12, 12, 12, *inertia]), abs=1e-12)
     assert box.mirrored().first == pytest.approx(box.first * [1, 1, -1])
-
-
-def refused(*_, **__):
-    raise AssertionError("nothing of a rigid body is meshed or reduced")
-
-
-def test_a_case_whose_ring_does_not_bend_needs_none(monkeypatch):
-    """ring.flexible = false is the same as --rigid ring."""
-    monkeypatch.setattr(FeBody, "reduced", refused)
-    case = load_case(
-        "wind-5mw", {"stage.ring.fe.flexible": "false", "stage.carrier.fe.flexible": "false"}
-    )
-    assert solve_bodies.reduced_bodies(case) == {}
